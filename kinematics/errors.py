@@ -180,11 +180,15 @@ class MeetingModesError(MobilityError):
 
     Attributes:
         modes: all of them, `kinematics.model.mode_of_motion.ModeOfMotion`.
+        doubt: why there may be more; empty if nothing speaks for it.
     """
 
-    def __init__(self, linkage: str, modes: Sequence[Any], joints: Sequence[str]) -> None:
+    def __init__(
+        self, linkage: str, modes: Sequence[Any], joints: Sequence[str], doubt: str = ""
+    ) -> None:
         """Compose the message and list the modes."""
         self.modes = tuple(modes)
+        self.doubt = doubt
         listed = [
             f"mode {mode.number}: mobility {mode.mobility}, at {mode.place}"
             for mode in self.modes[:MAX_LISTED_MODES]
@@ -194,9 +198,10 @@ class MeetingModesError(MobilityError):
         here = sum(mode.here for mode in self.modes)
         in_all = f", of {len(self.modes)} in all" if here < len(self.modes) else ""
         super().__init__(
-            f"{linkage}: singular at the pose of the file: {here} modes of motion meet "
-            f"there{in_all}, and the pose does not determine which one is meant: {text}; "
-            "choose one by its number, such as --mode 1",
+            f"{linkage}: singular at its pose: {here} modes of motion meet there{in_all}, and "
+            f"the pose does not determine which one is meant: {text}; "
+            + (f"there may be more: {doubt}; " if doubt else "")
+            + "choose one by its number, such as --mode 1",
             joints=joints,
         )
 

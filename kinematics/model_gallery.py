@@ -9,7 +9,13 @@ from os.path import isfile
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeAlias
 
-from kinematics.errors import FileError, LinkageError, MobilityError, OpenLoopError
+from kinematics.errors import (
+    FileError,
+    LinkageError,
+    MeetingModesError,
+    MobilityError,
+    OpenLoopError,
+)
 
 if TYPE_CHECKING:
     from yourdfpy import URDF
@@ -155,9 +161,9 @@ def load(
             follow, on the same branch. Positions of joints that are no inputs are starting
             values, from which the loops are closed at the nearest pose: they choose the
             branch.
-        mode: number of a mode of motion, from 1, where several meet at the pose of the file;
-            `kinematics.errors.MeetingModesError` lists them. The reference pose is on that
-            mode, away from the pose of the file.
+        mode: number of a mode of motion, from 1, where several meet at the pose of the file,
+            or else at that of ``at``; `kinematics.errors.MeetingModesError` lists them. The
+            reference pose is on that mode, away from where they meet.
 
     Returns:
         The linkage at its reference pose, in the frame of its root link, SI units.
@@ -247,6 +253,12 @@ def _assemble(
         else:
             linkage = assemble(draft, inputs, exactly=exactly, mode=mode)
     except (OpenLoopError, MobilityError) as error:
+        if isinstance(error, MeetingModesError):
+            error.modes = tuple(
+                mode if isinstance(mode.linkage, LinkageError)
+                else mode._replace(linkage=as_meant(mode.linkage, exactly=exactly))
+                for mode in error.modes
+            )  # fmt: skip
         for notice in draft.notices:
             if notice.code == ROUNDED_ANGLES:
                 error.add_note(notice.message.removeprefix(f"{clean(draft.source, 1000)}: "))

@@ -36,6 +36,7 @@ __all__ = [
     "FIT_STEP_RELATIVE_MIN",
     "FOLLOWED_POSE_RESIDUAL",
     "GIVEN_POSE_RESIDUAL",
+    "HALF_TURN_ROUND_OFF",
     "IDENTITY_POSE_ENTRY",
     "IDLE_JOINT_RELATIVE",
     "INERTIA_ASYMMETRY",
@@ -143,6 +144,10 @@ JOINT_AXES_MEET = 1e-12
 ROTATION_ROUND_OFF = 1e-15
 
 # --- model
+
+# Part of a turn by which half a turn backwards is half a turn forwards: closed poses are known
+# to about 1e-12.
+HALF_TURN_ROUND_OFF = 1e-9
 # Deviation of screws from a planar motion: sine of the angle between axes, and pitches and
 # slides along the normal in chain units.
 PLANAR_DEVIATION = 1e-9

@@ -62,8 +62,8 @@ def add_model_options(parser: argparse.ArgumentParser) -> None:
     )  # fmt: skip
     parser.add_argument(
         "--mode", type=whole_number(1, 99, "a mode"), metavar="N",
-        help="mode of motion to follow where several meet at the pose of the file; 'balance "
-        "report' lists them. The reference pose is on that mode",
+        help="mode of motion to follow where several meet, at the pose of the file or at that "
+        "of --at; 'balance report' lists them. The reference pose is on that mode",
     )  # fmt: skip
     parser.add_argument(
         "--motion", action="append", metavar="RELATION",
@@ -104,7 +104,7 @@ def load_model(arguments: argparse.Namespace, angles: str, other: str = "") -> L
     return load(
         other or arguments.model, None if other else arguments.loops, arguments.inputs,
         fix_base=arguments.fix_base, bodies=arguments.bodies, massless=arguments.massless,
-        angles=angles, at=arguments.at, mode=None if other else arguments.mode,
+        angles=angles, at=arguments.at, mode=arguments.mode,
     )  # fmt: skip
 
 

@@ -148,25 +148,28 @@ def _modes_outcome(error: MeetingModesError, arguments: argparse.Namespace) -> O
         raise error
     from balance.modes.mode_answers import answer_modes
     from balance.report.text.modes import modes_text
+    from kinematics.model.linkage import Notice
+    from kinematics.urdf.rounded_angles import ROUNDED_ANGLES
 
     options = {
         "motion": arguments.motion, "balance": arguments.balance,
         "max_order": arguments.max_order, "spatial": arguments.spatial,
     }  # fmt: skip
-    answers = answer_modes(error.modes, options)
+    answers = answer_modes(error.modes, options, error.doubt)
     missing = [
         notice._replace(message=f"mode {each.mode.number}: {notice.message}")
         for each in answers.modes if each.space is not None
         for notice in _missing_certainty(each.space, arguments)
     ]  # fmt: skip
     sure = answers.sure and not missing
+    readings = [Notice(ROUNDED_ANGLES, note) for note in getattr(error, "__notes__", ())]
     warnings = dict.fromkeys(
         notice for each in answers.modes if each.space is not None
         for notice in each.space.warnings if notice.code != MODE_NOTICE
     )  # fmt: skip
     return Outcome(
         DONE if sure else UNDECIDED, answers.to_dict, lambda: modes_text(answers),
-        notices=(*warnings, *missing),
+        notices=(*readings, *warnings, *missing),
     )  # fmt: skip
 
 

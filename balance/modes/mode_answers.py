@@ -16,7 +16,7 @@ from kinematics.errors import LinkageError, MeetingModesError
 from kinematics.model.linkage import Linkage
 from kinematics.model.mode_of_motion import ModeOfMotion
 from kinematics.model_gallery import LinkageLike, as_linkage
-from kinematics.wording import count_noun, repr_lines
+from kinematics.wording import count_noun, repr_lines, round_to_ten_digits
 
 __all__ = ["MODES_SCHEMA", "ModeAnswer", "ModeAnswers", "answer_modes", "motion_modes"]
 
@@ -32,21 +32,21 @@ class ModeAnswer:
         space: its design space, certified; None if there is none.
         verdict: whether masses that balance can be built: ``"feasible"``, ``"infeasible"`` or
             ``"undecided"``; None without a space.
+        complete: whether no condition comes at a higher order, up to the order asked for.
         problem: the reason for which there is no space; else empty.
     """
 
     mode: ModeOfMotion
     space: CertifiedSpace | None
     verdict: Verdict | None
+    complete: bool = False
     problem: str = ""
 
     @property
     def sure(self) -> bool:
         """Whether the answer is complete and nothing is in doubt."""
-        space = self.space
-        return bool(space and space.settled and not space.doubts) and (
-            self.verdict in ("feasible", "infeasible")
-        )
+        doubtful = self.space is None or bool(self.space.doubts)
+        return self.complete and not doubtful and self.verdict in ("feasible", "infeasible")
 
     def to_dict(self) -> dict[str, object]:
         """Return plain data for JSON; see ``schemas/modes.schema.json``."""
@@ -55,7 +55,7 @@ class ModeAnswer:
             "number": mode.number,
             "mobility": mode.mobility,
             "here": mode.here,
-            "positions": dict(mode.positions),
+            "positions": {name: round_to_ten_digits(q) for name, q in mode.positions.items()},
             "verdict": self.verdict,
             "problem": self.problem or None,
         }
@@ -86,16 +86,18 @@ class ModeAnswers:
         name: of the linkage.
         balance: ``"dynamic"`` or ``"force"``.
         modes: an answer for each mode, in the order of their numbers.
+        doubt: why there may be more modes; empty if nothing speaks for it.
     """
 
     name: str
     balance: Balance
     modes: tuple[ModeAnswer, ...]
+    doubt: str = ""
 
     @property
     def sure(self) -> bool:
-        """Whether every answer is complete and nothing is in doubt."""
-        return all(answer.sure for answer in self.modes)
+        """Whether all modes are listed, every answer is complete, and nothing is in doubt."""
+        return not self.doubt and all(answer.sure for answer in self.modes)
 
     def __repr__(self) -> str:
         """Give a line for the linkage and one for each mode."""
@@ -113,6 +115,7 @@ class ModeAnswers:
             "schema": MODES_SCHEMA,
             "model": self.name,
             "balance": self.balance,
+            "doubt": self.doubt or None,
             "modes": [answer.to_dict() for answer in self.modes],
         }
 
@@ -149,34 +152,40 @@ def motion_modes(
         >>> [answer.space.nullity for answer in balance.motion_modes("four_bar_kite").modes]
         [5]
     """
+    doubt = ""
     try:
         linkage = as_linkage(model)
     except MeetingModesError as error:
-        modes = error.modes
+        modes, doubt = error.modes, error.doubt
     else:
         modes = (ModeOfMotion(1, linkage.mobility, True, {}, linkage),)
-    return answer_modes(modes, {"motion": motion, "balance": balance, "spatial": spatial})
+    options = {"motion": motion, "balance": balance, "spatial": spatial}
+    return answer_modes(modes, options, doubt)
 
 
-def answer_modes(modes: Sequence[ModeOfMotion], options: Mapping[str, Any]) -> ModeAnswers:
+def answer_modes(
+    modes: Sequence[ModeOfMotion], options: Mapping[str, Any], doubt: str = ""
+) -> ModeAnswers:
     """Compute design space and verdict on given modes.
 
     Args:
         modes: of `kinematics.errors.MeetingModesError`.
         options: arguments of `balance.design_space`.
+        doubt: of the same error.
     """
     answers = tuple(_answer(mode, options) for mode in modes)
     known = (mode.linkage for mode in modes)
     name = next((x.name for x in known if isinstance(x, Linkage)), "")
-    return ModeAnswers(name, options.get("balance", "dynamic"), answers)
+    return ModeAnswers(name, options.get("balance", "dynamic"), answers, doubt)
 
 
 def _answer(mode: ModeOfMotion, options: Mapping[str, Any]) -> ModeAnswer:
     """Compute design space and verdict on one mode."""
     if isinstance(mode.linkage, LinkageError):
-        return ModeAnswer(mode, None, None, str(mode.linkage))
+        return ModeAnswer(mode, None, None, problem=str(mode.linkage))
     try:
         space = certify(design_space(mode.linkage, **options))
-        return ModeAnswer(mode, space, design(space).verdict)
+        complete = space.settled or options.get("max_order") is not None
+        return ModeAnswer(mode, space, design(space).verdict, complete)
     except LinkageError as error:
-        return ModeAnswer(mode, None, None, str(error))
+        return ModeAnswer(mode, None, None, problem=str(error))

@@ -25,7 +25,17 @@ from kinematics.model.linkage import Linkage
 __all__ = ["StudyData"]
 
 TABLES = {
-    "model": ("angles", "at", "bodies", "file", "fix_base", "inputs", "loops", "massless"),
+    "model": (
+        "angles",
+        "at",
+        "bodies",
+        "file",
+        "fix_base",
+        "inputs",
+        "loops",
+        "massless",
+        "mode",
+    ),
     "parameters": (),
     "relations": (),
     "sampling": ("count", "seed"),

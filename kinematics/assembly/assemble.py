@@ -10,52 +10,34 @@ vanishes at a generic pose vanishes everywhere.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import fields, replace
+from dataclasses import fields
 
 import numpy as np
 from numpy.typing import NDArray
 
 from kinematics.assembly.close_loops import close_loops
 from kinematics.assembly.closed_component import open_loop_error
+from kinematics.assembly.generic_pose import generic_direction, is_near_singular
 from kinematics.assembly.repair_axes import (
     has_near_zero_singular_values,
     repair_axes,
     repair_component,
 )
-from kinematics.assembly.singular_pose import (
-    ModeStart,
-    generic_direction,
-    is_near_singular,
-    leave_singular_pose,
-)
 from kinematics.assembly.welded_bodies import merge_welded_bodies
 from kinematics.closure.newton import Pose
-from kinematics.errors import (
-    CoordinateError,
-    LinkageError,
-    MeetingModesError,
-    MobilityError,
-    MotionError,
-)
+from kinematics.errors import CoordinateError, MobilityError, MotionError
 from kinematics.mobility.components import Component, component_freedoms, split_components
 from kinematics.mobility.independent_coordinates import choose_coordinates
 from kinematics.mobility.regular_as_written import regular_loop_ranks
 from kinematics.model.arrays import Chain, freeze
 from kinematics.model.chain import arrange_loops, move_chain
-from kinematics.model.full_turns import wrap_turns
 from kinematics.model.linkage import Linkage, Notice, UnassembledLinkage
-from kinematics.model.mode_of_motion import ModeOfMotion
 from kinematics.model.motion import Motion
 from kinematics.model.plane import plane_normal, reduce_to_plane
-from kinematics.tolerances import (
-    AXIS_ROUNDING,
-    IDLE_JOINT_RELATIVE,
-    NAMED_POSITION,
-    UNMOVED_DISTANCE,
-)
+from kinematics.tolerances import AXIS_ROUNDING, IDLE_JOINT_RELATIVE
 from kinematics.wording import count_noun
 
-__all__ = ["assemble", "moving_chain"]
+__all__ = ["assemble", "assemble_at_pose", "assemble_mode", "moving_chain"]
 
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -77,8 +59,8 @@ def assemble(
             completed with passive joints; a notice names these.
         exactly: whether axes count as written, even where overconstrained loops close with
             them only to rounding; otherwise they are moved until the loops close.
-        mode: number of a mode of motion, from 1, where several meet at the pose of the file.
-            The reference pose is one on that mode.
+        mode: number of a mode of motion, from 1, where several meet at the pose of the
+            linkage. The reference pose is one on that mode.
 
     Returns:
         The linkage at its reference pose, with loops closed.
@@ -87,144 +69,82 @@ def assemble(
         OpenLoopError: a loop does not close, or numbers overflow on the way, so that a
             decomposition of a matrix does not converge.
         MobilityError: nothing can move, or it moves only infinitesimally, or several modes of
-            motion meet at the pose of the file; `MeetingModesError` lists them.
+            motion meet at its pose; `MeetingModesError` lists them.
         CoordinateError: an input is unknown or depends on the others.
     """
+    return assemble_mode(draft, inputs, mode, exactly=exactly)[0]
+
+
+def assemble_mode(
+    draft: UnassembledLinkage,
+    inputs: Sequence[str] | None,
+    mode: int | None,
+    *,
+    exactly: bool = False,
+    optional: bool = False,
+) -> tuple[Linkage, bool]:
+    """Close the loops of a linkage, and follow a mode if several meet at its pose.
+
+    Args:
+        draft: as for `assemble`; so are the others.
+        inputs: names of joints to use as coordinates.
+        mode: number of the mode.
+        exactly: whether axes count as written.
+        optional: whether any number is taken where a single mode leaves the pose.
+
+    Returns:
+        The linkage, and whether a single mode leaves its pose.
+
+    Raises:
+        LinkageError: as for `assemble`.
+    """
     try:
-        return _assemble(draft, inputs, exactly, mode)
+        linkage, single = _assemble(draft, inputs, exactly, mode)
     except np.linalg.LinAlgError:
         raise open_loop_error(draft, "", 1) from None
+    if single and mode not in (None, 1) and not optional:
+        from kinematics.assembly.follow_mode import unknown_mode_error
+
+        raise unknown_mode_error(linkage.source, 1)
+    return linkage, single
 
 
 def _assemble(
     draft: UnassembledLinkage, inputs: Sequence[str] | None, exactly: bool, mode: int | None
-) -> Linkage:
-    """Close the loops of a linkage and choose its coordinates; see `assemble`."""
+) -> tuple[Linkage, bool]:
+    """Close the loops of a linkage and choose its coordinates; see `assemble_mode`."""
     draft = merge_welded_bodies(close_loops(draft, None if exactly else repair_component))
     wanted = tuple(inputs) if inputs is not None else draft.named_inputs
     repaired: UnassembledLinkage | str = ""
     try:
-        linkage, rounded, near = _assemble_at_pose(draft, wanted)
+        linkage, rounded, near = assemble_at_pose(draft, wanted)
     except (CoordinateError, MobilityError) as error:
         problem: CoordinateError | MobilityError | None = error
         repaired = repair_axes(draft) if not exactly else ""
     else:
         if not rounded and not near:
-            return _only_mode(linkage, mode)
+            return linkage, True
         problem = None
         repaired = repair_axes(draft) if rounded and not exactly else ""
     if not isinstance(repaired, str):
-        return _only_mode(_assemble_at_pose(repaired, wanted)[0], mode)
-    starts = leave_singular_pose(draft)
-    if len(starts) > 1:
-        return _follow_mode(draft, starts, inputs, mode)
-    if starts:
-        return _only_mode(_assemble_at_pose(starts[0].draft, wanted)[0], mode)
+        return assemble_at_pose(repaired, wanted)[0], True
+    # Linkages at regular poses need neither of these modules.
+    from kinematics.assembly.follow_mode import follow_mode
+    from kinematics.assembly.singular_pose import leave_singular_pose
+
+    modes = leave_singular_pose(draft)
+    if len(modes.starts) > 1:
+        return follow_mode(draft, modes, inputs, mode), False
+    if modes.starts:
+        return assemble_at_pose(modes.starts[0].draft, wanted)[0], True
     if problem is None:
-        return _only_mode(linkage, mode)
+        return linkage, True
     if repaired:
         raise MobilityError(f"{draft.source}: its loops do not close: {repaired}") from None
     raise problem
 
 
-def _only_mode(linkage: Linkage, mode: int | None) -> Linkage:
-    """Return a linkage whose pose is regular; refuse a mode that it does not have.
-
-    Raises:
-        MobilityError: the mode asked for is not the first.
-    """
-    if mode not in (None, 1):
-        raise _unknown_mode_error(linkage, 1)
-    return linkage
-
-
-def _unknown_mode_error(draft: UnassembledLinkage, count: int) -> MobilityError:
-    """Make the error for the number of a mode that does not exist."""
-    there = "one mode of motion leaves" if count == 1 else f"{count} modes of motion leave"
-    return MobilityError(
-        f"{draft.source}: {there} the pose of the file; choose a mode from 1"
-        + (f" to {count}" if count > 1 else ", or none")
-    )
-
-
-def _follow_mode(
-    draft: UnassembledLinkage,
-    starts: Sequence[ModeStart],
-    inputs: Sequence[str] | None,
-    mode: int | None,
-) -> Linkage:
-    """Assemble a linkage on one of the modes that leave its pose.
-
-    Raises:
-        MeetingModesError: no mode is asked for.
-        MobilityError: there is none of that number, or the linkage cannot move on it.
-        CoordinateError: an input cannot drive the linkage on it.
-    """
-    if mode is None:
-        modes = [_describe(start, inputs, k) for k, start in enumerate(starts, 1)]
-        raise MeetingModesError(draft.source, modes, _moving_joints(starts))
-    if not 1 <= mode <= len(starts):
-        raise _unknown_mode_error(draft, len(starts))
-    text = f"the reference pose is on mode {mode} of {len(starts)}, away from that of the file"
-    linkage = _assemble_on_mode(starts[mode - 1], inputs)
-    return replace(linkage, notices=(*linkage.notices, Notice("mode_of_motion", text)))
-
-
-def _assemble_on_mode(start: ModeStart, inputs: Sequence[str] | None) -> Linkage:
-    """Assemble a linkage at a pose on a mode.
-
-    Inputs that the file marks, and that do not drive the linkage on this mode, are replaced.
-    """
-    wanted = tuple(inputs) if inputs is not None else start.draft.named_inputs
-    notices = []
-    try:
-        linkage, *_ = _assemble_at_pose(start.draft, wanted)
-    except CoordinateError as error:
-        if inputs is not None:
-            raise
-        linkage, *_ = _assemble_at_pose(start.draft, ())
-        text = (
-            f"{', '.join(error.names)} of the file cannot drive this mode: the inputs are "
-            f"{', '.join(linkage.inputs)}"
-        )
-        notices = [Notice("inputs_of_mode", text)]
-    assert linkage.displaced is not None
-    pose = dict(
-        zip(
-            linkage.inputs,
-            linkage.displaced[linkage.positions_of(linkage.inputs)].tolist(),
-            strict=True,
-        )
-    )
-    return replace(linkage, at=pose, notices=(*linkage.notices, *notices), other_poses=())
-
-
-def _describe(start: ModeStart, inputs: Sequence[str] | None, number: int) -> ModeOfMotion:
-    """Describe a mode by the pose on it."""
-    q = start.draft.displaced
-    assert q is not None
-    within, _ = wrap_turns(start.draft.joints, q)
-    positions = {
-        joint.name: float(x)
-        for joint, x in zip(start.draft.joints, within, strict=True)
-        if not joint.in_loop and abs(x) > UNMOVED_DISTANCE
-    }
-    linkage: Linkage | LinkageError
-    try:
-        linkage = _assemble_on_mode(start, inputs)
-    except LinkageError as error:
-        linkage = error
-    return ModeOfMotion(number, start.mobility, start.here, positions, linkage)
-
-
-def _moving_joints(starts: Sequence[ModeStart]) -> list[str]:
-    """List the joints that move differently on the modes."""
-    q = np.array([start.draft.displaced for start in starts])
-    differ = np.flatnonzero(np.ptp(q, axis=0) > NAMED_POSITION)
-    return [starts[0].draft.joints[j].name for j in differ]
-
-
-def _assemble_at_pose(
+def assemble_at_pose(
     draft: UnassembledLinkage, wanted: Sequence[str]
 ) -> tuple[Linkage, bool, bool]:
     """Make the linkage at the pose of a draft.

@@ -9,19 +9,20 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 from itertools import islice, product
+from math import prod
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from kinematics.assembly.close_loops import nearby_starts
+from kinematics.assembly.generic_pose import generic_direction, is_near_singular
 from kinematics.assembly.rereference import rereference
-from kinematics.closure.newton import Pose, follow_ray
-from kinematics.closure.series import Series, expand, loop_matrix
+from kinematics.closure.newton import Pose
+from kinematics.closure.series import loop_matrix
 from kinematics.errors import MobilityError
 from kinematics.mobility.components import Component, split_components
 from kinematics.mobility.first_order import (
-    conditioning,
     first_order,
     independent_rows,
     step_from_singular,
@@ -33,20 +34,12 @@ from kinematics.model.chain import arrange_loops, move_chain
 from kinematics.model.full_turns import wrap_turns
 from kinematics.model.linkage import Notice, UnassembledLinkage
 from kinematics.tolerances import (
-    LOOP_RANK_RELATIVE,
     NAMED_POSITION,
-    NEAR_SINGULAR_CONDITIONING,
     OTHER_POSE_DISTANCE,
-    SERIES_RESIDUAL,
     SINGULAR_CONDITIONING,
 )
 
-__all__ = [
-    "ModeStart",
-    "is_near_singular",
-    "generic_direction",
-    "leave_singular_pose",
-]
+__all__ = ["ModeStart", "ModeStarts", "leave_singular_pose"]
 
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -73,6 +66,19 @@ class ModeStart(NamedTuple):
     here: bool
 
 
+class ModeStarts(NamedTuple):
+    """The modes of motion that leave a singular pose.
+
+    Attributes:
+        starts: those that pass the pose before those that another mode leads to, by mobility,
+            then by the rates of the joints; none if the pose is regular.
+        doubt: why there may be more; empty if nothing speaks for it.
+    """
+
+    starts: tuple[ModeStart, ...] = ()
+    doubt: str = ""
+
+
 class _SingularComponent(NamedTuple):
     """A component, and its local mobility."""
 
@@ -80,60 +86,15 @@ class _SingularComponent(NamedTuple):
     local: LocalMobility
 
 
-def generic_direction(chain: Chain) -> tuple[int, Pose | None]:
-    """Find a finite pose in a generic direction of the columns of a chain.
-
-    Returns:
-        The order at which the loops do not close, 0 if they do; and a closed pose further
-        on, None if there is none.
-    """
-    ray = np.random.default_rng(2).standard_normal(chain.width)
-    ray /= np.linalg.norm(ray)
-    series = expand(chain, ray[None], 4)
-    if order := _find_open_order(series):
-        return order, None
-    pose, step = follow_ray(chain, np.zeros(chain.parent.size), series, ray)
-    return (len(series.residual) + 1, None) if step == 0.0 else (0, pose)
-
-
-def _find_open_order(series: Series) -> int:
-    """Find the first order of motion at which loops do not close; 0 if they do."""
-    sizes = np.abs(series.C[0]).max(axis=(1, 2))
-    for order, (residual, size) in enumerate(zip(series.residual, sizes, strict=True)):
-        if residual > SERIES_RESIDUAL * max(1.0, size, sizes[0] ** (order + 1)):
-            return order + 1
-    return 0
-
-
-def is_near_singular(chain: Chain, values: Array, pose: Pose) -> bool:
-    """Return whether a regular pose is near a singular one.
-
-    It is, if its loop matrix is ill-conditioned, and better conditioned at the next pose.
-
-    Args:
-        chain: the linkage as arrays.
-        values: singular values of its loop matrix.
-        pose: a closed pose further on.
-    """
-    freedom = int(np.sum(values <= LOOP_RANK_RELATIVE * values.max(initial=0.0)))
-    if freedom == values.size:
-        return False
-    here = float(values[values.size - freedom - 1] / values[0])
-    return (
-        here < NEAR_SINGULAR_CONDITIONING and conditioning(chain, pose.q, freedom) > 1.5 * here
-    )
-
-
-def leave_singular_pose(draft: UnassembledLinkage) -> tuple[ModeStart, ...]:
+def leave_singular_pose(draft: UnassembledLinkage) -> ModeStarts:
     """Find the modes of motion that leave the pose of a linkage, and a regular pose on each.
 
     Args:
         draft: a linkage whose loops are closed.
 
     Returns:
-        The modes: those that pass the pose before those that another mode leads to, by
-        mobility, then by the rates of the joints; a single one, with a notice, if the linkage
-        can leave its pose in one way only. None if the pose is regular.
+        The modes; a single one, with a notice, if the linkage can leave its pose in one way
+        only.
 
     Raises:
         MobilityError: joints move only infinitesimally.
@@ -142,8 +103,11 @@ def leave_singular_pose(draft: UnassembledLinkage) -> tuple[ModeStart, ...]:
     parts = split_components(draft)
     groups = [g for part in parts if (g := _analyse_component(part))]
     if not groups:
-        return ()
+        return ModeStarts()
     starts = []
+    doubt = next((group.local.doubt for group in groups if group.local.doubt), "")
+    if prod(len(group.local.modes) for group in groups) > MAX_MODES:
+        doubt = doubt or f"no more than {MAX_MODES} are listed"
     beside = _freedoms_beside(draft, parts, groups)
     for choice in islice(product(*(group.local.modes for group in groups)), MAX_MODES):
         q = np.zeros(len(draft.joints))
@@ -153,13 +117,15 @@ def leave_singular_pose(draft: UnassembledLinkage) -> tuple[ModeStart, ...]:
         there = rereference(draft, chain, q) if q.any() else draft
         starts.append(ModeStart(there, mobility, all(mode.here for mode in choice)))
     if len(starts) > 1:
-        return tuple(sorted(starts, key=lambda start: (not start.here, start.mobility)))
+        starts.sort(key=lambda start: (not start.here, start.mobility))
+        return ModeStarts(tuple(starts), doubt)
     (start,) = starts
     if start.draft is draft:
-        return ()
+        return ModeStarts()
     text = _leaving_text(draft, chain, start, beside + sum(g.local.freedom for g in groups))
+    text += f"; there may be others: {doubt}" if doubt else ""
     notices = (*start.draft.notices, Notice("left_singular_pose", text))
-    return (start._replace(draft=replace(start.draft, notices=notices)),)
+    return ModeStarts((start._replace(draft=replace(start.draft, notices=notices)),), doubt)
 
 
 def _freedoms_beside(

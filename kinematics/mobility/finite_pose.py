@@ -8,16 +8,19 @@ loops.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 
 from kinematics.closure.newton import forward_kinematics, solve_positions
 from kinematics.closure.series import loop_matrix
+from kinematics.linalg.ties import first_largest
 from kinematics.mobility.first_order import independent_rows, loop_singular_values
 from kinematics.mobility.motion_modes import SheetPose, follow_sheet, sheet_at
 from kinematics.model.arrays import Chain
 from kinematics.model.chain import move_chain
-from kinematics.tolerances import NEAR_SINGULAR_RESIDUAL
+from kinematics.tolerances import NEAR_SINGULAR_RESIDUAL, TIE_RELATIVE
 
 __all__ = ["finite_pose"]
 
@@ -27,20 +30,26 @@ Array = NDArray[np.float64]
 # lengths); first, longest and shortest step on the way.
 NEAREST, FURTHEST = 0.25, 0.75
 FIRST, LONGEST, SHORTEST = 0.01, 0.08, 1e-4
+# Poses near the singular one of which the best conditioned is the start.
+MAX_COMPARED = 24
 # Round positions are those whose half-angle tangent is a multiple of this.
 ROUND = 1.0 / 16.0
 
 
-def finite_pose(chain: Chain, start: SheetPose) -> Array:
+def finite_pose(chain: Chain, starts: Sequence[SheetPose]) -> Array:
     """Find a well conditioned pose on a mode, away from the reference pose.
 
     Args:
         chain: joints in loops that are closed; the reference pose is singular.
-        start: a pose on the mode, near the reference pose.
+        starts: poses on the mode, near the reference pose.
 
     Returns:
         Joint positions (n,), chain units.
     """
+    start = starts[0]
+    if start.T.shape[1] > 1:  # on a curve, the poses on both sides are alike
+        few = starts[:MAX_COMPARED]
+        start = few[first_largest([_conditioning(chain, each) for each in few])]
     pose, ahead, step = start, start.q / np.linalg.norm(start.q), FIRST
     best, most = start, 0.0
     while np.abs(pose.q).max() < FURTHEST and step >= SHORTEST:
@@ -52,7 +61,7 @@ def finite_pose(chain: Chain, start: SheetPose) -> Array:
             continue
         ahead, pose, step = there.q - pose.q, there, min(1.4 * step, LONGEST)
         value = _conditioning(chain, pose)
-        if value > most or np.abs(best.q).max() < NEAREST:
+        if value > (1.0 + TIE_RELATIVE) * most or np.abs(best.q).max() < NEAREST:
             best, most = pose, value
     return _with_round_positions(chain, best)
 

@@ -19,10 +19,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinematics.closure.series import expand, loop_matrix
-from kinematics.linalg.ties import first_largest
+from kinematics.linalg.ties import first_basis, first_largest
 from kinematics.mobility.finite_pose import finite_pose
 from kinematics.mobility.first_order import first_order, step_along
-from kinematics.mobility.motion_modes import Mode, closest_pose, find_modes
+from kinematics.mobility.motion_modes import ModeSearch, closest_pose, find_modes
 from kinematics.mobility.reachable_modes import ReachableMode, reachable_modes
 from kinematics.model.arrays import Chain
 from kinematics.model.chain import move_chain
@@ -57,11 +57,13 @@ class LocalMobility(NamedTuple):
         order: at which the loops stop closing if no motion leaves the pose, otherwise 0.
         modes: the motions through the pose, and those that they lead to; none if it is the
             only pose.
+        doubt: why there may be more modes; empty if nothing speaks for it.
     """
 
     freedom: int
     order: int
     modes: tuple[ReachableMode, ...]
+    doubt: str = ""
 
     @property
     def mobility(self) -> int:
@@ -80,8 +82,8 @@ def analyse_local_mobility(
         turning: joints that are in the same place after a full turn (n,).
         tolerance: relative size of singular values of the loop matrix that count as zero.
     """
-    N, _ = first_order(loop_matrix(chain), tolerance)
-    freedom = N.shape[1]
+    kernel, _ = first_order(loop_matrix(chain), tolerance)
+    N, freedom = first_basis(kernel.T).T, kernel.shape[1]
     if freedom == 0:
         return LocalMobility(0, 1, ())
     if freedom == 1:
@@ -93,21 +95,25 @@ def analyse_local_mobility(
             return LocalMobility(1, order or MAX_ORDER, ())
         far = step_along(chain, SPHERE_RADII[0] * N[:, 0])
         return LocalMobility(1, 0, (ReachableMode(1, far, True),))
-    modes: tuple[Mode, ...] = ()
-    seen = None
+    search, seen = ModeSearch(()), None
     for distance in SPHERE_RADII:
-        modes = find_modes(chain, N, distance)
-        mobilities = [mode.mobility for mode in modes]
+        search = find_modes(chain, N, distance)
+        mobilities = [mode.mobility for mode in search.modes]
         if seen == mobilities:
             break
         seen = mobilities
-    if not modes:
+    else:
+        text = "other ones are found nearer to the pose"
+        search = search._replace(doubt=search.doubt or text)
+    if not search.modes:
         return LocalMobility(freedom, _estimate_order(chain, N), ())
-    if len(modes) == 1:
-        (mode,) = modes
-        far = finite_pose(chain, mode.poses[0])
-        return LocalMobility(freedom, 0, (ReachableMode(mode.mobility, far, True),))
-    return LocalMobility(freedom, 0, reachable_modes(chain, modes, distance, turning))
+    if len(search.modes) == 1:
+        (mode,) = search.modes
+        far = finite_pose(chain, mode.poses)
+        return LocalMobility(
+            freedom, 0, (ReachableMode(mode.mobility, far, True),), search.doubt
+        )
+    return LocalMobility(freedom, 0, *reachable_modes(chain, search, distance, turning))
 
 
 def _order_of_single_freedom(chain: Chain, N: Array) -> int:

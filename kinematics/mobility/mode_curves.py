@@ -52,14 +52,15 @@ class Curve(NamedTuple):
         conditioning: smallest singular value of the loop matrix that is not zero everywhere,
             relative to the largest (k,).
         nodes: singular poses on it (m, n).
-        closed: whether it comes back to its first pose.
+        ended: whether it comes back to its first pose, or leads far away both ways; otherwise
+            it goes on where it was not followed.
     """
 
     poses: Array
     tangents: Array
     conditioning: Array
     nodes: Array
-    closed: bool
+    ended: bool
 
     def passes(self, chain: Chain, q: Array, turning: NDArray[np.bool_]) -> bool:
         """Decide whether a closed pose is on the curve, up to full turns of joints.
@@ -110,9 +111,10 @@ def trace_curve(chain: Chain, start: SheetPose, turning: NDArray[np.bool_]) -> C
         start: a regular pose on the curve.
         turning: joints that are in the same place after a full turn (n,).
     """
-    poses, closed = _follow(chain, start, turning)
+    poses, closed, ended = _follow(chain, start, turning)
     if not closed:
-        back, _ = _follow(chain, start._replace(T=-start.T), turning)
+        back, _, both = _follow(chain, start._replace(T=-start.T), turning)
+        ended = ended and both
         poses = [pose._replace(T=-pose.T) for pose in back[:0:-1]] + poses
     values = np.array([_conditioning(chain, pose.q) for pose in poses])
     return Curve(
@@ -120,17 +122,20 @@ def trace_curve(chain: Chain, start: SheetPose, turning: NDArray[np.bool_]) -> C
         np.array([pose.T[:, 0] for pose in poses]),
         values,
         np.reshape(list(_nodes(chain, poses, values, turning)), (-1, len(start.q))),
-        closed,
+        closed or ended,
     )
 
 
 def _follow(
     chain: Chain, start: SheetPose, turning: NDArray[np.bool_]
-) -> tuple[list[SheetPose], bool]:
-    """Follow a curve in one sense; return its poses, and whether it came back to the first.
+) -> tuple[list[SheetPose], bool, bool]:
+    """Follow a curve in one sense.
 
     Steps are bent as the curve was before, so that they stay on it where another is tangent to
     it.
+
+    Returns:
+        Its poses, whether it came back to the first, and whether it led far away.
     """
     pose, step = start, FIRST
     poses = [start]
@@ -152,15 +157,15 @@ def _follow(
             and 0.0 <= ahead <= step
             and _arrives(chain, pose, start, away)
         ):
-            return poses, True
+            return poses, True, False
         length += step
         bend = (there.T[:, 0] - pose.T[:, 0]) / step
         pose = there
         poses.append(pose)
         if np.abs(np.where(turning, 0.0, pose.q)).max() > FAR:
-            break
+            return poses, False, True
         step = min(step * (1.4 if turned < 2e-3 else 0.8 if turned > 8e-3 else 1.0), LONGEST)
-    return poses, False
+    return poses, False, False
 
 
 def _arrives(chain: Chain, pose: SheetPose, start: SheetPose, away: Array) -> bool:

@@ -34,7 +34,7 @@ from kinematics.linalg.gauss_newton import (
     gauss_newton,
     step_grows,
 )
-from kinematics.linalg.vectors import distinct_vectors
+from kinematics.linalg.vectors import alike_groups
 from kinematics.mobility.first_order import closure_equations, first_order, loop_singular_values
 from kinematics.mobility.tangent_cone import cone_directions, second_order_forms
 from kinematics.model.arrays import Chain
@@ -45,13 +45,26 @@ from kinematics.tolerances import (
     NEAR_SINGULAR_STEP,
     SAME_POSE_RELATIVE,
 )
+from kinematics.wording import count_noun
 
-__all__ = ["Mode", "SheetPose", "closest_pose", "find_modes", "follow_sheet", "sheet_at"]
+__all__ = [
+    "Mode",
+    "ModeSearch",
+    "SheetPose",
+    "closest_pose",
+    "find_modes",
+    "follow_sheet",
+    "sheet_at",
+]
 
 Array = NDArray[np.float64]
+IntArray = NDArray[np.int64]
 
-# Most starts of the search for modes, and for each freedom.
-MAX_STARTS, STARTS = 240, 48
+# Most starts of one round of the search for modes, for each freedom, and the fewest.
+MAX_STARTS, STARTS, MIN_STARTS = 240, 48, 32
+# Rounds of random starts: another one follows while a mode is reached from fewer starts than
+# this, since there may be modes that no start reaches.
+ROUNDS, MIN_HITS = 3, 3
 # Most starts times the square of the number of joints, with which the cost of a start grows.
 MAX_WORK = 400_000
 # Distance of directions beside the tangent cone in which the search starts too, and their seed.
@@ -86,10 +99,12 @@ class Mode(NamedTuple):
     Attributes:
         mobility: its degrees of freedom.
         poses: closed poses on it near the singular pose, at one distance.
+        hits: number of starts of the search that lead to them.
     """
 
     mobility: int
     poses: tuple[SheetPose, ...]
+    hits: int
 
     @property
     def projector(self) -> Array:
@@ -97,7 +112,27 @@ class Mode(NamedTuple):
         return np.asarray(np.mean([pose.T @ pose.T.T for pose in self.poses], axis=0))
 
 
-def find_modes(chain: Chain, N: Array, distance: float) -> tuple[Mode, ...]:
+class ModeSearch(NamedTuple):
+    """Modes that a search has found.
+
+    Attributes:
+        modes: by mobility, then by the number of joints that they move, then by the rates of
+            the joints. None if the linkage is rigid.
+        doubt: why there may be more; empty if nothing speaks for it.
+    """
+
+    modes: tuple[Mode, ...]
+    doubt: str = ""
+
+
+class _Start(NamedTuple):
+    """A closed pose near the singular one, and how many starts lead to it."""
+
+    pose: SheetPose
+    hits: int
+
+
+def find_modes(chain: Chain, N: Array, distance: float) -> ModeSearch:
     """Find the modes that meet at the reference pose of a chain.
 
     Args:
@@ -106,52 +141,105 @@ def find_modes(chain: Chain, N: Array, distance: float) -> tuple[Mode, ...]:
         distance: of the poses on each mode from the reference pose, chain units.
 
     Returns:
-        The modes: by mobility, then by the number of joints that they move, then by the rates
-        of the joints. None if the linkage is rigid.
+        The modes, and why there may be more.
     """
     n, freedom = N.shape
-    starts = min(max(STARTS * (freedom - 1), 32), MAX_STARTS, MAX_WORK // n**2)
-    poses: list[Array] = []
-    for u in _start_directions(cone_directions(second_order_forms(chain, N), starts), starts):
+    wanted = min(max(STARTS * (freedom - 1), MIN_STARTS), MAX_STARTS)
+    count = max(min(wanted, MAX_WORK // n**2), MIN_STARTS)
+    forms = second_order_forms(chain, N)
+    starts: list[_Start] = []
+    search = ModeSearch(())
+    for seed in range(ROUNDS):
+        starts = _closed_starts(chain, N, distance, starts, cone_directions(forms, count, seed))
+        search = _group_modes(chain, N, distance, starts)
+        rare = any(mode.hits < MIN_HITS for mode in search.modes)
+        if freedom <= 2 or not rare:
+            break
+    else:
+        text = f"one of them was reached from few of {ROUNDS * count} directions"
+        search = search._replace(doubt=search.doubt or text)
+    if count < wanted:
+        text = f"for so many joints only {count} directions were searched"
+        search = search._replace(doubt=search.doubt or text)
+    return search
+
+
+def _closed_starts(
+    chain: Chain, N: Array, distance: float, known: list[_Start], cone: tuple[Array, IntArray]
+) -> list[_Start]:
+    """Close the loops in directions of the tangent cone, and on both sides of them.
+
+    Args:
+        chain: the linkage as arrays.
+        N: orthonormal freedoms (n, f).
+        distance: of the poses from the reference pose, chain units.
+        known: poses from directions before.
+        cone: directions in the freedoms (k, f), and how many starts lead to each (k,).
+
+    Returns:
+        The poses that are known, and further ones.
+    """
+    poses: list[SheetPose | None] = [start.pose for start in known]
+    places, hits = [start.pose.q for start in known], [start.hits for start in known]
+    directions = _both_sides(cone[0])
+    weights = np.resize(cone[1], len(directions))
+    for u, weight in zip(directions, weights.tolist(), strict=True):
         q, residual = closest_pose(chain, N, distance, N @ u)
         if residual <= NEAR_SINGULAR_RESIDUAL and np.abs(q).max() <= 10 * distance:
-            poses.append(q)
-    first = (
-        distinct_vectors(poses, lambda some, q: _are_same(some, q, distance)) if poses else []
+            places.append(q)
+            poses.append(None)
+            hits.append(weight)
+    groups = (
+        alike_groups(places, lambda some, q: _are_same(some, q, distance)) if places else []
     )
-    all_poses = [sheet_at(chain, poses[k]) for k in first]
-    sheets = [pose for pose in all_poses if _is_regular(chain, pose, distance)]
-    if all_poses and not sheets:
+    return [
+        _Start(
+            poses[group[0]] or sheet_at(chain, places[group[0]]), sum(hits[k] for k in group)
+        )
+        for group in groups
+    ]
+
+
+def _group_modes(chain: Chain, N: Array, distance: float, starts: list[_Start]) -> ModeSearch:
+    """Group poses near the singular one into modes, in order."""
+    hits = {id(start.pose): start.hits for start in starts}
+    sheets = [start.pose for start in starts if _is_regular(chain, start.pose, distance)]
+    if starts and not sheets:
         # Shaky everywhere: what the modes are does not show in the first-order freedoms.
-        return (Mode(max(pose.T.shape[1] for pose in all_poses), tuple(all_poses)),)
+        most = max(start.pose.T.shape[1] for start in starts)
+        poses = tuple(start.pose for start in starts)
+        return ModeSearch((Mode(most, poses, sum(hits.values())),))
     modes: list[Mode] = []
     for mobility in sorted({pose.T.shape[1] for pose in sheets}):
         alike = [pose for pose in sheets if pose.T.shape[1] == mobility]
         join = _pair_half_branches if mobility == 1 else _join_sheets
         modes += [
-            Mode(mobility, tuple(sorted(group, key=_first_rate_is_negative)))
+            Mode(
+                mobility, tuple(sorted(group, key=_first_rate_is_negative)),
+                sum(hits.get(id(pose), 0) for pose in group),
+            )
             for group in join(chain, N, distance, alike)
-        ]
-    return tuple(sorted(modes, key=cmp_to_key(_compare_modes)))
+        ]  # fmt: skip
+    shaky = len(starts) - len(sheets)
+    doubt = f"{count_noun(shaky, 'pose')} nearby cannot be told apart" if shaky else ""
+    return ModeSearch(tuple(sorted(modes, key=cmp_to_key(_compare_modes))), doubt)
 
 
-def _start_directions(cone: Array, most: int) -> Array:
-    """Add directions on both sides of each of the tangent cone (k, f): some (m, f), m ≤ most.
+def _both_sides(cone: Array) -> Array:
+    """Add directions on both sides of each of the tangent cone (k, f), if they are few.
 
     Modes that are tangent to one another have one direction in the cone. From beside it the
     search comes to that on its side.
     """
     f = cone.shape[1]
-    if f < 2 or len(cone) > most // 3:
+    if f < 2 or not 0 < len(cone) <= MAX_STARTS // 3:
         return cone
     rng = np.random.default_rng(SEED)
-    aside = np.column_stack([-cone[:, 1], cone[:, 0]]) if f == 2 else rng.standard_normal(
-        cone.shape
-    )
-    aside -= np.sum(aside * cone, axis=1, keepdims=True) * cone
-    aside *= ASIDE / np.linalg.norm(aside, axis=1)[:, None]
-    starts = np.concatenate([cone, cone + aside, cone - aside])
-    return np.asarray(starts / np.linalg.norm(starts, axis=1)[:, None])
+    aside = cone[:, ::-1] * [-1.0, 1.0] if f == 2 else rng.standard_normal(cone.shape)
+    aside = aside - np.sum(aside * cone, axis=1, keepdims=True) * cone
+    aside = ASIDE * aside / np.linalg.norm(aside, axis=1)[:, None]
+    directions = np.concatenate([cone, cone + aside, cone - aside])
+    return np.asarray(directions / np.linalg.norm(directions, axis=1)[:, None])
 
 
 def closest_pose(chain: Chain, N: Array, distance: float, start: Array) -> tuple[Array, float]:

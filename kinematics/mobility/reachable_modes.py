@@ -16,13 +16,14 @@ from numpy.typing import NDArray
 
 from kinematics.closure.newton import forward_kinematics
 from kinematics.closure.series import loop_matrix
+from kinematics.linalg.ties import first_basis
 from kinematics.mobility.finite_pose import finite_pose
 from kinematics.mobility.first_order import first_order
 from kinematics.mobility.mode_curves import Curve, trace_curve, within_turn
-from kinematics.mobility.motion_modes import Mode, find_modes
+from kinematics.mobility.motion_modes import Mode, ModeSearch, find_modes
 from kinematics.model.arrays import Chain, freeze
 
-__all__ = ["ReachableMode", "reachable_modes"]
+__all__ = ["ReachableMode", "ReachableModes", "reachable_modes"]
 
 Array = NDArray[np.float64]
 
@@ -49,28 +50,41 @@ class ReachableMode(NamedTuple):
     here: bool
 
 
+class ReachableModes(NamedTuple):
+    """Modes that a linkage can change to.
+
+    Attributes:
+        modes: those that meet at the pose, in their order; then others, in the order in which
+            singular poses are met.
+        doubt: why there may be more; empty if nothing speaks for it.
+    """
+
+    modes: tuple[ReachableMode, ...]
+    doubt: str
+
+
 def reachable_modes(
-    chain: Chain, modes: Sequence[Mode], distance: float, turning: NDArray[np.bool_]
-) -> tuple[ReachableMode, ...]:
+    chain: Chain, search: ModeSearch, distance: float, turning: NDArray[np.bool_]
+) -> ReachableModes:
     """List the modes at a singular pose, and those further along modes of one freedom.
 
     Args:
         chain: joints in loops that are closed; the singular pose is its reference pose.
-        modes: those that meet there, from `find_modes`, in their order.
+        search: the modes that meet there, from `find_modes`.
         distance: of the poses on each mode from the singular pose.
         turning: joints that are in the same place after a full turn (n,).
-
-    Returns:
-        The modes that meet at the pose, in their order; then others, in the order in which
-        singular poses are met.
     """
+    doubts = [search.doubt]
     curves: list[Curve] = []
     reached: list[ReachableMode] = []
     nodes = [np.zeros(chain.parent.size)]
 
     def visit(local: Sequence[Mode], node: Array, at_node: Chain) -> None:
         here = node is nodes[0]
-        for mode in local[: MAX_MODES - len(reached)]:
+        for mode in local:
+            if len(reached) == MAX_MODES:
+                doubts.append(f"no more than {MAX_MODES} are listed")
+                return
             near = mode.poses[0]
             if mode.mobility == 1:
                 pose = near._replace(q=node + near.q)
@@ -79,23 +93,30 @@ def reachable_modes(
                 curves.append(trace_curve(chain, pose, turning))
             elif not here:
                 continue
-            far = node + finite_pose(at_node, near)
+            far = node + finite_pose(at_node, mode.poses)
             reached.append(ReachableMode(mode.mobility, far, here))
 
-    visit(modes, nodes[0], chain)
+    visit(search.modes, nodes[0], chain)
     for curve in curves:  # grows on the way
+        if not curve.ended:
+            doubts.append("a mode was not followed to its end")
         for node in curve.nodes:
             known = any(
                 np.abs(within_turn(node - x, turning)).max() <= SAME_NODE for x in nodes
             )
-            if known or len(nodes) > MAX_NODES:
+            if known:
                 continue
+            if len(nodes) > MAX_NODES:
+                doubts.append(f"no more than {MAX_NODES} singular poses were looked at")
+                break
             nodes.append(node)
             at_node = _chain_at(chain, node)
             N, _ = first_order(loop_matrix(at_node), NODE_RANK_RELATIVE)
             if N.shape[1] > 1:
-                visit(find_modes(at_node, N, distance), node, at_node)
-    return tuple(reached)
+                there = find_modes(at_node, first_basis(N.T).T, distance)
+                doubts.append(there.doubt)
+                visit(there.modes, node, at_node)
+    return ReachableModes(tuple(reached), next(filter(None, doubts), ""))
 
 
 def _chain_at(chain: Chain, q: Array) -> Chain:

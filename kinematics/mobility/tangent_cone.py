@@ -19,15 +19,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinematics.closure.series import loop_matrix
-from kinematics.linalg.vectors import distinct_vectors
+from kinematics.linalg.vectors import alike_groups
 from kinematics.model.arrays import Chain
 from kinematics.spatial.screws import ad
 
 __all__ = ["cone_directions", "second_order_forms"]
 
 Array = NDArray[np.float64]
+IntArray = NDArray[np.int64]
 
-# Seed of the directions in which the search starts.
+# First seed of the directions in which the search starts.
 SEED = 4
 # Steps of the damped Newton method, its damping over the squared residual, and the least square
 # that counts: on a cone of several dimensions the directions along it are not determined.
@@ -72,22 +73,22 @@ def _carried_screws(chain: Chain, rates: Array) -> Array:
     return carried
 
 
-def cone_directions(forms: Array, count: int) -> Array:
+def cone_directions(forms: Array, count: int, seed: int = 0) -> tuple[Array, IntArray]:
     """Find directions on the cone where quadratic forms vanish, by Newton's method.
 
     Args:
         forms: symmetric matrices (m, f, f).
-        count: number of starts; evenly on the circle if f is 2, at random otherwise, with a
-            fixed seed.
+        count: number of starts; evenly on the circle if f is 2, at random otherwise.
+        seed: of random starts.
 
     Returns:
-        Unit vectors (directions, f) at which the forms vanish, or nearly so: fewer than the
-        starts if these lead to the same ones. Of a cone of one sheet or more, samples.
+        Unit vectors (directions, f) at which the forms vanish, or nearly so, and how many
+        starts lead to each (directions,). Of a cone of one sheet or more, samples.
     """
     size, f = float(np.abs(forms).max(initial=0.0)), forms.shape[1]
-    u = _starts(f, count)
+    u = _starts(f, count, seed)
     if size == 0.0:
-        return u
+        return u, np.ones(count, dtype=np.int64)
     Q = forms / size
     for _ in range(STEPS):
         Qu = np.einsum("mab,kb->kma", Q, u)
@@ -101,14 +102,15 @@ def cone_directions(forms: Array, count: int) -> Array:
     u /= np.linalg.norm(u, axis=1)[:, None]
     values = np.abs(np.einsum("mab,ka,kb->km", Q, u, u)).max(axis=1, initial=0.0)
     u = u[values <= NEARLY_ZERO]
-    same = distinct_vectors(u, lambda some, v: np.abs(some - v).max(axis=1) <= SAME_DIRECTION)
-    return np.asarray(u[same])
+    groups = alike_groups(u, lambda some, v: np.abs(some - v).max(axis=1) <= SAME_DIRECTION)
+    hits = np.array([len(group) for group in groups], dtype=np.int64)
+    return np.reshape(u[[group[0] for group in groups]], (-1, f)), hits
 
 
-def _starts(f: int, count: int) -> Array:
-    """Make unit vectors (count, f): evenly on the circle, or at random with a fixed seed."""
+def _starts(f: int, count: int, seed: int) -> Array:
+    """Make unit vectors (count, f): evenly on the circle, or at random."""
     if f == 2:
         angles = np.linspace(0.0, 2 * np.pi, count, endpoint=False) + 0.05
         return np.column_stack([np.cos(angles), np.sin(angles)])
-    u = np.random.default_rng(SEED).standard_normal((count, f))
+    u = np.random.default_rng([SEED, seed]).standard_normal((count, f))
     return u / np.linalg.norm(u, axis=1)[:, None]

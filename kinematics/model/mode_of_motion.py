@@ -32,4 +32,5 @@ class ModeOfMotion(NamedTuple):
     @property
     def place(self) -> str:
         """Positions of the joints in words: ``a=0.5, b=-0.5``."""
-        return ", ".join(f"{name}={q:.3g}" for name, q in self.positions.items())
+        named = ", ".join(f"{name}={q:.3g}" for name, q in self.positions.items())
+        return named or "the pose of the file"

@@ -2,14 +2,25 @@
 
 from __future__ import annotations
 
-from itertools import pairwise
+from itertools import pairwise, product
+from operator import le
 from typing import NamedTuple
 
 import numpy as np
 
 from tests.support.urdf_text import along, joint, link, loop, saved
 
-__all__ = ["FLAT", "FlatLinkage", "parallel_cells", "slider_crank", "spherical", "three_upu"]
+__all__ = [
+    "FLAT",
+    "FlatLinkage",
+    "folded_sarrus",
+    "limit_pose",
+    "parallel_cells",
+    "slider_crank",
+    "spherical",
+    "three_upu",
+    "wunderlich",
+]
 
 Z = (0.0, 0.0, 1.0)
 MASS = dict(mass=1.3, inertia=np.diag([0.1, 0.2, 0.3]), origin=along([0.2, 0.1, 0.0]))
@@ -89,6 +100,68 @@ def parallel_cells(count):
                  (f"b{i}", f"bar{i}", f"rod{i}", i + 0.5),
                  (f"c{i}", f"rod{i}", f"bar{i + 1}", i + 1.5)]  # fmt: skip
     return FlatLinkage(tuple(pins))
+
+
+def wunderlich(a, b, c):
+    """Twelve bars, the edges of a cube in the plane: opposite bars of a face are of one length.
+
+    W. Wunderlich, "Ein merkwürdiges Zwölfstabgetriebe", Österr. Ingenieurarchiv 8, 1954. The
+    corner (i, j, k) is at a i + b j + c k; its pins are named after it, ``p0100``, ``p0101``.
+    """
+    corners = list(product((0, 1), repeat=3))
+    edges = [
+        (v, w) for v in corners for w in corners if sum(w) == sum(v) + 1 and all(map(le, v, w))
+    ]
+    names = {edge: "e" + "".join(map(str, edge[0] + edge[1])) for edge in edges}
+    names[corners[0], (1, 0, 0)] = "g"
+    pins, joined = [], ["g"]
+    for v in sorted(corners, key=lambda v: (v[1] + v[2], v)):
+        # The bar that is carried already comes first at each corner.
+        bars = sorted((n for e, n in names.items() if v in e), key=lambda n: n not in joined)
+        for k, bar in enumerate(bars[1:]):
+            pin = f"p{v[0]}{v[1]}{v[2]}{k}"
+            pins.append((pin, bars[0], bar, float(a * v[0] + b * v[1] + c * v[2])))
+            joined.append(bar)
+    return FlatLinkage(tuple(pins))
+
+
+def folded_sarrus(folder):
+    """Sarrus' linkage with bars of one length, folded: the platform is on the ground.
+
+    The first leg has axes along z and lies along x, the second has axes along x and lies
+    along z.
+    """
+    X, here = (1.0, 0.0, 0.0), along([0, 0, 0.5])
+    names = ("r_low", "r_high", "s_low", "s_high", "platform")
+    return saved(
+        folder, link("g"), *(link(name, **MASS) for name in names),
+        joint("r1", "continuous", "g", "r_low", along([0, 0, 0]), Z),
+        joint("r2", "continuous", "r_low", "r_high", along([1, 0, 0]), Z),
+        joint("r3", "continuous", "r_high", "platform", along([-1, 0, 0]), Z),
+        joint("s1", "continuous", "g", "s_low", here, X),
+        joint("s2", "continuous", "s_low", "s_high", along([0, 0, 1.5]), X),
+        loop("s3", "revolute", ("s_high", "platform"), (along([0, 0, -1.5]), here), X),
+        name="folded_sarrus",
+    )  # fmt: skip
+
+
+def limit_pose(folder):
+    """A slider-crank of equal bars, whose crank is the rocker of a four-bar at its limit.
+
+    The crank of the four-bar drives, and at its limit the rocker stands still.
+    """
+    names = ("rocker", "coupler", "slider", "crank", "rod")
+    return saved(
+        folder, link("g"), *(link(name, **MASS) for name in names),
+        joint("a", "continuous", "g", "rocker", along([0, 0, 0]), Z),
+        joint("b", "continuous", "rocker", "coupler", along([0, 1, 0]), Z),
+        joint("s", "prismatic", "g", "slider", along([0, 0, 0]), [1, 0, 0], more=SLIDE),
+        loop("c", "revolute", ("coupler", "slider"), (along([0, -1, 0]), along([0, 0, 0])), Z),
+        joint("o", "continuous", "g", "crank", along([-3, 2, 0]), Z),
+        joint("e", "continuous", "crank", "rod", along([1, 0, 0]), Z),
+        loop("f", "revolute", ("rod", "rocker"), (along([2, 0, 0]), along([0, 2, 0])), Z),
+        name="limit_pose",
+    )  # fmt: skip
 
 
 def slider_crank(folder):

@@ -25,12 +25,14 @@ def modes_text(answers: ModeAnswers) -> str:
     here = [answer for answer in answers.modes if answer.mode.here]
     facts = [
         ("linkage", f"{answers.name}, {answers.balance} balance"),
-        ("pose", f"singular: {len(here)} modes of motion meet at the pose of the file"),
+        ("pose", f"singular: {len(here)} modes of motion meet at this pose"),
     ]
     if len(here) < len(answers.modes):
         more = [str(answer.mode.number) for answer in answers.modes if not answer.mode.here]
         word = "modes" if len(more) > 1 else "mode"
         facts.append(("further", f"{word} {', '.join(more)}: another mode leads there"))
+    if answers.doubt:
+        facts.append(("complete", f"there may be more modes: {answers.doubt}"))
     return "\n".join(
         [
             *(f"{label:<13} {value}" for label, value in facts),

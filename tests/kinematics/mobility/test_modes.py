@@ -8,6 +8,9 @@ too.
 
 from __future__ import annotations
 
+import subprocess
+import sys
+
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
@@ -18,10 +21,13 @@ from tests.independent.bar_modes import bars_of, freedoms, poses_near
 from tests.support.meeting_linkages import (
     FLAT,
     FlatLinkage,
+    folded_sarrus,
+    limit_pose,
     parallel_cells,
     slider_crank,
     spherical,
     three_upu,
+    wunderlich,
 )
 
 # Points of a four-bar in the order of `bars_of`: A, B, D, C. Each condition vanishes on a mode.
@@ -121,6 +127,84 @@ def test_each_cell_of_coupled_parallelograms_may_cross(cells, tmp_path):
     assert len(set(found)) == len(modes) == 2**cells and all(mode.here for mode in modes)
 
 
+def crossed_faces(corner):
+    """Which of the six faces of a cube in the plane are no parallelograms, by its corners."""
+    found = []
+    for axis in range(3):
+        for side in (0, 1):
+            v = [
+                corner[tuple(np.insert(sides, axis, side).tolist())]
+                for sides in ((0, 0), (0, 1), (1, 0), (1, 1))
+            ]
+            found.append(bool(abs(v[0] - v[1] - v[2] + v[3]) > 1e-6))
+    return tuple(found)
+
+
+@pytest.mark.slow
+def test_wunderlichs_linkage_changes_between_mobility_one_and_two(tmp_path):
+    """On each mode other faces of the cube are parallelograms; the tracer finds each mode.
+
+    Where all of them are, or opposite faces alike, bars of two directions are free. With a
+    parallelogram opposite each crossed face, one freedom is left.
+    """
+    lengths = (9.0, 6.0, 4.0)
+    linkage = wunderlich(*lengths)
+    x, members = bars_of(linkage.pins)
+    corners = {v: x.index(float(np.dot(lengths, v))) for v in np.ndindex(2, 2, 2)}
+    modes = {}
+    for mode in modes_of(linkage.write(tmp_path, "wunderlich")):
+        points = points_of(linkage, mode)
+        assert freedoms(points, x, members) == mode.mobility and mode.here
+        faces = crossed_faces({v: complex(*points[k]) for v, k in corners.items()})
+        assert faces not in modes
+        modes[faces] = mode.mobility
+    traced = {}
+    for count, poses in poses_near(x, members, 0.3, 300, 1).items():
+        for points in poses:
+            faces = crossed_faces({v: complex(*points[k]) for v, k in corners.items()})
+            assert traced.setdefault(faces, count) == count
+    assert modes == traced and sorted(modes.values()) == [1] * 8 + [2] * 5
+    for faces, mobility in modes.items():
+        alike = [faces[2 * axis] == faces[2 * axis + 1] for axis in range(3)]
+        assert all(alike) if mobility == 2 else not any(alike)
+
+
+def test_a_folded_sarrus_linkage_lifts_its_platform_or_swings_its_legs(tmp_path):
+    """It lifts with mobility 1, or both legs swing about their axes on the ground."""
+    path = folded_sarrus(tmp_path)
+    lifting, swinging = modes_of(path)
+    assert (lifting.mobility, swinging.mobility) == (1, 2)
+    q = lifting.positions
+    assert q["r3"] == pytest.approx(q["r1"], abs=1e-12)
+    assert q["r2"] == pytest.approx(-2 * q["r1"], abs=1e-12)
+    assert q["s2"] == pytest.approx(-2 * q["s1"], abs=1e-12)
+    H = lifting.linkage.places["platform"].pose
+    assert H[:3, :3] == pytest.approx(np.eye(3), abs=1e-12)
+    # Both legs are isosceles triangles on the way along y.
+    assert H[1, 3] == pytest.approx(2 * np.sin(q["r1"]), abs=1e-12)
+    assert H[1, 3] == pytest.approx(-3 * np.sin(q["s1"]), abs=1e-12)
+    assert H[[0, 2], 3] == pytest.approx(0, abs=1e-12)
+    q = swinging.positions
+    assert q["r3"] == pytest.approx(-q["r1"], abs=1e-12) and "r2" not in q and "s2" not in q
+    positions = dict(zip(swinging.linkage.inputs, (0.3, -0.4), strict=True))
+    both = kinematics.load(path, mode=2, at=positions)
+    assert both.places["platform"].pose == pytest.approx(np.eye(4), abs=1e-12)
+
+
+def test_modes_that_are_tangent_to_one_another_are_both_listed(tmp_path):
+    """The slider stays, or is at -2 sin a; a is of second order in the angle o that drives."""
+    staying, sliding = modes_of(limit_pose(tmp_path))
+    for mode in (staying, sliding):
+        q = mode.positions
+        rocker = 2 * np.exp(1j * (q["a"] + np.pi / 2))
+        pin = -3 + 2j + np.exp(1j * q["o"])
+        assert abs(rocker - pin) == pytest.approx(2, abs=1e-12)
+    assert "s" not in staying.positions and "b" not in staying.positions
+    q = sliding.positions
+    assert q["s"] == pytest.approx(-2 * np.sin(q["a"]), abs=1e-12)
+    assert q["b"] == pytest.approx(-2 * q["a"], abs=1e-12)
+
+
 def test_two_branches_on_one_closed_curve_are_one_motion(tmp_path):
     """A four-bar with 2 + 5 = 4 + 3 passes its flat pose twice; the way between is found."""
     path = FLAT["change point"].write(tmp_path, "flat")
@@ -135,7 +219,7 @@ def test_two_branches_on_one_closed_curve_are_one_motion(tmp_path):
     }
     assert slopes == {1, -1}
     assert kinematics.load(path, mode=1).mobility == 1
-    with pytest.raises(MobilityError, match="one mode of motion leaves .* from 1, or none"):
+    with pytest.raises(MobilityError, match="one mode of motion leaves its pose; leave out"):
         kinematics.load(path, mode=2)
 
 
@@ -284,7 +368,60 @@ def test_an_input_of_the_file_that_rests_on_a_mode_is_replaced(tmp_path):
     assert text == "a of the file cannot drive this mode: the inputs are b"
 
 
+def test_the_modes_of_a_pose_that_is_asked_for(tmp_path):
+    """A parallelogram that is moved to its flat pose: numbers are those of the modes there."""
+    path = FLAT["parallelogram"].write(tmp_path, "flat")
+    crossed = kinematics.load(path, mode=2)
+    (tmp_path / "crossed.urdf").write_text(crossed.to_urdf())
+    path = tmp_path / "crossed.urdf"
+    flat = {"a": -crossed.at["a"]}
+    with pytest.raises(MeetingModesError, match="2 modes of motion meet there"):
+        kinematics.load(path, at=flat)
+    parallel = kinematics.load(path, at=flat, mode=1)
+    q = dict(zip([joint.name for joint in parallel.joints], parallel.displaced, strict=True))
+    turns = {name: q[name] + crossed.displaced[k] for k, name in enumerate("abd")}
+    assert turns["a"] == pytest.approx(turns["d"], abs=1e-9) and abs(turns["a"]) > 0.1
+    assert turns["b"] == pytest.approx(-turns["a"], abs=1e-9)
+    with pytest.raises(MobilityError, match="2 modes of motion leave its pose; .* from 1 to 2"):
+        kinematics.load(path, at=flat, mode=3)
+    with pytest.raises(MobilityError, match="one mode of motion leaves its pose"):
+        kinematics.load(path, at={"a": -0.1}, mode=2)
+
+
+@pytest.mark.parametrize("number", [1, 2])
+def test_a_mode_is_followed_straight_through_the_meeting(number, tmp_path):
+    """On the parallelogram the sides stay parallel on both sides of the flat pose."""
+    path = FLAT["parallelogram"].write(tmp_path, "flat")
+    for a in (-2.0, -0.3, 0.3):
+        linkage = kinematics.load(path, mode=number, at={"a": a})
+        q = dict(zip([joint.name for joint in linkage.joints], linkage.displaced, strict=True))
+        assert q["a"] == pytest.approx(a, abs=1e-12)
+        assert (abs(q["d"] - a) < 1e-9) == (number == 1)
+
+
+def test_a_list_that_may_be_incomplete_says_so(tmp_path, monkeypatch):
+    monkeypatch.setattr("kinematics.mobility.reachable_modes.MAX_MODES", 2)
+    with pytest.raises(MeetingModesError) as caught:
+        kinematics.load(FLAT["rhombus"].write(tmp_path, "flat"))
+    assert caught.value.doubt == "no more than 2 are listed" and len(caught.value.modes) == 2
+    assert "there may be more: no more than 2 are listed; " in str(caught.value)
+    monkeypatch.setattr("kinematics.mobility.mode_curves.MAX_STEPS", 3)
+    with pytest.raises(MeetingModesError) as caught:
+        kinematics.load(FLAT["parallelogram"].write(tmp_path, "flat"))
+    assert caught.value.doubt == "a mode was not followed to its end"
+
+
+def test_a_regular_linkage_loads_no_module_of_modes():
+    text = (
+        "import sys, kinematics\n"
+        "kinematics.load('four_bar_kite')\n"
+        "words = ('motion_modes', 'tangent_cone', 'singular_pose', 'follow_mode')\n"
+        "assert not [name for name in sys.modules if name.rpartition('.')[2] in words]"
+    )
+    subprocess.run([sys.executable, "-c", text], check=True)
+
+
 def test_the_file_of_a_regular_pose_has_one_mode(tmp_path):
     assert kinematics.load("four_bar_kite", mode=1).displaced is None
-    with pytest.raises(MobilityError, match="one mode of motion leaves the pose"):
+    with pytest.raises(MobilityError, match="one mode of motion leaves its pose"):
         kinematics.load("four_bar_kite", mode=2)

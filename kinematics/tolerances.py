@@ -17,6 +17,7 @@ __all__ = [
     "ANGLE_ROUND_OFF",
     "AXES_PERPENDICULAR_COSINE",
     "AXIS_ROUNDING",
+    "BEYOND_SINGULAR",
     "BRANCH_DISTANCE_SQUARED",
     "CLOSED_SQUARE",
     "CLOSED_TO_ROUND_OFF",
@@ -39,6 +40,7 @@ __all__ = [
     "HALF_TURN_ROUND_OFF",
     "IDENTITY_POSE_ENTRY",
     "IDLE_JOINT_RELATIVE",
+    "INDISTINGUISHABLE_CONDITIONING",
     "INERTIA_ASYMMETRY",
     "INERTIA_INEQUALITY_EXCESS",
     "JOINT_AXES_MEET",
@@ -246,6 +248,10 @@ IDLE_JOINT_RELATIVE = 1e-9
 # first may be near a singular one; those below the second cannot be told from it.
 NEAR_SINGULAR_CONDITIONING = 0.05
 SINGULAR_CONDITIONING = 1e-3
+# The same below which the pose was meant to be singular, and distance (chain units) of a pose
+# that shows it: next to a singular pose, joint positions are known to the root of round-off.
+INDISTINGUISHABLE_CONDITIONING = 1e-6
+BEYOND_SINGULAR = 1e-3
 # Smallest relative singular value of a loop matrix that twelve digits of a file resolve.
 LOOP_RANK_OF_FILE = 1e-11
 # Mismatch (chain units) of loops with fitted axes, at poses that were not used for the fit.

@@ -6,10 +6,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinematics.closure.newton import Pose, follow_ray
-from kinematics.closure.series import Series, expand
-from kinematics.mobility.first_order import conditioning
+from kinematics.closure.series import Series, expand, loop_matrix
+from kinematics.mobility.first_order import conditioning, conditioning_beyond, first_order
 from kinematics.model.arrays import Chain
 from kinematics.tolerances import (
+    BEYOND_SINGULAR,
+    INDISTINGUISHABLE_CONDITIONING,
     LOOP_RANK_RELATIVE,
     NEAR_SINGULAR_CONDITIONING,
     SERIES_RESIDUAL,
@@ -59,6 +61,12 @@ def is_near_singular(chain: Chain, values: Array, pose: Pose) -> bool:
     if freedom == values.size:
         return False
     here = float(values[values.size - freedom - 1] / values[0])
-    return (
-        here < NEAR_SINGULAR_CONDITIONING and conditioning(chain, pose.q, freedom) > 1.5 * here
-    )
+    if here >= NEAR_SINGULAR_CONDITIONING:
+        return False
+    if conditioning(chain, pose.q, freedom) > 1.5 * here:
+        return True
+    if here >= INDISTINGUISHABLE_CONDITIONING:
+        return False
+    # The pose further on is no further than the singular one.
+    free, _ = first_order(loop_matrix(chain))
+    return conditioning_beyond(chain, free, BEYOND_SINGULAR) > 1.5 * here

@@ -20,7 +20,7 @@ from kinematics.mobility.first_order import independent_rows, loop_singular_valu
 from kinematics.mobility.motion_modes import SheetPose, follow_sheet, sheet_at
 from kinematics.model.arrays import Chain
 from kinematics.model.chain import move_chain
-from kinematics.tolerances import NEAR_SINGULAR_RESIDUAL, TIE_RELATIVE
+from kinematics.tolerances import NEAR_SINGULAR_RESIDUAL, TIE_RELATIVE, UNMOVED_DISTANCE
 
 __all__ = ["finite_pose"]
 
@@ -78,9 +78,10 @@ def _with_round_positions(chain: Chain, pose: SheetPose) -> Array:
     """Move the independent joints of a pose to round positions; leave it if that fails."""
     joints = _leading_joints(pose)
     goal = pose.q.copy()
-    goal[joints] = 2.0 * np.arctan(ROUND * np.rint(np.tan(0.5 * goal[joints]) / ROUND))
-    if not goal[joints].any():
-        return pose.q
+    steps = np.rint(np.tan(0.5 * goal[joints]) / ROUND)
+    # None at the singular pose, where two of them may be special together.
+    steps[steps == 0.0] = np.where(goal[joints] < -UNMOVED_DISTANCE, -1.0, 1.0)[steps == 0.0]
+    goal[joints] = 2.0 * np.arctan(ROUND * steps)
     for share in np.linspace(0.25, 1.0, 4):
         target = pose.q[joints] + (goal[joints] - pose.q[joints]) * share
         rates = np.linalg.solve(pose.T[joints], target - pose.q[joints])

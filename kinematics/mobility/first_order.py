@@ -120,6 +120,19 @@ def conditioning(chain: Chain, q: Array, freedom: int) -> float:
     return float(values[values.size - freedom - 1] / values[0])
 
 
+def conditioning_beyond(chain: Chain, free: Array, distance: float) -> float:
+    """Compute the `conditioning` at a closed pose at a distance; infinite if there is none.
+
+    Args:
+        chain: the linkage as arrays.
+        free: orthonormal joint rates that close its loops (n, f).
+        distance: of the pose from the reference pose, chain units.
+    """
+    v = free @ np.ones(free.shape[1]) / np.sqrt(free.shape[1])
+    q = _close_to_round_off(chain, distance * v)
+    return np.inf if q is None else conditioning(chain, q, free.shape[1])
+
+
 def step_from_singular(chain: Chain, free: Array) -> Array:
     """Find a better conditioned pose on the branch of the reference pose, which is regular.
 

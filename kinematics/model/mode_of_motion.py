@@ -7,6 +7,8 @@ from typing import NamedTuple
 
 from kinematics.errors import LinkageError
 from kinematics.model.linkage import Linkage
+from kinematics.tolerances import NAMED_POSITION
+from kinematics.wording import number_text
 
 __all__ = ["ModeOfMotion"]
 
@@ -31,6 +33,9 @@ class ModeOfMotion(NamedTuple):
 
     @property
     def place(self) -> str:
-        """Positions of the joints in words: ``a=0.5, b=-0.5``."""
-        named = ", ".join(f"{name}={q:.3g}" for name, q in self.positions.items())
-        return named or "the pose of the file"
+        """Positions of the joints in words: ``a=0.5, b=-0.5``; small ones are left out."""
+        named = (
+            f"{name}={number_text(q, '.3g')}"
+            for name, q in self.positions.items() if abs(q) > NAMED_POSITION
+        )  # fmt: skip
+        return ", ".join(named) or "the pose of the file"

@@ -49,22 +49,7 @@ def add_model_options(parser: argparse.ArgumentParser) -> None:
         "--as-written", dest="angles", action="store_const", const="as_written",
         help="take all angles and axes by their digits, in loops that do not quite close too",
     )  # fmt: skip
-    parser.add_argument(
-        "--inputs", type=_names, metavar="J1,J2",
-        help="joints to use as independent coordinates",
-    )  # fmt: skip
-    parser.add_argument(
-        "--at", type=parse_coordinates, metavar="J1=VALUE,…",
-        help="another reference pose than that of the file: positions of joints counted from "
-        "the pose of the file, in radians and metres (u1=0.3,u2=-0.1); the others follow, and "
-        "displacements count from there. Positions of joints that are no inputs are starting "
-        "values: they choose the branch on which the loops close",
-    )  # fmt: skip
-    parser.add_argument(
-        "--mode", type=whole_number(1, 99, "a mode"), metavar="N",
-        help="mode of motion to follow where several meet, at the pose of the file or at that "
-        "of --at; 'balance report' lists them. The reference pose is on that mode",
-    )  # fmt: skip
+    _add_pose_options(parser)
     parser.add_argument(
         "--motion", action="append", metavar="RELATION",
         help="linear relation of input displacements: j4=j7, j4=-2*j7, j3=0; repeatable",
@@ -83,6 +68,26 @@ def add_model_options(parser: argparse.ArgumentParser) -> None:
     )  # fmt: skip
     # Options that exclude each other are usage errors.
     parser.set_defaults(refuse=parser.error)
+
+
+def _add_pose_options(parser: argparse.ArgumentParser) -> None:
+    """Add the options for coordinates and reference pose."""
+    parser.add_argument(
+        "--inputs", type=_names, metavar="J1,J2",
+        help="joints to use as independent coordinates",
+    )  # fmt: skip
+    parser.add_argument(
+        "--at", type=parse_coordinates, metavar="J1=VALUE,…",
+        help="another reference pose than that of the file: positions of joints counted from "
+        "the pose of the file, in radians and metres (u1=0.3,u2=-0.1); the others follow, and "
+        "displacements count from there. Positions of joints that are no inputs are starting "
+        "values: they choose the branch on which the loops close",
+    )  # fmt: skip
+    parser.add_argument(
+        "--mode", type=whole_number(1, 99, "a mode"), metavar="N",
+        help="mode of motion to follow where several meet, at the pose of the file or at that "
+        "of --at; 'balance report' lists them. The reference pose is on that mode",
+    )  # fmt: skip
 
 
 def load_model(arguments: argparse.Namespace, angles: str, other: str = "") -> Linkage:

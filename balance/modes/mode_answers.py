@@ -149,8 +149,8 @@ def motion_modes(
 
     Example:
         >>> import balance
-        >>> [answer.space.nullity for answer in balance.motion_modes("four_bar_kite").modes]
-        [5]
+        >>> [answer.space.nullity for answer in balance.motion_modes("robot.urdf").modes]
+        [4]
     """
     doubt = ""
     try:

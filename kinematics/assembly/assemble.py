@@ -37,7 +37,7 @@ from kinematics.model.plane import plane_normal, reduce_to_plane
 from kinematics.tolerances import AXIS_ROUNDING, IDLE_JOINT_RELATIVE
 from kinematics.wording import count_noun
 
-__all__ = ["assemble", "assemble_at_pose", "assemble_mode", "moving_chain"]
+__all__ = ["assemble", "assemble_mode", "moving_chain"]
 
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -117,7 +117,7 @@ def _assemble(
     wanted = tuple(inputs) if inputs is not None else draft.named_inputs
     repaired: UnassembledLinkage | str = ""
     try:
-        linkage, rounded, near = assemble_at_pose(draft, wanted)
+        linkage, rounded, near = _assemble_at_pose(draft, wanted)
     except (CoordinateError, MobilityError) as error:
         problem: CoordinateError | MobilityError | None = error
         repaired = repair_axes(draft) if not exactly else ""
@@ -127,16 +127,16 @@ def _assemble(
         problem = None
         repaired = repair_axes(draft) if rounded and not exactly else ""
     if not isinstance(repaired, str):
-        return assemble_at_pose(repaired, wanted)[0], True
+        return _assemble_at_pose(repaired, wanted)[0], True
     # Linkages at regular poses need neither of these modules.
     from kinematics.assembly.follow_mode import follow_mode
     from kinematics.assembly.singular_pose import leave_singular_pose
 
     modes = leave_singular_pose(draft)
     if len(modes.starts) > 1:
-        return follow_mode(draft, modes, inputs, mode), False
+        return follow_mode(draft, modes, inputs, mode, _linkage_at_pose), False
     if modes.starts:
-        return assemble_at_pose(modes.starts[0].draft, wanted)[0], True
+        return _assemble_at_pose(modes.starts[0].draft, wanted)[0], True
     if problem is None:
         return linkage, True
     if repaired:
@@ -144,7 +144,12 @@ def _assemble(
     raise problem
 
 
-def assemble_at_pose(
+def _linkage_at_pose(draft: UnassembledLinkage, wanted: Sequence[str]) -> Linkage:
+    """Make the linkage at the pose of a draft."""
+    return _assemble_at_pose(draft, wanted)[0]
+
+
+def _assemble_at_pose(
     draft: UnassembledLinkage, wanted: Sequence[str]
 ) -> tuple[Linkage, bool, bool]:
     """Make the linkage at the pose of a draft.

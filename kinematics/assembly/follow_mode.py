@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
 
-from kinematics.assembly.assemble import assemble_at_pose
 from kinematics.assembly.singular_pose import ModeStart, ModeStarts
 from kinematics.errors import CoordinateError, LinkageError, MeetingModesError, MobilityError
 from kinematics.model.full_turns import wrap_turns
@@ -17,12 +16,16 @@ from kinematics.tolerances import NAMED_POSITION, UNMOVED_DISTANCE
 
 __all__ = ["follow_mode", "unknown_mode_error"]
 
+# Makes the linkage at the pose of a draft, with named joints as coordinates.
+Assemble = Callable[[UnassembledLinkage, Sequence[str]], Linkage]
+
 
 def follow_mode(
     draft: UnassembledLinkage,
     modes: ModeStarts,
     inputs: Sequence[str] | None,
     mode: int | None,
+    assemble: Assemble,
 ) -> Linkage:
     """Assemble a linkage on one of the modes that leave its pose.
 
@@ -32,6 +35,7 @@ def follow_mode(
         inputs: names of joints to use as coordinates; None for those of the file, or others
             where these cannot drive the linkage on the mode.
         mode: number of the mode, from 1.
+        assemble: makes the linkage at the pose of a draft, with named joints as coordinates.
 
     Raises:
         MeetingModesError: no mode is asked for.
@@ -40,11 +44,11 @@ def follow_mode(
     """
     starts = modes.starts
     if mode is None:
-        listed = [_describe(start, inputs, k) for k, start in enumerate(starts, 1)]
+        listed = [_describe(start, inputs, assemble, k) for k, start in enumerate(starts, 1)]
         raise MeetingModesError(draft.source, listed, _moving_joints(starts), modes.doubt)
     if not 1 <= mode <= len(starts):
         raise unknown_mode_error(draft.source, len(starts))
-    linkage = _assemble_on_mode(starts[mode - 1], inputs)
+    linkage = _assemble_on_mode(starts[mode - 1], inputs, assemble)
     text = f"the reference pose is on mode {mode} of {len(starts)}, away from where they meet"
     return replace(linkage, notices=(*linkage.notices, Notice("mode_of_motion", text)))
 
@@ -61,7 +65,9 @@ def unknown_mode_error(source: str, count: int) -> MobilityError:
     return MobilityError(f"{source}: {there} its pose; {remedy}")
 
 
-def _assemble_on_mode(start: ModeStart, inputs: Sequence[str] | None) -> Linkage:
+def _assemble_on_mode(
+    start: ModeStart, inputs: Sequence[str] | None, assemble: Assemble
+) -> Linkage:
     """Assemble a linkage at a pose on a mode.
 
     Inputs that the file marks, and that do not drive the linkage on this mode, are replaced.
@@ -69,11 +75,11 @@ def _assemble_on_mode(start: ModeStart, inputs: Sequence[str] | None) -> Linkage
     wanted = tuple(inputs) if inputs is not None else start.draft.named_inputs
     notices = []
     try:
-        linkage, *_ = assemble_at_pose(start.draft, wanted)
+        linkage = assemble(start.draft, wanted)
     except CoordinateError as error:
         if inputs is not None:
             raise
-        linkage, *_ = assemble_at_pose(start.draft, ())
+        linkage = assemble(start.draft, ())
         text = (
             f"{', '.join(error.names)} of the file cannot drive this mode: the inputs are "
             f"{', '.join(linkage.inputs)}"
@@ -86,7 +92,9 @@ def _assemble_on_mode(start: ModeStart, inputs: Sequence[str] | None) -> Linkage
     return replace(linkage, at=pose, notices=(*linkage.notices, *notices), other_poses=())
 
 
-def _describe(start: ModeStart, inputs: Sequence[str] | None, number: int) -> ModeOfMotion:
+def _describe(
+    start: ModeStart, inputs: Sequence[str] | None, assemble: Assemble, number: int
+) -> ModeOfMotion:
     """Describe a mode by the pose on it."""
     q = start.draft.displaced
     assert q is not None
@@ -98,7 +106,7 @@ def _describe(start: ModeStart, inputs: Sequence[str] | None, number: int) -> Mo
     }
     linkage: Linkage | LinkageError
     try:
-        linkage = _assemble_on_mode(start, inputs)
+        linkage = _assemble_on_mode(start, inputs, assemble)
     except LinkageError as error:
         linkage = error
     return ModeOfMotion(number, start.mobility, start.here, positions, linkage)

@@ -22,7 +22,7 @@ from kinematics.mobility.first_order import loop_singular_values
 from kinematics.mobility.motion_modes import SheetPose, follow_sheet
 from kinematics.model.arrays import Chain
 
-__all__ = ["Curve", "trace_curve", "within_turn"]
+__all__ = ["ModeCurve", "trace_curve", "within_turn"]
 
 Array = NDArray[np.float64]
 
@@ -43,7 +43,7 @@ ON_CURVE = 1e-6
 NEAREST = 6
 
 
-class Curve(NamedTuple):
+class ModeCurve(NamedTuple):
     """Closed poses along a mode of one degree of freedom.
 
     Attributes:
@@ -103,7 +103,7 @@ def within_turn(away: Array, turning: NDArray[np.bool_]) -> Array:
     return np.asarray(away - 2.0 * np.pi * turns)
 
 
-def trace_curve(chain: Chain, start: SheetPose, turning: NDArray[np.bool_]) -> Curve:
+def trace_curve(chain: Chain, start: SheetPose, turning: NDArray[np.bool_]) -> ModeCurve:
     """Follow a curve of closed poses all around, or both ways as far as it goes.
 
     Args:
@@ -117,7 +117,7 @@ def trace_curve(chain: Chain, start: SheetPose, turning: NDArray[np.bool_]) -> C
         ended = ended and both
         poses = [pose._replace(T=-pose.T) for pose in back[:0:-1]] + poses
     values = np.array([_conditioning(chain, pose.q) for pose in poses])
-    return Curve(
+    return ModeCurve(
         np.array([pose.q for pose in poses]),
         np.array([pose.T[:, 0] for pose in poses]),
         values,

@@ -282,7 +282,12 @@ def closest_pose(chain: Chain, N: Array, distance: float, start: Array) -> tuple
 
 
 def sheet_at(chain: Chain, q: Array) -> SheetPose:
-    """Find the tangents of the closed poses at one of them (n,), chain units."""
+    """Find the tangents of the closed poses at one of them.
+
+    Args:
+        chain: the linkage as arrays.
+        q: joint positions that close the loops (n,), chain units.
+    """
     A = loop_matrix(chain, forward_kinematics(chain, q).screws)
     return SheetPose(q, first_order(A, LOOP_RANK_RELATIVE_SOLVED)[0])
 

@@ -19,7 +19,7 @@ from kinematics.closure.series import loop_matrix
 from kinematics.linalg.ties import first_basis
 from kinematics.mobility.finite_pose import finite_pose
 from kinematics.mobility.first_order import first_order
-from kinematics.mobility.mode_curves import Curve, trace_curve, within_turn
+from kinematics.mobility.mode_curves import ModeCurve, trace_curve, within_turn
 from kinematics.mobility.motion_modes import Mode, ModeSearch, find_modes
 from kinematics.model.arrays import Chain, freeze
 
@@ -75,7 +75,7 @@ def reachable_modes(
         turning: joints that are in the same place after a full turn (n,).
     """
     doubts = [search.doubt]
-    curves: list[Curve] = []
+    curves: list[ModeCurve] = []
     reached: list[ReachableMode] = []
     nodes = [np.zeros(chain.parent.size)]
 

@@ -130,13 +130,14 @@ def _assemble(
         return _assemble_at_pose(repaired, wanted)[0], True
     # Linkages at regular poses need neither of these modules.
     from kinematics.assembly.follow_mode import follow_mode
-    from kinematics.assembly.singular_pose import leave_singular_pose
+    from kinematics.assembly.singular_pose import check_mobility, leave_singular_pose
 
     modes = leave_singular_pose(draft)
     if len(modes.starts) > 1:
         return follow_mode(draft, modes, inputs, mode, _linkage_at_pose), False
     if modes.starts:
-        return _assemble_at_pose(modes.starts[0].draft, wanted)[0], True
+        (start,) = modes.starts
+        return check_mobility(_assemble_at_pose(start.draft, wanted)[0], start), True
     if problem is None:
         return linkage, True
     if repaired:

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from kinematics.assembly.singular_pose import ModeStart, ModeStarts
+from kinematics.assembly.singular_pose import ModeStart, ModeStarts, check_mobility
 from kinematics.errors import CoordinateError, LinkageError, MeetingModesError, MobilityError
 from kinematics.model.full_turns import wrap_turns
 from kinematics.model.linkage import Linkage, Notice, UnassembledLinkage
@@ -85,6 +85,7 @@ def _assemble_on_mode(
             f"{', '.join(linkage.inputs)}"
         )
         notices = [Notice("inputs_of_mode", text)]
+    check_mobility(linkage, start)
     assert linkage.displaced is not None
     positions = linkage.displaced[linkage.positions_of(linkage.inputs)]
     positions = np.where(np.abs(positions) > UNMOVED_DISTANCE, positions, 0.0)

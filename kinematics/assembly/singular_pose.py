@@ -32,14 +32,14 @@ from kinematics.mobility.reachable_modes import ReachableMode
 from kinematics.model.arrays import Chain
 from kinematics.model.chain import arrange_loops, move_chain
 from kinematics.model.full_turns import wrap_turns
-from kinematics.model.linkage import Notice, UnassembledLinkage
+from kinematics.model.linkage import Linkage, Notice, UnassembledLinkage
 from kinematics.tolerances import (
     NAMED_POSITION,
     OTHER_POSE_DISTANCE,
     SINGULAR_CONDITIONING,
 )
 
-__all__ = ["ModeStart", "ModeStarts", "leave_singular_pose"]
+__all__ = ["ModeStart", "ModeStarts", "check_mobility", "leave_singular_pose"]
 
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -126,6 +126,26 @@ def leave_singular_pose(draft: UnassembledLinkage) -> ModeStarts:
     text += f"; there may be others: {doubt}" if doubt else ""
     notices = (*start.draft.notices, Notice("left_singular_pose", text))
     return ModeStarts((start._replace(draft=replace(start.draft, notices=notices)),), doubt)
+
+
+def check_mobility(linkage: Linkage, start: ModeStart) -> Linkage:
+    """Return a linkage that was assembled on a mode, if it has the mobility of the mode.
+
+    Args:
+        linkage: the linkage at the pose on the mode.
+        start: the mode.
+
+    Raises:
+        MobilityError: it has another one: joints have first-order freedoms at every pose, and
+            round-off decides which of them are motions.
+    """
+    if linkage.mobility == start.mobility:
+        return linkage
+    raise MobilityError(
+        f"{linkage.source}: part of the linkage moves only infinitesimally: there are "
+        f"{_degrees(start.mobility)} at first order at every pose nearby, and not all of them "
+        "are motions; replace that part by one rigid link"
+    )
 
 
 def _freedoms_beside(

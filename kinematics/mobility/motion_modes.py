@@ -77,6 +77,9 @@ STEP, TURN, MAX_STEPS = 0.2, 0.9, 14
 PATHS, LONGEST_PATH = 3, 1.5
 # Distance from an opposite pose, relative to that from the singular one, up to which it is one.
 OPPOSITE = 0.3
+# Part of the distance from the singular pose at which poses are tried again, if they are not
+# regular: next to where modes cross a sheet turns fast.
+NEARER = 0.1
 # Difference of the entries of two projectors onto tangent spaces that is none.
 SAME_TANGENTS = 0.02
 
@@ -220,7 +223,11 @@ def _group_modes(chain: Chain, N: Array, distance: float, starts: list[_Start]) 
             )
             for group in join(chain, N, distance, alike)
         ]  # fmt: skip
-    shaky = len(starts) - len(sheets)
+    known = {id(pose) for pose in sheets}
+    shaky = sum(
+        not _is_regular(chain, start.pose, NEARER * distance)
+        for start in starts if id(start.pose) not in known
+    )  # fmt: skip
     doubt = f"{count_noun(shaky, 'pose')} nearby cannot be told apart" if shaky else ""
     return ModeSearch(tuple(sorted(modes, key=cmp_to_key(_compare_modes))), doubt)
 

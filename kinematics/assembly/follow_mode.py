@@ -45,7 +45,9 @@ def follow_mode(
     starts = modes.starts
     if mode is None:
         listed = [_describe(start, inputs, assemble, k) for k, start in enumerate(starts, 1)]
-        raise MeetingModesError(draft.source, listed, _moving_joints(starts), modes.doubt)
+        raise MeetingModesError(
+            draft.source, listed, _moving_joints(draft, starts), modes.doubt
+        )
     if not 1 <= mode <= len(starts):
         raise unknown_mode_error(draft.source, len(starts))
     linkage = _assemble_on_mode(starts[mode - 1], inputs, assemble)
@@ -113,8 +115,9 @@ def _describe(
     return ModeOfMotion(number, start.mobility, start.here, positions, linkage)
 
 
-def _moving_joints(starts: Sequence[ModeStart]) -> list[str]:
-    """List the joints that move differently on the modes."""
+def _moving_joints(draft: UnassembledLinkage, starts: Sequence[ModeStart]) -> list[str]:
+    """List the joints that move on one of the modes."""
+    here = 0.0 if draft.displaced is None else draft.displaced
     q = np.array([start.draft.displaced for start in starts])
-    differ = np.flatnonzero(np.ptp(q, axis=0) > NAMED_POSITION)
-    return [starts[0].draft.joints[j].name for j in differ]
+    moving = np.flatnonzero(np.any(np.abs(q - here) > NAMED_POSITION, axis=0))
+    return [draft.joints[j].name for j in moving]

@@ -56,7 +56,8 @@ def assemble_at(
         are elsewhere than their starting values.
 
     Raises:
-        CoordinateError: a joint does not exist, or an input cannot drive the linkage there.
+        CoordinateError: a joint does not exist, or an input cannot drive the linkage there; or
+            one is no input, on a mode at the pose of the file.
         PoseError: the loops cannot be closed at that pose, or not all the way to it.
         MobilityError: modes of motion meet there, and none is asked for.
         OpenLoopError: the loops do not close.
@@ -78,9 +79,12 @@ def assemble_at(
     request = _Request(at, exactly, chosen, mode if single else None)
     if all(name in linkage.inputs for name in at):
         return _follow(linkage, request)
+    if not single:
+        others = [name for name in at if name not in linkage.inputs]
+        problem = "on a mode that is chosen by its number, positions of inputs set the pose"
+        raise CoordinateError(draft.source, others, problem, linkage.inputs)
     marked = replace(draft, named_inputs=linkage.inputs)
-    begin = None if single else linkage.displaced
-    return _close_near(marked, request, linkage.inputs, begin)
+    return _close_near(marked, request, linkage.inputs)
 
 
 class _Request(NamedTuple):
@@ -114,7 +118,6 @@ def _close_near(
     draft: UnassembledLinkage,
     request: _Request,
     coordinates: Sequence[str],
-    begin: Array | None = None,
 ) -> Linkage:
     """Close the loops of a linkage near given positions of some joints, and assemble it.
 
@@ -122,13 +125,10 @@ def _close_near(
         draft: the linkage as its file describes it.
         request: the pose.
         coordinates: joints whose given positions are kept.
-        begin: positions of the joints that are not given (n,), zero by default.
     """
     at = request.at
     place = {joint.name: j for j, joint in enumerate(draft.joints)}
     chain, start = arrange_loops(draft), np.zeros(len(draft.joints))
-    if begin is not None:
-        start += begin
     start[[place[name] for name in at]] = list(at.values())
     closed = all(np.array_equal(loop.gap, np.eye(4)) for loop in draft.loops)
     held = {place[x] for x in coordinates if x in at or closed}

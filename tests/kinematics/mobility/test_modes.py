@@ -353,6 +353,8 @@ def test_a_mode_is_followed_from_its_pose(tmp_path):
     assert further.displaced[1] == pytest.approx(1.25, abs=1e-12)
     with pytest.raises(MobilityError, match="2 modes of motion leave .* from 1 to 2"):
         kinematics.load(path, mode=3)
+    with pytest.raises(CoordinateError, match="input a: .* positions of inputs set the pose"):
+        kinematics.load(path, mode=1, at={"a": 0.3})
     with pytest.raises(CoordinateError, match="stands still"):
         kinematics.load(path, inputs=["a"], mode=1)
 

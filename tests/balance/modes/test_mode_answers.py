@@ -139,3 +139,37 @@ def test_masses_of_a_mode_leave_it_without_momentum(tmp_path):
         assert np.abs(X @ z).max() < 1e-12
         if spaces[other].nullity > spaces[number].nullity:
             assert np.abs(X @ spaces[other].basis).max() > 1e-3
+
+
+def test_a_study_follows_a_mode(tmp_path):
+    """Parallelogram and antiparallelogram of one file; with another coupler it is general."""
+    path = made("parallelogram", tmp_path)
+    for number, rank in ((1, 5), (2, 7)):
+        tables = {
+            "model": {"file": path, "mode": number},
+            "parameters": {"b.origin.x": [0.5, 0.6]},
+            "compute": {"rank": {}},
+        }
+        assert balance.Study.from_tables(tables).run()["rank"].tolist() == [rank, 8]
+
+
+def test_modes_that_may_be_missing_are_a_doubt(tmp_path, capsys, monkeypatch):
+    monkeypatch.setattr("kinematics.mobility.reachable_modes.MAX_MODES", 2)
+    path = made("rhombus", tmp_path)
+    code, out = run(capsys, "report", path)
+    assert code == 4 and "there may be more modes: no more than 2 are listed" in out
+    code, out = run(capsys, "report", path, "--json")
+    assert code == 4 and json.loads(out)["doubt"] == "no more than 2 are listed"
+
+
+def test_only_inputs_move_a_linkage_on_a_mode(tmp_path, capsys):
+    path = made("parallelogram", tmp_path)
+    assert main(["report", path, "--mode", "2", "--at", "a=0.3,b=-0.3"]) == 3
+    assert "positions of inputs set the pose; choose from a" in capsys.readouterr().err
+
+
+def test_a_mode_of_a_regular_linkage_is_refused(capsys):
+    assert main(["report", "four_bar_kite", "--mode", "2"]) == 3
+    said = capsys.readouterr()
+    assert not said.out
+    assert "one mode of motion leaves its pose; leave out the number of a mode" in said.err

@@ -42,6 +42,12 @@ class ModeAnswer:
     complete: bool = False
     problem: str = ""
 
+    def __repr__(self) -> str:
+        """Give one line: mobility, nullity and verdict."""
+        found = f"nullity {self.space.nullity}, {self.verdict}" if self.space else self.problem
+        mode = self.mode
+        return repr_lines(f"ModeAnswer: mode {mode.number}: mobility {mode.mobility}, {found}")
+
     @property
     def sure(self) -> bool:
         """Whether the answer is complete and nothing is in doubt."""
@@ -101,11 +107,7 @@ class ModeAnswers:
 
     def __repr__(self) -> str:
         """Give a line for the linkage and one for each mode."""
-        lines = [
-            f"{answer.mode.number}: mobility {answer.mode.mobility}, "
-            + (f"nullity {answer.space.nullity}, {answer.verdict}" if answer.space else "none")
-            for answer in self.modes
-        ]
+        lines = [repr(answer).removeprefix("ModeAnswer: ") for answer in self.modes]
         head = f"ModeAnswers: {count_noun(len(self.modes), 'mode')} of {self.name}"
         return repr_lines(head, *lines)
 

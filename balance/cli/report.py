@@ -23,6 +23,7 @@ from kinematics.errors import ExactError, MeetingModesError
 if TYPE_CHECKING:
     from balance.certification.certified_space import CertifiedSpace
     from balance.exact.modular_ranks import Exact
+    from balance.modes.mode_answers import ModeAnswers
     from balance.report.data import Report
     from balance.spaces.design_space import DesignSpace
     from kinematics.model.linkage import Linkage, Notice
@@ -163,14 +164,24 @@ def _modes_outcome(error: MeetingModesError, arguments: argparse.Namespace) -> O
     ]  # fmt: skip
     sure = answers.sure and not missing
     readings = [Notice(ROUNDED_ANGLES, note) for note in getattr(error, "__notes__", ())]
-    warnings = dict.fromkeys(
-        notice for each in answers.modes if each.space is not None
-        for notice in each.space.warnings if notice.code != MODE_NOTICE
-    )  # fmt: skip
     return Outcome(
         DONE if sure else UNDECIDED, answers.to_dict, lambda: modes_text(answers),
-        notices=(*readings, *warnings, *missing),
+        notices=(*readings, *_warnings_of_modes(answers), *missing),
     )  # fmt: skip
+
+
+def _warnings_of_modes(answers: ModeAnswers) -> list[Notice]:
+    """List the warnings on each mode, with its number where not all modes have it."""
+    spaces = {each.mode.number: each.space for each in answers.modes if each.space is not None}
+    common = [set(space.warnings) for space in spaces.values()]
+    shared = set.intersection(*common) if common else set()
+    listed = dict.fromkeys(
+        notice if notice in shared
+        else notice._replace(message=f"mode {number}: {notice.message}")
+        for number, space in spaces.items()
+        for notice in space.warnings if notice.code != MODE_NOTICE
+    )  # fmt: skip
+    return list(listed)
 
 
 class _Answer(NamedTuple):

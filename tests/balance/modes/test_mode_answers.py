@@ -173,3 +173,16 @@ def test_a_mode_of_a_regular_linkage_is_refused(capsys):
     said = capsys.readouterr()
     assert not said.out
     assert "one mode of motion leaves its pose; leave out the number of a mode" in said.err
+
+
+def test_warnings_name_the_mode_that_they_are_about(tmp_path, capsys, caplog):
+    """A link without mass is one on all modes; an input that rests on one mode is of that."""
+    path = FLAT["kite"].write(tmp_path, "flat")
+    text = path.read_text().replace('name="a" type', 'name="a" independent="true" type')
+    bare = '<link name="pin"/><joint name="tip" type="continuous"><parent link="rocker"/>'
+    path.write_text(text.replace("</robot>", f'{bare}<child link="pin"/></joint></robot>'))
+    main(["report", str(path)])
+    said = [record.getMessage() for record in caplog.records]
+    assert sum("massless: no mass, so no parameters: pin" in line for line in said) == 1
+    (told,) = [line for line in said if "inputs_of_mode" in line]
+    assert told.startswith("inputs_of_mode: mode 1: a")

@@ -28,6 +28,12 @@ Many geometries of a model:
 - ``Study``: a model, what varies in it, what must hold, and what is computed
 - ``SweepTable``: result of ``sweep``, column by column
 
+Modes of motion that meet at a pose:
+
+- ``motion_modes``: the space of each mode, and whether its masses can be built
+- ``ModeAnswer``: a mode of motion, and which masses balance the linkage on it
+- ``ModeAnswers``: result of ``motion_modes``
+
 Decoupling, inertia on a base that moves:
 
 - ``decoupling``: balanced distributions that keep the inertia on the base constant
@@ -221,6 +227,7 @@ if TYPE_CHECKING:
     from balance.instantaneous.workspace_map import MomentumMap, momentum_map
     from balance.interpretation.explain import Explanation, explain
     from balance.interpretation.freedoms import Freedom
+    from balance.modes.mode_answers import ModeAnswer, ModeAnswers, motion_modes
     from balance.momentum.momentum_figure import screw_figure
     from balance.momentum.momentum_lines import (
         Meeting,
@@ -270,22 +277,22 @@ __all__ = [
     "Certainty", "CertificateCheck", "CertifiedSpace", "Clamp", "Counterweights", "Decoupling",
     "Design", "DesignCheck", "DesignSpace", "ElasticFrame", "EndBody", "Exact", "Explanation",
     "Feasibility", "FewestRotors", "FlexibleSimulation", "FloatingBase", "FloatingBaseMotion",
-    "FreeMode", "Freedom", "ManySpaces", "Meeting", "MomentumMap", "MomentumTaylor",
-    "PantographMasses", "ParetoFront", "PartialBalance", "PoseBalance", "Primitive", "Proof",
-    "PureInertia", "ReactionNullSpace", "ReactionlessPath", "ReactionlessPaths", "Region",
-    "RemedyComparison", "RotorSet", "ScrewLine", "Similarity", "SpaceRecord", "Study",
-    "Support", "SupportPoints", "SupportedModes", "SweepTable", "Synthesis",
-    "SynthesizedMechanism", "Trajectory", "Transfer", "Verification", "balance_pose",
-    "balancing_family", "buildable_masses", "certify", "check_certificate", "check_design",
-    "common_normal", "compare_arms", "compare_remedies", "counterweights", "decoupling",
-    "design", "design_space", "design_space_many", "distance_to_rank_drop", "exact_ranks",
-    "explain", "feasible", "fewest_rotors", "find_paths", "free_modes", "load_space",
-    "locked_inertia", "mass_properties", "meeting", "momentum_lines", "momentum_map",
-    "momentum_matrix", "momentum_regressor", "momentum_taylor", "momentum_wrenches",
-    "parameters", "pareto", "partial", "pseudo_inertia", "pure_inertia", "reaction_null_space",
-    "read_study", "save_space", "screw_figure", "shaking", "similar_arm", "simulate_flexible",
-    "simulate_floating_base", "support_points", "supported_modes", "sweep", "synthesize",
-    "timed_path", "verify", "violations",
+    "FreeMode", "Freedom", "ManySpaces", "Meeting", "ModeAnswer", "ModeAnswers", "MomentumMap",
+    "MomentumTaylor", "PantographMasses", "ParetoFront", "PartialBalance", "PoseBalance",
+    "Primitive", "Proof", "PureInertia", "ReactionNullSpace", "ReactionlessPath",
+    "ReactionlessPaths", "Region", "RemedyComparison", "RotorSet", "ScrewLine", "Similarity",
+    "SpaceRecord", "Study", "Support", "SupportPoints", "SupportedModes", "SweepTable",
+    "Synthesis", "SynthesizedMechanism", "Trajectory", "Transfer", "Verification",
+    "balance_pose", "balancing_family", "buildable_masses", "certify", "check_certificate",
+    "check_design", "common_normal", "compare_arms", "compare_remedies", "counterweights",
+    "decoupling", "design", "design_space", "design_space_many", "distance_to_rank_drop",
+    "exact_ranks", "explain", "feasible", "fewest_rotors", "find_paths", "free_modes",
+    "load_space", "locked_inertia", "mass_properties", "meeting", "momentum_lines",
+    "momentum_map", "momentum_matrix", "momentum_regressor", "momentum_taylor",
+    "momentum_wrenches", "motion_modes", "parameters", "pareto", "partial", "pseudo_inertia",
+    "pure_inertia", "reaction_null_space", "read_study", "save_space", "screw_figure",
+    "shaking", "similar_arm", "simulate_flexible", "simulate_floating_base", "support_points",
+    "supported_modes", "sweep", "synthesize", "timed_path", "verify", "violations",
 ]  # fmt: skip
 
 

@@ -7,6 +7,7 @@ The facts behind the message are attributes, so that programs need not parse tex
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 __all__ = [
     "BodyError",
@@ -16,6 +17,7 @@ __all__ = [
     "InexactClosureError",
     "InexactPlaneError",
     "LinkageError",
+    "MeetingModesError",
     "MobilityError",
     "MotionError",
     "OpenLoopError",
@@ -26,6 +28,10 @@ __all__ = [
     "UsageError",
     "WorkerError",
 ]
+
+
+# Modes that a message describes.
+MAX_LISTED_MODES = 8
 
 
 class LinkageError(ValueError):
@@ -167,6 +173,37 @@ class MobilityError(LinkageError):
         """Keep the facts beside the message."""
         self.order, self.joints = order, tuple(joints)
         super().__init__(text)
+
+
+class MeetingModesError(MobilityError):
+    """A pose at which modes of motion meet, so that it does not determine which one is meant.
+
+    Attributes:
+        modes: all of them, `kinematics.model.mode_of_motion.ModeOfMotion`.
+        doubt: why there may be more; empty if nothing speaks for it.
+    """
+
+    def __init__(
+        self, linkage: str, modes: Sequence[Any], joints: Sequence[str], doubt: str = ""
+    ) -> None:
+        """Compose the message and list the modes."""
+        self.modes = tuple(modes)
+        self.doubt = doubt
+        listed = [
+            f"mode {mode.number}: mobility {mode.mobility}, at {mode.place}"
+            for mode in self.modes[:MAX_LISTED_MODES]
+        ]
+        more = len(self.modes) - len(listed)
+        text = "; ".join([*listed, *([f"and {more} more"] if more else [])])
+        here = sum(mode.here for mode in self.modes)
+        in_all = f", of {len(self.modes)} in all" if here < len(self.modes) else ""
+        super().__init__(
+            f"{linkage}: singular at its pose: {here} modes of motion meet there{in_all}, and "
+            f"the pose does not determine which one is meant: {text}; "
+            + (f"there may be more: {doubt}; " if doubt else "")
+            + "choose one by its number, such as --mode 1",
+            joints=joints,
+        )
 
 
 class CoordinateError(LinkageError):

@@ -9,7 +9,13 @@ from os.path import isfile
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeAlias
 
-from kinematics.errors import FileError, LinkageError, MobilityError, OpenLoopError
+from kinematics.errors import (
+    FileError,
+    LinkageError,
+    MeetingModesError,
+    MobilityError,
+    OpenLoopError,
+)
 
 if TYPE_CHECKING:
     from yourdfpy import URDF
@@ -129,6 +135,7 @@ def load(
     angles: str = "nominal",
     at: Mapping[str, float] | None = None,
     ground: str | None = None,
+    mode: int | None = None,
 ) -> Linkage:
     """Read a linkage from a robot file, close its loops and choose its coordinates.
 
@@ -158,6 +165,9 @@ def load(
             branch.
         ground: name of the link that is the ground, if joints leave several links uncarried
             or an SDF model is not fixed to the world.
+        mode: number of a mode of motion, from 1, where several meet at the pose of the file,
+            or else at that of ``at``; `kinematics.errors.MeetingModesError` lists them. The
+            reference pose is on that mode, away from where they meet.
 
     Returns:
         The linkage at its reference pose, in the frame of its root link, SI units.
@@ -181,7 +191,7 @@ def load(
     _check_options(bodies, angles)
     names = (massless,) if isinstance(massless, str) else tuple(massless)
     draft = _read(model, loops, ReadOptions(fix_base, bodies, names, angles, ground))
-    return _assemble(draft, inputs, at, angles == "as_written")
+    return _assemble(draft, inputs, at, mode, angles == "as_written")
 
 
 def _check_options(bodies: str, angles: str) -> None:
@@ -227,6 +237,7 @@ def _assemble(
     draft: UnassembledLinkage,
     inputs: Sequence[str] | None,
     at: Mapping[str, float] | None,
+    mode: int | None,
     exactly: bool,
 ) -> Linkage:
     """Assemble a linkage, at its own pose or at another.
@@ -235,19 +246,28 @@ def _assemble(
     """
     from kinematics.assembly.assemble import assemble
     from kinematics.error_text import clean
+    from kinematics.meant.as_meant import as_meant
     from kinematics.urdf.rounded_angles import ROUNDED_ANGLES
 
     try:
-        if not at:
-            return assemble(draft, inputs, exactly=exactly)
-        from kinematics.assembly.reference_pose import assemble_at
+        if at:
+            from kinematics.assembly.reference_pose import assemble_at
 
-        return assemble_at(draft, inputs, at, exactly=exactly)
+            linkage = assemble_at(draft, inputs, at, exactly=exactly, mode=mode)
+        else:
+            linkage = assemble(draft, inputs, exactly=exactly, mode=mode)
     except (OpenLoopError, MobilityError) as error:
+        if isinstance(error, MeetingModesError):
+            error.modes = tuple(
+                mode if isinstance(mode.linkage, LinkageError)
+                else mode._replace(linkage=as_meant(mode.linkage, exactly=exactly))
+                for mode in error.modes
+            )  # fmt: skip
         for notice in draft.notices:
             if notice.code == ROUNDED_ANGLES:
                 error.add_note(notice.message.removeprefix(f"{clean(draft.source, 1000)}: "))
         raise
+    return as_meant(linkage, exactly=exactly)
 
 
 def _read(

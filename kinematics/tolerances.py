@@ -17,6 +17,7 @@ __all__ = [
     "ANGLE_ROUND_OFF",
     "AXES_PERPENDICULAR_COSINE",
     "AXIS_ROUNDING",
+    "BEYOND_SINGULAR",
     "BRANCH_DISTANCE_SQUARED",
     "CLOSED_SQUARE",
     "CLOSED_TO_ROUND_OFF",
@@ -36,8 +37,10 @@ __all__ = [
     "FIT_STEP_RELATIVE_MIN",
     "FOLLOWED_POSE_RESIDUAL",
     "GIVEN_POSE_RESIDUAL",
+    "HALF_TURN_ROUND_OFF",
     "IDENTITY_POSE_ENTRY",
     "IDLE_JOINT_RELATIVE",
+    "INDISTINGUISHABLE_CONDITIONING",
     "INERTIA_ASYMMETRY",
     "INERTIA_INEQUALITY_EXCESS",
     "JOINT_AXES_MEET",
@@ -48,6 +51,7 @@ __all__ = [
     "LOOP_RANK_RELATIVE_SOLVED",
     "MARGIN_DETERMINED",
     "MAX_TRIED_AXIS_CHANGE",
+    "MEANT_DIFFERENCE",
     "MEETING_AXES_COORDINATE",
     "MEETING_AXES_SIZE",
     "MOTION_EQUAL",
@@ -142,6 +146,10 @@ JOINT_AXES_MEET = 1e-12
 ROTATION_ROUND_OFF = 1e-15
 
 # --- model
+
+# Part of a turn by which half a turn backwards is half a turn forwards: closed poses are known
+# to about 1e-12.
+HALF_TURN_ROUND_OFF = 1e-9
 # Deviation of screws from a planar motion: sine of the angle between axes, and pitches and
 # slides along the normal in chain units.
 PLANAR_DEVIATION = 1e-9
@@ -240,6 +248,10 @@ IDLE_JOINT_RELATIVE = 1e-9
 # first may be near a singular one; those below the second cannot be told from it.
 NEAR_SINGULAR_CONDITIONING = 0.05
 SINGULAR_CONDITIONING = 1e-3
+# The same below which the pose was meant to be singular, and distance (chain units) of a pose
+# that shows it: next to a singular pose, joint positions are known to the root of round-off.
+INDISTINGUISHABLE_CONDITIONING = 1e-6
+BEYOND_SINGULAR = 1e-3
 # Smallest relative singular value of a loop matrix that twelve digits of a file resolve.
 LOOP_RANK_OF_FILE = 1e-11
 # Mismatch (chain units) of loops with fitted axes, at poses that were not used for the fit.
@@ -253,6 +265,12 @@ MAX_TRIED_AXIS_CHANGE = 1e-2
 # between it is a hundred times the residual.
 FIT_STEP_RELATIVE_MIN = 1e-9
 FIT_STEP_RELATIVE_MAX = 1e-5
+
+# --- meant
+
+# Difference of the screws of the meant geometry from those of the reference pose, relative to
+# the largest entry, up to which no axis is moved: round-off.
+MEANT_DIFFERENCE = 1e-14
 
 # --- urdf: numbers and angles of a file
 

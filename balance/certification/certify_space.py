@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import replace
 from itertools import islice
 
 import numpy as np
+from numpy.typing import NDArray
 
 from balance.certification.certified_space import CertifiedSpace, with_certainty
 from balance.certification.changed_numbers import with_changed_numbers
@@ -21,8 +23,10 @@ from balance.certification.correct_integers import (
     with_idle_joints,
     with_more_poses,
 )
-from balance.exact.chain import exact_chain, loops_are_regular
-from balance.exact.conditions import joints_at_rest, orders_closed
+from balance.certification.meant_notice import add_meant_notice
+from balance.exact.chain import ExactChain, exact_chain, loops_are_regular
+from balance.exact.conditions import first_orders_of_motion, orders_closed
+from balance.exact.idle_joints import joints_shown_at_rest
 from balance.exact.modular import PRIMES
 from balance.exact.modular_ranks import PLATEAU_WITHOUT_BOUND, Exact, ranks_of
 from balance.exact.proof import Proof, independent_transfers
@@ -32,18 +36,23 @@ from balance.spaces.certainty import LEVELS, Certainty
 from balance.spaces.design_space import DesignSpace
 from balance.tolerances import (
     MOMENTUM_RESIDUAL,
-    MOMENTUM_RESIDUAL_CLEAR,
     MOMENTUM_RESIDUAL_ILL_CONDITIONED,
     PARALLEL_AXES_ROUNDED,
-    SINGULAR_VALUE_ROUND_OFF,
 )
 from kinematics.closure.continuation import continue_along
-from kinematics.errors import InexactClosureError, InexactPlaneError, LinkageError
+from kinematics.errors import (
+    ExactError,
+    InexactClosureError,
+    InexactPlaneError,
+    LinkageError,
+)
 from kinematics.model.linkage import Notice
-from kinematics.urdf.rational_screws import exact_geometry
+from kinematics.urdf.rational_screws import Geometry, rational_geometries
 from kinematics.wording import size_text
 
 __all__ = ["certify"]
+
+IntArray = NDArray[np.int64]
 
 # Number of rays along which fresh poses are taken.
 FRESH_RAYS = 2
@@ -57,6 +66,11 @@ MAX_ROUNDS = 3
 # joints be at rest to count as idle: twice the 14th power of the input with which a gear of
 # three yokes and a dead centre moves a joint.
 CLOSURE_ORDERS = 30
+# The same where joints are at rest at these orders, and not shown to be at rest at others.
+CLOSURE_ORDERS_OF_IDLE_JOINTS = 126
+# Orders up to which conditions may come, and loops open, for each order at which the last joint
+# starts to move: a joint that moves with a power of the input drives others with its square.
+ORDERS_PER_MOTION = 4
 _BELIEVE_FLOATING_POINT = (
     "believe the latter: the digits of the file describe another linkage, which does not move "
     "so, and the answer is for the linkage that closes"
@@ -95,7 +109,7 @@ def certify(space: DesignSpace) -> CertifiedSpace:
         found = _gather_evidence(space)
     except LinkageError as error:
         rounded = _certify_rounded(space, f"not by exact arithmetic: {error}", None)
-        return _add_rounding_notice(rounded, error)
+        return add_meant_notice(_add_rounding_notice(rounded, error))
     lines = list_differences(space, found)
     if (count := found.replaced) and lines:
         changed = with_changed_numbers(space)
@@ -123,7 +137,7 @@ def certify(space: DesignSpace) -> CertifiedSpace:
     certainty = _certainty_of(corrected, found, residual, poses)
     certified = add_correction_notice(space, with_certainty(corrected, certainty))
     certified.check_proved()
-    return certified
+    return add_meant_notice(certified)
 
 
 def _rests_on_replaced(space: DesignSpace, changed: DesignSpace | None) -> bool:
@@ -159,20 +173,51 @@ def _gather_evidence(space: DesignSpace) -> Evidence:
     Raises:
         LinkageError: exact arithmetic cannot be done.
     """
+    first: ExactError | None = None
+    for geometry in rational_geometries(space.linkage):
+        try:
+            return _gather_evidence_of(space, geometry)
+        except ExactError as error:
+            first = first or error
+    assert first is not None
+    raise first
+
+
+def _gather_evidence_of(space: DesignSpace, geometry: Geometry) -> Evidence:
+    """Compute the evidence of a geometry in rational numbers; see `_gather_evidence`."""
     linkage = space.linkage
-    geometry = exact_geometry(linkage)
     chain = exact_chain(
         linkage, geometry, space.motion, space.balance == "force", not space.planar
     )
-    idle = joints_at_rest(chain, CLOSURE_ORDERS)
+    order, lowest = CLOSURE_ORDERS, first_orders_of_motion(chain, CLOSURE_ORDERS)
+    if _joints_in_doubt(chain, lowest):
+        order = CLOSURE_ORDERS_OF_IDLE_JOINTS
+        lowest = first_orders_of_motion(chain, order)
+    order = max(order, ORDERS_PER_MOTION * int(lowest.max()))
+    idle = np.flatnonzero(lowest < 0).tolist()
     transfers = tuple(exact_transfers(chain, idle))
     size = len(chain.links) * len(chain.parameters)
     most = size - len(independent_transfers(chain, transfers, PRIMES[0]))
     exact = ranks_of(
-        linkage.source, chain, geometry.notices, space.highest_order, space.rank, most
-    )
+        linkage.source, chain, geometry.notices, space.highest_order, space.rank, most,
+        ORDERS_PER_MOTION * int(lowest.max()),
+    )  # fmt: skip
     found = independent_transfers(chain, transfers, exact.witness.prime)
-    return Evidence(exact, transfers, found, not has_branching_links(chain, idle), tuple(idle))
+    return Evidence(
+        exact, transfers, found, not has_branching_links(chain, idle), tuple(idle),
+        _joints_in_doubt(chain, lowest), order,
+    )  # fmt: skip
+
+
+def _joints_in_doubt(chain: ExactChain, lowest: IntArray) -> tuple[int, ...]:
+    """List the joints at rest at all orders computed that no argument shows to be at rest.
+
+    Args:
+        chain: the linkage in rational numbers.
+        lowest: order at which each joint first moves, -1 if at none (n,).
+    """
+    idle = np.flatnonzero(lowest < 0).tolist()
+    return tuple(sorted(set(idle) - joints_shown_at_rest(chain, idle)))
 
 
 def _needs_poses(space: DesignSpace, found: Evidence, residual: float) -> bool:
@@ -186,8 +231,16 @@ def _add_rounding_notice(space: CertifiedSpace, error: LinkageError) -> Certifie
     doubt, mobility = "", space.linkage.mobility
     if isinstance(error, InexactPlaneError) and error.deviation > PARALLEL_AXES_ROUNDED:
         doubt = f"its axes are parallel to within {error.deviation:.0e} rad only"
-    if isinstance(error, InexactClosureError) and 0 < error.mobility != mobility:
-        doubt = f"the mobility is {mobility} up to rounding, and {error.mobility} as written"
+    if isinstance(error, InexactClosureError):
+        if 0 < error.mobility != mobility:
+            doubt = (
+                f"the mobility is {mobility} up to rounding, and {error.mobility} as written"
+            )
+        elif error.orders:
+            doubt = (
+                f"mobility: in the decimals of the file the loops close at {error.orders} "
+                "orders, which rounding hardly leaves, and open at the next"
+            )
     if doubt:
         certainty = space.certainty
         doubts = (*certainty.doubts, doubt)
@@ -225,7 +278,7 @@ def _certainty_of(
         reason = "exact lower bounds of rank and nullity add up to the number of parameters"
         ranks = tuple(order.rank for order in exact_orders(space, exact))
         return Certainty("proved", reason + replaced, *bounds, (), proof, ranks)
-    order = max(CLOSURE_ORDERS, len(exact.ranks) - 1)
+    order = max(found.order, len(exact.ranks) - 1)
     if doubt := _reason_unverified(space, found, residual, poses, order):
         return Certainty("estimated", doubt, *bounds, (doubt,))
     reason = "balanced at finite poses, and of the same rank by exact arithmetic"
@@ -251,9 +304,11 @@ def _reason_unverified(
     """
     exact = found.exact
     closes = exact.regular or orders_closed(exact.chain, order) > order
-    resting = found.idle if order == CLOSURE_ORDERS else joints_at_rest(exact.chain, order)
-    if not closes or not set(found.idle) <= set(resting):
-        return f"its loops do not close exactly, or idle joints move, up to order {order}"
+    if not closes:
+        return f"mobility: its loops do not close exactly up to order {order}"
+    if found.in_doubt:
+        joints = _names(space, found.in_doubt)
+        return f"idle joints: {joints} at rest up to order {order}, and may move at others"
     if not found.use_exact_transfers(space.serial_nullity) and space.doubts:
         return f"the serial part is that of floating point: {space.doubts[0]}"
     if not exact.settled:
@@ -276,6 +331,12 @@ def _adds_no_condition(space: DesignSpace, exact: Exact) -> bool:
     last = PLATEAU_WITHOUT_BOUND + 3 * exact.kmax
     further = ranks_of(space.linkage.source, exact.chain, exact.notices, last)
     return further.rank == exact.rank
+
+
+def _names(space: DesignSpace, joints: Iterable[int]) -> str:
+    """Name joints as the subject of a sentence in the present tense."""
+    names = [f"'{space.linkage.joints[j].name}'" for j in joints]
+    return f"joint {names[0]} is" if len(names) == 1 else f"joints {', '.join(names)} are"
 
 
 def _certify_rounded(
@@ -304,12 +365,10 @@ def _certify_rounded(
     left = found is not None and "left_singular_pose" in _notice_codes(space) and not same
     if left or doubtful:
         doubts += (reason,)
+    if not same and settled.highest_order is None:
+        doubts += _list_unseen(settled)
     sure = not doubts and settled.settled and settled.highest_order is None and poses > 0
-    # Without exact arithmetic a condition near round-off looks like none, and axes
-    # that are parallel to within rounding may not be meant to be.
-    tiny = settled.dropped <= SINGULAR_VALUE_ROUND_OFF and residual <= MOMENTUM_RESIDUAL_CLEAR
-    parallel = settled.nullity > settled.serial_nullity
-    level = LEVELS[bool(sure and ((tiny and parallel) or same))]
+    level = LEVELS[bool(sure and same)]
     seen = (
         f"momenta are {size_text(residual, '.0e')} of the conditions; "
         if level == "verified"
@@ -317,6 +376,22 @@ def _certify_rounded(
     )
     certainty = Certainty(level, seen + reason, *bounds, residual, poses, doubts)
     return add_correction_notice(space, with_certainty(settled, certainty))
+
+
+def _list_unseen(space: DesignSpace) -> tuple[str, ...]:
+    """List what floating point alone cannot tell: conditions, or motions, below round-off."""
+    unseen = []
+    if parallel := space.nullity - space.serial_nullity:
+        unseen.append(
+            f"rank: the parallel part of {parallel} rests on floating point alone, which does "
+            "not see conditions below round-off"
+        )
+    if idle := np.flatnonzero([j.name in space.idle for j in space.linkage.joints]).tolist():
+        unseen.append(
+            f"idle joints: {_names(space, idle)} at rest by floating point alone, which does "
+            "not see motions below round-off"
+        )
+    return tuple(unseen)
 
 
 def _list_doubts(space: DesignSpace, residual: float) -> tuple[str, ...]:

@@ -54,6 +54,9 @@ class Evidence(NamedTuple):
         complete: whether they span the serial part; otherwise links without parameters
             branch, and there may be more.
         idle: numbers of the joints that do not move.
+        in_doubt: those of them that are at rest at all orders computed, and not shown to be at
+            rest at others.
+        order: order up to which joints must be at rest, and loops close.
     """
 
     exact: Exact
@@ -61,6 +64,8 @@ class Evidence(NamedTuple):
     independent: tuple[ExactTransfer, ...]
     complete: bool
     idle: tuple[int, ...]
+    in_doubt: tuple[int, ...]
+    order: int
 
     def use_exact_transfers(self, known: int) -> bool:
         """Decide whether the independent transfers replace the serial part.

@@ -8,9 +8,10 @@ from balance.exact.chain import exact_chain
 from balance.exact.modular_ranks import Exact, ranks_of
 from balance.options import Balance
 from balance.spaces.design_space import DesignSpace
+from kinematics.errors import ExactError
 from kinematics.model.motion import Motion, motion_of
 from kinematics.model_gallery import LinkageLike, as_linkage
-from kinematics.urdf.rational_screws import exact_geometry
+from kinematics.urdf.rational_screws import rational_geometries
 
 __all__ = ["exact_ranks"]
 
@@ -44,7 +45,7 @@ def exact_ranks(
 
     Raises:
         ExactError: the linkage is not from a file with closed loops, or its loops do not
-            close exactly, or the motion relates axes whose lengths have no rational ratio.
+            close exactly, or relations of rates need too many square roots.
         MotionError: a relation is wrong, or the motion is that of other inputs.
         MobilityError: the linkage cannot follow the motion.
         ValueError: options are given with a design space, which has its own.
@@ -65,8 +66,14 @@ def exact_ranks(
             )
         return exact_ranks(model.linkage, **model.options, expected=model.rank)
     linkage = as_linkage(model)
-    geometry = exact_geometry(linkage)
-    chain = exact_chain(
-        linkage, geometry, motion_of(linkage, motion), balance == "force", spatial
-    )
-    return ranks_of(linkage.source, chain, geometry.notices, max_order, expected)
+    first: ExactError | None = None
+    for geometry in rational_geometries(linkage):
+        try:
+            chain = exact_chain(
+                linkage, geometry, motion_of(linkage, motion), balance == "force", spatial
+            )
+            return ranks_of(linkage.source, chain, geometry.notices, max_order, expected)
+        except ExactError as error:
+            first = first or error
+    assert first is not None
+    raise first

@@ -178,6 +178,7 @@ def _verify_command(arguments: argparse.Namespace, found: Design) -> str:
     words += [word for flag, value in pairs if value for word in (flag, value)]
     if arguments.at:
         words += ["--at", ",".join(f"{name}={value!r}" for name, value in arguments.at.items())]
+    words += ["--mode", str(arguments.mode)] if arguments.mode else []
     words += ["--fix-base"] * arguments.fix_base
     words += ["--as-written"] * (arguments.angles == "as_written")
     words += ["--balance", "force"] * (arguments.balance == "force")

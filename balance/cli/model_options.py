@@ -8,6 +8,7 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 from balance.cli.both_readings import solve_both_readings
+from balance.cli.number_arguments import whole_number
 
 if TYPE_CHECKING:
     from balance.certification.certified_space import CertifiedSpace
@@ -28,17 +29,7 @@ def add_model_options(parser: argparse.ArgumentParser) -> None:
         help="YAML file that describes the loops; by default the one next to the URDF file",
     )  # fmt: skip
     _add_reading_options(parser)
-    parser.add_argument(
-        "--inputs", type=_names, metavar="J1,J2",
-        help="joints to use as independent coordinates",
-    )  # fmt: skip
-    parser.add_argument(
-        "--at", type=parse_coordinates, metavar="J1=VALUE,…",
-        help="another reference pose than that of the file: positions of joints counted from "
-        "the pose of the file, in radians and metres (u1=0.3,u2=-0.1); the others follow, and "
-        "displacements count from there. Positions of joints that are no inputs are starting "
-        "values: they choose the branch on which the loops close",
-    )  # fmt: skip
+    _add_pose_options(parser)
     parser.add_argument(
         "--motion", action="append", metavar="RELATION",
         help="linear relation of input displacements: j4=j7, j4=-2*j7, j3=0; repeatable",
@@ -90,6 +81,26 @@ def _add_reading_options(parser: argparse.ArgumentParser) -> None:
     )  # fmt: skip
 
 
+def _add_pose_options(parser: argparse.ArgumentParser) -> None:
+    """Add the options for coordinates and reference pose."""
+    parser.add_argument(
+        "--inputs", type=_names, metavar="J1,J2",
+        help="joints to use as independent coordinates",
+    )  # fmt: skip
+    parser.add_argument(
+        "--at", type=parse_coordinates, metavar="J1=VALUE,…",
+        help="another reference pose than that of the file: positions of joints counted from "
+        "the pose of the file, in radians and metres (u1=0.3,u2=-0.1); the others follow, and "
+        "displacements count from there. Positions of joints that are no inputs are starting "
+        "values: they choose the branch on which the loops close",
+    )  # fmt: skip
+    parser.add_argument(
+        "--mode", type=whole_number(1, 99, "a mode"), metavar="N",
+        help="mode of motion to follow where several meet, at the pose of the file or at that "
+        "of --at; 'balance report' lists them. The reference pose is on that mode",
+    )  # fmt: skip
+
+
 def load_model(arguments: argparse.Namespace, angles: str, other: str = "") -> Linkage:
     """Load the linkage of the options.
 
@@ -109,7 +120,7 @@ def load_model(arguments: argparse.Namespace, angles: str, other: str = "") -> L
     return load(
         other or arguments.model, None if other else arguments.loops, arguments.inputs,
         fix_base=arguments.fix_base, bodies=arguments.bodies, massless=arguments.massless,
-        angles=angles, at=arguments.at, ground=arguments.ground,
+        angles=angles, at=arguments.at, mode=arguments.mode, ground=arguments.ground,
     )  # fmt: skip
 
 

@@ -18,11 +18,12 @@ from balance.cli.several_models import (
     named_notices,
 )
 from balance.cli.spinner import spinner
-from kinematics.errors import ExactError
+from kinematics.errors import ExactError, MeetingModesError
 
 if TYPE_CHECKING:
     from balance.certification.certified_space import CertifiedSpace
     from balance.exact.modular_ranks import Exact
+    from balance.modes.mode_answers import ModeAnswers
     from balance.report.data import Report
     from balance.spaces.design_space import DesignSpace
     from kinematics.model.linkage import Linkage, Notice
@@ -31,6 +32,10 @@ __all__ = ["add_report"]
 
 # Most joints in a notice.
 MAX_NAMES = 6
+# Options that need one design space: where modes of motion meet, they need --mode.
+OF_ONE_MODE = ("explain", "decoupled", "pure_inertia", "html", "write_closed", "exact")
+# The notice on the pose of each mode, which the table gives.
+MODE_NOTICE = "mode_of_motion"
 
 
 def add_report(verbs: Verbs) -> None:
@@ -85,7 +90,10 @@ def _run(arguments: argparse.Namespace) -> Outcome:
     if arguments.others:
         return _run_several(arguments)
     with spinner("finding the mass distributions that balance"):
-        answer = _answer(arguments)
+        try:
+            answer = _answer(arguments)
+        except MeetingModesError as error:
+            return _modes_outcome(error, arguments)
         file_notices = _write_files(arguments, answer.report)
     from balance.report.data import report_data
     from balance.report.text.report import report_for_terminal, report_text
@@ -129,6 +137,51 @@ def _run_several(arguments: argparse.Namespace) -> Outcome:
         for notice in named_notices(answer.report.space.linkage, answer.notices)
     ]
     return Outcome(max(answer.code for answer in answers), data, text, notices=notices)
+
+
+def _modes_outcome(error: MeetingModesError, arguments: argparse.Namespace) -> Outcome:
+    """Compute the design space on every mode that meets at the pose of the file.
+
+    Raises:
+        MeetingModesError: an option asks for more than the table of the modes.
+    """
+    if any(getattr(arguments, name) for name in OF_ONE_MODE):
+        raise error
+    from balance.modes.mode_answers import answer_modes
+    from balance.report.text.modes import modes_text
+    from kinematics.model.linkage import Notice
+    from kinematics.urdf.rounded_angles import ROUNDED_ANGLES
+
+    options = {
+        "motion": arguments.motion, "balance": arguments.balance,
+        "max_order": arguments.max_order, "spatial": arguments.spatial,
+    }  # fmt: skip
+    answers = answer_modes(error.modes, options, error.doubt)
+    missing = [
+        notice._replace(message=f"mode {each.mode.number}: {notice.message}")
+        for each in answers.modes if each.space is not None
+        for notice in _missing_certainty(each.space, arguments)
+    ]  # fmt: skip
+    sure = answers.sure and not missing
+    readings = [Notice(ROUNDED_ANGLES, note) for note in getattr(error, "__notes__", ())]
+    return Outcome(
+        DONE if sure else UNDECIDED, answers.to_dict, lambda: modes_text(answers),
+        notices=(*readings, *_warnings_of_modes(answers), *missing),
+    )  # fmt: skip
+
+
+def _warnings_of_modes(answers: ModeAnswers) -> list[Notice]:
+    """List the warnings on each mode, with its number where not all modes have it."""
+    spaces = {each.mode.number: each.space for each in answers.modes if each.space is not None}
+    common = [set(space.warnings) for space in spaces.values()]
+    shared = set.intersection(*common) if common else set()
+    listed = dict.fromkeys(
+        notice if notice in shared
+        else notice._replace(message=f"mode {number}: {notice.message}")
+        for number, space in spaces.items()
+        for notice in space.warnings if notice.code != MODE_NOTICE
+    )  # fmt: skip
+    return list(listed)
 
 
 class _Answer(NamedTuple):

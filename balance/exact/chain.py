@@ -2,7 +2,9 @@
 
 Structure, and which joints are independent, come from the assembled linkage; numbers come
 from the decimals of its file. Axes keep the lengths that they have there, so the relations
-of a motion, and of joints that follow others, are rescaled by the lengths of their axes.
+of a motion, and of joints that follow others, are rescaled by the lengths of their axes. Where
+a ratio of lengths is irrational, the screw of one of the joints is multiplied by its square
+root, so that the relations are rational.
 """
 
 from __future__ import annotations
@@ -10,13 +12,15 @@ from __future__ import annotations
 from collections.abc import Collection, Sequence
 from fractions import Fraction
 from itertools import combinations
+from math import prod
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from balance.exact.radicals import square_classes
 from kinematics.assembly.assemble import moving_chain
-from kinematics.errors import ExactError, InexactPlaneError
+from kinematics.errors import InexactPlaneError
 from kinematics.linalg.rational import (
     Vector,
     cross,
@@ -33,9 +37,10 @@ from kinematics.model.motion import Motion
 from kinematics.urdf.rational_screws import Geometry
 from kinematics.wording import count_noun
 
-__all__ = ["ExactChain", "exact_chain", "loops_are_regular"]
+__all__ = ["ExactChain", "exact_chain", "lie_algebra", "loops_are_regular"]
 
 IntArray = NDArray[np.int64]
+Relation = dict[int, Fraction]
 
 
 class ExactChain(NamedTuple):
@@ -44,6 +49,8 @@ class ExactChain(NamedTuple):
     Attributes:
         parent: link before each joint, -1 for the ground (n,).
         screws: joint screws of any length at the reference pose; inertial frame, SI units.
+        radicands: pairwise coprime numbers for each joint: relations and columns are those of
+            its screw times the square root of their product. Mostly there are none.
         ends: the two links welded by each loop.
         mimics: rows of linear relations between the rates of the screws (g, n).
         dependent: joints whose rates follow from the loops.
@@ -56,6 +63,7 @@ class ExactChain(NamedTuple):
 
     parent: tuple[int, ...]
     screws: tuple[Vector, ...]
+    radicands: tuple[tuple[int, ...], ...]
     ends: tuple[tuple[int, int], ...]
     mimics: tuple[Vector, ...]
     dependent: tuple[int, ...]
@@ -98,8 +106,7 @@ def exact_chain(
         spatial: whether all ten parameters per body count, even if the linkage is planar.
 
     Raises:
-        ExactError: the lengths of axes that a relation joins have no rational ratio, or the
-            linkage is planar only up to rounding.
+        ExactError: the linkage is planar only up to rounding.
     """
     count = len(linkage.joints)
     moving = moving_chain(linkage, motion, spatial)
@@ -111,7 +118,13 @@ def exact_chain(
         )
     else:
         rows, parameters = _unit_vectors(6), _unit_vectors(10)
-    basis = _independent_columns(linkage, geometry, motion, independent)
+    relations = _motion_relations(motion, independent)
+    radicands = _radicands(linkage, geometry, relations)
+    lengths = [
+        square * prod(numbers)
+        for square, numbers in zip(geometry.squares, radicands, strict=True)
+    ]
+    basis = _independent_columns(relations, lengths, independent)
     columns = [(Fraction(0),) * len(basis) for _ in range(count)]
     for row, joint in enumerate(independent):
         columns[joint] = tuple(vector[row] for vector in basis)
@@ -121,8 +134,9 @@ def exact_chain(
     return ExactChain(
         parent=tuple(joint.parent for joint in linkage.joints),
         screws=geometry.screws,
+        radicands=radicands,
         ends=tuple((loop.end, loop.successor) for loop in linkage.loops),
-        mimics=_mimics(linkage, geometry),
+        mimics=_mimics(linkage, geometry, lengths),
         dependent=tuple(j for j in range(count) if j not in set(independent.tolist())),
         columns=tuple(columns),
         links=tuple(body.link for body in linkage.bodies),
@@ -135,46 +149,73 @@ def _unit_vectors(count: int) -> tuple[Vector, ...]:
     return tuple(tuple(Fraction(int(i == j)) for j in range(count)) for i in range(count))
 
 
-def _ratio(linkage: Linkage, geometry: Geometry, joint: int, other: int, why: str) -> Fraction:
-    """Compute the length of one axis over that of another, of joints; ``why`` for messages."""
-    ratio = root(geometry.squares[joint] / geometry.squares[other])
-    if ratio is None:
-        first, second = linkage.joints[joint].name, linkage.joints[other].name
-        raise ExactError(
-            f"{linkage.source}: {why}: the lengths of the axes of '{first}' and '{second}' "
-            "have no rational ratio; write axes of equal or rational length"
-        )
+def _motion_relations(motion: Motion | None, independent: IntArray) -> list[Relation]:
+    """Write the relations of a motion as coefficients of the displacements of joints."""
+    rows = [] if motion is None else [row for _, row in motion.coefficients()]
+    joints = independent.tolist()
+    return [{j: c for j, c in zip(joints, row, strict=True) if c} for row in rows]
+
+
+def _radicands(
+    linkage: Linkage, geometry: Geometry, relations: Sequence[Relation]
+) -> tuple[tuple[int, ...], ...]:
+    """Find the square roots that make the relations between rates of screws rational.
+
+    Ratios of lengths matter only between joints that relations join: the first joint of such a
+    group needs no root.
+    """
+    joined = [
+        [mimic.joint, mimic.source]
+        for mimic, ratio in zip(linkage.mimics, geometry.ratios, strict=True) if ratio
+    ]  # fmt: skip
+    joined += [list(relation) for relation in relations]
+    first = list(range(len(linkage.joints)))
+    for joints in joined:
+        lowest = min(first[j] for j in joints)
+        groups = {first[j] for j in joints}
+        first = [lowest if x in groups else x for x in first]
+    ratios = [
+        geometry.squares[j] * geometry.squares[k] if j != k else Fraction(1)
+        for j, k in enumerate(first)
+    ]
+    return tuple(tuple(sorted(radicands)) for radicands in square_classes(ratios))
+
+
+def _ratio(lengths: Sequence[Fraction], joint: int, other: int) -> Fraction:
+    """Compute the length of one screw over that of another, from the squares of both."""
+    ratio = root(lengths[joint] / lengths[other])
+    assert ratio is not None
     return ratio
 
 
 def _independent_columns(
-    linkage: Linkage, geometry: Geometry, motion: Motion | None, independent: IntArray
+    relations: Sequence[Relation], lengths: Sequence[Fraction], independent: IntArray
 ) -> list[list[Fraction]]:
     """Compute the rates of the independent screws for each column of the motion.
 
-    The rate of a joint is that of its screw times the length of its axis, and so are the
+    The rate of a joint is that of its screw times the length of the screw, and so are the
     coefficients of relations between rates, up to a factor.
     """
     rows = []
-    for text, row in [] if motion is None else motion.coefficients():
-        joints = [int(independent[i]) for i, c in enumerate(row) if c]
+    for relation in relations:
+        first = next(iter(relation))
         rows.append([
-            c * _ratio(linkage, geometry, int(j), joints[0], f"motion '{text}'") if c else c
-            for c, j in zip(row, independent, strict=True)
+            relation[j] * _ratio(lengths, j, first) if j in relation else Fraction(0)
+            for j in independent.tolist()
         ])  # fmt: skip
     return rational_null_space(rows, independent.size)
 
 
-def _mimics(linkage: Linkage, geometry: Geometry) -> tuple[Vector, ...]:
+def _mimics(
+    linkage: Linkage, geometry: Geometry, lengths: Sequence[Fraction]
+) -> tuple[Vector, ...]:
     """Collect the relations between the rates of the screws of mimic joints."""
     rows = []
     for mimic, ratio in zip(linkage.mimics, geometry.ratios, strict=True):
         row = [Fraction(0)] * len(linkage.joints)
         row[mimic.joint] = Fraction(1)
-        why = f"joint '{linkage.joints[mimic.joint].name}' is a mimic"
         if ratio:
-            lengths = _ratio(linkage, geometry, mimic.source, mimic.joint, why)
-            row[mimic.source] = -ratio * lengths
+            row[mimic.source] = -ratio * _ratio(lengths, mimic.source, mimic.joint)
         rows.append(tuple(row))
     return tuple(rows)
 
@@ -249,12 +290,16 @@ def loops_are_regular(chain: ExactChain, locked: Collection[int] = ()) -> bool:
     )
     for ends in chain.ends:
         around = sorted(loop_joints(chain.parent, *ends) - still)
-        constraints += _lie_algebra_dimension([chain.screws[j] for j in around])
+        constraints += len(lie_algebra([chain.screws[j] for j in around]))
     return len(set(chain.dependent) - still) == constraints
 
 
-def _lie_algebra_dimension(screws: Sequence[Vector]) -> int:
-    """Compute the dimension of the Lie algebra that screws generate."""
+def lie_algebra(screws: Sequence[Vector]) -> list[list[Fraction]]:
+    """Compute a basis of the Lie algebra that screws generate, in echelon form.
+
+    Args:
+        screws: twists ``[ω; v]`` (count, 6).
+    """
     basis = echelon(screws)[0]
     while len(basis) < 6:
         wider = echelon(
@@ -263,4 +308,4 @@ def _lie_algebra_dimension(screws: Sequence[Vector]) -> int:
         if len(wider) == len(basis):
             break
         basis = wider
-    return len(basis)
+    return basis

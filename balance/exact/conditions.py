@@ -10,10 +10,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from balance.exact.chain import ExactChain
-from balance.exact.modular import PRIMES, Echelon
-from balance.exact.modular_series import Momenta, Remainders, Twists, chain_modulo
+from balance.exact.modular import Echelon
+from balance.exact.modular_series import (
+    Momenta,
+    Remainders,
+    Twists,
+    chain_modulo,
+    primes_of,
+)
 
-__all__ = ["ExactConditions", "joints_at_rest", "orders_closed", "directions_of"]
+__all__ = ["ExactConditions", "directions_of", "first_orders_of_motion", "orders_closed"]
 
 IntArray = NDArray[np.int64]
 
@@ -84,8 +90,8 @@ class ExactConditions:
         self.ranks.append(self._echelon.rank)
 
 
-def joints_at_rest(chain: ExactChain, order: int) -> list[int]:
-    """Find the joints that do not move at the orders 0 … order, ascending.
+def first_orders_of_motion(chain: ExactChain, order: int) -> IntArray:
+    """Find the lowest of the orders 0 … order at which each joint has a rate.
 
     Exact for these orders, unless a prime divides a rate; no proof for higher orders.
 
@@ -94,14 +100,17 @@ def joints_at_rest(chain: ExactChain, order: int) -> list[int]:
         order: the highest order.
 
     Returns:
-        Numbers of the joints; empty if no prime is usable.
+        The order for each joint, -1 if it does not move at any (n,); 0 if no prime is usable.
     """
-    moving = np.zeros(len(chain.parent), dtype=np.bool_)
+    lowest = np.full(len(chain.parent), -1)
     for twists in _twists_along_rays(chain):
-        while twists.orders <= order and not moving.all():
+        moving = np.zeros(len(chain.parent), dtype=np.bool_)
+        while twists.orders <= order and not (moving | (lowest == 0)).all():
             twists.extend()
+            sooner = twists.moving & ~moving & ((lowest < 0) | (lowest >= twists.orders))
+            lowest[sooner] = twists.orders - 1
             moving |= twists.moving
-    return np.flatnonzero(~moving).tolist() if moving.any() else []
+    return lowest if (lowest >= 0).any() else np.zeros_like(lowest)
 
 
 def orders_closed(chain: ExactChain, order: int) -> int:
@@ -124,7 +133,7 @@ def orders_closed(chain: ExactChain, order: int) -> int:
 
 def _twists_along_rays(chain: ExactChain) -> Iterator[Twists]:
     """Compute series along a few rays, modulo a prime that divides no denominator or pivot."""
-    found = next(filter(None, (chain_modulo(chain, p) for p in PRIMES)), None)
+    found = next(filter(None, (chain_modulo(chain, p) for p in primes_of(chain))), None)
     if found is not None:
         for ray in islice(directions_of(chain.width), min(chain.width, MAX_TEST_RAYS)):
             yield Twists(found, ray)

@@ -4,7 +4,8 @@ The joint screws come as rational numbers from the decimals of the file. The con
 each order are rational functions of them, so that they can be computed modulo a prime: a
 rank modulo a prime is a lower bound of the true one, whatever the prime, and falls short of
 it only where the prime divides a minor, at which another prime would differ. Axes are not
-normalised, so a relation between inputs is rescaled by the lengths of their axes.
+normalised, so a relation between inputs is rescaled by the lengths of their axes; where these
+have no rational ratio, modulo primes in which their square roots exist.
 
 The loops must close at every order. They do if their screws span all relative motions of the
 links on them (implicit function theorem). An overconstrained linkage is tested order by order,
@@ -20,8 +21,7 @@ from typing import NamedTuple
 
 from balance.exact.chain import ExactChain, loops_are_regular
 from balance.exact.conditions import ExactConditions
-from balance.exact.modular import PRIMES
-from balance.exact.modular_series import chain_modulo, first_order_mobility
+from balance.exact.modular_series import chain_modulo, first_order_mobility, primes_of
 from kinematics.errors import ExactError, InexactClosureError
 from kinematics.model.linkage import Notice
 from kinematics.wording import count_noun, repr_lines
@@ -154,6 +154,7 @@ def ranks_of(
     max_order: int | None = None,
     expected: int = 0,
     upper_bound: int | None = None,
+    least: int = 0,
 ) -> Exact:
     """Compute the rank of the conditions on a chain by order, without a tolerance.
 
@@ -165,6 +166,7 @@ def ranks_of(
         expected: a rank that is known or believed to be reached.
         upper_bound: a rank that is known not to be exceeded: the order that reaches it is
             the last one.
+        least: the lowest order at which the rank may count as final, but for that bound.
 
     Raises:
         ExactError: the loops do not close exactly, or the inputs do not determine the other
@@ -180,7 +182,7 @@ def ranks_of(
         if max_order is None and not complete and order not in stops:
             continue
         plateau = _required_plateau(kmax, best[-1] >= expected, upper_bound is not None)
-        settled = complete or kmax + plateau <= order
+        settled = complete or max(kmax + plateau, least) <= order
         if settled and max_order is None:
             best = best[: kmax + 1 + (0 if complete else MIN_PLATEAU)]
             break
@@ -196,9 +198,9 @@ def ranks_of(
 def _required_plateau(kmax: int, reached: bool, careful: bool) -> int | float:
     """Compute how many orders must add nothing before the rank counts as final.
 
-    A body that is driven through dead centres moves with a power m of the input: conditions
-    on it come at the orders ``m - 1``, ``2 m - 1``, …, those on its drive long before. In all
-    linkages tried, a false plateau is no longer than that.
+    This is no proof. A body that is driven through dead centres moves with a power m of the
+    input: conditions on it come at the orders ``m - 1``, ``2 m - 1``, …, those on its drive
+    long before. In all linkages tried, a false plateau is no longer than that.
 
     Args:
         kmax: the last order that added a condition.
@@ -214,7 +216,7 @@ def _required_plateau(kmax: int, reached: bool, careful: bool) -> int | float:
 
 def _start_runs(source: str, chain: ExactChain) -> list[ExactConditions]:
     """Prepare the conditions modulo the first two usable primes."""
-    found = filter(None, (chain_modulo(chain, prime) for prime in PRIMES))
+    found = filter(None, (chain_modulo(chain, prime) for prime in primes_of(chain)))
     runs = [ExactConditions(remainders) for remainders in islice(found, 2)]
     if len(runs) < 2:
         raise ExactError(

@@ -19,7 +19,7 @@ Screws and twists have six components, angular first, in the inertial frame.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from fractions import Fraction
 from typing import NamedTuple
 
@@ -27,11 +27,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from balance.exact.chain import ExactChain
-from balance.exact.modular import PRIMES, Convolution, eliminate, inverse, product
+from balance.exact.modular import Convolution, eliminate, inverse, product
+from balance.exact.radicals import primes_with_roots, square_root
 from balance.momentum.product_tensors import BRACKET, MOMENTUM, RATE
 from kinematics.model.chain import loop_signs, paths
 
-__all__ = ["Momenta", "Remainders", "Twists", "first_order_mobility", "chain_modulo"]
+__all__ = [
+    "Momenta",
+    "Remainders",
+    "Twists",
+    "chain_modulo",
+    "first_order_mobility",
+    "primes_of",
+]
 
 IntArray = NDArray[np.int64]
 
@@ -77,7 +85,7 @@ def chain_modulo(chain: ExactChain, p: int) -> Remainders | None:
 
     Args:
         chain: the linkage in rational numbers.
-        p: the prime.
+        p: the prime, one in which the roots of the chain exist; see `primes_of`.
 
     Returns:
         The remainders; None if p divides a denominator or a pivot of the loops.
@@ -85,7 +93,7 @@ def chain_modulo(chain: ExactChain, p: int) -> Remainders | None:
     dependent = np.array(chain.dependent, dtype=np.int64)
     ways, welds = paths(chain.parent)[:-1], loop_signs(chain.parent, chain.ends)
     try:
-        screws, rows = _remainders(chain.screws, 6, p), _remainders(chain.rows, 6, p)
+        screws, rows = _screws(chain, p), _remainders(chain.rows, 6, p)
         rates = _remainders(chain.columns, chain.width, p)
         parameters = _remainders(chain.parameters, 10, p).T
         loops = _loop_matrix(chain, welds, screws, p)
@@ -122,6 +130,27 @@ def _remainders(rows: Sequence[Sequence[Fraction]], columns: int, p: int) -> Int
     return found
 
 
+def _screws(chain: ExactChain, p: int) -> IntArray:
+    """Reduce the screws of a chain modulo p, each times its square root."""
+    screws = _remainders(chain.screws, 6, p)
+    for j, radicands in enumerate(chain.radicands):
+        for number in radicands:
+            screws[j] = screws[j] * square_root(number, p) % p
+    return screws
+
+
+def primes_of(chain: ExactChain) -> Iterator[int]:
+    """Yield primes below 2^30 in which the square roots of a chain exist.
+
+    Args:
+        chain: the linkage in rational numbers.
+
+    Raises:
+        ExactError: it has too many square roots.
+    """
+    return primes_with_roots(sorted({b for numbers in chain.radicands for b in numbers}))
+
+
 def _loop_matrix(
     chain: ExactChain, welds: NDArray[np.float64], screws: IntArray, p: int
 ) -> IntArray:
@@ -140,9 +169,9 @@ def first_order_mobility(chain: ExactChain) -> int:
         The mobility; -1 if every prime divides a denominator.
     """
     welds = loop_signs(chain.parent, chain.ends)
-    for p in PRIMES:
+    for p in primes_of(chain):
         try:
-            loops = _loop_matrix(chain, welds, _remainders(chain.screws, 6, p), p)
+            loops = _loop_matrix(chain, welds, _screws(chain, p), p)
         except ValueError:
             continue
         n = loops.shape[1]

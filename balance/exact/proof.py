@@ -24,7 +24,7 @@ from balance.exact.serial import ExactTransfer
 
 __all__ = ["Proof", "independent_transfers"]
 
-FORMAT = "balance.proof/2"
+FORMAT = "balance.proof/3"
 
 
 class Proof(NamedTuple):

@@ -18,8 +18,8 @@ class Certainty(NamedTuple):
     Attributes:
         level: ``"proved"``: exact lower bounds of rank and nullity add up to the number of
             parameters, and rank by order, kmax, serial and parallel part are those of exact
-            arithmetic; ``"verified"``: exact arithmetic, where it can be done, finds the
-            same ranks, and all momenta vanish to 1e-11 of the size of the conditions at
+            arithmetic; ``"verified"``: exact arithmetic finds the same ranks, joints that rest
+            are shown to rest, and all momenta vanish to 1e-11 of the size of the conditions at
             finite poses that were not used (to 1e-6, if exact arithmetic finds no condition
             at many further orders), or the exact bounds meet and overconstrained loops close
             exactly up to the order that the reason names; ``"estimated"``: neither.

@@ -38,7 +38,7 @@ __all__ = ["StudyData"]
 
 TABLES = {
     "model": ("angles", "at", "bodies", "file", "fix_base", "ground", "inputs", "loops",
-              "massless"),
+              "massless", "mode"),
     "parameters": (),
     "relations": (),
     "sampling": ("count", "seed"),

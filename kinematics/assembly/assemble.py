@@ -17,36 +17,38 @@ from numpy.typing import NDArray
 
 from kinematics.assembly.close_loops import close_loops
 from kinematics.assembly.closed_component import open_loop_error
+from kinematics.assembly.generic_pose import generic_direction, is_near_singular
 from kinematics.assembly.repair_axes import (
     has_near_zero_singular_values,
     repair_axes,
     repair_component,
-)
-from kinematics.assembly.singular_pose import (
-    generic_direction,
-    is_near_singular,
-    leave_singular_pose,
 )
 from kinematics.assembly.welded_bodies import merge_welded_bodies
 from kinematics.closure.newton import Pose
 from kinematics.errors import CoordinateError, MobilityError, MotionError
 from kinematics.mobility.components import Component, component_freedoms, split_components
 from kinematics.mobility.independent_coordinates import choose_coordinates
+from kinematics.mobility.regular_as_written import regular_loop_ranks
 from kinematics.model.arrays import Chain, freeze
 from kinematics.model.chain import arrange_loops, move_chain
 from kinematics.model.linkage import Linkage, Notice, UnassembledLinkage
 from kinematics.model.motion import Motion
 from kinematics.model.plane import plane_normal, reduce_to_plane
 from kinematics.tolerances import AXIS_ROUNDING, IDLE_JOINT_RELATIVE
+from kinematics.wording import count_noun
 
-__all__ = ["assemble", "moving_chain"]
+__all__ = ["assemble", "assemble_mode", "moving_chain"]
 
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
 
 def assemble(
-    draft: UnassembledLinkage, inputs: Sequence[str] | None = None, *, exactly: bool = False
+    draft: UnassembledLinkage,
+    inputs: Sequence[str] | None = None,
+    *,
+    exactly: bool = False,
+    mode: int | None = None,
 ) -> Linkage:
     """Close the loops of a linkage and choose its independent coordinates.
 
@@ -57,6 +59,8 @@ def assemble(
             completed with passive joints; a notice names these.
         exactly: whether axes count as written, even where overconstrained loops close with
             them only to rounding; otherwise they are moved until the loops close.
+        mode: number of a mode of motion, from 1, where several meet at the pose of the
+            linkage. The reference pose is one on that mode.
 
     Returns:
         The linkage at its reference pose, with loops closed.
@@ -64,55 +68,86 @@ def assemble(
     Raises:
         OpenLoopError: a loop does not close, or numbers overflow on the way, so that a
             decomposition of a matrix does not converge.
-        MobilityError: nothing can move, or it moves only infinitesimally, or several
-            branches of motion meet at the pose of the file.
+        MobilityError: nothing can move, or it moves only infinitesimally, or several modes of
+            motion meet at its pose; `MeetingModesError` lists them.
         CoordinateError: an input is unknown or depends on the others.
     """
+    return assemble_mode(draft, inputs, mode, exactly=exactly)[0]
+
+
+def assemble_mode(
+    draft: UnassembledLinkage,
+    inputs: Sequence[str] | None,
+    mode: int | None,
+    *,
+    exactly: bool = False,
+    optional: bool = False,
+) -> tuple[Linkage, bool]:
+    """Close the loops of a linkage, and follow a mode if several meet at its pose.
+
+    Args:
+        draft: as for `assemble`; so are the others.
+        inputs: names of joints to use as coordinates.
+        mode: number of the mode.
+        exactly: whether axes count as written.
+        optional: whether any number is taken where a single mode leaves the pose.
+
+    Returns:
+        The linkage, and whether a single mode leaves its pose.
+
+    Raises:
+        LinkageError: as for `assemble`.
+    """
     try:
-        return _assemble(draft, inputs, exactly)
+        linkage, single = _assemble(draft, inputs, exactly, mode)
     except np.linalg.LinAlgError:
         raise open_loop_error(draft, "", 1) from None
+    if single and mode not in (None, 1) and not optional:
+        from kinematics.assembly.follow_mode import unknown_mode_error
+
+        raise unknown_mode_error(linkage.source, 1)
+    return linkage, single
 
 
 def _assemble(
-    draft: UnassembledLinkage, inputs: Sequence[str] | None, exactly: bool
-) -> Linkage:
-    """Close the loops of a linkage and choose its coordinates; see `assemble`."""
+    draft: UnassembledLinkage, inputs: Sequence[str] | None, exactly: bool, mode: int | None
+) -> tuple[Linkage, bool]:
+    """Close the loops of a linkage and choose its coordinates; see `assemble_mode`."""
     draft = merge_welded_bodies(close_loops(draft, None if exactly else repair_component))
     wanted = tuple(inputs) if inputs is not None else draft.named_inputs
+    repaired: UnassembledLinkage | str = ""
     try:
         linkage, rounded, near = _assemble_at_pose(draft, wanted)
     except (CoordinateError, MobilityError) as error:
-        better = _repair_or_leave(draft, not exactly, error)
+        problem: CoordinateError | MobilityError | None = error
+        repaired = repair_axes(draft) if not exactly else ""
     else:
         if not rounded and not near:
-            return linkage
-        better = _repair_or_leave(draft, rounded and not exactly)
-        if better is draft:
-            return linkage
-    return _assemble_at_pose(better, wanted)[0]
+            return linkage, True
+        problem = None
+        repaired = repair_axes(draft) if rounded and not exactly else ""
+    if not isinstance(repaired, str):
+        return _assemble_at_pose(repaired, wanted)[0], True
+    # Linkages at regular poses need neither of these modules.
+    from kinematics.assembly.follow_mode import follow_mode
+    from kinematics.assembly.singular_pose import check_mobility, leave_singular_pose
+
+    modes = leave_singular_pose(draft)
+    if len(modes.starts) > 1:
+        return follow_mode(draft, modes, inputs, mode, _linkage_at_pose), False
+    if modes.starts:
+        (start,) = modes.starts
+        return check_mobility(_assemble_at_pose(start.draft, wanted)[0], start), True
+    if problem is None:
+        return linkage, True
+    if repaired:
+        raise MobilityError(f"{draft.source}: its loops do not close: {repaired}") from None
+    raise problem
 
 
-def _repair_or_leave(
-    draft: UnassembledLinkage,
-    repair: bool,
-    problem: CoordinateError | MobilityError | None = None,
-) -> UnassembledLinkage:
-    """Repair the rounded axes of a draft, or move it to a pose that is not singular.
-
-    Raises:
-        MobilityError: neither is possible, or the branch to follow is not determined.
-        CoordinateError: there is nothing to repair: the given problem remains.
-    """
-    found = repair_axes(draft) if repair else ""
-    if not isinstance(found, str):
-        return found
-    regular = leave_singular_pose(draft)
-    if regular is draft and problem is not None:
-        if found:
-            raise MobilityError(f"{draft.source}: its loops do not close: {found}") from None
-        raise problem
-    return regular
+def _linkage_at_pose(draft: UnassembledLinkage, wanted: Sequence[str]) -> Linkage:
+    """Make the linkage at the pose of a draft."""
+    return _assemble_at_pose(draft, wanted)[0]
 
 
 def _assemble_at_pose(
@@ -126,6 +161,10 @@ def _assemble_at_pose(
     chain = arrange_loops(draft)
     parts = split_components(draft, whole=chain)
     free, spectra = component_freedoms(parts, len(draft.joints))
+    ranks: list[int | None] = [None] * len(parts)
+    if plane_normal(chain) is None:
+        ranks = regular_loop_ranks(draft, parts, spectra)
+        free, spectra = component_freedoms(parts, len(draft.joints), ranks)
     mobility = free.shape[1]
     if mobility == 0:
         raise MobilityError(
@@ -137,10 +176,12 @@ def _assemble_at_pose(
     idle, poses = _find_idle_joints(draft, chain, parts)
     near = any(
         pose is not None and is_near_singular(part.with_columns(chain), values, pose)
-        for part, values, pose in zip(parts, spectra, poses, strict=True)
+        for part, values, pose, rank in zip(parts, spectra, poses, ranks, strict=True)
+        if rank is None
     )
     spatial, flat = reduce_to_plane(chain, idle)
     notices += _note_nearly_planar(flat)
+    notices += _note_small_singular_values(mobility, spectra, ranks)
     linkage = Linkage(
         **{
             f.name: getattr(draft, f.name)
@@ -155,7 +196,10 @@ def _assemble_at_pose(
         chain=flat,
         spatial_chain=spatial,
     )
-    rounded = any(has_near_zero_singular_values(values, flat.planar) for values in spectra)
+    rounded = any(
+        has_near_zero_singular_values(values, flat.planar)
+        for values, rank in zip(spectra, ranks, strict=True) if rank is None
+    )  # fmt: skip
     return linkage, rounded, near
 
 
@@ -222,6 +266,32 @@ def _note_nearly_planar(chain: Chain) -> list[Notice]:
         "to be planar"
     )
     return [Notice("nearly_planar", text)]
+
+
+def _note_small_singular_values(
+    mobility: int, spectra: Sequence[Array], ranks: Sequence[int | None]
+) -> list[Notice]:
+    """Make a notice if loops that are regular as written were not, had axes been rounded.
+
+    Args:
+        mobility: degrees of freedom as written.
+        spectra: singular values of the loop matrix of each component (n,).
+        ranks: its rank, if it is regular as written and has small singular values.
+    """
+    small = sum(
+        rank - int(np.sum(values > AXIS_ROUNDING * values.max()))
+        for values, rank in zip(spectra, ranks, strict=True) if rank is not None
+    )  # fmt: skip
+    if not small:
+        return []
+    here, fewer = count_noun(mobility, "degree"), count_noun(small, "constraint")
+    text = (
+        f"as written the loops close and leave {here} of freedom, which is the answer; if axes "
+        f"were rounded by up to {AXIS_ROUNDING:.0e}, so that {fewer} fewer are left, there are "
+        f"{mobility + small}: write axes that are meant to be parallel, or to meet, with the "
+        "same digits"
+    )
+    return [Notice("nearly_special", text)]
 
 
 def _find_idle_joints(

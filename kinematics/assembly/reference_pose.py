@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from kinematics.assembly.assemble import assemble
+from kinematics.assembly.assemble import assemble_mode
 from kinematics.assembly.close_loops import close_loops
 from kinematics.assembly.repair_axes import repair_component
 from kinematics.assembly.rereference import rereference
@@ -31,6 +32,7 @@ def assemble_at(
     at: Mapping[str, float],
     *,
     exactly: bool = False,
+    mode: int | None = None,
 ) -> Linkage:
     """Assemble a linkage at another pose, which becomes its reference pose.
 
@@ -46,15 +48,18 @@ def assemble_at(
             Inputs that are not named stay where they are if the file closes its loops, or if
             only inputs are named.
         exactly: as for `kinematics.assembly.assemble.assemble`.
+        mode: number of a mode of motion, where several meet at the pose of the file, or else
+            at the pose asked for; positions count from the pose of the file.
 
     Returns:
         The linkage at that pose; whatever it holds refers to it. A notice names joints that
         are elsewhere than their starting values.
 
     Raises:
-        CoordinateError: a joint does not exist, or an input cannot drive the linkage there.
+        CoordinateError: a joint does not exist, or an input cannot drive the linkage there; or
+            one is no input, on a mode at the pose of the file.
         PoseError: the loops cannot be closed at that pose, or not all the way to it.
-        MobilityError: it is a pose at which branches of motion meet.
+        MobilityError: modes of motion meet there, and none is asked for.
         OpenLoopError: the loops do not close.
     """
     names = names_of(draft.joints)
@@ -63,48 +68,65 @@ def assemble_at(
             problem = f"no such joint; the closest are {closest_names(name, names)}"
             raise CoordinateError(draft.source, [name], problem, names)
     try:
-        linkage = assemble(draft, inputs, exactly=exactly)
-    except (OpenLoopError, MobilityError):
+        linkage, single = assemble_mode(draft, inputs, mode, exactly=exactly, optional=True)
+    except (OpenLoopError, MobilityError) as error:
         named = draft.named_inputs if inputs is None else tuple(inputs)
-        if all(name in named for name in at):
+        known = mode is not None and isinstance(error, MobilityError)
+        if known or all(name in named for name in at):
             raise
-        return _close_near(draft, inputs, named, at, exactly)
+        return _close_near(draft, _Request(at, exactly, inputs, mode), named)
+    chosen = None if inputs is None else linkage.inputs
+    request = _Request(at, exactly, chosen, mode if single else None)
     if all(name in linkage.inputs for name in at):
-        return _follow(linkage, at, exactly)
-    return _close_near(draft, linkage.inputs, linkage.inputs, at, exactly)
+        return _follow(linkage, request)
+    if not single:
+        others = [name for name in at if name not in linkage.inputs]
+        problem = "on a mode that is chosen by its number, positions of inputs set the pose"
+        raise CoordinateError(draft.source, others, problem, linkage.inputs)
+    marked = replace(draft, named_inputs=linkage.inputs)
+    return _close_near(marked, request, linkage.inputs)
 
 
-def _follow(linkage: Linkage, at: Mapping[str, float], exactly: bool) -> Linkage:
+class _Request(NamedTuple):
+    """A pose that is asked for; attributes as the arguments of `assemble_at`."""
+
+    at: Mapping[str, float]
+    exactly: bool
+    inputs: Sequence[str] | None
+    mode: int | None
+
+
+def _follow(linkage: Linkage, request: _Request) -> Linkage:
     """Move a linkage along the straight line to given positions of inputs."""
+    at = request.at
     inputs, before = linkage.inputs, linkage.displaced
     here = dict.fromkeys(inputs, 0.0)
     if before is not None:
         here = dict(zip(inputs, before[linkage.positions_of(inputs)].tolist(), strict=True))
     q = joint_positions(linkage, {name: value - here[name] for name, value in at.items()})
     chain = arrange_loops(linkage)
-    there = assemble(rereference(linkage, chain, q / chain.units), inputs, exactly=exactly)
-    pose = {name: float(at.get(name, here[name])) for name in inputs}
+    moved = rereference(replace(linkage, named_inputs=inputs), chain, q / chain.units)
+    there, single = assemble_mode(moved, request.inputs, request.mode, exactly=request.exactly)
     # Both assemblies may have made the same notices.
-    notices = tuple(dict.fromkeys(there.notices))
-    return replace(there, at=pose, notices=notices, other_poses=())
+    there = replace(there, notices=tuple(dict.fromkeys(there.notices)), other_poses=())
+    if not single:
+        return there
+    return replace(there, at={name: float(at.get(name, here[name])) for name in inputs})
 
 
 def _close_near(
     draft: UnassembledLinkage,
-    inputs: Sequence[str] | None,
+    request: _Request,
     coordinates: Sequence[str],
-    at: Mapping[str, float],
-    exactly: bool,
 ) -> Linkage:
     """Close the loops of a linkage near given positions of some joints, and assemble it.
 
     Args:
         draft: the linkage as its file describes it.
-        inputs: as for `kinematics.assembly.assemble.assemble`.
+        request: the pose.
         coordinates: joints whose given positions are kept.
-        at: the positions.
-        exactly: as for `kinematics.assembly.assemble.assemble`.
     """
+    at = request.at
     place = {joint.name: j for j, joint in enumerate(draft.joints)}
     chain, start = arrange_loops(draft), np.zeros(len(draft.joints))
     start[[place[name] for name in at]] = list(at.values())
@@ -117,7 +139,10 @@ def _close_near(
     begun = rereference(draft, chain, start / chain.units, closed=False)
     try:
         there = close_loops(
-            begun, None if exactly else repair_component, frozenset(held), frozenset(preferred)
+            begun,
+            None if request.exactly else repair_component,
+            frozenset(held),
+            frozenset(preferred),
         )
     except OpenLoopError as error:
         fixed = ", ".join(f"{x}={at.get(x, 0.0):.4g}" for x in coordinates if place[x] in held)
@@ -125,10 +150,14 @@ def _close_near(
             f"{draft.source}: the loops do not close at {fixed or 'any pose nearby'}; give "
             "other positions"
         ) from error
-    linkage = assemble(there, inputs, exactly=exactly)
+    linkage, single = assemble_mode(
+        there, request.inputs, request.mode, exactly=request.exactly
+    )
     q = np.zeros(len(start)) if linkage.displaced is None else linkage.displaced
     pose = {name: float(at.get(name, q[place[name]])) for name in linkage.inputs}
     notices = [n for n in linkage.notices if n.code != "assembled"]
+    if not single:
+        return replace(linkage, notices=tuple(notices), other_poses=())
     notices += _moved_notices(linkage, q, {k: v for k, v in at.items() if place[k] not in held})
     return replace(linkage, at=pose, notices=tuple(notices), other_poses=())
 

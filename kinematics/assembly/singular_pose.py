@@ -1,156 +1,183 @@
 """Singular poses: leave a pose with more first-order freedom than mobility, or refuse it.
 
-Components that share no joint, and no mimic relation, are treated one after the other.
+Components that share no joint, and no mimic relation, are treated one after the other: where
+modes of motion meet in several of them, the modes of the linkage are their combinations.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from itertools import islice, product
+from math import prod
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from kinematics.assembly.close_loops import nearby_starts
+from kinematics.assembly.generic_pose import generic_direction, is_near_singular
 from kinematics.assembly.rereference import rereference
-from kinematics.closure.newton import Pose, follow_ray
-from kinematics.closure.series import Series, expand, loop_matrix
+from kinematics.closure.newton import Pose
+from kinematics.closure.series import loop_matrix
 from kinematics.errors import MobilityError
 from kinematics.mobility.components import Component, split_components
 from kinematics.mobility.first_order import (
-    conditioning,
     first_order,
-    first_order_mobility_of,
     independent_rows,
-    step_along,
     step_from_singular,
 )
 from kinematics.mobility.higher_order import MAX_ORDER, LocalMobility, analyse_local_mobility
+from kinematics.mobility.reachable_modes import ReachableMode
 from kinematics.model.arrays import Chain
 from kinematics.model.chain import arrange_loops, move_chain
 from kinematics.model.full_turns import wrap_turns
-from kinematics.model.linkage import Notice, UnassembledLinkage
+from kinematics.model.linkage import Linkage, Notice, UnassembledLinkage
 from kinematics.tolerances import (
-    LOOP_RANK_RELATIVE,
     NAMED_POSITION,
-    NEAR_SINGULAR_CONDITIONING,
     OTHER_POSE_DISTANCE,
-    SERIES_RESIDUAL,
     SINGULAR_CONDITIONING,
 )
 
-__all__ = [
-    "is_near_singular",
-    "generic_direction",
-    "leave_singular_pose",
-]
+__all__ = ["ModeStart", "ModeStarts", "check_mobility", "leave_singular_pose"]
 
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
-# Groups of more joints are not searched for branches.
+# Groups of more joints are not searched for modes.
 MAX_JOINTS_SEARCHED = 120
-# Joints, and branches, that a message names.
+# Joints that a message names.
 MAX_NAMED = 6
+# Most modes of a linkage: combinations of those of its components.
+MAX_MODES = 64
+
+
+class ModeStart(NamedTuple):
+    """A mode of motion of a linkage that leaves a singular pose.
+
+    Attributes:
+        draft: the linkage at a regular pose on it.
+        mobility: its degrees of freedom.
+        here: whether the mode passes the singular pose, or one further along another mode.
+    """
+
+    draft: UnassembledLinkage
+    mobility: int
+    here: bool
+
+
+class ModeStarts(NamedTuple):
+    """The modes of motion that leave a singular pose.
+
+    Attributes:
+        starts: those that pass the pose before those that another mode leads to, by mobility,
+            then by the rates of the joints; none if the pose is regular.
+        doubt: why there may be more; empty if nothing speaks for it.
+    """
+
+    starts: tuple[ModeStart, ...] = ()
+    doubt: str = ""
 
 
 class _SingularComponent(NamedTuple):
-    """A component, its local mobility, and poses on its branches (n,), in its own units."""
+    """A component, and its local mobility."""
 
     part: Component
     local: LocalMobility
-    poses: list[Array]
 
 
-def generic_direction(chain: Chain) -> tuple[int, Pose | None]:
-    """Find a finite pose in a generic direction of the columns of a chain.
-
-    Returns:
-        The order at which the loops do not close, 0 if they do; and a closed pose further
-        on, None if there is none.
-    """
-    ray = np.random.default_rng(2).standard_normal(chain.width)
-    ray /= np.linalg.norm(ray)
-    series = expand(chain, ray[None], 4)
-    if order := _find_open_order(series):
-        return order, None
-    pose, step = follow_ray(chain, np.zeros(chain.parent.size), series, ray)
-    return (len(series.residual) + 1, None) if step == 0.0 else (0, pose)
-
-
-def _find_open_order(series: Series) -> int:
-    """Find the first order of motion at which loops do not close; 0 if they do."""
-    sizes = np.abs(series.C[0]).max(axis=(1, 2))
-    for order, (residual, size) in enumerate(zip(series.residual, sizes, strict=True)):
-        if residual > SERIES_RESIDUAL * max(1.0, size, sizes[0] ** (order + 1)):
-            return order + 1
-    return 0
-
-
-def is_near_singular(chain: Chain, values: Array, pose: Pose) -> bool:
-    """Return whether a regular pose is near a singular one.
-
-    It is, if its loop matrix is ill-conditioned, and better conditioned at the next pose.
-
-    Args:
-        chain: the linkage as arrays.
-        values: singular values of its loop matrix.
-        pose: a closed pose further on.
-    """
-    freedom = int(np.sum(values <= LOOP_RANK_RELATIVE * values.max(initial=0.0)))
-    if freedom == values.size:
-        return False
-    here = float(values[values.size - freedom - 1] / values[0])
-    return (
-        here < NEAR_SINGULAR_CONDITIONING and conditioning(chain, pose.q, freedom) > 1.5 * here
-    )
-
-
-def leave_singular_pose(draft: UnassembledLinkage) -> UnassembledLinkage:
-    """Move a linkage to a regular pose: its own, or one on the only branch that leaves it.
+def leave_singular_pose(draft: UnassembledLinkage) -> ModeStarts:
+    """Find the modes of motion that leave the pose of a linkage, and a regular pose on each.
 
     Args:
         draft: a linkage whose loops are closed.
 
     Returns:
-        The draft itself if its pose is regular; otherwise the draft at another pose, with a
-        notice.
+        The modes; a single one, with a notice, if the linkage can leave its pose in one way
+        only.
 
     Raises:
-        MobilityError: joints move only infinitesimally, or several branches of motion meet
-            at the pose of the file.
+        MobilityError: joints move only infinitesimally.
     """
     chain = arrange_loops(draft)
     parts = split_components(draft)
     groups = [g for part in parts if (g := _analyse_component(part))]
     if not groups:
-        return draft
-    if any(len(group.poses) > 1 for group in groups):
-        raise _bifurcation_error(draft, chain, groups)
-    q = np.zeros(len(draft.joints))
-    for group in groups:
-        q += group.part.all_positions(group.poses[0], chain.units)
-    if not q.any():
-        return draft
-    outside = q.size - sum(part.joints.size for part in parts)
-    here, there = (
-        outside
-        + sum(first_order_mobility_of(p.chain, p.own_positions(at, chain.units)) for p in parts)
-        for at in (np.zeros(q.size), q)
+        return ModeStarts()
+    starts = []
+    doubt = next((group.local.doubt for group in groups if group.local.doubt), "")
+    if prod(len(group.local.modes) for group in groups) > MAX_MODES:
+        doubt = doubt or f"no more than {MAX_MODES} are listed"
+    beside = _freedoms_beside(draft, parts, groups)
+    for choice in islice(product(*(group.local.modes for group in groups)), MAX_MODES):
+        q = np.zeros(len(draft.joints))
+        for group, mode in zip(groups, choice, strict=True):
+            q += group.part.all_positions(mode.q, chain.units)
+        mobility = beside + sum(mode.mobility for mode in choice)
+        there = rereference(draft, chain, q) if q.any() else draft
+        starts.append(ModeStart(there, mobility, all(mode.here for mode in choice)))
+    if len(starts) > 1:
+        starts.sort(key=lambda start: (not start.here, start.mobility))
+        return ModeStarts(tuple(starts), doubt)
+    (start,) = starts
+    if start.draft is draft:
+        return ModeStarts()
+    text = _leaving_text(draft, chain, start, beside + sum(g.local.freedom for g in groups))
+    text += f"; there may be others: {doubt}" if doubt else ""
+    notices = (*start.draft.notices, Notice("left_singular_pose", text))
+    return ModeStarts((start._replace(draft=replace(start.draft, notices=notices)),), doubt)
+
+
+def check_mobility(linkage: Linkage, start: ModeStart) -> Linkage:
+    """Return a linkage that was assembled on a mode, if it has the mobility of the mode.
+
+    Args:
+        linkage: the linkage at the pose on the mode.
+        start: the mode.
+
+    Raises:
+        MobilityError: it has another one: joints have first-order freedoms at every pose, and
+            round-off decides which of them are motions.
+    """
+    if linkage.mobility == start.mobility:
+        return linkage
+    raise MobilityError(
+        f"{linkage.source}: part of the linkage moves only infinitesimally: there are "
+        f"{_degrees(start.mobility)} at first order at every pose nearby, and not all of them "
+        "are motions; replace that part by one rigid link"
     )
-    text = (
-        "the pose of the file is nearly singular; the reference pose is further along the "
-        f"motion, away from it, by {_positions(draft, chain, q)}"
-    )
-    if here > there:
-        text = (
-            f"the pose of the file is singular: {_degrees(here)} there at first order, "
-            f"{there} elsewhere; a single branch of motion leaves it, and the reference pose "
-            f"is further along it, by {_positions(draft, chain, q)}"
+
+
+def _freedoms_beside(
+    draft: UnassembledLinkage, parts: Sequence[Component], groups: Sequence[_SingularComponent]
+) -> int:
+    """Count the freedoms of joints in no loop, and of the components that are regular."""
+    singular = {group.part.joints[0] for group in groups}
+    beside = len(draft.joints) - sum(part.joints.size for part in parts)
+    for part in parts:
+        if part.joints[0] not in singular:
+            beside += first_order(loop_matrix(part.chain))[0].shape[1]
+    return beside
+
+
+def _leaving_text(
+    draft: UnassembledLinkage, chain: Chain, start: ModeStart, freedom: int
+) -> str:
+    """Describe how far the reference pose is from that of the file, and why."""
+    there = start.draft.displaced
+    assert there is not None
+    before = 0.0 if draft.displaced is None else draft.displaced
+    where = _positions(draft, chain, (there - before) / chain.units)
+    if freedom > start.mobility:
+        return (
+            f"the pose of the file is singular: {_degrees(freedom)} there at first order, "
+            f"{start.mobility} elsewhere; a single motion leaves it, and the reference pose is "
+            f"further along it, by {where}"
         )
-    notices = (*draft.notices, Notice("left_singular_pose", text))
-    return replace(rereference(draft, chain, q), notices=notices)
+    return (
+        "the pose of the file is nearly singular; the reference pose is further along the "
+        f"motion, away from it, by {where}"
+    )
 
 
 def _analyse_component(group: Component) -> _SingularComponent | None:
@@ -176,17 +203,20 @@ def _analyse_component(group: Component) -> _SingularComponent | None:
         if not is_near_singular(part, values, pose):
             return None
         here = float(values[values.size - freedom - 1] / values[0])
-        local = analyse_local_mobility(part, 2 * here) if here < SINGULAR_CONDITIONING else None
-        if local is None or len(local.branches) < 2:
-            return _SingularComponent(
-                group,
-                LocalMobility(freedom, freedom, 0, free.T),
-                [step_from_singular(part, free)],
-            )
+        turning = _turning_joints(draft)
+        local = (
+            analyse_local_mobility(part, turning, 2 * here)
+            if here < SINGULAR_CONDITIONING
+            else None
+        )
+        if local is None or len(local.modes) < 2:
+            far = step_from_singular(part, free)
+            mode = ReachableMode(freedom, far, True)
+            return _SingularComponent(group, LocalMobility(freedom, 0, (mode,)))
     elif freedom == 0:
         return None
     else:
-        local = analyse_local_mobility(part)
+        local = analyse_local_mobility(part, _turning_joints(draft))
     if local.mobility == 0:
         raise _rigid_error(group, local)
     if local.mobility >= local.freedom:
@@ -197,7 +227,19 @@ def _analyse_component(group: Component) -> _SingularComponent | None:
             "rigid link",
             joints=[draft.joints[j].name for j in joints],
         )
-    return _SingularComponent(group, local, [step_along(part, q) for q in local.branches])
+    return _SingularComponent(group, local)
+
+
+def _turning_joints(draft: UnassembledLinkage) -> NDArray[np.bool_]:
+    """Find the joints that are in the same place after a full turn (n,).
+
+    A joint in a mimic relation is not, if its turn is no number of full turns of another joint.
+    """
+    turning = np.array([joint.kind == "revolute" for joint in draft.joints], dtype=np.bool_)
+    for mimic in draft.mimics:
+        if mimic.ratio != np.rint(mimic.ratio):
+            turning[[mimic.joint, mimic.source]] = False
+    return turning
 
 
 def _find_pose_ahead(chain: Chain, free: Array) -> Pose | None:
@@ -233,65 +275,6 @@ def _rigid_error(group: Component, local: LocalMobility) -> MobilityError:
         f"but are not mobile {order}; {remedy}",
         order=local.order, joints=[draft.joints[j].name for j in joints],
     )  # fmt: skip
-
-
-def _bifurcation_error(
-    draft: UnassembledLinkage, chain: Chain, groups: Sequence[_SingularComponent]
-) -> MobilityError:
-    """Make the error for a pose at which branches of motion meet."""
-    group = next(each for each in groups if len(each.poses) > 1)
-    here, there = _count_freedoms(draft, groups)
-    poses = []
-    for choice in range(2):
-        q = np.zeros(len(draft.joints))
-        for each in groups:
-            q += each.part.all_positions(each.poses[: choice + 1][-1], chain.units)
-        poses.append(_positions(draft, chain, q))
-    joints = group.part.joints
-    names = [draft.joints[j].name for j in joints]
-    how = f"several branches of motion meet there, of joints {_joint_list(draft, joints)}"
-    if group.local.mobility == 1:
-        ratios, names = _describe_branches(group)
-        count = len(group.poses) if len(group.poses) <= MAX_NAMED else "many"
-        how = f"{count} branches of motion meet there: {ratios}"
-    return MobilityError(
-        f"{draft.source}: singular at the pose of the file: {_degrees(here)} there, {there} "
-        f"at other poses; {how}; the pose does not determine which one is meant: write the "
-        f"file at a pose on that one, such as {poses[0]}, or {poses[1]}",
-        joints=names,
-    )
-
-
-def _count_freedoms(
-    draft: UnassembledLinkage, groups: Sequence[_SingularComponent]
-) -> tuple[int, int]:
-    """Count the freedoms of a linkage at a singular pose, at first order, and its mobility.
-
-    Joints in no loop are free, and regular components have the freedoms of their own.
-    """
-    parts, singular = split_components(draft), {group.part.joints[0] for group in groups}
-    beside = len(draft.joints) - sum(part.joints.size for part in parts)
-    for part in parts:
-        if part.joints[0] not in singular:
-            beside += first_order(loop_matrix(part.chain))[0].shape[1]
-    here = beside + sum(group.local.freedom for group in groups)
-    return here, beside + sum(group.local.mobility for group in groups)
-
-
-def _describe_branches(group: _SingularComponent) -> tuple[str, list[str]]:
-    """Describe which joints move differently on the branches of a group; list their names."""
-    joints = group.part.draft.joints
-    rates = group.local.branches * group.part.chain.units
-    least = np.abs(group.local.branches).min(axis=0)
-    lead = int(np.flatnonzero(least >= 0.3 * least.max())[0])
-    ratios = rates / rates[:, lead, None]
-    differ = np.flatnonzero(np.ptp(ratios, axis=0) > 0.05 * np.abs(ratios).max(axis=0))
-    rates_text = []
-    for column in differ[:MAX_NAMED]:
-        values = list(dict.fromkeys(f"{x:.2g}" for x in ratios[:, column]))
-        rates_text.append(f"{joints[column].name} by {' or '.join(values)}")
-    names = [joints[column].name for column in (lead, *differ)]
-    return f"for each unit of {names[0]} move {', '.join(rates_text)}", names
 
 
 def _degrees(count: int) -> str:

@@ -176,12 +176,16 @@ def _check_size(part: UnassembledLinkage) -> None:
         )
 
 
-def component_freedoms(parts: Sequence[Component], count: int) -> tuple[Array, list[Array]]:
+def component_freedoms(
+    parts: Sequence[Component], count: int, ranks: Sequence[int | None] = ()
+) -> tuple[Array, list[Array]]:
     """Compute the null space of the loop matrix of a linkage, component by component.
 
     Args:
         parts: the components of the linkage.
         count: number of its joints; those in no component are free.
+        ranks: rank of the loop matrix of each component, None where its singular values
+            decide.
 
     Returns:
         Orthonormal joint rates that close the loops (count, freedom); singular values of the
@@ -189,9 +193,9 @@ def component_freedoms(parts: Sequence[Component], count: int) -> tuple[Array, l
     """
     outside = np.ones(count, dtype=bool)
     blocks, spectra = [], []
-    for part in parts:
+    for part, rank in zip(parts, ranks or [None] * len(parts), strict=True):
         outside[part.joints] = False
-        free, values = first_order(loop_matrix(part.chain))
+        free, values = first_order(loop_matrix(part.chain), rank=rank)
         block = np.zeros((count, free.shape[1]))
         block[part.joints] = free
         blocks.append(block)

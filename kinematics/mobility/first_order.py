@@ -67,18 +67,23 @@ def loop_singular_values(A: Array) -> tuple[Array, Array]:
     return np.concatenate([values, np.zeros(A.shape[1])])[: A.shape[1]], Vt
 
 
-def first_order(A: Array, tolerance: float = LOOP_RANK_RELATIVE) -> tuple[Array, Array]:
+def first_order(
+    A: Array, tolerance: float = LOOP_RANK_RELATIVE, rank: int | None = None
+) -> tuple[Array, Array]:
     """Compute the joint rates that a loop matrix leaves free, and its singular values.
 
     Args:
         A: loop matrix (rows, n).
         tolerance: singular values below this part of the largest count as zero.
+        rank: the rank, if it is known.
 
     Returns:
         Orthonormal rates (n, freedom), and the values, descending, padded to n.
     """
     values, Vt = loop_singular_values(A)
-    return Vt[int(np.sum(values > tolerance * values.max(initial=0.0))) :].T, values
+    if rank is None:
+        rank = int(np.sum(values > tolerance * values.max(initial=0.0)))
+    return Vt[rank:].T, values
 
 
 def first_order_mobility_of(chain: Chain, q: Array) -> int:
@@ -113,6 +118,19 @@ def conditioning(chain: Chain, q: Array, freedom: int) -> float:
     """
     values, _ = loop_singular_values(loop_matrix(chain, forward_kinematics(chain, q).screws))
     return float(values[values.size - freedom - 1] / values[0])
+
+
+def conditioning_beyond(chain: Chain, free: Array, distance: float) -> float:
+    """Compute the `conditioning` at a closed pose at a distance; infinite if there is none.
+
+    Args:
+        chain: the linkage as arrays.
+        free: orthonormal joint rates that close its loops (n, f).
+        distance: of the pose from the reference pose, chain units.
+    """
+    v = free @ np.ones(free.shape[1]) / np.sqrt(free.shape[1])
+    q = _close_to_round_off(chain, distance * v)
+    return np.inf if q is None else conditioning(chain, q, free.shape[1])
 
 
 def step_from_singular(chain: Chain, free: Array) -> Array:

@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from kinematics.model.arrays import IntArray
 from kinematics.model.linkage import Joint
+from kinematics.tolerances import HALF_TURN_ROUND_OFF
 
 __all__ = ["position_text", "unit_of_joint", "wrap_turns"]
 
@@ -18,10 +19,10 @@ Array = NDArray[np.float64]
 def wrap_turns(joints: Sequence[Joint], q: ArrayLike) -> tuple[Array, IntArray]:
     """Split joint positions into positions within one turn and counts of full turns.
 
-        q = within + 2π turns,    |within| ≤ π    (revolute joints)
+        q = within + 2π turns,    -π < within ≤ π    (revolute joints)
 
-    A prismatic joint does not turn, and a helical one is elsewhere after a turn: they count
-    none, and keep their positions.
+    Half a turn, up to round-off, is one forwards. A prismatic joint does not turn, and a
+    helical one is elsewhere after a turn: they count none, and keep their positions.
 
     Args:
         joints: the joints (n).
@@ -32,7 +33,8 @@ def wrap_turns(joints: Sequence[Joint], q: ArrayLike) -> tuple[Array, IntArray]:
     """
     positions = np.asarray(q, dtype=np.float64)
     revolute = np.array([joint.kind == "revolute" for joint in joints], dtype=np.bool_)
-    turns = np.where(revolute, np.rint(positions / (2.0 * np.pi)), 0.0)
+    turns = np.ceil(positions / (2.0 * np.pi) - 0.5 - HALF_TURN_ROUND_OFF)
+    turns = np.where(revolute, turns + 0.0, 0.0)
     return positions - 2.0 * np.pi * turns, turns.astype(np.int64)
 
 

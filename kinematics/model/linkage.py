@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from fractions import Fraction
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -38,6 +39,7 @@ __all__ = [
     "Mimic",
     "Notice",
     "LinkPose",
+    "MeantGeometry",
     "names_of",
 ]
 
@@ -171,6 +173,40 @@ class LinkPose(NamedTuple):
         return f"LinkPose: on link {self.link}, origin {vector_text(self.pose[:3, 3])} m"
 
 
+class MeantGeometry(NamedTuple):
+    """Rational screws of a linkage inside the intervals of the digits of its file.
+
+    Screws are those of `Geometry.screws` in `kinematics.urdf.rational_screws`. In all of them
+    the axes of planar and of spherical loops are exactly parallel, and exactly meet.
+
+    Attributes:
+        screws: of the linkage as it is meant, with the relations that hold inside all
+            intervals (n, 6).
+        plain: of the linkage as written, without relations (n, 6).
+        near: of the special linkage just outside of the intervals (n, 6); None without one.
+        relations: of ``screws``, in words.
+        near_relations: further ones of ``near``, in words.
+        digits: significant digits of the file.
+        distance: largest error of the relations, in parts of the size: of ``near``, if there
+            is one, otherwise of ``screws``.
+        nearness: the same in half widths of the intervals.
+    """
+
+    screws: tuple[tuple[Fraction, ...], ...]
+    plain: tuple[tuple[Fraction, ...], ...]
+    near: tuple[tuple[Fraction, ...], ...] | None
+    relations: tuple[str, ...]
+    near_relations: tuple[str, ...]
+    digits: int
+    distance: float
+    nearness: float
+
+    def __repr__(self) -> str:
+        """Give one line: digits and relations."""
+        words = ", ".join(self.relations) or "no relation"
+        return f"MeantGeometry of {self.digits} digits: {words}"
+
+
 @dataclass(frozen=True, eq=False)
 class UnassembledLinkage:
     """A linkage as its file describes it, before its loops are closed.
@@ -194,6 +230,8 @@ class UnassembledLinkage:
             caller asked for that pose; else None.
         other_poses: positions of all joints (n,), counted likewise, at other poses that close
             loops which the file leaves open, with at most twice the motion of the one taken.
+        meant: the geometry inside the digits of the file, at the reference pose; None if the
+            numbers of the file are exact, or taken as written.
     """
 
     name: str
@@ -210,6 +248,7 @@ class UnassembledLinkage:
     displaced: Array | None = field(default=None, repr=False)
     at: Mapping[str, float] | None = None
     other_poses: tuple[Array, ...] = field(default=(), repr=False)
+    meant: MeantGeometry | None = field(default=None, repr=False)
 
     def __repr__(self) -> str:
         """Give two lines: the numbers of parts, and the file."""

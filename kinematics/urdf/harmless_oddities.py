@@ -32,6 +32,7 @@ def mend_oddities(robot: Element, source: str) -> tuple[Element, tuple[tuple[str
     - ``rpy="0 0 0"`` of an ``<axis>`` turns nothing, and is dropped. Old files have it.
     - ``iyx``, ``izx`` and ``izy`` of an ``<inertia>`` are ``ixy``, ``ixz`` and ``iyz``.
     - ``independent="True"`` is ``independent="true"``, in any case.
+    - Limits of one position lock no joint: limits are not read, and the remark says so.
 
     Args:
         robot: the ``<robot>`` element, not yet checked.
@@ -62,9 +63,25 @@ def _mend_child(item: Element, found: list[str]) -> Iterator[Element]:
     if item.tag == "link":
         yield _map_path(item, ("inertial", "inertia"), _mend_inertia, found)
     elif item.tag in ("joint", "loop"):
+        _note_empty_range(item, found)
         yield _map_path(_mend_mark(item, found), ("axis",), _mend_axis, found)
     else:
         yield item
+
+
+def _note_empty_range(item: Element, found: list[str]) -> None:
+    """Append that limits of one position are not read."""
+    limit = item.first("limit")
+    given = {} if limit is None else limit.attributes
+    try:
+        empty = float(given["lower"]) == float(given["upper"])
+    except (KeyError, ValueError):
+        return
+    if empty and item.attributes.get("type") in ("revolute", "prismatic"):
+        found.append(
+            f"{item.label} has limits of one position, which are not read: it moves; write "
+            'type="fixed" to lock it'
+        )
 
 
 def _map_path(

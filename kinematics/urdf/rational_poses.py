@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from fractions import Fraction
-from math import sqrt, tan
+from math import pi, sqrt, tan
 from typing import NamedTuple
 
 from kinematics.linalg.rational import Vector, cross, dot, nearby_fraction, root
@@ -25,6 +25,10 @@ __all__ = [
 ]
 
 Matrix = tuple[Vector, ...]
+
+# Largest denominator of a simple fraction, and distance of a double from one: of random
+# numbers, about one in 2e7 is so near.
+SIMPLE, SIMPLE_ROUND_OFF = 4096, 2e-15
 
 AXES = tuple(tuple(Fraction(int(i == j)) for j in range(3)) for i in range(3))
 """The unit vectors along the coordinate axes."""
@@ -103,7 +107,8 @@ def move_screws(
     """Move every joint to a rational position near a given one, and displace the screws.
 
     Half-angle tangents of turns, and lengths of slides, both over the length of the axis, are
-    rounded to multiples of ``2**-BITS``.
+    rounded to simple fractions where these are their doubles up to round-off, else to multiples
+    of ``2**-BITS``. Half turns are exact.
 
     Args:
         joints: joints, parents first (n,).
@@ -126,13 +131,20 @@ def _step(kind: str, screw: Vector, q: float) -> RationalPose:
     """Compute the displacement of a joint ``[n; r × n + λ n]`` or ``[0; n]`` at position q."""
     n, m = screw[:3], screw[3:]
     if kind == "prismatic":
-        return RationalPose(
-            AXES, scale_vector(nearby_fraction(Fraction(q / sqrt(dot(m, m)))), m)
-        )
+        return RationalPose(AXES, scale_vector(_rounded(q / sqrt(dot(m, m))), m))
     square = dot(n, n)
     length = sqrt(square)
-    R = RationalPose(rotation(n, nearby_fraction(Fraction(tan(q / 2) / length))))
+    halves = round(q / pi) if root(square) is not None else 0
+    R = RationalPose(rotation(n, _rounded(tan((q - halves * pi) / 2) / length), 2 * halves))
     foot = scale_vector(1 / square, cross(n, m))
     away = add_vectors(foot, scale_vector(Fraction(-1), R.turn(foot)))
     slide = dot(n, m) / square * nearby_fraction(Fraction(q / length))
     return RationalPose(R.R, add_vectors(away, scale_vector(slide, n)))
+
+
+def _rounded(x: float) -> Fraction:
+    """Round a position to a simple fraction, if it is one up to round-off, else near it."""
+    simple = Fraction(x).limit_denominator(SIMPLE)
+    if abs(simple - Fraction(x)) <= SIMPLE_ROUND_OFF * max(1.0, abs(x)):
+        return simple
+    return nearby_fraction(Fraction(x))

@@ -8,6 +8,7 @@ Other irrational numbers are replaced, and a notice names them; see
 from __future__ import annotations
 
 from collections.abc import Iterator
+from contextlib import suppress
 from fractions import Fraction
 from typing import NamedTuple
 
@@ -22,7 +23,13 @@ from kinematics.tolerances import EXACT_SCREW_DIFFERENCE
 from kinematics.urdf.rational_joints import RationalJoints
 from kinematics.urdf.rational_poses import move_screws
 
-__all__ = ["Geometry", "change_replaced_numbers", "exact_geometry"]
+__all__ = [
+    "Geometry",
+    "change_replaced_numbers",
+    "exact_geometry",
+    "geometry_of",
+    "rational_geometries",
+]
 
 # Largest change of a replaced number: radians, and parts of a length. It is far above any
 # tolerance, so that a rank that rests on such a number changes with it.
@@ -86,6 +93,44 @@ def exact_geometry(linkage: Linkage) -> Geometry:
     )
     squares = tuple(dot(n, n) for n in (_direction(screw) for screw in screws))
     return Geometry(screws, squares, ratios, tuple(found.notices))
+
+
+def rational_geometries(linkage: Linkage) -> Iterator[Geometry]:
+    """Yield the joint screws of a linkage in rational numbers, the first choice first.
+
+    Where relations are meant that the digits of the file round, the geometry that has them
+    exactly is the only choice. Otherwise it is that of the decimals of the file, and then one
+    inside the intervals of its digits, whose axes are exactly parallel, or exactly meet.
+
+    Args:
+        linkage: a linkage.
+
+    Yields:
+        Geometries, computed when they are asked for.
+
+    Raises:
+        ExactError: there is none.
+    """
+    meant = linkage.meant
+    if meant is None or not _is_reference_pose(linkage, meant.screws):
+        yield exact_geometry(linkage)
+        return
+    if not meant.relations:
+        with suppress(ExactError):
+            yield exact_geometry(linkage)
+    yield geometry_of(linkage, meant.screws)
+
+
+def geometry_of(linkage: Linkage, screws: tuple[Vector, ...]) -> Geometry:
+    """Make the geometry of other screws of the joints of a linkage.
+
+    Args:
+        linkage: a linkage.
+        screws: screws (n, 6) of any length, inertial frame, SI units.
+    """
+    squares = tuple(dot(n, n) for n in map(_direction, screws))
+    ratios = tuple(Fraction(repr(float(mimic.ratio))) for mimic in linkage.mimics)
+    return Geometry(screws, squares, ratios, ())
 
 
 def change_replaced_numbers(linkage: Linkage) -> tuple[Vector, ...]:

@@ -19,10 +19,12 @@ from tests.support.laws import coordinates
 def results_of_poses_and_bases(linkage, space):
     """Those of balance in one pose, paths, floating bases and pure inertias."""
     pose = balance.balance_pose(linkage, {"crank": 1.0})
+    answers = balance.motion_modes(linkage)
     paths = balance.find_paths("principal_vector_linkage", length=0.1)
     base = balance.FloatingBase(3, 1)
     pure = balance.pure_inertia(space)
     return [
+        (answers, "1 mode of"), (answers.modes[0], "mode 1: mobility 1, nullity 5, feasible"),
         (pose, "crank cannot balance"), (pose.families["crank"], "5 free parameters"),
         (balance.momentum_map(linkage, {"u1": [0, 0.1]}), "2 poses reached"),
         (balance.reaction_null_space("five_bar", [0.1, 0.1]), "0 of 2 rates"),

@@ -235,6 +235,7 @@ WORDS: dict[str, Maker] = {
     "--massless": lambda rng, place: [_list(rng, place.names.links)],
     "--inputs": lambda rng, place: [_list(rng, rng.choice(place.names[1:]))],
     "--at": lambda rng, place: [_pose(rng, place)],
+    "--mode": _of("1", "1", "2", "0", "99", "x"),
     "--motion": lambda rng, place: [_relation(rng, place)],
     "--balance": _of("dynamic", "force", "force"),
     "--max-order": _of("0", "1", "2", "3", "5", "-1", "51", "x"),

@@ -60,7 +60,9 @@ def test_the_proof_of_rank_7_of_the_general_four_bar_is_rejected():
     with pytest.raises(Rejected, match="fields"):
         check(proof)
     # It is of an older format, which named no idle joints.
-    proof = sealed(proof | {"format": "balance.proof/2", "idle": []})
+    roots = [[] for _ in proof["chain"]["parent"]]
+    chain = proof["chain"] | {"radicands": roots}
+    proof = sealed(proof | {"format": "balance.proof/3", "idle": [], "chain": chain})
     with pytest.raises(Rejected, match="target"):
         check(proof)
     unsealed = {name: value for name, value in proof.items() if name != "sha256"}

@@ -28,6 +28,7 @@ kinematics.model
 kinematics.urdf kinematics.closure
 kinematics.formats kinematics.mobility
 kinematics.assembly
+kinematics.meant
 kinematics.model_gallery kinematics.taylor kinematics.building
 kinematics.warmup
 
@@ -43,7 +44,7 @@ balance.search balance.interpretation
 balance.certification
 balance.decoupled
 balance.designs balance.verification balance.taylor_poses
-balance.added_masses balance.dynamic_equivalence balance.floating_base
+balance.added_masses balance.dynamic_equivalence balance.floating_base balance.modes
 balance.instantaneous
 balance.partial_balance
 balance.sweeps balance.discovery

@@ -2,8 +2,10 @@
 
 What it proves is a statement on the chain in the proof. Its joints move with the rates
 ``columns · u̇``, and those in ``dependent`` follow: loops stay closed, mimics keep their
-relations. Then for all u, u̇ the momentum of its bodies, or its force alone, is linear in
-their parameters, and these conditions have the rank and the nullity that the proof says.
+relations. A screw counts times the square roots of its radicands, which exist modulo the
+prime; as these are coprime and no squares, any roots do. Then for all u, u̇ the momentum of its
+bodies, or its force alone, is linear in their parameters, and these conditions have the rank
+and the nullity that the proof says.
 `check` returns which momentum is meant. That the chain is that of a file is not part of it:
 `checker_file` compares the two.
 
@@ -15,6 +17,7 @@ prime of the proof.
 ``python -m tests.independent.checker PROOF.json [ROBOT.urdf]`` checks a file.
 """
 
+import math
 import sys
 from fractions import Fraction
 from pathlib import Path
@@ -41,6 +44,7 @@ def check(proof):
     kind, way = momentum_of(chain), well_posed(chain)
     for name in NUMBERS:
         need(all(x.denominator % p for x in chain[name].flat), name, "prime in a denominator")
+    chain["roots"] = roots(chain["radicands"], p)
     order = max((pivot["order"] for pivot in pivots), default=0)
     X = [list(conditions(chain, way, ray, order, p)) for ray in proof["rays"]]
     rows = [X[a["ray"]][a["order"]][a["column"], a["row"]] for a in pivots]
@@ -154,6 +158,7 @@ def conditions(chain, way, ray, order, p):
         modulo(chain[name], p) for name in ("screws", "mimics", "columns", "rows", "parameters")
     )
     parent, links, dependent = (chain[name] for name in ("parent", "links", "dependent"))
+    screws = screws * chain["roots"][:, None] % p
     S, P = [np.array([hat(s) for s in screws])], [np.array([[pseudo(z) for z in parameters]])]
     C, G, T, V = [columns], [], [], []
     for k in range(order + 1):
@@ -177,6 +182,15 @@ def conditions(chain, way, ray, order, p):
         V.append(np.tensordot(T[k], np.array(ray, object), ((1,), (0,))) % p)
         A = sum(T[a][links][:, :, None] @ P[k - a][:, None] for a in range(k + 1))
         yield (vee(A - A.mT) @ rows.T % p).transpose(1, 3, 0, 2)
+
+
+def roots(radicands, p):
+    """The product of roots of the radicands of each joint modulo p."""
+    found = {}
+    for b in {b for numbers in radicands for b in numbers}:
+        need(p % 4 == 3 and pow(b, (p - 1) // 2, p) == 1, "radicands", "no root modulo p")
+        found[b] = pow(b, (p + 1) // 4, p)
+    return np.array([math.prod(found[b] for b in numbers) % p for numbers in radicands], object)
 
 
 def rigid_parts(chain):

@@ -132,7 +132,10 @@ def _same_mimics(chain, file, at):
     """A mimic relates coordinates; the rates of screws are those over the axes' lengths."""
     wanted = {at[name]: (at[source], ratio) for name, (source, ratio) in file.mimics.items()}
     need(len(chain["mimics"]) == len(wanted), "mimics", "not those of the file")
-    squares = [_square(s) for s in chain["screws"]]
+    squares = [
+        _square(s) * math.prod(numbers)
+        for s, numbers in zip(chain["screws"], chain["radicands"], strict=True)
+    ]
     for row in chain["mimics"]:
         fits = False
         for j, (source, ratio) in wanted.items():

@@ -1,6 +1,6 @@
 """The form of a proof: each entry is of the type, the length and the range that it must have.
 
-`check_form` passes only what `balance.proof/2` means; what the entries claim together is for
+`check_form` passes only what `balance.proof/3` means; what the entries claim together is for
 `checker` to judge. Booleans are no whole numbers here, and a rational number is a text in
 lowest terms.
 """
@@ -9,10 +9,10 @@ import json
 from fractions import Fraction
 from functools import cache
 from hashlib import sha256
-from math import isqrt
+from math import gcd, isqrt
 
-FORMAT = "balance.proof/2"
-CHAIN = "parent screws ends mimics dependent columns links rows parameters".split()
+FORMAT = "balance.proof/3"
+CHAIN = "parent screws radicands ends mimics dependent columns links rows parameters".split()
 PIVOT = "order ray column row body parameter".split()
 TRANSFER = "below joints source target z".split()
 PROOF = "format chain prime rays pivots transfers idle rank nullity sha256".split()
@@ -50,6 +50,7 @@ def check_form(proof):
     need(proof["format"] == FORMAT, "format", f"not {FORMAT}")
     width = _chain(proof["chain"])
     chain = proof["chain"]
+    _radicands(chain["radicands"], len(chain["parent"]))
     size, bodies = len(chain["parameters"]), len(chain["links"])
     _prime(proof["prime"])
     rays = _list(proof["rays"], "rays")
@@ -102,6 +103,17 @@ def _chain(chain):
         need("1" in others and len(others) <= 2, "mimics", "no joint that follows another")
     need(width, "columns", "no motion")
     return width
+
+
+def _radicands(radicands, joints):
+    """Numbers that are coprime and no squares, so that roots of them are independent."""
+    for numbers in _list(radicands, "radicands", joints):
+        _wholes(numbers, 2, 10**DIGITS, "radicands")
+        _distinct(numbers, "radicands")
+    every = sorted({b for numbers in radicands for b in numbers})
+    need(all(isqrt(b) ** 2 != b for b in every), "radicands", "a square")
+    coprime = all(gcd(b, c) == 1 for k, b in enumerate(every) for c in every[:k])
+    need(coprime, "radicands", "two that are not coprime")
 
 
 def _prime(p):

@@ -2,7 +2,8 @@
 
 from fractions import Fraction
 from itertools import count
-from math import lcm
+from math import lcm, prod
+from xml.etree import ElementTree
 
 import numpy as np
 import pytest
@@ -10,11 +11,12 @@ import pytest
 import kinematics
 from balance import design_space
 from balance.certification.exact_ranks import exact_ranks
-from balance.exact import modular, modular_ranks
+from balance.exact import modular, radicals
 from balance.exact.chain import exact_chain
 from balance.exact.modular_ranks import MIN_PLATEAU
 from kinematics import Motion
 from kinematics.errors import ExactError
+from kinematics.linalg.rational import root as rational_root
 from kinematics.urdf.rational_screws import exact_geometry
 from tests.independent.exactly import Planar4R, Series, coupled, determinant, modulo
 from tests.support.figures import FIGURES, Figure
@@ -64,7 +66,7 @@ def test_the_primes_are_primes():
 @pytest.mark.parametrize("prime, used, agreed", [(5, False, True), (11, True, False)])
 def test_a_prime_that_will_not_do_does_no_harm(prime, used, agreed, monkeypatch):
     """5 divides the denominators of decimals; modulo 11 a rank falls short."""
-    monkeypatch.setattr(modular_ranks, "PRIMES", (prime, *modular.PRIMES))
+    monkeypatch.setattr(radicals, "PRIMES", (prime, *modular.PRIMES))
     found = exact_ranks(kinematics.load("four_bar_general"))
     assert (prime in found.primes, found.agreed) == (used, agreed)
     assert found.ranks == (3, 6, 7, 8, 8, 8, 8)
@@ -192,10 +194,11 @@ def test_relations_are_rescaled_by_the_lengths_of_axes(tmp_path):
         for column in zip(*found.chain.columns, strict=True):
             rates = dict(zip([j.name for j in linkage.joints], column, strict=True))
             assert 2 * length * rates["u2"] == 3 * rates["u3"] - rates["u1"]
+    # With a ratio of √2 between the lengths.
     linkage = kinematics.load(altered(model, tmp_path, stretched("-1 -1 0")))
-    with pytest.raises(ExactError, match="'u1'.*no rational ratio|rational ratio"):
-        exact_ranks(linkage, motion)
-    assert exact_ranks(linkage, "u2=0").agreed
+    found = exact_ranks(linkage, motion, max_order=3)
+    assert {b for numbers in found.chain.radicands for b in numbers} == {2}
+    assert found.agreed and found.ranks[-1] >= exact_ranks(linkage, "u2=0").ranks[-1]
 
 
 def test_motions_without_text_are_taken_from_their_basis():
@@ -232,8 +235,51 @@ def test_mimics_are_rescaled_by_the_lengths_of_axes(tmp_path):
     assert found.regular and linkage.mobility == 2
     float_ranks = [order.rank for order in design_space(linkage).orders]
     assert list(found.ranks[: len(float_ranks)]) == float_ranks
-    with pytest.raises(ExactError, match="'b' is a mimic.*rational ratio"):
-        exact_ranks(mimicking(tmp_path, [1, 1, 0]))
+
+
+@pytest.mark.parametrize("model", ["four_bar_general", "four_bar_kite"])
+def test_a_mimic_about_an_axis_of_irrational_length(model, tmp_path):
+    """An arm about (1, 1, 0), geared to the crank, is one about x that is turned by π/4."""
+
+    def geared(axis, yaw):
+        def change(robot):
+            crank, ground = kinematics.load(model).inputs[0], robot.find("link").get("name")
+            text = f'''<robot><link name="arm">{INERTIAL}</link>
+              <joint name="gear" type="continuous">
+                <parent link="{ground}"/><child link="arm"/><axis xyz="{axis}"/>
+                <origin xyz="0.4 -0.8 0.3" rpy="0 0 {yaw}"/>
+                <mimic joint="{crank}" multiplier="-0.5"/>
+              </joint></robot>'''
+            robot.extend(ElementTree.fromstring(text))
+
+        return change
+
+    quarter = "0.78539816339744830961566084581988"
+    turned = altered(model, tmp_path, geared("1 0 0", quarter))
+    plain = exact_ranks(kinematics.load(turned))
+    root = altered(model, tmp_path, geared("1 1 0", "0"))
+    found = exact_ranks(kinematics.load(root))
+    assert {b for numbers in found.chain.radicands for b in numbers} == {2}
+    assert plain.chain.radicands == ((),) * 5
+    assert found.agreed and found.ranks == plain.ranks
+
+
+def test_square_roots_keep_their_relations():
+    """√2 √3 = √6 modulo every prime, and primes are those in which they exist."""
+    squares = [Fraction(x) for x in ("2", "3", "6", "1/2", "9", "0.12", "245", "1.0201")]
+    classes = radicals.square_classes(squares)
+    assert classes[2] == classes[0] | classes[1] and classes[0] == classes[3]
+    assert classes[5] == classes[1] and not classes[4] and not classes[7]
+    for square, radicands in zip(squares, classes, strict=True):
+        assert rational_root(square * prod(radicands)) is not None
+    every = sorted(frozenset().union(*classes))
+    primes = list(radicals.primes_with_roots(every))
+    assert len(set(primes)) == 4
+    for p in primes:
+        assert p < 2**30 and all(p % d for d in range(2, int(p**0.5) + 1))
+        assert all(radicals.square_root(b, p) ** 2 % p == b for b in every)
+    with pytest.raises(ExactError, match="square roots"):
+        list(radicals.primes_with_roots([2] * 11))
 
 
 @pytest.mark.table
@@ -283,7 +329,7 @@ def rewritten(tmp_path, model, joint, axis):
     def change(robot):
         robot.find(f"joint[@name='{joint}']/axis").set("xyz", axis)
 
-    return kinematics.load(altered(model, tmp_path, change))
+    return kinematics.load(altered(model, tmp_path, change), angles="as_written")
 
 
 def test_overconstrained_linkages_in_rounded_decimals_are_refused(tmp_path):

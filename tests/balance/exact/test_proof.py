@@ -10,6 +10,8 @@ import pytest
 import kinematics
 from balance import certify, design_space
 from tests.independent.checker import check
+from tests.independent.checker_file import check_file
+from tests.independent.checker_form import Rejected
 from tests.independent.exactly import determinant
 from tests.support.laws import altered, placed
 from tests.support.modular_rows import conditions
@@ -34,6 +36,21 @@ def test_joints_that_follow_others_are_proved(tmp_path):
     proof = proof_of(design_space(kinematics.load(path), balance="force"))
     assert accepted(proof) and len(proof["chain"]["mimics"]) == 1
     assert not accepted(sealed(proof | {"chain": proof["chain"] | {"mimics": []}}))
+
+
+def test_joints_that_follow_others_at_an_irrational_ratio_are_proved(tmp_path):
+    """The axis of the last joint is as long as √5: a proof holds with its root alone."""
+    head, last = arm_text().rsplit("</joint>", 1)
+    path = arm(tmp_path, f'{head}<mimic joint="j0" multiplier="3"/></joint>{last}')
+    proof = proof_of(design_space(kinematics.load(path), balance="force"))
+    assert accepted(proof) and proof["chain"]["radicands"] == [[], [], [5]]
+    check_file(proof, path.read_bytes())
+    for roots in ([[], [], [4]], [[], [2], [6]], [[], [], [-5]], [[], [5, 5], []]):
+        other = proof["chain"] | {"radicands": roots}
+        assert not accepted(sealed(proof | {"chain": other}))
+    other = proof["chain"] | {"radicands": [[], [], []]}
+    with pytest.raises(Rejected, match="mimics"):
+        check_file(sealed(proof | {"chain": other}), path.read_bytes())
 
 
 def altered_digits(text):

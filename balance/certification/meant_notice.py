@@ -1,0 +1,75 @@
+"""The notice on a special geometry that the digits of a file mean, or just miss."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from balance.certification.certified_space import CertifiedSpace
+from balance.exact.chain import exact_chain
+from balance.exact.modular_ranks import ranks_of
+from balance.tolerances import DISTANCE_ROUND_OFF
+from kinematics.errors import ExactError
+from kinematics.linalg.rational import Vector
+from kinematics.model.linkage import Notice
+from kinematics.urdf.rational_screws import geometry_of
+from kinematics.wording import count_noun
+
+__all__ = ["add_meant_notice"]
+
+
+def add_meant_notice(space: CertifiedSpace) -> CertifiedSpace:
+    """State both answers where a special geometry lies inside the digits of a file, or near.
+
+    Args:
+        space: the certified space.
+
+    Returns:
+        The space, with a notice ``special_as_meant`` or ``near_special`` if the linkage as
+        written, or the special one, has another rank.
+    """
+    meant = space.linkage.meant
+    if meant is None or not (meant.relations or meant.near):
+        return space
+    notices = []
+    away = f"{meant.distance:.0e} of the size away"
+    if meant.distance <= DISTANCE_ROUND_OFF:
+        away = f"below {DISTANCE_ROUND_OFF:.0e} of the size away"
+    if meant.relations:
+        other = _rank_of(space, meant.plain)
+        if other != space.rank:
+            written = "loops that do not close" if other is None else _conditions(other)
+            text = (
+                f"as written ({meant.digits} digits): {written}; the nearest special geometry "
+                f"({', '.join(meant.relations)}) is {away}, below the digits of the file: "
+                f"{space.rank} are meant (--as-written for the other)"
+            )
+            notices.append(Notice("special_as_meant", text))
+    if meant.near is not None:
+        other = _rank_of(space, meant.near)
+        if other is not None and other != space.rank:
+            text = (
+                f"as written ({meant.digits} digits): {_conditions(space.rank)}; a special "
+                f"geometry ({', '.join(meant.near_relations)}) with {_conditions(other)} is "
+                f"{away}, {meant.nearness:.1f} times what the digits of the file leave open: "
+                "the answer is that of the linkage as written; if the other is meant, write "
+                "its numbers with more digits"
+            )
+            notices.append(Notice("near_special", text))
+    return replace(space, notices=(*space.notices, *notices)) if notices else space
+
+
+def _conditions(rank: int) -> str:
+    return count_noun(rank, "condition")
+
+
+def _rank_of(space: CertifiedSpace, screws: tuple[Vector, ...]) -> int | None:
+    """Compute the rank with other screws of the joints; None if the loops do not close."""
+    linkage = space.linkage
+    geometry = geometry_of(linkage, screws)
+    try:
+        chain = exact_chain(
+            linkage, geometry, space.motion, space.balance == "force", not space.planar
+        )
+        return ranks_of(linkage.source, chain, (), space.highest_order).rank
+    except ExactError:
+        return None

@@ -1,0 +1,54 @@
+"""Joints at rest in every motion, shown by the loops that they are in, not by orders alone."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+
+from balance.exact.chain import ExactChain, lie_algebra, loops_are_regular
+from kinematics.linalg.rational import echelon
+from kinematics.model.chain import loop_joints
+
+__all__ = ["joints_shown_at_rest"]
+
+
+def joints_shown_at_rest(chain: ExactChain, idle: Collection[int]) -> set[int]:
+    """Show that joints are at rest in every motion, however high the order.
+
+    All of them are if the linkage is regular, and still is with them locked; see
+    `loops_are_regular`. Otherwise joints are shown one loop after the other. Let g be the Lie
+    algebra that the other joints of a loop generate. These move links in cosets of its group
+    G, which g fixes. Where the screws of joints are independent modulo g, products of their
+    displacements and of elements of G leave the unit coset at first order as soon as one of
+    them moves, so that the loop does not close: near the reference pose, and by analytic
+    continuation in every motion, they are at rest.
+
+    Args:
+        chain: the linkage and its motion.
+        idle: joints that do not move at any order computed.
+
+    Returns:
+        Those of them that are shown to be at rest.
+    """
+    free = {j for j in idle if j in chain.dependent or any(chain.columns[j])}
+    if not free or (loops_are_regular(chain) and loops_are_regular(chain, idle)):
+        return set(idle)
+    resting, before = set(idle) - free, -1
+    while len(resting) > before:
+        before = len(resting)
+        for row in chain.mimics:
+            moving = [j for j, c in enumerate(row) if c and j not in resting]
+            resting |= set(moving) & free if len(moving) == 1 else set()
+        for ends in chain.ends:
+            around = loop_joints(chain.parent, *ends) - resting
+            for group in (around & free, *({j} for j in around & free)):
+                if _leaves_group_of_others(chain, around, group):
+                    resting |= group
+                    break
+    return resting
+
+
+def _leaves_group_of_others(chain: ExactChain, around: set[int], joints: set[int]) -> bool:
+    """Whether screws are independent modulo the algebra that others around a loop generate."""
+    basis = lie_algebra([chain.screws[j] for j in sorted(around - joints)])
+    more = [list(chain.screws[j]) for j in sorted(joints)]
+    return len(echelon(basis + more)[0]) == len(basis) + len(more)

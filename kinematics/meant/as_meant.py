@@ -1,0 +1,128 @@
+"""Read a linkage as it is meant: with the special geometry that lies inside its digits."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinematics.assembly.assemble import assemble
+from kinematics.errors import LinkageError
+from kinematics.linalg.rational import Vector
+from kinematics.meant.digits import file_digits
+from kinematics.meant.exact_screws import exact_screws, find_figures
+from kinematics.meant.four_joint_loops import Relation
+from kinematics.meant.link_widths import link_widths
+from kinematics.model.arrays import freeze
+from kinematics.model.linkage import Joint, Linkage, MeantGeometry
+from kinematics.tolerances import MEANT_DIFFERENCE
+
+__all__ = ["as_meant"]
+
+Array = NDArray[np.float64]
+
+# Nearness, in half widths of the intervals, up to which a special geometry outside of them is
+# named: it may be meant, or missed on purpose.
+NEAR = 30.0
+
+
+def as_meant(linkage: Linkage, *, exactly: bool = False) -> Linkage:
+    """Move the axes of a linkage to the special geometry inside the digits of its file.
+
+    Args:
+        linkage: an assembled linkage.
+        exactly: whether its numbers count as written: axes are made exactly parallel, or
+            exactly meet, where they are up to round-off, and no more.
+
+    Returns:
+        The linkage, with ``meant`` where its loops are planar or spherical and its numbers are
+        rounded; its axes are moved where a special geometry lies inside all intervals.
+    """
+    digits = None if linkage.tree is None else file_digits(linkage.tree)
+    if digits is None or not linkage.loops:
+        return linkage
+    widths = link_widths(linkage, digits)
+    figures = find_figures(linkage, widths, NEAR)
+    if not figures:
+        return linkage
+    plain, _ = exact_screws(linkage, widths, figures, -1.0)
+    if exactly:
+        written = MeantGeometry(plain, plain, None, (), (), digits.significant, 0.0, 0.0)
+        return replace(linkage, meant=written) if _is_near(linkage, plain) else linkage
+    screws, inside = exact_screws(linkage, widths, figures, 1.0)
+    wider, all_relations = exact_screws(linkage, widths, figures, NEAR)
+    near = [relation for relation in all_relations if relation not in inside]
+    shown = near or inside
+    meant = MeantGeometry(
+        screws=screws,
+        plain=plain,
+        near=wider if near else None,
+        relations=tuple(_words(linkage, relation) for relation in inside),
+        near_relations=tuple(_words(linkage, relation) for relation in near),
+        digits=min(digits.significant, 17),
+        distance=max((relation.error for relation in shown), default=0.0),
+        nearness=max((relation.nearness for relation in shown), default=0.0),
+    )
+    return _with_screws(linkage, meant)
+
+
+def with_screws(linkage: Linkage, screws: tuple[Vector, ...]) -> Linkage:
+    """Assemble a linkage again with other screws of its joints.
+
+    Args:
+        linkage: the linkage.
+        screws: screws (n, 6) of any length, near its own.
+
+    Raises:
+        LinkageError: it does not assemble with them.
+    """
+    joints = tuple(
+        _move_joint(joint, _unit_screw(screw))
+        for joint, screw in zip(linkage.joints, screws, strict=True)
+    )
+    again = assemble(replace(linkage, joints=joints), linkage.inputs, exactly=True)
+    notices = tuple(
+        notice for notice in dict.fromkeys(again.notices)
+        if notice.code != "nearly_planar" or not again.planar
+    )  # fmt: skip
+    return replace(again, notices=notices)
+
+
+def _with_screws(linkage: Linkage, meant: MeantGeometry) -> Linkage:
+    """Attach the meant geometry to a linkage, and move its axes where they differ from it."""
+    if _is_near(linkage, meant.screws):
+        return replace(linkage, meant=meant)
+    try:
+        return replace(with_screws(linkage, meant.screws), meant=meant)
+    except LinkageError:
+        return linkage
+
+
+def _is_near(linkage: Linkage, screws: tuple[Vector, ...]) -> bool:
+    """Return whether screws are those of a linkage, up to round-off."""
+    known = np.array([joint.screw for joint in linkage.joints])
+    apart = float(np.abs(np.array([_unit_screw(screw) for screw in screws]) - known).max())
+    return apart <= MEANT_DIFFERENCE * max(1.0, float(np.abs(known).max()))
+
+
+def _unit_screw(screw: Vector) -> Array:
+    """Convert a rational screw to one of unit length."""
+    n = screw[:3] if any(screw[:3]) else screw[3:]
+    length = float(sum(x * x for x in n)) ** 0.5
+    return np.array([float(x) for x in screw]) / length
+
+
+def _move_joint(joint: Joint, screw: Array) -> Joint:
+    """Give a joint another screw, and the nearest point of it."""
+    point = joint.point
+    if joint.kind != "prismatic":
+        n = screw[:3]
+        point = np.cross(n, screw[3:]) + (n @ point) * n
+    return replace(joint, screw=freeze(screw), point=freeze(point))
+
+
+def _words(linkage: Linkage, relation: Relation) -> str:
+    """Name a relation and its joints."""
+    joints = relation.pins if relation.slide < 0 else (*relation.pins, relation.slide)
+    return f"{relation.name} {' '.join(linkage.joints[j].name for j in joints)}"

@@ -1,0 +1,96 @@
+"""The interval of each number of a file: half a unit of its last digit.
+
+Writers drop zeros at the end of a number, so the last digit is that of the file: a number x of
+a file whose numbers have up to F decimals and D significant digits is known to
+``max(10^-F, 10^(e - D + 1))`` with ``10^e ≤ |x| < 10^(e+1)``, which holds for formats of fixed
+decimals and of fixed significant digits. A number that is shorter than both by
+`EXACT_ZEROS` digits or more is exact: so many zeros do not come from rounding. Where many
+numbers of a file are short, they are design values, and `EXACT_ZEROS_OF_MANY` digits suffice.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from math import floor, log10, ulp
+from typing import NamedTuple
+
+from kinematics.urdf.nominal_angles import nearest_twelfth
+from kinematics.urdf_elements.element import Element
+
+__all__ = ["FileDigits", "file_digits"]
+
+# Fewest significant digits of a file whose numbers may be rounded: shorter ones are design
+# values.
+MIN_DIGITS = 6
+# Zeros at the end of a number that do not come from rounding: one in 10^5 does.
+EXACT_ZEROS = 5
+# The same in a file in which so large a part of the numbers is short by as many digits; of
+# rounded numbers, one in a hundred is.
+EXACT_ZEROS_OF_MANY, MANY = 2, 0.2
+# Digits with which a number stands for a double and its neighbours.
+DOUBLE_DIGITS = 16
+
+
+class FileDigits(NamedTuple):
+    """Digits of the numbers of a file.
+
+    Attributes:
+        decimals: most digits after the point, F.
+        significant: most significant digits, D.
+        exact_zeros: digits by which an exact number is shorter than both.
+    """
+
+    decimals: int
+    significant: int
+    exact_zeros: int = EXACT_ZEROS
+
+    def half_unit(self, word: str) -> float:
+        """Compute half the width of the interval of a number, 0 if it is exact."""
+        places, digits = _count_digits(word)
+        short = self.decimals - places, self.significant - digits
+        if min(short) >= self.exact_zeros or not float(word):
+            return 0.0
+        size = abs(float(word))
+        exponent = floor(log10(size)) - self.significant + 1
+        half: float = 0.5 * max(10.0**-self.decimals, 10.0**exponent)
+        return max(half, ulp(size)) if digits >= DOUBLE_DIGITS else half
+
+
+def file_digits(tree: Element) -> FileDigits | None:
+    """Find the digits of the origins and axes of a file.
+
+    Args:
+        tree: the checked tree of a file.
+
+    Returns:
+        The digits; None if all numbers are short, and so exact.
+    """
+    counts = [_count_digits(word) for word in _geometry_words(tree) if float(word)]
+    decimals, significant = (max((x[k] for x in counts), default=0) for k in (0, 1))
+    if significant < MIN_DIGITS:
+        return None
+    short = sum(min(decimals - x, significant - y) >= EXACT_ZEROS_OF_MANY for x, y in counts)
+    many = short > MANY * len(counts)
+    return FileDigits(decimals, significant, EXACT_ZEROS_OF_MANY if many else EXACT_ZEROS)
+
+
+def _geometry_words(tree: Element) -> Iterator[str]:
+    """Yield the numbers of origins and axes, without those that stand for multiples of π/12."""
+    for owner in tree.children:
+        if owner.tag not in ("joint", "loop"):
+            continue
+        for item in owner.walk():
+            if item.tag in ("origin", "axis", "axis2"):
+                yield from item.attributes.get("xyz", "").split()
+                for word in item.attributes.get("rpy", "").split():
+                    if not nearest_twelfth(word):
+                        yield word
+
+
+def _count_digits(word: str) -> tuple[int, int]:
+    """Count decimals and significant digits of a number, without zeros at its end."""
+    mantissa, _, exponent = word.lower().partition("e")
+    whole, _, fraction = mantissa.lstrip("+-").partition(".")
+    digits = (whole + fraction).rstrip("0")
+    places = len(digits) - len(whole) - int(exponent or 0)
+    return max(places, 0), len(digits.lstrip("0"))

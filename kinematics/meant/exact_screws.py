@@ -1,0 +1,381 @@
+"""Rational screws of a linkage whose loops are planar or spherical, inside its intervals."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from fractions import Fraction
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinematics.linalg.rational import Vector, cross, dot, nearby_fraction
+from kinematics.meant.bennett_loops import bennett_axes
+from kinematics.meant.four_joint_loops import (
+    Pin,
+    Relation,
+    Slide,
+    apply_relations,
+    find_relations,
+)
+from kinematics.meant.link_widths import LinkWidths, Width
+from kinematics.model.chain import extent, loop_joints
+from kinematics.model.linkage import Linkage
+
+__all__ = ["Figure", "exact_screws", "find_figures"]
+
+Array = NDArray[np.float64]
+
+# Error of the axes of a Bennett linkage in half widths of the intervals: those of the last two
+# depend on all others.
+MAX_BENNETT_ERROR = 4.0
+# Gap up to which loops count as closed in a file whose pose is the reference pose, in parts of
+# the size.
+CLOSED_GAP = 1e-12
+
+
+class Figure(NamedTuple):
+    """The joints of loops that move in a plane, or on a sphere.
+
+    Attributes:
+        joints: numbers of the joints.
+        normal: of the plane, of any length; None on a sphere.
+        centre: of the sphere; None in a plane.
+        pins: axes of rotation.
+        places: points of the pins, in the plane through the origin; or unit vectors along them.
+        slides: joints that slide.
+        relations: those that hold, or nearly.
+        size: length to which errors of the relations are relative.
+        axes: rational screws of the joints, if the relations decide all of them.
+    """
+
+    joints: tuple[int, ...]
+    normal: Vector | None
+    centre: Vector | None
+    pins: tuple[Pin, ...]
+    places: tuple[Vector, ...]
+    slides: tuple[Slide, ...]
+    relations: tuple[Relation, ...]
+    size: float
+    axes: tuple[Vector, ...] = ()
+
+
+def find_figures(linkage: Linkage, widths: LinkWidths, limit: float) -> list[Figure]:
+    """Find the loops of a linkage that move in a plane or on a sphere.
+
+    Args:
+        linkage: the linkage.
+        widths: half widths of its joints.
+        limit: largest nearness of a relation.
+
+    Returns:
+        The figures. Those in parallel planes share their normal.
+    """
+    figures: list[Figure] = []
+    for joints in _loop_groups(linkage):
+        normals = [figure.normal for figure in figures if figure.normal is not None]
+        figure = _planar_figure(linkage, widths, joints, normals, limit)
+        if figure is None:
+            figure = _spherical_figure(linkage, widths, joints, limit)
+        if figure is None:
+            figure = _bennett_figure(linkage, widths, joints)
+        if figure is not None:
+            figures.append(figure)
+    return figures
+
+
+def exact_screws(
+    linkage: Linkage, widths: LinkWidths, figures: Sequence[Figure], nearness: float
+) -> tuple[tuple[Vector, ...], list[Relation]]:
+    """Compute rational screws of all joints.
+
+    Args:
+        linkage: the linkage.
+        widths: half widths of its joints.
+        figures: its figures.
+        nearness: relations up to this nearness hold exactly.
+
+    Returns:
+        Screws (n, 6) of any length, and the relations that hold: pins and slides are numbers
+        of joints, errors are relative to the size.
+    """
+    screws: dict[int, Vector] = {}
+    holding: list[Relation] = []
+    for figure in figures:
+        if figure.axes and nearness > 0:
+            screws.update(zip(figure.joints, figure.axes, strict=True))
+            holding += figure.relations
+            continue
+        wanted = [x for x in figure.relations if x.nearness <= nearness]
+        places, true = apply_relations(figure.places, wanted, figure.slides, figure.normal)
+        holding += [
+            relation._replace(
+                pins=tuple(figure.pins[p].joints[0] for p in relation.pins),
+                slide=figure.slides[relation.slide].joint if relation.slide >= 0 else -1,
+                error=relation.error / figure.size,
+            )
+            for relation in true
+        ]
+        for slide in figure.slides:
+            screws[slide.joint] = (Fraction(0),) * 3 + slide.d
+        for pin, place in zip(figure.pins, places, strict=True):
+            for j in pin.joints:
+                axis = _direction(linkage, j)
+                n, point = figure.normal, place
+                if n is None:
+                    assert figure.centre is not None
+                    n, point = place, figure.centre
+                if axis @ _floats(n) < 0:
+                    n = tuple(-x for x in n)
+                screws[j] = n + cross(point, n)
+    normals = [figure.normal for figure in figures if figure.normal is not None]
+    for j in range(len(linkage.joints)):
+        if j not in screws:
+            screws[j] = _free_screw(linkage, widths, j, normals)
+    return tuple(screws[j] for j in range(len(linkage.joints))), holding
+
+
+def _loop_groups(linkage: Linkage) -> list[tuple[int, ...]]:
+    """Group the joints of loops that share joints."""
+    parent = [joint.parent for joint in linkage.joints]
+    groups: list[set[int]] = []
+    for loop in linkage.loops:
+        group = loop_joints(parent, loop.end, loop.successor)
+        for other in [x for x in groups if x & group]:
+            groups.remove(other)
+            group |= other
+        groups.append(group)
+    return [tuple(sorted(group)) for group in groups]
+
+
+def _planar_figure(
+    linkage: Linkage, widths: LinkWidths, joints: tuple[int, ...],
+    normals: Sequence[Vector], limit: float,
+) -> Figure | None:  # fmt: skip
+    """Make the figure of joints that move in a plane; None if they do not."""
+    kinds = {j: linkage.joints[j].kind for j in joints}
+    turning = [j for j in joints if kinds[j] == "revolute"]
+    if not turning or "helical" in kinds.values():
+        return None
+    axes = {j: _direction(linkage, j) for j in joints}
+    first = axes[turning[0]]
+    mean = np.sum([np.sign(axes[j] @ first) * axes[j] for j in turning], axis=0)
+    mean /= np.linalg.norm(mean)
+    off = [float(np.linalg.norm(np.cross(axes[j], mean))) for j in turning]
+    off += [abs(float(axes[j] @ mean)) for j in joints if kinds[j] == "prismatic"]
+    if max(off) > widths.angle:
+        return None
+    normal = _shared_normal(mean, normals, widths.angle)
+    size = extent(linkage).length
+    slides = []
+    for j in joints:
+        if kinds[j] == "prismatic":
+            d = _rational(axes[j])
+            d = _across(d, normal)
+            angles = tuple(widths.of(link, j).angle + 1e-15 for link in widths.links[j])
+            slides.append(Slide(j, widths.links[j], d, (angles[0], angles[1])))
+    flat = {j: _across(_rational(linkage.joints[j].point), normal) for j in turning}
+    groups = _alike([_floats(flat[j]) for j in turning], widths.place)
+    pins, places = [], []
+    for group in groups:
+        members = tuple(turning[k] for k in group)
+        heights = np.array([linkage.joints[j].point @ mean for j in joints])
+        lever = float(np.ptp(heights))
+        pins.append(Pin(members, _pin_widths(widths, members, lever, size)))
+        places.append(flat[members[0]])
+    where = np.array([_floats(place) for place in places])
+    relations = find_relations(where, pins, slides, _floats(normal), size, limit)
+    return Figure(
+        joints, normal, None, tuple(pins), tuple(places), tuple(slides), tuple(relations), size
+    )
+
+
+def _spherical_figure(
+    linkage: Linkage, widths: LinkWidths, joints: tuple[int, ...], limit: float
+) -> Figure | None:
+    """Make the figure of joints whose axes meet in a point; None if they do not."""
+    if any(linkage.joints[j].kind != "revolute" for j in joints) or len(joints) < 4:
+        return None
+    axes = np.array([_direction(linkage, j) for j in joints])
+    points = np.array([linkage.joints[j].point for j in joints])
+    across = np.eye(3) - axes[:, :, None] * axes[:, None, :]
+    total = across.sum(axis=0)
+    if np.linalg.cond(total) > 1e6:
+        return None
+    centre = np.linalg.solve(total, np.einsum("jab,jb->a", across, points))
+    away = np.einsum("jab,jb->ja", across, points - centre)
+    if float(np.linalg.norm(away, axis=1).max()) > widths.place:
+        return None
+    signs = np.array([np.sign(a[np.argmax(np.abs(a))]) for a in axes])
+    groups = _alike(list(signs[:, None] * axes), widths.angle)
+    pins, places = [], []
+    for group in groups:
+        members = tuple(joints[k] for k in group)
+        pins.append(Pin(members, _pin_angles(widths, members)))
+        places.append(_unit_vector(axes[group[0]]))
+    where = np.array([_floats(place) for place in places])
+    relations = find_relations(where, pins, (), None, 1.0, limit)
+    return Figure(
+        joints, None, _rational(centre), tuple(pins), tuple(places), (), tuple(relations), 1.0
+    )
+
+
+def _bennett_figure(
+    linkage: Linkage, widths: LinkWidths, joints: tuple[int, ...]
+) -> Figure | None:
+    """Make the figure of four axes of a Bennett linkage; None if they are not."""
+    around = _order_around(widths, joints)
+    if any(linkage.joints[j].kind != "revolute" for j in joints) or not around:
+        return None
+    centre = np.mean([linkage.joints[j].point for j in joints], axis=0)
+    size = extent(linkage).length
+    known = []
+    for j in around:
+        screw = np.array(linkage.joints[j].screw)
+        screw[3:] = (screw[3:] - np.cross(centre, screw[:3])) / size
+        known.append(screw)
+    axes = bennett_axes(known)
+    if axes is None:
+        return None
+    unit = [_floats(axis) / np.linalg.norm(_floats(axis[:3])) for axis in axes]
+    error = float(np.abs(np.array(unit) - known).max())
+    width = widths.angle + widths.place / size
+    if error > MAX_BENNETT_ERROR * width:
+        return None
+    length, o = nearby_fraction(Fraction(size)), _rational(centre)
+    moved = {
+        j: axis[:3]
+        + tuple(length * x + y for x, y in zip(axis[3:], cross(o, axis[:3]), strict=True))
+        for j, axis in zip(around, axes, strict=True)
+    }
+    relation = Relation(
+        "Bennett linkage", around, (1,) * 4, -1, error, error / (MAX_BENNETT_ERROR * width)
+    )
+    return Figure(
+        joints, None, None, (), (), (), (relation,), size, tuple(moved[j] for j in joints)
+    )
+
+
+def _order_around(widths: LinkWidths, joints: tuple[int, ...]) -> tuple[int, ...]:
+    """Order four joints around their loop; empty if they are not those of one loop of four."""
+    if len(joints) != 4 or len({link for j in joints for link in widths.links[j]}) != 4:
+        return ()
+    around = [joints[0]]
+    link = widths.links[joints[0]][1]
+    while len(around) < 4:
+        following = [j for j in joints if j not in around and link in widths.links[j]]
+        if len(following) != 1:
+            return ()
+        around.append(following[0])
+        before, after = widths.links[following[0]]
+        link = after if before == link else before
+    return tuple(around)
+
+
+def _pin_widths(
+    widths: LinkWidths, joints: Sequence[int], lever: float, size: float
+) -> dict[int, float]:
+    """Half widths of the place of a pin on its links; ``lever`` of a tilted axis, metres."""
+    closing = min(widths.gap, widths.whole.place, CLOSED_GAP * size)
+    return _least(
+        (link, width.place + width.angle * lever + closing + widths.round_off)
+        for link, width in _members(widths, joints)
+    )
+
+
+def _pin_angles(widths: LinkWidths, joints: Sequence[int]) -> dict[int, float]:
+    """Half widths of the direction of a pin on its links."""
+    closing = 0.0 if widths.closed else min(widths.whole.angle, CLOSED_GAP)
+    return _least(
+        (link, width.angle + closing + 1e-15) for link, width in _members(widths, joints)
+    )
+
+
+def _members(widths: LinkWidths, joints: Sequence[int]) -> list[tuple[int, Width]]:
+    """Half widths of the joints of a pin on each link."""
+    return [(link, widths.of(link, j)) for j in joints for link in widths.links[j]]
+
+
+def _least(pairs: Iterable[tuple[int, float]]) -> dict[int, float]:
+    """Keep the least value of each key."""
+    found: dict[int, float] = {}
+    for key, value in pairs:
+        found[key] = min(value, found.get(key, value))
+    return found
+
+
+def _alike(vectors: Sequence[Array], width: float) -> list[list[int]]:
+    """Group vectors that are equal up to a width."""
+    groups: list[list[int]] = []
+    for k, vector in enumerate(vectors):
+        for group in groups:
+            if np.linalg.norm(vectors[group[0]] - vector) <= width:
+                group.append(k)
+                break
+        else:
+            groups.append([k])
+    return groups
+
+
+def _free_screw(
+    linkage: Linkage, widths: LinkWidths, j: int, normals: Sequence[Vector]
+) -> Vector:
+    """Make the rational screw of a joint that is in no figure."""
+    joint, n = linkage.joints[j], _rational(_direction(linkage, j))
+    if joint.kind == "prismatic":
+        return (Fraction(0),) * 3 + n
+    for normal in normals:
+        axis = _floats(normal)
+        axis /= np.linalg.norm(axis)
+        if np.linalg.norm(np.cross(axis, _floats(n))) <= widths.angle:
+            n = normal if _floats(n) @ axis > 0 else tuple(-x for x in normal)
+            break
+    screw = n + cross(_rational(joint.point), n)
+    if joint.kind == "helical":
+        pitch = nearby_fraction(Fraction(float(joint.screw[:3] @ joint.screw[3:])))
+        screw = screw[:3] + tuple(x + pitch * y for x, y in zip(screw[3:], n, strict=True))
+    return screw
+
+
+def _shared_normal(mean: Array, normals: Sequence[Vector], width: float) -> Vector:
+    """Take the known normal along a direction, or make one of it."""
+    for normal in normals:
+        n = _floats(normal)
+        if np.linalg.norm(np.cross(n / np.linalg.norm(n), mean)) <= width:
+            return normal
+    return _rational(mean)
+
+
+def _direction(linkage: Linkage, j: int) -> Array:
+    """Direction of a joint, a unit vector (3,)."""
+    screw = linkage.joints[j].screw
+    return np.asarray(screw[3:] if linkage.joints[j].kind == "prismatic" else screw[:3])
+
+
+def _unit_vector(n: Array) -> Vector:
+    """Make a rational unit vector next to n, by stereographic projection."""
+    k = int(np.argmax(np.abs(n)))
+    sign = 1 if n[k] > 0 else -1
+    others = [i for i in range(3) if i != k]
+    u, v = (nearby_fraction(Fraction(float(n[i] / (1 + abs(n[k]))))) for i in others)
+    square = 1 + u * u + v * v
+    found = [Fraction(0)] * 3
+    found[others[0]], found[others[1]] = 2 * u / square, 2 * v / square
+    found[k] = sign * (2 - square) / square
+    return tuple(found)
+
+
+def _rational(x: Array) -> Vector:
+    """Round numbers to fractions."""
+    return tuple(nearby_fraction(Fraction(float(y))) for y in x)
+
+
+def _floats(x: Vector) -> Array:
+    """Convert fractions to floating point."""
+    return np.array([float(y) for y in x])
+
+
+def _across(a: Vector, n: Vector) -> Vector:
+    """Compute the part of a vector across another."""
+    factor = dot(a, n) / dot(n, n)
+    return tuple(x - factor * y for x, y in zip(a, n, strict=True))

@@ -1,0 +1,126 @@
+"""Special linkages written with so many digits: the answer is that of what is meant.
+
+The ranks are those of `tests.independent.sixty_digits`; ``python -m
+tests.independent.meant_run`` compares as many linkages as it is told.
+"""
+
+import json
+import re
+
+import pytest
+
+import kinematics
+from balance import certify, design_space
+from balance.cli.main import main
+from tests.independent.meant_linkages import meant_linkage, meant_text
+from tests.independent.sixty_digits import true_ranks
+from tests.support.urdf_text import saved
+
+# Mobility and ranks by order, of the special family and of general linkages beside it.
+TRUE = {
+    "kite": (1, [3, 6, 7], [3, 6, 7, 8]),
+    "parallelogram": (1, [3, 4, 5], [3, 6, 7, 8]),
+    "antiparallelogram": (1, [3, 6, 7], [3, 6, 7, 8]),
+    "slider_crank": (1, [3, 6], [3, 6, 7]),
+    "pantograph": (2, [6, 7, 8], [6, 10, 11]),
+    "bennett": (1, [6, 10, 13], None),
+    "spherical_opposite": (1, [6, 10, 13], [6, 11, 14, 15]),
+}  # fmt: skip
+FRAMES = (("turned", "any"), ("axes", "any"), ("plain", "any"), ("turned", "xy"))
+
+
+def space_of(tmp_path, family, seed, digits, off=0.0, **options):
+    """The certified design space of a linkage that is written with so many digits."""
+    frames, plane = FRAMES[seed % len(FRAMES)]
+    text = meant_text(meant_linkage(family, seed, off), seed, digits, frames, plane)
+    path = tmp_path / f"{family}.urdf"
+    path.write_text(text)
+    return certify(design_space(kinematics.load(str(path), **options)))
+
+
+def ranks(space):
+    """Ranks by order."""
+    return [order.rank for order in space.orders]
+
+
+def codes(space):
+    """Codes of the notices."""
+    return {notice.code for notice in space.notices}
+
+
+def test_the_figures_are_those_of_sixty_digits():
+    for family in ("parallelogram", "slider_crank"):
+        mobility, special, general = TRUE[family]
+        assert true_ranks(meant_linkage(family, 5), True) == (mobility, special)
+        assert true_ranks(meant_linkage(family, 5, 1e-12), True) == (mobility, general)
+
+
+@pytest.mark.parametrize("digits", [17, 12, 9, 6])
+@pytest.mark.parametrize("family", TRUE)
+def test_special_linkages_are_read_as_meant(family, digits, tmp_path):
+    mobility, special, _ = TRUE[family]
+    for seed in (digits, digits + 1):
+        space = space_of(tmp_path, family, seed, digits)
+        assert (space.linkage.mobility, ranks(space)) == (mobility, special)
+        assert space.level in ("proved", "verified") and not space.doubts
+
+
+@pytest.mark.parametrize("off", [1e-12, 1e-8, 1e-4])
+@pytest.mark.parametrize("family", [name for name in TRUE if TRUE[name][2]])
+def test_linkages_that_are_off_in_all_digits_are_general(family, off, tmp_path):
+    space = space_of(tmp_path, family, 8, 17, off)
+    assert ranks(space) == TRUE[family][2]
+    assert space.level == "proved" and "special_as_meant" not in codes(space)
+
+
+def test_both_answers_are_told(tmp_path):
+    space = space_of(tmp_path, "parallelogram", 2, 17)
+    (text,) = (n.message for n in space.notices if n.code == "special_as_meant")
+    assert text.startswith("as written (17 digits): 8 conditions; ")
+    assert "5 are meant (--as-written for the other)" in text
+    written = space_of(tmp_path, "parallelogram", 2, 17, angles="as_written")
+    assert ranks(written) == [3, 6, 7, 8] and written.level == "proved"
+
+
+KITE = {
+    "o": (0.0, 0.0), "a": (0.8660254, 0.5), "c": (3.2345678, 0.0), "b": (0.8660254, -0.5),
+}  # fmt: skip
+
+
+def kite_text(error):
+    """A kite in numbers of seven digits, one of which is off."""
+    (ax, ay), (bx, by), (cx, _) = KITE["a"], KITE["b"], KITE["c"]
+    by = round(by + error, 7)
+    return re.sub(
+        r"\n *",
+        "\n",
+        f"""<robot name="kite"><link name="base"/>
+    <link name="L1"><inertial><mass value="1"/><inertia ixx="1" ixy="0" ixz="0" iyy="1"
+    iyz="0" izz="1"/></inertial></link>
+    <link name="L2"><inertial><mass value="1"/><inertia ixx="1" ixy="0" ixz="0" iyy="1"
+    iyz="0" izz="1"/></inertial></link>
+    <link name="L3"><inertial><mass value="1"/><inertia ixx="1" ixy="0" ixz="0" iyy="1"
+    iyz="0" izz="1"/></inertial></link>
+    <joint name="j1" type="continuous"><parent link="base"/><child link="L1"/>
+    <axis xyz="0 0 1"/></joint>
+    <joint name="j2" type="continuous"><origin xyz="{ax} {ay} 0"/><parent link="L1"/>
+    <child link="L2"/><axis xyz="0 0 1"/></joint>
+    <joint name="j4" type="continuous"><origin xyz="{bx} {by} 0"/><parent link="base"/>
+    <child link="L3"/><axis xyz="0 0 1"/></joint>
+    <loop name="j3" type="revolute"><predecessor link="L2">
+    <origin xyz="{round(cx - ax, 7)} {-ay} 0"/></predecessor><successor link="L3">
+    <origin xyz="{round(cx - bx, 7)} {-by} 0"/></successor><axis xyz="0 0 1"/></loop>
+    </robot>""",
+    )
+
+
+def test_a_kite_that_is_off_by_more_than_its_digits_is_general_and_told_to_be_near(
+    tmp_path, capsys
+):
+    path = saved(tmp_path, kite_text(1e-6))
+    assert main(["report", str(path), "--json"]) == 0
+    captured = capsys.readouterr()
+    report = json.loads(captured.out)
+    assert [order["rank"] for order in report["orders"]] == [3, 6, 7, 8]
+    (notice,) = (n for n in report["notices"] if n["code"] == "near_special")
+    assert "with 7 conditions" in notice["message"] and "more digits" in notice["message"]

@@ -23,6 +23,7 @@ from balance.partial_balance.motion_loads import AddedParameters, MotionLoads, m
 from balance.partial_balance.shaking_program import Cap, ShakingProgram
 from balance.spaces.design_space import DesignSpace
 from balance.tolerances import CAP_EXCEEDED
+from balance.verification.load_errors import load_errors
 from balance.verification.trajectory import Trajectory, random_motions
 from kinematics.errors import PoseError, UsageError
 
@@ -48,6 +49,8 @@ class ShakingFigures(NamedTuple):
         inertia: inertia that each input feels at the reference pose, kg m², sliding kg.
         torque: largest drive torque of each input, N m, sliding N.
         bearing: largest force in each joint, N.
+        force_off: how far ``force`` can be off, since tables of the motions are rounded, N.
+        moment_off: the same of ``moment``, N m.
     """
 
     objective: float
@@ -59,6 +62,8 @@ class ShakingFigures(NamedTuple):
     inertia: dict[str, float]
     torque: dict[str, float]
     bearing: dict[str, float]
+    force_off: float = 0.0
+    moment_off: float = 0.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -128,9 +133,23 @@ class ShakingProblem:
                 dict(zip(linkage.inputs, inertia[:, k].tolist(), strict=True)),
                 dict(zip(linkage.inputs, torque[:, k].tolist(), strict=True)),
                 dict(zip(names, bearing[:, k].tolist(), strict=True)),
+                *self._rounding(designs[k]),
             )
             for k in range(len(designs))
         ]  # fmt: skip
+
+    def _rounding(self, design: Array) -> tuple[float, float]:
+        """Bound the errors of root mean square force, N, and moment, N m, of a design.
+
+        The root mean square of a sum is at most the sum of those of its parts.
+        """
+        z, squares = self.matter.parameters(design), np.zeros(2)
+        for one in self.loads:
+            if one.trajectory.errors is not None:
+                off = load_errors(self.space.linkage, self.matter.chain, z, one.trajectory)
+                squares += off**2 @ one.weights / len(self.loads)
+        moment, force = np.sqrt(squares)
+        return float(force), float(moment)
 
 
 def build_problem(

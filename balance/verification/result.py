@@ -19,7 +19,7 @@ from balance.verification.run import PARTS, Run
 from kinematics.linalg.ties import first_largest
 from kinematics.model.linkage import Linkage, Notice
 from kinematics.tolerances import SIZE_DETERMINED, TIE_RELATIVE
-from kinematics.wording import count_noun, html_facts, repr_lines, size_text
+from kinematics.wording import count_noun, html_facts, outward_text, repr_lines, size_text
 
 __all__ = ["VERIFY_SCHEMA", "Verification"]
 
@@ -160,14 +160,47 @@ class Verification:
     def decided(self) -> bool:
         """Whether there is a verdict.
 
-        There is none if the programs disagree, or if the motions pass near a singularity and
+        There is none if the programs disagree, if the rounding of a table decides it, or if the
+        motions pass near a singularity and
         at most samples no more is left to shake than the tolerance allows: round-off, which
         a singularity amplifies, looks like that.
         """
+        if self.rounding_decides:
+            return False
         if not self.agreed or self.balanced or self.conditioning >= CONDITIONING_NOTICE:
             return self.agreed
         moment = self._median("moment") / self.length if self.balance == "dynamic" else 0.0
         return self._relative(max(self._median("force"), moment)) > self.tolerance
+
+    @property
+    def rounding_decides(self) -> bool:
+        """Whether the rounding of a table leaves open whether the linkage is balanced."""
+        ends = [self.peak_range("force")]
+        if self.balance == "dynamic":
+            ends.append(tuple(x / self.length for x in self.peak_range("moment")))
+        least, most = (max(end[k] for end in ends) for k in (0, 1))
+        return self._relative(least) <= self.tolerance < self._relative(most)
+
+    def peak_range(self, part: str) -> tuple[float, float]:
+        """Compute the range that holds the peak ``"force"`` or ``"moment"``, N or N m.
+
+        Rounded tables determine it up to their rounding; see `Run.peak_range`.
+        """
+        ranges = [run.peak_range(part) for run in self.runs] or [(0.0, 0.0)]
+        return max(least for least, _ in ranges), max(most for _, most in ranges)
+
+    @property
+    def decimals(self) -> int | None:
+        """Fewest decimals of the tables that the motions come from; None if there are none."""
+        errors = (run.trajectory.errors for run in self.runs)
+        return min((one.decimals for one in errors if one is not None), default=None)
+
+    def range_text(self, part: str) -> str:
+        """Write the range of the peak ``"force"`` or ``"moment"``, round-off as a bound."""
+        least, most = self.peak_range(part)
+        if most <= self.round_off * self.part_scale(part):
+            return self.load_text(part, most)
+        return f"{outward_text(least, most)} {'N' if part == 'force' else 'N m'}"
 
     @property
     def verdict(self) -> str:
@@ -289,6 +322,10 @@ class Verification:
                 f"one revolution of {self.crank.joint} does not bring all joints back: the "
                 "next one may shake otherwise"
             )
+        if self.rounding_decides:
+            found.append(
+                "the digits of the table leave open whether it is balanced: write more of them"
+            )
         if not self.agreed:
             found.append(
                 f"Pinocchio and our series differ by {size_text(self.agreement)}: no verdict"
@@ -314,6 +351,7 @@ class Verification:
             "speed": self._speed(),
             "length": self.length,
             "shaking": {"force": self.force, "moment": self.moment},
+            "range": self._range(),
             "worst": {part: self.worst(part) + 1 for part in PARTS},
             "plotted": {
                 "motion": self.plotted + 1,
@@ -339,6 +377,12 @@ class Verification:
             return None
         peaks = np.max([run.bearing.max(axis=0) for run in self.runs], axis=0)
         return self.linkage.joints[first_largest(peaks)].name
+
+    def _range(self) -> dict[str, object] | None:
+        """Return the entry ``range`` of the data."""
+        if self.decimals is None:
+            return None
+        return {"decimals": self.decimals, **{part: self.peak_range(part) for part in PARTS}}
 
     def _speed(self) -> dict[str, object] | None:
         """Return the entry ``speed`` of the data."""

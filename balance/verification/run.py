@@ -36,6 +36,8 @@ class Run:
         impulse: the same sum for their momenta (N,), newton seconds.
         bearing: forces in the joints (N, n), newtons.
         open: number of components of the loop wrenches that rigid bodies do not determine.
+        errors: bounds on the errors of the shaking moment about the middle, N m, and of the
+            shaking force, N, for a motion from a rounded table (2, N); None for exact motions.
     """
 
     trajectory: Trajectory
@@ -49,6 +51,7 @@ class Run:
     impulse: Array
     bearing: Array
     open: int
+    errors: Array | None = None
 
     def sizes(self, part: str) -> Array:
         """Compute the size of the shaking ``"force"``, or ``"moment"`` about the middle (N,).
@@ -67,6 +70,16 @@ class Run:
         time = self.trajectory.time
         mean = np.trapezoid(self.sizes(part) ** 2, time) / (time[-1] - time[0])
         return float(np.sqrt(mean))
+
+    def peak_range(self, part: str) -> tuple[float, float]:
+        """Compute the range that holds the peak of the ``"force"`` or ``"moment"``, N or N m.
+
+        A rounded table determines it up to the rounding; for exact motions both ends are equal.
+        """
+        if self.errors is None:
+            return (peak := self.peak(part)), peak
+        sizes, off = self.sizes(part), self.errors[1 if part == "force" else 0]
+        return max(0.0, float((sizes - off).max())), float((sizes + off).max())
 
     def __repr__(self) -> str:
         """Two lines: the motion and its peaks."""

@@ -22,6 +22,7 @@ from balance.motion_tolerances import CONDITIONING_LEAST, SHAKING_RELATIVE
 from balance.options import Balance
 from balance.verification.crank_revolution import Crank, revolve_crank
 from balance.verification.joint_reactions import joint_reactions
+from balance.verification.load_errors import load_errors
 from balance.verification.result import Verification
 from balance.verification.run import Run
 from balance.verification.shaking_wrench import inertia_loads, mass_parameters, wrench_to_si
@@ -163,7 +164,10 @@ def verify_second(first: Verification, linkage: LinkageLike, **options: Any) -> 
     if linkage.inputs == first.linkage.inputs:
         with suppress(PoseError):
             given = [run.trajectory for run in first.runs]
-            along = [drive(linkage, one.time, one.u, one.ud, one.udd) for one in given]
+            along = [
+                replace(drive(linkage, one.time, one.u, one.ud, one.udd), errors=one.errors)
+                for one in given
+            ]
     if along and first.seed is not None:
         conditioning = min(one.conditioning for one in along)
         along = along if conditioning >= CONDITIONING_LEAST else None
@@ -187,6 +191,9 @@ def _run(linkage: Linkage, model: PinocchioModel, chain: Chain, trajectory: Traj
     # Divide moments about the middle by the length, to compare them with forces.
     sizes = [L * np.linalg.norm(x, axis=2).sum(axis=1) for x in (loads.rate, loads.momentum)]
     middle = chain.frame.origin
+    errors = None
+    if trajectory.errors is not None:
+        errors = freeze(load_errors(linkage, chain, model.z, trajectory))
     wrenches = np.concatenate([reactions.joints, reactions.welds], axis=1)
     forces = L * np.linalg.norm(wrenches[..., 3:], axis=2)
     return Run(
@@ -197,6 +204,7 @@ def _run(linkage: Linkage, model: PinocchioModel, chain: Chain, trajectory: Traj
         bearing=freeze(forces[:, : len(linkage.joints)]),
         rate_difference=freeze(_at(reaction - own, middle)),
         momentum_difference=freeze(_at(other - momentum, middle)), open=reactions.open,
+        errors=errors,
     )  # fmt: skip
 
 

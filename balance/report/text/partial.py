@@ -46,8 +46,23 @@ def partial_facts(front: ParetoFront) -> list[tuple[str, str]]:
                     f"{_remaining_load_text(after, before)} {unit} after (rms)",
                 )
             )
+        if given.force_off > 0.0 or best.found.force_off > 0.0:
+            pairs.append(("tables", _rounding_text(best)))
         pairs += _drives(best)
     return pairs
+
+
+def _rounding_text(best: PartialBalance) -> str:
+    """Say how far the loads before and after can be off, since tables are rounded."""
+    assert best.found is not None
+    words = []
+    for name, unit in (("force", "N"), ("moment", "N m")):
+        before, after = (
+            size_text(getattr(figures, f"{name}_off"), ".2g", getattr(best.given, name))
+            for figures in (best.given, best.found)
+        )
+        words.append(f"{name} off by up to {before} {unit} before, {after} {unit} after")
+    return f"rounded: {'; '.join(words)}"
 
 
 def _remaining_load_text(after: float, before: float) -> str:

@@ -31,6 +31,7 @@ def verification_facts(found: Verification) -> list[tuple[str, str]]:
         *_motion_facts(found),
         ("shaking force", f"{force}; {force_residual} of inertia"),
         ("shaking moment", f"{moment}; {moment_residual} of inertia"),
+        *_table_facts(found),
         ("inertia", f"{number_text(found.scale, '.3g')} N, the bodies' own at its peak"),
         (
             "bearing force",
@@ -41,6 +42,16 @@ def verification_facts(found: Verification) -> list[tuple[str, str]]:
         ("closure", f"{size_text(found.closure)} radians, characteristic lengths"),
         *(("note", remark) for remark in found.remarks),
         ("verdict", f"{_verdict(found)} (tolerance {found.tolerance:.1e})"),
+    ]
+
+
+def _table_facts(found: Verification) -> list[tuple[str, str]]:
+    """Say how far the peaks can be off if the motions are from a rounded table."""
+    if found.decimals is None:
+        return []
+    force, moment = (found.range_text(part) for part in ("force", "moment"))
+    return [
+        ("table", f"{found.decimals} decimals allow a force of {force}, a moment of {moment}")
     ]
 
 

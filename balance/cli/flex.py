@@ -145,6 +145,10 @@ def _add_simulate(kinds: Verbs) -> None:
         "--linear", action="store_true", help="leave out centrifugal and axial stiffening"
     )
     parser.add_argument(
+        "--from-rest", action="store_true",
+        help="start with all bodies at rest under an input at speed, which hits them",
+    )  # fmt: skip
+    parser.add_argument(
         "--plot", type=picture_path, metavar="FILE", help="write a picture of the shaking"
     )
     parser.add_argument(
@@ -168,7 +172,8 @@ def _simulate(arguments: argparse.Namespace) -> Outcome:
         found = simulate_flexible(
             linkage, flex, dict(arguments.drive), arguments.duration,
             samples=arguments.samples, elements=arguments.elements, modes=arguments.modes,
-            damping=arguments.damping, geometric=not arguments.linear, progress=advance,
+            damping=arguments.damping, geometric=not arguments.linear,
+            from_rest=arguments.from_rest, progress=advance,
         )  # fmt: skip
     if arguments.plot:
         from balance.report.html.flexible_pictures import shaking_picture

@@ -14,6 +14,7 @@ from balance.flexible.flex_data import beam_deflection, moment_about, motion_dat
 from balance.flexible.flex_links import FlexLink, parse_flex_link
 from balance.flexible.from_linkage import FlexibleLinkage, flexible_linkage
 from balance.flexible.simulate import FlexibleMotion, simulate
+from balance.flexible.steady_start import moves_at_start, steady_start
 from kinematics.model.linkage import Notice
 from kinematics.model_gallery import LinkageLike, as_linkage
 from kinematics.wording import html_facts, repr_lines, size_text
@@ -114,12 +115,15 @@ def simulate_flexible(
     modes: int | None = None,
     damping: float = 0.0,
     geometric: bool = True,
+    from_rest: bool = False,
     progress: Callable[[int, int], None] | None = None,
 ) -> FlexibleSimulation:
     """Simulate a planar linkage of which named links bend, and its shaking.
 
     The links become beams between their two revolute joints, in floating frames; everything
-    else stays as the file says. The linkage starts at rest in its reference pose.
+    else stays as the file says. The linkage starts in its reference pose: at rest, or, if an
+    input has a speed there, with the velocities of rigid links and the bending that their
+    inertia forces ask (`balance.flexible.steady_start`).
 
     Args:
         linkage: an assembled linkage, or an argument of `kinematics.load`.
@@ -134,6 +138,8 @@ def simulate_flexible(
         modes: of each beam that are kept; by default as many as `needed_modes` says.
         damping: β of the damping β K, in seconds.
         geometric: whether a bent beam keeps its length (centrifugal and axial stiffening).
+        from_rest: whether all bodies are at rest at the start even if an input has a speed
+            there, which hits them: the forces of this blow grow with the number of modes.
         progress: is called with the instants done and of all.
 
     Raises:
@@ -162,7 +168,14 @@ def simulate_flexible(
     size = max(16, 2 * kept) if elements is None else elements
     options = BeamOptions(size, kept, geometric=geometric, damping=damping)
     found = flexible_linkage(linkage, links, inputs, options)
-    motion = simulate(found.mechanism, duration, samples, progress=progress)
+    start = velocities = None
+    if moves_at_start(found.mechanism) and not from_rest:
+        found.mechanism.check()
+        start, velocities = steady_start(found.mechanism)
+    motion = simulate(
+        found.mechanism, duration, samples, start=start, velocities=velocities,
+        progress=progress,
+    )  # fmt: skip
     return FlexibleSimulation(found, motion, (*linkage.notices, *_notices(kept, enough)))
 
 

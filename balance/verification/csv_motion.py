@@ -62,7 +62,14 @@ def read_columns(
     short: Mapping[str, str] | None = None,
     further: Sequence[str] = (),
 ) -> Array:
-    """Read named columns from a file of comma-separated values; see `read_table`.
+    """Read named columns from a file of comma-separated values.
+
+    Args:
+        path: see `read_table`, as for the other arguments.
+        wanted: the names.
+        fewest: least number of rows.
+        short: other names that the file may use, and the wanted names for them.
+        further: names of columns that the file may have too, all of them or none.
 
     Returns:
         The numbers (rows, columns).

@@ -10,7 +10,7 @@ from balance.cli.flex_arguments import beam_of, drive_of, support_position
 from balance.cli.flex_output import add_output, kind_of, write_file
 from balance.cli.flex_similar import add_similar
 from balance.cli.model_options import add_model_options, load_model
-from balance.cli.number_arguments import finite_number, positive_number, whole_number
+from balance.cli.number_arguments import add_about, finite_number, positive_number, whole_number
 from balance.cli.outcome import Outcome
 from balance.cli.progress_bar import progress_bar
 from balance.cli.subcommands import add_group
@@ -148,6 +148,7 @@ def _add_simulate(kinds: Verbs) -> None:
         "--from-rest", action="store_true",
         help="start with all bodies at rest under an input at speed, which hits them",
     )  # fmt: skip
+    add_about(parser, "the centre of mass at the start")
     parser.add_argument(
         "--plot", type=picture_path, metavar="FILE", help="write a picture of the shaking"
     )
@@ -173,12 +174,12 @@ def _simulate(arguments: argparse.Namespace) -> Outcome:
             linkage, flex, dict(arguments.drive), arguments.duration,
             samples=arguments.samples, elements=arguments.elements, modes=arguments.modes,
             damping=arguments.damping, geometric=not arguments.linear,
-            from_rest=arguments.from_rest, progress=advance,
+            from_rest=arguments.from_rest, about=arguments.about, progress=advance,
         )  # fmt: skip
     if arguments.plot:
         from balance.report.html.flexible_pictures import shaking_picture
 
-        picture = shaking_picture(found.motion, found.flexible.centre, kind_of(arguments.plot))
+        picture = shaking_picture(found.motion, found.flexible.point, kind_of(arguments.plot))
         write_file(arguments.plot, picture)
     if arguments.html:
         from balance.report.html.flexible import flexible_page

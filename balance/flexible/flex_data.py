@@ -131,7 +131,8 @@ def motion_data(linkage: FlexibleLinkage, motion: FlexibleMotion) -> dict[str, o
     ]  # fmt: skip
     return {
         "schema": SCHEMA, "result": "motion", "linkage": linkage.linkage.name,
-        "beams": beams, "centre": linkage.centre.tolist(), **_motion(motion, linkage.centre),
+        "beams": beams, "centre": linkage.centre.tolist(), "about": linkage.point.tolist(),
+        **_motion(motion, linkage.point),
     }  # fmt: skip
 
 

@@ -44,6 +44,7 @@ class FlexibleLinkage:
         beams: models of the links that bend, by name.
         centre: centre of mass of all links at the start, in the plane; shape (2,).
         outlines: for drawing, the points of each rigid part between which it extends.
+        about: point in the plane that moments are about (2,); None: the centre of mass.
     """
 
     linkage: Linkage
@@ -52,6 +53,12 @@ class FlexibleLinkage:
     beams: Mapping[str, BeamModel]
     centre: Array
     outlines: Mapping[int, tuple[Marker, ...]]
+    about: Array | None = None
+
+    @property
+    def point(self) -> Array:
+        """Point in the plane that moments are about (2,), metres."""
+        return self.centre if self.about is None else self.about
 
 
 def flexible_linkage(

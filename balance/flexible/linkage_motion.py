@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from balance.flexible.build_beam import BeamOptions
 from balance.flexible.drives import DriveProfile, parse_drive
@@ -15,6 +15,7 @@ from balance.flexible.flex_links import FlexLink, parse_flex_link
 from balance.flexible.from_linkage import FlexibleLinkage, flexible_linkage
 from balance.flexible.simulate import FlexibleMotion, simulate
 from balance.flexible.steady_start import moves_at_start, steady_start
+from balance.options import point_of
 from kinematics.model.linkage import Notice
 from kinematics.model_gallery import LinkageLike, as_linkage
 from kinematics.wording import html_facts, repr_lines, size_text
@@ -76,8 +77,8 @@ class FlexibleSimulation:
 
     @property
     def moment(self) -> Array:
-        """Shaking moment about the centre of mass at the start, in N m; shape (t,)."""
-        return moment_about(self.motion, self.flexible.centre)
+        """Shaking moment about the point, in N m; shape (t,)."""
+        return moment_about(self.motion, self.flexible.point)
 
     @property
     def peak_force(self) -> float:
@@ -86,7 +87,7 @@ class FlexibleSimulation:
 
     @property
     def peak_moment(self) -> float:
-        """Largest magnitude of the shaking moment about the centre of mass, in N m."""
+        """Largest magnitude of the shaking moment about the point, in N m."""
         return float(np.abs(self.moment).max())
 
     def to_dict(self) -> dict[str, object]:
@@ -116,6 +117,7 @@ def simulate_flexible(
     damping: float = 0.0,
     geometric: bool = True,
     from_rest: bool = False,
+    about: ArrayLike | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> FlexibleSimulation:
     """Simulate a planar linkage of which named links bend, and its shaking.
@@ -140,6 +142,8 @@ def simulate_flexible(
         geometric: whether a bent beam keeps its length (centrifugal and axial stiffening).
         from_rest: whether all bodies are at rest at the start even if an input has a speed
             there, which hits them: the forces of this blow grow with the number of modes.
+        about: point in the inertial frame for moments, metres; the centre of mass at the start
+            by default.
         progress: is called with the instants done and of all.
 
     Raises:
@@ -168,6 +172,8 @@ def simulate_flexible(
     size = max(16, 2 * kept) if elements is None else elements
     options = BeamOptions(size, kept, geometric=geometric, damping=damping)
     found = flexible_linkage(linkage, links, inputs, options)
+    if about is not None:
+        found = replace(found, about=(found.axes @ point_of(about))[:2])
     start = velocities = None
     if moves_at_start(found.mechanism) and not from_rest:
         found.mechanism.check()

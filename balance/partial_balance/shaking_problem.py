@@ -8,10 +8,11 @@ from math import inf, isfinite
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from balance.added_masses.link_regions import regions_of
 from balance.added_masses.regions import Region
+from balance.options import point_of
 from balance.partial_balance.elastic_frame import ElasticFrame, vibration
 from balance.partial_balance.least_shaking import (
     CapsConflict,
@@ -26,6 +27,7 @@ from balance.tolerances import CAP_EXCEEDED
 from balance.verification.load_errors import load_errors
 from balance.verification.trajectory import Trajectory, random_motions
 from kinematics.errors import PoseError, UsageError
+from kinematics.model.arrays import freeze
 
 __all__ = ["ShakingFigures", "ShakingProblem", "build_problem"]
 
@@ -42,7 +44,7 @@ class ShakingFigures(NamedTuple):
     Attributes:
         objective: what is minimised, N, for an elastic frame m.
         force: root mean square of the shaking force, N.
-        moment: the same of the shaking moment about the middle of the mechanism, N m.
+        moment: the same of the shaking moment, N m.
         peak_force: largest shaking force, N.
         peak_moment: largest shaking moment, N m.
         vibration: root mean square of the vibration of the frame, m; None without a frame.
@@ -78,6 +80,7 @@ class ShakingProblem:
         factors: triangular factors of the mean squares of the moment and of the force.
         weight_moment: metres; see `build_problem`.
         frame: the elastic frame, if there is one.
+        point: point of the inertial frame that moments are about (3,), metres.
     """
 
     space: DesignSpace
@@ -87,6 +90,7 @@ class ShakingProblem:
     factors: tuple[Array, Array]
     weight_moment: float
     frame: ElasticFrame | None
+    point: Array
 
     @property
     def objective(self) -> str:
@@ -146,7 +150,9 @@ class ShakingProblem:
         z, squares = self.matter.parameters(design), np.zeros(2)
         for one in self.loads:
             if one.trajectory.errors is not None:
-                off = load_errors(self.space.linkage, self.matter.chain, z, one.trajectory)
+                off = load_errors(
+                    self.space.linkage, self.matter.chain, z, one.trajectory, self.point
+                )
                 squares += off**2 @ one.weights / len(self.loads)
         moment, force = np.sqrt(squares)
         return float(force), float(moment)
@@ -157,6 +163,7 @@ def build_problem(
     trajectories: Sequence[Trajectory] | None, weight_moment: float | None,
     max_bearing: Mapping[str, float], max_torque: Mapping[str, float],
     frame: ElasticFrame | None, progress: Callable[[int, int], None] | None = None,
+    about: ArrayLike | None = None,
 ) -> ShakingProblem:  # fmt: skip
     """Compute the loads along motions and factorise the objective.
 
@@ -171,6 +178,8 @@ def build_problem(
         max_torque: largest drive torque of inputs, N m, for sliding ones N.
         frame: an elastic frame whose vibration is minimised instead of the shaking.
         progress: called with the number of motions done and the number of all.
+        about: point in the inertial frame for moments, metres; the middle of the mechanism by
+            default.
 
     Raises:
         BodyError: a link is unknown, or its region cannot be found.
@@ -187,7 +196,11 @@ def build_problem(
     if frame is not None:
         frame.check()
     matter = AddedParameters.of(space, chosen)
-    loads = _loads(space, matter, trajectories, progress)
+    if about is not None and frame is not None:
+        raise UsageError("an elastic frame turns about the middle: leave out about")
+    middle = space.linkage.spatial_chain.frame.origin
+    point = middle if about is None else point_of(about)
+    loads = _loads(space, matter, trajectories, progress, point - middle)
     blocks = [np.sqrt(one.weights / len(loads))[:, None, None] for one in loads]
     wrenches = [root * one.wrenches for root, one in zip(blocks, loads, strict=True)]
     factors = tuple(
@@ -205,13 +218,20 @@ def build_problem(
     single = _single_bodies(loads, blocks, weight, frame)
     program = ShakingProgram(matter, whole, single, caps)
     return ShakingProblem(
-        space, matter, tuple(loads), program, (factors[0], factors[1]), weight, frame
+        space,
+        matter,
+        tuple(loads),
+        program,
+        (factors[0], factors[1]),
+        weight,
+        frame,
+        freeze(point),
     )
 
 
 def _loads(
     space: DesignSpace, matter: AddedParameters, trajectories: Sequence[Trajectory] | None,
-    progress: Callable[[int, int], None] | None,
+    progress: Callable[[int, int], None] | None, about: Array,
 ) -> list[MotionLoads]:  # fmt: skip
     """Compute the loads along given or random motions."""
     linkage = space.linkage
@@ -224,7 +244,7 @@ def _loads(
         motions = iter(trajectories)
     found = []
     for done, one in enumerate(motions, 1):
-        found += motion_loads(matter, [one])
+        found += motion_loads(matter, [one], about)
         if progress is not None:
             progress(done, count)
     return found

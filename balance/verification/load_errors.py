@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from balance.motion_tolerances import DISPLACEMENT_STEP
-from balance.verification.shaking_wrench import inertia_loads
+from balance.verification.shaking_wrench import inertia_loads, move_wrenches, wrench_to_si
 from balance.verification.trajectory import Trajectory
 from kinematics.closure.newton import forward_kinematics
 from kinematics.closure.series import expand_from
@@ -28,7 +28,10 @@ Array = NDArray[np.float64]
 PARTS = (slice(0, 3), slice(3, 6))
 
 
-def load_errors(linkage: Linkage, chain: Chain, z: Array, trajectory: Trajectory) -> Array:
+def load_errors(
+    linkage: Linkage, chain: Chain, z: Array, trajectory: Trajectory,
+    about: Array | None = None,
+) -> Array:  # fmt: skip
     """Bound the errors of the shaking moment and force along a motion from a rounded table.
 
     Args:
@@ -36,9 +39,11 @@ def load_errors(linkage: Linkage, chain: Chain, z: Array, trajectory: Trajectory
         chain: its joints, from `kinematics.closure.joint_positions.input_chain`.
         z: parameters (bodies, 10) about the inertial origin, SI units.
         trajectory: a motion with bounds on the errors of its inputs.
+        about: point for moments, metres, in the inertial frame; the middle of the mechanism by
+            default.
 
     Returns:
-        Errors of the moment about the middle of the mechanism, N m, and of the force, N (2, N).
+        Errors of the moment about that point, N m, and of the force, N (2, N).
 
     Raises:
         ValueError: the motion is not from a table.
@@ -47,10 +52,12 @@ def load_errors(linkage: Linkage, chain: Chain, z: Array, trajectory: Trajectory
         raise ValueError("the inputs of this motion are exact")
     units = chain.units[linkage.positions_of(linkage.inputs)]
     q, ud, udd = trajectory.q / chain.units, trajectory.ud / units, trajectory.udd / units
-    rest = np.zeros_like(ud)
+    rest, frame = np.zeros_like(ud), chain.frame
+    point = frame.origin if about is None else about
 
     def loads(q: Array, ud: Array, udd: Array) -> Array:
-        return inertia_loads(chain, z, q, ud, udd).rate.sum(axis=1)
+        rate = inertia_loads(chain, z, q, ud, udd).rate.sum(axis=1)
+        return move_wrenches(wrench_to_si(rate, frame), point)
 
     found = np.zeros((2, len(q)))
     rates = _joint_rates(chain, q)
@@ -66,8 +73,7 @@ def load_errors(linkage: Linkage, chain: Chain, z: Array, trajectory: Trajectory
         for derivative, bound in zip(derivatives, bounds, strict=True):
             sizes = [np.linalg.norm(derivative[:, part], axis=1) for part in PARTS]
             found += np.array(sizes) * (bound[:, w] / unit)
-    L = chain.frame.length
-    return found * np.array([[L**2], [L]])
+    return found
 
 
 def _joint_rates(chain: Chain, q: Array) -> Array:

@@ -40,6 +40,8 @@ class Verification:
         seed: seed of the random motions; None if the motions were given.
         runs: the loads along each motion.
         notices: notices of the linkage.
+        point: point of the inertial frame that the moments which are reported are about (3,),
+            metres. The verdict is on moments about the middle of the mechanism.
         crank: the joint that turns at constant speed; its revolution is the only motion. None
             for other motions.
         shown: index of the motion to plot; by default the worst one.
@@ -52,6 +54,7 @@ class Verification:
     seed: int | None
     runs: tuple[Run, ...]
     notices: tuple[Notice, ...]
+    point: Array
     crank: Crank | None = None
     shown: int | None = None
 
@@ -89,12 +92,12 @@ class Verification:
     @property
     def force(self) -> float:
         """Peak shaking force, newtons."""
-        return self._peak("middle", PARTS["force"])
+        return self._peak("about", PARTS["force"])
 
     @property
     def moment(self) -> float:
-        """Peak shaking moment about the middle of the mechanism, N m."""
-        return self._peak("middle", PARTS["moment"])
+        """Peak shaking moment about the point, N m."""
+        return self._peak("about", PARTS["moment"])
 
     @property
     def force_residual(self) -> float:
@@ -103,8 +106,8 @@ class Verification:
 
     @property
     def moment_residual(self) -> float:
-        """Peak shaking moment relative to ``scale`` times the characteristic length."""
-        return self._relative(self.moment / self.length)
+        """Peak moment about the middle over ``scale`` times the characteristic length."""
+        return self._relative(self._peak("middle", PARTS["moment"]) / self.length)
 
     @property
     def bearing(self) -> float:
@@ -177,7 +180,8 @@ class Verification:
         """Whether the rounding of a table leaves open whether the linkage is balanced."""
         ends = [self.peak_range("force")]
         if self.balance == "dynamic":
-            ends.append(tuple(x / self.length for x in self.peak_range("moment")))
+            arm = self.length + self.lever
+            ends.append(tuple(x / arm for x in self.peak_range("moment")))
         least, most = (max(end[k] for end in ends) for k in (0, 1))
         return self._relative(least) <= self.tolerance < self._relative(most)
 
@@ -223,7 +227,17 @@ class Verification:
 
     def part_scale(self, part: str) -> float:
         """Return what the shaking ``"force"`` or ``"moment"`` is relative to, N or N m."""
-        return self.scale if part == "force" else self.scale * self.length
+        return self.scale if part == "force" else self.scale * (self.length + self.lever)
+
+    @property
+    def lever(self) -> float:
+        """Distance of the point of the moments from the middle of the mechanism, metres."""
+        return float(np.linalg.norm(self.point - self.linkage.spatial_chain.frame.origin))
+
+    @property
+    def about_middle(self) -> bool:
+        """Whether the point of the moments is the middle of the mechanism."""
+        return self.lever <= TIE_RELATIVE * self.length
 
     def load_text(self, part: str, load: float) -> str:
         """Write a shaking ``"force"`` or ``"moment"`` with its unit; round-off as a bound.
@@ -284,8 +298,9 @@ class Verification:
         return max((float(size.max(initial=0.0)) for size in sizes), default=0.0)
 
     def _median(self, part: str) -> float:
-        """Compute the median over all samples of the shaking ``"force"`` or ``"moment"``."""
-        return float(np.median(np.concatenate([run.sizes(part) for run in self.runs])))
+        """Compute the median over all samples of the force, or moment about the middle."""
+        loads = np.concatenate([run.middle[:, PARTS[part]] for run in self.runs])
+        return float(np.median(np.linalg.norm(loads, axis=1)))
 
     def _largest(self, name: str) -> float:
         """Compute the largest entry of an attribute in all runs."""
@@ -350,6 +365,7 @@ class Verification:
             "amplitude": self.amplitude,
             "speed": self._speed(),
             "length": self.length,
+            "about": self.point.tolist(),
             "shaking": {"force": self.force, "moment": self.moment},
             "range": self._range(),
             "worst": {part: self.worst(part) + 1 for part in PARTS},

@@ -28,6 +28,7 @@ class Run:
         own: the same from our own series (N, 6).
         momentum: total momentum ``[ξ; p]`` from Pinocchio (N, 6).
         middle: ``shaking`` with moments about the middle of the mechanism (N, 6).
+        about: ``shaking`` with moments about the point of the verification (N, 6).
         rate_difference: ``shaking - own``, with moments about the middle (N, 6).
         momentum_difference: momentum from Pinocchio minus ours, moments about the middle
             (N, 6).
@@ -36,7 +37,7 @@ class Run:
         impulse: the same sum for their momenta (N,), newton seconds.
         bearing: forces in the joints (N, n), newtons.
         open: number of components of the loop wrenches that rigid bodies do not determine.
-        errors: bounds on the errors of the shaking moment about the middle, N m, and of the
+        errors: bounds on the errors of the shaking moment about that point, N m, and of the
             shaking force, N, for a motion from a rounded table (2, N); None for exact motions.
     """
 
@@ -45,6 +46,7 @@ class Run:
     own: Array
     momentum: Array
     middle: Array
+    about: Array
     rate_difference: Array
     momentum_difference: Array
     inertia: Array
@@ -54,11 +56,11 @@ class Run:
     errors: Array | None = None
 
     def sizes(self, part: str) -> Array:
-        """Compute the size of the shaking ``"force"``, or ``"moment"`` about the middle (N,).
+        """Compute the size of the shaking ``"force"``, or ``"moment"`` about the point (N,).
 
         Newtons or newton metres.
         """
-        found: Array = np.linalg.norm(self.middle[:, PARTS[part]], axis=1)
+        found: Array = np.linalg.norm(self.about[:, PARTS[part]], axis=1)
         return found
 
     def peak(self, part: str) -> float:

@@ -157,14 +157,14 @@ def flexible_motion_facts(
         linkage: what was simulated.
         motion: its motion.
     """
-    x, y = linkage.centre
-    moment = float(np.abs(moment_about(motion, linkage.centre)).max())
+    x, y = linkage.point
+    moment = float(np.abs(moment_about(motion, linkage.point)).max())
+    centre = "the centre of mass at the start, " if linkage.about is None else ""
     pairs = [
         ("linkage", linkage.linkage.name),
         ("duration", f"{motion.times[-1]:g} s"),
         ("shaking force", f"{number_text(motion.peak_force)} N at most"),
-        ("shaking moment", f"{number_text(moment)} N m at most, about the centre of mass "
-                           "at the start, "
+        ("shaking moment", f"{number_text(moment)} N m at most, about {centre}"
          f"({number_text(x)}, {number_text(y)}) m in the plane"),
     ]  # fmt: skip
     for name, model in linkage.beams.items():

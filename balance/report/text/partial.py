@@ -11,7 +11,7 @@ from math import inf
 from balance.partial_balance.results import ParetoFront, PartialBalance
 from balance.report.text.counterweights import counterweight_rows
 from balance.tolerances import SHAKING_GAP_PROVED
-from kinematics.wording import number_text, size_text
+from kinematics.wording import number_text, size_text, vector_text
 
 __all__ = ["front_rows", "partial_facts", "partial_text"]
 
@@ -31,7 +31,10 @@ def partial_facts(front: ParetoFront) -> list[tuple[str, str]]:
         pairs.append(("pose", space.linkage.pose))
     if space.motion:
         pairs.append(("motion", ", ".join(space.motion.relations)))
-    counts = "forces alone" if weight == inf else f"{number_text(weight)} N m count as 1 N"
+    point = f"{vector_text(front.point)} m"
+    counts = f"{number_text(weight)} N m about {point} count as 1 N"
+    if weight == inf:
+        counts = f"forces alone; moments are about {point}"
     pairs.append(("minimised", f"root mean square of the {front.objective}, {counts}"))
     if front.frame is not None:
         pairs.append(("frame", f"natural frequency {number_text(front.frame.frequency)} Hz"))

@@ -2,8 +2,8 @@
 
 A number written with d decimals is off by up to ``δ = 10⁻ᵈ/2``. Differences of such numbers
 give accelerations that are off by about ``δ/Δt²``, which may exceed the motion. So a spline of
-degree five with few knots is fitted by least squares. It gets more knots until it passes all
-samples within the rounding.
+degree five with few knots, or a polynomial of less, is fitted by least squares. It gets more
+knots until it passes all samples within the rounding.
 
 Its coefficients are linear in the samples, so each derivative is a sum ``Σ_k S_k u_k``, and
 rounding moves it by at most ``Σ_k |S_k| δ_k``. What the spline cannot follow is about the
@@ -102,17 +102,17 @@ def smooth_spline(time: Array, u: Array, rounding: Array) -> SmoothSpline:
     Returns:
         The spline, with bounds on the errors of its derivatives.
     """
-    coarse: _Fit | None = None
-    for intervals in _numbers_of_intervals(time.size):
-        fit = _fit_intervals(time, u, intervals)
-        if coarse is not None:
-            return SmoothSpline(coarse.spline, _errors(time, coarse, fit, rounding))
+    levels = list(_levels(time.size))
+    for k, level in enumerate(levels):
+        fit = _fit_level(time, u, *level)
         if _within(fit.spline(time) - u, rounding):
-            coarse = fit
-    fit = _interpolate(time, u)
-    if coarse is not None:
-        return SmoothSpline(coarse.spline, _errors(time, coarse, fit, rounding))
+            # Of an even or odd polynomial the next degree adds nothing.
+            above = k + (2 if level[1] == 1 else 1)
+            more = _fit_level(time, u, *levels[above]) if above < len(levels) else None
+            other = more or _interpolate(time, u)
+            return SmoothSpline(fit.spline, _errors(time, fit, other, rounding))
     # No spline of few knots is right: the error is that between samples.
+    fit = _interpolate(time, u)
     half = np.union1d(np.arange(0, time.size, 2), time.size - 1)
     return SmoothSpline(
         fit.spline, _errors(time, fit, _interpolate(time[half], u[half]), rounding)
@@ -126,28 +126,31 @@ class _Fit(NamedTuple):
     transposed: Callable[[Array], Array]
 
 
-def _numbers_of_intervals(samples: int) -> Iterator[int]:
-    """Yield numbers of intervals between knots, ascending."""
+def _levels(samples: int) -> Iterator[tuple[int, int]]:
+    """Yield degrees and numbers of intervals between knots, ascending in both."""
+    for degree in range(1, DEGREE):
+        if (degree + 1) * SAMPLES_PER_COEFFICIENT <= samples:
+            yield degree, 1
     intervals = 1
     while (intervals + DEGREE) * SAMPLES_PER_COEFFICIENT <= samples:
-        yield intervals
+        yield DEGREE, intervals
         intervals = max(intervals + 1, int(KNOTS_FACTOR * intervals))
 
 
-def _fit_intervals(time: Array, u: Array, intervals: int) -> _Fit:
+def _fit_level(time: Array, u: Array, degree: int, intervals: int) -> _Fit:
     """Fit a spline by least squares; each interval between knots has as many samples."""
     from scipy.interpolate import BSpline
     from scipy.sparse.linalg import splu
 
     places = np.linspace(0.0, time.size - 1.0, intervals + 1)
     inner = np.interp(places, np.arange(time.size), time)
-    knots = np.concatenate([[inner[0]] * DEGREE, inner, [inner[-1]] * DEGREE])
-    B = BSpline.design_matrix(time, knots, DEGREE)
+    knots = np.concatenate([[inner[0]] * degree, inner, [inner[-1]] * degree])
+    B = BSpline.design_matrix(time, knots, degree)
     normal = splu((B.T @ B).tocsc())
     coefficients = normal.solve(B.T @ u)
     # The normal equations lose digits, which one step of refinement restores.
     coefficients += normal.solve(B.T @ (u - B @ coefficients))
-    return _Fit(BSpline(knots, coefficients, DEGREE), lambda rows: B @ normal.solve(rows))
+    return _Fit(BSpline(knots, coefficients, degree), lambda rows: B @ normal.solve(rows))
 
 
 def _interpolate(time: Array, u: Array) -> _Fit:
@@ -196,6 +199,8 @@ def _effect_of_rounding(time: Array, fit: _Fit, order: int, rounding: Array) -> 
     from scipy.ndimage import maximum_filter1d
 
     knots, degree, steps = fit.spline.t, fit.spline.k, []
+    if order > degree:
+        return np.zeros_like(rounding)
     for _ in range(order):
         steps.append(_differences(knots, degree))
         knots, degree = knots[1:-1], degree - 1

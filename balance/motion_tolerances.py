@@ -16,7 +16,7 @@ __all__ = [
     "MOTION_RETURN", "ON_LOCAL_CURVE",
     "PATH_CONDITIONING", "PATH_EDGE_RATE", "PATH_MOMENTUM", "PATH_STEP_ERROR",
     "RATE_RESIDUAL_RELATIVE", "RELATION_RESIDUAL", "REVOLUTION_RETURN", "SHAKING_RELATIVE",
-    "ROUNDING_NOTICE", "SINGULAR_MOTION_DETERMINED",
+    "PRELOAD_ROUND_OFF", "ROUNDING_NOTICE", "SINGULAR_MOTION_DETERMINED",
     "SWEEP_BRANCH_DISTANCE", "SWEEP_CLOSED", "SWEEP_DAMPING", "SWEEP_FREE_DAMPING",
     "SWEEP_NEWTON_DONE", "SYNTHESIS_ANGLE_MET", "SYNTHESIS_LINK_FLAT", "SYNTHESIS_MOMENTUM",
     "SYNTHESIS_SHAKING", "SYNTHESIS_SINGULAR",
@@ -52,6 +52,8 @@ INPUT_RANGE_RELATIVE = 1e-12
 RELATION_RESIDUAL = 1e-9
 # Loop residual of given joint rates, relative to their size: decimals of a table.
 RATE_RESIDUAL_RELATIVE = 1e-6
+# Joint wrench per unit of preload, in characteristic lengths, up to which there is none.
+PRELOAD_ROUND_OFF = 1e-9
 # Error of accelerations from a rounded table, relative to their peak, above which it is told.
 ROUNDING_NOTICE = 1e-6
 # Step of the inputs of central differences of loads, radians and characteristic lengths: their

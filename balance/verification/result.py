@@ -321,7 +321,7 @@ class Verification:
             found.append(
                 f"the linkage is overconstrained: {self.runs[0].open} components of its loop "
                 "wrenches are not determined by rigid bodies; bearing forces are those of "
-                "least norm"
+                "least norm over all joints"
             )
         if self.conditioning < CONDITIONING_NOTICE:
             way_out = "" if self.decided else "; verify motions that stay clear of it"
@@ -379,6 +379,8 @@ class Verification:
                 "force": self.bearing,
                 "joint": self.most_loaded(),
                 "undetermined": self.runs[0].open if self.runs else 0,
+                "least": self.least_bearing,
+                "preload": self.preload,
             },
             "ratio": {"force": self.force_ratio, "moment": self.moment_ratio},
             "agreement": self.agreement,
@@ -386,6 +388,21 @@ class Verification:
             "remarks": list(self.remarks),
             "warnings": [notice._asdict() for notice in self.notices],
         }
+
+    @property
+    def least_bearing(self) -> float:
+        """Least peak force that preload leaves of that of the most loaded joint, newtons."""
+        if (name := self.most_loaded()) is None:
+            return 0.0
+        at = self.linkage.positions_of([name])[0]
+        return max(float(run.least_bearing[:, at].max(initial=0.0)) for run in self.runs)
+
+    @property
+    def preload(self) -> bool:
+        """Whether preload changes the force of the most loaded joint, without limit."""
+        if (name := self.most_loaded()) is None:
+            return False
+        return bool(self.runs[0].preloaded[self.linkage.positions_of([name])[0]])
 
     def most_loaded(self) -> str | None:
         """Return the name of the joint with the largest force; None if there is no force."""

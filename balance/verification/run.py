@@ -36,6 +36,8 @@ class Run:
             about the middle divided by the characteristic length (N,), newtons.
         impulse: the same sum for their momenta (N,), newton seconds.
         bearing: forces in the joints (N, n), newtons.
+        least_bearing: the least that preload leaves of them (N, n), newtons.
+        preloaded: whether preload changes the force of a joint, without limit (n,).
         open: number of components of the loop wrenches that rigid bodies do not determine.
         errors: bounds on the errors of the shaking moment about that point, N m, and of the
             shaking force, N, for a motion from a rounded table (2, N); None for exact motions.
@@ -52,6 +54,8 @@ class Run:
     inertia: Array
     impulse: Array
     bearing: Array
+    least_bearing: Array
+    preloaded: NDArray[np.bool_]
     open: int
     errors: Array | None = None
 

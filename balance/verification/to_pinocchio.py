@@ -206,15 +206,15 @@ def _run(
     errors = None
     if trajectory.errors is not None:
         errors = freeze(load_errors(linkage, chain, model.z, trajectory, point))
-    wrenches = np.concatenate([reactions.joints, reactions.welds], axis=1)
-    forces = L * np.linalg.norm(wrenches[..., 3:], axis=2)
+    forces = L * np.linalg.norm(reactions.joints[..., 3:], axis=2)
     return Run(
         trajectory=trajectory, shaking=freeze(reaction),
         own=freeze(own), momentum=freeze(other),
         middle=freeze(move_wrenches(reaction, middle)),
         about=freeze(move_wrenches(reaction, point)),
         inertia=freeze(sizes[0]), impulse=freeze(sizes[1]),
-        bearing=freeze(forces[:, : len(linkage.joints)]),
+        bearing=freeze(forces), least_bearing=freeze(L * reactions.least),
+        preloaded=freeze(reactions.preloaded, np.bool_),
         rate_difference=freeze(move_wrenches(reaction - own, middle)),
         momentum_difference=freeze(move_wrenches(other - momentum, middle)),
         open=reactions.open, errors=errors,

@@ -10,6 +10,7 @@ import numpy as np
 from balance.report.text.side_by_side import joined_facts
 from balance.verification.result import Verification
 from kinematics.linalg.ties import first_largest
+from kinematics.tolerances import SIZE_DETERMINED
 from kinematics.wording import first_names, number_text, size_text, vector_text
 
 __all__ = ["verification_facts", "verification_text"]
@@ -37,7 +38,9 @@ def verification_facts(found: Verification) -> list[tuple[str, str]]:
         ("inertia", f"{number_text(found.scale, '.3g')} N, the bodies' own at its peak"),
         (
             "bearing force",
-            f"{number_text(found.bearing, '.3g')} N" + (f" in {joint}" if joint else ""),
+            f"{number_text(found.bearing, '.3g')} N"
+            + (f" in {joint}" if joint else "")
+            + _preload_text(found),
         ),
         ("to bearing", f"{force_ratio} (force), {moment_ratio} (moment)"),
         ("agreement", f"{agreement}, Pinocchio and our series"),
@@ -45,6 +48,15 @@ def verification_facts(found: Verification) -> list[tuple[str, str]]:
         *(("note", remark) for remark in found.remarks),
         ("verdict", f"{_verdict(found)} (tolerance {found.tolerance:.1e})"),
     ]
+
+
+def _preload_text(found: Verification) -> str:
+    """Say in which range preload lets the largest bearing force be."""
+    if not found.preload:
+        return ""
+    if found.least_bearing <= SIZE_DETERMINED * found.scale:
+        return "; with preload it can be any"
+    return f"; with preload {number_text(found.least_bearing, '.3g')} N or any more"
 
 
 def _middle(found: Verification) -> str:

@@ -56,9 +56,9 @@ def steady_start(mechanism: PlanarMechanism) -> tuple[Array, Array]:
     return p, _rigid_rates(mechanism, 0.0, p, rates)
 
 
-def _elastic(mechanism: PlanarMechanism) -> Array:
+def _elastic(mechanism: PlanarMechanism) -> NDArray[np.bool_]:
     """Mark the elastic coordinates (n,)."""
-    found = np.zeros(len(mechanism.start), dtype=bool)
+    found = np.zeros(len(mechanism.start), dtype=np.bool_)
     for at in mechanism.slices:
         found[at.start + 3 : at.stop] = True
     return found

@@ -63,6 +63,14 @@ def test_inputs_that_start_from_rest_start_at_rest():
     assert np.array_equal(found.motion.positions[0], found.flexible.mechanism.start)
 
 
+@pytest.mark.parametrize(("share", "told"), [(0.028, False), (0.033, True)])
+def test_large_bending_is_told(share, told):
+    """5 ρA a L⁴ / (384 EI) is a part of the length of 1 m, the coupler's at its start."""
+    stiffness = 5.0 * 0.4 * 0.5 * SPEED**2 * 0.8 / (384.0 * share)
+    found = crank_at_speed(f"EI:{stiffness!r},rhoA:0.4", duration=1e-4)
+    assert any(one.code == "large_bending" for one in found.notices) == told
+
+
 def test_bending_without_end_is_refused():
     with pytest.raises(LinkageError, match="bend too far at this speed"):
         crank_at_speed("EI:0.001,rhoA:5")

@@ -181,7 +181,8 @@ class Verification:
         ends = [self.peak_range("force")]
         if self.balance == "dynamic":
             arm = self.length + self.lever
-            ends.append(tuple(x / arm for x in self.peak_range("moment")))
+            low, high = self.peak_range("moment")
+            ends.append((low / arm, high / arm))
         least, most = (max(end[k] for end in ends) for k in (0, 1))
         return self._relative(least) <= self.tolerance < self._relative(most)
 

@@ -169,10 +169,13 @@ def flexible_motion_facts(
     ]  # fmt: skip
     for name, model in linkage.beams.items():
         peak = float(beam_deflection(motion, linkage, name).max())
+        line = "its tangent at the drive" if name in linkage.tangents else (
+            "the line through its joints"
+        )  # fmt: skip
         pairs.append((name, f"beam of {number_text(model.part.length)} m and "
                             f"{number_text(model.mesh.beam.mass)} "
                       f"kg, {len(model.mesh.nodes) - 1} elements, {model.part.size} modes: "
-                      f"bends by {number_text(peak, '.3g')} m at most"))  # fmt: skip
+                      f"bends by {number_text(peak, '.3g')} m from {line}"))  # fmt: skip
     pairs.append(("energy", f"drifts by {size_text(motion.energy_drift)} of the largest"))
     pairs.append(("integrator", f"{motion.method}, {motion.steps} steps"))
     return pairs

@@ -47,9 +47,7 @@ def _best(one: SynthesizedMechanism) -> list[tuple[str, str]]:
     if one.first_position:
         inputs = one.first_position.items()
         at = ", ".join(f"{name}={number_text(x, '.9g')} rad" for name, x in inputs)
-        pairs.append(
-            ("file pose", f"away from position 1, which is nearly flat: that is at {at}")
-        )
+        pairs.append(("file pose", f"away from position 1, which is nearly flat, at {at}"))
     numbers = one.numbers
     if "J1" in numbers:
         lengths = ", ".join(

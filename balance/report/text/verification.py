@@ -35,7 +35,7 @@ def verification_facts(found: Verification) -> list[tuple[str, str]]:
         ("shaking moment", f"{moment}; {moment_residual} of inertia{_own_middle(found)}"),
         ("about", f"{vector_text(found.point)} m{_middle(found)}"),
         *_table_facts(found),
-        ("inertia", f"{number_text(found.scale, '.3g')} N, the bodies' own at its peak"),
+        ("inertia force", f"{number_text(found.scale, '.3g')} N, the bodies' own at its peak"),
         (
             "bearing force",
             f"{number_text(found.bearing, '.3g')} N"

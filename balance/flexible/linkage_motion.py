@@ -125,9 +125,9 @@ def simulate_flexible(
     """Simulate a planar linkage of which named links bend, and its shaking.
 
     The links become straight beams through their revolute joints, in floating frames;
-    everything else stays as the file says. The linkage starts in its reference pose: at rest, or, if an
-    input has a speed there, with the velocities of rigid links and the bending that their
-    inertia forces ask (`balance.flexible.steady_start`).
+    everything else stays as the file says. The linkage starts in its reference pose: at rest,
+    or, if an input has a speed there, with the velocities of rigid links and the bending that
+    their inertia forces ask (`balance.flexible.steady_start`).
 
     Args:
         linkage: an assembled linkage, or an argument of `kinematics.load`.

@@ -10,7 +10,7 @@ import numpy as np
 from balance.report.text.side_by_side import joined_facts
 from balance.verification.result import Verification
 from kinematics.linalg.ties import first_largest
-from kinematics.tolerances import SIZE_DETERMINED
+from kinematics.tolerances import SIZE_DETERMINED, TIE_RELATIVE
 from kinematics.wording import first_names, number_text, size_text, vector_text
 
 __all__ = ["verification_facts", "verification_text"]
@@ -54,9 +54,12 @@ def _preload_text(found: Verification) -> str:
     """Say in which range preload lets the largest bearing force be."""
     if not found.preload:
         return ""
-    if found.least_bearing <= SIZE_DETERMINED * found.scale:
+    least = found.least_bearing
+    if least <= SIZE_DETERMINED * found.scale:
         return "; with preload it can be any"
-    return f"; with preload {number_text(found.least_bearing, '.3g')} N or any more"
+    if least >= found.bearing * (1.0 - TIE_RELATIVE):
+        return "; preload adds to it"
+    return f"; from {number_text(least, '.3g')} N up with preload"
 
 
 def _middle(found: Verification) -> str:

@@ -65,7 +65,7 @@ def _rounding_text(best: PartialBalance) -> str:
             for figures in (best.given, best.found)
         )
         words.append(f"{name} off by up to {before} {unit} before, {after} {unit} after")
-    return f"rounded: {'; '.join(words)}"
+    return f"by decimals and samples, {'; '.join(words)}"
 
 
 def _remaining_load_text(after: float, before: float) -> str:

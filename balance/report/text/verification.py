@@ -77,9 +77,7 @@ def _table_facts(found: Verification) -> list[tuple[str, str]]:
     if found.decimals is None:
         return []
     force, moment = (found.range_text(part) for part in ("force", "moment"))
-    return [
-        ("table", f"{found.decimals} decimals allow a force of {force}, a moment of {moment}")
-    ]
+    return [("table", f"decimals and samples allow a force of {force}, a moment of {moment}")]
 
 
 def _verdict(found: Verification) -> str:

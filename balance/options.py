@@ -2,9 +2,30 @@
 
 from __future__ import annotations
 
-from typing import Literal, TypeAlias
+from typing import TYPE_CHECKING, Literal, TypeAlias
 
-__all__ = ["Balance"]
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import ArrayLike, NDArray
+
+__all__ = ["Balance", "point_of"]
 
 Balance: TypeAlias = Literal["dynamic", "force"]
 """``"dynamic"`` for all six components of the momentum, ``"force"`` for the linear ones."""
+
+
+def point_of(about: ArrayLike) -> NDArray[np.float64]:
+    """Read a point of the inertial frame (3,), metres.
+
+    Args:
+        about: its coordinates.
+
+    Raises:
+        ValueError: it is no point.
+    """
+    import numpy as np
+
+    point = np.asarray(about, dtype=np.float64)
+    if point.shape != (3,) or not np.isfinite(point).all():
+        raise ValueError(f"a point has three finite coordinates, not {about!r}")
+    return point

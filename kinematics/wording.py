@@ -20,6 +20,7 @@ __all__ = [
     "first_names",
     "html_facts",
     "number_text",
+    "outward_text",
     "repr_lines",
     "size_text",
     "round_to_ten_digits",
@@ -109,6 +110,23 @@ def number_text(
         floor: part of the scale up to which a number is round-off, and written as 0.
     """
     return f"{0.0 if abs(value) <= floor * scale else round_to_ten_digits(value):{form}}"
+
+
+def outward_text(least: float, most: float, digits: int = 4) -> str:
+    """Write a range whose ends are rounded outwards: ``5.213 to 5.302``.
+
+    Args:
+        least: its least number.
+        most: its greatest number.
+        digits: significant digits of each.
+    """
+    from decimal import ROUND_CEILING, ROUND_FLOOR, Context, Decimal
+
+    ends = (
+        Context(digits, mode).create_decimal(Decimal(repr(round_to_ten_digits(value))))
+        for value, mode in ((least, ROUND_FLOOR), (most, ROUND_CEILING))
+    )
+    return " to ".join(f"{float(end):.{digits}g}" for end in ends)
 
 
 def count_noun(number: int, noun: str) -> str:

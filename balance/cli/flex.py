@@ -6,11 +6,11 @@ import argparse
 
 from balance.cli.arguments import Verbs, page_path, picture_path
 from balance.cli.exit_codes import DONE
-from balance.cli.flex_arguments import beam_of, drive_of, support_position
+from balance.cli.flex_arguments import beam_of, drive_of, support_position, tip_of
 from balance.cli.flex_output import add_output, kind_of, write_file
 from balance.cli.flex_similar import add_similar
 from balance.cli.model_options import add_model_options, load_model
-from balance.cli.number_arguments import finite_number, positive_number, whole_number
+from balance.cli.number_arguments import add_about, finite_number, positive_number, whole_number
 from balance.cli.outcome import Outcome
 from balance.cli.progress_bar import progress_bar
 from balance.cli.subcommands import add_group
@@ -52,6 +52,11 @@ def _add_modes(kinds: Verbs) -> None:
         "--clamp", type=finite_number, action="append", default=[], metavar="S",
         help="a clamp at S metres along the beam; repeatable",
     )  # fmt: skip
+    parser.add_argument(
+        "--tip", type=tip_of, metavar="MASS[,INERTIA[,OFFSET]]",
+        help="a rigid body fixed to the far end of the beam: kg, kg m² about its centre of "
+        "mass, and metres from the end to that centre",
+    )  # fmt: skip
     add_output(parser)
     parser.set_defaults(compute=_modes, refuse=parser.error)
 
@@ -62,8 +67,8 @@ def _modes(arguments: argparse.Namespace) -> Outcome:
     from balance.report.text import flexible as text
 
     if arguments.beam is None:
-        if arguments.pin or arguments.clamp:
-            arguments.refuse("--pin and --clamp need --beam")
+        if arguments.pin or arguments.clamp or arguments.tip:
+            arguments.refuse("--pin, --clamp and --tip need --beam")
         from balance.flexible.free_modes import free_modes
 
         free = free_modes(arguments.count)
@@ -78,7 +83,9 @@ def _modes(arguments: argparse.Namespace) -> Outcome:
 
     supports = [Support(*points) for points in arguments.pin]
     clamps = [Clamp(s) for s in arguments.clamp]
-    found = supported_modes(arguments.beam, [*supports, *clamps], arguments.count)
+    found = supported_modes(
+        arguments.beam, [*supports, *clamps], arguments.count, end_body=arguments.tip
+    )
     if arguments.plot:
         from balance.report.html.flexible_pictures import supported_modes_picture
 
@@ -145,8 +152,17 @@ def _add_simulate(kinds: Verbs) -> None:
         "--linear", action="store_true", help="leave out centrifugal and axial stiffening"
     )
     parser.add_argument(
+        "--from-rest", action="store_true",
+        help="start with all bodies at rest under an input at speed, which hits them",
+    )  # fmt: skip
+    add_about(parser, "the centre of mass at the start")
+    parser.add_argument(
         "--plot", type=picture_path, metavar="FILE", help="write a picture of the shaking"
     )
+    parser.add_argument(
+        "--table", metavar="FILE.csv",
+        help="write time, shaking force and moment, energy, and the bending of each link",
+    )  # fmt: skip
     parser.add_argument(
         "--html", type=page_path, metavar="FILE.html",
         help="write a page in which the links bend; it needs no network",
@@ -168,13 +184,18 @@ def _simulate(arguments: argparse.Namespace) -> Outcome:
         found = simulate_flexible(
             linkage, flex, dict(arguments.drive), arguments.duration,
             samples=arguments.samples, elements=arguments.elements, modes=arguments.modes,
-            damping=arguments.damping, geometric=not arguments.linear, progress=advance,
+            damping=arguments.damping, geometric=not arguments.linear,
+            from_rest=arguments.from_rest, about=arguments.about, progress=advance,
         )  # fmt: skip
     if arguments.plot:
         from balance.report.html.flexible_pictures import shaking_picture
 
-        picture = shaking_picture(found.motion, found.flexible.centre, kind_of(arguments.plot))
+        picture = shaking_picture(found.motion, found.flexible.point, kind_of(arguments.plot))
         write_file(arguments.plot, picture)
+    if arguments.table:
+        from balance.flexible.flex_data import motion_table
+
+        write_file(arguments.table, motion_table(found.flexible, found.motion))
     if arguments.html:
         from balance.report.html.flexible import flexible_page
 

@@ -12,10 +12,11 @@ if TYPE_CHECKING:
     from balance.flexible.beam import Beam
     from balance.flexible.drives import DriveProfile
     from balance.flexible.similarity import Arm
+    from balance.flexible.supported_modes import EndBody
 
 __all__ = [
     "arm_of", "beam_of", "drive_of", "moment_numbers", "spin_numbers", "support_position",
-    "translator_numbers",
+    "tip_of", "translator_numbers",
 ]  # fmt: skip
 
 ARM_NUMBERS = {
@@ -31,6 +32,19 @@ def support_position(text: str) -> tuple[tuple[float, ...], tuple[float, ...]]:
     points = tuple(finite_number(s) for s, _, _ in pairs)
     weights = tuple(finite_number(w) if star else 1.0 / len(pairs) for _, star, w in pairs)
     return points, weights
+
+
+def tip_of(text: str) -> EndBody:
+    """Parse ``MASS``, ``MASS,INERTIA`` or ``MASS,INERTIA,OFFSET``; numbers from 0 up."""
+    from balance.flexible.supported_modes import EndBody
+
+    values = [finite_number(word) for word in text.split(",")]
+    if not 1 <= len(values) <= 3 or min(values) < 0.0 or values[0] == 0.0:
+        raise argparse.ArgumentTypeError(
+            f"'{text}' is not MASS, MASS,INERTIA or MASS,INERTIA,OFFSET, such as 0.5,1e-4"
+        )
+    mass, inertia, offset = [*values, 0.0, 0.0][:3]
+    return EndBody(mass, offset, inertia)
 
 
 def _items(text: str, known: tuple[str, ...], needed: int = 3) -> dict[str, float]:

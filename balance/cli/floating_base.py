@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import re
 from collections.abc import Callable
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from balance.cli.both_readings import solve_both_readings
@@ -128,7 +129,7 @@ def _simulate(
         # Load the kernels only after the file is accepted.
         from balance.floating_base.simulate import simulate_floating_base
         from balance.verification.crank_revolution import revolve_crank
-        from balance.verification.given_motions import from_csv
+        from balance.verification.given_motions import from_csv, rounding_notice
         from kinematics.model.motion import motion_of
 
         motion, along = motion_of(linkage, arguments.motion), None
@@ -137,9 +138,12 @@ def _simulate(
         if arguments.speed is not None:
             crank, speed = arguments.speed
             along, _ = revolve_crank(linkage, speed, crank, motion)
-        return simulate_floating_base(
+        found = simulate_floating_base(
             linkage, base, along=along, **_options(arguments), progress=advance
         )
+        if along is None:
+            return found
+        return replace(found, notices=(*found.notices, *rounding_notice(along)))
 
     def simulate_second(angles: str) -> FloatingBaseMotion:
         from balance.floating_base.simulate import simulate_second

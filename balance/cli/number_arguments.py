@@ -6,10 +6,25 @@ import argparse
 import math
 from collections.abc import Callable
 
-__all__ = ["finite_number", "number_between", "point", "positive_number", "whole_number"]
+__all__ = [
+    "add_about", "finite_number", "number_between", "point", "positive_number", "whole_number",
+]  # fmt: skip
 
 # Largest coordinate of a point, metres.
 MAX_POINT = 1e6
+
+
+def add_about(parser: argparse.ArgumentParser, default: str) -> None:
+    """Add the option ``--about``, the point of the moments.
+
+    Args:
+        parser: the parser.
+        default: the point without the option, in words.
+    """
+    parser.add_argument(
+        "--about", type=point, metavar="X,Y,Z",
+        help=f"point for moments, metres, in the inertial frame (default: {default})",
+    )  # fmt: skip
 
 
 def whole_number(lowest: int, highest: int, what: str = "a number") -> Callable[[str], int]:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from balance.cli.arguments import picture_path
 from balance.cli.exit_codes import DONE, NEGATIVE, UNDECIDED
 from balance.cli.model_options import load_model
-from balance.cli.number_arguments import finite_number, whole_number
+from balance.cli.number_arguments import add_about, finite_number, whole_number
 from balance.cli.outcome import Outcome
 from balance.cli.progress_bar import progress_bar
 
@@ -57,6 +57,7 @@ def add_partial_options(parser: argparse.ArgumentParser) -> None:
         help="least vibration of an elastic frame with these kg, kg m², N/m and N s/m instead "
         "of the least shaking",
     )  # fmt: skip
+    add_about(parser, "with --partial: the middle of the mechanism")
     parser.add_argument(
         "--plot", type=picture_path, metavar="FILE.png|.svg",
         help="with --partial: a picture of what is left against the added mass",
@@ -70,7 +71,7 @@ def check_partial_options(arguments: argparse.Namespace) -> None:
         "--weight-moment": arguments.weight_moment is not None,
         "--pareto": arguments.pareto is not None, "--max-bearing": arguments.max_bearing,
         "--max-torque": arguments.max_torque, "--frame": arguments.frame is not None,
-        "--plot": arguments.plot is not None,
+        "--about": arguments.about is not None, "--plot": arguments.plot is not None,
     }  # fmt: skip
     if not arguments.partial:
         for name, given in own.items():
@@ -86,6 +87,8 @@ def check_partial_options(arguments: argparse.Namespace) -> None:
     for name, given in {"--minimise": arguments.minimise, "--html": arguments.html}.items():
         if given:
             arguments.refuse(f"{name} does not go with --partial")
+    if arguments.about is not None and arguments.frame is not None:
+        arguments.refuse("--about: not with --frame, which turns about the middle")
     for flag, caps in (
         ("--max-bearing", arguments.max_bearing), ("--max-torque", arguments.max_torque)
     ):  # fmt: skip
@@ -133,6 +136,7 @@ def _front(arguments: argparse.Namespace) -> ParetoFront:
             "weight_moment": arguments.weight_moment, "frame": arguments.frame,
             "max_bearing": dict(arguments.max_bearing),
             "max_torque": dict(arguments.max_torque), "progress": advance,
+            "about": arguments.about,
         }  # fmt: skip
         if arguments.pareto is None:
             return single(space, arguments.add, arguments.budget, **options)

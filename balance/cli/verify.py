@@ -19,7 +19,7 @@ from balance.cli.floating_base import (
     run_floating_base,
 )
 from balance.cli.model_options import add_model_options, load_model
-from balance.cli.number_arguments import whole_number
+from balance.cli.number_arguments import add_about, whole_number
 from balance.cli.outcome import Outcome
 from balance.cli.progress_bar import progress_bar
 from balance.cli.several_models import add_other_models, compared, named_notices
@@ -77,6 +77,7 @@ def add_verify(verbs: Verbs) -> None:
     parser.add_argument(
         "--against", metavar="MODEL", help="a second linkage, on the same motions, beside it"
     )
+    add_about(parser, "the middle of the mechanism, of the first of several")
     parser.add_argument(
         "--plot", type=picture_path, metavar="FILE.png|.svg", help="write a picture"
     )
@@ -184,6 +185,8 @@ def _refuse_exclusive_options(arguments: argparse.Namespace) -> None:
             arguments.refuse(f"--{name}: not with --speed, whose one motion is not random")
     if arguments.others and arguments.against is not None:
         arguments.refuse("--against: not with several models; name it among them")
+    if arguments.about is not None and arguments.base != "fixed":
+        arguments.refuse("--about: not with --base, which tells no moments")
     if arguments.others and arguments.base != "fixed":
         arguments.refuse("--base: not with several models; --against compares two")
     if arguments.table is not None and (arguments.against is not None or arguments.others):
@@ -197,6 +200,7 @@ def _options(arguments: argparse.Namespace) -> dict[str, Any]:
         "motion": arguments.motion, "balance": arguments.balance,
         "trajectories": arguments.trajectories or TRAJECTORIES,
         "seed": arguments.seed or 0, "speed": speed, "crank": crank,
+        "about": arguments.about,
     }  # fmt: skip
     if arguments.tolerance is not None:
         options["tolerance"] = arguments.tolerance

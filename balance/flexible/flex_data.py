@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import csv
 from collections.abc import Sequence
+from io import StringIO
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,7 +18,7 @@ from balance.flexible.supported_modes import SupportedModes
 from balance.flexible.translators import TranslatorMotion
 
 __all__ = [
-    "arm_data", "moment_about", "motion_data", "modes_data", "similarity_data",
+    "arm_data", "moment_about", "motion_data", "motion_table", "modes_data", "similarity_data",
     "supported_modes_data", "supports_data",
 ]  # fmt: skip
 
@@ -132,17 +134,46 @@ def motion_data(linkage: FlexibleLinkage, motion: FlexibleMotion) -> dict[str, o
     ]  # fmt: skip
     return {
         "schema": SCHEMA, "result": "motion", "linkage": linkage.linkage.name,
-        "beams": beams, "centre": linkage.centre.tolist(), **_motion(motion, linkage.centre),
+        "beams": beams, "centre": linkage.centre.tolist(), "about": linkage.point.tolist(),
+        **_motion(motion, linkage.point),
     }  # fmt: skip
 
 
 def beam_deflection(motion: FlexibleMotion, linkage: FlexibleLinkage, name: str) -> Array:
-    """Compute the largest deflection of a beam at each instant (t,), in metres."""
+    """Compute the largest deflection of a beam at each instant (t,), in metres.
+
+    It is from the line through its joints, or from the tangent where it is driven or held by
+    one joint alone; see `FlexibleLinkage.tangents`.
+    """
     model = linkage.beams[name]
     k = [part.name for part in motion.mechanism.parts].index(name)
     q = motion.positions[:, motion.mechanism.slices[k]][:, 3:]
     across = np.array([one.across for one in model.part.outline])
+    if (root := linkage.tangents.get(name)) is not None:
+        arms = np.array([one.at[0] for one in model.part.outline]) - root.at[0]
+        across = across - root.across - arms[:, None] * root.turn
     return np.asarray(np.abs(q @ across.T).max(axis=1))
+
+
+def motion_table(linkage: FlexibleLinkage, motion: FlexibleMotion) -> bytes:
+    """Write a simulation as comma-separated values, one line per instant, SI units.
+
+    Columns are ``time``, the shaking force on the mount in the plane, the moment about the
+    point of the linkage, the energy, and ``bending LINK``, the largest deflection of each beam.
+
+    Args:
+        linkage: what was simulated.
+        motion: its motion.
+    """
+    names = [f"bending {name}" for name in linkage.beams]
+    bends = [beam_deflection(motion, linkage, name) for name in linkage.beams]
+    moment = moment_about(motion, linkage.point)
+    rows = np.column_stack([motion.times, motion.force, moment, motion.energy, *bends]).tolist()
+    text = StringIO(newline="")
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(["time", "force_x", "force_y", "moment", "energy", *names])
+    writer.writerows([[repr(value) for value in row] for row in rows])
+    return text.getvalue().encode()
 
 
 def moment_about(motion: FlexibleMotion, point: Array) -> Array:

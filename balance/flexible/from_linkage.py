@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,6 +22,7 @@ from kinematics.linalg.ties import first_largest
 from kinematics.model.linkage import GROUND, Linkage
 from kinematics.model.plane import plane_axes
 from kinematics.spatial.inertia import inertia_tensor
+from kinematics.wording import count_noun
 
 __all__ = ["FlexibleLinkage", "flexible_linkage"]
 
@@ -29,6 +30,8 @@ Array = NDArray[np.float64]
 
 SHORT = 1e-9
 """Least distance of the joints of a beam, over the size of the linkage."""
+STRAIGHT = 1e-6
+"""Distance of the joints of a beam from a line, over the size of the linkage."""
 LOAD_PART = 0.3
 """Part of the mass of all links that stands for what the end of a driven beam carries."""
 
@@ -44,6 +47,9 @@ class FlexibleLinkage:
         beams: models of the links that bend, by name.
         centre: centre of mass of all links at the start, in the plane; shape (2,).
         outlines: for drawing, the points of each rigid part between which it extends.
+        about: point in the plane that moments are about (2,); None: the centre of mass.
+        tangents: where beams are driven, or held by one joint alone, by name: their bending is
+            measured from the tangent there, that of others from the line through their joints.
     """
 
     linkage: Linkage
@@ -52,6 +58,13 @@ class FlexibleLinkage:
     beams: Mapping[str, BeamModel]
     centre: Array
     outlines: Mapping[int, tuple[Marker, ...]]
+    about: Array | None = None
+    tangents: Mapping[str, Marker] = field(default_factory=dict)
+
+    @property
+    def point(self) -> Array:
+        """Point in the plane that moments are about (2,), metres."""
+        return self.centre if self.about is None else self.about
 
 
 def flexible_linkage(
@@ -60,7 +73,7 @@ def flexible_linkage(
     drives: Mapping[str, DriveProfile],
     options: BeamOptions | None = None,
 ) -> FlexibleLinkage:
-    """Replace named links of a planar linkage by beams between their two joints.
+    """Replace named links of a planar linkage by straight beams through their joints.
 
     Args:
         linkage: the linkage; its reference pose is the start, without deformation.
@@ -109,6 +122,7 @@ class _Builder:
         self.start: list[Array] = []
         self.part_of = {GROUND: -1}
         self.beams: dict[str, BeamModel] = {}
+        self.tangents: dict[str, Marker] = {}
         self.ends: dict[tuple[int, int], Marker] = {}
 
     def _merge(self, a: int, b: int) -> None:
@@ -175,7 +189,7 @@ class _Builder:
                        m * y - mass[at.start, at.start + 2])  # fmt: skip
         return FlexibleLinkage(
             self.linkage, mechanism, self.axes, self.beams, moment / max(total, 1e-300),
-            outlines,
+            outlines, tangents=self.tangents,
         )  # fmt: skip
 
     def _drives(self, place: Mapping[int, int]) -> tuple[JointDrive, ...]:
@@ -226,39 +240,83 @@ class _Builder:
         return (*(Marker(point - centre) for point in points), Marker(np.zeros(2)))
 
     def _add_beam(self, group: int, flex: FlexLink, joints: Sequence[int]) -> None:
-        """Add a beam between the two joints of a link.
+        """Add a beam through the joints of a link, the outer ones its frame.
 
         Raises:
-            BodyError: it has not two revolute joints apart.
+            BodyError: it has joints that are not revolute, apart and on one line, or one joint
+                and no length.
         """
-        if len(joints) != 2:
-            problem = f"cannot bend: it has {len(joints)} joints, and a beam has 2"
-            raise BodyError(self.linkage.name, flex.name, problem)
-        if any(self.linkage.joints[j].kind != "revolute" for j in joints):
+        if not joints or any(self.linkage.joints[j].kind != "revolute" for j in joints):
             problem = "cannot bend: a beam has revolute joints"
             raise BodyError(self.linkage.name, flex.name, problem)
-        a, b = (self._plane(self.linkage.joints[j].point) for j in joints)
-        span = float(np.linalg.norm(b - a))
-        if span < SHORT * max(1e-6, float(np.abs([a, b]).max())):
-            raise BodyError(self.linkage.name, flex.name, "cannot bend: its joints coincide")
+        places, direction = self._line(flex, joints)
+        joints = sorted(joints, key=lambda j: places[j])
+        first, span = joints[0], places[joints[-1]] - places[joints[0]]
+        at = {j: places[j] - places[first] for j in joints}
         points, weights, length = _hinges(flex, span)
+        over = points[0][0]
         beam = flex.beam(length)
-        frame = [Support(tuple(s), tuple(w)) for s, w in zip(points, weights, strict=True)]
+        frame: list[Support | Clamp] = [Clamp(over)]
+        if len(joints) > 1:
+            frame = [Support(tuple(s), tuple(w)) for s, w in zip(points, weights, strict=True)]
         held, load = None, None
         for k, j in enumerate(joints):
             if self.linkage.joints[j].name in self.drives and not flex.supports:
-                held = [Clamp(points[k][0])]
-                load = EndBody(LOAD_PART * self.total) if k == 0 else None
-        model = model_beam(flex.name, beam, frame, self.options, None, load, held)
+                held = [Clamp(over + at[j])]
+                load = EndBody(LOAD_PART * self.total) if k == 0 and len(joints) > 1 else None
+        through = [over + at[j] for j in joints[1:-1]]
+        model = model_beam(
+            flex.name, beam, frame, self.options, None, load, held, through=through
+        )
         self.beams[flex.name] = model
-        for j, s, w in zip(joints, points, weights, strict=True):
-            self.ends[group, j] = combine_markers([model.marker(x) for x in s], w)
-        angle = float(np.arctan2(b[1] - a[1], b[0] - a[0]))
-        direction = np.array([np.cos(angle), np.sin(angle)])
-        hinge = self.ends[group, joints[0]].at[0]
+        for j in joints:
+            self.ends[group, j] = model.marker(over + at[j])
+            if self.linkage.joints[j].name in self.drives or len(joints) == 1:
+                self.tangents[flex.name] = self.ends[group, j]
+        if flex.supports:
+            for j, s, w in zip(joints, points, weights, strict=True):
+                self.ends[group, j] = combine_markers([model.marker(x) for x in s], w)
+        angle = float(np.arctan2(direction[1], direction[0]))
+        hinge = self.ends[group, first].at[0]
+        start = self._plane(self.linkage.joints[first].point)
         self.parts.append(model.part)
-        self.start.append(np.array([*(a - hinge * direction), angle,
+        self.start.append(np.array([*(start - hinge * direction), angle,
                                     *np.zeros(model.part.size)]))  # fmt: skip
+
+    def _line(self, flex: FlexLink, joints: Sequence[int]) -> tuple[dict[int, float], Array]:
+        """Place the joints of a link along a line, and return its direction (2,).
+
+        Raises:
+            BodyError: there is no such line.
+        """
+        points = {j: self._plane(self.linkage.joints[j].point) for j in joints}
+        size = max(1e-6, float(np.abs(list(points.values())).max()))
+        start = points[joints[0]]
+        if len(joints) == 1:
+            body = next(one for one in self.linkage.bodies if one.name == flex.name)
+            root = self.linkage.joints[joints[0]].point
+            ahead = self._plane(body.inertia[1:4] - body.inertia[0] * root)
+            problem = "cannot bend: it has 1 joint, at its centre of mass, and points nowhere"
+        else:
+            gaps = {j: float(np.linalg.norm(point - start)) for j, point in points.items()}
+            ahead = points[max(gaps, key=lambda j: gaps[j])] - start
+            problem = "cannot bend: its joints coincide"
+        if not np.linalg.norm(ahead) >= SHORT * size:
+            raise BodyError(self.linkage.name, flex.name, problem)
+        direction = ahead / np.linalg.norm(ahead)
+        across = np.array([-direction[1], direction[0]])
+        if any(abs(across @ (point - start)) > STRAIGHT * size for point in points.values()):
+            problem = "cannot bend: its joints are not on a line, and a beam is straight"
+            raise BodyError(self.linkage.name, flex.name, problem)
+        if len(joints) != 2 and (flex.supports or (len(joints) == 1 and flex.length is None)):
+            need = "length:… in metres" if len(joints) == 1 else "no supports"
+            problem = f"has {count_noun(len(joints), 'joint')}: give {need}"
+            raise BodyError(self.linkage.name, flex.name, problem)
+        places = {j: float(direction @ (point - start)) for j, point in points.items()}
+        if len(set(places.values())) < len(places):
+            problem = "cannot bend: its joints coincide"
+            raise BodyError(self.linkage.name, flex.name, problem)
+        return places, np.asarray(direction)
 
     def _joint(self, j: int) -> MechanismJoint:
         """Place a joint; one about the reverse of the normal has its links exchanged."""
@@ -294,6 +352,8 @@ def _hinges(flex: FlexLink, span: float) -> tuple[list[list[float]], list[list[f
         w = best.weights.tolist()
         return [s[:half], s[half:]], [w[:half], w[half:]], length
     length = span if flex.length is None else flex.length
+    if span == 0.0:
+        return [[0.0]], [[1.0]], length
     if length < span:
         raise LinkageError(
             f"link '{flex.name}': a beam of {length:g} m is shorter than from joint to joint "

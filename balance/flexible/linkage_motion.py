@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from balance.flexible.build_beam import BeamOptions
 from balance.flexible.drives import DriveProfile, parse_drive
@@ -14,9 +14,11 @@ from balance.flexible.flex_data import beam_deflection, moment_about, motion_dat
 from balance.flexible.flex_links import FlexLink, parse_flex_link
 from balance.flexible.from_linkage import FlexibleLinkage, flexible_linkage
 from balance.flexible.simulate import FlexibleMotion, simulate
+from balance.flexible.steady_start import moves_at_start, steady_start
+from balance.options import point_of
 from kinematics.model.linkage import Notice
 from kinematics.model_gallery import LinkageLike, as_linkage
-from kinematics.wording import html_facts, repr_lines, size_text
+from kinematics.wording import html_facts, number_text, repr_lines, size_text
 
 __all__ = ["FlexibleSimulation", "needed_modes", "simulate_flexible"]
 
@@ -24,6 +26,8 @@ Array = NDArray[np.float64]
 
 FEWEST_MODES = 6
 DEFAULT_DRIVE = "spin:1,1"
+LARGE_BENDING = 0.03
+"""Bending over the length of a beam above which its peaks are off by a percent and more."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,8 +79,8 @@ class FlexibleSimulation:
 
     @property
     def moment(self) -> Array:
-        """Shaking moment about the centre of mass at the start, in N m; shape (t,)."""
-        return moment_about(self.motion, self.flexible.centre)
+        """Shaking moment about the point, in N m; shape (t,)."""
+        return moment_about(self.motion, self.flexible.point)
 
     @property
     def peak_force(self) -> float:
@@ -85,7 +89,7 @@ class FlexibleSimulation:
 
     @property
     def peak_moment(self) -> float:
-        """Largest magnitude of the shaking moment about the centre of mass, in N m."""
+        """Largest magnitude of the shaking moment about the point, in N m."""
         return float(np.abs(self.moment).max())
 
     def to_dict(self) -> dict[str, object]:
@@ -114,12 +118,16 @@ def simulate_flexible(
     modes: int | None = None,
     damping: float = 0.0,
     geometric: bool = True,
+    from_rest: bool = False,
+    about: ArrayLike | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> FlexibleSimulation:
     """Simulate a planar linkage of which named links bend, and its shaking.
 
-    The links become beams between their two revolute joints, in floating frames; everything
-    else stays as the file says. The linkage starts at rest in its reference pose.
+    The links become straight beams through their revolute joints, in floating frames;
+    everything else stays as the file says. The linkage starts in its reference pose: at rest,
+    or, if an input has a speed there, with the velocities of rigid links and the bending that
+    their inertia forces ask (`balance.flexible.steady_start`).
 
     Args:
         linkage: an assembled linkage, or an argument of `kinematics.load`.
@@ -134,6 +142,10 @@ def simulate_flexible(
         modes: of each beam that are kept; by default as many as `needed_modes` says.
         damping: β of the damping β K, in seconds.
         geometric: whether a bent beam keeps its length (centrifugal and axial stiffening).
+        from_rest: whether all bodies are at rest at the start even if an input has a speed
+            there, which hits them: the forces of this blow grow with the number of modes.
+        about: point in the inertial frame for moments, metres; the centre of mass at the start
+            by default.
         progress: is called with the instants done and of all.
 
     Raises:
@@ -162,8 +174,18 @@ def simulate_flexible(
     size = max(16, 2 * kept) if elements is None else elements
     options = BeamOptions(size, kept, geometric=geometric, damping=damping)
     found = flexible_linkage(linkage, links, inputs, options)
-    motion = simulate(found.mechanism, duration, samples, progress=progress)
-    return FlexibleSimulation(found, motion, (*linkage.notices, *_notices(kept, enough)))
+    if about is not None:
+        found = replace(found, about=(found.axes @ point_of(about))[:2])
+    start = velocities = None
+    if moves_at_start(found.mechanism) and not from_rest:
+        found.mechanism.check()
+        start, velocities = steady_start(found.mechanism)
+    motion = simulate(
+        found.mechanism, duration, samples, start=start, velocities=velocities,
+        progress=progress,
+    )  # fmt: skip
+    notices = (*linkage.notices, *_notices(kept, enough), *_bending_notices(found, motion))
+    return FlexibleSimulation(found, motion, notices)
 
 
 def _notices(kept: int, enough: int) -> tuple[Notice, ...]:
@@ -175,3 +197,20 @@ def _notices(kept: int, enough: int) -> tuple[Notice, ...]:
         f"the shaking comes out too small; keep {enough}, the default"
     )
     return (Notice("few_modes", message),)
+
+
+def _bending_notices(flexible: FlexibleLinkage, motion: FlexibleMotion) -> tuple[Notice, ...]:
+    """Warn of links that bend further than the model of small bending follows."""
+    found = []
+    for name, model in flexible.beams.items():
+        share = float(beam_deflection(motion, flexible, name).max()) / model.part.length
+        if share > LARGE_BENDING:
+            found.append(
+                Notice(
+                    "large_bending",
+                    f"link '{name}' bends by {number_text(100.0 * share, '.2g')} % of its "
+                    "length, and the beam is one of small bending: peaks are off by about "
+                    "1.5 % at 5 % of the length, by 25 % at 17 %; stiffen it or drive slower",
+                )
+            )
+    return tuple(found)

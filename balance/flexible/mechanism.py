@@ -29,7 +29,7 @@ from balance.flexible.mechanism_types import (
 )
 from kinematics.errors import LinkageError
 
-__all__ = ["PlanarMechanism"]
+__all__ = ["PlanarMechanism", "solve_bordered"]
 
 Array = NDArray[np.float64]
 
@@ -145,7 +145,7 @@ class PlanarMechanism:
                 moment, row = drive.profile(t)[0], found.positions[drive.joint].row
                 right[:n] += moment * row
                 power += moment * float(row @ v)
-        solution = _solve_bordered(mass, found.rows, right)
+        solution = solve_bordered(mass, found.rows, right)
         power += float(solution[n:] @ found.rates)
         return Dynamics(solution[:n], solution[n:], power, mass, bias)
 
@@ -220,7 +220,7 @@ class PlanarMechanism:
     def _correction(self, p: Array, v: Array, rows: Array, residual: Array) -> Array:
         """Solve G Δ = residual for the Δ of least mass-weighted size."""
         right = np.concatenate([np.zeros(len(p)), residual])
-        return _solve_bordered(self.inertia(p, v)[0], rows, right)[: len(p)]
+        return solve_bordered(self.inertia(p, v)[0], rows, right)[: len(p)]
 
     def check(self) -> None:
         """Refuse dependent constraints.
@@ -241,8 +241,13 @@ class PlanarMechanism:
             )
 
 
-def _solve_bordered(mass: Array, rows: Array, right: Array) -> Array:
+def solve_bordered(mass: Array, rows: Array, right: Array) -> Array:
     """Solve [[M, Gᵀ], [G, 0]] x = right.
+
+    Args:
+        mass: M (n, n).
+        rows: G (m, n).
+        right: right side (n + m,).
 
     Raises:
         LinkageError: the matrix is singular: constraints depend on one another at this pose.

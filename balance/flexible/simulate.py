@@ -72,6 +72,7 @@ def simulate(
     *,
     rtol: float = 1e-8,
     method: str | None = None,
+    start: Array | None = None,
     velocities: Array | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> FlexibleMotion:
@@ -87,6 +88,7 @@ def simulate(
         rtol: relative tolerance of the integrator; the absolute tolerance follows from the
             size of the motion.
         method: ``"DOP853"`` or ``"Radau"``; chosen by default.
+        start: coordinates at the start (n,); those of the mechanism by default.
         velocities: rates at the start (n,); at rest by default.
         progress: is called with the steps done and of all samples.
 
@@ -102,7 +104,7 @@ def simulate(
     mechanism.check()
     run = _Run(mechanism)
     rates = np.zeros(len(mechanism.start)) if velocities is None else velocities
-    p, v = mechanism.assemble(0.0, mechanism.start, rates)
+    p, v = mechanism.assemble(0.0, mechanism.start if start is None else start, rates)
     name = method or _choose_method(mechanism, p, duration)
     y = np.concatenate([p, v, [0.0]])
     times = np.linspace(0.0, duration, max(samples, 2))

@@ -155,6 +155,17 @@ class FloatingBaseMotion:
         return _ratio(_largest(self.samples.twist - self.held), self.samples.speed.max())
 
     @property
+    def turning_residual(self) -> float:
+        """Largest angular velocity of the base that the inputs cause, relative likewise."""
+        turning = (self.samples.twist - self.held)[:, :3]
+        return _ratio(_largest(turning), self.samples.speed.max())
+
+    @property
+    def keeps_attitude(self) -> bool:
+        """Whether the inputs do not turn the base, within the tolerance."""
+        return self.turning_residual <= self.tolerance
+
+    @property
     def undisturbed(self) -> bool:
         """Whether the residual is within the tolerance."""
         return self.residual <= self.tolerance
@@ -165,8 +176,12 @@ class FloatingBaseMotion:
         if not self.agreed:
             return "no verdict"
         if any(name in self.initial for name in ("wx", "wy", "wz", "vx", "vy", "vz")):
-            return f"the inputs {'do not ' if self.undisturbed else ''}disturb the base"
-        return "the base stays at rest" if self.undisturbed else "the base moves"
+            words = f"the inputs {'do not ' if self.undisturbed else ''}disturb the base"
+        else:
+            words = "the base stays at rest" if self.undisturbed else "the base moves"
+        if not self.undisturbed and self.keeps_attitude:
+            words += ", but do not turn it" if "inputs" in words else ", but does not turn"
+        return words
 
     @property
     def brief(self) -> str:
@@ -179,6 +194,11 @@ class FloatingBaseMotion:
         found = []
         if not self.samples.speed.any():
             found.append("no input moves")
+        if self.path is not None and self.path.at(np.zeros(1))[1].any() and not self.initial:
+            found.append(
+                "the inputs move at the start, while the base rests: base and linkage have the "
+                "momentum of that motion throughout, and the base follows it"
+            )
         if self.base.turning_stiffness and not self.planar and self.rotation > HALF_TURN:
             found.append(
                 "the base turns by more than half a turn, where its spring is undefined"
@@ -212,6 +232,7 @@ class FloatingBaseMotion:
             "undisturbed": self.undisturbed if self.agreed else None,
             "tolerance": self.tolerance,
             "residual": self.residual,
+            "turning_residual": self.turning_residual,
             "peak": {
                 "rotation": self.rotation, "displacement": self.displacement,
                 "turning": _largest(of.turning), "velocity": _largest(of.velocity),

@@ -38,9 +38,10 @@ from balance.verification.trajectory import Trajectory
 from kinematics.closure.joint_positions import input_chain
 from kinematics.errors import LinkageError, PoseError, UsageError
 from kinematics.model.arrays import Chain, freeze
-from kinematics.model.linkage import Linkage
+from kinematics.model.linkage import GROUND, Linkage, Notice
 from kinematics.model.motion import Motion, motion_of
 from kinematics.model_gallery import LinkageLike, as_linkage
+from kinematics.wording import first_names
 
 __all__ = ["simulate_floating_base", "simulate_second"]
 
@@ -127,9 +128,25 @@ def simulate_floating_base(
     return FloatingBaseMotion(
         linkage, base, chain.frame.length, tolerance, freeze(times), samples,
         freeze(held), frequencies,
-        None if torques is None else {**torques}, {**(initial or {})}, linkage.notices,
-        drive.path,
+        None if torques is None else {**torques}, {**(initial or {})},
+        (*linkage.notices, *_ground_mass_notices(linkage)), drive.path,
     )  # fmt: skip
+
+
+def _ground_mass_notices(linkage: Linkage) -> tuple[Notice, ...]:
+    """Tell of masses in the file that are fixed to the ground: they are not of the base."""
+    names = [] if linkage.tree is None else [
+        link.name for link in linkage.tree.children
+        if link.tag == "link" and any(child.tag == "inertial" for child in link.children)
+        and link.name in linkage.places and linkage.places[link.name].link == GROUND
+    ]  # fmt: skip
+    if not names:
+        return ()
+    text = (
+        f"masses of the file on the ground are not counted ({first_names(names)}): the base "
+        "has the mass and inertia that are given"
+    )
+    return (Notice("ground_mass", text),)
 
 
 def simulate_second(

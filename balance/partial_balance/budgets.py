@@ -7,7 +7,7 @@ from math import isfinite
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from balance.added_masses.counterweight import Counterweight, counterweight_of
 from balance.added_masses.lumps import lumps_of
@@ -44,11 +44,12 @@ def partial(
     trajectories: Sequence[Trajectory] | None = None, weight_moment: float | None = None,
     max_bearing: Mapping[str, float] | None = None,
     max_torque: Mapping[str, float] | None = None, frame: ElasticFrame | None = None,
+    about: ArrayLike | None = None,
 ) -> PartialBalance:  # fmt: skip
     """Compute the matter within a budget that lets a linkage shake least along motions.
 
     It minimises the root of the mean over the motions of ``|F|² + |M|²/ℓ²``, with the shaking
-    force F, the shaking moment M about the middle of the mechanism, and ``ℓ = weight_moment``.
+    force F, the shaking moment M, and ``ℓ = weight_moment``.
     With an elastic frame it minimises that of ``|x|² + ℓ² |θ|²``, its displacement and
     rotation. Matter is only added, inside the regions. The problem is convex, and
     ``PartialBalance.bound`` proves the optimum. If less matter than the budget is enough, the
@@ -68,6 +69,8 @@ def partial(
             are those of least norm.
         max_torque: largest drive torque of inputs, N m or N, by name, without gravity.
         frame: an elastic frame that carries the linkage.
+        about: point in the inertial frame for moments, metres; the middle of the mechanism by
+            default.
 
     Returns:
         The matter, what the linkage does with it, and the proof that nothing does better.
@@ -89,6 +92,7 @@ def partial(
     return single(
         space, add, budget, regions=regions, trajectories=trajectories, frame=frame,
         weight_moment=weight_moment, max_bearing=max_bearing, max_torque=max_torque,
+        about=about,
     ).designs[0]  # fmt: skip
 
 
@@ -98,6 +102,7 @@ def single(
     trajectories: Sequence[Trajectory] | None = None, weight_moment: float | None = None,
     max_bearing: Mapping[str, float] | None = None,
     max_torque: Mapping[str, float] | None = None, frame: ElasticFrame | None = None,
+    about: ArrayLike | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> ParetoFront:  # fmt: skip
     """Compute what `partial` does, as a front of one design.
@@ -112,15 +117,16 @@ def single(
         max_bearing: largest force in joints, N.
         max_torque: largest drive torque of inputs, N m or N.
         frame: an elastic frame.
+        about: point for moments, metres.
         progress: called with the number of motions done and the number of all motions.
     """
     _check_budget(budget)
     problem = build_problem(
         _space_of(space), add, regions or {}, trajectories, weight_moment, max_bearing or {},
-        max_torque or {}, frame, progress,
+        max_torque or {}, frame, progress, about,
     )  # fmt: skip
     designs = _describe(problem, [budget], [problem.solve(budget)])
-    return ParetoFront(designs, problem.weight_moment, frame)
+    return ParetoFront(designs, problem.weight_moment, frame, problem.point)
 
 
 def pareto(
@@ -130,6 +136,7 @@ def pareto(
     trajectories: Sequence[Trajectory] | None = None, weight_moment: float | None = None,
     max_bearing: Mapping[str, float] | None = None,
     max_torque: Mapping[str, float] | None = None, frame: ElasticFrame | None = None,
+    about: ArrayLike | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> ParetoFront:  # fmt: skip
     """Compute designs between nothing added and the least shaking.
@@ -148,6 +155,7 @@ def pareto(
         max_bearing: largest force in joints, N.
         max_torque: largest drive torque of inputs, N m or N.
         frame: an elastic frame.
+        about: point for moments, metres.
         progress: called with the number of steps done and the number of all steps.
 
     Returns:
@@ -180,7 +188,7 @@ def pareto(
 
     problem = build_problem(
         known, add, regions or {}, trajectories, weight_moment, max_bearing or {},
-        max_torque or {}, frame, advance,
+        max_torque or {}, frame, advance, about,
     )  # fmt: skip
     most = UNLIMITED * given if budget is None else budget
     end = problem.solve(most)
@@ -194,7 +202,7 @@ def pareto(
         answers.insert(-1, problem.solve(one))
     advance(count + n, count)
     designs = _describe(problem, budgets, answers)
-    return ParetoFront(designs, problem.weight_moment, frame)
+    return ParetoFront(designs, problem.weight_moment, frame, problem.point)
 
 
 def _describe(

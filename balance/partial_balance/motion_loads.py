@@ -4,8 +4,8 @@ The pseudo-inertia of the matter on a link has ten coordinates in the orthonorma
 `balance.designs.clarabel_adapter.triangles`, in the unit coordinates of the link's region:
 kilograms. All links together have the coordinates s. Each load is linear in the inertial
 parameters (`balance.momentum.regressor`), so it is ``columns @ [s; 1]``; the last column is the
-load of the masses in the file. Moments are about the middle of the mechanism. Gravity is left
-out, since it does not shake.
+load of the masses in the file. Moments are about the middle of the mechanism, or a point that
+is given. Gravity is left out, since it does not shake.
 """
 
 from __future__ import annotations
@@ -161,28 +161,31 @@ class MotionLoads:
         bodies: inertia wrench of each body (N, bodies, 6, count + 1), in the units of the
             chain.
         screws: joint screws (N, n, 6).
+        about: point for moments, from the middle of the mechanism (3,), metres.
     """
 
     trajectory: Trajectory
     matter: AddedParameters
     bodies: Array
     screws: Array
+    about: Array
 
     @property
     def wrenches(self) -> Array:
         """Shaking moment, N m, and force, N, of the linkage (N, 6, count + 1)."""
-        return self.bodies.sum(axis=1) * self._wrench_units
+        return self._moved(self.bodies.sum(axis=1))
 
     @property
     def single_wrenches(self) -> Array:
         """The same of each body of the file alone (N, 6, bodies)."""
-        return self.bodies[..., -1].swapaxes(1, 2) * self._wrench_units
+        return self._moved(self.bodies[..., -1].swapaxes(1, 2))
 
-    @property
-    def _wrench_units(self) -> Array:
-        """SI units of the rows of a wrench of the chain (6, 1)."""
+    def _moved(self, wrenches: Array) -> Array:
+        """Convert wrenches of the chain (N, 6, columns) to SI units about the point."""
         L = self.matter.chain.frame.length
-        return np.array([L**2] * 3 + [L] * 3)[:, None]
+        moment, force = L**2 * wrenches[:, :3], L * wrenches[:, 3:]
+        moment = moment - np.cross(self.about[None, :, None], force, axis=1)
+        return np.concatenate([moment, force], axis=1)
 
     @property
     def weights(self) -> Array:
@@ -223,19 +226,21 @@ class MotionLoads:
 
 
 def motion_loads(
-    matter: AddedParameters, trajectories: Sequence[Trajectory]
+    matter: AddedParameters, trajectories: Sequence[Trajectory], about: Array | None = None
 ) -> list[MotionLoads]:
     """Compute the loads along motions.
 
     Args:
         matter: the parameters as functions of added matter.
         trajectories: motions of the linkage.
+        about: point for moments, from the middle of the mechanism, metres; that by default.
     """
     chain, found = matter.chain, []
+    offset = np.zeros(3) if about is None else about
     for one in trajectories:
         ud, udd = one.ud / matter.input_units, one.udd / matter.input_units
         loads = load_regressors(chain, one.q / chain.units, ud, udd)
-        found.append(MotionLoads(one, matter, matter.columns(loads.rate), loads.screws))
+        found.append(MotionLoads(one, matter, matter.columns(loads.rate), loads.screws, offset))
     return found
 
 

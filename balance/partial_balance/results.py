@@ -106,11 +106,13 @@ class ParetoFront:
         weight_moment: newton metres that count as one newton; infinite if moments do not
             count.
         frame: the elastic frame, if there is one.
+        point: point of the inertial frame that moments are about (3,), metres.
     """
 
     designs: tuple[PartialBalance, ...]
     weight_moment: float
     frame: ElasticFrame | None
+    point: Array
 
     @property
     def notices(self) -> tuple[Notice, ...]:
@@ -132,6 +134,7 @@ class ParetoFront:
             "balance": first.space.balance,
             "objective": self.objective,
             "weight_moment": self.weight_moment if isfinite(self.weight_moment) else None,
+            "about": self.point.tolist(),
             "frame": self.frame._asdict() if self.frame else None,
             "given": first.given._asdict(),
             "designs": [one.to_dict() for one in self.designs],

@@ -8,10 +8,11 @@ from math import inf, isfinite
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from balance.added_masses.link_regions import regions_of
 from balance.added_masses.regions import Region
+from balance.options import point_of
 from balance.partial_balance.elastic_frame import ElasticFrame, vibration
 from balance.partial_balance.least_shaking import (
     CapsConflict,
@@ -23,8 +24,10 @@ from balance.partial_balance.motion_loads import AddedParameters, MotionLoads, m
 from balance.partial_balance.shaking_program import Cap, ShakingProgram
 from balance.spaces.design_space import DesignSpace
 from balance.tolerances import CAP_EXCEEDED
+from balance.verification.load_errors import load_errors
 from balance.verification.trajectory import Trajectory, random_motions
 from kinematics.errors import PoseError, UsageError
+from kinematics.model.arrays import freeze
 
 __all__ = ["ShakingFigures", "ShakingProblem", "build_problem"]
 
@@ -41,13 +44,15 @@ class ShakingFigures(NamedTuple):
     Attributes:
         objective: what is minimised, N, for an elastic frame m.
         force: root mean square of the shaking force, N.
-        moment: the same of the shaking moment about the middle of the mechanism, N m.
+        moment: the same of the shaking moment, N m.
         peak_force: largest shaking force, N.
         peak_moment: largest shaking moment, N m.
         vibration: root mean square of the vibration of the frame, m; None without a frame.
         inertia: inertia that each input feels at the reference pose, kg m², sliding kg.
         torque: largest drive torque of each input, N m, sliding N.
         bearing: largest force in each joint, N.
+        force_off: how far ``force`` can be off, since tables of the motions are rounded, N.
+        moment_off: the same of ``moment``, N m.
     """
 
     objective: float
@@ -59,6 +64,8 @@ class ShakingFigures(NamedTuple):
     inertia: dict[str, float]
     torque: dict[str, float]
     bearing: dict[str, float]
+    force_off: float = 0.0
+    moment_off: float = 0.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,6 +80,7 @@ class ShakingProblem:
         factors: triangular factors of the mean squares of the moment and of the force.
         weight_moment: metres; see `build_problem`.
         frame: the elastic frame, if there is one.
+        point: point of the inertial frame that moments are about (3,), metres.
     """
 
     space: DesignSpace
@@ -82,6 +90,7 @@ class ShakingProblem:
     factors: tuple[Array, Array]
     weight_moment: float
     frame: ElasticFrame | None
+    point: Array
 
     @property
     def objective(self) -> str:
@@ -128,9 +137,25 @@ class ShakingProblem:
                 dict(zip(linkage.inputs, inertia[:, k].tolist(), strict=True)),
                 dict(zip(linkage.inputs, torque[:, k].tolist(), strict=True)),
                 dict(zip(names, bearing[:, k].tolist(), strict=True)),
+                *self._rounding(designs[k]),
             )
             for k in range(len(designs))
         ]  # fmt: skip
+
+    def _rounding(self, design: Array) -> tuple[float, float]:
+        """Bound the errors of root mean square force, N, and moment, N m, of a design.
+
+        The root mean square of a sum is at most the sum of those of its parts.
+        """
+        z, squares = self.matter.parameters(design), np.zeros(2)
+        for one in self.loads:
+            if one.trajectory.errors is not None:
+                off = load_errors(
+                    self.space.linkage, self.matter.chain, z, one.trajectory, self.point
+                )
+                squares += off**2 @ one.weights / len(self.loads)
+        moment, force = np.sqrt(squares)
+        return float(force), float(moment)
 
 
 def build_problem(
@@ -138,6 +163,7 @@ def build_problem(
     trajectories: Sequence[Trajectory] | None, weight_moment: float | None,
     max_bearing: Mapping[str, float], max_torque: Mapping[str, float],
     frame: ElasticFrame | None, progress: Callable[[int, int], None] | None = None,
+    about: ArrayLike | None = None,
 ) -> ShakingProblem:  # fmt: skip
     """Compute the loads along motions and factorise the objective.
 
@@ -152,6 +178,8 @@ def build_problem(
         max_torque: largest drive torque of inputs, N m, for sliding ones N.
         frame: an elastic frame whose vibration is minimised instead of the shaking.
         progress: called with the number of motions done and the number of all.
+        about: point in the inertial frame for moments, metres; the middle of the mechanism by
+            default.
 
     Raises:
         BodyError: a link is unknown, or its region cannot be found.
@@ -168,7 +196,11 @@ def build_problem(
     if frame is not None:
         frame.check()
     matter = AddedParameters.of(space, chosen)
-    loads = _loads(space, matter, trajectories, progress)
+    if about is not None and frame is not None:
+        raise UsageError("an elastic frame turns about the middle: leave out about")
+    middle = space.linkage.spatial_chain.frame.origin
+    point = middle if about is None else point_of(about)
+    loads = _loads(space, matter, trajectories, progress, point - middle)
     blocks = [np.sqrt(one.weights / len(loads))[:, None, None] for one in loads]
     wrenches = [root * one.wrenches for root, one in zip(blocks, loads, strict=True)]
     factors = tuple(
@@ -186,13 +218,20 @@ def build_problem(
     single = _single_bodies(loads, blocks, weight, frame)
     program = ShakingProgram(matter, whole, single, caps)
     return ShakingProblem(
-        space, matter, tuple(loads), program, (factors[0], factors[1]), weight, frame
+        space,
+        matter,
+        tuple(loads),
+        program,
+        (factors[0], factors[1]),
+        weight,
+        frame,
+        freeze(point),
     )
 
 
 def _loads(
     space: DesignSpace, matter: AddedParameters, trajectories: Sequence[Trajectory] | None,
-    progress: Callable[[int, int], None] | None,
+    progress: Callable[[int, int], None] | None, about: Array,
 ) -> list[MotionLoads]:  # fmt: skip
     """Compute the loads along given or random motions."""
     linkage = space.linkage
@@ -205,7 +244,7 @@ def _loads(
         motions = iter(trajectories)
     found = []
     for done, one in enumerate(motions, 1):
-        found += motion_loads(matter, [one])
+        found += motion_loads(matter, [one], about)
         if progress is not None:
             progress(done, count)
     return found

@@ -109,9 +109,7 @@ def list_defects(pantograph: BalancedPantograph) -> tuple[Defect, ...]:
     """
     found = []
     deltas, turns = pantograph.deltas, pantograph.chain.link_turns
-    low = min(deltas) - SYNTHESIS_LINK_FLAT
-    flat = math.pi * math.ceil(low / math.pi)
-    if flat <= max(deltas) + SYNTHESIS_LINK_FLAT:
+    if (flat := _first_flat(deltas)) is not None:
         at = math.degrees(flat - deltas[0])
         found.append(
             Defect("branch", f"the parallelogram is flat {number_text(at, '+.1f')}° of δ on")
@@ -127,3 +125,24 @@ def list_defects(pantograph: BalancedPantograph) -> tuple[Defect, ...]:
     if inertias.coupling and link_reverses(min(deltas), max(deltas), inertias).any():
         found.append(Defect("reversal", "the first link reverses, where J2 + C cos δ = 0"))
     return tuple(found)
+
+
+def _first_flat(deltas: tuple[float, ...]) -> float | None:
+    """Find the flat parallelogram that the motion from the first position meets first.
+
+    Args:
+        deltas: δ at each position.
+
+    Returns:
+        δ there, a multiple of π; None if there is none on the way.
+    """
+    low, high = min(deltas) - SYNTHESIS_LINK_FLAT, max(deltas) + SYNTHESIS_LINK_FLAT
+    start, next_one = deltas[0], deltas[1]
+    ahead = 1.0 if next_one >= start else -1.0
+    turns = range(math.ceil(low / math.pi), math.floor(high / math.pi) + 1)
+    # First those towards the second position, then those on the way to a third one behind.
+    flats = sorted(
+        (math.pi * turn for turn in turns),
+        key=lambda flat: (ahead * (flat - start) < -SYNTHESIS_LINK_FLAT, abs(flat - start)),
+    )
+    return flats[0] if flats else None

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
+from balance.motion_tolerances import SYNTHESIS_LINK_FLAT
 from balance.synthesis.balanced_pantograph import BalancedPantograph
 from balance.synthesis.pantograph import (
     PantographMasses,
@@ -58,5 +59,6 @@ def _link_angle(deltas: tuple[float, ...]) -> float:
         return 0.0
     # δ falls by as much as link 2 is turned. Its middle goes to a right angle, or, if it passes
     # a change point anyway, its value at the first position, which is the pose of the file.
-    middle = 0.5 * (low + high) if high - low < math.pi - CLEAR else deltas[0]
+    clear = high - low < math.pi - 2.0 * SYNTHESIS_LINK_FLAT
+    middle = 0.5 * (low + high) if clear else deltas[0]
     return math.remainder(middle - 0.5 * math.pi, math.pi)

@@ -34,12 +34,14 @@ class SynthesizedMechanism:
         path: of the tool (N,), metres, complex.
         outlines: lines along the links at each position, with the tool, metres, complex.
         defects: branch, order and reversal defects of the motion.
-        urdf: the file at the first position.
+        urdf: the file.
         relation: between its inputs, as of ``--motion``; None if they follow ``table``, or if
             it has one input.
         table: motion of its inputs, in the nonlinear case.
         confirmation: what the core says of the file.
         numbers: lengths, masses and reduced inertias by name, SI units.
+        first_position: displacements of the inputs from the pose of the file to position 1 by
+            name, radians; empty if that is the pose of the file.
     """
 
     kind: str
@@ -55,6 +57,7 @@ class SynthesizedMechanism:
     table: MotionTable | None
     confirmation: Confirmation
     numbers: dict[str, float] = field(default_factory=dict)
+    first_position: dict[str, float] = field(default_factory=dict)
 
     @property
     def good(self) -> bool:
@@ -79,6 +82,7 @@ class SynthesizedMechanism:
             "relation": self.relation,
             "confirmation": self.confirmation._asdict(),
             "numbers": self.numbers,
+            "first_position": self.first_position,
             "urdf": self.urdf.decode(),
         }
 

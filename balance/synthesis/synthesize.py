@@ -287,8 +287,14 @@ def _pantograph(pantograph: BalancedPantograph, relation: str | None) -> Synthes
         chain.tool_turns, chain.error, chain.tool_points(first, second),
         tuple(map(pantograph.outline, range(len(chain.positions)))), list_defects(pantograph),
         urdf, relation, motion if relation is None else None,
-        confirmation, numbers,
+        confirmation, numbers, _first_position(pantograph),
     )  # fmt: skip
+
+
+def _first_position(pantograph: BalancedPantograph) -> dict[str, float]:
+    """Return the inputs at position 1, counted from the pose of the file, if they are not 0."""
+    link, tool = pantograph.pose
+    return {SHOULDER: -link, ELBOW: link - tool} if link or tool else {}
 
 
 def _four_bars(request: SynthesisRequest) -> Synthesis:

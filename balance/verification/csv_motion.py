@@ -6,6 +6,7 @@ import csv
 from collections.abc import Mapping, Sequence
 from itertools import islice
 from os import PathLike, fsdecode
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,13 +14,28 @@ from numpy.typing import NDArray
 from kinematics.error_text import clean
 from kinematics.errors import FileError
 
-__all__ = ["read_columns", "refuse_row"]
+__all__ = ["Table", "read_columns", "read_table", "refuse_row"]
 
 Array = NDArray[np.float64]
 
 # Most rows of a table: a larger file would fill the memory.
 MAX_ROWS = 100_000
 REMEDY = "write a line of names, then one line of numbers per sample"
+
+
+class Table(NamedTuple):
+    """Columns of numbers, and how far the written ones can be from those that were meant.
+
+    Attributes:
+        values: numbers (rows, columns).
+        rounding: half a unit of the last digit of each number (rows, columns); 0 in a column
+            whose numbers are all the same.
+        decimals: most decimals of a number in each column, exponents counted.
+    """
+
+    values: Array
+    rounding: Array
+    decimals: tuple[int, ...]
 
 
 def refuse_row(
@@ -49,6 +65,28 @@ def read_columns(
     """Read named columns from a file of comma-separated values.
 
     Args:
+        path: see `read_table`, as for the other arguments.
+        wanted: the names.
+        fewest: least number of rows.
+        short: other names that the file may use, and the wanted names for them.
+        further: names of columns that the file may have too, all of them or none.
+
+    Returns:
+        The numbers (rows, columns).
+    """
+    return read_table(path, wanted, fewest, short, further).values
+
+
+def read_table(
+    path: str | PathLike[str],
+    wanted: Sequence[str],
+    fewest: int = 1,
+    short: Mapping[str, str] | None = None,
+    further: Sequence[str] = (),
+) -> Table:
+    """Read named columns from a file of comma-separated values, and how they are rounded.
+
+    Args:
         path: a file whose first line holds the wanted names in any order, and no others.
         wanted: the names.
         fewest: least number of rows.
@@ -56,7 +94,7 @@ def read_columns(
         further: names of columns that the file may have too, all of them or none.
 
     Returns:
-        The columns in the order of the names (rows, columns).
+        The columns in the order of the names.
 
     Raises:
         FileError: the file cannot be read as such a table.
@@ -81,13 +119,40 @@ def read_columns(
         )
     order = [names.index(name) for name in wanted]
     rows = np.empty((len(lines) - 1, len(wanted)))
+    digits = np.empty((2, *rows.shape), dtype=np.int64)
     for number, line in enumerate(lines[1:]):
         try:
             rows[number] = [float(line[column]) for column in order]
+            digits[:, number] = np.transpose([_digits(line[column]) for column in order])
         except (ValueError, IndexError):
             raise refuse_row(
                 path, f"sample {number + 1}", "cannot be read as numbers"
             ) from None
     if not np.isfinite(rows).all():
         raise refuse_row(path, "", "holds numbers that are not finite")
-    return rows
+    return Table(rows, _rounding(rows, *digits), tuple(digits[0].max(axis=0).tolist()))
+
+
+def _digits(cell: str) -> tuple[int, int]:
+    """Count the decimals of a number, its exponent included, and its significant digits."""
+    mantissa, _, exponent = cell.strip().lower().partition("e")
+    whole, _, fraction = mantissa.lstrip("+-").partition(".")
+    significant = (whole + fraction).replace("_", "").lstrip("0")
+    return len(fraction) - int(exponent or 0), len(significant)
+
+
+def _rounding(
+    rows: Array, decimals: NDArray[np.int64], significant: NDArray[np.int64]
+) -> Array:
+    """Compute half a unit of the last digit of each number; see `Table`.
+
+    A column has one number of decimals or one number of significant digits, and zeros at the
+    end of a number may be left out: of both, the coarser unit counts.
+    """
+    size = np.abs(rows)
+    leading = np.floor(np.log10(np.where(size > 0.0, size, 1.0))) + 1.0
+    places = np.maximum(-decimals.max(axis=0), leading - significant.max(axis=0))
+    places = np.where(size > 0.0, places, -decimals.max(axis=0))
+    round_off = np.finfo(np.float64).eps * size.max(axis=0)
+    found = np.maximum(0.5 * 10.0 ** np.maximum(places, -300.0), round_off)
+    return np.where(np.ptp(rows, axis=0) > 0.0, found, 0.0)

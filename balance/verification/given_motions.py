@@ -8,15 +8,27 @@ from os import PathLike
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from balance.motion_tolerances import RATE_RESIDUAL_RELATIVE, RELATION_RESIDUAL
-from balance.verification.csv_motion import read_columns, refuse_row
+from balance.motion_tolerances import (
+    RATE_RESIDUAL_RELATIVE,
+    RELATION_RESIDUAL,
+    ROUNDING_NOTICE,
+)
+from balance.verification.csv_motion import Table, read_table, refuse_row
 from balance.verification.input_paths import SplinePath
+from balance.verification.table_rounding import (
+    InputErrors,
+    SmoothSpline,
+    even_times,
+    smooth_spline,
+)
 from balance.verification.trajectory import Trajectory, drive, order_inputs
+from kinematics.closure.joint_positions import input_chain
 from kinematics.errors import PoseError
-from kinematics.model.linkage import Linkage
+from kinematics.model.linkage import Linkage, Notice
 from kinematics.model.motion import Motion
+from kinematics.wording import number_text
 
-__all__ = ["from_csv", "rate_columns", "rates_off", "rest_to_rest"]
+__all__ = ["from_csv", "rate_columns", "rates_off", "rest_to_rest", "rounding_notice"]
 
 Array = NDArray[np.float64]
 
@@ -67,9 +79,9 @@ def from_csv(
 ) -> Trajectory:
     """Read a motion from a table with a column ``time`` and one for each input by its name.
 
-    The spline of degree five through the rows gives velocities and accelerations, unless the
-    table has them in columns named as by `rate_columns`. Differences of displacements with 16
-    digits are right to about 1e-9 only; columns are, if those agree with them.
+    A spline of degree five within the rounding of the numbers gives velocities and
+    accelerations (`balance.verification.table_rounding`), unless the table has them in columns
+    named as by `rate_columns`. `Trajectory.errors` says how far they can be off.
 
     Args:
         linkage: an assembled linkage.
@@ -80,29 +92,122 @@ def from_csv(
         The motion of all joints.
 
     Raises:
-        FileError: the file is no such table, or nothing moves in it.
+        FileError: the file is no such table, nothing moves in it, or its decimals leave
+            nothing of the accelerations.
         PoseError: the loops cannot be closed along the motion.
     """
     further = rate_columns(linkage)
-    table = read_columns(path, ["time", *linkage.inputs], FEWEST_ROWS, further=further)
-    time, groups = table[:, 0], (table.shape[1] - 1) // linkage.mobility
-    u, *rates = np.split(table[:, 1:], groups, axis=1)
+    table = read_table(path, ["time", *linkage.inputs], FEWEST_ROWS, further=further)
+    time = table.values[:, 0]
     if not np.all(np.diff(time) > 0.0):
         raise refuse_row(path, "", "its times do not increase")
+    groups = (table.values.shape[1] - 1) // linkage.mobility
+    (u, *rates), (rounding, *rate_rounding) = (
+        np.split(part[:, 1:], groups, axis=1) for part in (table.values, table.rounding)
+    )
     if motion is not None:
-        basis = np.linalg.qr(order_inputs(motion, linkage))[0]
-        if np.abs(u - u @ basis @ basis.T).max() > RELATION_RESIDUAL * max(
-            1.0, np.abs(u).max()
-        ):
-            raise refuse_row(path, "", f"its rows are not on {', '.join(motion.relations)}")
-    if rates and rates_off(time, u, *rates) > RATE_RESIDUAL_RELATIVE:
-        problem = "its velocities or accelerations are not those of its displacements"
-        raise refuse_row(path, "", problem, "write closer samples, or displacements only")
-    spline = SplinePath.through(time, u)
-    trajectory = drive(linkage, time, u, *(rates or spline.at(time)[1:]))
-    if trajectory.moves:
-        return replace(trajectory, path=spline)
-    raise refuse_row(path, "", "nothing moves", "give inputs that change with time")
+        u, rounding = _on_relations(linkage, motion, path, u, rounding)
+    if np.ptp(u, axis=0).max() == 0.0:
+        raise refuse_row(path, "", "nothing moves", "give inputs that change with time")
+    even = even_times(time, table.rounding[:, 0])
+    if even is None:
+        speed = np.abs(np.gradient(u, time, axis=0))
+        smooth = smooth_spline(time, u, rounding + speed * table.rounding[:, :1])
+    else:
+        time = even[0]
+        smooth = smooth_spline(time, u, rounding)
+    path_of_inputs = SplinePath(smooth.spline, tuple(np.unique(smooth.spline.t).tolist()))
+    errors = smooth.errors
+    if rates:
+        _check_rates(path, time, smooth, rates, rate_rounding)
+        errors = np.stack([rounding, *rate_rounding])
+    motions = (u, *rates) if rates else path_of_inputs.at(time)
+    if even is not None:
+        errors = errors + even[1] * np.abs([0.0 * motions[0], motions[1], 2.0 * motions[2]])
+    trajectory = drive(linkage, time, *motions)
+    if not trajectory.moves:
+        raise refuse_row(path, "", "nothing moves", "give inputs that change with time")
+    _refuse_lost_motion(linkage, path, motions, errors)
+    return replace(
+        trajectory, path=path_of_inputs, errors=InputErrors(_decimals(table, u), *errors)
+    )
+
+
+def _on_relations(
+    linkage: Linkage, motion: Motion, path: str | PathLike[str], u: Array, rounding: Array
+) -> tuple[Array, Array]:
+    """Return inputs that fulfil relations, which rounded ones do up to their rounding.
+
+    Raises:
+        FileError: the inputs do not fulfil the relations.
+    """
+    basis = np.linalg.qr(order_inputs(motion, linkage))[0]
+    onto = basis @ basis.T
+    off = np.abs(u - u @ onto)
+    allowed = RELATION_RESIDUAL * max(1.0, np.abs(u).max())
+    if np.any(off > allowed + rounding @ np.abs(np.eye(len(onto)) - onto)):
+        raise refuse_row(path, "", f"its rows are not on {', '.join(motion.relations)}")
+    if off.max() <= allowed:
+        return u, rounding
+    return u @ onto, rounding @ np.abs(onto)
+
+
+def _check_rates(
+    path: str | PathLike[str], time: Array, smooth: SmoothSpline, rates: list[Array],
+    rounding: list[Array],
+) -> None:  # fmt: skip
+    """Raise FileError for velocities or accelerations that differ from those of a spline."""
+    for order, given in enumerate(rates, 1):
+        allowed = RATE_RESIDUAL_RELATIVE * (np.abs(given).max() or 1.0)
+        allowed = allowed + smooth.errors[order] + rounding[order - 1]
+        if np.any(np.abs(smooth.spline(time, order) - given) > allowed):
+            problem = "its velocities or accelerations are not those of its displacements"
+            raise refuse_row(path, "", problem, "write closer samples, or displacements only")
+
+
+def _decimals(table: Table, u: Array) -> int:
+    """Return the fewest decimals of the inputs that move."""
+    moving = np.ptp(u, axis=0) > 0.0
+    inputs = table.decimals[1 : 1 + u.shape[1]]
+    return min(count for count, moves in zip(inputs, moving, strict=True) if moves)
+
+
+def _refuse_lost_motion(
+    linkage: Linkage, path: str | PathLike[str], motions: tuple[Array, ...], errors: Array
+) -> None:
+    """Raise FileError if rounding leaves nothing of the accelerations.
+
+    A crank at constant speed has none, but its speed makes loads of the same kind, so its
+    square counts too.
+    """
+    scale = input_chain(linkage).units[linkage.positions_of(linkage.inputs)]
+    ud, udd = (np.abs(x / scale).max() for x in motions[1:])
+    off = float((errors[2] / scale).max())
+    if off >= ud**2 + udd:
+        raise refuse_row(
+            path, "",
+            f"its decimals leave nothing of the accelerations: {number_text(float(udd), '.2g')}"
+            f" ± {number_text(off, '.2g')} (radians, characteristic lengths, seconds)",
+            "write more decimals, or columns of velocities and accelerations",
+        )  # fmt: skip
+
+
+def rounding_notice(trajectory: Trajectory) -> tuple[Notice, ...]:
+    """Say how far the accelerations of a rounded table can be off; nothing for exact motions.
+
+    Args:
+        trajectory: a motion.
+    """
+    if (errors := trajectory.errors) is None:
+        return ()
+    share = float((errors.udd / (np.abs(trajectory.udd).max(axis=0) + 1e-300)).max())
+    if share <= ROUNDING_NOTICE:
+        return ()
+    text = (
+        f"the {errors.decimals} decimals of the table leave accelerations off by up to "
+        f"{number_text(min(share, 1.0), '.1%')} of their peak"
+    )
+    return (Notice("rounded_table", text),)
 
 
 def rate_columns(linkage: Linkage) -> list[str]:

@@ -19,7 +19,7 @@ from balance.verification.run import PARTS, Run
 from kinematics.linalg.ties import first_largest
 from kinematics.model.linkage import Linkage, Notice
 from kinematics.tolerances import SIZE_DETERMINED, TIE_RELATIVE
-from kinematics.wording import count_noun, html_facts, repr_lines, size_text
+from kinematics.wording import count_noun, html_facts, outward_text, repr_lines, size_text
 
 __all__ = ["VERIFY_SCHEMA", "Verification"]
 
@@ -40,6 +40,8 @@ class Verification:
         seed: seed of the random motions; None if the motions were given.
         runs: the loads along each motion.
         notices: notices of the linkage.
+        point: point of the inertial frame that the moments which are reported are about (3,),
+            metres. The verdict is on moments about the middle of the mechanism.
         crank: the joint that turns at constant speed; its revolution is the only motion. None
             for other motions.
         shown: index of the motion to plot; by default the worst one.
@@ -52,6 +54,7 @@ class Verification:
     seed: int | None
     runs: tuple[Run, ...]
     notices: tuple[Notice, ...]
+    point: Array
     crank: Crank | None = None
     shown: int | None = None
 
@@ -89,12 +92,12 @@ class Verification:
     @property
     def force(self) -> float:
         """Peak shaking force, newtons."""
-        return self._peak("middle", PARTS["force"])
+        return self._peak("about", PARTS["force"])
 
     @property
     def moment(self) -> float:
-        """Peak shaking moment about the middle of the mechanism, N m."""
-        return self._peak("middle", PARTS["moment"])
+        """Peak shaking moment about the point, N m."""
+        return self._peak("about", PARTS["moment"])
 
     @property
     def force_residual(self) -> float:
@@ -103,8 +106,8 @@ class Verification:
 
     @property
     def moment_residual(self) -> float:
-        """Peak shaking moment relative to ``scale`` times the characteristic length."""
-        return self._relative(self.moment / self.length)
+        """Peak moment about the middle over ``scale`` times the characteristic length."""
+        return self._relative(self._peak("middle", PARTS["moment"]) / self.length)
 
     @property
     def bearing(self) -> float:
@@ -160,14 +163,49 @@ class Verification:
     def decided(self) -> bool:
         """Whether there is a verdict.
 
-        There is none if the programs disagree, or if the motions pass near a singularity and
+        There is none if the programs disagree, if the rounding of a table decides it, or if the
+        motions pass near a singularity and
         at most samples no more is left to shake than the tolerance allows: round-off, which
         a singularity amplifies, looks like that.
         """
+        if self.rounding_decides:
+            return False
         if not self.agreed or self.balanced or self.conditioning >= CONDITIONING_NOTICE:
             return self.agreed
         moment = self._median("moment") / self.length if self.balance == "dynamic" else 0.0
         return self._relative(max(self._median("force"), moment)) > self.tolerance
+
+    @property
+    def rounding_decides(self) -> bool:
+        """Whether the rounding of a table leaves open whether the linkage is balanced."""
+        ends = [self.peak_range("force")]
+        if self.balance == "dynamic":
+            arm = self.length + self.lever
+            low, high = self.peak_range("moment")
+            ends.append((low / arm, high / arm))
+        least, most = (max(end[k] for end in ends) for k in (0, 1))
+        return self._relative(least) <= self.tolerance < self._relative(most)
+
+    def peak_range(self, part: str) -> tuple[float, float]:
+        """Compute the range that holds the peak ``"force"`` or ``"moment"``, N or N m.
+
+        Rounded tables determine it up to their rounding; see `Run.peak_range`.
+        """
+        ranges = [run.peak_range(part) for run in self.runs] or [(0.0, 0.0)]
+        return max(least for least, _ in ranges), max(most for _, most in ranges)
+
+    @property
+    def decimals(self) -> int | None:
+        """Fewest decimals of the tables that the motions come from; None if there are none."""
+        errors = (run.trajectory.errors for run in self.runs)
+        return min((one.decimals for one in errors if one is not None), default=None)
+
+    def range_text(self, part: str) -> str:
+        """Write the range of the peak ``"force"`` or ``"moment"``, round-off as a bound."""
+        least, most = self.peak_range(part)
+        if most <= self.round_off * self.part_scale(part):
+            return self.load_text(part, most)
+        return f"{outward_text(least, most)} {'N' if part == 'force' else 'N m'}"
 
     @property
     def verdict(self) -> str:
@@ -190,7 +228,17 @@ class Verification:
 
     def part_scale(self, part: str) -> float:
         """Return what the shaking ``"force"`` or ``"moment"`` is relative to, N or N m."""
-        return self.scale if part == "force" else self.scale * self.length
+        return self.scale if part == "force" else self.scale * (self.length + self.lever)
+
+    @property
+    def lever(self) -> float:
+        """Distance of the point of the moments from the middle of the mechanism, metres."""
+        return float(np.linalg.norm(self.point - self.linkage.spatial_chain.frame.origin))
+
+    @property
+    def about_middle(self) -> bool:
+        """Whether the point of the moments is the middle of the mechanism."""
+        return self.lever <= TIE_RELATIVE * self.length
 
     def load_text(self, part: str, load: float) -> str:
         """Write a shaking ``"force"`` or ``"moment"`` with its unit; round-off as a bound.
@@ -251,8 +299,9 @@ class Verification:
         return max((float(size.max(initial=0.0)) for size in sizes), default=0.0)
 
     def _median(self, part: str) -> float:
-        """Compute the median over all samples of the shaking ``"force"`` or ``"moment"``."""
-        return float(np.median(np.concatenate([run.sizes(part) for run in self.runs])))
+        """Compute the median over all samples of the force, or moment about the middle."""
+        loads = np.concatenate([run.middle[:, PARTS[part]] for run in self.runs])
+        return float(np.median(np.linalg.norm(loads, axis=1)))
 
     def _largest(self, name: str) -> float:
         """Compute the largest entry of an attribute in all runs."""
@@ -273,7 +322,7 @@ class Verification:
             found.append(
                 f"the linkage is overconstrained: {self.runs[0].open} components of its loop "
                 "wrenches are not determined by rigid bodies; bearing forces are those of "
-                "least norm"
+                "least norm over all joints"
             )
         if self.conditioning < CONDITIONING_NOTICE:
             way_out = "" if self.decided else "; verify motions that stay clear of it"
@@ -288,6 +337,10 @@ class Verification:
             found.append(
                 f"one revolution of {self.crank.joint} does not bring all joints back: the "
                 "next one may shake otherwise"
+            )
+        if self.rounding_decides:
+            found.append(
+                "the digits of the table leave open whether it is balanced: write more of them"
             )
         if not self.agreed:
             found.append(
@@ -313,7 +366,9 @@ class Verification:
             "amplitude": self.amplitude,
             "speed": self._speed(),
             "length": self.length,
+            "about": self.point.tolist(),
             "shaking": {"force": self.force, "moment": self.moment},
+            "range": self._range(),
             "worst": {part: self.worst(part) + 1 for part in PARTS},
             "plotted": {
                 "motion": self.plotted + 1,
@@ -325,6 +380,8 @@ class Verification:
                 "force": self.bearing,
                 "joint": self.most_loaded(),
                 "undetermined": self.runs[0].open if self.runs else 0,
+                "least": self.least_bearing,
+                "preload": self.preload,
             },
             "ratio": {"force": self.force_ratio, "moment": self.moment_ratio},
             "agreement": self.agreement,
@@ -333,12 +390,33 @@ class Verification:
             "warnings": [notice._asdict() for notice in self.notices],
         }
 
+    @property
+    def least_bearing(self) -> float:
+        """Least peak force that preload leaves of that of the most loaded joint, newtons."""
+        if (name := self.most_loaded()) is None:
+            return 0.0
+        at = self.linkage.positions_of([name])[0]
+        return max(float(run.least_bearing[:, at].max(initial=0.0)) for run in self.runs)
+
+    @property
+    def preload(self) -> bool:
+        """Whether preload changes the force of the most loaded joint, without limit."""
+        if (name := self.most_loaded()) is None:
+            return False
+        return bool(self.runs[0].preloaded[self.linkage.positions_of([name])[0]])
+
     def most_loaded(self) -> str | None:
         """Return the name of the joint with the largest force; None if there is no force."""
         if self.bearing == 0.0:
             return None
         peaks = np.max([run.bearing.max(axis=0) for run in self.runs], axis=0)
         return self.linkage.joints[first_largest(peaks)].name
+
+    def _range(self) -> dict[str, object] | None:
+        """Return the entry ``range`` of the data."""
+        if self.decimals is None:
+            return None
+        return {"decimals": self.decimals, **{part: self.peak_range(part) for part in PARTS}}
 
     def _speed(self) -> dict[str, object] | None:
         """Return the entry ``speed`` of the data."""

@@ -28,6 +28,7 @@ class Run:
         own: the same from our own series (N, 6).
         momentum: total momentum ``[ξ; p]`` from Pinocchio (N, 6).
         middle: ``shaking`` with moments about the middle of the mechanism (N, 6).
+        about: ``shaking`` with moments about the point of the verification (N, 6).
         rate_difference: ``shaking - own``, with moments about the middle (N, 6).
         momentum_difference: momentum from Pinocchio minus ours, moments about the middle
             (N, 6).
@@ -35,7 +36,11 @@ class Run:
             about the middle divided by the characteristic length (N,), newtons.
         impulse: the same sum for their momenta (N,), newton seconds.
         bearing: forces in the joints (N, n), newtons.
+        least_bearing: the least that preload leaves of them (N, n), newtons.
+        preloaded: whether preload changes the force of a joint, without limit (n,).
         open: number of components of the loop wrenches that rigid bodies do not determine.
+        errors: bounds on the errors of the shaking moment about that point, N m, and of the
+            shaking force, N, for a motion from a rounded table (2, N); None for exact motions.
     """
 
     trajectory: Trajectory
@@ -43,19 +48,23 @@ class Run:
     own: Array
     momentum: Array
     middle: Array
+    about: Array
     rate_difference: Array
     momentum_difference: Array
     inertia: Array
     impulse: Array
     bearing: Array
+    least_bearing: Array
+    preloaded: NDArray[np.bool_]
     open: int
+    errors: Array | None = None
 
     def sizes(self, part: str) -> Array:
-        """Compute the size of the shaking ``"force"``, or ``"moment"`` about the middle (N,).
+        """Compute the size of the shaking ``"force"``, or ``"moment"`` about the point (N,).
 
         Newtons or newton metres.
         """
-        found: Array = np.linalg.norm(self.middle[:, PARTS[part]], axis=1)
+        found: Array = np.linalg.norm(self.about[:, PARTS[part]], axis=1)
         return found
 
     def peak(self, part: str) -> float:
@@ -67,6 +76,16 @@ class Run:
         time = self.trajectory.time
         mean = np.trapezoid(self.sizes(part) ** 2, time) / (time[-1] - time[0])
         return float(np.sqrt(mean))
+
+    def peak_range(self, part: str) -> tuple[float, float]:
+        """Compute the range that holds the peak of the ``"force"`` or ``"moment"``, N or N m.
+
+        A rounded table determines it up to the rounding; for exact motions both ends are equal.
+        """
+        if self.errors is None:
+            return (peak := self.peak(part)), peak
+        sizes, off = self.sizes(part), self.errors[1 if part == "force" else 0]
+        return max(0.0, float((sizes - off).max())), float((sizes + off).max())
 
     def __repr__(self) -> str:
         """Two lines: the motion and its peaks."""

@@ -28,7 +28,8 @@ from kinematics.model.linkage import Linkage
 from kinematics.model_gallery import LinkageLike, as_linkage
 
 __all__ = [
-    "Loads", "inertia_loads", "load_regressors", "mass_parameters", "shaking", "wrench_to_si",
+    "Loads", "inertia_loads", "load_regressors", "mass_parameters", "move_wrenches", "shaking",
+    "wrench_to_si",
 ]  # fmt: skip
 
 Array = NDArray[np.float64]
@@ -164,6 +165,20 @@ def wrench_to_si(wrenches: Array, frame: Frame) -> Array:
     force = frame.length * wrenches[..., 3:]
     moment = frame.length**2 * wrenches[..., :3] + np.cross(frame.origin, force)
     return np.concatenate([moment, force], axis=-1)
+
+
+def move_wrenches(wrenches: Array, point: Array) -> Array:
+    """Move wrenches from the inertial origin to another point: ``M - r × F``.
+
+    Args:
+        wrenches: ``[moment; force]`` (..., 6) about the inertial origin, N m and N.
+        point: r, metres (3,).
+
+    Returns:
+        The same wrenches with moments about the point (..., 6).
+    """
+    moment = wrenches[..., :3] - np.cross(point, wrenches[..., 3:])
+    return np.concatenate([moment, wrenches[..., 3:]], axis=-1)
 
 
 def shaking(

@@ -19,12 +19,18 @@ from numpy.typing import ArrayLike, NDArray
 
 from balance.inertial_parameters.conversions import mass_properties
 from balance.motion_tolerances import CONDITIONING_LEAST, SHAKING_RELATIVE
-from balance.options import Balance
+from balance.options import Balance, point_of
 from balance.verification.crank_revolution import Crank, revolve_crank
 from balance.verification.joint_reactions import joint_reactions
+from balance.verification.load_errors import load_errors
 from balance.verification.result import Verification
 from balance.verification.run import Run
-from balance.verification.shaking_wrench import inertia_loads, mass_parameters, wrench_to_si
+from balance.verification.shaking_wrench import (
+    inertia_loads,
+    mass_parameters,
+    move_wrenches,
+    wrench_to_si,
+)
 from balance.verification.trajectory import Trajectory, drive, random_motions
 from kinematics.closure.joint_positions import input_chain
 from kinematics.error_text import clean
@@ -48,7 +54,7 @@ def verify(
     motion: Motion | str | Sequence[str] | None = None, balance: Balance = "dynamic",
     trajectories: int = 10, samples: int = 200, seed: int = 0,
     tolerance: float = SHAKING_RELATIVE, along: Sequence[Trajectory] | None = None,
-    speed: float | None = None, crank: str | None = None,
+    speed: float | None = None, crank: str | None = None, about: ArrayLike | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> Verification:  # fmt: skip
     """Verify the balance of a linkage along motions, by Pinocchio and by our own series.
@@ -68,6 +74,8 @@ def verify(
         along: motions to use instead of random ones.
         speed: speed of a crank, rad/s; one revolution at this speed is the motion.
         crank: name of that crank; see `balance.verification.crank_revolution.revolve_crank`.
+        about: point in the inertial frame for moments that are reported, metres; the middle of
+            the mechanism by default. The verdict is that for moments about the middle.
         progress: called with the number of motions done and the number of all motions.
 
     Returns:
@@ -101,10 +109,12 @@ def verify(
         limits = motion_of(linkage, motion)
         motions = random_motions(linkage, trajectories, samples, seed, motion=limits)
     count = trajectories if given is None else len(given)
+    point = linkage.spatial_chain.frame.origin if about is None else point_of(about)
     return Verification(
         linkage, balance, tolerance, linkage.spatial_chain.frame.length,
         seed if given is None else None,
-        tuple(_runs(linkage, model, motions, progress, count)), linkage.notices, rotation,
+        tuple(_runs(linkage, model, motions, point, progress, count)), linkage.notices,
+        freeze(point), rotation,
     )  # fmt: skip
 
 
@@ -131,13 +141,13 @@ def _given_motions(
 
 
 def _runs(
-    linkage: Linkage, model: PinocchioModel, motions: Iterable[Trajectory],
+    linkage: Linkage, model: PinocchioModel, motions: Iterable[Trajectory], point: Array,
     progress: Callable[[int, int], None] | None, count: int,
 ) -> Iterator[Run]:  # fmt: skip
     """Compute the loads along each motion, one after the other."""
     chain = input_chain(linkage)
     for done, trajectory in enumerate(motions, 1):
-        yield _run(linkage, model, chain, trajectory)
+        yield _run(linkage, model, chain, trajectory, point)
         if progress is not None:
             progress(done, count)
 
@@ -145,9 +155,9 @@ def _runs(
 def verify_second(first: Verification, linkage: LinkageLike, **options: Any) -> Verification:
     """Verify a second linkage along the motions of a first one.
 
-    A crank turns at the same constant speed in both. The second linkage gets random motions of
-    its own if its inputs have other names, or if it cannot follow the motions of the first
-    one, or is near-singular there.
+    Moments are about the same point. A crank turns at the same constant speed in both. The
+    second linkage gets random motions of its own if its inputs have other names, or if it
+    cannot follow the motions of the first one, or is near-singular there.
 
     Args:
         first: the verification of the first linkage.
@@ -158,12 +168,16 @@ def verify_second(first: Verification, linkage: LinkageLike, **options: Any) -> 
         The verification of the second linkage.
     """
     linkage, along = as_linkage(linkage), None
+    options = {**options, "about": first.point}
     if first.crank is not None:
         return verify(linkage, **options)
     if linkage.inputs == first.linkage.inputs:
         with suppress(PoseError):
             given = [run.trajectory for run in first.runs]
-            along = [drive(linkage, one.time, one.u, one.ud, one.udd) for one in given]
+            along = [
+                replace(drive(linkage, one.time, one.u, one.ud, one.udd), errors=one.errors)
+                for one in given
+            ]
     if along and first.seed is not None:
         conditioning = min(one.conditioning for one in along)
         along = along if conditioning >= CONDITIONING_LEAST else None
@@ -171,7 +185,9 @@ def verify_second(first: Verification, linkage: LinkageLike, **options: Any) -> 
     return found if along is None else replace(found, shown=first.plotted)
 
 
-def _run(linkage: Linkage, model: PinocchioModel, chain: Chain, trajectory: Trajectory) -> Run:
+def _run(
+    linkage: Linkage, model: PinocchioModel, chain: Chain, trajectory: Trajectory, point: Array
+) -> Run:
     """Compute all loads along one motion, in SI units."""
     scale = chain.units[linkage.positions_of(linkage.inputs)]
     loads = inertia_loads(
@@ -187,23 +203,22 @@ def _run(linkage: Linkage, model: PinocchioModel, chain: Chain, trajectory: Traj
     # Divide moments about the middle by the length, to compare them with forces.
     sizes = [L * np.linalg.norm(x, axis=2).sum(axis=1) for x in (loads.rate, loads.momentum)]
     middle = chain.frame.origin
-    wrenches = np.concatenate([reactions.joints, reactions.welds], axis=1)
-    forces = L * np.linalg.norm(wrenches[..., 3:], axis=2)
+    errors = None
+    if trajectory.errors is not None:
+        errors = freeze(load_errors(linkage, chain, model.z, trajectory, point))
+    forces = L * np.linalg.norm(reactions.joints[..., 3:], axis=2)
     return Run(
         trajectory=trajectory, shaking=freeze(reaction),
         own=freeze(own), momentum=freeze(other),
-        middle=freeze(_at(reaction, middle)),
+        middle=freeze(move_wrenches(reaction, middle)),
+        about=freeze(move_wrenches(reaction, point)),
         inertia=freeze(sizes[0]), impulse=freeze(sizes[1]),
-        bearing=freeze(forces[:, : len(linkage.joints)]),
-        rate_difference=freeze(_at(reaction - own, middle)),
-        momentum_difference=freeze(_at(other - momentum, middle)), open=reactions.open,
+        bearing=freeze(forces), least_bearing=freeze(L * reactions.least),
+        preloaded=freeze(reactions.preloaded, np.bool_),
+        rate_difference=freeze(move_wrenches(reaction - own, middle)),
+        momentum_difference=freeze(move_wrenches(other - momentum, middle)),
+        open=reactions.open, errors=errors,
     )  # fmt: skip
-
-
-def _at(wrenches: Array, point: Array) -> Array:
-    """Move wrenches ``[moment; force]`` (..., 6) to another reference point."""
-    moment = wrenches[..., :3] - np.cross(point, wrenches[..., 3:])
-    return np.concatenate([moment, wrenches[..., 3:]], axis=-1)
 
 
 class PinocchioModel:
@@ -300,7 +315,7 @@ class PinocchioModel:
 
     def _to_inertial(self, forces: Array) -> Array:
         """Convert wrenches of Pinocchio (N, 6) to ours about the inertial origin."""
-        return _at(np.roll(forces, 3, axis=1), -self._origin)
+        return move_wrenches(np.roll(forces, 3, axis=1), -self._origin)
 
 
 def _axis_point(joint: Joint, origin: Array) -> Array:

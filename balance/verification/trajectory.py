@@ -22,6 +22,7 @@ from balance.motion_tolerances import (
     MOTION_RETURN,
 )
 from balance.verification.input_paths import InputPath, random_sines
+from balance.verification.table_rounding import InputErrors
 from kinematics.closure.joint_positions import input_chain, joint_positions
 from kinematics.closure.newton import follow_ray, forward_kinematics
 from kinematics.closure.series import expand_from
@@ -66,6 +67,8 @@ class Trajectory:
         conditioning: smallest pivot of the loop matrix along the motion over the one at the
             reference pose; 0 at a singularity, near which round-off is amplified.
         path: the inputs as functions of time, if they are known between the samples.
+        errors: how far the inputs can be off, since a table of them is rounded; None for
+            inputs that are exact.
     """
 
     time: Array
@@ -78,6 +81,7 @@ class Trajectory:
     closure: float
     conditioning: float
     path: InputPath | None = None
+    errors: InputErrors | None = None
 
     def __repr__(self) -> str:
         """One line: number of samples and joints, and the duration."""

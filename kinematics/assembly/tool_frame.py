@@ -15,8 +15,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from kinematics.assembly.assemble import assemble
-from kinematics.closure.series import expand
-from kinematics.errors import BodyError, CoordinateError
+from kinematics.closure.joint_positions import input_chain, joint_positions
+from kinematics.closure.newton import forward_kinematics
+from kinematics.closure.series import expand, expand_from
+from kinematics.errors import BodyError, CoordinateError, PoseError
 from kinematics.linalg.vectors import project_out
 from kinematics.model.arrays import freeze
 from kinematics.model.chain import arrange_loops, move_chain
@@ -41,6 +43,8 @@ Array = NDArray[np.float64]
 DIRECTIONS = ("x", "y", "z", "rx", "ry", "rz")
 # Frames in which a point may be given.
 FRAMES = ("inertial", "link")
+# Step of the inputs to a pose nearby, radians and characteristic lengths, times √2, √3 …
+NEARBY_STEP = 0.05
 
 
 def tool(
@@ -180,10 +184,39 @@ def _choose_held_directions(
             if k in free:
                 others = ", ".join(DIRECTIONS[i] for i in named[: list(named).index(k)])
                 problem = f"depends on {others} at the reference pose"
+                here, near = _freedoms(rates), _freedoms(_rates_nearby(linkage, link))
+                if here < near:
+                    problem += (
+                        f", a singular one, where the tool has {here} freedoms, and {near} "
+                        "nearby (a wrist is straight, or an arm stretched): leave the "
+                        "direction out, or start elsewhere (--at)"
+                    )
             raise CoordinateError(
                 linkage.source, [DIRECTIONS[k]], problem, [DIRECTIONS[i] for i in free]
             )
     return held
+
+
+def _freedoms(rates: Array) -> int:
+    """Count the independent motions of the tool at first order."""
+    sizes = np.linalg.svd(rates, compute_uv=False)
+    return int(np.count_nonzero(sizes > REMAINING_FREEDOM * np.abs(rates).max(initial=0.0)))
+
+
+def _rates_nearby(linkage: Linkage, link: int) -> Array:
+    """Compute the twists of the tool at a pose nearby (6, mobility); none if it cannot be met.
+
+    The pose is at steps of the inputs that no symmetry of a linkage shares.
+    """
+    chain = input_chain(linkage)
+    steps = NEARBY_STEP * np.sqrt(np.arange(2.0, 2.0 + linkage.mobility))
+    units = chain.units[linkage.positions_of(linkage.inputs)]
+    try:
+        q = joint_positions(linkage, steps * units) / chain.units
+    except PoseError:
+        return np.zeros((6, linkage.mobility))
+    screws = forward_kinematics(chain, q).screws
+    return np.asarray(expand_from(chain, screws, np.zeros((1, chain.width)), 0).T[0, 0, link].T)
 
 
 def _tool_jacobian(linkage: Linkage, link: int, at: Array) -> Array:

@@ -78,6 +78,8 @@ GOOD: dict[str, list[str]] = {
     "--max-bearing": ["{first}=1e9", "--budget", "0.1", *PARTIAL],
     "--max-torque": ["{first}=1e9", "--budget", "0.1", *PARTIAL],
     "--frame": ["9,1,1e4,10", "--budget", "0.1", *PARTIAL],
+    "--tip": ["0.5,1e-4", "--beam", BEAM, "--clamp", "0"],
+    "--about": ["0.1,0.2,0"], "design --about": ["1,2,0", "--budget", "0.1", *PARTIAL],
     "design --plot": ["{folder}/plot.svg", "--budget", "0.1", *PARTIAL],
     "--flex": ["{link}=EI:5,rhoA:1"], "--drive": ["{first}=spin:1,0.1"], "--elements": ["4"],
     "--modes": ["2"], "--samples": ["5"], "--damping": ["1e-4"], "--count": ["3"],

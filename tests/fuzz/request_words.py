@@ -285,6 +285,8 @@ WORDS: dict[str, Maker] = {
     "--step": _of("0.01", "0.05", "0", "1e-9"),
     "--base": _of("fixed", "free", "spring", "loose"),
     "--base-mass": lambda rng, place: [_number(rng)],
+    "--tip": lambda rng, place: [",".join(_number(rng) for _ in range(rng.randint(1, 4)))],
+    "--about": lambda rng, place: [",".join(_number(rng, 0.05) for _ in range(3))],
     "--base-com": lambda rng, place: [",".join(_number(rng, 0.05) for _ in range(3))],
     "--which": _of("1", "2", "0", "99"),
     "--base-inertia": _of("1", "0.5", "1,1,1", "1,1,3", "1,2", "-1", "x"),

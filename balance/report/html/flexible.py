@@ -51,7 +51,7 @@ def _figure(linkage: FlexibleLinkage, motion: FlexibleMotion) -> dict[str, Any]:
     times = short(motion.times)
     lines = {
         "force along x (N)": motion.force[:, 0], "force along y (N)": motion.force[:, 1],
-        "moment (N m)": moment_about(motion, linkage.centre),
+        "moment (N m)": moment_about(motion, linkage.point),
     }  # fmt: skip
     curves = [
         {"name": name, "x": times, "y": short(values), "mode": "lines", "type": "scatter",

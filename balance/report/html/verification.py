@@ -34,21 +34,26 @@ def panels(found: Verification, number: int | None = None) -> list[Panel]:
     """Build the panels of a motion of a verification.
 
     Shaking loads are those of the linkage on its base, opposite to the base reaction. Moments
-    are about the middle of the mechanism.
+    are about the point of the verification.
 
     Args:
         found: the verification.
         number: index of the motion; the plotted one by default.
     """
     run, axes = found.runs[found.plotted if number is None else number], ("x", "y", "z")
-    least = found.tolerance * found.scale
+    least, arm = found.tolerance * found.scale, found.length + found.lever
     names = found.linkage.inputs, tuple(joint.name for joint in found.linkage.joints)
     inputs = _largest_columns(names[0], run.trajectory.u, range(len(names[0])))
     joints = _largest_columns(names[1], run.bearing, _distinct_columns(run.bearing))
     return [
         Panel("inputs (rad or m)", *inputs),
-        Panel("shaking force (N)", axes, -run.middle[:, 3:].T, least),
-        Panel("shaking moment (N m)", axes, -run.middle[:, :3].T, least * found.length),
+        Panel("shaking force (N)", axes, -run.about[:, 3:].T, least),
+        Panel(
+            "shaking moment (N m)",
+            axes,
+            -run.about[:, :3].T,
+            least * arm,
+        ),
         Panel("bearing force (N)", *joints),
     ]
 
@@ -63,11 +68,11 @@ def verification_table(found: Verification) -> str:
 
     Columns are ``time``, the inputs by name (displacements from the reference pose), and the
     shaking force and moment of the linkage on its base, in inertial axes, moments about the
-    middle of the mechanism.
+    point of the verification.
     """
     run = _plotted_run(found)
     axes = [f"{part}_{axis}" for part in ("force", "moment") for axis in "xyz"]
-    loads = np.roll(-run.middle, 3, axis=1)
+    loads = np.roll(-run.about, 3, axis=1)
     rows = np.column_stack([run.trajectory.time, run.trajectory.u, loads]).tolist()
     text = StringIO(newline="")
     writer = csv.writer(text, lineterminator="\n")

@@ -93,7 +93,7 @@ def _picked(run: Run) -> NDArray[np.int64]:
 def _run_data(found: Verification, run: Run, chart: dict[str, object]) -> dict[str, Any]:
     """Collect poses, curves and numbers of one motion of one linkage."""
     picked = _picked(run)
-    force = -run.middle[picked, 3:]
+    force = -run.about[picked, 3:]
     return {
         "chart": chart,
         "polar": _polar(found, short(run.trajectory.time[picked]), force),

@@ -168,22 +168,25 @@ def flexible_motion_facts(
         linkage: what was simulated.
         motion: its motion.
     """
-    x, y = linkage.centre
-    moment = float(np.abs(moment_about(motion, linkage.centre)).max())
+    x, y = linkage.point
+    moment = float(np.abs(moment_about(motion, linkage.point)).max())
+    centre = "the centre of mass at the start, " if linkage.about is None else ""
     pairs = [
         ("linkage", linkage.linkage.name),
         ("duration", f"{motion.times[-1]:g} s"),
         ("shaking force", f"{number_text(motion.peak_force)} N at most"),
-        ("shaking moment", f"{number_text(moment)} N m at most, about the centre of mass "
-                           "at the start, "
+        ("shaking moment", f"{number_text(moment)} N m at most, about {centre}"
          f"({number_text(x)}, {number_text(y)}) m in the plane"),
     ]  # fmt: skip
     for name, model in linkage.beams.items():
         peak = float(beam_deflection(motion, linkage, name).max())
+        line = "its tangent at the drive" if name in linkage.tangents else (
+            "the line through its joints"
+        )  # fmt: skip
         pairs.append((name, f"beam of {number_text(model.part.length)} m and "
                             f"{number_text(model.mesh.beam.mass)} "
                       f"kg, {len(model.mesh.nodes) - 1} elements, {model.part.size} modes: "
-                      f"bends by {number_text(peak, '.3g')} m at most"))  # fmt: skip
+                      f"bends by {number_text(peak, '.3g')} m from {line}"))  # fmt: skip
     pairs.append(("energy", f"drifts by {size_text(motion.energy_drift)} of the largest"))
     pairs.append(("integrator", f"{motion.method}, {motion.steps} steps"))
     return pairs

@@ -11,7 +11,7 @@ from math import inf
 from balance.partial_balance.results import ParetoFront, PartialBalance
 from balance.report.text.counterweights import counterweight_rows
 from balance.tolerances import SHAKING_GAP_PROVED
-from kinematics.wording import number_text, size_text
+from kinematics.wording import number_text, size_text, vector_text
 
 __all__ = ["front_rows", "partial_facts", "partial_text"]
 
@@ -31,7 +31,10 @@ def partial_facts(front: ParetoFront) -> list[tuple[str, str]]:
         pairs.append(("pose", space.linkage.pose))
     if space.motion:
         pairs.append(("motion", ", ".join(space.motion.relations)))
-    counts = "forces alone" if weight == inf else f"{number_text(weight)} N m count as 1 N"
+    point = f"{vector_text(front.point)} m"
+    counts = f"{number_text(weight)} N m about {point} count as 1 N"
+    if weight == inf:
+        counts = f"forces alone; moments are about {point}"
     pairs.append(("minimised", f"root mean square of the {front.objective}, {counts}"))
     if front.frame is not None:
         pairs.append(("frame", f"natural frequency {number_text(front.frame.frequency)} Hz"))
@@ -46,8 +49,23 @@ def partial_facts(front: ParetoFront) -> list[tuple[str, str]]:
                     f"{_remaining_load_text(after, before)} {unit} after (rms)",
                 )
             )
+        if given.force_off > 0.0 or best.found.force_off > 0.0:
+            pairs.append(("tables", _rounding_text(best)))
         pairs += _drives(best)
     return pairs
+
+
+def _rounding_text(best: PartialBalance) -> str:
+    """Say how far the loads before and after can be off, since tables are rounded."""
+    assert best.found is not None
+    words = []
+    for name, unit in (("force", "N"), ("moment", "N m")):
+        before, after = (
+            size_text(getattr(figures, f"{name}_off"), ".2g", getattr(best.given, name))
+            for figures in (best.given, best.found)
+        )
+        words.append(f"{name} off by up to {before} {unit} before, {after} {unit} after")
+    return f"by decimals and samples, {'; '.join(words)}"
 
 
 def _remaining_load_text(after: float, before: float) -> str:

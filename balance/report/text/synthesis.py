@@ -44,6 +44,10 @@ def _best(one: SynthesizedMechanism) -> list[tuple[str, str]]:
     pairs = []
     if one.relation is not None:
         pairs.append(("motion", f"--motion {one.relation}"))
+    if one.first_position:
+        inputs = one.first_position.items()
+        at = ", ".join(f"{name}={number_text(x, '.9g')} rad" for name, x in inputs)
+        pairs.append(("file pose", f"away from position 1, which is nearly flat, at {at}"))
     numbers = one.numbers
     if "J1" in numbers:
         lengths = ", ".join(

@@ -7,9 +7,11 @@ from __future__ import annotations
 
 import numpy as np
 
+from balance.report.text.side_by_side import joined_facts
 from balance.verification.result import Verification
 from kinematics.linalg.ties import first_largest
-from kinematics.wording import first_names, number_text, size_text
+from kinematics.tolerances import SIZE_DETERMINED, TIE_RELATIVE
+from kinematics.wording import first_names, number_text, size_text, vector_text
 
 __all__ = ["verification_facts", "verification_text"]
 
@@ -30,11 +32,15 @@ def verification_facts(found: Verification) -> list[tuple[str, str]]:
         ("inputs", first_names(found.linkage.inputs)),
         *_motion_facts(found),
         ("shaking force", f"{force}; {force_residual} of inertia"),
-        ("shaking moment", f"{moment}; {moment_residual} of inertia"),
-        ("inertia", f"{number_text(found.scale, '.3g')} N, the bodies' own at its peak"),
+        ("shaking moment", f"{moment}; {moment_residual} of inertia{_own_middle(found)}"),
+        ("about", f"{vector_text(found.point)} m{_middle(found)}"),
+        *_table_facts(found),
+        ("inertia force", f"{number_text(found.scale, '.3g')} N, the bodies' own at its peak"),
         (
             "bearing force",
-            f"{number_text(found.bearing, '.3g')} N" + (f" in {joint}" if joint else ""),
+            f"{number_text(found.bearing, '.3g')} N"
+            + (f" in {joint}" if joint else "")
+            + _preload_text(found),
         ),
         ("to bearing", f"{force_ratio} (force), {moment_ratio} (moment)"),
         ("agreement", f"{agreement}, Pinocchio and our series"),
@@ -42,6 +48,36 @@ def verification_facts(found: Verification) -> list[tuple[str, str]]:
         *(("note", remark) for remark in found.remarks),
         ("verdict", f"{_verdict(found)} (tolerance {found.tolerance:.1e})"),
     ]
+
+
+def _preload_text(found: Verification) -> str:
+    """Say in which range preload lets the largest bearing force be."""
+    if not found.preload:
+        return ""
+    least = found.least_bearing
+    if least <= SIZE_DETERMINED * found.scale:
+        return "; with preload it can be any"
+    if least >= found.bearing * (1.0 - TIE_RELATIVE):
+        return "; preload adds to it"
+    return f"; from {number_text(least, '.3g')} N up with preload"
+
+
+def _middle(found: Verification) -> str:
+    """Name the point of the moments if it is the middle of the mechanism."""
+    return ", the middle of the mechanism" if found.about_middle else ""
+
+
+def _own_middle(found: Verification) -> str:
+    """Say that the part of the inertia is for moments about another point than the load."""
+    return "" if found.about_middle else " about its middle"
+
+
+def _table_facts(found: Verification) -> list[tuple[str, str]]:
+    """Say how far the peaks can be off if the motions are from a rounded table."""
+    if found.decimals is None:
+        return []
+    force, moment = (found.range_text(part) for part in ("force", "moment"))
+    return [("table", f"decimals and samples allow a force of {force}, a moment of {moment}")]
 
 
 def _verdict(found: Verification) -> str:
@@ -126,8 +162,8 @@ def verification_text(first: Verification, second: Verification | None = None) -
         [pair for pair in verification_facts(one) if pair[0] != "note"]
         for one in (first, second)
     ]
-    table = [(label, left, right) for (label, left), (_, right) in zip(*plain, strict=True)]
-    width = max(len(left) for _, left, _ in table)
-    lines = [f"{label:<15} {left:<{width}}  {right}" for label, left, right in table]
+    table = joined_facts(plain)
+    width = max(len(left) for _, (left, _) in table)
+    lines = [f"{label:<15} {left:<{width}}  {right}" for label, (left, right) in table]
     notes.insert(0, ("first/second", _ratios(first, second)))
     return "\n".join([*lines, *(f"{label:<15} {note}" for label, note in notes)])

@@ -95,7 +95,7 @@ def test_a_linkage_of_the_gallery(capsys, tmp_path):
 @pytest.mark.parametrize(
     ("words", "code", "message"),
     [
-        (["modes", "--pin", "0"], 2, "--pin and --clamp need --beam"),
+        (["modes", "--pin", "0"], 2, "--pin, --clamp and --tip need --beam"),
         (["modes", "--beam", "length:1,EI:-1,rhoA:1"], 2, "bending -1 is not positive"),
         (["modes", "--beam", "length:1,EI:1"], 2, "rhoA: is missing"),
         (["modes", "--beam", "length:1,EI:1,rhoA:1", "--pin", "2"], 3, "not on the beam"),
@@ -108,7 +108,7 @@ def test_a_linkage_of_the_gallery(capsys, tmp_path):
         (["simulate", "no_such", "--flex", "a=EI:1,rhoA:1"], 3, "no such file"),
         (["simulate", "five_bar", "--flex", "nobody=EI:1,rhoA:1"], 3, "'nobody'"),
         (["simulate", "five_bar", "--flex", "x=EI:-1,rhoA:1"], 2, "not a positive number"),
-        (["simulate", "three_rrr", "--flex", "platform=EI:1,rhoA:1"], 3, "3 joints"),
+        (["simulate", "three_rrr", "--flex", "platform=EI:1,rhoA:1"], 3, "not on a line"),
         (["simulate", "three_rsr", "--flex", "lower1=EI:1,rhoA:1"], 3, "not planar"),
         (["simulate", "five_bar", "--flex", "x=EI:1,rhoA:1", "--spatial"], 2, "are not for"),
         (["simulate", "five_bar", "--flex", "x=EI:1,rhoA:1", "--drive", "u"], 2, "not JOINT"),

@@ -51,6 +51,30 @@ def pose_of_the_last_link(path, q):
     return placed[5]
 
 
+def test_a_straight_wrist_is_told(tmp_path):
+    """Axes 4 and 6 of an arm are one line: five freedoms there, six nearby."""
+    path = tmp_path / "arm.urdf"
+    path.write_text(straight_arm(), encoding="utf-8")
+    with pytest.raises(LinkageError, match="singular one, where the tool has 5 freedoms"):
+        tool(kinematics.load(path), "l5", "x,y,z,rx,ry,rz")
+    bent = kinematics.load(path, at={"j4": 0.5, "j2": 0.4})
+    assert tool(bent, "l5", "x,y,z,rx,ry,rz").mobility == 6
+
+
+def straight_arm():
+    """A robot arm with three axes through its wrist."""
+    axes = ("0 0 1", "0 1 0", "0 1 0", "1 0 0", "0 1 0", "1 0 0")
+    places = ("0 0 0.3", "0 0 0.2", "0 0 0.5", "0.3 0 0", "0.2 0 0", "0.1 0 0")
+    text, parent = '<robot name="arm"><link name="base"/>', "base"
+    for k, (axis, place) in enumerate(zip(axes, places, strict=True)):
+        text += (
+            f'<link name="l{k}"/><joint name="j{k}" type="continuous"><origin xyz="{place}"/>'
+            f'<parent link="{parent}"/><child link="l{k}"/><axis xyz="{axis}"/></joint>'
+        )
+        parent = f"l{k}"
+    return f"{text}</robot>"
+
+
 def test_six_joints_take_the_tool_anywhere(tmp_path):
     """Forward kinematics of predicted and polished joints gives back the pose asked for."""
     path = arm(tmp_path, *SIX)

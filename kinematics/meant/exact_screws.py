@@ -276,7 +276,7 @@ def _pin_widths(
     widths: LinkWidths, joints: Sequence[int], lever: float, size: float
 ) -> dict[int, float]:
     """Half widths of the place of a pin on its links; ``lever`` of a tilted axis, metres."""
-    closing = min(widths.gap, widths.whole.place, CLOSED_GAP * size)
+    closing = 0.0 if widths.closed else min(widths.whole.place, CLOSED_GAP * size)
     return _least(
         (link, width.place + width.angle * lever + closing + widths.round_off)
         for link, width in _members(widths, joints)

@@ -161,7 +161,7 @@ def _relation_of(
     figure: _Figure, loop: tuple[int, ...], links: tuple[int, ...], limit: float
 ) -> Relation | None:
     """Find the relation of a loop of four pins; None if it has none."""
-    some_signs = [(1, 1, 1, 1)]
+    some_signs: list[tuple[int, ...]] = [(1, 1, 1, 1)]
     if not figure.planar:
         some_signs = [(1, *rest) for rest in product((1, -1), repeat=3)]
     ends = [(loop[k], loop[(k + 1) % 4]) for k in range(4)]
@@ -211,7 +211,8 @@ def _named(
     for name, kind in choices:
         error, nearness, order = close[kind]
         if name == "rhombus":
-            error, nearness = (max(x[k] for x in close.values()) for k in (0, 1))
+            error = max(error for error, _, _ in close.values())
+            nearness = max(nearness for _, nearness, _ in close.values())
         P, Q, R, S = (places[k] for k in order)
         image = _float_image(name, P, Q, R, figure.planar)
         if np.linalg.norm(image - S) <= IMAGE_DISTANCE * figure.size:
@@ -222,11 +223,12 @@ def _named(
 
 def _float_image(name: str, P: Array, Q: Array, R: Array, planar: bool) -> Array:
     """Compute the image of Q in floating point."""
+    h: Array
     if name in ("parallelogram", "rhombus"):
         if planar:
             return np.asarray(P + R - Q)
         h = P + R
-        return np.asarray(2 * (Q @ h) / max(h @ h, 1e-300) * h - Q)
+        return np.asarray(2 * (Q @ h) / max(float(h @ h), 1e-300) * h - Q)
     middle = (P + R) / 2 if planar else np.zeros(3)
     if name == "antiparallelogram":
         h = P - R
@@ -236,7 +238,7 @@ def _float_image(name: str, P: Array, Q: Array, R: Array, planar: bool) -> Array
         w = Q - P
         return np.asarray(P + 2 * (w @ along) * along - w)
     m = np.cross(P, R)
-    return np.asarray(Q - 2 * (Q @ m) / max(m @ m, 1e-300) * m)
+    return np.asarray(Q - 2 * (Q @ m) / max(float(m @ m), 1e-300) * m)
 
 
 def _slider_cranks(

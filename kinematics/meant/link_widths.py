@@ -43,7 +43,6 @@ class LinkWidths(NamedTuple):
             shape of the file; otherwise the links on which loops end have shapes that all
             numbers decide.
         round_off: of positions, metres.
-        gap: largest distance of the two frames of a loop of the file, metres.
     """
 
     links: tuple[tuple[int, int], ...]
@@ -51,7 +50,6 @@ class LinkWidths(NamedTuple):
     whole: Width
     closed: bool
     round_off: float
-    gap: float
 
     def of(self, link: int, joint: int) -> Width:
         """Find the half widths of a joint on a link."""

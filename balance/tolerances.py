@@ -14,8 +14,8 @@ __all__ = [
     "CERTIFICATE_ORTHOGONAL", "CERTIFICATE_RANK_RELATIVE", "CERTIFICATE_RESIDUAL",
     "CERTIFICATE_RIDGE_RELATIVE", "CHANGE_OPENS_LOOPS", "COMPONENT_ZERO_RELATIVE",
     "CONDITION_LEFT", "CONDITION_WITHOUT_MATTER", "COORDINATE_ROUND_OFF",
-    "COUNTERWEIGHT_RESIDUAL", "CURVATURE_ZERO", "DESIGN_RESIDUAL", "DISTANCE_ROUND_OFF",
-    "DROPPED_CLEARLY",
+    "COUNTERWEIGHT_RESIDUAL", "CURVATURE_ZERO", "DESIGN_RESIDUAL", "DIGITS_CONDITION",
+    "DIGITS_OF_CONDITION", "DISTANCE_ROUND_OFF", "DROPPED_CLEARLY",
     "ECHELON_PIVOT", "FAR_ORIGIN_ROUND_OFF", "FIRST_ORDER_CHANGE", "FIXED_RANK_RELATIVE",
     "FORCE_EQUAL_RELATIVE", "FRACTION_IN_TEXT", "FRACTION_ROUND_OFF", "GEOMETRY_EQUAL",
     "GROWTH_RELATIVE", "HULL_FLAT", "INSIDE_REGION", "JOINTS_COINCIDE", "KEPT_BODY_RESIDUAL",
@@ -166,6 +166,11 @@ KNOWN_RANK_RELATIVE = 2.0**-64
 # Singular value of unit rows: up to this, they are made independent in rational numbers.
 UNIT_ROWS_DEPENDENT = 1e-6
 
+# Least condition over the largest that exact arithmetic of a geometry inside the digits may add
+# to those of floating point; and the same as a power of ten over the digits of the file, where
+# joints beside special loops may have relations of their own.
+DIGITS_CONDITION = 1e-13
+DIGITS_OF_CONDITION = 2.0
 # Distance of a special geometry, in parts of the size: up to this it is round-off.
 DISTANCE_ROUND_OFF = 1e-15
 

@@ -35,19 +35,21 @@ from balance.momentum.regressor import rows_at
 from balance.spaces.certainty import LEVELS, Certainty
 from balance.spaces.design_space import DesignSpace
 from balance.tolerances import (
+    DIGITS_CONDITION,
+    DIGITS_OF_CONDITION,
     MOMENTUM_RESIDUAL,
     MOMENTUM_RESIDUAL_ILL_CONDITIONED,
     PARALLEL_AXES_ROUNDED,
 )
 from kinematics.closure.continuation import continue_along
 from kinematics.errors import (
-    ExactError,
     InexactClosureError,
     InexactPlaneError,
     LinkageError,
 )
+from kinematics.meant.digits import DOUBLE_DIGITS
 from kinematics.model.linkage import Notice
-from kinematics.urdf.rational_screws import Geometry, rational_geometries
+from kinematics.urdf.rational_screws import Geometry, of_lowest_rank
 from kinematics.wording import size_text
 
 __all__ = ["certify"]
@@ -135,6 +137,11 @@ def certify(space: DesignSpace) -> CertifiedSpace:
         corrected = correct_integers(corrected, found)
         residual, poses = _measure_residual(corrected)
     certainty = _certainty_of(corrected, found, residual, poses)
+    if doubt := _reason_below_digits(space, corrected, found):
+        doubts = (*certainty.doubts, doubt)
+        certainty = certainty._replace(
+            level="estimated", reason=doubt, doubts=doubts, proof=None, orders=()
+        )
     certified = add_correction_notice(space, with_certainty(corrected, certainty))
     certified.check_proved()
     return add_meant_notice(certified)
@@ -173,14 +180,10 @@ def _gather_evidence(space: DesignSpace) -> Evidence:
     Raises:
         LinkageError: exact arithmetic cannot be done.
     """
-    first: ExactError | None = None
-    for geometry in rational_geometries(space.linkage):
-        try:
-            return _gather_evidence_of(space, geometry)
-        except ExactError as error:
-            first = first or error
-    assert first is not None
-    raise first
+    return of_lowest_rank(
+        space.linkage, lambda geometry: _gather_evidence_of(space, geometry),
+        lambda found: found.exact.rank,
+    )  # fmt: skip
 
 
 def _gather_evidence_of(space: DesignSpace, geometry: Geometry) -> Evidence:
@@ -206,6 +209,7 @@ def _gather_evidence_of(space: DesignSpace, geometry: Geometry) -> Evidence:
     return Evidence(
         exact, transfers, found, not has_branching_links(chain, idle), tuple(idle),
         _joints_in_doubt(chain, lowest), order,
+        linkage.meant is not None and geometry.screws is linkage.meant.screws,
     )  # fmt: skip
 
 
@@ -324,6 +328,32 @@ def _reason_unverified(
 
 def _momenta_left(residual: float) -> str:
     return f"momenta of {size_text(residual)} of the conditions are left at finite poses"
+
+
+def _reason_below_digits(space: DesignSpace, corrected: DesignSpace, found: Evidence) -> str:
+    """State why conditions of a geometry inside the digits may not be meant; empty if not.
+
+    A geometry that has the relations found is at another place inside the digits than the
+    linkage, so that it may break relations that were not looked for.
+
+    Args:
+        space: the space by floating point.
+        corrected: the space with the integers of that geometry.
+        found: its evidence.
+    """
+    meant = space.linkage.meant
+    if not found.inside_digits or meant is None or not corrected.rank:
+        return ""
+    limit = DIGITS_CONDITION if corrected.rank > space.rank else 0.0
+    if meant.relations and meant.apart:
+        limit = max(limit, 10.0 ** (DIGITS_OF_CONDITION - (meant.digits or DOUBLE_DIGITS)))
+    least = float(corrected.singular_values[-1])
+    if least >= limit:
+        return ""
+    return (
+        f"rank: the least condition is {size_text(least, '.0e')} of the largest, and may come "
+        "from digits that the file does not have"
+    )
 
 
 def _adds_no_condition(space: DesignSpace, exact: Exact) -> bool:

@@ -11,7 +11,7 @@ from balance.tolerances import DISTANCE_ROUND_OFF
 from kinematics.errors import ExactError
 from kinematics.linalg.rational import Vector
 from kinematics.model.linkage import Notice
-from kinematics.urdf.rational_screws import geometry_of
+from kinematics.urdf.rational_screws import Geometry, exact_geometry, geometry_of
 from kinematics.wording import count_noun
 
 __all__ = ["add_meant_notice"]
@@ -28,14 +28,14 @@ def add_meant_notice(space: CertifiedSpace) -> CertifiedSpace:
         written, or the special one, has another rank.
     """
     meant = space.linkage.meant
-    if meant is None or not (meant.relations or meant.near):
+    if meant is None or not meant.digits or not (meant.relations or meant.near):
         return space
     notices = []
     away = f"{meant.distance:.0e} of the size away"
     if meant.distance <= DISTANCE_ROUND_OFF:
         away = f"below {DISTANCE_ROUND_OFF:.0e} of the size away"
-    if meant.relations:
-        other = _rank_of(space, meant.plain)
+    if meant.relations and not space.doubts:
+        other = _rank_as_written(space)
         if other != space.rank:
             written = "loops that do not close" if other is None else _conditions(other)
             text = (
@@ -44,7 +44,7 @@ def add_meant_notice(space: CertifiedSpace) -> CertifiedSpace:
                 f"{space.rank} are meant (--as-written for the other)"
             )
             notices.append(Notice("special_as_meant", text))
-    if meant.near is not None:
+    if meant.near is not None and not space.doubts:
         other = _rank_of(space, meant.near)
         if other is not None and other != space.rank:
             text = (
@@ -62,14 +62,27 @@ def _conditions(rank: int) -> str:
     return count_noun(rank, "condition")
 
 
+def _rank_as_written(space: CertifiedSpace) -> int | None:
+    """Compute the rank of the decimals, or of the loops closed without relations."""
+    assert space.linkage.meant is not None
+    try:
+        return _rank(space, exact_geometry(space.linkage))
+    except ExactError:
+        return _rank_of(space, space.linkage.meant.plain)
+
+
 def _rank_of(space: CertifiedSpace, screws: tuple[Vector, ...]) -> int | None:
     """Compute the rank with other screws of the joints; None if the loops do not close."""
-    linkage = space.linkage
-    geometry = geometry_of(linkage, screws)
     try:
-        chain = exact_chain(
-            linkage, geometry, space.motion, space.balance == "force", not space.planar
-        )
-        return ranks_of(linkage.source, chain, (), space.highest_order).rank
+        return _rank(space, geometry_of(space.linkage, screws))
     except ExactError:
         return None
+
+
+def _rank(space: CertifiedSpace, geometry: Geometry) -> int:
+    """Compute the rank of a geometry; raise an `ExactError` if its loops do not close."""
+    linkage = space.linkage
+    chain = exact_chain(
+        linkage, geometry, space.motion, space.balance == "force", not space.planar
+    )
+    return ranks_of(linkage.source, chain, (), space.highest_order).rank

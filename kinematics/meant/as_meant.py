@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from kinematics.assembly.assemble import assemble
 from kinematics.errors import LinkageError
 from kinematics.linalg.rational import Vector
-from kinematics.meant.digits import file_digits
+from kinematics.meant.digits import EXACT, file_digits
 from kinematics.meant.exact_screws import exact_screws, find_figures
 from kinematics.meant.four_joint_loops import Relation
 from kinematics.meant.link_widths import link_widths
@@ -39,9 +39,14 @@ def as_meant(linkage: Linkage, *, exactly: bool = False) -> Linkage:
         The linkage, with ``meant`` where its loops are planar or spherical and its numbers are
         rounded; its axes are moved where a special geometry lies inside all intervals.
     """
-    digits = None if linkage.tree is None else file_digits(linkage.tree)
-    if digits is None or not linkage.loops:
+    if linkage.tree is None or not linkage.loops:
         return linkage
+    digits = file_digits(linkage.tree)
+    if digits is None:
+        # Numbers are exact, and so are the links; only another pose is rounded.
+        if linkage.displaced is None:
+            return linkage
+        digits = EXACT
     widths = link_widths(linkage, digits)
     figures = find_figures(linkage, widths, NEAR)
     if not figures:
@@ -63,6 +68,8 @@ def as_meant(linkage: Linkage, *, exactly: bool = False) -> Linkage:
         digits=min(digits.significant, 17),
         distance=max((relation.error for relation in shown), default=0.0),
         nearness=max((relation.nearness for relation in shown), default=0.0),
+        in_decimals=all(relation.error == 0.0 for relation in inside),
+        apart=len(linkage.joints) - len({j for x in inside for j in _joints_of(x)}),
     )
     return _with_screws(linkage, meant)
 
@@ -124,5 +131,10 @@ def _move_joint(joint: Joint, screw: Array) -> Joint:
 
 def _words(linkage: Linkage, relation: Relation) -> str:
     """Name a relation and its joints."""
-    joints = relation.pins if relation.slide < 0 else (*relation.pins, relation.slide)
-    return f"{relation.name} {' '.join(linkage.joints[j].name for j in joints)}"
+    names = (linkage.joints[j].name for j in _joints_of(relation))
+    return f"{relation.name} {' '.join(names)}"
+
+
+def _joints_of(relation: Relation) -> tuple[int, ...]:
+    """Joints that a relation names."""
+    return relation.pins if relation.slide < 0 else (*relation.pins, relation.slide)

@@ -10,14 +10,16 @@ numbers of a file are short, they are design values, and `EXACT_ZEROS_OF_MANY` d
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from math import floor, log10, ulp
+from statistics import median
 from typing import NamedTuple
 
 from kinematics.urdf.nominal_angles import nearest_twelfth
 from kinematics.urdf_elements.element import Element
 
-__all__ = ["FileDigits", "file_digits"]
+__all__ = ["EXACT", "FileDigits", "file_digits"]
 
 # Fewest significant digits of a file whose numbers may be rounded: shorter ones are design
 # values.
@@ -27,8 +29,16 @@ EXACT_ZEROS = 5
 # The same in a file in which so large a part of the numbers is short by as many digits; of
 # rounded numbers, one in a hundred is.
 EXACT_ZEROS_OF_MANY, MANY = 2, 0.2
+# Half unit, in parts of the median size of the numbers, from which on digits are no rounding.
+COARSE = 1e-3
 # Digits with which a number stands for a double and its neighbours.
 DOUBLE_DIGITS = 16
+# Size of numbers that are the round-off of zeros: their file was written in doubles.
+TINY = 1e-15
+# Zeros, or nines, in a row before the last digits of a number that is off on purpose:
+# ``0.500000000001``. Of rounded numbers, one in a million has them.
+RUN = 6
+_RUN = re.compile(rf"(?<=[0-9])(?:0{{{RUN},}}|9{{{RUN},}})[0-9]{{1,4}}$")
 
 
 class FileDigits(NamedTuple):
@@ -38,11 +48,13 @@ class FileDigits(NamedTuple):
         decimals: most digits after the point, F.
         significant: most significant digits, D.
         exact_zeros: digits by which an exact number is shorter than both.
+        size: median size of its numbers.
     """
 
     decimals: int
     significant: int
     exact_zeros: int = EXACT_ZEROS
+    size: float = 1.0
 
     def half_unit(self, word: str) -> float:
         """Compute half the width of the interval of a number, 0 if it is exact."""
@@ -50,10 +62,18 @@ class FileDigits(NamedTuple):
         short = self.decimals - places, self.significant - digits
         if min(short) >= self.exact_zeros or not float(word):
             return 0.0
+        if digits < DOUBLE_DIGITS and _is_off_on_purpose(word):
+            return 0.0
         size = abs(float(word))
         exponent = floor(log10(size)) - self.significant + 1
         half: float = 0.5 * max(10.0**-self.decimals, 10.0**exponent)
+        if half > COARSE * self.size:
+            return 0.0
         return max(half, ulp(size)) if digits >= DOUBLE_DIGITS else half
+
+
+EXACT = FileDigits(0, 0, exact_zeros=-1000)
+"""Those of a file whose numbers are all exact."""
 
 
 def file_digits(tree: Element) -> FileDigits | None:
@@ -65,13 +85,18 @@ def file_digits(tree: Element) -> FileDigits | None:
     Returns:
         The digits; None if all numbers are short, and so exact.
     """
-    counts = [_count_digits(word) for word in _geometry_words(tree) if float(word)]
+    words = [word for word in _geometry_words(tree) if float(word)]
+    counts = [_count_digits(word) for word in words]
     decimals, significant = (max((x[k] for x in counts), default=0) for k in (0, 1))
+    if any(abs(float(word)) < TINY for word in words):
+        significant = max(significant, DOUBLE_DIGITS + 1)
     if significant < MIN_DIGITS:
         return None
     short = sum(min(decimals - x, significant - y) >= EXACT_ZEROS_OF_MANY for x, y in counts)
     many = short > MANY * len(counts)
-    return FileDigits(decimals, significant, EXACT_ZEROS_OF_MANY if many else EXACT_ZEROS)
+    exact_zeros = EXACT_ZEROS_OF_MANY if many else EXACT_ZEROS
+    size = median(abs(float(word)) for word in words)
+    return FileDigits(decimals, significant, exact_zeros, size)
 
 
 def _geometry_words(tree: Element) -> Iterator[str]:
@@ -85,6 +110,12 @@ def _geometry_words(tree: Element) -> Iterator[str]:
                 for word in item.attributes.get("rpy", "").split():
                     if not nearest_twelfth(word):
                         yield word
+
+
+def _is_off_on_purpose(word: str) -> bool:
+    """Whether a number is a short one but for its last digits, as doubles are by round-off."""
+    mantissa = word.lower().partition("e")[0].replace(".", "").lstrip("+-0").rstrip("0")
+    return _RUN.search(mantissa) is not None
 
 
 def _count_digits(word: str) -> tuple[int, int]:

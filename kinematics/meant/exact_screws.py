@@ -18,6 +18,7 @@ from kinematics.meant.four_joint_loops import (
     apply_relations,
     find_relations,
 )
+from kinematics.meant.link_shapes import LinkShapes, link_shapes
 from kinematics.meant.link_widths import LinkWidths, Width
 from kinematics.model.chain import extent, loop_joints
 from kinematics.model.linkage import Linkage
@@ -32,6 +33,8 @@ MAX_BENNETT_ERROR = 4.0
 # Gap up to which loops count as closed in a file whose pose is the reference pose, in parts of
 # the size.
 CLOSED_GAP = 1e-12
+# Round-off of the direction of a slide, radians.
+SLIDE_ROUND_OFF = 1e-15
 
 
 class Figure(NamedTuple):
@@ -172,8 +175,9 @@ def _planar_figure(
         if kinds[j] == "prismatic":
             d = _rational(axes[j])
             d = _across(d, normal)
-            angles = tuple(widths.of(link, j).angle + 1e-15 for link in widths.links[j])
-            slides.append(Slide(j, widths.links[j], d, (angles[0], angles[1])))
+            round_off = Width((), widths.round_off, SLIDE_ROUND_OFF)
+            near, far = (widths.of(link, j) + round_off for link in widths.links[j])
+            slides.append(Slide(j, widths.links[j], d, (near, far)))
     flat = {j: _across(_rational(linkage.joints[j].point), normal) for j in turning}
     groups = _alike([_floats(flat[j]) for j in turning], widths.place)
     pins, places = [], []
@@ -181,10 +185,12 @@ def _planar_figure(
         members = tuple(turning[k] for k in group)
         heights = np.array([linkage.joints[j].point @ mean for j in joints])
         lever = float(np.ptp(heights))
-        pins.append(Pin(members, _pin_widths(widths, members, lever, size)))
+        pins.append(Pin(members, _pin_widths(widths, members, lever)))
         places.append(flat[members[0]])
     where = np.array([_floats(place) for place in places])
-    relations = find_relations(where, pins, slides, _floats(normal), size, limit)
+    relations = find_relations(
+        where, pins, slides, True, size, limit, widths.links, link_shapes(linkage, widths)
+    )
     return Figure(
         joints, normal, None, tuple(pins), tuple(places), tuple(slides), tuple(relations), size
     )
@@ -214,7 +220,7 @@ def _spherical_figure(
         pins.append(Pin(members, _pin_angles(widths, members)))
         places.append(_unit_vector(axes[group[0]]))
     where = np.array([_floats(place) for place in places])
-    relations = find_relations(where, pins, (), None, 1.0, limit)
+    relations = find_relations(where, pins, (), False, 1.0, limit, widths.links, LinkShapes({}))
     return Figure(
         joints, None, _rational(centre), tuple(pins), tuple(places), (), tuple(relations), 1.0
     )
@@ -272,22 +278,21 @@ def _order_around(widths: LinkWidths, joints: tuple[int, ...]) -> tuple[int, ...
     return tuple(around)
 
 
-def _pin_widths(
-    widths: LinkWidths, joints: Sequence[int], lever: float, size: float
-) -> dict[int, float]:
+def _pin_widths(widths: LinkWidths, joints: Sequence[int], lever: float) -> dict[int, Width]:
     """Half widths of the place of a pin on its links; ``lever`` of a tilted axis, metres."""
-    closing = 0.0 if widths.closed else min(widths.whole.place, CLOSED_GAP * size)
+    more = 0.0 if widths.exact else widths.round_off
     return _least(
-        (link, width.place + width.angle * lever + closing + widths.round_off)
+        (link, Width(width.box, width.rest + width.angle * lever + more, width.angle))
         for link, width in _members(widths, joints)
     )
 
 
-def _pin_angles(widths: LinkWidths, joints: Sequence[int]) -> dict[int, float]:
-    """Half widths of the direction of a pin on its links."""
+def _pin_angles(widths: LinkWidths, joints: Sequence[int]) -> dict[int, Width]:
+    """Half widths of the direction of a pin on its links, as its place on the unit sphere."""
     closing = 0.0 if widths.closed else min(widths.whole.angle, CLOSED_GAP)
     return _least(
-        (link, width.angle + closing + 1e-15) for link, width in _members(widths, joints)
+        (link, Width((), width.angle + closing + 1e-15))
+        for link, width in _members(widths, joints)
     )
 
 
@@ -296,11 +301,11 @@ def _members(widths: LinkWidths, joints: Sequence[int]) -> list[tuple[int, Width
     return [(link, widths.of(link, j)) for j in joints for link in widths.links[j]]
 
 
-def _least(pairs: Iterable[tuple[int, float]]) -> dict[int, float]:
-    """Keep the least value of each key."""
-    found: dict[int, float] = {}
+def _least(pairs: Iterable[tuple[int, Width]]) -> dict[int, Width]:
+    """Keep the least width of each link."""
+    found: dict[int, Width] = {}
     for key, value in pairs:
-        found[key] = min(value, found.get(key, value))
+        found[key] = min(value, found.get(key, value), key=lambda width: width.place)
     return found
 
 

@@ -24,6 +24,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinematics.linalg.rational import Vector, cross, dot
+from kinematics.meant.link_shapes import LinkShapes
+from kinematics.meant.link_widths import Width
 
 __all__ = ["Pin", "Relation", "Slide", "apply_relations", "find_relations"]
 
@@ -49,7 +51,11 @@ class Pin(NamedTuple):
     """
 
     joints: tuple[int, ...]
-    links: Mapping[int, float]
+    links: Mapping[int, Width]
+
+    def on(self, link: int, links: Sequence[tuple[int, int]]) -> int:
+        """Find a joint of the pin that joins a rigid link; ``links`` as in `LinkWidths`."""
+        return next(j for j in self.joints if link in links[j])
 
 
 class Slide(NamedTuple):
@@ -59,13 +65,13 @@ class Slide(NamedTuple):
         joint: its number.
         links: rigid links before and after it.
         d: its direction.
-        angles: half width of its direction on each of the links.
+        widths: half widths of its place and direction on each of the links.
     """
 
     joint: int
     links: tuple[int, int]
     d: Vector
-    angles: tuple[float, float]
+    widths: tuple[Width, Width]
 
 
 class Relation(NamedTuple):
@@ -96,17 +102,41 @@ class _Figure(NamedTuple):
     pins: Sequence[Pin]
     planar: bool
     size: float
+    links: Sequence[tuple[int, int]]
+    shapes: LinkShapes
 
-    def distance(self, a: Array, b: Array) -> float:
-        """Distance of two points, or angle between two unit vectors."""
-        if self.planar:
-            return float(np.linalg.norm(a - b))
+    def angle(self, a: Array, b: Array) -> float:
+        """Angle between two unit vectors."""
         return float(np.arctan2(np.linalg.norm(np.cross(a, b)), a @ b))
+
+    def length(self, link: int, p: int, q: int) -> Length:
+        """Length of a link between two pins of the plane."""
+        u = self.places[q] - self.places[p]
+        length = float(np.linalg.norm(u))
+        u = u / length
+        pins = self.pins[p], self.pins[q]
+        width = pins[0].links[link].along(u) + pins[1].links[link].along(u)
+        joints = [pin.on(link, self.links) for pin in pins]
+        square = self.shapes.square_of_distance(link, *joints)
+        return Length(Fraction(length) ** 2 if square is None else square, length, width)
+
+
+class Length(NamedTuple):
+    """A length: its square, the length itself, and its half width."""
+
+    square: Fraction
+    length: float
+    width: float
+
+    def differs(self, other: Length) -> tuple[float, float]:
+        """Difference from another length, and the same in parts of its half width."""
+        error = abs(float(self.square - other.square)) / max(self.length + other.length, 1e-300)
+        return error, error / max(self.width + other.width, 1e-300)
 
 
 def find_relations(
-    places: Array, pins: Sequence[Pin], slides: Sequence[Slide], normal: Array | None,
-    size: float, limit: float,
+    places: Array, pins: Sequence[Pin], slides: Sequence[Slide], planar: bool, size: float,
+    limit: float, links: Sequence[tuple[int, int]], shapes: LinkShapes,
 ) -> list[Relation]:  # fmt: skip
     """Find loops of four joints with equal links.
 
@@ -114,16 +144,18 @@ def find_relations(
         places: points of the pins in their plane, or unit vectors along them (pins, 3).
         pins: the pins.
         slides: joints that slide in the plane.
-        normal: normal of the plane (3,); None on a sphere.
+        planar: whether the pins are in a plane, not on a sphere.
         size: of the linkage; 1 on a sphere.
         limit: largest nearness of a relation.
+        links: rigid links before and after each joint.
+        shapes: the axes on these links.
 
     Returns:
         The relations, each loop once.
     """
     if len(pins) > MAX_PINS:
         return []
-    figure = _Figure(places, pins, normal is not None, size)
+    figure = _Figure(places, pins, planar, size, links, shapes)
     between: dict[tuple[int, int], list[int]] = {}
     for p, q in combinations(range(len(pins)), 2):
         shared = sorted(set(pins[p].links) & set(pins[q].links))
@@ -131,12 +163,11 @@ def find_relations(
             between[p, q] = between[q, p] = shared
     found = [
         relation
-        for loop, links in _loops_of_four(len(pins), between)
-        if (relation := _relation_of(figure, loop, links, limit))
+        for loop, links_around in _loops_of_four(len(pins), between)
+        if (relation := _relation_of(figure, loop, links_around, limit))
     ]
-    if normal is not None:
-        for k, slide in enumerate(slides):
-            found += _slider_cranks(figure, between, k, slide, limit)
+    for k, slide in enumerate(slides):
+        found += _slider_cranks(figure, between, k, slide, limit)
     return found
 
 
@@ -164,20 +195,10 @@ def _relation_of(
     some_signs: list[tuple[int, ...]] = [(1, 1, 1, 1)]
     if not figure.planar:
         some_signs = [(1, *rest) for rest in product((1, -1), repeat=3)]
-    ends = [(loop[k], loop[(k + 1) % 4]) for k in range(4)]
-    widths = [
-        figure.pins[p].links[link] + figure.pins[q].links[link]
-        for link, (p, q) in zip(links, ends, strict=True)
-    ]
     best: Relation | None = None
     for signs in some_signs:
         places = [s * figure.places[p] for s, p in zip(signs, loop, strict=True)]
-        lengths = [figure.distance(places[k], places[(k + 1) % 4]) for k in range(4)]
-
-        def compare(i: int, j: int, lengths: list[float] = lengths) -> tuple[float, float]:
-            error = abs(lengths[i] - lengths[j])
-            return error, error / max(widths[i] + widths[j], 1e-300)
-
+        compare = _comparison(figure, loop, links, places)
         pairs = {
             "opposite": (compare(0, 2), compare(1, 3), (0, 1, 2, 3)),
             "kite": (compare(0, 3), compare(1, 2), (0, 1, 2, 3)),
@@ -194,6 +215,30 @@ def _relation_of(
         if relation and (best is None or relation.name == "rhombus"):
             best = relation
     return best
+
+
+def _comparison(
+    figure: _Figure, loop: tuple[int, ...], links: tuple[int, ...], places: list[Array]
+) -> Callable[[int, int], tuple[float, float]]:
+    """Return what compares the lengths of two links: difference, and in parts of its width."""
+    ends = [(k, (k + 1) % 4) for k in range(4)]
+    if figure.planar:
+        lengths = [
+            figure.length(link, loop[k], loop[m])
+            for link, (k, m) in zip(links, ends, strict=True)
+        ]
+        return lambda i, j: lengths[i].differs(lengths[j])
+    angles = [figure.angle(places[k], places[m]) for k, m in ends]
+    widths = [
+        figure.pins[loop[k]].links[link].place + figure.pins[loop[m]].links[link].place
+        for link, (k, m) in zip(links, ends, strict=True)
+    ]
+
+    def compare(i: int, j: int) -> tuple[float, float]:
+        error = abs(angles[i] - angles[j])
+        return error, error / max(widths[i] + widths[j], 1e-300)
+
+    return compare
 
 
 def _named(
@@ -254,27 +299,37 @@ def _slider_cranks(
         if first == C or before not in pins[first].links or after not in pins[C].links:
             continue
         w = places[C] - places[first]
-        offset = float(np.linalg.norm(w - (w @ d) * d))
-        width = pins[first].links[before] + pins[C].links[after]
-        width += sum(slide.angles) * float(np.linalg.norm(w))
+        across = w - (w @ d) * d
+        offset = float(np.linalg.norm(across))
+        if abs(w @ d) <= PINS_DISTINCT * figure.size or offset > IMAGE_DISTANCE * figure.size:
+            continue
+        width = _offset_width(pins[first], pins[C], slide, d, w)
         for A in range(len(pins)):
             if A in (first, C) or (first, A) not in between or (A, C) not in between:
                 continue
             for a, b in product(between[first, A], between[A, C]):
                 if len({a, b, before, after}) < 4:
                     continue
-                error = abs(
-                    figure.distance(places[first], places[A])
-                    - figure.distance(places[A], places[C])
-                )
-                known = pins[first].links[a] + pins[A].links[a]
-                known += pins[A].links[b] + pins[C].links[b]
-                nearness = max(error / max(known, 1e-300), offset / max(width, 1e-300))
-                if nearness <= limit and abs(w @ d) > PINS_DISTINCT * figure.size:
+                crank, coupler = figure.length(a, first, A), figure.length(b, A, C)
+                error, nearness = crank.differs(coupler)
+                nearness = max(nearness, offset / max(width, 1e-300))
+                if nearness <= limit:
                     yield Relation(
                         "isosceles slider-crank", (first, A, C), (1, 1, 1), number,
                         max(error, offset), nearness,
                     )  # fmt: skip
+
+
+def _offset_width(first: Pin, last: Pin, slide: Slide, d: Array, w: Array) -> float:
+    """Half width of the distance of a pin from the line of a slide through another pin."""
+    across = np.eye(3) - np.outer(d, d)
+    total = 0.0
+    for link, width, pin in zip(slide.links, slide.widths, (first, last), strict=True):
+        place = pin.links[link]
+        edges = np.array([*place.box, *width.box]).reshape(-1, 3) @ across
+        total += float(np.linalg.norm(edges, axis=1).sum()) + place.rest + width.rest
+        total += width.angle * float(np.linalg.norm(w))
+    return total
 
 
 def apply_relations(

@@ -186,10 +186,13 @@ class MeantGeometry(NamedTuple):
         near: of the special linkage just outside of the intervals (n, 6); None without one.
         relations: of ``screws``, in words.
         near_relations: further ones of ``near``, in words.
-        digits: significant digits of the file.
+        digits: significant digits of the file; 0 if its numbers are exact, and only a pose
+            is rounded.
         distance: largest error of the relations, in parts of the size: of ``near``, if there
             is one, otherwise of ``screws``.
         nearness: the same in half widths of the intervals.
+        in_decimals: whether the decimals of the file have all of ``relations`` themselves.
+        apart: number of joints that ``relations`` do not name.
     """
 
     screws: tuple[tuple[Fraction, ...], ...]
@@ -200,6 +203,8 @@ class MeantGeometry(NamedTuple):
     digits: int
     distance: float
     nearness: float
+    in_decimals: bool = False
+    apart: int = 0
 
     def __repr__(self) -> str:
         """Give one line: digits and relations."""

@@ -357,13 +357,12 @@ def meant_text(
         if joint.loop:
             if joint.kind == "prismatic":
                 point = add(point, n, _uniform(rng, -0.5, 0.5))
-                lines.append(
-                    f'<loop name="j{k}" type="{joint.kind}">'
-                    f'<predecessor link="L{joint.before}">'
-                    f"{local(joint.before, point, F)}</predecessor>"
-                    f'<successor link="L{joint.after}">'
-                    f'{local(joint.after, point, F)}</successor><axis xyz="{axis}"/></loop>'
-                )
+            lines.append(
+                f'<loop name="j{k}" type="{joint.kind}"><predecessor link="L{joint.before}">'
+                f"{local(joint.before, point, F)}</predecessor>"
+                f'<successor link="L{joint.after}">'
+                f'{local(joint.after, point, F)}</successor><axis xyz="{axis}"/></loop>'
+            )
             continue
         origin = local(joint.before, point, F)
         poses[joint.after] = F, point

@@ -16,7 +16,7 @@ from kinematics.meant.four_joint_loops import Relation
 from kinematics.meant.link_widths import link_widths
 from kinematics.model.arrays import freeze
 from kinematics.model.linkage import Joint, Linkage, MeantGeometry
-from kinematics.tolerances import MEANT_DIFFERENCE
+from kinematics.tolerances import EXACT_SCREW_DIFFERENCE, MEANT_DIFFERENCE
 
 __all__ = ["as_meant"]
 
@@ -27,13 +27,14 @@ Array = NDArray[np.float64]
 NEAR = 30.0
 
 
-def as_meant(linkage: Linkage, *, exactly: bool = False) -> Linkage:
+def as_meant(linkage: Linkage, *, exactly: bool = False, again: bool = True) -> Linkage:
     """Move the axes of a linkage to the special geometry inside the digits of its file.
 
     Args:
         linkage: an assembled linkage.
         exactly: whether its numbers count as written: axes are made exactly parallel, or
             exactly meet, where they are up to round-off, and no more.
+        again: whether to start again if the linkage assembles at another pose.
 
     Returns:
         The linkage, with ``meant`` where its loops are planar or spherical and its numbers are
@@ -71,7 +72,7 @@ def as_meant(linkage: Linkage, *, exactly: bool = False) -> Linkage:
         in_decimals=all(relation.error == 0.0 for relation in inside),
         apart=len(linkage.joints) - len({j for x in inside for j in _joints_of(x)}),
     )
-    return _with_screws(linkage, meant)
+    return _with_screws(linkage, meant, again)
 
 
 def with_screws(linkage: Linkage, screws: tuple[Vector, ...]) -> Linkage:
@@ -96,21 +97,27 @@ def with_screws(linkage: Linkage, screws: tuple[Vector, ...]) -> Linkage:
     return replace(again, notices=notices)
 
 
-def _with_screws(linkage: Linkage, meant: MeantGeometry) -> Linkage:
+def _with_screws(linkage: Linkage, meant: MeantGeometry, again: bool) -> Linkage:
     """Attach the meant geometry to a linkage, and move its axes where they differ from it."""
     if _is_near(linkage, meant.screws):
         return replace(linkage, meant=meant)
     try:
-        return replace(with_screws(linkage, meant.screws), meant=meant)
+        there = with_screws(linkage, meant.screws)
     except LinkageError:
         return linkage
+    if _is_near(there, meant.screws, EXACT_SCREW_DIFFERENCE):
+        return replace(there, meant=meant)
+    # It left a singular pose: the geometry is that at the pose to which it went.
+    return as_meant(there, again=False) if again else linkage
 
 
-def _is_near(linkage: Linkage, screws: tuple[Vector, ...]) -> bool:
-    """Return whether screws are those of a linkage, up to round-off."""
+def _is_near(
+    linkage: Linkage, screws: tuple[Vector, ...], limit: float = MEANT_DIFFERENCE
+) -> bool:
+    """Return whether screws are those of a linkage, up to a relative limit."""
     known = np.array([joint.screw for joint in linkage.joints])
     apart = float(np.abs(np.array([_unit_screw(screw) for screw in screws]) - known).max())
-    return apart <= MEANT_DIFFERENCE * max(1.0, float(np.abs(known).max()))
+    return apart <= limit * max(1.0, float(np.abs(known).max()))
 
 
 def _unit_screw(screw: Vector) -> Array:

@@ -33,8 +33,9 @@ EXACT_ZEROS_OF_MANY, MANY = 2, 0.2
 COARSE = 1e-3
 # Digits with which a number stands for a double and its neighbours.
 DOUBLE_DIGITS = 16
-# Size of numbers that are the round-off of zeros: their file was written in doubles.
-TINY = 1e-15
+# Size of numbers that do not tell the digits of a file, and of those that are zero to the
+# round-off of a double below one.
+TINY, ZERO = 1e-15, 2.0**-54
 # Zeros, or nines, in a row before the last digits of a number that is off on purpose:
 # ``0.500000000001``. Of rounded numbers, one in a million has them.
 RUN = 6
@@ -60,7 +61,7 @@ class FileDigits(NamedTuple):
         """Compute half the width of the interval of a number, 0 if it is exact."""
         places, digits = _count_digits(word)
         short = self.decimals - places, self.significant - digits
-        if min(short) >= self.exact_zeros or not float(word):
+        if min(short) >= self.exact_zeros or abs(float(word)) < TINY:
             return 0.0
         if digits < DOUBLE_DIGITS and _is_off_on_purpose(word):
             return 0.0
@@ -75,6 +76,9 @@ class FileDigits(NamedTuple):
 EXACT = FileDigits(0, 0, exact_zeros=-1000)
 """Those of a file whose numbers are all exact."""
 
+DOUBLES = FileDigits(DOUBLE_DIGITS, DOUBLE_DIGITS)
+"""Those of a file of short numbers, and of zeros with the round-off of doubles."""
+
 
 def file_digits(tree: Element) -> FileDigits | None:
     """Find the digits of the origins and axes of a file.
@@ -85,13 +89,12 @@ def file_digits(tree: Element) -> FileDigits | None:
     Returns:
         The digits; None if all numbers are short, and so exact.
     """
-    words = [word for word in _geometry_words(tree) if float(word)]
+    numbers = [word for word in _geometry_words(tree) if float(word)]
+    words = [word for word in numbers if abs(float(word)) >= TINY]
     counts = [_count_digits(word) for word in words]
     decimals, significant = (max((x[k] for x in counts), default=0) for k in (0, 1))
-    if any(abs(float(word)) < TINY for word in words):
-        significant = max(significant, DOUBLE_DIGITS + 1)
     if significant < MIN_DIGITS:
-        return None
+        return DOUBLES if any(abs(float(word)) < ZERO for word in numbers) else None
     short = sum(min(decimals - x, significant - y) >= EXACT_ZEROS_OF_MANY for x, y in counts)
     many = short > MANY * len(counts)
     exact_zeros = EXACT_ZEROS_OF_MANY if many else EXACT_ZEROS

@@ -14,7 +14,6 @@ from balance import certify, design_space
 from balance.cli.main import main
 from tests.independent.meant_linkages import meant_linkage, meant_text
 from tests.independent.sixty_digits import true_ranks
-from tests.support.urdf_text import saved
 
 # Mobility and ranks by order, of the special family and of general linkages beside it.
 TRUE = {
@@ -117,7 +116,8 @@ def kite_text(error):
 def test_a_kite_that_is_off_by_more_than_its_digits_is_general_and_told_to_be_near(
     tmp_path, capsys
 ):
-    path = saved(tmp_path, kite_text(1e-6))
+    path = tmp_path / "kite.urdf"
+    path.write_text(kite_text(1e-6))
     assert main(["report", str(path), "--json"]) == 0
     captured = capsys.readouterr()
     report = json.loads(captured.out)

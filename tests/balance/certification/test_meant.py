@@ -122,5 +122,5 @@ def test_a_kite_that_is_off_by_more_than_its_digits_is_general_and_told_to_be_ne
     captured = capsys.readouterr()
     report = json.loads(captured.out)
     assert [order["rank"] for order in report["orders"]] == [3, 6, 7, 8]
-    (notice,) = (n for n in report["notices"] if n["code"] == "near_special")
+    (notice,) = (n for n in report["warnings"] if n["code"] == "near_special")
     assert "with 7 conditions" in notice["message"] and "more digits" in notice["message"]

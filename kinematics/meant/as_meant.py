@@ -12,7 +12,7 @@ from kinematics.errors import LinkageError
 from kinematics.linalg.rational import Vector
 from kinematics.meant.digits import EXACT, file_digits
 from kinematics.meant.exact_screws import exact_screws, find_figures
-from kinematics.meant.four_joint_loops import Relation
+from kinematics.meant.four_joint_loops import LinkRelation
 from kinematics.meant.link_widths import link_widths
 from kinematics.model.arrays import freeze
 from kinematics.model.linkage import Joint, Linkage, MeantGeometry
@@ -136,12 +136,12 @@ def _move_joint(joint: Joint, screw: Array) -> Joint:
     return replace(joint, screw=freeze(screw), point=freeze(point))
 
 
-def _words(linkage: Linkage, relation: Relation) -> str:
+def _words(linkage: Linkage, relation: LinkRelation) -> str:
     """Name a relation and its joints."""
     names = (linkage.joints[j].name for j in _joints_of(relation))
     return f"{relation.name} {' '.join(names)}"
 
 
-def _joints_of(relation: Relation) -> tuple[int, ...]:
+def _joints_of(relation: LinkRelation) -> tuple[int, ...]:
     """Joints that a relation names."""
     return relation.pins if relation.slide < 0 else (*relation.pins, relation.slide)

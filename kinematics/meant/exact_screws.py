@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from kinematics.linalg.rational import Vector, cross, dot, nearby_fraction
 from kinematics.meant.bennett_loops import bennett_axes
 from kinematics.meant.four_joint_loops import (
+    LinkRelation,
     Pin,
-    Relation,
     Slide,
     apply_relations,
     find_relations,
@@ -58,7 +58,7 @@ class Figure(NamedTuple):
     pins: tuple[Pin, ...]
     places: tuple[Vector, ...]
     slides: tuple[Slide, ...]
-    relations: tuple[Relation, ...]
+    relations: tuple[LinkRelation, ...]
     size: float
     axes: tuple[Vector, ...] = ()
 
@@ -89,7 +89,7 @@ def find_figures(linkage: Linkage, widths: LinkWidths, limit: float) -> list[Fig
 
 def exact_screws(
     linkage: Linkage, widths: LinkWidths, figures: Sequence[Figure], nearness: float
-) -> tuple[tuple[Vector, ...], list[Relation]]:
+) -> tuple[tuple[Vector, ...], list[LinkRelation]]:
     """Compute rational screws of all joints.
 
     Args:
@@ -103,7 +103,7 @@ def exact_screws(
         of joints, errors are relative to the size.
     """
     screws: dict[int, Vector] = {}
-    holding: list[Relation] = []
+    holding: list[LinkRelation] = []
     for figure in figures:
         if figure.axes and nearness > 0:
             screws.update(zip(figure.joints, figure.axes, strict=True))
@@ -254,7 +254,7 @@ def _bennett_figure(
         + tuple(length * x + y for x, y in zip(axis[3:], cross(o, axis[:3]), strict=True))
         for j, axis in zip(around, axes, strict=True)
     }
-    relation = Relation(
+    relation = LinkRelation(
         "Bennett linkage", around, (1,) * 4, -1, error, error / (MAX_BENNETT_ERROR * width)
     )
     return Figure(

@@ -27,7 +27,7 @@ from kinematics.linalg.rational import Vector, cross, dot
 from kinematics.meant.link_shapes import LinkShapes
 from kinematics.meant.link_widths import Width
 
-__all__ = ["Pin", "Relation", "Slide", "apply_relations", "find_relations"]
+__all__ = ["Pin", "LinkRelation", "Slide", "apply_relations", "find_relations"]
 
 Array = NDArray[np.float64]
 
@@ -54,7 +54,12 @@ class Pin(NamedTuple):
     links: Mapping[int, Width]
 
     def on(self, link: int, links: Sequence[tuple[int, int]]) -> int:
-        """Find a joint of the pin that joins a rigid link; ``links`` as in `LinkWidths`."""
+        """Find a joint of the pin that joins a rigid link.
+
+        Args:
+            link: number of the rigid link.
+            links: rigid links before and after each joint.
+        """
         return next(j for j in self.joints if link in links[j])
 
 
@@ -74,7 +79,7 @@ class Slide(NamedTuple):
     widths: tuple[Width, Width]
 
 
-class Relation(NamedTuple):
+class LinkRelation(NamedTuple):
     """A relation of lengths around a loop of four joints.
 
     Attributes:
@@ -129,7 +134,11 @@ class Length(NamedTuple):
     width: float
 
     def differs(self, other: Length) -> tuple[float, float]:
-        """Difference from another length, and the same in parts of its half width."""
+        """Compute the difference from another length, and the same in parts of its half width.
+
+        Args:
+            other: the other length.
+        """
         error = abs(float(self.square - other.square)) / max(self.length + other.length, 1e-300)
         return error, error / max(self.width + other.width, 1e-300)
 
@@ -137,7 +146,7 @@ class Length(NamedTuple):
 def find_relations(
     places: Array, pins: Sequence[Pin], slides: Sequence[Slide], planar: bool, size: float,
     limit: float, links: Sequence[tuple[int, int]], shapes: LinkShapes,
-) -> list[Relation]:  # fmt: skip
+) -> list[LinkRelation]:  # fmt: skip
     """Find loops of four joints with equal links.
 
     Args:
@@ -190,12 +199,12 @@ def _loops_of_four(
 
 def _relation_of(
     figure: _Figure, loop: tuple[int, ...], links: tuple[int, ...], limit: float
-) -> Relation | None:
+) -> LinkRelation | None:
     """Find the relation of a loop of four pins; None if it has none."""
     some_signs: list[tuple[int, ...]] = [(1, 1, 1, 1)]
     if not figure.planar:
         some_signs = [(1, *rest) for rest in product((1, -1), repeat=3)]
-    best: Relation | None = None
+    best: LinkRelation | None = None
     for signs in some_signs:
         places = [s * figure.places[p] for s, p in zip(signs, loop, strict=True)]
         compare = _comparison(figure, loop, links, places)
@@ -244,7 +253,7 @@ def _comparison(
 def _named(
     figure: _Figure, loop: tuple[int, ...], signs: tuple[int, ...], places: list[Array],
     close: Mapping[str, tuple[float, float, tuple[int, ...]]],
-) -> Relation | None:  # fmt: skip
+) -> LinkRelation | None:  # fmt: skip
     """Name the relation that lengths and the place of the last pin show."""
     inside = {kind for kind, (_, nearness, _) in close.items() if nearness <= 1.0}
     kinds = inside or set(close)
@@ -262,7 +271,7 @@ def _named(
         image = _float_image(name, P, Q, R, figure.planar)
         if np.linalg.norm(image - S) <= IMAGE_DISTANCE * figure.size:
             pins, turned = (tuple(x[k] for k in order) for x in (loop, signs))
-            return Relation(name, pins, turned, -1, error, nearness)
+            return LinkRelation(name, pins, turned, -1, error, nearness)
     return None
 
 
@@ -289,7 +298,7 @@ def _float_image(name: str, P: Array, Q: Array, R: Array, planar: bool) -> Array
 def _slider_cranks(
     figure: _Figure, between: Mapping[tuple[int, int], Sequence[int]], number: int,
     slide: Slide, limit: float,
-) -> Iterator[Relation]:  # fmt: skip
+) -> Iterator[LinkRelation]:  # fmt: skip
     """Yield slider-cranks in line with a slide whose crank and coupler are equal."""
     pins, places = figure.pins, figure.places
     d = np.array([float(x) for x in slide.d])
@@ -314,7 +323,7 @@ def _slider_cranks(
                 error, nearness = crank.differs(coupler)
                 nearness = max(nearness, offset / max(width, 1e-300))
                 if nearness <= limit:
-                    yield Relation(
+                    yield LinkRelation(
                         "isosceles slider-crank", (first, A, C), (1, 1, 1), number,
                         max(error, offset), nearness,
                     )  # fmt: skip
@@ -333,9 +342,9 @@ def _offset_width(first: Pin, last: Pin, slide: Slide, d: Array, w: Array) -> fl
 
 
 def apply_relations(
-    places: Sequence[Vector], relations: Sequence[Relation], slides: Sequence[Slide],
+    places: Sequence[Vector], relations: Sequence[LinkRelation], slides: Sequence[Slide],
     normal: Vector | None,
-) -> tuple[list[Vector], list[Relation]]:  # fmt: skip
+) -> tuple[list[Vector], list[LinkRelation]]:  # fmt: skip
     """Move pins so that relations hold exactly.
 
     Pins that no relation before has used are moved to the images that a relation gives them.
@@ -369,7 +378,7 @@ def apply_relations(
 
 
 def _choices(
-    relation: Relation, places: Sequence[Vector], slides: Sequence[Slide],
+    relation: LinkRelation, places: Sequence[Vector], slides: Sequence[Slide],
     normal: Vector | None,
 ) -> Iterator[tuple[tuple[int, ...], tuple[Vector, ...]]]:  # fmt: skip
     """Yield pins that a relation can move, and their places."""

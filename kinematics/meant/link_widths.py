@@ -49,7 +49,11 @@ class Width(NamedTuple):
         return sqrt(sum(squares)) + self.rest
 
     def along(self, u: Array) -> float:
-        """Half width of the place along a unit vector (3,), metres."""
+        """Compute the half width of the place along a direction, metres.
+
+        Args:
+            u: unit vector (3,).
+        """
         return float(sum(abs(np.array(edge) @ u) for edge in self.box)) + self.rest
 
 
@@ -76,7 +80,12 @@ class LinkWidths(NamedTuple):
     exact: bool
 
     def of(self, link: int, joint: int) -> Width:
-        """Find the half widths of a joint on a link."""
+        """Find the half widths of a joint on a link.
+
+        Args:
+            link: number of the rigid link.
+            joint: number of the joint.
+        """
         return self.widths.get((link, joint), Width())
 
     @property

@@ -23,7 +23,7 @@ from balance.certification.correct_integers import (
     with_idle_joints,
     with_more_poses,
 )
-from balance.certification.meant_notice import add_meant_notice
+from balance.certification.meant_notice import add_meant_notice, add_mending_doubt
 from balance.exact.chain import ExactChain, exact_chain, loops_are_regular
 from balance.exact.conditions import first_orders_of_motion, orders_closed
 from balance.exact.idle_joints import joints_shown_at_rest
@@ -35,6 +35,7 @@ from balance.momentum.regressor import rows_at
 from balance.spaces.certainty import LEVELS, Certainty
 from balance.spaces.design_space import DesignSpace
 from balance.tolerances import (
+    CONDITION_ABOVE_ROUND_OFF,
     DIGITS_CONDITION,
     DIGITS_OF_CONDITION,
     MOMENTUM_RESIDUAL,
@@ -107,15 +108,20 @@ def certify(space: DesignSpace) -> CertifiedSpace:
     """
     if isinstance(space, CertifiedSpace):
         return space
+    return add_meant_notice(add_mending_doubt(_certify(space)))
+
+
+def _certify(space: DesignSpace) -> CertifiedSpace:
+    """Confirm or correct the integers of a design space; see `certify`."""
     try:
         found = _gather_evidence(space)
     except LinkageError as error:
         rounded = _certify_rounded(space, f"not by exact arithmetic: {error}", None)
-        return add_meant_notice(_add_rounding_notice(rounded, error))
+        return _add_rounding_notice(rounded, error)
     lines = list_differences(space, found)
     if (count := found.replaced) and lines:
         changed = with_changed_numbers(space)
-        if _rests_on_replaced(space, changed):
+        if _rests_on_replaced(space, changed) and not _is_above_round_off(space, found):
             # A difference that these numbers do not explain either comes from round-off.
             mixed = changed is not None and bool(list_differences(changed, found))
             reason = (
@@ -144,7 +150,7 @@ def certify(space: DesignSpace) -> CertifiedSpace:
         )
     certified = add_correction_notice(space, with_certainty(corrected, certainty))
     certified.check_proved()
-    return add_meant_notice(certified)
+    return certified
 
 
 def _rests_on_replaced(space: DesignSpace, changed: DesignSpace | None) -> bool:
@@ -162,6 +168,17 @@ def _rests_on_replaced(space: DesignSpace, changed: DesignSpace | None) -> bool:
     if not space.doubts or _pose_changed(space):
         return changed is None or bool(list_changes(space, changed))
     return changed is not None and changed.rank > space.rank
+
+
+def _is_above_round_off(space: DesignSpace, found: Evidence) -> bool:
+    """Whether special geometries were looked for, and conditions are clear of round-off."""
+    if space.linkage.meant is None or found.exact.rank < space.rank:
+        return False
+    corrected = correct_integers(space, found)
+    return (
+        corrected.rank == found.exact.rank
+        and float(corrected.singular_values[-1]) >= CONDITION_ABOVE_ROUND_OFF
+    )
 
 
 def _notice_codes(space: DesignSpace) -> set[str]:

@@ -7,14 +7,16 @@ from dataclasses import replace
 from balance.certification.certified_space import CertifiedSpace
 from balance.exact.chain import exact_chain
 from balance.exact.modular_ranks import ranks_of
-from balance.tolerances import DISTANCE_ROUND_OFF
+from balance.tolerances import DISTANCE_ROUND_OFF, MENDED_RELATIVE, MENDED_ROUND_OFF
 from kinematics.errors import ExactError
 from kinematics.linalg.rational import Vector
+from kinematics.meant.digits import rounding_of_file
+from kinematics.model.chain import extent
 from kinematics.model.linkage import Notice
 from kinematics.urdf.rational_screws import Geometry, exact_geometry, geometry_of
-from kinematics.wording import count_noun
+from kinematics.wording import count_noun, size_text
 
-__all__ = ["add_meant_notice"]
+__all__ = ["add_meant_notice", "add_mending_doubt"]
 
 
 def add_meant_notice(space: CertifiedSpace) -> CertifiedSpace:
@@ -60,6 +62,32 @@ def add_meant_notice(space: CertifiedSpace) -> CertifiedSpace:
 
 def _conditions(rank: int) -> str:
     return count_noun(rank, "condition")
+
+
+def add_mending_doubt(space: CertifiedSpace) -> CertifiedSpace:
+    """Doubt a mobility for which axes were moved by more than the digits leave open.
+
+    Args:
+        space: the certified space.
+
+    Returns:
+        The space, with the level ``estimated`` and a doubt if they were.
+    """
+    linkage = space.linkage
+    if not linkage.mended or linkage.tree is None:
+        return space
+    known = rounding_of_file(linkage.tree, max(extent(linkage).length, 1e-300))
+    if linkage.mended <= max(MENDED_RELATIVE * known, MENDED_ROUND_OFF):
+        return space
+    doubt = (
+        f"mobility: as written the loops do not move; axes and welds were moved by "
+        f"{linkage.mended:.0e} (radians, parts of the size of the linkage), the digits of the "
+        f"file leave {size_text(known, '.0e')} open"
+    )
+    certainty = space.certainty._replace(
+        level="estimated", reason=doubt, doubts=(*space.doubts, doubt), proof=None, orders=()
+    )
+    return replace(space, certainty=certainty)
 
 
 def _rank_as_written(space: CertifiedSpace) -> int | None:

@@ -19,7 +19,7 @@ from typing import NamedTuple
 from kinematics.urdf.nominal_angles import nearest_twelfth
 from kinematics.urdf_elements.element import Element
 
-__all__ = ["EXACT", "FileDigits", "file_digits"]
+__all__ = ["EXACT", "FileDigits", "file_digits", "rounding_of_file"]
 
 # Fewest significant digits of a file whose numbers may be rounded: shorter ones are design
 # values.
@@ -93,6 +93,7 @@ def file_digits(tree: Element) -> FileDigits | None:
     words = [word for word in numbers if abs(float(word)) >= TINY]
     counts = [_count_digits(word) for word in words]
     decimals, significant = (max((x[k] for x in counts), default=0) for k in (0, 1))
+    significant = min(significant, DOUBLE_DIGITS + 1)
     if significant < MIN_DIGITS:
         return DOUBLES if any(abs(float(word)) < ZERO for word in numbers) else None
     short = sum(min(decimals - x, significant - y) >= EXACT_ZEROS_OF_MANY for x, y in counts)
@@ -102,17 +103,50 @@ def file_digits(tree: Element) -> FileDigits | None:
     return FileDigits(decimals, significant, exact_zeros, size)
 
 
+def rounding_of_file(tree: Element, size: float) -> float:
+    """Find the largest half unit of the last digits of origins, angles and axes.
+
+    Digits are those of each kind of numbers: a file may have angles of five digits beside
+    origins of sixteen.
+
+    Args:
+        tree: the checked tree of a file.
+        size: length of which the units of origins are parts, metres.
+
+    Returns:
+        The half unit, in radians and parts of the size.
+    """
+    largest = 0.0
+    for tags, name, unit in (
+        (("origin",), "xyz", size), (("origin",), "rpy", 1.0), (("axis", "axis2"), "xyz", 1.0),
+    ):  # fmt: skip
+        words = [word for word in _words_of(tree, tags, name) if abs(float(word)) >= TINY]
+        counts = [_count_digits(word) for word in words]
+        if not any(places for places, _ in counts):
+            continue
+        decimals, significant = (max(x[k] for x in counts) for k in (0, 1))
+        for word in words:
+            exponent = floor(log10(abs(float(word)))) - significant + 1
+            half = 0.5 * max(10.0**-decimals, 10.0**exponent)
+            largest = max(largest, half / unit)
+    return largest
+
+
+def _words_of(tree: Element, tags: tuple[str, ...], name: str) -> Iterator[str]:
+    """Yield the numbers of an attribute, without angles that stand for multiples of π/12."""
+    for owner in tree.children:
+        if owner.tag in ("joint", "loop"):
+            for item in owner.walk():
+                if item.tag in tags:
+                    for word in item.attributes.get(name, "").split():
+                        if name != "rpy" or not nearest_twelfth(word):
+                            yield word
+
+
 def _geometry_words(tree: Element) -> Iterator[str]:
     """Yield the numbers of origins and axes, without those that stand for multiples of π/12."""
-    for owner in tree.children:
-        if owner.tag not in ("joint", "loop"):
-            continue
-        for item in owner.walk():
-            if item.tag in ("origin", "axis", "axis2"):
-                yield from item.attributes.get("xyz", "").split()
-                for word in item.attributes.get("rpy", "").split():
-                    if not nearest_twelfth(word):
-                        yield word
+    yield from _words_of(tree, ("origin", "axis", "axis2"), "xyz")
+    yield from _words_of(tree, ("origin",), "rpy")
 
 
 def _is_off_on_purpose(word: str) -> bool:

@@ -109,6 +109,7 @@ class _Figure(NamedTuple):
     size: float
     links: Sequence[tuple[int, int]]
     shapes: LinkShapes
+    lengths: dict[tuple[int, int, int], Length]
 
     def angle(self, a: Array, b: Array) -> float:
         """Angle between two unit vectors."""
@@ -116,6 +117,13 @@ class _Figure(NamedTuple):
 
     def length(self, link: int, p: int, q: int) -> Length:
         """Length of a link between two pins of the plane."""
+        key = link, min(p, q), max(p, q)
+        if key not in self.lengths:
+            self.lengths[key] = self._compute_length(link, p, q)
+        return self.lengths[key]
+
+    def _compute_length(self, link: int, p: int, q: int) -> Length:
+        """Compute the length of a link between two pins; see `length`."""
         u = self.places[q] - self.places[p]
         length = float(np.linalg.norm(u))
         u = u / length
@@ -164,7 +172,7 @@ def find_relations(
     """
     if len(pins) > MAX_PINS:
         return []
-    figure = _Figure(places, pins, planar, size, links, shapes)
+    figure = _Figure(places, pins, planar, size, links, shapes, {})
     between: dict[tuple[int, int], list[int]] = {}
     for p, q in combinations(range(len(pins)), 2):
         shared = sorted(set(pins[p].links) & set(pins[q].links))

@@ -235,6 +235,8 @@ class UnassembledLinkage:
             caller asked for that pose; else None.
         other_poses: positions of all joints (n,), counted likewise, at other poses that close
             loops which the file leaves open, with at most twice the motion of the one taken.
+        mended: largest change of axes and welds with which overconstrained loops were made to
+            close, in radians and parts of the size; 0 without one.
         meant: the geometry inside the digits of the file, at the reference pose; None if the
             numbers of the file are exact, or taken as written.
     """
@@ -253,6 +255,7 @@ class UnassembledLinkage:
     displaced: Array | None = field(default=None, repr=False)
     at: Mapping[str, float] | None = None
     other_poses: tuple[Array, ...] = field(default=(), repr=False)
+    mended: float = field(default=0.0, repr=False)
     meant: MeantGeometry | None = field(default=None, repr=False)
 
     def __repr__(self) -> str:

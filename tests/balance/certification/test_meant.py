@@ -12,6 +12,7 @@ import pytest
 import kinematics
 from balance import certify, design_space
 from balance.cli.main import main
+from kinematics.urdf.write_closed_pose import write_at_reference_pose
 from tests.independent.meant_linkages import meant_linkage, meant_text
 from tests.independent.sixty_digits import true_ranks
 
@@ -62,6 +63,32 @@ def test_special_linkages_are_read_as_meant(family, digits, tmp_path):
         space = space_of(tmp_path, family, seed, digits)
         assert (space.linkage.mobility, ranks(space)) == (mobility, special)
         assert space.level in ("proved", "verified") and not space.doubts
+
+
+@pytest.mark.parametrize(
+    ("family", "seed", "digits"), [("kite", 7, 9), ("spherical_opposite", 12, 6)]
+)
+def test_loops_of_few_digits_close_near_a_singular_pose_and_about_a_point(
+    family, seed, digits, tmp_path
+):
+    space = space_of(tmp_path, family, seed, digits)
+    assert (space.linkage.mobility, ranks(space)) == TRUE[family][:2]
+
+
+@pytest.mark.parametrize("digits", [17, 9, 6])
+@pytest.mark.parametrize("family", ["kite", "slider_crank", "bennett"])
+def test_a_file_that_is_written_at_another_pose_has_the_same_answer(family, digits, tmp_path):
+    mobility, special, _ = TRUE[family]
+    text = meant_text(meant_linkage(family, 4, 0.0), 4, digits)
+    first, second = tmp_path / "first.urdf", tmp_path / "second.urdf"
+    first.write_text(text)
+    (name,) = kinematics.load(str(first)).inputs
+    for at in ({}, {name: 0.1}):
+        linkage = kinematics.load(str(first), at=at)
+        second.write_bytes(write_at_reference_pose(linkage).data)
+        space = certify(design_space(kinematics.load(str(second))))
+        assert (space.linkage.mobility, ranks(space)) == (mobility, special)
+        assert not space.doubts
 
 
 @pytest.mark.parametrize("off", [1e-12, 1e-8, 1e-4])

@@ -54,7 +54,7 @@ def as_meant(linkage: Linkage, *, exactly: bool = False, again: bool = True) -> 
         return linkage
     plain, _ = exact_screws(linkage, widths, figures, -1.0)
     if exactly:
-        written = MeantGeometry(plain, plain, None, (), (), digits.significant, 0.0, 0.0)
+        written = MeantGeometry(plain, plain, None, (), (), digits.significant, 0.0, 0.0, True)
         return replace(linkage, meant=written) if _is_near(linkage, plain) else linkage
     screws, inside = exact_screws(linkage, widths, figures, 1.0)
     wider, all_relations = exact_screws(linkage, widths, figures, NEAR)

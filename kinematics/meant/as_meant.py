@@ -56,8 +56,10 @@ def as_meant(linkage: Linkage, *, exactly: bool = False, again: bool = True) -> 
     if exactly:
         written = MeantGeometry(plain, plain, None, (), (), digits.significant, 0.0, 0.0, True)
         return replace(linkage, meant=written) if _is_near(linkage, plain) else linkage
-    screws, inside = exact_screws(linkage, widths, figures, 1.0)
-    wider, all_relations = exact_screws(linkage, widths, figures, NEAR)
+    screws, inside, wider, all_relations = plain, [], plain, []
+    if any(figure.relations for figure in figures):
+        screws, inside = exact_screws(linkage, widths, figures, 1.0)
+        wider, all_relations = exact_screws(linkage, widths, figures, NEAR)
     near = [relation for relation in all_relations if relation not in inside]
     shown = near or inside
     meant = MeantGeometry(

@@ -18,7 +18,7 @@ from kinematics.meant.four_joint_loops import (
     apply_relations,
     find_relations,
 )
-from kinematics.meant.link_shapes import LinkShapes, link_shapes
+from kinematics.meant.link_shapes import LinkShapes
 from kinematics.meant.link_widths import LinkWidths, Width
 from kinematics.model.chain import extent, loop_joints
 from kinematics.model.linkage import Linkage
@@ -189,7 +189,7 @@ def _planar_figure(
         places.append(flat[members[0]])
     where = np.array([_floats(place) for place in places])
     relations = find_relations(
-        where, pins, slides, True, size, limit, widths.links, link_shapes(linkage, widths)
+        where, pins, slides, True, size, limit, widths.links, LinkShapes(linkage, widths)
     )
     return Figure(
         joints, normal, None, tuple(pins), tuple(places), tuple(slides), tuple(relations), size
@@ -220,7 +220,9 @@ def _spherical_figure(
         pins.append(Pin(members, _pin_angles(widths, members)))
         places.append(_unit_vector(axes[group[0]]))
     where = np.array([_floats(place) for place in places])
-    relations = find_relations(where, pins, (), False, 1.0, limit, widths.links, LinkShapes({}))
+    relations = find_relations(
+        where, pins, (), False, 1.0, limit, widths.links, LinkShapes(linkage, widths)
+    )
     return Figure(
         joints, None, _rational(centre), tuple(pins), tuple(places), (), tuple(relations), 1.0
     )

@@ -6,7 +6,6 @@ file. The shape of a link is that of its own numbers.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import replace
 from fractions import Fraction
 from typing import NamedTuple
@@ -18,7 +17,7 @@ from kinematics.urdf.rational_joints import RationalJoints
 from kinematics.urdf.rational_poses import RationalPose, add_vectors, scale_vector
 from kinematics.urdf_elements.element import Element
 
-__all__ = ["LinkShapes", "link_shapes"]
+__all__ = ["LinkShapes"]
 
 
 class _Axis(NamedTuple):
@@ -29,14 +28,21 @@ class _Axis(NamedTuple):
     direction: Vector
 
 
-class LinkShapes(NamedTuple):
-    """Axes on the rigid links of a linkage.
+class LinkShapes:
+    """Axes on the rigid links of a linkage, computed when they are asked for."""
 
-    Attributes:
-        axes: by rigid link and joint.
-    """
+    def __init__(self, linkage: Linkage, widths: LinkWidths) -> None:
+        """Read the elements of a file.
 
-    axes: Mapping[tuple[int, int], _Axis]
+        Args:
+            linkage: a linkage that was read from a file.
+            widths: the half widths of its joints, with the numbers of its rigid links.
+        """
+        assert linkage.tree is not None
+        self._reader = _Reader(linkage.tree)
+        self._names = [joint.whole for joint in linkage.joints]
+        self._links = widths.links
+        self._axes: dict[tuple[int, int], _Axis] = {}
 
     def square_of_distance(self, link: int, joint: int, other: int) -> Fraction | None:
         """Compute the squared distance of two parallel axes on a link.
@@ -49,27 +55,19 @@ class LinkShapes(NamedTuple):
         Returns:
             The square, square metres; None if the link is welded of parts by loops.
         """
-        p, q = self.axes.get((link, joint)), self.axes.get((link, other))
+        p, q = self._axis(link, joint), self._axis(link, other)
         if p is None or q is None or p.root != q.root:
             return None
         w = add_vectors(q.point, scale_vector(Fraction(-1), p.point))
         return dot(w, w) - dot(w, p.direction) ** 2 / dot(p.direction, p.direction)
 
-
-def link_shapes(linkage: Linkage, widths: LinkWidths) -> LinkShapes:
-    """Place the axes of all joints on their links.
-
-    Args:
-        linkage: a linkage that was read from a file.
-        widths: the half widths of its joints.
-    """
-    assert linkage.tree is not None
-    reader = _Reader(linkage.tree)
-    axes = {}
-    for j, joint in enumerate(linkage.joints):
-        ends = reader.ends(joint.whole)
-        axes.update(((link, j), end) for link, end in zip(widths.links[j], ends, strict=False))
-    return LinkShapes(axes)
+    def _axis(self, link: int, joint: int) -> _Axis | None:
+        """Place the axis of a joint on a link; None if the file does not have the joint."""
+        if (link, joint) not in self._axes:
+            ends = self._reader.ends(self._names[joint])
+            for each, end in zip(self._links[joint], ends, strict=False):
+                self._axes[each, joint] = end
+        return self._axes.get((link, joint))
 
 
 class _Reader:

@@ -178,14 +178,14 @@ def _images(
             for here, there in ((edge.before, edge.after), (edge.after, edge.before)):
                 if here not in links or links[here] not in (image.before, image.after):
                     continue
-                ends = {image.before: image.after, image.after: image.before}
-                links.setdefault(there, ends[links[here]])
+                across = {image.before: image.after, image.after: image.before}
+                links.setdefault(there, across[links[here]])
     for k, edge in enumerate(edges):
         image = edges[images[k]]
-        there = links.get(edge.before), links.get(edge.after)
-        if there not in ((image.before, image.after), (image.after, image.before)):
+        ends = links.get(edge.before), links.get(edge.after)
+        if ends not in ((image.before, image.after), (image.after, image.before)):
             return None
-        kept[k] = there == (image.before, image.after)
+        kept[k] = ends == (image.before, image.after)
     return images, kept
 
 

@@ -15,8 +15,9 @@ from kinematics.meant.exact_screws import exact_screws, find_figures
 from kinematics.meant.four_joint_loops import LinkRelation
 from kinematics.meant.link_widths import link_widths
 from kinematics.model.arrays import freeze
-from kinematics.model.linkage import Joint, Linkage, MeantGeometry
+from kinematics.model.linkage import Joint, Linkage, MeantGeometry, Notice
 from kinematics.tolerances import EXACT_SCREW_DIFFERENCE, MEANT_DIFFERENCE
+from kinematics.wording import size_text
 
 __all__ = ["as_meant"]
 
@@ -40,7 +41,7 @@ def as_meant(linkage: Linkage, *, exactly: bool = False, again: bool = True) -> 
         The linkage, with ``meant`` where its loops are planar or spherical and its numbers are
         rounded; its axes are moved where a special geometry lies inside all intervals.
     """
-    if linkage.tree is None or not linkage.loops:
+    if linkage.tree is None:
         return linkage
     digits = file_digits(linkage.tree)
     if digits is None:
@@ -56,7 +57,9 @@ def as_meant(linkage: Linkage, *, exactly: bool = False, again: bool = True) -> 
     if exactly:
         written = MeantGeometry(plain, plain, None, (), (), digits.significant, 0.0, 0.0, True)
         return replace(linkage, meant=written) if _is_near(linkage, plain) else linkage
-    screws, inside, wider, all_relations = plain, [], plain, []
+    screws, wider = plain, plain
+    inside: list[LinkRelation] = []
+    all_relations: list[LinkRelation] = []
     if any(figure.relations for figure in figures):
         screws, inside = exact_screws(linkage, widths, figures, 1.0)
         wider, all_relations = exact_screws(linkage, widths, figures, NEAR)
@@ -103,6 +106,8 @@ def _with_screws(linkage: Linkage, meant: MeantGeometry, again: bool) -> Linkage
     """Attach the meant geometry to a linkage, and move its axes where they differ from it."""
     if _is_near(linkage, meant.screws):
         return replace(linkage, meant=meant)
+    if not linkage.loops:
+        linkage = replace(linkage, notices=(*linkage.notices, _parallel_notice(linkage, meant)))
     try:
         there = with_screws(linkage, meant.screws)
     except LinkageError:
@@ -111,6 +116,18 @@ def _with_screws(linkage: Linkage, meant: MeantGeometry, again: bool) -> Linkage
         return replace(there, meant=meant)
     # It left a singular pose: the geometry is that at the pose to which it went.
     return as_meant(there, again=False) if again else linkage
+
+
+def _parallel_notice(linkage: Linkage, meant: MeantGeometry) -> Notice:
+    """State that axes of an open chain are read as parallel."""
+    known = np.array([joint.screw for joint in linkage.joints])
+    tilt = float(np.abs(np.array([_unit_screw(x) for x in meant.screws]) - known)[:, :3].max())
+    text = (
+        f"axes that are parallel inside the {meant.digits} digits of the file, and tilted by "
+        f"{size_text(tilt, '.0e')} rad as written, are read as parallel (--as-written for the "
+        "other)"
+    )
+    return Notice("special_as_meant", text)
 
 
 def _is_near(

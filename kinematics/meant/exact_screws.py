@@ -84,7 +84,26 @@ def find_figures(linkage: Linkage, widths: LinkWidths, limit: float) -> list[Fig
             figure = _bennett_figure(linkage, widths, joints)
         if figure is not None:
             figures.append(figure)
+    taken = {j for figure in figures for j in figure.joints}
+    others = tuple(j for j in range(len(linkage.joints)) if j not in taken)
+    if others and not linkage.loops:
+        whole = _planar_figure(linkage, widths, others, [], limit)
+        figures += _parallel_figures(linkage, widths, others) if whole is None else [whole]
     return figures
+
+
+def _parallel_figures(
+    linkage: Linkage, widths: LinkWidths, joints: Sequence[int]
+) -> list[Figure]:
+    """Make a figure without joints for each direction of parallel axes of an open chain."""
+    turning = [j for j in joints if linkage.joints[j].kind == "revolute"]
+    axes = [_direction(linkage, j) for j in turning]
+    signs = [np.sign(a[np.argmax(np.abs(a))]) for a in axes]
+    groups = _alike([s * a for s, a in zip(signs, axes, strict=True)], widths.angle)
+    return [
+        Figure((), _rational(axes[group[0]]), None, (), (), (), (), 1.0)
+        for group in groups if len(group) > 1
+    ]  # fmt: skip
 
 
 def exact_screws(

@@ -29,7 +29,7 @@ EXACT_ZEROS = 5
 # The same in a file in which so large a part of the numbers is short by as many digits; of
 # rounded numbers, one in a hundred is.
 EXACT_ZEROS_OF_MANY, MANY = 2, 0.2
-# Half unit, in parts of the median size of the numbers, from which on digits are no rounding.
+# Half unit, in radians or parts of the median of lengths, from which on digits are no rounding.
 COARSE = 1e-3
 # Digits with which a number stands for a double and its neighbours.
 DOUBLE_DIGITS = 16
@@ -49,7 +49,7 @@ class FileDigits(NamedTuple):
         decimals: most digits after the point, F.
         significant: most significant digits, D.
         exact_zeros: digits by which an exact number is shorter than both.
-        size: median size of its numbers.
+        size: median size of its lengths.
     """
 
     decimals: int
@@ -57,8 +57,13 @@ class FileDigits(NamedTuple):
     exact_zeros: int = EXACT_ZEROS
     size: float = 1.0
 
-    def half_unit(self, word: str) -> float:
-        """Compute half the width of the interval of a number, 0 if it is exact."""
+    def half_unit(self, word: str, length: bool = True) -> float:
+        """Compute half the width of the interval of a number, 0 if it is exact.
+
+        Args:
+            word: the number.
+            length: whether it is a length, or else an angle or part of a direction.
+        """
         places, digits = _count_digits(word)
         short = self.decimals - places, self.significant - digits
         if min(short) >= self.exact_zeros or abs(float(word)) < TINY:
@@ -68,7 +73,8 @@ class FileDigits(NamedTuple):
         size = abs(float(word))
         exponent = floor(log10(size)) - self.significant + 1
         half: float = 0.5 * max(10.0**-self.decimals, 10.0**exponent)
-        if half > COARSE * self.size:
+        coarse = half > COARSE * (self.size if length else 1.0)
+        if coarse and self.decimals <= -exponent:
             return 0.0
         return max(half, ulp(size)) if digits >= DOUBLE_DIGITS else half
 
@@ -99,7 +105,8 @@ def file_digits(tree: Element) -> FileDigits | None:
     short = sum(min(decimals - x, significant - y) >= EXACT_ZEROS_OF_MANY for x, y in counts)
     many = short > MANY * len(counts)
     exact_zeros = EXACT_ZEROS_OF_MANY if many else EXACT_ZEROS
-    size = median(abs(float(word)) for word in words)
+    lengths = (abs(float(x)) for x in _words_of(tree, ("origin",), "xyz"))
+    size = median([x for x in lengths if x >= TINY] or [1.0])
     return FileDigits(decimals, significant, exact_zeros, size)
 
 

@@ -188,13 +188,15 @@ def _planar_figure(
     if max(off) > widths.angle:
         return None
     normal = _shared_normal(mean, normals, widths.angle)
-    size = extent(linkage).length
+    size, lever = extent(linkage).length, _lever(linkage, joints, mean)
+    # The line of a slide passes a pin at a pose to which tilted axes have been closed.
+    closing = widths.round_off + (widths.whole.angle * lever if widths.exact else 0.0)
     slides = []
     for j in joints:
         if kinds[j] == "prismatic":
             d = _rational(axes[j])
             d = _across(d, normal)
-            round_off = Width((), widths.round_off, SLIDE_ROUND_OFF)
+            round_off = Width((), closing / 2, SLIDE_ROUND_OFF)
             near, far = (widths.of(link, j) + round_off for link in widths.links[j])
             slides.append(Slide(j, widths.links[j], d, (near, far)))
     flat = {j: _across(_rational(linkage.joints[j].point), normal) for j in turning}
@@ -202,8 +204,6 @@ def _planar_figure(
     pins, places = [], []
     for group in groups:
         members = tuple(turning[k] for k in group)
-        heights = np.array([linkage.joints[j].point @ mean for j in joints])
-        lever = float(np.ptp(heights))
         pins.append(Pin(members, _pin_widths(widths, members, lever)))
         places.append(flat[members[0]])
     where = np.array([_floats(place) for place in places])
@@ -213,6 +213,13 @@ def _planar_figure(
     return Figure(
         joints, normal, None, tuple(pins), tuple(places), tuple(slides), tuple(relations), size
     )
+
+
+def _lever(linkage: Linkage, joints: Sequence[int], normal: Array) -> float:
+    """Length along the normal by which tilted axes shift places: of joints and link frames."""
+    points = [linkage.joints[j].point for j in joints]
+    points += [place.pose[:3, 3] for place in linkage.places.values() if place.link in joints]
+    return float(np.ptp(np.array(points) @ normal))
 
 
 def _spherical_figure(

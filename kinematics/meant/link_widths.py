@@ -201,7 +201,7 @@ class _Reader:
             for word, edge in zip(words, R.T, strict=False)
         )
         turns = origin.attributes.get("rpy", "").split()
-        angle = sum(self._digits.half_unit(x) for x in turns if not nearest_twelfth(x))
+        angle = sum(self._digits.half_unit(x, False) for x in turns if not nearest_twelfth(x))
         return Width(box, 0.0, angle)
 
     def _axis(self, item: Element) -> Width:
@@ -214,8 +214,8 @@ class _Reader:
         return Width((), 0.0, self._half_units(words) / length)
 
     def _half_units(self, words: str) -> float:
-        """Root of the sum of squares of half units."""
-        return sqrt(sum(self._digits.half_unit(x) ** 2 for x in words.split()))
+        """Root of the sum of squares of half units of a direction."""
+        return sqrt(sum(self._digits.half_unit(x, False) ** 2 for x in words.split()))
 
 
 def _link(item: Element, role: str) -> str:

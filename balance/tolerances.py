@@ -13,9 +13,10 @@ __all__ = [
     "BOUND_RELATIVE", "CAP_EXCEEDED", "CERTIFICATE_ENTRY_RELATIVE", "CERTIFICATE_MARGIN",
     "CERTIFICATE_ORTHOGONAL", "CERTIFICATE_RANK_RELATIVE", "CERTIFICATE_RESIDUAL",
     "CERTIFICATE_RIDGE_RELATIVE", "CHANGE_OPENS_LOOPS", "COMPONENT_ZERO_RELATIVE",
-    "CONDITION_LEFT", "CONDITION_WITHOUT_MATTER", "COORDINATE_ROUND_OFF",
-    "COUNTERWEIGHT_RESIDUAL", "CURVATURE_ZERO", "DESIGN_RESIDUAL", "DISTANCE_ROUND_OFF",
-    "DROPPED_CLEARLY",
+    "CONDITION_ABOVE_ROUND_OFF", "CONDITION_LEFT", "CONDITION_WITHOUT_MATTER",
+    "COORDINATE_ROUND_OFF",
+    "COUNTERWEIGHT_RESIDUAL", "CURVATURE_ZERO", "DESIGN_RESIDUAL", "DIGITS_CONDITION",
+    "DIGITS_OF_CONDITION", "DISTANCE_ROUND_OFF", "DROPPED_CLEARLY",
     "ECHELON_PIVOT", "FAR_ORIGIN_ROUND_OFF", "FIRST_ORDER_CHANGE", "FIXED_RANK_RELATIVE",
     "FORCE_EQUAL_RELATIVE", "FRACTION_IN_TEXT", "FRACTION_ROUND_OFF", "GEOMETRY_EQUAL",
     "GROWTH_RELATIVE", "HULL_FLAT", "INSIDE_REGION", "JOINTS_COINCIDE", "KEPT_BODY_RESIDUAL",
@@ -23,7 +24,7 @@ __all__ = [
     "LENGTH_SHORT", "LINES_MEET", "LINES_PARALLEL_SINE", "LINK_LENGTH_ZERO", "LUMP_FIT",
     "LUMP_MASS_ZERO", "LUMP_ON_SURFACE", "LUMP_RESIDUAL", "LUMP_SHARE_LEAST", "LUMP_SPREAD",
     "MASSES_EQUAL", "MASS_EXCLUDED", "MASS_LEFT_RELATIVE", "MASS_MULTIPLIER_RELATIVE",
-    "MASS_ROUND_OFF", "MOMENTUM_RESIDUAL",
+    "MASS_ROUND_OFF", "MENDED_RELATIVE", "MENDED_ROUND_OFF", "MOMENTUM_RESIDUAL",
     "MOMENTUM_RESIDUAL_ILL_CONDITIONED", "MOMENT_ROUND_OFF", "MOTION_JOINS",
     "NEWTON_DECREMENT_LEAST", "NEWTON_DECREMENT_STALLED", "PARALLEL_AXES_ROUNDED",
     "PHYSICAL_INEQUALITY", "POINT_EQUAL_RELATIVE", "PRICE_NEGATIVE", "PRICE_ZERO",
@@ -166,6 +167,17 @@ KNOWN_RANK_RELATIVE = 2.0**-64
 # Singular value of unit rows: up to this, they are made independent in rational numbers.
 UNIT_ROWS_DEPENDENT = 1e-6
 
+# Least condition over the largest that exact arithmetic of a geometry inside the digits may add
+# to those of floating point; and the same as a power of ten over the digits of the file, where
+# joints beside special loops may have relations of their own.
+DIGITS_CONDITION = 1e-13
+# Least condition over the largest that comes from digits of the file, not from round-off.
+CONDITION_ABOVE_ROUND_OFF = 1e-14
+DIGITS_OF_CONDITION = 2.0
+# Change of axes with which loops close, in half units of the digits of the file, and radians or
+# parts of the size: up to this, rounding explains it.
+MENDED_RELATIVE = 100.0
+MENDED_ROUND_OFF = 1e-12
 # Distance of a special geometry, in parts of the size: up to this it is round-off.
 DISTANCE_ROUND_OFF = 1e-15
 

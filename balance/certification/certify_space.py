@@ -23,7 +23,7 @@ from balance.certification.correct_integers import (
     with_idle_joints,
     with_more_poses,
 )
-from balance.certification.meant_notice import add_meant_notice
+from balance.certification.meant_notice import add_meant_notice, add_mending_doubt
 from balance.exact.chain import ExactChain, exact_chain, loops_are_regular
 from balance.exact.conditions import first_orders_of_motion, orders_closed
 from balance.exact.idle_joints import joints_shown_at_rest
@@ -35,19 +35,22 @@ from balance.momentum.regressor import rows_at
 from balance.spaces.certainty import LEVELS, Certainty
 from balance.spaces.design_space import DesignSpace
 from balance.tolerances import (
+    CONDITION_ABOVE_ROUND_OFF,
+    DIGITS_CONDITION,
+    DIGITS_OF_CONDITION,
     MOMENTUM_RESIDUAL,
     MOMENTUM_RESIDUAL_ILL_CONDITIONED,
     PARALLEL_AXES_ROUNDED,
 )
 from kinematics.closure.continuation import continue_along
 from kinematics.errors import (
-    ExactError,
     InexactClosureError,
     InexactPlaneError,
     LinkageError,
 )
+from kinematics.meant.digits import DOUBLE_DIGITS
 from kinematics.model.linkage import Notice
-from kinematics.urdf.rational_screws import Geometry, rational_geometries
+from kinematics.urdf.rational_screws import Geometry, of_lowest_rank
 from kinematics.wording import size_text
 
 __all__ = ["certify"]
@@ -105,15 +108,20 @@ def certify(space: DesignSpace) -> CertifiedSpace:
     """
     if isinstance(space, CertifiedSpace):
         return space
+    return add_meant_notice(add_mending_doubt(_certify(space)))
+
+
+def _certify(space: DesignSpace) -> CertifiedSpace:
+    """Confirm or correct the integers of a design space; see `certify`."""
     try:
         found = _gather_evidence(space)
     except LinkageError as error:
         rounded = _certify_rounded(space, f"not by exact arithmetic: {error}", None)
-        return add_meant_notice(_add_rounding_notice(rounded, error))
+        return _add_rounding_notice(rounded, error)
     lines = list_differences(space, found)
     if (count := found.replaced) and lines:
         changed = with_changed_numbers(space)
-        if _rests_on_replaced(space, changed):
+        if _rests_on_replaced(space, changed) and not _is_above_round_off(space, found):
             # A difference that these numbers do not explain either comes from round-off.
             mixed = changed is not None and bool(list_differences(changed, found))
             reason = (
@@ -135,9 +143,14 @@ def certify(space: DesignSpace) -> CertifiedSpace:
         corrected = correct_integers(corrected, found)
         residual, poses = _measure_residual(corrected)
     certainty = _certainty_of(corrected, found, residual, poses)
+    if doubt := _reason_below_digits(space, corrected, found):
+        doubts = (*certainty.doubts, doubt)
+        certainty = certainty._replace(
+            level="estimated", reason=doubt, doubts=doubts, proof=None, orders=()
+        )
     certified = add_correction_notice(space, with_certainty(corrected, certainty))
     certified.check_proved()
-    return add_meant_notice(certified)
+    return certified
 
 
 def _rests_on_replaced(space: DesignSpace, changed: DesignSpace | None) -> bool:
@@ -157,6 +170,17 @@ def _rests_on_replaced(space: DesignSpace, changed: DesignSpace | None) -> bool:
     return changed is not None and changed.rank > space.rank
 
 
+def _is_above_round_off(space: DesignSpace, found: Evidence) -> bool:
+    """Whether special geometries were looked for, and conditions are clear of round-off."""
+    if space.linkage.meant is None or found.exact.rank < space.rank:
+        return False
+    corrected = correct_integers(space, found)
+    return (
+        corrected.rank == found.exact.rank
+        and float(corrected.singular_values[-1]) >= CONDITION_ABOVE_ROUND_OFF
+    )
+
+
 def _notice_codes(space: DesignSpace) -> set[str]:
     """Collect the codes of the notices of the linkage."""
     return {notice.code for notice in space.linkage.notices}
@@ -173,14 +197,10 @@ def _gather_evidence(space: DesignSpace) -> Evidence:
     Raises:
         LinkageError: exact arithmetic cannot be done.
     """
-    first: ExactError | None = None
-    for geometry in rational_geometries(space.linkage):
-        try:
-            return _gather_evidence_of(space, geometry)
-        except ExactError as error:
-            first = first or error
-    assert first is not None
-    raise first
+    return of_lowest_rank(
+        space.linkage, lambda geometry: _gather_evidence_of(space, geometry),
+        lambda found: found.exact.rank,
+    )  # fmt: skip
 
 
 def _gather_evidence_of(space: DesignSpace, geometry: Geometry) -> Evidence:
@@ -206,6 +226,7 @@ def _gather_evidence_of(space: DesignSpace, geometry: Geometry) -> Evidence:
     return Evidence(
         exact, transfers, found, not has_branching_links(chain, idle), tuple(idle),
         _joints_in_doubt(chain, lowest), order,
+        linkage.meant is not None and geometry.screws is linkage.meant.screws,
     )  # fmt: skip
 
 
@@ -324,6 +345,32 @@ def _reason_unverified(
 
 def _momenta_left(residual: float) -> str:
     return f"momenta of {size_text(residual)} of the conditions are left at finite poses"
+
+
+def _reason_below_digits(space: DesignSpace, corrected: DesignSpace, found: Evidence) -> str:
+    """State why conditions of a geometry inside the digits may not be meant; empty if not.
+
+    A geometry that has the relations found is at another place inside the digits than the
+    linkage, so that it may break relations that were not looked for.
+
+    Args:
+        space: the space by floating point.
+        corrected: the space with the integers of that geometry.
+        found: its evidence.
+    """
+    meant = space.linkage.meant
+    if not found.inside_digits or meant is None or not corrected.rank:
+        return ""
+    limit = DIGITS_CONDITION if corrected.rank > space.rank else 0.0
+    if meant.relations and meant.apart:
+        limit = max(limit, 10.0 ** (DIGITS_OF_CONDITION - (meant.digits or DOUBLE_DIGITS)))
+    least = float(corrected.singular_values[-1])
+    if least >= limit:
+        return ""
+    return (
+        f"rank: the least condition is {size_text(least, '.0e')} of the largest, and may come "
+        "from digits that the file does not have"
+    )
 
 
 def _adds_no_condition(space: DesignSpace, exact: Exact) -> bool:

@@ -57,6 +57,8 @@ class Evidence(NamedTuple):
         in_doubt: those of them that are at rest at all orders computed, and not shown to be at
             rest at others.
         order: order up to which joints must be at rest, and loops close.
+        inside_digits: whether the geometry is not that of the decimals of the file, but one
+            inside the intervals of its digits.
     """
 
     exact: Exact
@@ -66,6 +68,7 @@ class Evidence(NamedTuple):
     idle: tuple[int, ...]
     in_doubt: tuple[int, ...]
     order: int
+    inside_digits: bool = False
 
     def use_exact_transfers(self, known: int) -> bool:
         """Decide whether the independent transfers replace the serial part.

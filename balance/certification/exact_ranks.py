@@ -8,10 +8,9 @@ from balance.exact.chain import exact_chain
 from balance.exact.modular_ranks import Exact, ranks_of
 from balance.options import Balance
 from balance.spaces.design_space import DesignSpace
-from kinematics.errors import ExactError
 from kinematics.model.motion import Motion, motion_of
 from kinematics.model_gallery import LinkageLike, as_linkage
-from kinematics.urdf.rational_screws import rational_geometries
+from kinematics.urdf.rational_screws import Geometry, of_lowest_rank
 
 __all__ = ["exact_ranks"]
 
@@ -66,14 +65,11 @@ def exact_ranks(
             )
         return exact_ranks(model.linkage, **model.options, expected=model.rank)
     linkage = as_linkage(model)
-    first: ExactError | None = None
-    for geometry in rational_geometries(linkage):
-        try:
-            chain = exact_chain(
-                linkage, geometry, motion_of(linkage, motion), balance == "force", spatial
-            )
-            return ranks_of(linkage.source, chain, geometry.notices, max_order, expected)
-        except ExactError as error:
-            first = first or error
-    assert first is not None
-    raise first
+
+    def ranks(geometry: Geometry) -> Exact:
+        chain = exact_chain(
+            linkage, geometry, motion_of(linkage, motion), balance == "force", spatial
+        )
+        return ranks_of(linkage.source, chain, geometry.notices, max_order, expected)
+
+    return of_lowest_rank(linkage, ranks, lambda exact: exact.rank)

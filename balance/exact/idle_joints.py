@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection
 
 from balance.exact.chain import ExactChain, lie_algebra, loops_are_regular
+from balance.exact.mirrored_motions import joints_at_rest_by_symmetry
 from kinematics.linalg.rational import echelon
 from kinematics.model.chain import loop_joints
 
@@ -32,7 +33,7 @@ def joints_shown_at_rest(chain: ExactChain, idle: Collection[int]) -> set[int]:
     free = {j for j in idle if j in chain.dependent or any(chain.columns[j])}
     if not free or (loops_are_regular(chain) and loops_are_regular(chain, idle)):
         return set(idle)
-    resting, before = set(idle) - free, -1
+    resting, before = (set(idle) - free) | (joints_at_rest_by_symmetry(chain) & free), -1
     while len(resting) > before:
         before = len(resting)
         for row in chain.mimics:

@@ -28,7 +28,7 @@ from numpy.typing import NDArray
 
 from balance.exact.chain import ExactChain
 from balance.exact.modular import Convolution, eliminate, inverse, product
-from balance.exact.radicals import primes_with_roots, square_root
+from balance.exact.radicals import modular_root, primes_with_roots
 from balance.momentum.product_tensors import BRACKET, MOMENTUM, RATE
 from kinematics.model.chain import loop_signs, paths
 
@@ -135,7 +135,7 @@ def _screws(chain: ExactChain, p: int) -> IntArray:
     screws = _remainders(chain.screws, 6, p)
     for j, radicands in enumerate(chain.radicands):
         for number in radicands:
-            screws[j] = screws[j] * square_root(number, p) % p
+            screws[j] = screws[j] * modular_root(number, p) % p
     return screws
 
 

@@ -18,7 +18,7 @@ from math import gcd, isqrt
 from balance.exact.modular import PRIMES
 from kinematics.errors import ExactError
 
-__all__ = ["MAX_RADICANDS", "primes_with_roots", "square_classes", "square_root"]
+__all__ = ["MAX_RADICANDS", "primes_with_roots", "square_classes", "modular_root"]
 
 # Most square roots that need not be rational: half of the primes do for each.
 MAX_RADICANDS = 10
@@ -103,7 +103,7 @@ def _has_root(number: int, p: int) -> bool:
     return pow(number, (p - 1) // 2, p) == 1
 
 
-def square_root(number: int, p: int) -> int:
+def modular_root(number: int, p: int) -> int:
     """Compute a square root of a number modulo a prime ``4 k + 3``.
 
     Args:

@@ -106,19 +106,8 @@ def fit_axes(draft: UnassembledLinkage, normal: Array | None = None) -> Fit | No
         return Fit(draft, 0.0, 0.0, size, 0.0, chain.parent.size - rank, float(gap))
     points = np.array([joint.point for joint in draft.joints])
     points = (points - chain.frame.origin) / size
-    for groups in (_group_parallel_joints(chain), [[j] for j in range(len(points))]):
-        aligned, moves = (
-            _align_axes(chain, groups, points, normal),
-            _axis_displacements(groups, points),
-        )
-        moved = _move_axes(aligned, used, rank, moves)
-        if (
-            moved
-            and max(np.abs(_close_at_rank(moved, q, rank)[1]).max() for q in fresh)
-            <= FIT_RESIDUAL
-        ):
-            break
-    else:
+    moved = _fitted_chain(chain, used, fresh, rank, points, normal)
+    if moved is None:
         return None
     new = _write_axes(draft, moved)
     pairs = list(zip(draft.joints, new.joints, strict=True))
@@ -130,6 +119,39 @@ def fit_axes(draft: UnassembledLinkage, normal: Array | None = None) -> Fit | No
     )
     change = max(angle, shift / size)
     return Fit(new, angle, shift, size, change, chain.parent.size - rank, float(gap))
+
+
+def _fitted_chain(
+    chain: Chain, used: list[Array], fresh: list[Array], rank: int, points: Array,
+    normal: Array | None,
+) -> Chain | None:  # fmt: skip
+    """Move axes until the loops close at poses, and at fresh ones; None if they do not."""
+    for groups in (_group_parallel_joints(chain), [[j] for j in range(len(points))]):
+        aligned = _align_axes(chain, groups, points, normal)
+        moved = _move_axes(aligned, used, rank, _axis_displacements(groups, points))
+        if moved and _closes(moved, fresh, rank):
+            return moved
+    moved = _through_one_point(chain)
+    return moved if moved and _closes(moved, fresh, rank) else None
+
+
+def _closes(chain: Chain, poses: list[Array], rank: int) -> bool:
+    """Whether loops close to round-off next to poses."""
+    left = (np.abs(_close_at_rank(chain, q, rank)[1]).max() for q in poses)
+    return bool(max(left) <= FIT_RESIDUAL)
+
+
+def _through_one_point(chain: Chain) -> Chain | None:
+    """Shift axes that meet in one point but for rounding into it; None if they do not."""
+    n, m = chain.screws[:, :3], chain.screws[:, 3:]
+    if not n.any(axis=1).all() or np.abs(np.sum(n * m, axis=1)).max() > AXIS_ROUNDING:
+        return None
+    across = np.eye(3) - n[:, :, None] * n[:, None, :]
+    centre, *_ = np.linalg.lstsq(across.sum(axis=0), np.cross(n, m).sum(axis=0), rcond=1e-6)
+    there = np.concatenate([n, np.cross(centre, n)], axis=1)
+    if np.abs(there - chain.screws).max() > AXIS_ROUNDING:
+        return None
+    return replace(chain, screws=freeze(there))
 
 
 def _axis_at_point(joint: Joint, other: Joint | None = None) -> tuple[Array, Array]:
@@ -192,8 +214,9 @@ def _rank_without_rounding(chain: Chain) -> int:
     values, _ = loop_singular_values(loop_matrix(chain))
     values = values / max(values[0], 1e-300)
     rank = int(np.sum(values > LOOP_RANK_RELATIVE))
-    choices = [r for r in range(1, rank) if values[r] < MAX_TRIED_AXIS_CHANGE]
-    return max(choices, key=lambda r: values[r - 1] / values[r], default=rank)
+    last = min(rank, len(values) - 1)
+    choices = [r for r in range(1, last + 1) if values[r] < MAX_TRIED_AXIS_CHANGE]
+    return max(choices, key=lambda r: values[r - 1] / max(values[r], 1e-300), default=rank)
 
 
 def _sample_poses(chain: Chain, rank: int) -> list[Array]:

@@ -115,7 +115,8 @@ def repair_component(
     ]
     for j, joint in zip(joints, fit.draft.joints, strict=True):
         new[j] = replace(draft.joints[j], screw=joint.screw)
-    return replace(draft, joints=tuple(new), notices=notices)
+    mended = max(draft.mended, fit.change, gap)
+    return replace(draft, joints=tuple(new), notices=notices, mended=mended)
 
 
 def _mean_normal(draft: UnassembledLinkage) -> Array | None:

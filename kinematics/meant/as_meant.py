@@ -10,13 +10,14 @@ from numpy.typing import NDArray
 from kinematics.assembly.assemble import assemble
 from kinematics.errors import LinkageError
 from kinematics.linalg.rational import Vector
-from kinematics.meant.digits import file_digits
+from kinematics.meant.digits import EXACT, file_digits
 from kinematics.meant.exact_screws import exact_screws, find_figures
-from kinematics.meant.four_joint_loops import Relation
+from kinematics.meant.four_joint_loops import LinkRelation
 from kinematics.meant.link_widths import link_widths
 from kinematics.model.arrays import freeze
-from kinematics.model.linkage import Joint, Linkage, MeantGeometry
-from kinematics.tolerances import MEANT_DIFFERENCE
+from kinematics.model.linkage import Joint, Linkage, MeantGeometry, Notice
+from kinematics.tolerances import EXACT_SCREW_DIFFERENCE, MEANT_DIFFERENCE
+from kinematics.wording import size_text
 
 __all__ = ["as_meant"]
 
@@ -27,31 +28,41 @@ Array = NDArray[np.float64]
 NEAR = 30.0
 
 
-def as_meant(linkage: Linkage, *, exactly: bool = False) -> Linkage:
+def as_meant(linkage: Linkage, *, exactly: bool = False, again: bool = True) -> Linkage:
     """Move the axes of a linkage to the special geometry inside the digits of its file.
 
     Args:
         linkage: an assembled linkage.
         exactly: whether its numbers count as written: axes are made exactly parallel, or
             exactly meet, where they are up to round-off, and no more.
+        again: whether to start again if the linkage assembles at another pose.
 
     Returns:
         The linkage, with ``meant`` where its loops are planar or spherical and its numbers are
         rounded; its axes are moved where a special geometry lies inside all intervals.
     """
-    digits = None if linkage.tree is None else file_digits(linkage.tree)
-    if digits is None or not linkage.loops:
+    if linkage.tree is None:
         return linkage
+    digits = file_digits(linkage.tree)
+    if digits is None:
+        # Numbers are exact, and so are the links; only another pose is rounded.
+        if linkage.displaced is None:
+            return linkage
+        digits = EXACT
     widths = link_widths(linkage, digits)
     figures = find_figures(linkage, widths, NEAR)
     if not figures:
         return linkage
     plain, _ = exact_screws(linkage, widths, figures, -1.0)
     if exactly:
-        written = MeantGeometry(plain, plain, None, (), (), digits.significant, 0.0, 0.0)
+        written = MeantGeometry(plain, plain, None, (), (), digits.significant, 0.0, 0.0, True)
         return replace(linkage, meant=written) if _is_near(linkage, plain) else linkage
-    screws, inside = exact_screws(linkage, widths, figures, 1.0)
-    wider, all_relations = exact_screws(linkage, widths, figures, NEAR)
+    screws, wider = plain, plain
+    inside: list[LinkRelation] = []
+    all_relations: list[LinkRelation] = []
+    if any(figure.relations for figure in figures):
+        screws, inside = exact_screws(linkage, widths, figures, 1.0)
+        wider, all_relations = exact_screws(linkage, widths, figures, NEAR)
     near = [relation for relation in all_relations if relation not in inside]
     shown = near or inside
     meant = MeantGeometry(
@@ -63,8 +74,10 @@ def as_meant(linkage: Linkage, *, exactly: bool = False) -> Linkage:
         digits=min(digits.significant, 17),
         distance=max((relation.error for relation in shown), default=0.0),
         nearness=max((relation.nearness for relation in shown), default=0.0),
+        in_decimals=all(relation.error == 0.0 for relation in inside),
+        apart=len(linkage.joints) - len({j for x in inside for j in _joints_of(x)}),
     )
-    return _with_screws(linkage, meant)
+    return _with_screws(linkage, meant, again)
 
 
 def with_screws(linkage: Linkage, screws: tuple[Vector, ...]) -> Linkage:
@@ -89,21 +102,41 @@ def with_screws(linkage: Linkage, screws: tuple[Vector, ...]) -> Linkage:
     return replace(again, notices=notices)
 
 
-def _with_screws(linkage: Linkage, meant: MeantGeometry) -> Linkage:
+def _with_screws(linkage: Linkage, meant: MeantGeometry, again: bool) -> Linkage:
     """Attach the meant geometry to a linkage, and move its axes where they differ from it."""
     if _is_near(linkage, meant.screws):
         return replace(linkage, meant=meant)
+    if not linkage.loops:
+        linkage = replace(linkage, notices=(*linkage.notices, _parallel_notice(linkage, meant)))
     try:
-        return replace(with_screws(linkage, meant.screws), meant=meant)
+        there = with_screws(linkage, meant.screws)
     except LinkageError:
         return linkage
+    if _is_near(there, meant.screws, EXACT_SCREW_DIFFERENCE):
+        return replace(there, meant=meant)
+    # It left a singular pose: the geometry is that at the pose to which it went.
+    return as_meant(there, again=False) if again else linkage
 
 
-def _is_near(linkage: Linkage, screws: tuple[Vector, ...]) -> bool:
-    """Return whether screws are those of a linkage, up to round-off."""
+def _parallel_notice(linkage: Linkage, meant: MeantGeometry) -> Notice:
+    """State that axes of an open chain are read as parallel."""
+    known = np.array([joint.screw for joint in linkage.joints])
+    tilt = float(np.abs(np.array([_unit_screw(x) for x in meant.screws]) - known)[:, :3].max())
+    text = (
+        f"axes that are parallel inside the {meant.digits} digits of the file, and tilted by "
+        f"{size_text(tilt, '.0e')} rad as written, are read as parallel (--as-written for the "
+        "other)"
+    )
+    return Notice("special_as_meant", text)
+
+
+def _is_near(
+    linkage: Linkage, screws: tuple[Vector, ...], limit: float = MEANT_DIFFERENCE
+) -> bool:
+    """Return whether screws are those of a linkage, up to a relative limit."""
     known = np.array([joint.screw for joint in linkage.joints])
     apart = float(np.abs(np.array([_unit_screw(screw) for screw in screws]) - known).max())
-    return apart <= MEANT_DIFFERENCE * max(1.0, float(np.abs(known).max()))
+    return apart <= limit * max(1.0, float(np.abs(known).max()))
 
 
 def _unit_screw(screw: Vector) -> Array:
@@ -122,7 +155,12 @@ def _move_joint(joint: Joint, screw: Array) -> Joint:
     return replace(joint, screw=freeze(screw), point=freeze(point))
 
 
-def _words(linkage: Linkage, relation: Relation) -> str:
+def _words(linkage: Linkage, relation: LinkRelation) -> str:
     """Name a relation and its joints."""
-    joints = relation.pins if relation.slide < 0 else (*relation.pins, relation.slide)
-    return f"{relation.name} {' '.join(linkage.joints[j].name for j in joints)}"
+    names = (linkage.joints[j].name for j in _joints_of(relation))
+    return f"{relation.name} {' '.join(names)}"
+
+
+def _joints_of(relation: LinkRelation) -> tuple[int, ...]:
+    """Joints that a relation names."""
+    return relation.pins if relation.slide < 0 else (*relation.pins, relation.slide)

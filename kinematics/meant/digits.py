@@ -10,14 +10,16 @@ numbers of a file are short, they are design values, and `EXACT_ZEROS_OF_MANY` d
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from math import floor, log10, ulp
+from statistics import median
 from typing import NamedTuple
 
 from kinematics.urdf.nominal_angles import nearest_twelfth
 from kinematics.urdf_elements.element import Element
 
-__all__ = ["FileDigits", "file_digits"]
+__all__ = ["EXACT", "FileDigits", "file_digits", "rounding_of_file"]
 
 # Fewest significant digits of a file whose numbers may be rounded: shorter ones are design
 # values.
@@ -27,8 +29,17 @@ EXACT_ZEROS = 5
 # The same in a file in which so large a part of the numbers is short by as many digits; of
 # rounded numbers, one in a hundred is.
 EXACT_ZEROS_OF_MANY, MANY = 2, 0.2
+# Half unit, in radians or parts of the median of lengths, from which on digits are no rounding.
+COARSE = 1e-3
 # Digits with which a number stands for a double and its neighbours.
 DOUBLE_DIGITS = 16
+# Size of numbers that do not tell the digits of a file, and of those that are zero to the
+# round-off of a double below one.
+TINY, ZERO = 1e-15, 2.0**-54
+# Zeros, or nines, in a row before the last digits of a number that is off on purpose:
+# ``0.500000000001``. Of rounded numbers, one in a million has them.
+RUN = 6
+_RUN = re.compile(rf"(?<=[0-9])(?:0{{{RUN},}}|9{{{RUN},}})[0-9]{{1,4}}$")
 
 
 class FileDigits(NamedTuple):
@@ -38,22 +49,41 @@ class FileDigits(NamedTuple):
         decimals: most digits after the point, F.
         significant: most significant digits, D.
         exact_zeros: digits by which an exact number is shorter than both.
+        size: median size of its lengths.
     """
 
     decimals: int
     significant: int
     exact_zeros: int = EXACT_ZEROS
+    size: float = 1.0
 
-    def half_unit(self, word: str) -> float:
-        """Compute half the width of the interval of a number, 0 if it is exact."""
+    def half_unit(self, word: str, length: bool = True) -> float:
+        """Compute half the width of the interval of a number, 0 if it is exact.
+
+        Args:
+            word: the number.
+            length: whether it is a length, or else an angle or part of a direction.
+        """
         places, digits = _count_digits(word)
         short = self.decimals - places, self.significant - digits
-        if min(short) >= self.exact_zeros or not float(word):
+        if min(short) >= self.exact_zeros or abs(float(word)) < TINY:
+            return 0.0
+        if digits < DOUBLE_DIGITS and _is_off_on_purpose(word):
             return 0.0
         size = abs(float(word))
         exponent = floor(log10(size)) - self.significant + 1
         half: float = 0.5 * max(10.0**-self.decimals, 10.0**exponent)
+        coarse = half > COARSE * (self.size if length else 1.0)
+        if coarse and self.decimals <= -exponent:
+            return 0.0
         return max(half, ulp(size)) if digits >= DOUBLE_DIGITS else half
+
+
+EXACT = FileDigits(0, 0, exact_zeros=-1000)
+"""Those of a file whose numbers are all exact."""
+
+DOUBLES = FileDigits(DOUBLE_DIGITS, DOUBLE_DIGITS)
+"""Those of a file of short numbers, and of zeros with the round-off of doubles."""
 
 
 def file_digits(tree: Element) -> FileDigits | None:
@@ -65,26 +95,71 @@ def file_digits(tree: Element) -> FileDigits | None:
     Returns:
         The digits; None if all numbers are short, and so exact.
     """
-    counts = [_count_digits(word) for word in _geometry_words(tree) if float(word)]
+    numbers = [word for word in _geometry_words(tree) if float(word)]
+    words = [word for word in numbers if abs(float(word)) >= TINY]
+    counts = [_count_digits(word) for word in words]
     decimals, significant = (max((x[k] for x in counts), default=0) for k in (0, 1))
+    significant = min(significant, DOUBLE_DIGITS + 1)
     if significant < MIN_DIGITS:
-        return None
+        return DOUBLES if any(abs(float(word)) < ZERO for word in numbers) else None
     short = sum(min(decimals - x, significant - y) >= EXACT_ZEROS_OF_MANY for x, y in counts)
     many = short > MANY * len(counts)
-    return FileDigits(decimals, significant, EXACT_ZEROS_OF_MANY if many else EXACT_ZEROS)
+    exact_zeros = EXACT_ZEROS_OF_MANY if many else EXACT_ZEROS
+    lengths = (abs(float(x)) for x in _words_of(tree, ("origin",), "xyz"))
+    size = median([x for x in lengths if x >= TINY] or [1.0])
+    return FileDigits(decimals, significant, exact_zeros, size)
+
+
+def rounding_of_file(tree: Element, size: float) -> float:
+    """Find the largest half unit of the last digits of origins, angles and axes.
+
+    Digits are those of each kind of numbers: a file may have angles of five digits beside
+    origins of sixteen.
+
+    Args:
+        tree: the checked tree of a file.
+        size: length of which the units of origins are parts, metres.
+
+    Returns:
+        The half unit, in radians and parts of the size.
+    """
+    largest = 0.0
+    for tags, name, unit in (
+        (("origin",), "xyz", size), (("origin",), "rpy", 1.0), (("axis", "axis2"), "xyz", 1.0),
+    ):  # fmt: skip
+        words = [word for word in _words_of(tree, tags, name) if abs(float(word)) >= TINY]
+        counts = [_count_digits(word) for word in words]
+        if not any(places for places, _ in counts):
+            continue
+        decimals, significant = (max(x[k] for x in counts) for k in (0, 1))
+        for word in words:
+            exponent = floor(log10(abs(float(word)))) - significant + 1
+            half = 0.5 * max(10.0**-decimals, 10.0**exponent)
+            largest = max(largest, half / unit)
+    return largest
+
+
+def _words_of(tree: Element, tags: tuple[str, ...], name: str) -> Iterator[str]:
+    """Yield the numbers of an attribute, without angles that stand for multiples of π/12."""
+    for owner in tree.children:
+        if owner.tag in ("joint", "loop"):
+            for item in owner.walk():
+                if item.tag in tags:
+                    for word in item.attributes.get(name, "").split():
+                        if name != "rpy" or not nearest_twelfth(word):
+                            yield word
 
 
 def _geometry_words(tree: Element) -> Iterator[str]:
     """Yield the numbers of origins and axes, without those that stand for multiples of π/12."""
-    for owner in tree.children:
-        if owner.tag not in ("joint", "loop"):
-            continue
-        for item in owner.walk():
-            if item.tag in ("origin", "axis", "axis2"):
-                yield from item.attributes.get("xyz", "").split()
-                for word in item.attributes.get("rpy", "").split():
-                    if not nearest_twelfth(word):
-                        yield word
+    yield from _words_of(tree, ("origin", "axis", "axis2"), "xyz")
+    yield from _words_of(tree, ("origin",), "rpy")
+
+
+def _is_off_on_purpose(word: str) -> bool:
+    """Whether a number is a short one but for its last digits, as doubles are by round-off."""
+    mantissa = word.lower().partition("e")[0].replace(".", "").lstrip("+-0").rstrip("0")
+    return _RUN.search(mantissa) is not None
 
 
 def _count_digits(word: str) -> tuple[int, int]:

@@ -12,12 +12,13 @@ from numpy.typing import NDArray
 from kinematics.linalg.rational import Vector, cross, dot, nearby_fraction
 from kinematics.meant.bennett_loops import bennett_axes
 from kinematics.meant.four_joint_loops import (
+    LinkRelation,
     Pin,
-    Relation,
     Slide,
     apply_relations,
     find_relations,
 )
+from kinematics.meant.link_shapes import LinkShapes
 from kinematics.meant.link_widths import LinkWidths, Width
 from kinematics.model.chain import extent, loop_joints
 from kinematics.model.linkage import Linkage
@@ -32,6 +33,8 @@ MAX_BENNETT_ERROR = 4.0
 # Gap up to which loops count as closed in a file whose pose is the reference pose, in parts of
 # the size.
 CLOSED_GAP = 1e-12
+# Round-off of the direction of a slide, radians.
+SLIDE_ROUND_OFF = 1e-15
 
 
 class Figure(NamedTuple):
@@ -55,7 +58,7 @@ class Figure(NamedTuple):
     pins: tuple[Pin, ...]
     places: tuple[Vector, ...]
     slides: tuple[Slide, ...]
-    relations: tuple[Relation, ...]
+    relations: tuple[LinkRelation, ...]
     size: float
     axes: tuple[Vector, ...] = ()
 
@@ -81,12 +84,31 @@ def find_figures(linkage: Linkage, widths: LinkWidths, limit: float) -> list[Fig
             figure = _bennett_figure(linkage, widths, joints)
         if figure is not None:
             figures.append(figure)
+    taken = {j for figure in figures for j in figure.joints}
+    others = tuple(j for j in range(len(linkage.joints)) if j not in taken)
+    if others and not linkage.loops:
+        whole = _planar_figure(linkage, widths, others, [], limit)
+        figures += _parallel_figures(linkage, widths, others) if whole is None else [whole]
     return figures
+
+
+def _parallel_figures(
+    linkage: Linkage, widths: LinkWidths, joints: Sequence[int]
+) -> list[Figure]:
+    """Make a figure without joints for each direction of parallel axes of an open chain."""
+    turning = [j for j in joints if linkage.joints[j].kind == "revolute"]
+    axes = [_direction(linkage, j) for j in turning]
+    signs = [np.sign(a[np.argmax(np.abs(a))]) for a in axes]
+    groups = _alike([s * a for s, a in zip(signs, axes, strict=True)], widths.angle)
+    return [
+        Figure((), _rational(axes[group[0]]), None, (), (), (), (), 1.0)
+        for group in groups if len(group) > 1
+    ]  # fmt: skip
 
 
 def exact_screws(
     linkage: Linkage, widths: LinkWidths, figures: Sequence[Figure], nearness: float
-) -> tuple[tuple[Vector, ...], list[Relation]]:
+) -> tuple[tuple[Vector, ...], list[LinkRelation]]:
     """Compute rational screws of all joints.
 
     Args:
@@ -100,7 +122,7 @@ def exact_screws(
         of joints, errors are relative to the size.
     """
     screws: dict[int, Vector] = {}
-    holding: list[Relation] = []
+    holding: list[LinkRelation] = []
     for figure in figures:
         if figure.axes and nearness > 0:
             screws.update(zip(figure.joints, figure.axes, strict=True))
@@ -166,28 +188,38 @@ def _planar_figure(
     if max(off) > widths.angle:
         return None
     normal = _shared_normal(mean, normals, widths.angle)
-    size = extent(linkage).length
+    size, lever = extent(linkage).length, _lever(linkage, joints, mean)
+    # The line of a slide passes a pin at a pose to which tilted axes have been closed.
+    closing = widths.round_off + (widths.whole.angle * lever if widths.exact else 0.0)
     slides = []
     for j in joints:
         if kinds[j] == "prismatic":
             d = _rational(axes[j])
             d = _across(d, normal)
-            angles = tuple(widths.of(link, j).angle + 1e-15 for link in widths.links[j])
-            slides.append(Slide(j, widths.links[j], d, (angles[0], angles[1])))
+            round_off = Width((), closing / 2, SLIDE_ROUND_OFF)
+            near, far = (widths.of(link, j) + round_off for link in widths.links[j])
+            slides.append(Slide(j, widths.links[j], d, (near, far)))
     flat = {j: _across(_rational(linkage.joints[j].point), normal) for j in turning}
     groups = _alike([_floats(flat[j]) for j in turning], widths.place)
     pins, places = [], []
     for group in groups:
         members = tuple(turning[k] for k in group)
-        heights = np.array([linkage.joints[j].point @ mean for j in joints])
-        lever = float(np.ptp(heights))
-        pins.append(Pin(members, _pin_widths(widths, members, lever, size)))
+        pins.append(Pin(members, _pin_widths(widths, members, lever)))
         places.append(flat[members[0]])
     where = np.array([_floats(place) for place in places])
-    relations = find_relations(where, pins, slides, _floats(normal), size, limit)
+    relations = find_relations(
+        where, pins, slides, True, size, limit, widths.links, LinkShapes(linkage, widths)
+    )
     return Figure(
         joints, normal, None, tuple(pins), tuple(places), tuple(slides), tuple(relations), size
     )
+
+
+def _lever(linkage: Linkage, joints: Sequence[int], normal: Array) -> float:
+    """Length along the normal by which tilted axes shift places: of joints and link frames."""
+    points = [linkage.joints[j].point for j in joints]
+    points += [place.pose[:3, 3] for place in linkage.places.values() if place.link in joints]
+    return float(np.ptp(np.array(points) @ normal))
 
 
 def _spherical_figure(
@@ -214,7 +246,9 @@ def _spherical_figure(
         pins.append(Pin(members, _pin_angles(widths, members)))
         places.append(_unit_vector(axes[group[0]]))
     where = np.array([_floats(place) for place in places])
-    relations = find_relations(where, pins, (), None, 1.0, limit)
+    relations = find_relations(
+        where, pins, (), False, 1.0, limit, widths.links, LinkShapes(linkage, widths)
+    )
     return Figure(
         joints, None, _rational(centre), tuple(pins), tuple(places), (), tuple(relations), 1.0
     )
@@ -248,7 +282,7 @@ def _bennett_figure(
         + tuple(length * x + y for x, y in zip(axis[3:], cross(o, axis[:3]), strict=True))
         for j, axis in zip(around, axes, strict=True)
     }
-    relation = Relation(
+    relation = LinkRelation(
         "Bennett linkage", around, (1,) * 4, -1, error, error / (MAX_BENNETT_ERROR * width)
     )
     return Figure(
@@ -272,22 +306,21 @@ def _order_around(widths: LinkWidths, joints: tuple[int, ...]) -> tuple[int, ...
     return tuple(around)
 
 
-def _pin_widths(
-    widths: LinkWidths, joints: Sequence[int], lever: float, size: float
-) -> dict[int, float]:
+def _pin_widths(widths: LinkWidths, joints: Sequence[int], lever: float) -> dict[int, Width]:
     """Half widths of the place of a pin on its links; ``lever`` of a tilted axis, metres."""
-    closing = min(widths.gap, widths.whole.place, CLOSED_GAP * size)
+    more = 0.0 if widths.exact else widths.round_off
     return _least(
-        (link, width.place + width.angle * lever + closing + widths.round_off)
+        (link, Width(width.box, width.rest + width.angle * lever + more, width.angle))
         for link, width in _members(widths, joints)
     )
 
 
-def _pin_angles(widths: LinkWidths, joints: Sequence[int]) -> dict[int, float]:
-    """Half widths of the direction of a pin on its links."""
+def _pin_angles(widths: LinkWidths, joints: Sequence[int]) -> dict[int, Width]:
+    """Half widths of the direction of a pin on its links, as its place on the unit sphere."""
     closing = 0.0 if widths.closed else min(widths.whole.angle, CLOSED_GAP)
     return _least(
-        (link, width.angle + closing + 1e-15) for link, width in _members(widths, joints)
+        (link, Width((), width.angle + closing + 1e-15))
+        for link, width in _members(widths, joints)
     )
 
 
@@ -296,11 +329,11 @@ def _members(widths: LinkWidths, joints: Sequence[int]) -> list[tuple[int, Width
     return [(link, widths.of(link, j)) for j in joints for link in widths.links[j]]
 
 
-def _least(pairs: Iterable[tuple[int, float]]) -> dict[int, float]:
-    """Keep the least value of each key."""
-    found: dict[int, float] = {}
+def _least(pairs: Iterable[tuple[int, Width]]) -> dict[int, Width]:
+    """Keep the least width of each link."""
+    found: dict[int, Width] = {}
     for key, value in pairs:
-        found[key] = min(value, found.get(key, value))
+        found[key] = min(value, found.get(key, value), key=lambda width: width.place)
     return found
 
 

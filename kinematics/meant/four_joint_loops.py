@@ -24,8 +24,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinematics.linalg.rational import Vector, cross, dot
+from kinematics.meant.link_shapes import LinkShapes
+from kinematics.meant.link_widths import Width
 
-__all__ = ["Pin", "Relation", "Slide", "apply_relations", "find_relations"]
+__all__ = ["Pin", "LinkRelation", "Slide", "apply_relations", "find_relations"]
 
 Array = NDArray[np.float64]
 
@@ -49,7 +51,16 @@ class Pin(NamedTuple):
     """
 
     joints: tuple[int, ...]
-    links: Mapping[int, float]
+    links: Mapping[int, Width]
+
+    def on(self, link: int, links: Sequence[tuple[int, int]]) -> int:
+        """Find a joint of the pin that joins a rigid link.
+
+        Args:
+            link: number of the rigid link.
+            links: rigid links before and after each joint.
+        """
+        return next(j for j in self.joints if link in links[j])
 
 
 class Slide(NamedTuple):
@@ -59,16 +70,16 @@ class Slide(NamedTuple):
         joint: its number.
         links: rigid links before and after it.
         d: its direction.
-        angles: half width of its direction on each of the links.
+        widths: half widths of its place and direction on each of the links.
     """
 
     joint: int
     links: tuple[int, int]
     d: Vector
-    angles: tuple[float, float]
+    widths: tuple[Width, Width]
 
 
-class Relation(NamedTuple):
+class LinkRelation(NamedTuple):
     """A relation of lengths around a loop of four joints.
 
     Attributes:
@@ -96,34 +107,72 @@ class _Figure(NamedTuple):
     pins: Sequence[Pin]
     planar: bool
     size: float
+    links: Sequence[tuple[int, int]]
+    shapes: LinkShapes
+    lengths: dict[tuple[int, int, int], Length]
 
-    def distance(self, a: Array, b: Array) -> float:
-        """Distance of two points, or angle between two unit vectors."""
-        if self.planar:
-            return float(np.linalg.norm(a - b))
+    def angle(self, a: Array, b: Array) -> float:
+        """Angle between two unit vectors."""
         return float(np.arctan2(np.linalg.norm(np.cross(a, b)), a @ b))
+
+    def length(self, link: int, p: int, q: int) -> Length:
+        """Length of a link between two pins of the plane."""
+        key = link, min(p, q), max(p, q)
+        if key not in self.lengths:
+            self.lengths[key] = self._compute_length(link, p, q)
+        return self.lengths[key]
+
+    def _compute_length(self, link: int, p: int, q: int) -> Length:
+        """Compute the length of a link between two pins; see `length`."""
+        u = self.places[q] - self.places[p]
+        length = float(np.linalg.norm(u))
+        u = u / length
+        pins = self.pins[p], self.pins[q]
+        width = pins[0].links[link].along(u) + pins[1].links[link].along(u)
+        joints = [pin.on(link, self.links) for pin in pins]
+        square = self.shapes.square_of_distance(link, *joints)
+        return Length(Fraction(length) ** 2 if square is None else square, length, width)
+
+
+class Length(NamedTuple):
+    """A length: its square, the length itself, and its half width."""
+
+    square: Fraction
+    length: float
+    width: float
+
+    def differs(self, other: Length) -> tuple[float, float]:
+        """Compute the difference from another length, and the same in parts of its half width.
+
+        Args:
+            other: the other length.
+        """
+        error = abs(float(self.square - other.square)) / max(self.length + other.length, 1e-300)
+        return error, error / max(self.width + other.width, 1e-300)
 
 
 def find_relations(
-    places: Array, pins: Sequence[Pin], slides: Sequence[Slide], normal: Array | None,
-    size: float, limit: float,
-) -> list[Relation]:  # fmt: skip
+    places: Array, pins: Sequence[Pin], slides: Sequence[Slide], planar: bool, size: float,
+    limit: float, links: Sequence[tuple[int, int]], shapes: LinkShapes,
+) -> list[LinkRelation]:  # fmt: skip
     """Find loops of four joints with equal links.
 
     Args:
         places: points of the pins in their plane, or unit vectors along them (pins, 3).
         pins: the pins.
         slides: joints that slide in the plane.
-        normal: normal of the plane (3,); None on a sphere.
+        planar: whether the pins are in a plane, not on a sphere.
         size: of the linkage; 1 on a sphere.
         limit: largest nearness of a relation.
+        links: rigid links before and after each joint.
+        shapes: the axes on these links.
 
     Returns:
         The relations, each loop once.
     """
     if len(pins) > MAX_PINS:
         return []
-    figure = _Figure(places, pins, normal is not None, size)
+    figure = _Figure(places, pins, planar, size, links, shapes, {})
     between: dict[tuple[int, int], list[int]] = {}
     for p, q in combinations(range(len(pins)), 2):
         shared = sorted(set(pins[p].links) & set(pins[q].links))
@@ -131,12 +180,11 @@ def find_relations(
             between[p, q] = between[q, p] = shared
     found = [
         relation
-        for loop, links in _loops_of_four(len(pins), between)
-        if (relation := _relation_of(figure, loop, links, limit))
+        for loop, links_around in _loops_of_four(len(pins), between)
+        if (relation := _relation_of(figure, loop, links_around, limit))
     ]
-    if normal is not None:
-        for k, slide in enumerate(slides):
-            found += _slider_cranks(figure, between, k, slide, limit)
+    for k, slide in enumerate(slides):
+        found += _slider_cranks(figure, between, k, slide, limit)
     return found
 
 
@@ -159,25 +207,15 @@ def _loops_of_four(
 
 def _relation_of(
     figure: _Figure, loop: tuple[int, ...], links: tuple[int, ...], limit: float
-) -> Relation | None:
+) -> LinkRelation | None:
     """Find the relation of a loop of four pins; None if it has none."""
-    some_signs = [(1, 1, 1, 1)]
+    some_signs: list[tuple[int, ...]] = [(1, 1, 1, 1)]
     if not figure.planar:
         some_signs = [(1, *rest) for rest in product((1, -1), repeat=3)]
-    ends = [(loop[k], loop[(k + 1) % 4]) for k in range(4)]
-    widths = [
-        figure.pins[p].links[link] + figure.pins[q].links[link]
-        for link, (p, q) in zip(links, ends, strict=True)
-    ]
-    best: Relation | None = None
+    best: LinkRelation | None = None
     for signs in some_signs:
         places = [s * figure.places[p] for s, p in zip(signs, loop, strict=True)]
-        lengths = [figure.distance(places[k], places[(k + 1) % 4]) for k in range(4)]
-
-        def compare(i: int, j: int, lengths: list[float] = lengths) -> tuple[float, float]:
-            error = abs(lengths[i] - lengths[j])
-            return error, error / max(widths[i] + widths[j], 1e-300)
-
+        compare = _comparison(figure, loop, links, places)
         pairs = {
             "opposite": (compare(0, 2), compare(1, 3), (0, 1, 2, 3)),
             "kite": (compare(0, 3), compare(1, 2), (0, 1, 2, 3)),
@@ -196,10 +234,34 @@ def _relation_of(
     return best
 
 
+def _comparison(
+    figure: _Figure, loop: tuple[int, ...], links: tuple[int, ...], places: list[Array]
+) -> Callable[[int, int], tuple[float, float]]:
+    """Return what compares the lengths of two links: difference, and in parts of its width."""
+    ends = [(k, (k + 1) % 4) for k in range(4)]
+    if figure.planar:
+        lengths = [
+            figure.length(link, loop[k], loop[m])
+            for link, (k, m) in zip(links, ends, strict=True)
+        ]
+        return lambda i, j: lengths[i].differs(lengths[j])
+    angles = [figure.angle(places[k], places[m]) for k, m in ends]
+    widths = [
+        figure.pins[loop[k]].links[link].place + figure.pins[loop[m]].links[link].place
+        for link, (k, m) in zip(links, ends, strict=True)
+    ]
+
+    def compare(i: int, j: int) -> tuple[float, float]:
+        error = abs(angles[i] - angles[j])
+        return error, error / max(widths[i] + widths[j], 1e-300)
+
+    return compare
+
+
 def _named(
     figure: _Figure, loop: tuple[int, ...], signs: tuple[int, ...], places: list[Array],
     close: Mapping[str, tuple[float, float, tuple[int, ...]]],
-) -> Relation | None:  # fmt: skip
+) -> LinkRelation | None:  # fmt: skip
     """Name the relation that lengths and the place of the last pin show."""
     inside = {kind for kind, (_, nearness, _) in close.items() if nearness <= 1.0}
     kinds = inside or set(close)
@@ -211,22 +273,24 @@ def _named(
     for name, kind in choices:
         error, nearness, order = close[kind]
         if name == "rhombus":
-            error, nearness = (max(x[k] for x in close.values()) for k in (0, 1))
+            error = max(error for error, _, _ in close.values())
+            nearness = max(nearness for _, nearness, _ in close.values())
         P, Q, R, S = (places[k] for k in order)
         image = _float_image(name, P, Q, R, figure.planar)
         if np.linalg.norm(image - S) <= IMAGE_DISTANCE * figure.size:
             pins, turned = (tuple(x[k] for k in order) for x in (loop, signs))
-            return Relation(name, pins, turned, -1, error, nearness)
+            return LinkRelation(name, pins, turned, -1, error, nearness)
     return None
 
 
 def _float_image(name: str, P: Array, Q: Array, R: Array, planar: bool) -> Array:
     """Compute the image of Q in floating point."""
+    h: Array
     if name in ("parallelogram", "rhombus"):
         if planar:
             return np.asarray(P + R - Q)
         h = P + R
-        return np.asarray(2 * (Q @ h) / max(h @ h, 1e-300) * h - Q)
+        return np.asarray(2 * (Q @ h) / max(float(h @ h), 1e-300) * h - Q)
     middle = (P + R) / 2 if planar else np.zeros(3)
     if name == "antiparallelogram":
         h = P - R
@@ -236,13 +300,13 @@ def _float_image(name: str, P: Array, Q: Array, R: Array, planar: bool) -> Array
         w = Q - P
         return np.asarray(P + 2 * (w @ along) * along - w)
     m = np.cross(P, R)
-    return np.asarray(Q - 2 * (Q @ m) / max(m @ m, 1e-300) * m)
+    return np.asarray(Q - 2 * (Q @ m) / max(float(m @ m), 1e-300) * m)
 
 
 def _slider_cranks(
     figure: _Figure, between: Mapping[tuple[int, int], Sequence[int]], number: int,
     slide: Slide, limit: float,
-) -> Iterator[Relation]:  # fmt: skip
+) -> Iterator[LinkRelation]:  # fmt: skip
     """Yield slider-cranks in line with a slide whose crank and coupler are equal."""
     pins, places = figure.pins, figure.places
     d = np.array([float(x) for x in slide.d])
@@ -252,33 +316,43 @@ def _slider_cranks(
         if first == C or before not in pins[first].links or after not in pins[C].links:
             continue
         w = places[C] - places[first]
-        offset = float(np.linalg.norm(w - (w @ d) * d))
-        width = pins[first].links[before] + pins[C].links[after]
-        width += sum(slide.angles) * float(np.linalg.norm(w))
+        across = w - (w @ d) * d
+        offset = float(np.linalg.norm(across))
+        if abs(w @ d) <= PINS_DISTINCT * figure.size or offset > IMAGE_DISTANCE * figure.size:
+            continue
+        width = _offset_width(pins[first], pins[C], slide, d, w)
         for A in range(len(pins)):
             if A in (first, C) or (first, A) not in between or (A, C) not in between:
                 continue
             for a, b in product(between[first, A], between[A, C]):
                 if len({a, b, before, after}) < 4:
                     continue
-                error = abs(
-                    figure.distance(places[first], places[A])
-                    - figure.distance(places[A], places[C])
-                )
-                known = pins[first].links[a] + pins[A].links[a]
-                known += pins[A].links[b] + pins[C].links[b]
-                nearness = max(error / max(known, 1e-300), offset / max(width, 1e-300))
-                if nearness <= limit and abs(w @ d) > PINS_DISTINCT * figure.size:
-                    yield Relation(
+                crank, coupler = figure.length(a, first, A), figure.length(b, A, C)
+                error, nearness = crank.differs(coupler)
+                nearness = max(nearness, offset / max(width, 1e-300))
+                if nearness <= limit:
+                    yield LinkRelation(
                         "isosceles slider-crank", (first, A, C), (1, 1, 1), number,
                         max(error, offset), nearness,
                     )  # fmt: skip
 
 
+def _offset_width(first: Pin, last: Pin, slide: Slide, d: Array, w: Array) -> float:
+    """Half width of the distance of a pin from the line of a slide through another pin."""
+    across = np.eye(3) - np.outer(d, d)
+    total = 0.0
+    for link, width, pin in zip(slide.links, slide.widths, (first, last), strict=True):
+        place = pin.links[link]
+        edges = np.array([*place.box, *width.box]).reshape(-1, 3) @ across
+        total += float(np.linalg.norm(edges, axis=1).sum()) + place.rest + width.rest
+        total += width.angle * float(np.linalg.norm(w))
+    return total
+
+
 def apply_relations(
-    places: Sequence[Vector], relations: Sequence[Relation], slides: Sequence[Slide],
+    places: Sequence[Vector], relations: Sequence[LinkRelation], slides: Sequence[Slide],
     normal: Vector | None,
-) -> tuple[list[Vector], list[Relation]]:  # fmt: skip
+) -> tuple[list[Vector], list[LinkRelation]]:  # fmt: skip
     """Move pins so that relations hold exactly.
 
     Pins that no relation before has used are moved to the images that a relation gives them.
@@ -312,7 +386,7 @@ def apply_relations(
 
 
 def _choices(
-    relation: Relation, places: Sequence[Vector], slides: Sequence[Slide],
+    relation: LinkRelation, places: Sequence[Vector], slides: Sequence[Slide],
     normal: Vector | None,
 ) -> Iterator[tuple[tuple[int, ...], tuple[Vector, ...]]]:  # fmt: skip
     """Yield pins that a relation can move, and their places."""

@@ -7,8 +7,9 @@ from math import sqrt
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
-from kinematics.meant.digits import FileDigits
+from kinematics.meant.digits import DOUBLE_DIGITS, FileDigits
 from kinematics.model.chain import extent
 from kinematics.model.linkage import GROUND, Linkage
 from kinematics.urdf.nominal_angles import nearest_twelfth
@@ -16,20 +17,44 @@ from kinematics.urdf_elements.element import Element
 
 __all__ = ["LinkWidths", "Width", "link_widths"]
 
+Array = NDArray[np.float64]
+
 # Round-off of the position of a joint, in parts of the size of the linkage, and of directions:
 # products of a dozen rotations.
 ROUND_OFF = 2.0**-48
 
 
 class Width(NamedTuple):
-    """Half widths of a joint on a link: of its place (metres) and direction (radians)."""
+    """Half widths of a joint on a link.
 
-    place: float = 0.0
+    Attributes:
+        box: half edges of the box in which its place lies, each a vector (3,), metres,
+            inertial frame.
+        rest: radius of a ball of further errors of its place, metres.
+        angle: half width of its direction, radians.
+    """
+
+    box: tuple[tuple[float, ...], ...] = ()
+    rest: float = 0.0
     angle: float = 0.0
 
     def __add__(self, other: Width) -> Width:  # type: ignore[override]
         """Add half widths: intervals of sums."""
-        return Width(self.place + other.place, self.angle + other.angle)
+        return Width(self.box + other.box, self.rest + other.rest, self.angle + other.angle)
+
+    @property
+    def place(self) -> float:
+        """Half diagonal of the box, and the rest, metres."""
+        squares = (x * x for edge in self.box for x in edge)
+        return sqrt(sum(squares)) + self.rest
+
+    def along(self, u: Array) -> float:
+        """Compute the half width of the place along a direction, metres.
+
+        Args:
+            u: unit vector (3,).
+        """
+        return float(sum(abs(np.array(edge) @ u) for edge in self.box)) + self.rest
 
 
 class LinkWidths(NamedTuple):
@@ -43,7 +68,8 @@ class LinkWidths(NamedTuple):
             shape of the file; otherwise the links on which loops end have shapes that all
             numbers decide.
         round_off: of positions, metres.
-        gap: largest distance of the two frames of a loop of the file, metres.
+        exact: whether the numbers have fewer digits than doubles, so that errors of lengths
+            are compared with their widths without round-off.
     """
 
     links: tuple[tuple[int, int], ...]
@@ -51,10 +77,15 @@ class LinkWidths(NamedTuple):
     whole: Width
     closed: bool
     round_off: float
-    gap: float
+    exact: bool
 
     def of(self, link: int, joint: int) -> Width:
-        """Find the half widths of a joint on a link."""
+        """Find the half widths of a joint on a link.
+
+        Args:
+            link: number of the rigid link.
+            joint: number of the joint.
+        """
         return self.widths.get((link, joint), Width())
 
     @property
@@ -77,21 +108,26 @@ def link_widths(linkage: Linkage, digits: FileDigits) -> LinkWidths:
     """
     assert linkage.tree is not None
     size = max(extent(linkage).length, 1e-300)
-    reader = _Reader(linkage.tree, digits, size)
+    turned = {name: place.pose[:3, :3] for name, place in linkage.places.items()}
+    reader = _Reader(linkage.tree, digits, size, turned)
     links = _rigid_links(linkage)
     widths: dict[tuple[int, int], Width] = {}
-    whole = Width()
+    place = angle = 0.0
     for j, joint in enumerate(linkage.joints):
         near, far = reader.sides(joint.whole)
         before, after = links[j]
         first = joint.parent == GROUND or linkage.joints[joint.parent].whole != joint.whole
         widths[before, j] = near if first else Width()
         widths[after, j] = far
-        whole += (near if first else Width()) + far
+        both = (near if first else Width()) + far
+        place, angle = place + both.place, angle + both.angle
     middle = np.mean([joint.point for joint in linkage.joints], axis=0)
     far_size = size + float(np.abs(middle).max())
-    whole = Width(whole.place + whole.angle * size, whole.angle)
-    return LinkWidths(links, widths, whole, linkage.displaced is not None, ROUND_OFF * far_size)
+    whole = Width((), place + angle * size, angle)
+    return LinkWidths(
+        links, widths, whole, linkage.displaced is not None, ROUND_OFF * far_size,
+        digits.significant < DOUBLE_DIGITS,
+    )  # fmt: skip
 
 
 def _rigid_links(linkage: Linkage) -> tuple[tuple[int, int], ...]:
@@ -112,9 +148,18 @@ def _rigid_links(linkage: Linkage) -> tuple[tuple[int, int], ...]:
 class _Reader:
     """Half widths of the joints and loops of a file."""
 
-    def __init__(self, tree: Element, digits: FileDigits, size: float) -> None:
-        """Read the elements of a file; ``size`` is the lever of angles, metres."""
-        self._digits, self._size = digits, size
+    def __init__(
+        self, tree: Element, digits: FileDigits, size: float, turned: Mapping[str, Array]
+    ) -> None:
+        """Read the elements of a file.
+
+        Args:
+            tree: of the file.
+            digits: of its numbers.
+            size: lever of angles, metres.
+            turned: rotation (3, 3) of each link at the reference pose.
+        """
+        self._digits, self._size, self._turned = digits, size, turned
         self._items = {item.name: item for item in tree.every("joint") + tree.every("loop")}
         self._carrier = {_link(item, "child"): item for item in tree.every("joint")}
 
@@ -125,32 +170,39 @@ class _Reader:
             return Width(), Width()
         axis = self._axis(item)
         if item.tag == "joint":
-            return self._origin(item) + self._fixed(_link(item, "parent")) + axis, axis
+            return self._at(item, _link(item, "parent")) + axis, axis
         ends = (item.first(role) or item for role in ("predecessor", "successor"))
-        near, far = (
-            self._origin(end) + self._fixed(end.attributes.get("link", "")) + axis
-            for end in ends
-        )
+        near, far = (self._at(end, end.attributes.get("link", "")) + axis for end in ends)
         return near, far
+
+    def _at(self, item: Element, link: str) -> Width:
+        """Half widths of an origin on a link, and of the fixed joints that carry it."""
+        return self._origin(item, link) + self._fixed(link)
 
     def _fixed(self, link: str) -> Width:
         """Add up the half widths of the fixed joints that carry a link."""
         total = Width()
         while link in self._carrier and self._carrier[link].attributes["type"] == "fixed":
-            origin = self._origin(self._carrier[link])
-            total += Width(origin.place + origin.angle * self._size, origin.angle)
-            link = _link(self._carrier[link], "parent")
+            carrier = self._carrier[link]
+            link = _link(carrier, "parent")
+            origin = self._origin(carrier, link)
+            total += Width(origin.box, origin.rest + origin.angle * self._size, origin.angle)
         return total
 
-    def _origin(self, item: Element) -> Width:
-        """Half widths of an origin."""
+    def _origin(self, item: Element, link: str) -> Width:
+        """Half widths of an origin in the frame of a link."""
         origin = item.first("origin")
         if origin is None:
             return Width()
-        place = self._half_units(origin.attributes.get("xyz", ""))
+        words = origin.attributes.get("xyz", "").split()
+        R = self._turned.get(link, np.eye(3))
+        box = tuple(
+            tuple((self._digits.half_unit(word) * edge).tolist())
+            for word, edge in zip(words, R.T, strict=False)
+        )
         turns = origin.attributes.get("rpy", "").split()
-        angle = sum(self._digits.half_unit(x) for x in turns if not nearest_twelfth(x))
-        return Width(place, angle)
+        angle = sum(self._digits.half_unit(x, False) for x in turns if not nearest_twelfth(x))
+        return Width(box, 0.0, angle)
 
     def _axis(self, item: Element) -> Width:
         """Half widths of the direction of an axis."""
@@ -159,11 +211,11 @@ class _Reader:
             return Width()
         words = axis.attributes.get("xyz", "1 0 0")
         length = sqrt(sum(float(x) ** 2 for x in words.split()))
-        return Width(0.0, self._half_units(words) / length)
+        return Width((), 0.0, self._half_units(words) / length)
 
     def _half_units(self, words: str) -> float:
-        """Root of the sum of squares of half units."""
-        return sqrt(sum(self._digits.half_unit(x) ** 2 for x in words.split()))
+        """Root of the sum of squares of half units of a direction."""
+        return sqrt(sum(self._digits.half_unit(x, False) ** 2 for x in words.split()))
 
 
 def _link(item: Element, role: str) -> str:

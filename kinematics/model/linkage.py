@@ -186,10 +186,13 @@ class MeantGeometry(NamedTuple):
         near: of the special linkage just outside of the intervals (n, 6); None without one.
         relations: of ``screws``, in words.
         near_relations: further ones of ``near``, in words.
-        digits: significant digits of the file.
+        digits: significant digits of the file; 0 if its numbers are exact, and only a pose
+            is rounded.
         distance: largest error of the relations, in parts of the size: of ``near``, if there
             is one, otherwise of ``screws``.
         nearness: the same in half widths of the intervals.
+        in_decimals: whether the decimals of the file have all of ``relations`` themselves.
+        apart: number of joints that ``relations`` do not name.
     """
 
     screws: tuple[tuple[Fraction, ...], ...]
@@ -200,6 +203,8 @@ class MeantGeometry(NamedTuple):
     digits: int
     distance: float
     nearness: float
+    in_decimals: bool = False
+    apart: int = 0
 
     def __repr__(self) -> str:
         """Give one line: digits and relations."""
@@ -230,6 +235,8 @@ class UnassembledLinkage:
             caller asked for that pose; else None.
         other_poses: positions of all joints (n,), counted likewise, at other poses that close
             loops which the file leaves open, with at most twice the motion of the one taken.
+        mended: largest change of axes and welds with which overconstrained loops were made to
+            close, in radians and parts of the size; 0 without one.
         meant: the geometry inside the digits of the file, at the reference pose; None if the
             numbers of the file are exact, or taken as written.
     """
@@ -248,6 +255,7 @@ class UnassembledLinkage:
     displaced: Array | None = field(default=None, repr=False)
     at: Mapping[str, float] | None = None
     other_poses: tuple[Array, ...] = field(default=(), repr=False)
+    mended: float = field(default=0.0, repr=False)
     meant: MeantGeometry | None = field(default=None, repr=False)
 
     def __repr__(self) -> str:

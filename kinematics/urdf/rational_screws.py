@@ -7,10 +7,10 @@ Other irrational numbers are replaced, and a notice names them; see
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import suppress
 from fractions import Fraction
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 
@@ -28,8 +28,11 @@ __all__ = [
     "change_replaced_numbers",
     "exact_geometry",
     "geometry_of",
+    "of_lowest_rank",
     "rational_geometries",
 ]
+
+T = TypeVar("T")
 
 # Largest change of a replaced number: radians, and parts of a length. It is far above any
 # tolerance, so that a rank that rests on such a number changes with it.
@@ -100,7 +103,9 @@ def rational_geometries(linkage: Linkage) -> Iterator[Geometry]:
 
     Where relations are meant that the digits of the file round, the geometry that has them
     exactly is the only choice. Otherwise it is that of the decimals of the file, and then one
-    inside the intervals of its digits, whose axes are exactly parallel, or exactly meet.
+    inside the intervals of its digits, whose axes are exactly parallel, or exactly meet. If the
+    links have relations in decimals, and the pose rounds them, the geometry of lower rank is
+    meant.
 
     Args:
         linkage: a linkage.
@@ -115,10 +120,38 @@ def rational_geometries(linkage: Linkage) -> Iterator[Geometry]:
     if meant is None or not _is_reference_pose(linkage, meant.screws):
         yield exact_geometry(linkage)
         return
-    if not meant.relations:
+    if meant.in_decimals:
         with suppress(ExactError):
             yield exact_geometry(linkage)
     yield geometry_of(linkage, meant.screws)
+
+
+def of_lowest_rank(
+    linkage: Linkage, compute: Callable[[Geometry], T], rank: Callable[[T], int]
+) -> T:
+    """Compute something with the geometry that a linkage means; see `rational_geometries`.
+
+    Args:
+        linkage: a linkage.
+        compute: computes it from a geometry; may raise an `ExactError`.
+        rank: rank of the conditions that it has.
+
+    Raises:
+        ExactError: no geometry serves; the error of the first.
+    """
+    meant, found = linkage.meant, list[T]()
+    first: ExactError | None = None
+    for geometry in rational_geometries(linkage):
+        try:
+            found.append(compute(geometry))
+        except ExactError as error:
+            first = first or error
+        if found and (meant is None or not meant.relations):
+            break
+    if found:
+        return min(found, key=rank)
+    assert first is not None
+    raise first
 
 
 def geometry_of(linkage: Linkage, screws: tuple[Vector, ...]) -> Geometry:

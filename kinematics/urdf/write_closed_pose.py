@@ -31,6 +31,9 @@ __all__ = ["Posed", "moved_origin", "write_at_reference_pose"]
 
 Array = NDArray[np.float64]
 
+# Digits that stand for a double: with them, all of its digits are written.
+DOUBLE_DIGITS = 16
+
 
 class Posed(NamedTuple):
     """A file whose pose is the reference pose of a linkage.
@@ -78,7 +81,8 @@ def write_at_reference_pose(linkage: Linkage) -> Posed:
                 problem = "a universal joint that has turned about its second axis"
                 file, remedy = clean(linkage.source, 1000), "replace it by two joints"
                 raise FileError(file, joint.label, problem, remedy)
-            splices.append(_replace_origin(text, joints[name], moved_origin(joint, q)))
+            there = _with_digits(joint, moved_origin(joint, q), linkage)
+            splices.append(_replace_origin(text, joints[name], there))
     own = {loop.name for loop in found.every("loop")}
     # Loops of the file in the words of other tools have a place there.
     added = (loop for loop in linkage.tree.every("loop") if loop.span == (0, 0))
@@ -121,6 +125,26 @@ def moved_origin(joint: Element, q: list[float]) -> dict[str, str]:
         simple = None if several else _turn_words(words, n, turning)
         attributes["rpy"] = " ".join(simple or map(repr, roll_pitch_yaw(there[:3, :3])))
     return attributes
+
+
+def _with_digits(joint: Element, there: dict[str, str], linkage: Linkage) -> dict[str, str]:
+    """Write the numbers of an origin that have changed with as many digits as the file has.
+
+    With more of them, a file that rounds the numbers of a special geometry would be read as
+    one that misses it on purpose.
+    """
+    digits = 0 if linkage.meant is None else linkage.meant.digits
+    if not 0 < digits < DOUBLE_DIGITS:
+        return there
+    old = joint.first("origin")
+    known = {"rpy": "0 0 0", "xyz": "0 0 0", **(old.attributes if old is not None else {})}
+    return {
+        name: " ".join(
+            word if word == before else f"{float(word):.{digits}g}"
+            for word, before in zip(words.split(), known[name].split(), strict=True)
+        )
+        for name, words in there.items()
+    }
 
 
 def _freedoms(joint: Element, kind: str, n: Array) -> list[tuple[str, Array]]:

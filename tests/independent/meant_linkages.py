@@ -125,12 +125,18 @@ def _circles(a, r, b, s, sign):
 Z = _vector(0, 0, 1)
 
 
-def _four_bar(rng, a, b, c, d, sign):
-    """Pins O, A, B, C of a four-bar with crank a, coupler b, rocker c, base d."""
+def _four_bar(rng, a, b, c, d):
+    """Pins O, A, B, C of a four-bar with crank a, coupler b, rocker c, base d.
+
+    Of both places of B, it is the one away from O, where a kite would be folded.
+    """
     origin, C = _vector(0, 0, 0), _polar(d, _uniform(rng, 0, 6.28))
     while True:
         A = _polar(a, _uniform(rng, 0, 6.28))
-        B = _circles(A, b, C, c, sign)
+        B = max(
+            (x for x in (_circles(A, b, C, c, sign) for sign in (1, -1)) if x is not None),
+            key=lambda x: dot(x, x), default=None,
+        )  # fmt: skip
         if B is not None:
             return origin, A, B, C
 
@@ -150,8 +156,8 @@ def kite(rng, off):
     """Two neighbours of one length, and the other two of another."""
     a, b = _two(rng)
     if rng.random() < 0.5:  # crank and base are equal
-        return _pins(*_four_bar(rng, b, a, a, b + off, 1))
-    return _pins(*_four_bar(rng, a, a + off, b, b, 1))
+        return _pins(*_four_bar(rng, b, a, a, b + off))
+    return _pins(*_four_bar(rng, a, a + off, b, b))
 
 
 def _opposite(rng, off, crossed):
@@ -357,13 +363,12 @@ def meant_text(
         if joint.loop:
             if joint.kind == "prismatic":
                 point = add(point, n, _uniform(rng, -0.5, 0.5))
-                lines.append(
-                    f'<loop name="j{k}" type="{joint.kind}">'
-                    f'<predecessor link="L{joint.before}">'
-                    f"{local(joint.before, point, F)}</predecessor>"
-                    f'<successor link="L{joint.after}">'
-                    f'{local(joint.after, point, F)}</successor><axis xyz="{axis}"/></loop>'
-                )
+            lines.append(
+                f'<loop name="j{k}" type="{joint.kind}"><predecessor link="L{joint.before}">'
+                f"{local(joint.before, point, F)}</predecessor>"
+                f'<successor link="L{joint.after}">'
+                f'{local(joint.after, point, F)}</successor><axis xyz="{axis}"/></loop>'
+            )
             continue
         origin = local(joint.before, point, F)
         poses[joint.after] = F, point

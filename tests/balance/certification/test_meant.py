@@ -7,14 +7,22 @@ tests.independent.meant_run`` compares as many linkages as it is told.
 import json
 import re
 
+import numpy as np
 import pytest
+from mpmath import mpf
 
 import kinematics
 from balance import certify, design_space
 from balance.cli.main import main
-from tests.independent.meant_linkages import meant_linkage, meant_text
+from kinematics.urdf.write_closed_pose import write_at_reference_pose
+from tests.independent.meant_linkages import (
+    MeantJoint,
+    MeantLinkage,
+    meant_linkage,
+    meant_text,
+    unit,
+)
 from tests.independent.sixty_digits import true_ranks
-from tests.support.urdf_text import saved
 
 # Mobility and ranks by order, of the special family and of general linkages beside it.
 TRUE = {
@@ -65,12 +73,75 @@ def test_special_linkages_are_read_as_meant(family, digits, tmp_path):
         assert space.level in ("proved", "verified") and not space.doubts
 
 
+@pytest.mark.parametrize(
+    ("family", "seed", "digits"), [("kite", 7, 9), ("spherical_opposite", 12, 6)]
+)
+def test_loops_of_few_digits_close_near_a_singular_pose_and_about_a_point(
+    family, seed, digits, tmp_path
+):
+    space = space_of(tmp_path, family, seed, digits)
+    assert (space.linkage.mobility, ranks(space)) == TRUE[family][:2]
+
+
+@pytest.mark.parametrize("digits", [17, 9, 6])
+@pytest.mark.parametrize("family", ["kite", "slider_crank", "bennett"])
+def test_a_file_that_is_written_at_another_pose_has_the_same_answer(family, digits, tmp_path):
+    mobility, special, _ = TRUE[family]
+    text = meant_text(meant_linkage(family, 4, 0.0), 4, digits)
+    first, second = tmp_path / "first.urdf", tmp_path / "second.urdf"
+    first.write_text(text)
+    (name,) = kinematics.load(str(first)).inputs
+    for at in ({}, {name: 0.1}):
+        linkage = kinematics.load(str(first), at=at)
+        second.write_bytes(write_at_reference_pose(linkage).data)
+        space = certify(design_space(kinematics.load(str(second))))
+        assert (space.linkage.mobility, ranks(space)) == (mobility, special)
+        assert not space.doubts
+
+
 @pytest.mark.parametrize("off", [1e-12, 1e-8, 1e-4])
 @pytest.mark.parametrize("family", [name for name in TRUE if TRUE[name][2]])
 def test_linkages_that_are_off_in_all_digits_are_general(family, off, tmp_path):
     space = space_of(tmp_path, family, 8, 17, off)
     assert ranks(space) == TRUE[family][2]
     assert space.level == "proved" and "special_as_meant" not in codes(space)
+
+
+def planar_linkage(name, seed):
+    """A general planar linkage at random: an arm of three links, or a Watt six-bar."""
+    rng = np.random.default_rng([seed, 9])
+    z = (mpf(0), mpf(0), mpf(1))
+    p = [(mpf(x), mpf(y), mpf(0)) for x, y in rng.uniform(-1, 1, (7, 2)).tolist()]
+    pairs = {
+        "arm": [(0, 1), (1, 2), (2, 3)],
+        "watt": [(0, 1), (1, 2), (0, 3), (2, 4), (3, 5), (2, 3), (4, 5)],
+    }[name]
+    return MeantLinkage(name, tuple(
+        MeantJoint("revolute" if k > 4 else "continuous", before, after, p[k], z, k > 4)
+        for k, (before, after) in enumerate(pairs)
+    ))  # fmt: skip
+
+
+@pytest.mark.parametrize("digits", [17, 12, 6])
+@pytest.mark.parametrize(
+    ("name", "expected"), [("arm", [9]), ("watt", [3, 6, 9, 10, 11, 12, 13])]
+)
+def test_planar_linkages_in_oblique_planes_are_proved(name, expected, digits, tmp_path):
+    path = tmp_path / "oblique.urdf"
+    path.write_text(meant_text(planar_linkage(name, digits), digits, digits))
+    space = certify(design_space(kinematics.load(str(path))))
+    assert (ranks(space), space.level) == (expected, "proved")
+
+
+def test_axes_tilted_by_more_than_the_digits_are_not_parallel(tmp_path):
+    path = tmp_path / "tilted.urdf"
+    linkage = planar_linkage("arm", 2)
+    first, second, third = linkage.joints
+    tilted = third._replace(axis=unit((mpf("1e-9"), mpf(0), mpf(1))))
+    path.write_text(meant_text(linkage._replace(joints=(first, second, tilted)), 2, 17))
+    space = certify(design_space(kinematics.load(str(path))))
+    assert (ranks(space), space.level) != ([9], "proved")
+    assert any("parallel to within 1e-09 rad only" in doubt for doubt in space.doubts)
 
 
 def test_both_answers_are_told(tmp_path):
@@ -117,10 +188,11 @@ def kite_text(error):
 def test_a_kite_that_is_off_by_more_than_its_digits_is_general_and_told_to_be_near(
     tmp_path, capsys
 ):
-    path = saved(tmp_path, kite_text(1e-6))
+    path = tmp_path / "kite.urdf"
+    path.write_text(kite_text(1e-6))
     assert main(["report", str(path), "--json"]) == 0
     captured = capsys.readouterr()
     report = json.loads(captured.out)
     assert [order["rank"] for order in report["orders"]] == [3, 6, 7, 8]
-    (notice,) = (n for n in report["notices"] if n["code"] == "near_special")
+    (notice,) = (n for n in report["warnings"] if n["code"] == "near_special")
     assert "with 7 conditions" in notice["message"] and "more digits" in notice["message"]

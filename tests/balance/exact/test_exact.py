@@ -277,7 +277,7 @@ def test_square_roots_keep_their_relations():
     assert len(set(primes)) == 4
     for p in primes:
         assert p < 2**30 and all(p % d for d in range(2, int(p**0.5) + 1))
-        assert all(radicals.square_root(b, p) ** 2 % p == b for b in every)
+        assert all(radicals.modular_root(b, p) ** 2 % p == b for b in every)
     with pytest.raises(ExactError, match="square roots"):
         list(radicals.primes_with_roots([2] * 11))
 

@@ -106,7 +106,12 @@ def test_rotations_are_exactly_orthogonal():
     assert np.array(R, dtype=float) == pytest.approx(expected, abs=1e-15)
 
 
-@pytest.mark.parametrize("model", ["bennett", "goldberg_five_bar", "sarrus"])
+def test_a_bennett_linkage_is_exact_at_a_pose_that_was_found(tmp_path):
+    linkage = kinematics.load(opened("bennett", tmp_path))
+    assert exact_ranks(linkage).ranks[:4] == (6, 10, 13, 13)
+
+
+@pytest.mark.parametrize("model", ["goldberg_five_bar", "sarrus"])
 def test_overconstrained_loops_at_a_pose_that_was_found_are_refused(model, tmp_path):
     linkage = kinematics.load(opened(model, tmp_path))
     with pytest.raises(ExactError, match="not exactly representable"):

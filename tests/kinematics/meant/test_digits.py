@@ -29,6 +29,12 @@ def tree(*words):
         (("12.345678", "1.5", "0"), "0", 0.0),
         # Where many are short, they are design values.
         (("12.345678", "1.5679", "0"), "1.5679", 0.0),
+        # Short but for the last digits: off on purpose; with more digits, by round-off.
+        (("1.234567890123", "0.500000000001", "0.699999999997"), "0.500000000001", 0.0),
+        (("1.234567890123", "0.500000000001", "0.699999999997"), "0.699999999997", 0.0),
+        (("0.1234567890123457", "0.30000000000000004", "0"), "0.30000000000000004", ulp(0.3)),
+        # So coarse that no length is rounded so.
+        (("100002.2", "0.3", "1.7"), "0.3", 0.0),
         # A double and its neighbours.
         (("0.8660254037844386", "0", "0"), "0.8660254037844386", ulp(0.8660254037844386)),
     ],
@@ -44,4 +50,4 @@ def test_short_numbers_are_exact():
 
 
 def test_digits_are_counted_without_signs_points_and_exponents():
-    assert file_digits(tree("-1.23457e-3", "0", "0")) == FileDigits(8, 6)
+    assert file_digits(tree("-1.23457e-3", "0", "0")) == FileDigits(8, 6, size=0.00123457)

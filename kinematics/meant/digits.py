@@ -5,7 +5,8 @@ a file whose numbers have up to F decimals and D significant digits is known to
 ``max(10^-F, 10^(e - D + 1))`` with ``10^e ≤ |x| < 10^(e+1)``, which holds for formats of fixed
 decimals and of fixed significant digits. Whole numbers are exact. A number that is shorter than
 both by `EXACT_ZEROS` digits or more is exact: so many zeros do not come from rounding. Where
-many numbers of a file are short, they are design values, and `EXACT_ZEROS_OF_MANY` digits suffice.
+many numbers of a file are short, they are design values, and `EXACT_ZEROS_OF_MANY` digits
+suffice.
 """
 
 from __future__ import annotations

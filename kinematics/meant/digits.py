@@ -3,9 +3,10 @@
 Writers drop zeros at the end of a number, so the last digit is that of the file: a number x of
 a file whose numbers have up to F decimals and D significant digits is known to
 ``max(10^-F, 10^(e - D + 1))`` with ``10^e ≤ |x| < 10^(e+1)``, which holds for formats of fixed
-decimals and of fixed significant digits. A number that is shorter than both by
-`EXACT_ZEROS` digits or more is exact: so many zeros do not come from rounding. Where many
-numbers of a file are short, they are design values, and `EXACT_ZEROS_OF_MANY` digits suffice.
+decimals and of fixed significant digits. Whole numbers are exact. A number that is shorter than
+both by `EXACT_ZEROS` digits or more is exact: so many zeros do not come from rounding. Where
+many numbers of a file are short, they are design values, and `EXACT_ZEROS_OF_MANY` digits
+suffice.
 """
 
 from __future__ import annotations
@@ -13,7 +14,6 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 from math import floor, log10, ulp
-from statistics import median
 from typing import NamedTuple
 
 from kinematics.urdf.nominal_angles import nearest_twelfth
@@ -29,7 +29,8 @@ EXACT_ZEROS = 5
 # The same in a file in which so large a part of the numbers is short by as many digits; of
 # rounded numbers, one in a hundred is.
 EXACT_ZEROS_OF_MANY, MANY = 2, 0.2
-# Half unit, in radians or parts of the median of lengths, from which on digits are no rounding.
+# Half unit, in radians or parts of the lower quartile of lengths: larger ones are no
+# rounding.
 COARSE = 1e-3
 # Digits with which a number stands for a double and its neighbours.
 DOUBLE_DIGITS = 16
@@ -49,7 +50,7 @@ class FileDigits(NamedTuple):
         decimals: most digits after the point, F.
         significant: most significant digits, D.
         exact_zeros: digits by which an exact number is shorter than both.
-        size: median size of its lengths.
+        size: lower quartile of its lengths.
     """
 
     decimals: int
@@ -65,6 +66,8 @@ class FileDigits(NamedTuple):
             length: whether it is a length, or else an angle or part of a direction.
         """
         places, digits = _count_digits(word)
+        if not places:
+            return 0.0
         short = self.decimals - places, self.significant - digits
         if min(short) >= self.exact_zeros or abs(float(word)) < TINY:
             return 0.0
@@ -97,7 +100,7 @@ def file_digits(tree: Element) -> FileDigits | None:
     """
     numbers = [word for word in _geometry_words(tree) if float(word)]
     words = [word for word in numbers if abs(float(word)) >= TINY]
-    counts = [_count_digits(word) for word in words]
+    counts = [count for word in words if (count := _count_digits(word))[0]]
     decimals, significant = (max((x[k] for x in counts), default=0) for k in (0, 1))
     significant = min(significant, DOUBLE_DIGITS + 1)
     if significant < MIN_DIGITS:
@@ -105,8 +108,9 @@ def file_digits(tree: Element) -> FileDigits | None:
     short = sum(min(decimals - x, significant - y) >= EXACT_ZEROS_OF_MANY for x, y in counts)
     many = short > MANY * len(counts)
     exact_zeros = EXACT_ZEROS_OF_MANY if many else EXACT_ZEROS
-    lengths = (abs(float(x)) for x in _words_of(tree, ("origin",), "xyz"))
-    size = median([x for x in lengths if x >= TINY] or [1.0])
+    sizes = (abs(float(x)) for x in _words_of(tree, ("origin",), "xyz"))
+    lengths = sorted(x for x in sizes if x >= TINY) or [1.0]
+    size = lengths[len(lengths) // 4]
     return FileDigits(decimals, significant, exact_zeros, size)
 
 

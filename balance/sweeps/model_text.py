@@ -58,6 +58,9 @@ def check_options(options: Mapping[str, Any]) -> str:
         elif name in ("inputs", "massless"):
             fine = isinstance(value, list | tuple) and all(isinstance(x, str) for x in value)
             kind = "list of texts"
+        elif name == "mode":
+            fine = isinstance(value, int) and not isinstance(value, bool) and value > 0
+            kind = "whole number from 1"
         elif name == "fix_base":
             fine, kind = isinstance(value, bool), "true or false"
         else:

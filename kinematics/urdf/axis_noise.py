@@ -1,9 +1,10 @@
 """Find and remove round-off in the axes of a file, such as ``3.23109e-15 -2.88922e-15 1``.
 
-Exporters compose rotations in double precision, and write what is left. A component below
-1e-12 of the largest one turns the axis by less than the angle within which an angle of the
-file is a multiple of π/12: it is zero, unless the user chooses ``as_written``. A remark names
-the axes.
+Exporters compose rotations in double precision, and write what is left, in the exponent
+notation of a program. A component so written and below 1e-12 of the largest one turns the axis
+by less than the angle within which an angle of the file is a multiple of π/12: it is zero,
+unless the user chooses ``as_written``. A remark names the axes. A component with as many
+decimals, ``0.00000000000003``, is within the digits of the file, and stays.
 """
 
 from __future__ import annotations
@@ -72,6 +73,10 @@ def _clean_axis(axis: Element) -> Iterator[Element]:
     words = axis.attributes["xyz"].split()
     sizes = [abs(float(word)) for word in words]
     least = float(EXACT_ANGLE_ERROR) * max(sizes)
-    if any(0.0 < size < least for size in sizes):
-        kept = ["0" if size < least else word for word, size in zip(words, sizes, strict=True)]
+    noise = [
+        0.0 < size < least and "e" in word.lower()
+        for word, size in zip(words, sizes, strict=True)
+    ]
+    if any(noise):
+        kept = ["0" if is_noise else word for word, is_noise in zip(words, noise, strict=True)]
         yield replace(axis, attributes={**axis.attributes, "xyz": " ".join(kept)})

@@ -38,6 +38,7 @@ def test_the_ranks_of_parallel_axes(option, rank, capsys):
         ("1e-20 0 -3e-20", "1e-20 0 -3e-20"),
         ("2e-12 0 1", "2e-12 0 1"),
         ("0 0 1.0", "0 0 1.0"),
+        ("0.00000000000001 0 1", "0.00000000000001 0 1"),
     ],
 )
 def test_which_components_are_round_off(tmp_path, words, read):

@@ -3,8 +3,12 @@
 More of them: ``python -m tests.fuzz.fuzz_results --cases 50000``, or ``ALL_CASES=1``.
 """
 
+import pytest
+
 from tests.fuzz.fuzz_results import run, words_of
 from tests.support.covering import number_of_cases
+
+pytestmark = pytest.mark.lanes
 
 CASES = number_of_cases(40, 3000)
 

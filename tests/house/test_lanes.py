@@ -16,6 +16,7 @@ FOLDERS = (
     "tests/balance/instantaneous",
     "tests/balance/search",
     "tests/balance/sweeps",
+    "tests/fuzz/test_fuzz_results.py",
     "tests/kinematics/taylor",
 )
 

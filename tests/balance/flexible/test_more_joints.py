@@ -56,6 +56,7 @@ def test_joints_that_are_not_on_a_line_are_refused(tmp_path):
         balance.simulate_flexible(linkage, ["coupler=EI:300,rhoA:0.4"])
 
 
+@pytest.mark.slow
 def test_a_link_with_one_joint_is_a_cantilever(tmp_path):
     """It spins up slowly: a load ρA α x of a cantilever, 11 ρA α L⁵ / (120 EI) at its tip."""
     path = tmp_path / "arm.urdf"

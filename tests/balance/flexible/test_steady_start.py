@@ -32,6 +32,7 @@ def test_the_coupler_of_a_parallelogram_bends_as_a_beam_under_its_inertia():
     assert np.abs(bends - static).max() < 2e-3 * static.max()
 
 
+@pytest.mark.slow
 def test_the_shaking_does_not_grow_with_the_number_of_modes():
     """The blow did: 46.9, 64.5, 100.9 N in issue 38. It comes on request."""
     link = "rect(0.01,0.006),steel"

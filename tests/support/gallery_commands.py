@@ -7,6 +7,7 @@ from pathlib import Path
 
 import kinematics
 from tests.fuzz.sweep_words import STUDY
+from tests.support.meeting_linkages import FLAT
 
 __all__ = [
     "SAMPLE",
@@ -58,6 +59,7 @@ remedies four_bar_general --only own_masses,duplicates
 remedies zero_reaction_arm --only slider_path
 flex modes
 flex modes --count 4 --beam length:1,EI:1,rhoA:1 --pin 0
+flex modes --count 3 --beam length:1,EI:1,rhoA:1 --clamp 0 --tip 0.5,0.01
 flex supports 3
 flex supports 4
 flex similar --arm length:0.1,EI:0.0045,rhoA:0.024,tip:0.01 --scale 0.5
@@ -65,6 +67,10 @@ flex simulate four_bar_general --flex coupler=EI:5,rhoA:1 --duration 0.01 --samp
 motion five_bar --tool left_upper --along x,rz --to left_upper.x=0.01,left_upper.rz=0.02
 motion near_special/rrr_platform_p120.urdf --tool plat --along ry,y --to plat.ry=-0.05
 design near_special/de_fb_304.urdf --balance force --keep L1 --bounds L3=0.1:2 --bounds L4=0:1
+report parallelogram.urdf
+report kite.urdf
+report kite.urdf --mode 2
+verify kite.urdf --mode 2 --trajectories 1
 report digits/two_yokes_1mm_irrational_relation.urdf --motion e1=e2
 sweep run study.toml --out sweep.db --workers 1
 sweep show sweep.db --count 5
@@ -122,3 +128,5 @@ def words_of(command: str) -> list[str]:
 def prepare_folder(folder: Path) -> None:
     """Write the files that commands read from the folder in which they run."""
     (folder / "study.toml").write_text(STUDY, encoding="utf-8")
+    for name in ("parallelogram", "kite"):
+        FLAT[name].write(folder, name)

@@ -12,7 +12,8 @@ __all__ = [
     "AS_GIVEN_RESIDUAL", "AXIS_OFFSET_CLEAR", "BALL_DISTANCE_EQUAL", "BODY_AT_REST",
     "BOUND_RELATIVE", "CAP_EXCEEDED", "CERTIFICATE_ENTRY_RELATIVE", "CERTIFICATE_MARGIN",
     "CERTIFICATE_ORTHOGONAL", "CERTIFICATE_RANK_RELATIVE", "CERTIFICATE_RESIDUAL",
-    "CERTIFICATE_RIDGE_RELATIVE", "CHANGE_OPENS_LOOPS", "COMPONENT_ZERO_RELATIVE",
+    "CERTIFICATE_RIDGE_RELATIVE", "CHANGE_DETERMINED", "CHANGE_OPENS_LOOPS",
+    "COMPONENT_ZERO_RELATIVE",
     "CONDITION_ABOVE_ROUND_OFF", "CONDITION_LEFT", "CONDITION_WITHOUT_MATTER",
     "COORDINATE_ROUND_OFF",
     "COUNTERWEIGHT_RESIDUAL", "CURVATURE_ZERO", "DESIGN_RESIDUAL", "DIGITS_CONDITION",
@@ -98,6 +99,9 @@ FIRST_ORDER_CHANGE = 0.3
 # Part of a change of geometry by which loops may open: beyond this, the change is not one of
 # the linkage.
 CHANGE_OPENS_LOOPS = 1e-3
+# Change of geometry that lowers the rank, relative to the size: up to this, its first digits
+# are not determined, for its absolute error is that of the largest singular value.
+CHANGE_DETERMINED = 1e-7
 # Distance over the characteristic length, or difference of unit axes: up to this, joints are at
 # one point, and axes are one.
 JOINTS_COINCIDE = 1e-9

@@ -13,7 +13,7 @@ from balance.certification.certified_space import CertifiedSpace, with_certainty
 from balance.certification.changed_numbers import with_changed_numbers
 from balance.certification.compare_integers import (
     add_correction_notice,
-    list_changes,
+    integers_differ,
     list_differences,
 )
 from balance.certification.correct_integers import (
@@ -166,7 +166,7 @@ def _rests_on_replaced(space: DesignSpace, changed: DesignSpace | None) -> bool:
             not exist.
     """
     if not space.doubts or _pose_changed(space):
-        return changed is None or bool(list_changes(space, changed))
+        return changed is None or integers_differ(space, changed)
     return changed is not None and changed.rank > space.rank
 
 

@@ -10,7 +10,7 @@ from balance.certification.correct_integers import Evidence
 from balance.spaces.design_space import DesignSpace
 from kinematics.model.linkage import Notice
 
-__all__ = ["add_correction_notice", "list_changes", "list_differences"]
+__all__ = ["add_correction_notice", "integers_differ", "list_differences"]
 
 
 def list_differences(space: DesignSpace, found: Evidence) -> list[str]:
@@ -43,28 +43,23 @@ def _list(numbers: Sequence[int]) -> str:
     return ", ".join(map(str, numbers))
 
 
-def list_changes(space: DesignSpace, certified: DesignSpace) -> list[str]:
-    """List the differences between the integers of two spaces of one linkage, a line each.
+def integers_differ(space: DesignSpace, certified: DesignSpace) -> bool:
+    """Decide whether the integers of two spaces of one linkage differ.
 
     Args:
         space: the space before.
         certified: the space after.
     """
-    pairs = [
-        ("rank", space.rank, certified.rank),
-        ("serial part", space.serial_nullity, certified.serial_nullity),
-    ]
-    lines = [f"{name} {there}" for name, here, there in pairs if here != there]
+    if (space.rank, space.serial_nullity) != (certified.rank, certified.serial_nullity):
+        return True
     ranks = {order.order: order.rank for order in certified.orders}
-    for order in space.orders:
-        known = ranks.get(order.order, certified.rank)
-        if known != order.rank:
-            lines.append(f"order {order.order}: rank {known}")
-    return lines
+    return any(ranks.get(order.order, certified.rank) != order.rank for order in space.orders)
 
 
 def add_correction_notice(space: DesignSpace, certified: CertifiedSpace) -> CertifiedSpace:
-    """Add the notice ``corrected``, with the integers that floating point does not find.
+    """Add the notice ``corrected``, with the exact integers, if floating point finds others.
+
+    It lists all of them: which of them floating point misses may depend on the processor.
 
     Args:
         space: the space by floating-point arithmetic.
@@ -73,9 +68,13 @@ def add_correction_notice(space: DesignSpace, certified: CertifiedSpace) -> Cert
     Returns:
         The certified space; unchanged if the integers are the same.
     """
-    if not (lines := list_changes(space, certified)):
+    if not integers_differ(space, certified):
         return certified
-    text = f"floating point alone finds other integers; exact arithmetic: {'; '.join(lines)}"
+    ranks = " ".join(str(order.rank) for order in certified.orders)
+    text = (
+        f"floating point alone finds other integers; exact arithmetic: rank {certified.rank}, "
+        f"serial part {certified.serial_nullity}, ranks by order {ranks}"
+    )
     codes = ("not_settled",) if certified.settled else ()
     kept = tuple(notice for notice in certified.notices if notice.code not in codes)
     return replace(certified, notices=(*kept, Notice("corrected", text)))

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from balance.designs.best_design import Design
 from balance.inertial_parameters.body_inertia import BodyInertia
+from balance.report.text.report import distance_text
 from balance.spaces.distance_to_rank_drop import distance_to_rank_drop
 from kinematics.linalg.ties import round_decimals
 from kinematics.tolerances import WRITTEN_AS_ZERO
@@ -39,10 +40,6 @@ FORCE_ONLY = "not balanced: compare it by balance verify FILE --against MODEL"
 # Distance to a rank drop, in characteristic lengths, below which a geometry may be a rounded
 # special one.
 NEAR_SPECIAL = 1e-2
-NEAR_SPECIAL_TEXT = (
-    "to first order, a change of the geometry by {:.1e} of the size enlarges the design space: "
-    "were coordinates rounded?"
-)
 # Digits of masses, and of the largest component of a vector: the conic solver finds an optimum
 # to about six, and those of other processors may differ in the last of them.
 DIGITS = 4
@@ -113,7 +110,7 @@ def _what_else(design: Design) -> list[tuple[str, str]]:
         return []
     pairs, change = [OTHER_WAYS], distance_to_rank_drop(space)
     if change < NEAR_SPECIAL:
-        pairs.append(("near-special", NEAR_SPECIAL_TEXT.format(change)))
+        pairs.append(("near-special", f"{distance_text(change)}: were coordinates rounded?"))
     return pairs
 
 

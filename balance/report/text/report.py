@@ -8,6 +8,7 @@ from __future__ import annotations
 from math import inf
 from typing import TYPE_CHECKING
 
+from balance.tolerances import CHANGE_DETERMINED
 from kinematics.tolerances import MARGIN_DETERMINED
 from kinematics.wording import number_text, size_text
 
@@ -22,6 +23,7 @@ if TYPE_CHECKING:
 __all__ = [
     "comparison_facts",
     "decoupling_facts",
+    "distance_text",
     "explanation_sections",
     "gap_text",
     "inertia_sections",
@@ -69,7 +71,7 @@ def report_facts(space: DesignSpace, change: float = inf) -> list[tuple[str, str
         ("conditions", f"{space.rank}, {_completeness(space)}"),
         ("design space", f"{space.nullity} of {count} dimensions: {_parts_text(space)}"),
         ("gap", gap_text(space.kept, space.dropped)),
-        *([("near-special", _distance_text(change))] if change < inf else []),
+        *([("near-special", distance_text(change))] if change < inf else []),
         ("certainty", space.assurance),
         *(("in doubt", doubt) for doubt in space.doubts),
         ("as given", f"{given.verdict}{residual}"),
@@ -87,9 +89,9 @@ def gap_text(kept: float, dropped: float) -> str:
     return f"{kept_text} kept, {size_text(dropped)} dropped (singular values)"
 
 
-def _distance_text(change: float) -> str:
-    """Describe the distance to the nearest linkage of lower rank."""
-    size = size_text(change, floor=MARGIN_DETERMINED)
+def distance_text(change: float) -> str:
+    """Describe the distance to the nearest linkage of lower rank, relative to the size."""
+    size = size_text(change, floor=CHANGE_DETERMINED)
     by = size if size.startswith("below") else f"by {size}"
     return f"to first order, a change {by} of the size lowers the rank"
 

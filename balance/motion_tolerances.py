@@ -17,7 +17,8 @@ __all__ = [
     "PATH_CONDITIONING", "PATH_EDGE_RATE", "PATH_MOMENTUM", "PATH_STEP_ERROR",
     "PRELOAD_ROUND_OFF", "RATE_RESIDUAL_RELATIVE", "RELATION_RESIDUAL", "REVOLUTION_RETURN",
     "RIGID_MOTION_HELD", "ROUNDING_NOTICE", "SHAKING_RELATIVE", "SINGULAR_MOTION_DETERMINED",
-    "SWEEP_BRANCH_DISTANCE", "SWEEP_CLOSED", "SWEEP_DAMPING", "SWEEP_FREE_DAMPING",
+    "STARTS_AT_REST", "SWEEP_BRANCH_DISTANCE", "SWEEP_CLOSED", "SWEEP_DAMPING",
+    "SWEEP_FREE_DAMPING",
     "SWEEP_NEWTON_DONE", "SYNTHESIS_ANGLE_MET", "SYNTHESIS_LINK_FLAT", "SYNTHESIS_MOMENTUM",
     "SYNTHESIS_SHAKING", "SYNTHESIS_SINGULAR",
 ]  # fmt: skip
@@ -106,6 +107,9 @@ BASE_STEP_RELATIVE = 2e-12
 # Speed of a base that counts as at rest, relative to the speed of the bodies on it: masses in
 # files are rounded to nine digits.
 BASE_AT_REST_RELATIVE = 1e-9
+# Rates of the inputs at the start, over their largest, up to which a motion starts at rest: a
+# spline through samples of one that does leaves some.
+STARTS_AT_REST = 1e-2
 # Drift of energy or momentum, relative to their peaks, up to which a simulation is trusted.
 BASE_DRIFT_RELATIVE = 1e-9
 # Smallest eigenvalue of a mass matrix with unit diagonal that counts as zero.

@@ -36,9 +36,10 @@ def connect_to_read(path: str) -> sqlite3.Connection:
         connection = sqlite3.connect(address, uri=True, timeout=PATIENCE, isolation_level=None)
         try:
             connection.execute("PRAGMA schema_version")
-        except sqlite3.OperationalError as error:
+        except sqlite3.Error as error:
             connection.close()
-            if error.sqlite_errorname != "SQLITE_CANTOPEN" or os.path.exists(f"{path}-wal"):
+            unopened = getattr(error, "sqlite_errorname", "") == "SQLITE_CANTOPEN"
+            if not unopened or os.path.exists(f"{path}-wal"):
                 raise
             connection = sqlite3.connect(f"{address}&immutable=1", uri=True)
     return connection

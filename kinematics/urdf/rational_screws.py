@@ -211,6 +211,8 @@ def _is_reference_pose(linkage: Linkage, screws: tuple[Vector, ...]) -> bool:
     """Whether the screws are those of the reference pose of the linkage."""
     known = np.array([joint.screw for joint in linkage.joints])
     found = np.array([[float(x) for x in screw] for screw in screws])
+    if found.shape != known.shape:
+        return False  # the joints of a base that moves were added to those of the file
     lengths = [float(dot(n, n)) ** 0.5 for n in map(_direction, screws)]
     difference = np.abs(found / np.reshape(lengths, (-1, 1)) - known)
     return bool(difference.max() <= EXACT_SCREW_DIFFERENCE * max(1.0, np.abs(known).max()))

@@ -149,6 +149,7 @@ def from_linkages(linkage):
         "exact_ranks": lambda: balance.exact_ranks(linkage).ranks,
         "locked_inertia": lambda: balance.locked_inertia(linkage, q),
         "find_paths": lambda: balance.find_paths(linkage, length=0.1).starts[0].values,
+        "motion_modes": lambda: balance.motion_modes(linkage).modes[0].space.basis,
         "momentum_lines": lambda: balance.momentum_lines(linkage, q)[0][1].point,
         "momentum_map": lambda: balance.momentum_map(linkage, {"u1": [0.0, 0.1]}).matrix,
         "momentum_matrix": lambda: balance.momentum_matrix(linkage, q),

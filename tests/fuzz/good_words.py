@@ -64,7 +64,7 @@ GOOD: dict[str, list[str]] = {
     "--loops": ["{loops}"], "--bodies": ["all"], "--massless": ["{link}"],
     "--inputs": ["{inputs}"], "--motion": ["{first}=0"], "--balance": ["force"],
     "--at": ["{first}=0.05"],
-    "--mode": ["1"],
+    "--mode": ["1"], "--ground": ["base"],
     "--max-order": ["1"], "--html": ["{folder}/page.html"], "--require": ["verified"],
     "--trajectories": ["1"], "--seed": ["3"], "--csv": ["{table}"], "--path": ["{poses}"],
     "--speed": ["{first}=300rpm"], "--table": ["{folder}/table.csv"],

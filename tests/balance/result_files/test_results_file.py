@@ -8,6 +8,7 @@ import math
 import sqlite3
 import subprocess
 import sys
+from contextlib import closing
 from pathlib import Path
 
 import numpy as np
@@ -111,9 +112,9 @@ def test_a_job_may_give_fewer_rows_than_its_bound(tmp_path):
 def test_any_program_for_sqlite_reads_it(tmp_path):
     filled(tmp_path / "a.db", Squares()).close()
     query = 'SELECT row, number, "Number (2)", words FROM results WHERE number = 169'
-    assert sqlite3.connect(tmp_path / "a.db").execute(query).fetchall() == [
-        (13, 169, math.sqrt(13) / 3.0, "ä,13")
-    ]
+    with closing(sqlite3.connect(tmp_path / "a.db")) as connection:
+        rows = connection.execute(query).fetchall()
+    assert rows == [(13, 169, math.sqrt(13) / 3.0, "ä,13")]
 
 
 def test_rows_are_sorted_with_missing_values_last(tmp_path):

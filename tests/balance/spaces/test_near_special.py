@@ -126,7 +126,7 @@ def test_axes_parallel_to_within_rounding_are_in_doubt_under_a_motion_too(tmp_pa
 def test_what_exact_arithmetic_corrects_is_told(capsys):
     found = report("parallelogram_off_1e-6", capsys)
     (told,) = (w["message"] for w in found["warnings"] if w["code"] == "corrected")
-    assert "order 2: rank 7;" in told and "order 3: rank 8" in told
+    assert "rank 8, serial part 4, ranks by order 3 6 7 8" in told
 
 
 def test_transfers_in_words_are_the_exact_ones(capsys):

@@ -167,7 +167,7 @@ def test_usage_is_told_in_one_line(words):
 @pytest.mark.slow
 def test_random_requests():
     """A sample of ``python -m tests.fuzz.random_requests --cases 5000``."""
-    ends, count = set(), number_of_cases(50, 150)
+    ends, count = set(), number_of_cases(80, 150)
     for seed, words, end, wrong in run(range(500_000, 500_000 + count)):
         assert not wrong, f"seed {seed}: {words}: {wrong}"
         ends.add(end)

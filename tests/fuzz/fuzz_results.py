@@ -6,13 +6,10 @@ process; a seed stands for the case that follows it.
 
 from __future__ import annotations
 
-import argparse
 import random
 import shlex
 import sys
 import tempfile
-import time
-from collections import Counter
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from itertools import islice
@@ -21,7 +18,7 @@ from typing import Any
 
 from balance.result_files import chunk_runs
 from balance.result_files.results_file import ResultsFile
-from tests.fuzz.random_requests import check
+from tests.fuzz.random_requests import check, run_from_command_line
 from tests.fuzz.results_mutants import SEARCH, write_mutant
 from tests.fuzz.study_mutants import random_topology, study_text
 from tests.fuzz.sweep_words import STUDY
@@ -127,24 +124,7 @@ def run(seeds: Iterable[int], limit: float = LIMIT) -> Iterator[tuple[int, str, 
 
 def main() -> int:
     """Run cases from the command line."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--cases", type=int, default=1000)
-    parser.add_argument("--seed", type=int, default=0, help="of the first case")
-    options = parser.parse_args()
-    begin, counts, slowest = time.perf_counter(), Counter(), (0.0, -1)
-    last = begin
-    for seed, end, wrong in run(range(options.seed, options.seed + options.cases)):
-        counts[end] += 1
-        now = time.perf_counter()
-        slowest, last = max(slowest, (now - last, seed)), now
-        if wrong:
-            print(f"seed {seed}: {wrong}", flush=True)
-    print(
-        f"{options.cases} requests from seed {options.seed} in {last - begin:.0f} s, "
-        f"{counts['wrong']} wrong; slowest: seed {slowest[1]}, {slowest[0]:.1f} s"
-    )
-    print("  ".join(f"{name} ×{count}" for name, count in sorted(counts.items())))
-    return 1 if counts["wrong"] else 0
+    return run_from_command_line(__doc__, 1000, run)
 
 
 if __name__ == "__main__":

@@ -14,6 +14,7 @@ import sys
 import tempfile
 import time
 from collections import Counter
+from collections.abc import Callable, Iterable
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -242,27 +243,48 @@ def run(seeds: range, limit: float = LIMIT):
         yield seed, words, end, wrong
 
 
-def main() -> int:
-    """Run cases from the command line."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--cases", type=int, default=500)
+def run_from_command_line(
+    description: str | None, count: int, run: Callable[[range], Iterable[tuple[int, str, str]]]
+) -> int:
+    """Run the cases that the command line asks for, and print how they ended.
+
+    Args:
+        description: of the command.
+        count: number of cases by default.
+        run: yields seed, end, and what went wrong or nothing, of the cases of some seeds.
+
+    Returns:
+        The exit code: 1 if a case went wrong.
+    """
+    parser = argparse.ArgumentParser(description=description)
+    parser.add_argument("--cases", type=int, default=count)
     parser.add_argument("--seed", type=int, default=0, help="of the first case")
-    cases = parser.parse_args()
+    options = parser.parse_args()
     begin, counts, slowest = time.perf_counter(), Counter(), (0.0, -1)
     last = begin
-    for seed, words, end, wrong in run(range(cases.seed, cases.seed + cases.cases)):
+    for seed, end, wrong in run(range(options.seed, options.seed + options.cases)):
         counts[end] += 1
         now = time.perf_counter()
         slowest, last = max(slowest, (now - last, seed)), now
         if wrong:
-            print(f"seed {seed}: balance {shlex.join(words)!r}\n  {wrong}", flush=True)
-    spent = time.perf_counter() - begin
+            print(f"seed {seed}: {wrong}", flush=True)
     print(
-        f"{cases.cases} requests from seed {cases.seed} in {spent:.0f} s, {counts['wrong']} "
-        f"wrong; slowest: seed {slowest[1]}, {slowest[0]:.1f} s"
+        f"{options.cases} requests from seed {options.seed} in {last - begin:.0f} s, "
+        f"{counts['wrong']} wrong; slowest: seed {slowest[1]}, {slowest[0]:.1f} s"
     )
     print("  ".join(f"{name} ×{count}" for name, count in sorted(counts.items())))
     return 1 if counts["wrong"] else 0
+
+
+def main() -> int:
+    """Run cases from the command line."""
+    return run_from_command_line(
+        __doc__, 500,
+        lambda seeds: (
+            (seed, end, wrong and f"balance {shlex.join(words)!r}\n  {wrong}")
+            for seed, words, end, wrong in run(seeds)
+        ),
+    )  # fmt: skip
 
 
 if __name__ == "__main__":

@@ -14,7 +14,7 @@ __all__ = [
     "CERTIFICATE_ORTHOGONAL", "CERTIFICATE_RANK_RELATIVE", "CERTIFICATE_RESIDUAL",
     "CERTIFICATE_RIDGE_RELATIVE", "CHANGE_DETERMINED", "CHANGE_OPENS_LOOPS",
     "COMPONENT_ZERO_RELATIVE",
-    "CONDITION_ABOVE_ROUND_OFF", "CONDITION_LEFT", "CONDITION_WITHOUT_MATTER",
+    "CONDITION_LEFT", "CONDITION_WITHOUT_MATTER",
     "COORDINATE_ROUND_OFF",
     "COUNTERWEIGHT_RESIDUAL", "CURVATURE_ZERO", "DESIGN_RESIDUAL", "DIGITS_CONDITION",
     "DIGITS_OF_CONDITION", "DISTANCE_ROUND_OFF", "DROPPED_CLEARLY",
@@ -175,8 +175,6 @@ UNIT_ROWS_DEPENDENT = 1e-6
 # to those of floating point; and the same as a power of ten over the digits of the file, where
 # joints beside special loops may have relations of their own.
 DIGITS_CONDITION = 1e-13
-# Least condition over the largest that comes from digits of the file, not from round-off.
-CONDITION_ABOVE_ROUND_OFF = 1e-14
 DIGITS_OF_CONDITION = 2.0
 # Change of axes with which loops close, in half units of the digits of the file, and radians or
 # parts of the size: up to this, rounding explains it.

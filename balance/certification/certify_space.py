@@ -35,7 +35,6 @@ from balance.momentum.regressor import rows_at
 from balance.spaces.certainty import LEVELS, Certainty
 from balance.spaces.design_space import DesignSpace
 from balance.tolerances import (
-    CONDITION_ABOVE_ROUND_OFF,
     DIGITS_CONDITION,
     DIGITS_OF_CONDITION,
     MOMENTUM_RESIDUAL,
@@ -71,6 +70,8 @@ MAX_ROUNDS = 3
 CLOSURE_ORDERS = 30
 # The same where joints are at rest at these orders, and not shown to be at rest at others.
 CLOSURE_ORDERS_OF_IDLE_JOINTS = 126
+# Digits with which a file can tell a linkage from a special one where floating point cannot.
+DIGITS_BEYOND_TOLERANCE = 11
 # Orders up to which conditions may come, and loops open, for each order at which the last joint
 # starts to move: a joint that moves with a power of the input drives others with its square.
 ORDERS_PER_MOTION = 4
@@ -121,7 +122,7 @@ def _certify(space: DesignSpace) -> CertifiedSpace:
     lines = list_differences(space, found)
     if (count := found.replaced) and lines:
         changed = with_changed_numbers(space)
-        if _rests_on_replaced(space, changed) and not _is_above_round_off(space, found):
+        if _rests_on_replaced(space, changed) and not _is_general_as_written(space, found):
             # A difference that these numbers do not explain either comes from round-off.
             mixed = changed is not None and bool(list_differences(changed, found))
             reason = (
@@ -170,14 +171,18 @@ def _rests_on_replaced(space: DesignSpace, changed: DesignSpace | None) -> bool:
     return changed is not None and changed.rank > space.rank
 
 
-def _is_above_round_off(space: DesignSpace, found: Evidence) -> bool:
-    """Whether special geometries were looked for, and conditions are clear of round-off."""
-    if space.linkage.meant is None or found.exact.rank < space.rank:
-        return False
-    corrected = correct_integers(space, found)
+def _is_general_as_written(space: DesignSpace, found: Evidence) -> bool:
+    """Whether the numbers of the file describe a general linkage.
+
+    Exact arithmetic says so if no special geometry lies inside their digits, or none is wanted.
+    Only where a file of few digits has numbers that are replaced, other than to close a loop,
+    may a special geometry rest on them.
+    """
+    meant = space.linkage.meant
     return (
-        corrected.rank == found.exact.rank
-        and float(corrected.singular_values[-1]) >= CONDITION_ABOVE_ROUND_OFF
+        meant is not None
+        and found.exact.rank >= space.rank
+        and (found.only_closed or meant.digits >= DIGITS_BEYOND_TOLERANCE)
     )
 
 

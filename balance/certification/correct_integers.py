@@ -82,8 +82,14 @@ class Evidence(NamedTuple):
 
     @property
     def replaced(self) -> int:
-        """Number of entries of the file that are not rational, or that round a root."""
-        return sum(notice.code == "not_exact" for notice in self.exact.notices)
+        """Number of entries of the file that are not rational, round a root, or open a loop."""
+        codes = [notice.code for notice in self.exact.notices]
+        return codes.count("not_exact") + codes.count("open_in_decimals")
+
+    @property
+    def only_closed(self) -> bool:
+        """Whether loops were closed that the decimals leave open, and nothing else replaced."""
+        return all(notice.code != "not_exact" for notice in self.exact.notices)
 
 
 def exact_orders(space: DesignSpace, exact: Exact) -> tuple[Order, ...]:

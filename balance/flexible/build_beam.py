@@ -16,6 +16,7 @@ from balance.flexible.beam import (
     element_rows,
     section_shapes,
     shear_parameter,
+    strain_rows,
     uniform_mesh,
 )
 from balance.flexible.beam_part import BeamPart, Marker
@@ -174,8 +175,6 @@ def _beam_part(
     name: str, model: BeamModel, options: BeamOptions, end_body: EndBody | None
 ) -> BeamPart:
     """Gather the points with mass of a model."""
-    from balance.flexible.beam import bending_matrices
-
     mesh, beam = model.mesh, model.mesh.beam
     points, masses, moments = [], [], []
     for a, b in zip(mesh.nodes, mesh.nodes[1:], strict=False):
@@ -187,8 +186,8 @@ def _beam_part(
         points.append(model.marker(beam.length, end_body.offset))
         masses.append(end_body.mass)
         moments.append(end_body.inertia)
-    bending, _ = bending_matrices(mesh)
-    stiffness = model.basis.T @ (bending @ model.basis)
+    strains = strain_rows(mesh) @ model.basis
+    stiffness = strains.T @ strains
     if np.isfinite(beam.axial):
         stiffness += model.stretch.T @ _axial_matrices(mesh)[0] @ model.stretch
     stiffness = 0.5 * (stiffness + stiffness.T)

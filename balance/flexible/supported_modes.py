@@ -9,7 +9,14 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from balance.flexible.beam import Beam, Mesh, bending_matrices, element_rows, uniform_mesh
+from balance.flexible.beam import (
+    Beam,
+    Mesh,
+    bending_mass,
+    element_rows,
+    strain_rows,
+    uniform_mesh,
+)
 from balance.motion_tolerances import MODE_PEAKS_EQUAL, RIGID_MOTION_HELD
 from kinematics.errors import LinkageError
 from kinematics.linalg.ties import first_largest
@@ -159,19 +166,20 @@ def _rigid_motions(
 def _relative_errors(mesh: Mesh, frequencies: Array, squares_of_coarse: Array) -> Array:
     """Estimate the relative errors (n,) of frequencies.
 
-    With elements twice as long the error is 16 times as large (fourth order), at most. Squares
-    of frequencies are exact to the last bits of the largest one, which is below that of the
+    With elements twice as long the error is 16 times as large (fourth order), at most.
+    Frequencies are exact to the last bits of the largest one, which is below that of the
     stiffest node.
     """
     errors = np.ones(len(frequencies))
     count = min(len(frequencies), len(squares_of_coarse))
     coarse = np.sqrt(np.maximum(squares_of_coarse[:count], 0.0))
-    stiffness, mass = (matrix.diagonal() for matrix in bending_matrices(mesh))
+    stiffness = (strain_rows(mesh).power(2)).sum(axis=0)
+    mass = bending_mass(mesh).diagonal()
     heavy = mass > 0.0
     largest = float((stiffness[heavy] / mass[heavy]).max(initial=0.0))
     bends = frequencies[:count] > 0.0
     exact = np.where(bends, frequencies[:count], 1.0)
-    round_off = np.finfo(float).eps * largest / exact**2
+    round_off = np.finfo(float).eps * largest**0.5 / exact
     errors[:count] = np.where(bends, np.abs(coarse / exact - 1.0) / 15.0 + round_off, 0.0)
     return errors
 
@@ -215,9 +223,9 @@ def component_modes(
     Raises:
         LinkageError: conditions are dependent, or a mode has no mass.
     """
-    from scipy.linalg import LinAlgError, eigh, null_space
+    from scipy.linalg import LinAlgError, cholesky, null_space, solve_triangular, svd
 
-    stiffness, mass = (matrix.toarray() for matrix in bending_matrices(mesh))
+    mass = bending_mass(mesh).toarray()
     if end_body is not None:
         value, _, turn = element_rows(mesh, mesh.beam.length)
         centre = value + end_body.offset * turn
@@ -229,16 +237,20 @@ def component_modes(
     )  # fmt: skip
     if allowed.shape[1] != mesh.size - len(conditions):
         raise LinkageError("two supports of a beam are the same: leave one out")
-    k, m = allowed.T @ stiffness @ allowed, allowed.T @ mass @ allowed
-    last = None if count is None else [0, min(count, len(k)) - 1]
+    strains, m = strain_rows(mesh) @ allowed, allowed.T @ mass @ allowed
     try:
         # Reversed roles allow end bodies on beams without mass.
         if mesh.beam.line_mass == 0.0:
-            return _massless_modes(k, m, allowed, count)
-        squares, modes = eigh(k, m, subset_by_index=last)
+            return _massless_modes(strains.T @ strains, m, allowed, count)
+        half = cholesky(m)
     except LinAlgError:
         raise LinkageError("a beam without mass needs a body at its end, and a clamp") from None
-    return squares, allowed @ modes
+    # Frequencies are the singular values of R H⁻¹ with M = Hᵀ H, in descending order.
+    _, frequencies, directions = svd(solve_triangular(half, strains.T, trans=1).T)
+    squares = np.zeros(len(m))
+    squares[len(m) - len(frequencies) :] = frequencies[::-1] ** 2
+    modes = solve_triangular(half, directions[::-1][:count].T)
+    return squares[:count], allowed @ modes
 
 
 def _massless_modes(

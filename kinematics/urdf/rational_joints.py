@@ -90,9 +90,9 @@ class RationalJoints:
         for loop in tree.every("loop"):
             self._add_loop(loop)
 
-    def _note(self, label: str, text: str) -> None:
+    def _note(self, label: str, text: str, code: str = "not_exact") -> None:
         """Add a notice of a replaced number."""
-        self.notices.append(Notice("not_exact", f"{label}: {text}"))
+        self.notices.append(Notice(code, f"{label}: {text}"))
 
     def change_number(self, x: Fraction, size: Fraction | None = None) -> Fraction:
         """Change a replaced number by up to ``change`` of a size, with the sign of the number.
@@ -248,7 +248,7 @@ class RationalJoints:
             # No double holds the square of a gap below 1e-162 m.
             size = Fraction(float(dot(gap, gap)) ** 0.5) or max(map(abs, gap))
             text = f"open by {size_text(float(size))} m in its decimals: closed there"
-            self._note(loop.label, text)
+            self._note(loop.label, text, "open_in_decimals")
             away = self.change_number(size, self.length) - size
             centre = add_vectors(centre, scale_vector(away / size, gap))
         if kind == "universal":

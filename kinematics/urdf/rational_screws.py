@@ -48,8 +48,9 @@ class Geometry(NamedTuple):
         squares: squared length of each n. A rate of the screw is that of the joint over
             the length.
         ratios: ratio of each mimic joint, in the units of its joint over those of its source.
-        notices: replaced numbers and rounded roots (``not_exact``), and axes whose length is
-            nearly 1 (``as_written``).
+        notices: replaced numbers and rounded roots (``not_exact``), loops that their decimals
+            leave open (``open_in_decimals``), and axes whose length is nearly 1
+            (``as_written``).
     """
 
     screws: tuple[Vector, ...]

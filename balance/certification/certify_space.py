@@ -50,7 +50,7 @@ from kinematics.errors import (
 from kinematics.meant.digits import DOUBLE_DIGITS
 from kinematics.model.linkage import Notice
 from kinematics.urdf.rational_screws import Geometry, of_lowest_rank
-from kinematics.wording import size_text
+from kinematics.wording import count_noun, size_text
 
 __all__ = ["certify"]
 
@@ -120,13 +120,14 @@ def _certify(space: DesignSpace) -> CertifiedSpace:
         rounded = _certify_rounded(space, f"not by exact arithmetic: {error}", None)
         return _add_rounding_notice(rounded, error)
     lines = list_differences(space, found)
-    if (count := found.replaced) and lines:
+    if found.replaced and lines:
+        numbers = count_noun(found.replaced, "number")
         changed = with_changed_numbers(space)
         if _rests_on_replaced(space, changed) and not _is_general_as_written(space, found):
             # A difference that these numbers do not explain either comes from round-off.
             mixed = changed is not None and bool(list_differences(changed, found))
             reason = (
-                f"exact arithmetic, with {count} numbers of the file replaced, finds "
+                f"exact arithmetic, with {numbers} of the file replaced, finds "
                 f"{'; '.join(lines)}; {_BELIEVE_FLOATING_POINT}"
             )
             return _certify_rounded(space, reason, found, mixed)
@@ -286,7 +287,11 @@ def _certainty_of(
     """Decide the certainty of a space from exact arithmetic and fresh poses."""
     exact, serial = found.exact, len(found.independent)
     count = found.replaced
-    replaced = f", with {count} numbers of the file replaced (see --exact)" if count else ""
+    replaced = (
+        f", with {count_noun(count, 'number')} of the file replaced (see --exact)"
+        if count
+        else ""
+    )
     bounds = exact.rank, serial, residual, poses
     lines = list_differences(space, found)
     limited = space.highest_order is not None and not space.decision.conditions.complete

@@ -7,7 +7,7 @@ from dataclasses import replace
 from balance.certification.certified_space import CertifiedSpace
 from balance.exact.chain import exact_chain
 from balance.exact.modular_ranks import ranks_of
-from balance.tolerances import DISTANCE_ROUND_OFF, MENDED_RELATIVE, MENDED_ROUND_OFF
+from balance.tolerances import MENDED_RELATIVE, MENDED_ROUND_OFF
 from kinematics.errors import ExactError
 from kinematics.linalg.rational import Vector
 from kinematics.meant.digits import rounding_of_file
@@ -17,6 +17,9 @@ from kinematics.urdf.rational_screws import Geometry, exact_geometry, geometry_o
 from kinematics.wording import count_noun, size_text
 
 __all__ = ["add_meant_notice", "add_mending_doubt"]
+
+# Distance of a special geometry, in parts of the size: below this, digits of it are round-off.
+_DISTANCE_ROUND_OFF = 1e-14
 
 
 def add_meant_notice(space: CertifiedSpace) -> CertifiedSpace:
@@ -33,9 +36,7 @@ def add_meant_notice(space: CertifiedSpace) -> CertifiedSpace:
     if meant is None or not meant.digits or not (meant.relations or meant.near):
         return space
     notices = []
-    away = f"{meant.distance:.0e} of the size away"
-    if meant.distance <= DISTANCE_ROUND_OFF:
-        away = f"below {DISTANCE_ROUND_OFF:.0e} of the size away"
+    away = f"{size_text(meant.distance, '.0e', floor=_DISTANCE_ROUND_OFF)} of the size away"
     if meant.relations and not space.doubts:
         other = _rank_as_written(space)
         if other != space.rank:

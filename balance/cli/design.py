@@ -8,7 +8,7 @@ from os.path import isfile
 from typing import TYPE_CHECKING
 
 from balance.atomic_files import write_all_atomic
-from balance.cli.arguments import Verbs, page_path
+from balance.cli.arguments import Parser, page_path
 from balance.cli.counterweights import (
     add_counterweight_options,
     check_counterweight_options,
@@ -30,14 +30,12 @@ __all__ = ["OBJECTIVES", "add_design"]
 OBJECTIVES = ("mass", "inertia", "rotor", "change")
 
 
-def add_design(verbs: Verbs) -> None:
-    """Add the command ``design`` to the parser."""
-    parser = verbs.add_parser(
-        "design",
-        help="a mass distribution that can be built and does not shake, or why there is none",
-        description="Masses, centres of mass and inertias that balance a linkage and that "
+def add_design(parser: Parser) -> None:
+    """Add the options of the command ``design``."""
+    parser.description = (
+        "Masses, centres of mass and inertias that balance a linkage and that "
         "bodies can have, or a certificate that there are none. Exits with 0 if there is a "
-        "design, 1 if there is none, 4 if that is undecided.",
+        "design, 1 if there is none, 4 if that is undecided."
     )
     add_model_options(parser)
     parser.set_defaults(run=_run)

@@ -7,13 +7,12 @@ import logging
 from time import monotonic
 from typing import TYPE_CHECKING
 
-from balance.cli.arguments import Verbs, page_path
+from balance.cli.arguments import Parser, Verbs, page_path
 from balance.cli.discover_walk import add_walk
 from balance.cli.exit_codes import DONE, NEGATIVE, UNDECIDED
 from balance.cli.number_arguments import positive_number, whole_number
 from balance.cli.outcome import Outcome
 from balance.cli.progress_bar import Advance, progress_bar
-from balance.cli.subcommands import add_group
 from kinematics.errors import WorkerError
 
 if TYPE_CHECKING:
@@ -32,15 +31,13 @@ MEMBERS, TRIED, MAX_MEMBERS = 100, 20, 10_000
 KEPT = "keeps the walks so far; --resume goes on from there"
 
 
-def add_discover(verbs: Verbs) -> None:
-    """Add the command ``discover`` to the parser."""
-    kinds = add_group(
-        verbs,
-        "discover",
-        help="a search for geometries that balance where others do not",
-        description="Walks from random geometries of a topology to special ones, whose design "
-        "space is larger, and groups these to families by the relations that they fulfil.",
+def add_discover(parser: Parser) -> None:
+    """Add the commands below ``discover``."""
+    parser.description = (
+        "Walks from random geometries of a topology to special ones, whose design "
+        "space is larger, and groups these to families by the relations that they fulfil."
     )
+    kinds = parser.add_subparsers(metavar="what", required=True)
     _add_run(kinds)
     _add_show(kinds)
     _add_export(kinds)
@@ -97,7 +94,7 @@ def _add_run(kinds: Verbs) -> None:
         help="processes on this machine (default: one per core; 0: this process alone)",
     )  # fmt: skip
     parser.add_argument("--json", action="store_true", help="print one JSON object")
-    parser.set_defaults(compute=_compute, refuse=parser.error, force=False)
+    parser.set_defaults(run=_compute, refuse=parser.error, force=False)
 
 
 class _TimeIsUp(Exception):
@@ -212,7 +209,7 @@ def _add_show(kinds: Verbs) -> None:
         "no network",
     )  # fmt: skip
     parser.add_argument("--json", action="store_true", help="print one JSON object")
-    parser.set_defaults(compute=_show, refuse=parser.error, force=False)
+    parser.set_defaults(run=_show, refuse=parser.error, force=False)
 
 
 def _show(arguments: argparse.Namespace) -> Outcome:
@@ -264,7 +261,7 @@ def _add_export(kinds: Verbs) -> None:
     )  # fmt: skip
     parser.add_argument("--out", required=True, metavar="FILE.urdf", help="the file to write")
     parser.add_argument("--json", action="store_true", help="print one JSON object")
-    parser.set_defaults(compute=_export, refuse=parser.error, force=False)
+    parser.set_defaults(run=_export, refuse=parser.error, force=False)
 
 
 def _export(arguments: argparse.Namespace) -> Outcome:

@@ -47,7 +47,7 @@ def add_walk(kinds: Verbs) -> None:
         "needs no network",
     )  # fmt: skip
     parser.add_argument("--json", action="store_true", help="print one JSON object")
-    parser.set_defaults(compute=_walk, refuse=parser.error, force=False)
+    parser.set_defaults(run=_walk, refuse=parser.error, force=False)
 
 
 def _walk(arguments: argparse.Namespace) -> Outcome:

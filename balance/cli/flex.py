@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 
-from balance.cli.arguments import Verbs, page_path, picture_path
+from balance.cli.arguments import Parser, Verbs, page_path, picture_path
 from balance.cli.exit_codes import DONE
 from balance.cli.flex_arguments import beam_of, drive_of, support_position, tip_of
 from balance.cli.flex_output import add_output, kind_of, write_file
@@ -13,19 +13,14 @@ from balance.cli.model_options import add_model_options, load_model
 from balance.cli.number_arguments import add_about, finite_number, positive_number, whole_number
 from balance.cli.outcome import Outcome
 from balance.cli.progress_bar import progress_bar
-from balance.cli.subcommands import add_group
 
 __all__ = ["add_flex"]
 
 
-def add_flex(verbs: Verbs) -> None:
-    """Add the command ``flex`` to the parser."""
-    kinds = add_group(
-        verbs,
-        "flex",
-        help="links that bend: modes, supports, similar counter-arms, simulation",
-        description="Dynamic balance of mechanisms with links that bend, in the plane.",
-    )
+def add_flex(parser: Parser) -> None:
+    """Add the commands below ``flex``."""
+    parser.description = "Dynamic balance of mechanisms with links that bend, in the plane."
+    kinds = parser.add_subparsers(metavar="what", required=True)
     _add_modes(kinds)
     _add_supports(kinds)
     add_similar(kinds)
@@ -58,7 +53,7 @@ def _add_modes(kinds: Verbs) -> None:
         "mass, and metres from the end to that centre",
     )  # fmt: skip
     add_output(parser)
-    parser.set_defaults(compute=_modes, refuse=parser.error)
+    parser.set_defaults(run=_modes, refuse=parser.error)
 
 
 def _modes(arguments: argparse.Namespace) -> Outcome:
@@ -105,7 +100,7 @@ def _add_supports(kinds: Verbs) -> None:
     )
     parser.add_argument("count", type=whole_number(1, 40), help="number of points, 1 to 40")
     add_output(parser)
-    parser.set_defaults(compute=_supports, refuse=parser.error)
+    parser.set_defaults(run=_supports, refuse=parser.error)
 
 
 def _supports(arguments: argparse.Namespace) -> Outcome:
@@ -167,7 +162,7 @@ def _add_simulate(kinds: Verbs) -> None:
         "--html", type=page_path, metavar="FILE.html",
         help="write a page in which the links bend; it needs no network",
     )  # fmt: skip
-    parser.set_defaults(compute=_simulate)
+    parser.set_defaults(run=_simulate)
 
 
 def _simulate(arguments: argparse.Namespace) -> Outcome:

@@ -57,7 +57,7 @@ def add_similar(kinds: Verbs) -> None:
         help="the moment drives both hubs, by half on each; otherwise the lower one",
     )  # fmt: skip
     add_output(parser)
-    parser.set_defaults(compute=_similar, refuse=parser.error)
+    parser.set_defaults(run=_similar, refuse=parser.error)
 
 
 def _similar(arguments: argparse.Namespace) -> Outcome:

@@ -12,7 +12,8 @@ import logging
 import os
 import sys
 import warnings
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
+from importlib import import_module
 
 from balance.cli.arguments import (
     MAX_ERROR_LENGTH,
@@ -22,8 +23,6 @@ from balance.cli.arguments import (
     read_streams,
 )
 from balance.cli.completion import SHELLS
-from balance.cli.design import add_design
-from balance.cli.discover import add_discover
 from balance.cli.exit_codes import (
     DEFECT,
     DONE,
@@ -32,20 +31,29 @@ from balance.cli.exit_codes import (
     REFUSED,
     USAGE,
 )
-from balance.cli.flex import add_flex
-from balance.cli.models import add_models
-from balance.cli.motion import add_motion
 from balance.cli.outcome import Outcome
-from balance.cli.paths import add_paths
-from balance.cli.remedies import add_remedies
-from balance.cli.report import add_report
-from balance.cli.sweep import add_sweep
-from balance.cli.synthesize import add_synthesize
-from balance.cli.verify import add_verify
 from kinematics.compiled.background import compile_mode
 from kinematics.errors import LinkageError, UsageError
 
-__all__ = ["main"]
+__all__ = ["COMMANDS", "command_parser", "main"]
+
+# What each command does, in the order of the help. Its module has its options, in a function
+# `add_…`, and is imported only for that command.
+COMMANDS = {
+    "report": "rank and dimension of the balanced design space, by order",
+    "verify": "shaking force and moment over finite motions, by an independent program",
+    "design": "a mass distribution that can be built and does not shake, or why there is none",
+    "remedies": "what to build into a linkage that no masses balance, and what each remedy "
+    "costs",
+    "flex": "links that bend: modes, supports, similar counter-arms, simulation",
+    "motion": "all joints as polynomials in the inputs, poses that they predict, and their "
+    "error",
+    "paths": "paths along which a linkage leaves its base at rest",
+    "sweep": "a study of many geometries, kept in a file",
+    "discover": "a search for geometries that balance where others do not",
+    "synthesize": "a balanced mechanism whose tool passes through positions",
+    "models": "list the linkages that come with the package",
+}
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -85,7 +93,7 @@ def _run(argv: Sequence[str] | None, debug: bool) -> int:
     words = sys.argv[1:] if argv is None else argv
     try:
         compile_mode()  # refuses an unknown BALANCE_COMPILE before any work
-        arguments = _parser().parse_args(words)
+        arguments = command_parser(words).parse_args(words)
         check_files(arguments)
         read_streams(arguments)
         outcome: Outcome = arguments.run(arguments)
@@ -133,12 +141,19 @@ class _Completion(argparse.Action):
         """End the command with code 0."""
         from balance.cli.completion import completion_script
 
-        print(completion_script(parser, str(shell)))
+        print(completion_script(command_parser(COMMANDS), str(shell)))
         parser.exit()
 
 
-def _parser() -> argparse.ArgumentParser:
-    """Build the parser with all commands."""
+def command_parser(words: Collection[str]) -> argparse.ArgumentParser:
+    """Build the parser.
+
+    Args:
+        words: of the command line; only commands among them get their options.
+
+    Returns:
+        The parser, which knows the names and summaries of all commands.
+    """
     parser = Parser(
         prog="balance", description="Dynamic balance of linkages.", epilog=EXPLANATION
     )
@@ -147,12 +162,11 @@ def _parser() -> argparse.ArgumentParser:
         "--completion", action=_Completion, choices=SHELLS,
         help="print a script with which a shell completes commands and options, and exit",
     )  # fmt: skip
-    verbs = parser.add_subparsers(metavar="command", required=True)
-    for add_command in (
-        add_report, add_verify, add_design, add_remedies, add_flex, add_motion,
-        add_paths, add_sweep, add_discover, add_synthesize, add_models,
-    ):  # fmt: skip
-        add_command(verbs)
+    commands = parser.add_subparsers(metavar="command", required=True)
+    for name, summary in COMMANDS.items():
+        command = commands.add_parser(name, help=summary)
+        if name in words:
+            getattr(import_module(f"balance.cli.{name}"), f"add_{name}")(command)
     return parser
 
 

@@ -4,16 +4,15 @@ from __future__ import annotations
 
 import argparse
 
-from balance.cli.arguments import Verbs
+from balance.cli.arguments import Parser
 from balance.cli.exit_codes import DONE
 from balance.cli.outcome import Outcome
 
 __all__ = ["add_models"]
 
 
-def add_models(verbs: Verbs) -> None:
-    """Add the command ``models`` to the parser."""
-    parser = verbs.add_parser("models", help="list the linkages that come with the package")
+def add_models(parser: Parser) -> None:
+    """Add the options of the command ``models``."""
     parser.add_argument("--json", action="store_true", help="print one JSON object")
     parser.set_defaults(run=_run)
 

@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, NamedTuple
 
 from balance.atomic_files import write_all_atomic
-from balance.cli.arguments import Verbs, page_path, picture_path
+from balance.cli.arguments import Parser, page_path, picture_path
 from balance.cli.both_readings import solve_both_readings
 from balance.cli.exit_codes import DONE, NEGATIVE
 from balance.cli.model_options import add_model_options, load_model
@@ -45,16 +45,13 @@ class Target(NamedTuple):
     values: tuple[float, ...]
 
 
-def add_motion(verbs: Verbs) -> None:
-    """Add the command ``motion`` to the parser."""
-    parser = verbs.add_parser(
-        "motion",
-        help="all joints as polynomials in the inputs, poses that they predict, and their "
-        "error",
-        description="Taylor expansion of the closed motion, of any order: poses that it "
+def add_motion(parser: Parser) -> None:
+    """Add the options of the command ``motion``."""
+    parser.description = (
+        "Taylor expansion of the closed motion, of any order: poses that it "
         "predicts, the same with the loops closed, and their difference. Exits with 0, or with "
         "1 if a pose cannot be reached. Masses do not matter: --balance, --spatial, --bodies "
-        "and --massless change nothing here.",
+        "and --massless change nothing here."
     )
     add_model_options(parser)
     parser.add_argument(

@@ -6,7 +6,7 @@ import argparse
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
-from balance.cli.arguments import Verbs, page_path, picture_path
+from balance.cli.arguments import Parser, page_path, picture_path
 from balance.cli.exit_codes import DONE, NEGATIVE
 from balance.cli.model_options import add_model_options, load_model, parse_coordinates
 from balance.cli.number_arguments import number_between, point, whole_number
@@ -25,14 +25,12 @@ MAX_LINE = 10_000
 _SIZE = number_between(1e-9, 1e9)
 
 
-def add_paths(verbs: Verbs) -> None:
-    """Add the command ``paths`` to the parser."""
-    parser = verbs.add_parser(
-        "paths",
-        help="paths along which a linkage leaves its base at rest",
-        description="Integrates the input rates without momentum into paths, and finds poses "
+def add_paths(parser: Parser) -> None:
+    """Add the options of the command ``paths``."""
+    parser.description = (
+        "Integrates the input rates without momentum into paths, and finds poses "
         "in which several paths meet. Exits with 0 if there is a path, 1 if there is none. All "
-        "six components of the momentum count: --spatial changes nothing here.",
+        "six components of the momentum count: --spatial changes nothing here."
     )
     add_model_options(parser)
     parser.set_defaults(run=_run)

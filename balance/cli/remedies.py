@@ -7,7 +7,7 @@ import os
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
-from balance.cli.arguments import Verbs, page_path
+from balance.cli.arguments import Parser, page_path
 from balance.cli.counterweights import add_matter_options, check_regions
 from balance.cli.exit_codes import DONE, NEGATIVE, UNDECIDED
 from balance.cli.model_options import add_model_options, load_model
@@ -23,16 +23,15 @@ if TYPE_CHECKING:
 __all__ = ["add_remedies"]
 
 
-def add_remedies(verbs: Verbs) -> None:
-    """Add the command ``remedies`` to the parser."""
-    parser = verbs.add_parser(
-        "remedies",
-        help="what to build into a linkage that no masses balance, and what each remedy costs",
-        description="Applies the remedies of the literature to a linkage: counter-rotations, "
+def add_remedies(parser: Parser) -> None:
+    """Add the options of the command ``remedies``."""
+    parser.description = (
+        "Applies the remedies of the literature to a linkage: counter-rotations, "
         "transmissions, duplicates, added dyads, driven wheels, constraints. Exits with 0 if "
-        "one balances it, 1 if none does, 4 if that is undecided.",
-        epilog="remedies: "
-        + "; ".join(f"{one.name} ({one.title})" for one in CATALOGUE.values()),
+        "one balances it, 1 if none does, 4 if that is undecided."
+    )
+    parser.epilog = "remedies: " + "; ".join(
+        f"{one.name} ({one.title})" for one in CATALOGUE.values()
     )
     add_model_options(parser)
     parser.set_defaults(run=_run)

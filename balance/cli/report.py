@@ -6,7 +6,7 @@ import argparse
 from typing import TYPE_CHECKING, NamedTuple
 
 from balance.atomic_files import write_all_atomic
-from balance.cli.arguments import Verbs, add_meshes_option, page_path
+from balance.cli.arguments import Parser, add_meshes_option, page_path
 from balance.cli.exit_codes import DONE, UNDECIDED
 from balance.cli.model_options import add_model_options, certified_space
 from balance.cli.number_arguments import whole_number
@@ -38,13 +38,11 @@ OF_ONE_MODE = ("explain", "decoupled", "pure_inertia", "html", "write_closed", "
 MODE_NOTICE = "mode_of_motion"
 
 
-def add_report(verbs: Verbs) -> None:
-    """Add the command ``report`` to the parser."""
-    parser = verbs.add_parser(
-        "report",
-        help="rank and dimension of the balanced design space, by order",
-        description="Which mass distributions leave a linkage balanced: rank and dimension "
-        "of the design space, order by order.",
+def add_report(parser: Parser) -> None:
+    """Add the options of the command ``report``."""
+    parser.description = (
+        "Which mass distributions leave a linkage balanced: rank and dimension "
+        "of the design space, order by order."
     )
     add_model_options(parser)
     add_other_models(parser)

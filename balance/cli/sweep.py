@@ -8,12 +8,11 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from balance.cli.arguments import Verbs
+from balance.cli.arguments import Parser, Verbs
 from balance.cli.exit_codes import DONE
 from balance.cli.number_arguments import whole_number
 from balance.cli.outcome import Outcome
 from balance.cli.progress_bar import progress_bar
-from balance.cli.subcommands import add_group
 from balance.cli.sweep_show import add_show
 from kinematics.errors import WorkerError
 
@@ -29,15 +28,13 @@ MAX_WORKERS = 1024
 EXPORTS = (".csv", ".parquet")
 
 
-def add_sweep(verbs: Verbs) -> None:
-    """Add the command ``sweep`` to the parser."""
-    kinds = add_group(
-        verbs,
-        "sweep",
-        help="a study of many geometries, kept in a file",
-        description="Computes a study of many geometries, chunk by chunk, into one file, from "
-        "which an interrupted run goes on.",
+def add_sweep(parser: Parser) -> None:
+    """Add the commands below ``sweep``."""
+    parser.description = (
+        "Computes a study of many geometries, chunk by chunk, into one file, from "
+        "which an interrupted run goes on."
     )
+    kinds = parser.add_subparsers(metavar="what", required=True)
     _add_run(kinds)
     add_show(kinds)
     _add_export(kinds)
@@ -72,7 +69,7 @@ def _add_run(kinds: Verbs) -> None:
         "--yes", action="store_true", help="allow more than 100 million geometries"
     )
     parser.add_argument("--json", action="store_true", help="print one JSON object")
-    parser.set_defaults(compute=_compute, refuse=parser.error, force=False)
+    parser.set_defaults(run=_compute, refuse=parser.error, force=False)
 
 
 def _compute(arguments: argparse.Namespace) -> Outcome:
@@ -129,7 +126,7 @@ def _add_export(kinds: Verbs) -> None:
         help="the file to write",
     )  # fmt: skip
     parser.add_argument("--json", action="store_true", help="print one JSON object")
-    parser.set_defaults(compute=_export, refuse=parser.error, force=False)
+    parser.set_defaults(run=_export, refuse=parser.error, force=False)
 
 
 def _export(arguments: argparse.Namespace) -> Outcome:

@@ -46,7 +46,7 @@ def add_show(kinds: Verbs) -> None:
         "needs no network",
     )  # fmt: skip
     parser.add_argument("--json", action="store_true", help="print one JSON object")
-    parser.set_defaults(compute=_show, refuse=parser.error, force=False)
+    parser.set_defaults(run=_show, refuse=parser.error, force=False)
 
 
 def _show(arguments: argparse.Namespace) -> Outcome:

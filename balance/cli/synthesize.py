@@ -7,7 +7,7 @@ import math
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
-from balance.cli.arguments import Verbs, page_path, picture_path
+from balance.cli.arguments import Parser, page_path, picture_path
 from balance.cli.exit_codes import DONE, NEGATIVE, UNDECIDED
 from balance.cli.outcome import Outcome
 from balance.cli.progress_bar import progress_bar
@@ -20,15 +20,13 @@ __all__ = ["add_synthesize"]
 Positions = list[tuple[float, float, float]]
 
 
-def add_synthesize(verbs: Verbs) -> None:
-    """Add the command ``synthesize`` to the parser."""
-    parser = verbs.add_parser(
-        "synthesize",
-        help="a balanced mechanism whose tool passes through positions",
-        description="Finds mechanisms that are balanced by design and whose tool passes "
+def add_synthesize(parser: Parser) -> None:
+    """Add the options of the command ``synthesize``."""
+    parser.description = (
+        "Finds mechanisms that are balanced by design and whose tool passes "
         "through two or three positions in the plane, and confirms each as 'balance report' "
         "and 'balance verify' do. Exits with 0 if one is confirmed and has no defects, 1 if "
-        "there is none, 4 if none could be confirmed.",
+        "there is none, 4 if none could be confirmed."
     )
     parser.set_defaults(run=_run, refuse=parser.error)
     parser.add_argument(

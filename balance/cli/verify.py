@@ -10,7 +10,7 @@ from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from balance.atomic_files import write_all_atomic
-from balance.cli.arguments import Verbs, add_meshes_option, page_path, picture_path
+from balance.cli.arguments import Parser, add_meshes_option, page_path, picture_path
 from balance.cli.both_readings import solve_both_readings
 from balance.cli.exit_codes import DONE, NEGATIVE, UNDECIDED
 from balance.cli.floating_base import (
@@ -40,15 +40,13 @@ SPEED_UNITS = {
 NUMBER = r"(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:e[+-]?[0-9]+)?"
 
 
-def add_verify(verbs: Verbs) -> None:
-    """Add the command ``verify`` to the parser."""
-    parser = verbs.add_parser(
-        "verify",
-        help="shaking force and moment over finite motions, by an independent program",
-        description="Whether a linkage with the masses of its file shakes its base: base "
+def add_verify(parser: Parser) -> None:
+    """Add the options of the command ``verify``."""
+    parser.description = (
+        "Whether a linkage with the masses of its file shakes its base: base "
         "reaction without gravity, by Pinocchio and by our own series. Exits with 0 if it is "
         "balanced, 1 if not, 4 if the two disagree. All six components are always computed: "
-        "--spatial changes nothing here.",
+        "--spatial changes nothing here."
     )
     add_model_options(parser)
     add_other_models(parser)

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import kinematics
 from balance.cli import exit_codes
-from balance.cli.main import _parser
+from balance.cli.main import COMMANDS, command_parser
 from balance.public_names import MODULES_OF_NAMES
 
 __all__ = ["api_pages", "command_pages", "copied_pages", "exit_code_page", "json_pages"]
@@ -36,7 +36,7 @@ def command_pages() -> dict[str, str]:
     """Print the help of every command, from its parser."""
     page = "# Help of the commands\n\nWhat `balance COMMAND --help` prints; the options are "
     page += "explained under [Command line](../command_line.md).\n"
-    for name, parser in _commands(_parser()):
+    for name, parser in _commands(command_parser(COMMANDS)):
         page += f"\n## {name}\n\n```text\n{parser.format_help()}```\n"
     return {"reference/command_help.md": page}
 

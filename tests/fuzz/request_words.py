@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 import kinematics
-from balance.cli.main import _parser
+from balance.cli.main import COMMANDS, command_parser
 from kinematics.errors import LinkageError
 from tests.fuzz.good_words import ARMS, BLOCK, GOOD, MASSES, POSITIONS, WITHOUT_MODEL, needed
 
@@ -64,7 +64,7 @@ Maker = Callable[[random.Random, Place], list[str]]
 @cache
 def parsers() -> dict[str, argparse.ArgumentParser]:
     """The parser of every command; one below another goes by both words."""
-    (verbs,) = _parser()._subparsers._group_actions
+    (verbs,) = command_parser(COMMANDS)._subparsers._group_actions
     found = {}
     for verb, parser in verbs.choices.items():
         kinds = parser._subparsers and parser._subparsers._group_actions[0].choices

@@ -137,11 +137,11 @@ def test_modules_have_no_cycle():
 
 
 def test_imports_can_be_read_from_the_source():
-    """Only the package roots, which load their public names late, import by a string."""
+    """Only package roots, and the parser of the commands, import what is used by a string."""
     wrong = [
         f"{label(path)}:{node.lineno}"
         for path in PRODUCT
-        if path.name != "__init__.py"
+        if path.name != "__init__.py" and label(path) != "balance/cli/main.py"
         for node in ast.walk(tree(path))
         if (isinstance(node, ast.alias) and node.name == "import_module")
         or (isinstance(node, ast.Attribute) and node.attr == "import_module")

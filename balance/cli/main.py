@@ -75,9 +75,13 @@ def main(argv: Sequence[str] | None = None) -> int:
     debug = bool(os.environ.get("BALANCE_DEBUG"))
     with warnings.catch_warnings():
         if not debug:
-            # Warnings of libraries are for programmers; those for users are notices.
-            warnings.showwarning = lambda *_, **__: None
+            warnings.showwarning = _log_warning
         return _run(argv, debug)
+
+
+def _log_warning(message: Warning | str, category: type[Warning], *_: object) -> None:
+    """Log a warning of a library in one line, without the line of its source."""
+    logging.warning("%s: %s", category.__name__, " ".join(str(message).split()))
 
 
 class _StandardError(logging.Handler):

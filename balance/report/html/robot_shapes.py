@@ -8,6 +8,7 @@ corners of a box, which keeps a page small.
 from __future__ import annotations
 
 import base64
+import logging
 import os
 from collections.abc import Iterator
 from pathlib import Path
@@ -21,8 +22,11 @@ from kinematics.model.chain import rigid_parts
 from kinematics.model.linkage import Linkage
 from kinematics.urdf.robot_tree import pose_matrix
 from kinematics.urdf_elements.element import Element
+from kinematics.wording import first_names
 
 __all__ = ["MAX_FACES", "robot_shapes", "simplified"]
+
+logger = logging.getLogger(__name__)
 
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -58,7 +62,7 @@ class Shape(NamedTuple):
 def robot_shapes(linkage: Linkage) -> list[dict[str, object]]:
     """Collect the shapes of the ``<visual>`` elements of the file of a linkage.
 
-    A mesh that is missing, too large or of an unknown format is left out.
+    A mesh that is missing, too large or of an unknown format is left out, and the log says so.
 
     Args:
         linkage: an assembled linkage.
@@ -72,28 +76,38 @@ def robot_shapes(linkage: Linkage) -> list[dict[str, object]]:
         return []
     chain = si_chain(linkage, spatial=True)
     part = rigid_parts(chain.parent.size, chain.ends)
-    found: list[tuple[int, str, Shape]] = []
+    placed_shapes: list[tuple[int, str, Shape]] = []
+    left_out: list[str] = []
     for link in linkage.tree.every("link"):
         if link.name not in linkage.places:
             continue
         place = linkage.places[link.name]
-        for shape in _readable_shapes(link, linkage.tree, Path(linkage.source)):
-            placed = shape.points @ place.pose[:3, :3].T + place.pose[:3, 3]
-            found.append((int(part[place.link]), link.name, shape._replace(points=placed)))
-    limit = _faces_each([len(shape.faces) for *_, shape in found])
-    return [_packed(p, name, simplified(shape, limit)) for p, name, shape in found]
+        for shape in _readable_shapes(link, linkage.tree, Path(linkage.source), left_out):
+            points = shape.points @ place.pose[:3, :3].T + place.pose[:3, 3]
+            placed_shapes.append(
+                (int(part[place.link]), link.name, shape._replace(points=points))
+            )
+    if left_out:
+        logger.warning("shapes_left_out: %s", first_names(list(dict.fromkeys(left_out))))
+    limit = _faces_each([len(shape.faces) for *_, shape in placed_shapes])
+    return [_packed(p, name, simplified(shape, limit)) for p, name, shape in placed_shapes]
 
 
-def _readable_shapes(link: Element, robot: Element, file: Path) -> list[Shape]:
-    """Read the shapes of one link; none if their numbers are wrong, which nothing else uses."""
+def _readable_shapes(
+    link: Element, robot: Element, file: Path, left_out: list[str]
+) -> list[Shape]:
+    """Read the shapes of one link; note those whose numbers or meshes cannot be read."""
     try:
-        shapes = list(_link_shapes(link, robot, file))
+        shapes = list(_link_shapes(link, robot, file, left_out))
     except (ValueError, IndexError):
+        left_out.append(f"link {link.name} (a number of <visual> cannot be read)")
         return []
     return [shape for shape in shapes if np.isfinite(shape.points).all()]
 
 
-def _link_shapes(link: Element, robot: Element, file: Path) -> Iterator[Shape]:
+def _link_shapes(
+    link: Element, robot: Element, file: Path, left_out: list[str]
+) -> Iterator[Shape]:
     """Read the shapes of one link."""
     for visual in link.every("visual"):
         geometry = visual.first("geometry")
@@ -101,7 +115,7 @@ def _link_shapes(link: Element, robot: Element, file: Path) -> Iterator[Shape]:
         if kind is None:
             continue
         colour, pose = _material(visual, robot), pose_matrix(visual.first("origin"))
-        for shape in _geometry(kind, file):
+        for shape in _geometry(kind, file, left_out):
             placed = shape.points @ pose[:3, :3].T + pose[:3, 3]
             yield Shape(placed, shape.faces, colour or shape.colour)
 
@@ -124,7 +138,7 @@ def _hex(rgb: Any) -> str:
     return "#" + "".join(f"{round(255 * min(max(float(c), 0.0), 1.0)):02x}" for c in rgb)
 
 
-def _geometry(kind: Element, file: Path) -> Iterator[Shape]:
+def _geometry(kind: Element, file: Path, left_out: list[str]) -> Iterator[Shape]:
     """Make the triangles of a primitive or a mesh."""
     if kind.tag == "box":
         size = np.array(kind.vector("size", "0 0 0"))
@@ -141,9 +155,12 @@ def _geometry(kind: Element, file: Path) -> Iterator[Shape]:
             profile = np.column_stack([np.sin(down), -np.cos(down)]).tolist()
         yield _hull_of_grid(circle, np.array(profile), np.array([radius, radius, half]))
     elif kind.tag == "mesh":
-        path = _mesh_path(kind.attributes.get("filename", ""), file)
-        if path is not None:
-            yield from _mesh_shapes(path, np.array(kind.vector("scale", "1 1 1")))
+        name = kind.attributes.get("filename", "")
+        path = _mesh_path(name, file)
+        if path is None:
+            left_out.append(f"{name} (no such mesh, above 100 MB, or of a format not read)")
+        else:
+            yield from _mesh_shapes(path, np.array(kind.vector("scale", "1 1 1")), left_out)
 
 
 def _hull_of_grid(outline: Array, profile: Array, size: Array) -> Shape:
@@ -178,15 +195,18 @@ def _mesh_path(name: str, file: Path) -> Path | None:
     return None
 
 
-def _mesh_shapes(path: Path, scale: Array) -> Iterator[Shape]:
-    """Read the meshes of a file; a file that cannot be read has none."""
+def _mesh_shapes(path: Path, scale: Array, left_out: list[str]) -> Iterator[Shape]:
+    """Read the meshes of a file; note a file that cannot be read."""
     import trimesh
 
     if path.suffix.lower() == ".dae" and b"<!DOCTYPE" in path.read_bytes():
-        return  # entities could read other files
+        # Entities could read other files.
+        left_out.append(f"{path.name} (a mesh with a document type is not read)")
+        return
     try:
         parts = trimesh.load_scene(path, skip_materials=False).dump()
-    except Exception:  # libraries of formats raise errors of all kinds
+    except Exception as error:  # libraries of formats raise errors of all kinds
+        left_out.append(f"{path.name} (trimesh cannot read it: {type(error).__name__})")
         return
     mesh: Any
     for mesh in parts:

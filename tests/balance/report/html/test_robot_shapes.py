@@ -95,18 +95,32 @@ def trimesh_arrays():
 @pytest.mark.parametrize(
     "name", ["none.stl", "http://a.b/c.stl", "/etc/passwd", "arm.urdf", ""]
 )
-def test_what_is_no_mesh_is_left_out(tmp_path, name):
+def test_what_is_no_mesh_is_left_out_and_named(tmp_path, caplog, name):
     path = tmp_path / "arm.urdf"
     path.write_text(ROBOT.replace("{mesh}", name), encoding="utf-8")
     assert len(robot_shapes(kinematics.load(path))) == 3
+    assert f"shapes_left_out: {name} (no such mesh" in caplog.text
 
 
-def test_entities_of_a_mesh_are_not_read(tmp_path):
+def test_files_that_cannot_be_read_are_named_once(tmp_path, caplog):
+    (tmp_path / "bad.ply").write_bytes(b"ply\n\xff")
+    path = tmp_path / "arm.urdf"
+    text = ROBOT.replace("{mesh}", "bad.ply").replace('radius="0.05"', 'radius="wide"')
+    visual = '<visual><geometry><mesh filename="bad.ply"/></geometry></visual>'
+    text = text.replace('<link name="base">', f'<link name="base">{visual}{visual}')
+    path.write_text(text, encoding="utf-8")
+    assert [shape["name"] for shape in robot_shapes(kinematics.load(path))] == ["base"]
+    assert caplog.text.count("bad.ply (trimesh cannot read it") == 1
+    assert "link arm (a number of <visual> cannot be read)" in caplog.text
+
+
+def test_entities_of_a_mesh_are_not_read(tmp_path, caplog):
     text = '<!DOCTYPE x [<!ENTITY a SYSTEM "file:///etc/passwd">]><COLLADA>&a;</COLLADA>'
     (tmp_path / "bad.dae").write_text(text, encoding="utf-8")
     path = tmp_path / "arm.urdf"
     path.write_text(ROBOT.replace("{mesh}", "bad.dae"), encoding="utf-8")
     assert len(robot_shapes(kinematics.load(path))) == 3
+    assert "bad.dae (a mesh with a document type" in caplog.text
 
 
 @needs_browser

@@ -38,8 +38,8 @@ class BuildableMasses:
         z: parameters (bodies, 10) of bodies that can be built, about the inertial origin, SI
             units; None unless feasible.
         words: the verdict in one line.
-        answer: the result of `balance.feasible` on all masses with these pure inertias or
-            multiples of them, with its certificate.
+        answer: the result of `balance.feasible` on all masses with these pure inertias
+            or multiples of them, with its certificate.
     """
 
     verdict: Verdict
@@ -87,7 +87,8 @@ def buildable_masses(
     left = conditions @ g
     if np.abs(left).max(initial=0.0) > PURE_INERTIA_CONDITION * np.abs(g).max(initial=1e-300):
         raise UsageError(
-            "these pure inertias are not balanced: see the conditions of balance.pure_inertia"
+            "these pure inertias are not balanced: see the conditions of "
+            "balance.pure_inertia"
         )
     serial, z = space.scaled_basis[:, : space.serial_nullity], _in_space(space, g)
     pure = to_chain(z, space.chain.frame, True, False).reshape(-1, 1)

@@ -24,16 +24,21 @@ def results_of_poses_and_bases(linkage, space):
     base = balance.FloatingBase(3, 1)
     pure = balance.pure_inertia(space)
     return [
-        (answers, "1 mode of"), (answers.modes[0], "mode 1: mobility 1, nullity 5, feasible"),
-        (pose, "crank cannot balance"), (pose.families["crank"], "5 free parameters"),
+        (answers, "1 mode of"),
+        (answers.modes[0], "mode 1: mobility 1, nullity 5, feasible"),
+        (pose, "crank cannot balance"),
+        (pose.families["crank"], "5 free parameters"),
         (balance.momentum_map(linkage, {"u1": [0, 0.1]}), "2 poses reached"),
         (balance.reaction_null_space("five_bar", [0.1, 0.1]), "0 of 2 rates"),
-        (paths, "2 paths through 1 pose"), (paths.paths[0], "of the bodies' own"),
-        (balance.Base(3), "mass=3"), (base, "inertia=1"),
-        (balance.decoupling(space), "no: not balanced"), (pure, "0.5 kg stays"),
+        (paths, "2 paths through 1 pose"),
+        (paths.paths[0], "of the bodies' own"),
+        (balance.Base(3), "mass=3"),
+        (base, "inertia=1"),
+        (balance.decoupling(space), "no: not balanced"),
+        (pure, "0.5 kg stays"),
         (balance.buildable_masses(space, 0.0 * pure.inertias), "feasible"),
         (balance.simulate_floating_base(linkage, base, duration=0.05), "the base moves"),
-    ]  # fmt: skip
+    ]
 
 
 def results_of_beams(linkage):
@@ -44,22 +49,30 @@ def results_of_beams(linkage):
     pin = balance.Support((0.0,))
     bends = ["coupler=EI:1,rhoA:1"]
     return [
-        (beam, "EI 0.0045"), (other.beam, "EA 1e+06 N"), (arm, "tip of 0.01 kg"),
+        (beam, "EI 0.0045"),
+        (other.beam, "EA 1e+06 N"),
+        (arm, "tip of 0.01 kg"),
         (balance.compare_arms(arm, other), "not similar: 6, 8"),
-        (balance.free_modes(40)[-1], " …"), (balance.support_points(4), "4 points"),
-        (balance.supported_modes(beam, [pin], 9), "9 modes"), (pin, "weights=(1.0,)"),
-        (balance.Clamp(0.0), "point=0.0"), (balance.EndBody(1.0), "mass=1.0"),
+        (balance.free_modes(40)[-1], " …"),
+        (balance.support_points(4), "4 points"),
+        (balance.supported_modes(beam, [pin], 9), "9 modes"),
+        (pin, "weights=(1.0,)"),
+        (balance.Clamp(0.0), "point=0.0"),
+        (balance.EndBody(1.0), "mass=1.0"),
         (balance.simulate_flexible(linkage, bends, duration=0.01, samples=3), "bends: coupler"),
-    ]  # fmt: skip
+    ]
 
 
 def results_of_kinematics(linkage, motion):
     """Those of the package below."""
     return [
         (linkage, "four_bar_antiparallelogram: 3 bodies, 4 joints, 1 loop"),
-        (linkage.joints[0], "u1: revolute"), (linkage.bodies[0], "crank: "),
-        (linkage.loops[0], "welded to"), (linkage.chain, "planar, 4 joints, 1 loop"),
-        (linkage.chain.frame, "length"), (next(iter(linkage.places.values())), "origin"),
+        (linkage.joints[0], "u1: revolute"),
+        (linkage.bodies[0], "crank: "),
+        (linkage.loops[0], "welded to"),
+        (linkage.chain, "planar, 4 joints, 1 loop"),
+        (linkage.chain.frame, "length"),
+        (next(iter(linkage.places.values())), "origin"),
         (kinematics.Motion.free(["u1", "u2"]), "2 free"),
         (kinematics.Motion.parse("a=b", ["a", "b"]), "a=b"),
         (kinematics.Notice("code", "text"), "code"),
@@ -67,7 +80,7 @@ def results_of_kinematics(linkage, motion):
         (motion, "order 3"),
         (kinematics.taylor_motion_many(linkage, [[0.0] * 4], 3), "1 pose, order 3"),
         (twist_axis(linkage.joints[1].screw), "pitch 0 m"),
-    ]  # fmt: skip
+    ]
 
 
 def results():
@@ -93,39 +106,55 @@ def results():
     varied = {"coupler.length": [0.9, 0.95]}
     study = balance.Study.from_tables({"parameters": varied}, linkage)
     return [
-        (study, "2 geometries"), (balance.sweep(linkage, varied), "columns coupler.length"),
-        *results_of_poses_and_bases(linkage, space), *results_of_beams(linkage),
+        (study, "2 geometries"),
+        (balance.sweep(linkage, varied), "columns coupler.length"),
+        *results_of_poses_and_bases(linkage, space),
+        *results_of_beams(linkage),
         *results_of_kinematics(linkage, motion),
-        (synthesis, "feasible: 1 mechanism"), (synthesis.mechanisms[0], "confirmed"),
+        (synthesis, "feasible: 1 mechanism"),
+        (synthesis.mechanisms[0], "confirmed"),
         (balance.PantographMasses(*[0.5] * 13), "3 kg"),
-        (rotors, "2"), (rotors.sets[0], "u1"),
-        (added, "kg added to 2 kg balance it"), (added.weights[0].region, "ball"),
-        (remedies, "infeasible: own_masses"), (remedies.results[1], "kg added, input inertia"),
-        (front, "four_bar_general"), (front.designs[0], "of the shaking in the file"),
+        (rotors, "2"),
+        (rotors.sets[0], "u1"),
+        (added, "kg added to 2 kg balance it"),
+        (added.weights[0].region, "ball"),
+        (remedies, "infeasible: own_masses"),
+        (remedies.results[1], "kg added, input inertia"),
+        (front, "four_bar_general"),
+        (front.designs[0], "of the shaking in the file"),
         (balance.ElasticFrame(9, 1, 9, 1), "9"),
-        (space, "rank 7 of 12 planar parameters"), (space, "verified: balanced at"),
-        (space, "ranks by order 3, 6, 7"), (record_of(space), "nullity 5 = 4 serial + 1 par"),
+        (space, "rank 7 of 12 planar parameters"),
+        (space, "verified: balanced at"),
+        (space, "ranks by order 3, 6, 7"),
+        (record_of(space), "nullity 5 = 4 serial + 1 par"),
         (open_space, "estimated: by floating-point arithmetic alone"),
-        (space.certainty, "verified"), (none.certainty.proof, "rank=8"),
-        (none.certainty.proof.chain, "4 joints"), (none.certainty.proof.witness, "8 pivots"),
+        (space.certainty, "verified"),
+        (none.certainty.proof, "rank=8"),
+        (none.certainty.proof.chain, "4 joints"),
+        (none.certainty.proof.witness, "8 pivots"),
         (balance.exact_ranks(space), "rank 7 of 12 parameters, settled"),
         (explained, "4 transfers, 1"),
-        (explained.transfers[0], "a point mass"), (explained.freedoms[0], "rod +1 on the cr"),
+        (explained.transfers[0], "a point mass"),
+        (explained.freedoms[0], "rod +1 on the cr"),
         (explained.freedoms[0].primitives[0], "+1 kg m² rod on crank"),
         (space.transfers[0], "across u1 (ground, crank): 1 independent"),
         (space.bodies_of(coordinates(space))[0], "crank: "),
         (balance.mass_properties(linkage.bodies[0].inertia), "kg m²"),
-        (balance.feasible(space), "feasible"), (balance.feasible(none), "infeasible"),
-        (found, "feasible"), (found.residuals, "accepted"),
+        (balance.feasible(space), "feasible"),
+        (balance.feasible(none), "infeasible"),
+        (found, "feasible"),
+        (found.residuals, "accepted"),
         (balance.feasible(none).residuals, "accepted, eigenvalue"),
         (balance.design_space_many(linkage, screws), "1 geometry, planar, dynamic"),
         (balance.momentum_taylor(linkage, 2), "order 2 in u1, 3 rows of 12 parameters"),
-        (lines[0], "of crank: "), (balance.meeting(lines), "missed by"),
-        (way, "not balanced"), (way.runs[0], "20 samples"),
+        (lines[0], "of crank: "),
+        (balance.meeting(lines), "missed by"),
+        (way, "not balanced"),
+        (way.runs[0], "20 samples"),
         (way.runs[0].trajectory, "over 1 s"),
         (Predictions(motion, None, True, poses, ()), "1 pose, 1 reached"),
         (poses[0], "reached, true error"),
-    ]  # fmt: skip
+    ]
 
 
 @pytest.fixture(scope="module")

@@ -163,8 +163,8 @@ def similar_section(section: Section, scale: float) -> tuple[Section, float]:
     """Compute the section of a similar beam of the same material, Euler-Bernoulli.
 
     Args:
-        section: of the first beam.
-        scale: f, positive.
+        section: of the first beam, metres.
+        scale: f, length of the similar beam over that of the first one.
 
     Returns:
         The section, with thickness scaled by f² and width by 1/f⁴, and the factor 1/f³ of the
@@ -172,6 +172,11 @@ def similar_section(section: Section, scale: float) -> tuple[Section, float]:
 
     Raises:
         LinkageError: the scale is not positive.
+
+    Example:
+        >>> from balance.flexible.similarity import Section, similar_section
+        >>> similar_section(Section(0.001, 0.01), 0.5)
+        (Section(thickness=0.00025, width=0.16), 8.0)
     """
     f = _checked_scale(scale)
     return Section(f**2 * section.thickness, section.width / f**4), 1.0 / f**3

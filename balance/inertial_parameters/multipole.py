@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 from balance.tolerances import ROD_DYADS_SINGULAR
 from kinematics.model.arrays import freeze
 from kinematics.spatial.inertia import pseudo_inertia
-from kinematics.wording import number_text, vector_text
+from kinematics.wording import count_noun, number_text, vector_text
 
 __all__ = [
     "NOUNS",
@@ -145,6 +145,12 @@ class Multipole(NamedTuple):
     point: Array
     directions: Array
 
+    def __repr__(self) -> str:
+        """One line: the place, mass, displacement, number of rods."""
+        place, moved = vector_text(self.point), vector_text(self.displacement)
+        rods = count_noun(len(self.rods), "rod")
+        return f"Multipole at {place} m: {self.mass:.4g} kg, displacement {moved} kg m, {rods}"
+
     def parameters(self) -> Array:
         """Compute the parameters (10,) or (4,) that were decomposed, SI units."""
         z = _mass_and_displacement(self.mass, self.displacement, self.point)
@@ -182,6 +188,13 @@ def multipole_of(z: ArrayLike, point: ArrayLike, directions: ArrayLike = RODS) -
 
     Raises:
         ValueError: not every tensor is a sum of rods in these directions, or shapes differ.
+
+    Example:
+        >>> import numpy as np
+        >>> from balance import parameters
+        >>> from balance.inertial_parameters.multipole import multipole_of
+        >>> multipole_of(parameters(2.0, [0.1, 0, 0], 0.01 * np.eye(3)), [0, 0, 0])
+        Multipole at (0, 0, 0) m: 2 kg, displacement (0.2, 0, 0) kg m, 6 rods
     """
     z, r = np.asarray(z, dtype=np.float64), np.asarray(point, dtype=np.float64)
     if (z.shape, r.shape) not in (((10,), (3,)), ((4,), (2,))):

@@ -262,7 +262,7 @@ def planar_balancing_body(
 
     Args:
         point: r, of the joint (2,), metres.
-        rate: ω, rad/s.
+        rate: ω of the body, rad/s.
         momentum: ``[ξ, px, py]`` (3,) about the origin, N m s and N s.
         mass: m, kg.
 

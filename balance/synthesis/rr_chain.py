@@ -35,7 +35,7 @@ from kinematics.errors import SynthesisError, UsageError
 
 __all__ = [
     "RRChain", "chain_from_fixed_pivot", "chain_from_moving_pivot",
-    "chain_from_three_positions", "check_ratio", "hypotrochoid",
+    "chain_from_three_positions", "check_ratio",
 ]  # fmt: skip
 
 Positions = Iterable[Sequence[float]]
@@ -199,21 +199,6 @@ def chain_from_three_positions(positions: Positions, ratio: float) -> RRChain:
         )
     fixed, moving = np.linalg.solve(matrix, [step.shift for step in steps])
     return _checked(RRChain(found, complex(fixed), complex(moving), beta))
-
-
-def hypotrochoid(chain: RRChain, ratio: float, samples: int = 200) -> NDArray[np.complex128]:
-    """Compute the path of the tool between its positions (samples,), metres.
-
-    With angles θ of the first link and ``θ / k`` of the tool it is the hypotrochoid
-    ``n e^(iθ) + h e^(iθ/k)`` about G.
-
-    Args:
-        chain: the chain.
-        ratio: k.
-        samples: number of points.
-    """
-    turns = np.linspace(min(chain.link_turns), max(chain.link_turns), samples)
-    return chain.tool_points(turns, turns / ratio)
 
 
 def _prepare(

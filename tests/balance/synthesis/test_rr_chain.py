@@ -16,7 +16,6 @@ from balance.synthesis.rr_chain import (
     chain_from_fixed_pivot,
     chain_from_moving_pivot,
     chain_from_three_positions,
-    hypotrochoid,
 )
 from kinematics.errors import SynthesisError, UsageError
 
@@ -108,8 +107,8 @@ def test_the_path_is_a_hypotrochoid(ratio):
     Printed: ``y = n sin t - h sin(-n t / b)``, which adds; and Eq. 16 with k for ``-1 / k``.
     """
     chain = chain_from_fixed_pivot([A, B], ratio, 0.1 - 0.3j)
-    path = hypotrochoid(chain, ratio, 50) - chain.fixed
     turns = np.linspace(min(chain.link_turns), max(chain.link_turns), 50)
+    path = chain.tool_points(turns, turns / ratio) - chain.fixed
     first, second = chain.first_angle, cmath.phase(chain.reach)
     # The arm of the rolling circle turns by -n/b for one turn of the centre.
     n, h = chain.length, abs(chain.reach)

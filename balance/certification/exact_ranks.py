@@ -72,4 +72,6 @@ def exact_ranks(
         )
         return ranks_of(linkage.source, chain, geometry.notices, max_order, expected)
 
-    return of_lowest_rank(linkage, ranks, lambda exact: exact.rank)
+    return of_lowest_rank(
+        linkage, ranks, lambda exact: exact.rank, lambda exact: exact.rank <= expected
+    )

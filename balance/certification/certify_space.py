@@ -168,7 +168,8 @@ def _gather_evidence(space: DesignSpace) -> Evidence:
     """
     return of_lowest_rank(
         space.linkage, lambda geometry: _gather_evidence_of(space, geometry),
-        lambda found: found.exact.rank, lambda found: not list_differences(space, found),
+        lambda found: (found.exact.rank, *found.exact.ranks),
+        lambda found: not list_differences(space, found),
     )  # fmt: skip
 
 

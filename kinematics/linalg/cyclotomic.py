@@ -215,7 +215,7 @@ class FieldNumber(Fraction):
             return (x.numerator, *zeros), x.denominator
         return None
 
-    def __add__(self, x):  # type: ignore[no-untyped-def,override]
+    def __add__(self, x):  # type: ignore[no-untyped-def]
         """Add."""
         other = self._other(x)
         if other is None:
@@ -228,23 +228,23 @@ class FieldNumber(Fraction):
 
     __radd__ = __add__
 
-    def __neg__(self):  # type: ignore[no-untyped-def,override]
+    def __neg__(self):  # type: ignore[no-untyped-def]
         """Change the sign."""
         return self._make(self._of, [-a for a in self._coefficients], self._common)
 
-    def __pos__(self):  # type: ignore[no-untyped-def,override]
+    def __pos__(self):  # type: ignore[no-untyped-def]
         """Return it."""
         return self
 
-    def __sub__(self, x):  # type: ignore[no-untyped-def,override]
+    def __sub__(self, x):  # type: ignore[no-untyped-def]
         """Subtract."""
         return self + -x
 
-    def __rsub__(self, x):  # type: ignore[no-untyped-def,override]
+    def __rsub__(self, x):  # type: ignore[no-untyped-def]
         """Subtract it from another number."""
         return -self + x
 
-    def __mul__(self, x):  # type: ignore[no-untyped-def,override]
+    def __mul__(self, x):  # type: ignore[no-untyped-def]
         """Multiply."""
         other = self._other(x)
         if other is None:
@@ -283,7 +283,7 @@ class FieldNumber(Fraction):
             self._of, [x.numerator * (common // x.denominator) for x in solution], common
         )
 
-    def __truediv__(self, x):  # type: ignore[no-untyped-def,override]
+    def __truediv__(self, x):  # type: ignore[no-untyped-def]
         """Divide."""
         if isinstance(x, FieldNumber):
             return self * x._inverse()
@@ -291,11 +291,11 @@ class FieldNumber(Fraction):
             return self * Fraction(x.denominator, x.numerator)
         return float(self) / x
 
-    def __rtruediv__(self, x):  # type: ignore[no-untyped-def,override]
+    def __rtruediv__(self, x):  # type: ignore[no-untyped-def]
         """Divide another number by it."""
         return self._inverse() * x
 
-    def __pow__(self, k):  # type: ignore[no-untyped-def,override]
+    def __pow__(self, k):  # type: ignore[no-untyped-def]
         """Raise to a whole power that is not negative."""
         return prod([self] * k, start=Fraction(1))
 
@@ -315,7 +315,7 @@ class FieldNumber(Fraction):
         """Nearest double, but for round-off."""
         return float(self.nearby)
 
-    def __abs__(self):  # type: ignore[no-untyped-def,override]
+    def __abs__(self):  # type: ignore[no-untyped-def]
         """Size."""
         return -self if self.nearby < 0 else self
 
@@ -323,7 +323,7 @@ class FieldNumber(Fraction):
         """Whether it is the same number."""
         return isinstance(x, FieldNumber) and self._key == x._key
 
-    def __hash__(self) -> int:
+    def __hash__(self) -> int:  # type: ignore[override]
         """Hash of field and coefficients."""
         return hash(self._key)
 
@@ -331,19 +331,19 @@ class FieldNumber(Fraction):
     def _key(self) -> tuple[object, ...]:
         return self._of.conductor, self._coefficients, self._common
 
-    def __lt__(self, x) -> bool:  # type: ignore[no-untyped-def,override]
+    def __lt__(self, x) -> bool:  # type: ignore[no-untyped-def]
         """Compare."""
         return self.nearby < _near(x)
 
-    def __le__(self, x) -> bool:  # type: ignore[no-untyped-def,override]
+    def __le__(self, x) -> bool:  # type: ignore[no-untyped-def]
         """Compare."""
         return self.nearby <= _near(x)
 
-    def __gt__(self, x) -> bool:  # type: ignore[no-untyped-def,override]
+    def __gt__(self, x) -> bool:  # type: ignore[no-untyped-def]
         """Compare."""
         return self.nearby > _near(x)
 
-    def __ge__(self, x) -> bool:  # type: ignore[no-untyped-def,override]
+    def __ge__(self, x) -> bool:  # type: ignore[no-untyped-def]
         """Compare."""
         return self.nearby >= _near(x)
 

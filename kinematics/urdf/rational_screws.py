@@ -131,7 +131,7 @@ def rational_geometries(linkage: Linkage) -> Iterator[Geometry]:
 
 
 def of_lowest_rank(
-    linkage: Linkage, compute: Callable[[Geometry], T], rank: Callable[[T], int],
+    linkage: Linkage, compute: Callable[[Geometry], T], rank: Callable[[T], tuple[int, ...]],
     confirms: Callable[[T], bool],
 ) -> T:  # fmt: skip
     """Compute something with the geometry that a linkage means; see `rational_geometries`.
@@ -142,7 +142,7 @@ def of_lowest_rank(
     Args:
         linkage: a linkage.
         compute: computes it from a geometry; may raise an `ExactError`.
-        rank: rank of the conditions that it has.
+        rank: rank of the conditions that it has, and ranks by order.
         confirms: whether it has the integers that floating point finds.
 
     Raises:

@@ -2,7 +2,7 @@
 
 Read as such are, with 15 digits or more and no further away than these tell,
 
-- simple fractions, and roots of small integers times one;
+- zeros with round-off, simple fractions, and roots of small integers times a short decimal;
 - sums ``(a + b √d) u`` of two multiples of a thousandth of the largest length, d = 2, 3;
 - vectors that are another vector of the file, turned by multiples of 30 or 45 degrees about a
   coordinate axis: the legs of a robot with three- or sixfold symmetry;
@@ -274,7 +274,7 @@ class _Reader:
         """Read a number as a simple fraction, a root times one, or a sum of both."""
         self.tried += SIMPLE
         simple = word.value.limit_denominator(SIMPLE)
-        if simple and abs(simple - word.value) <= word.error:
+        if abs(simple - word.value) <= word.error:
             return _Value(1, ((simple, "root", 1, 0),))
         for d in RADICANDS:
             self.tried += 1

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
-from balance.certification.certified_space import CertifiedSpace
+from balance.certification.certified_space import CertifiedSpace, with_readings
 from balance.certification.compare_integers import integers_differ
 from balance.certification.correct_integers import Evidence
 from balance.exact.chain import exact_chain
 from balance.exact.modular_ranks import ranks_of
 from balance.spaces.design_space import DesignSpace
+from balance.spaces.readings import MAX_DIGITS, Reading
 from kinematics.errors import ExactError
 from kinematics.model.linkage import Notice
 from kinematics.urdf.rational_screws import exact_geometry
@@ -53,7 +52,7 @@ def add_roots_notice(space: CertifiedSpace, found: Evidence) -> CertifiedSpace:
     """
     if not found.roots:
         return space
-    linkage = space.linkage
+    linkage, other = space.linkage, None
     try:
         chain = exact_chain(
             linkage, exact_geometry(linkage), space.motion, space.balance == "force",
@@ -61,17 +60,17 @@ def add_roots_notice(space: CertifiedSpace, found: Evidence) -> CertifiedSpace:
         )  # fmt: skip
         other = ranks_of(linkage.source, chain, (), space.highest_order).rank
     except ExactError:
-        written = "loops that do not close"
-    else:
-        if other == space.rank:
-            return space
-        written = count_noun(other, "condition")
+        pass
+    if other == space.rank:
+        return space
+    relation = f"{count_noun(found.roots, 'number')} read as roots"
+    reading = Reading("as_meant", (relation,), MAX_DIGITS, None, other, space.rank, 0.0, 0.0)
     text = (
-        f"as written: {written}; with {count_noun(found.roots, 'number')} of the file read as "
-        "roots, sines and cosines, which they are to all their digits: "
+        f"as written: {reading.written_text}; with {count_noun(found.roots, 'number')} of the "
+        "file read as roots, sines and cosines, which they are to all their digits: "
         f"{space.rank} (--as-written for the other, --exact names them)"
     )
-    return replace(space, notices=(*space.notices, Notice("read_as_roots", text)))
+    return with_readings(space, [Notice("read_as_roots", text)], [reading])
 
 
 def rests_on_replaced(space: DesignSpace, changed: DesignSpace | None) -> bool:

@@ -157,25 +157,21 @@ def of_lowest_rank(
             first = first or error
         if found and (meant is None or not meant.relations):
             break
-    if not any(map(confirms, found)) and (geometry := _geometry_of_roots(linkage)):
+    if not any(map(confirms, found)):
         with suppress(ExactError):
-            found.append(compute(geometry))
+            found += [compute(geometry) for geometry in _geometries_of_roots(linkage)]
     if found:
         return min(found, key=rank)
     assert first is not None
     raise first
 
 
-def _geometry_of_roots(linkage: Linkage) -> Geometry | None:
-    """Make the geometry whose numbers are roots; None if there is none, or it is not wanted."""
-    if linkage.as_written or linkage.tree is None:
-        return None
-    roots = read_roots(linkage.tree)
-    if roots is None:
-        return None
-    with suppress(ExactError):
-        return exact_geometry(linkage, roots)
-    return None
+def _geometries_of_roots(linkage: Linkage) -> Iterator[Geometry]:
+    """Yield the geometry whose numbers are roots, if there is one and it is wanted."""
+    if linkage.tree is not None and not linkage.as_written:
+        roots = read_roots(linkage.tree)
+        if roots is not None:
+            yield exact_geometry(linkage, roots)
 
 
 def geometry_of(linkage: Linkage, screws: tuple[Vector, ...]) -> Geometry:

@@ -139,11 +139,19 @@ class FileRoots:
 
 @dataclass(frozen=True)
 class _Word:
-    """A number of many digits: where it is, its value, and how far it may be from it."""
+    """A number of many digits.
+
+    Attributes:
+        key: where it is.
+        value: its decimals.
+        error: how far it may be from the number it stands for.
+        zero: up to which size it is zero with round-off.
+    """
 
     key: Key
     value: Fraction
     error: Fraction
+    zero: Fraction
 
 
 def read_roots(tree: Element) -> FileRoots | None:
@@ -274,6 +282,8 @@ class _Reader:
         """Read a number as a simple fraction, a root times one, or a sum of both."""
         self.tried += SIMPLE
         simple = word.value.limit_denominator(SIMPLE)
+        if abs(word.value) <= word.zero:
+            return _Value(1, ())
         if abs(simple - word.value) <= word.error:
             return _Value(1, ((simple, "root", 1, 0),))
         for d in RADICANDS:
@@ -410,7 +420,8 @@ def _vectors(tree: Element) -> Iterator[tuple[_Item, list[_Word | None]]]:
             places, digits = _count_digits(word)
             long = value and digits >= MIN_DIGITS
             error = max(round_off, Fraction(1, 2 * 10**places))
-            found.append(_Word((id(item), "xyz", k), value, error) if long else None)
+            word_of_root = _Word((id(item), "xyz", k), value, error, 4 * round_off)
+            found.append(word_of_root if long else None)
         yield _Item((id(item), "xyz"), values), found
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from os import PathLike
 from os.path import isfile
 from pathlib import Path
@@ -190,8 +191,9 @@ def load(
 
     _check_options(bodies, angles)
     names = (massless,) if isinstance(massless, str) else tuple(massless)
+    exactly = angles == "as_written"
     draft = _read(model, loops, ReadOptions(fix_base, bodies, names, angles, ground))
-    return _assemble(draft, inputs, at, mode, angles == "as_written")
+    return _assemble(replace(draft, as_written=exactly), inputs, at, mode, exactly)
 
 
 def _check_options(bodies: str, angles: str) -> None:

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, fields
+from collections.abc import Sequence
+from dataclasses import dataclass, field, fields, replace
 
 from balance.spaces.certainty import Certainty
 from balance.spaces.design_space import DesignSpace
+from balance.spaces.readings import Reading
+from kinematics.model.linkage import Notice
 
-__all__ = ["CertifiedSpace", "with_certainty"]
+__all__ = ["CertifiedSpace", "with_certainty", "with_readings"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,3 +81,20 @@ def with_certainty(space: DesignSpace, certainty: Certainty) -> CertifiedSpace:
     """
     known = {item.name: getattr(space, item.name) for item in fields(DesignSpace)}
     return CertifiedSpace(**known, certainty=certainty)
+
+
+def with_readings(
+    space: CertifiedSpace, notices: Sequence[Notice], readings: Sequence[Reading]
+) -> CertifiedSpace:
+    """Add both readings of a file to a space, and the notices that tell them.
+
+    Args:
+        space: the space.
+        notices: the notices.
+        readings: the readings.
+    """
+    if not notices:
+        return space
+    return replace(
+        space, notices=(*space.notices, *notices), readings=(*space.readings, *readings)
+    )

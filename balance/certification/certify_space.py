@@ -13,7 +13,6 @@ from balance.certification.certified_space import CertifiedSpace, with_certainty
 from balance.certification.changed_numbers import with_changed_numbers
 from balance.certification.compare_integers import (
     add_correction_notice,
-    integers_differ,
     list_differences,
 )
 from balance.certification.correct_integers import (
@@ -24,11 +23,18 @@ from balance.certification.correct_integers import (
     with_more_poses,
 )
 from balance.certification.meant_notice import add_meant_notice, add_mending_doubt
+from balance.certification.replaced_numbers import (
+    add_roots_notice,
+    is_general_as_written,
+    notice_codes,
+    replaced_text,
+    rests_on_replaced,
+)
 from balance.exact.chain import ExactChain, exact_chain, loops_are_regular
 from balance.exact.conditions import first_orders_of_motion, orders_closed
 from balance.exact.idle_joints import joints_shown_at_rest
-from balance.exact.modular import PRIMES
 from balance.exact.modular_ranks import PLATEAU_WITHOUT_BOUND, Exact, ranks_of
+from balance.exact.modular_series import primes_of
 from balance.exact.proof import Proof, independent_transfers
 from balance.exact.serial import exact_transfers, has_branching_links
 from balance.momentum.regressor import rows_at
@@ -70,8 +76,6 @@ MAX_ROUNDS = 3
 CLOSURE_ORDERS = 30
 # The same where joints are at rest at these orders, and not shown to be at rest at others.
 CLOSURE_ORDERS_OF_IDLE_JOINTS = 126
-# Digits with which a file can tell a linkage from a special one where floating point cannot.
-DIGITS_BEYOND_TOLERANCE = 11
 # Orders up to which conditions may come, and loops open, for each order at which the last joint
 # starts to move: a joint that moves with a power of the input drives others with its square.
 ORDERS_PER_MOTION = 4
@@ -123,7 +127,7 @@ def _certify(space: DesignSpace) -> CertifiedSpace:
     if found.replaced and lines:
         numbers = count_noun(found.replaced, "number")
         changed = with_changed_numbers(space)
-        if _rests_on_replaced(space, changed) and not _is_general_as_written(space, found):
+        if rests_on_replaced(space, changed) and not is_general_as_written(space, found):
             # A difference that these numbers do not explain either comes from round-off.
             mixed = changed is not None and bool(list_differences(changed, found))
             reason = (
@@ -151,50 +155,9 @@ def _certify(space: DesignSpace) -> CertifiedSpace:
             level="estimated", reason=doubt, doubts=doubts, proof=None, orders=()
         )
     certified = add_correction_notice(space, with_certainty(corrected, certainty))
+    certified = add_roots_notice(certified, found)
     certified.check_proved()
     return certified
-
-
-def _rests_on_replaced(space: DesignSpace, changed: DesignSpace | None) -> bool:
-    """Decide whether exact arithmetic loses a special geometry because it replaces numbers.
-
-    If the gap is wide, floating point still finds the geometry, and loses it with other
-    numbers. A narrow gap comes from the numbers in the file, unless other numbers give more
-    conditions.
-
-    Args:
-        space: the space by floating point.
-        changed: the same with other numbers for those that are replaced; None if it does
-            not exist.
-    """
-    if not space.doubts or _pose_changed(space):
-        return changed is None or integers_differ(space, changed)
-    return changed is not None and changed.rank > space.rank
-
-
-def _is_general_as_written(space: DesignSpace, found: Evidence) -> bool:
-    """Whether the numbers of the file describe a general linkage.
-
-    Exact arithmetic says so if no special geometry lies inside their digits, or none is wanted.
-    Only where a file of few digits has numbers that are replaced, other than to close a loop,
-    may a special geometry rest on them.
-    """
-    meant = space.linkage.meant
-    return (
-        meant is not None
-        and found.exact.rank >= space.rank
-        and (found.only_closed or meant.digits >= DIGITS_BEYOND_TOLERANCE)
-    )
-
-
-def _notice_codes(space: DesignSpace) -> set[str]:
-    """Collect the codes of the notices of the linkage."""
-    return {notice.code for notice in space.linkage.notices}
-
-
-def _pose_changed(space: DesignSpace) -> bool:
-    """Whether the reference pose is not that of the file."""
-    return bool(_notice_codes(space) & {"assembled", "left_singular_pose"})
 
 
 def _gather_evidence(space: DesignSpace) -> Evidence:
@@ -205,7 +168,8 @@ def _gather_evidence(space: DesignSpace) -> Evidence:
     """
     return of_lowest_rank(
         space.linkage, lambda geometry: _gather_evidence_of(space, geometry),
-        lambda found: found.exact.rank,
+        lambda found: (found.exact.rank, *found.exact.ranks),
+        lambda found: not list_differences(space, found),
     )  # fmt: skip
 
 
@@ -223,7 +187,7 @@ def _gather_evidence_of(space: DesignSpace, geometry: Geometry) -> Evidence:
     idle = np.flatnonzero(lowest < 0).tolist()
     transfers = tuple(exact_transfers(chain, idle))
     size = len(chain.links) * len(chain.parameters)
-    most = size - len(independent_transfers(chain, transfers, PRIMES[0]))
+    most = size - len(independent_transfers(chain, transfers, next(primes_of(chain))))
     exact = ranks_of(
         linkage.source, chain, geometry.notices, space.highest_order, space.rank, most,
         ORDERS_PER_MOTION * int(lowest.max()),
@@ -286,12 +250,7 @@ def _certainty_of(
 ) -> Certainty:
     """Decide the certainty of a space from exact arithmetic and fresh poses."""
     exact, serial = found.exact, len(found.independent)
-    count = found.replaced
-    replaced = (
-        f", with {count_noun(count, 'number')} of the file replaced (see --exact)"
-        if count
-        else ""
-    )
+    replaced = replaced_text(found)
     bounds = exact.rank, serial, residual, poses
     lines = list_differences(space, found)
     limited = space.highest_order is not None and not space.decision.conditions.complete
@@ -304,7 +263,8 @@ def _certainty_of(
     complete = exact.rank + serial == exact.parameters
     idle = found.idle
     free = {j for j in idle if j in exact.chain.dependent or any(exact.chain.columns[j])}
-    if complete and exact.regular and (not free or loops_are_regular(exact.chain, idle)):
+    regular = exact.regular and (not free or loops_are_regular(exact.chain, idle))
+    if complete and regular and not found.roots:
         proof = Proof(exact.chain, exact.witness, found.independent, tuple(sorted(idle)))
         reason = "exact lower bounds of rank and nullity add up to the number of parameters"
         ranks = tuple(order.rank for order in exact_orders(space, exact))
@@ -419,7 +379,7 @@ def _certify_rounded(
     same = bounds == (settled.rank, settled.serial_nullity)
     doubts = _list_doubts(settled, residual)
     # The file has another pose, so rounding cannot be separated from the contents of the file.
-    left = found is not None and "left_singular_pose" in _notice_codes(space) and not same
+    left = found is not None and "left_singular_pose" in notice_codes(space) and not same
     if left or doubtful:
         doubts += (reason,)
     if not same and settled.highest_order is None:

@@ -87,6 +87,11 @@ class Evidence(NamedTuple):
         return codes.count("not_exact") + codes.count("open_in_decimals")
 
     @property
+    def roots(self) -> int:
+        """Number of entries of the file that are read as roots, sines or cosines."""
+        return sum(notice.code == "read_as_root" for notice in self.exact.notices)
+
+    @property
     def only_closed(self) -> bool:
         """Whether loops were closed that the decimals leave open, and nothing else replaced."""
         return all(notice.code != "not_exact" for notice in self.exact.notices)

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 from balance.exact.chain import exact_chain
 from balance.exact.modular_ranks import Exact, ranks_of
 from balance.options import Balance
 from balance.spaces.design_space import DesignSpace
+from kinematics.model.linkage import Linkage
 from kinematics.model.motion import Motion, motion_of
 from kinematics.model_gallery import LinkageLike, as_linkage
 from kinematics.urdf.rational_screws import Geometry, of_lowest_rank
@@ -63,8 +64,27 @@ def exact_ranks(
             raise ValueError(
                 "a design space has its own options: give a linkage to change them"
             )
-        return exact_ranks(model.linkage, **model.options, expected=model.rank)
+        ranks = tuple(order.rank for order in model.orders)
+        return _lowest_ranks(
+            model.linkage, **model.options, expected=model.rank,
+            confirms=lambda exact: exact.rank == model.rank and _begins(exact.ranks, ranks),
+        )  # fmt: skip
     linkage = as_linkage(model)
+    return _lowest_ranks(
+        linkage, motion, balance, max_order, spatial, expected, lambda _: False
+    )
+
+
+def _begins(ranks: Sequence[int], others: Sequence[int]) -> bool:
+    """Whether ranks by order are the same at all orders that both have."""
+    return all(a == b for a, b in zip(ranks, others, strict=False))
+
+
+def _lowest_ranks(
+    linkage: Linkage, motion: Motion | str | Sequence[str] | None, balance: Balance,
+    max_order: int | None, spatial: bool, expected: int, confirms: Callable[[Exact], bool],
+) -> Exact:  # fmt: skip
+    """Compute exact ranks of the geometry that a linkage means; see `exact_ranks`."""
 
     def ranks(geometry: Geometry) -> Exact:
         chain = exact_chain(
@@ -72,4 +92,4 @@ def exact_ranks(
         )
         return ranks_of(linkage.source, chain, geometry.notices, max_order, expected)
 
-    return of_lowest_rank(linkage, ranks, lambda exact: exact.rank)
+    return of_lowest_rank(linkage, ranks, lambda exact: (exact.rank, *exact.ranks), confirms)

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from balance.certification.certified_space import CertifiedSpace
+from balance.certification.certified_space import CertifiedSpace, with_readings
 from balance.exact.chain import exact_chain
 from balance.exact.modular_ranks import ranks_of
+from balance.spaces.readings import Reading, deciding_digits
 from balance.tolerances import MENDED_RELATIVE, MENDED_ROUND_OFF
 from kinematics.errors import ExactError
 from kinematics.linalg.rational import Vector
@@ -17,9 +18,6 @@ from kinematics.urdf.rational_screws import Geometry, exact_geometry, geometry_o
 from kinematics.wording import count_noun, size_text
 
 __all__ = ["add_meant_notice", "add_mending_doubt"]
-
-# Distance of a special geometry, in parts of the size: below this, digits of it are round-off.
-_DISTANCE_ROUND_OFF = 1e-14
 
 
 def add_meant_notice(space: CertifiedSpace) -> CertifiedSpace:
@@ -35,34 +33,42 @@ def add_meant_notice(space: CertifiedSpace) -> CertifiedSpace:
     meant = space.linkage.meant
     if meant is None or not meant.digits or not (meant.relations or meant.near):
         return space
-    notices = []
-    away = f"{size_text(meant.distance, '.0e', floor=_DISTANCE_ROUND_OFF)} of the size away"
+    notices, readings = [], []
+    deciding = deciding_digits(meant.digits, meant.nearness)
     if meant.relations and not space.doubts:
         other = _rank_as_written(space)
         if other != space.rank:
-            written = "loops that do not close" if other is None else _conditions(other)
+            found = Reading(
+                "as_meant", meant.relations, meant.digits, None if meant.near else deciding,
+                other, space.rank, meant.distance, meant.nearness,
+            )  # fmt: skip
+            decided = f"; {found.deciding_text}" if found.deciding_text else ""
             text = (
-                f"as written ({meant.digits} digits): {written}; the nearest special geometry "
-                f"({', '.join(meant.relations)}) is {away}, below the digits of the file: "
-                f"{space.rank} are meant (--as-written for the other)"
+                f"as written ({meant.digits} digits): {found.written_text}; the nearest "
+                f"special geometry ({', '.join(meant.relations)}) is {found.away}, below the "
+                f"digits of the file: {space.rank} are meant (--as-written for the other)"
+                f"{decided}"
             )
             notices.append(Notice("special_as_meant", text))
+            readings.append(found)
     if meant.near is not None and not space.doubts:
         other = _rank_of(space, meant.near)
         if other is not None and other != space.rank:
+            found = Reading(
+                "as_written", meant.near_relations, meant.digits, deciding, space.rank, other,
+                meant.distance, meant.nearness,
+            )  # fmt: skip
+            written = found.deciding_text or "write its numbers with more digits"
             text = (
-                f"as written ({meant.digits} digits): {_conditions(space.rank)}; a special "
-                f"geometry ({', '.join(meant.near_relations)}) with {_conditions(other)} is "
-                f"{away}, {meant.nearness:.1f} times what the digits of the file leave open: "
-                "the answer is that of the linkage as written; if the other is meant, write "
-                "its numbers with more digits"
+                f"as written ({meant.digits} digits): {found.written_text}; a special geometry "
+                f"({', '.join(meant.near_relations)}) with {count_noun(other, 'condition')} is "
+                f"{found.away}, {meant.nearness:.1f} times what the digits of the file leave "
+                "open, off on purpose or by rounding: the answer is that of the linkage as "
+                f"written; {written}"
             )
             notices.append(Notice("near_special", text))
-    return replace(space, notices=(*space.notices, *notices)) if notices else space
-
-
-def _conditions(rank: int) -> str:
-    return count_noun(rank, "condition")
+            readings.append(found)
+    return with_readings(space, notices, readings)
 
 
 def add_mending_doubt(space: CertifiedSpace) -> CertifiedSpace:

@@ -152,6 +152,7 @@ class Design:
             "bodies": [_as_data(body) for body in self.bodies],
             "anywhere": self.anywhere.to_dict() if self.anywhere else None,
             "floor": None if self.floor is None else list(self.floor),
+            "readings": [reading.to_dict() for reading in self.space.readings],
         }
 
 

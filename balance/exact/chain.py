@@ -12,7 +12,7 @@ from __future__ import annotations
 from collections.abc import Collection, Sequence
 from fractions import Fraction
 from itertools import combinations
-from math import prod
+from math import gcd, prod
 from typing import NamedTuple
 
 import numpy as np
@@ -20,7 +20,8 @@ from numpy.typing import NDArray
 
 from balance.exact.radicals import square_classes
 from kinematics.assembly.assemble import moving_chain
-from kinematics.errors import InexactPlaneError
+from kinematics.errors import ExactError, InexactPlaneError
+from kinematics.linalg.cyclotomic import FieldNumber
 from kinematics.linalg.rational import (
     Vector,
     cross,
@@ -87,6 +88,11 @@ class ExactChain(NamedTuple):
     def width(self) -> int:
         """Number of columns: degrees of freedom of the motion."""
         return len(self.columns[0])
+
+    @property
+    def conductor(self) -> int:
+        """Conductor of the field of its numbers, 1 if they are rational."""
+        return _conductor(self.screws)
 
 
 def exact_chain(
@@ -178,7 +184,21 @@ def _radicands(
         geometry.squares[j] * geometry.squares[k] if j != k else Fraction(1)
         for j, k in enumerate(first)
     ]
-    return tuple(tuple(sorted(radicands)) for radicands in square_classes(ratios))
+    irrational = [ratio for ratio in ratios if isinstance(ratio, FieldNumber)]
+    radicands = [] if irrational else square_classes(ratios)
+    field = _conductor(geometry.screws)
+    if irrational or any(gcd(b, field) > 1 for numbers in radicands for b in numbers):
+        raise ExactError(
+            f"{linkage.source}: axes that relations join have lengths whose ratios are no "
+            "roots of rational numbers; write axes of equal length"
+        )
+    return tuple(tuple(sorted(numbers)) for numbers in radicands)
+
+
+def _conductor(screws: Sequence[Vector]) -> int:
+    """Find the conductor of the field of the numbers in screws."""
+    numbers = (x for screw in screws for x in screw if isinstance(x, FieldNumber))
+    return next((x.conductor for x in numbers), 1)
 
 
 def _ratio(lengths: Sequence[Fraction], joint: int, other: int) -> Fraction:

@@ -30,6 +30,7 @@ from balance.exact.chain import ExactChain
 from balance.exact.modular import Convolution, eliminate, inverse, product
 from balance.exact.radicals import modular_root, primes_with_roots
 from balance.momentum.product_tensors import BRACKET, MOMENTUM, RATE
+from kinematics.linalg.cyclotomic import number_remainder
 from kinematics.model.chain import loop_signs, paths
 
 __all__ = [
@@ -126,7 +127,7 @@ def _remainders(rows: Sequence[Sequence[Fraction]], columns: int, p: int) -> Int
     for i, row in enumerate(rows):
         for j, x in enumerate(row):
             if x:
-                found[i, j] = x.numerator * pow(x.denominator, -1, p) % p
+                found[i, j] = number_remainder(x, p)
     return found
 
 
@@ -140,7 +141,7 @@ def _screws(chain: ExactChain, p: int) -> IntArray:
 
 
 def primes_of(chain: ExactChain) -> Iterator[int]:
-    """Yield primes below 2^30 in which the square roots of a chain exist.
+    """Yield primes below 2^30 in which the square roots and the field of a chain exist.
 
     Args:
         chain: the linkage in rational numbers.
@@ -148,7 +149,8 @@ def primes_of(chain: ExactChain) -> Iterator[int]:
     Raises:
         ExactError: it has too many square roots.
     """
-    return primes_with_roots(sorted({b for numbers in chain.radicands for b in numbers}))
+    radicands = sorted({b for numbers in chain.radicands for b in numbers})
+    return primes_with_roots(radicands, chain.conductor)
 
 
 def _loop_matrix(

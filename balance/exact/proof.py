@@ -21,6 +21,7 @@ from balance.exact.chain import ExactChain
 from balance.exact.modular import eliminate
 from balance.exact.modular_ranks import Witness
 from balance.exact.serial import ExactTransfer
+from kinematics.linalg.cyclotomic import number_remainder
 
 __all__ = ["Proof", "independent_transfers"]
 
@@ -103,7 +104,7 @@ def independent_transfers(
     A: NDArray[np.int64] = np.zeros((len(transfers), len(chain.links) * size), np.int64)
     for row, transfer in zip(A, transfers, strict=True):
         for i, x in enumerate(transfer.z):
-            value = x.numerator * pow(x.denominator, -1, p) % p
+            value = number_remainder(x, p)
             for body, sign in ((transfer.target, 1), (transfer.source, -1)):
                 if body >= 0:
                     place = body * size + i

@@ -17,6 +17,7 @@ from math import gcd, isqrt
 
 from balance.exact.modular import PRIMES
 from kinematics.errors import ExactError
+from kinematics.linalg.cyclotomic import prime_has_field
 
 __all__ = ["MAX_RADICANDS", "primes_with_roots", "square_classes", "modular_root"]
 
@@ -67,11 +68,12 @@ def _multiplicity(number: int, factor: int) -> int:
     return count
 
 
-def primes_with_roots(radicands: Sequence[int]) -> Iterator[int]:
+def primes_with_roots(radicands: Sequence[int], conductor: int = 1) -> Iterator[int]:
     """Yield the usual primes in which numbers have square roots, and where few do, others.
 
     Args:
-        radicands: positive numbers.
+        radicands: positive numbers, prime to the conductor.
+        conductor: of the real cyclotomic field that the primes must have as well.
 
     Raises:
         ExactError: there are too many numbers.
@@ -81,16 +83,19 @@ def primes_with_roots(radicands: Sequence[int]) -> Iterator[int]:
             f"the lengths of axes that relations join need {len(radicands)} square roots, more "
             f"than {MAX_RADICANDS}; write axes of equal or rational length"
         )
-    if not radicands:
+    if not radicands and conductor == 1:
         yield from PRIMES
         return
-    suitable = (p for p in _primes_below(2**30) if all(_has_root(b, p) for b in radicands))
+    suitable = (
+        p for p in _primes_below(2**30, conductor) if all(_has_root(b, p) for b in radicands)
+    )
     yield from islice(suitable, len(PRIMES))
 
 
-def _primes_below(limit: int) -> Iterator[int]:
-    """Yield the primes ``4 k + 3`` below a limit that 4 divides, the largest first."""
-    return (p for p in range(limit - 1, 2, -4) if _is_prime(p))
+def _primes_below(limit: int, conductor: int) -> Iterator[int]:
+    """Yield primes ``4 k + 3`` with a field, below a limit that 4 divides, largest first."""
+    numbers = (p for p in range(limit - 1, 2, -4) if prime_has_field(p, conductor))
+    return filter(_is_prime, numbers)
 
 
 def _is_prime(n: int) -> bool:

@@ -194,15 +194,24 @@ def _passing_parameters(chain: ExactChain, s: Vector, twists: Rows, candidates: 
         if not len(found):
             break
     # Each has an entry after which all others vanish, and which the others do not have.
-    return [[Fraction(x, row[np.flatnonzero(row)[-1]]) for x in row] for row in found]
+    return [[_quotient(x, row[np.flatnonzero(row)[-1]]) for x in row] for row in found]
 
 
 def _integer_rows(rows: Sequence[Sequence[Fraction]]) -> Whole:
     """Multiply rational rows by the least number that makes all entries whole."""
     common = lcm(*(x.denominator for row in rows for x in row))
-    return np.array(
-        [[x.numerator * (common // x.denominator) for x in row] for row in rows], dtype=object
-    )
+    return np.array([[_times(x, common) for x in row] for row in rows], dtype=object)
+
+
+def _times(x: Fraction, common: int) -> Fraction | int:
+    """Multiply a number by a multiple of its denominator; a whole number if it is rational."""
+    product = x * common
+    return product.numerator if type(product) is Fraction else product
+
+
+def _quotient(x: Fraction | int, y: Fraction | int) -> Fraction:
+    """Divide whole numbers, or numbers of a field."""
+    return Fraction(x, y) if isinstance(x, int) and isinstance(y, int) else Fraction(1) * x / y
 
 
 def _combinations_that_vanish(found: Whole, z: Whole, values: Whole) -> tuple[Whole, Whole]:
@@ -213,7 +222,7 @@ def _combinations_that_vanish(found: Whole, z: Whole, values: Whole) -> tuple[Wh
         z: other rows that belong to them (count, 10).
         values: values that must vanish (count, values).
     """
-    conditions = [[Fraction(x) for x in row] for row in values.T.tolist() if any(row)]
+    conditions = [[_quotient(x, 1) for x in row] for row in values.T.tolist() if any(row)]
     mixed = _integer_rows(rational_null_space(conditions, len(found))).reshape(-1, len(found))
     return mixed @ found, mixed @ z
 

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from balance.conditions.collect import relative_tolerance
 from balance.conditions.rank import Decision
 from balance.inertial_parameters.conversions import to_chain, violations
+from balance.spaces.readings import Reading
 from balance.spaces.space_data import SpaceData
 from balance.tolerances import (
     AS_GIVEN_RESIDUAL,
@@ -87,6 +88,8 @@ class DesignSpace(SpaceData):
             are orthonormal, and the numbers behind the rank.
         chain: arrays of the joints that move, and those units.
         chain_transfers: inertia transfers across joints, in those units.
+        readings: where the numbers of the file are special but for rounding, or just miss it,
+            both answers, and which one this is.
     """
 
     linkage: Linkage
@@ -94,6 +97,7 @@ class DesignSpace(SpaceData):
     decision: Decision = field(repr=False)
     chain: Chain = field(repr=False)
     chain_transfers: Transfers = field(repr=False)
+    readings: tuple[Reading, ...] = field(default=(), kw_only=True, repr=False)
 
     def __repr__(self) -> str:
         """Up to six lines: the space, its parts, its certainty."""
@@ -269,6 +273,7 @@ class DesignSpace(SpaceData):
             "parallel": self.nullity - self.serial_nullity,
             "certainty": self.level,
             "evidence": None,
+            "readings": [reading.to_dict() for reading in self.readings],
             "exact": None,
             "transfers": None,
             "freedoms": None,

@@ -65,7 +65,9 @@ def decimal(word: str) -> Fraction:
 
 
 def root(value: Fraction) -> Fraction | None:
-    """Compute the square root of a number; None if it is not rational."""
+    """Compute the square root of a rational number; None if it is not rational."""
+    if type(value) is not Fraction:
+        return None  # an irrational number: its root is not rational either
     a, b = isqrt(value.numerator), isqrt(value.denominator)
     return Fraction(a, b) if a * a == value.numerator and b * b == value.denominator else None
 

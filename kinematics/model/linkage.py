@@ -239,6 +239,7 @@ class UnassembledLinkage:
             close, in radians and parts of the size; 0 without one.
         meant: the geometry inside the digits of the file, at the reference pose; None if the
             numbers of the file are exact, or taken as written.
+        as_written: whether the numbers of the file are taken as written.
     """
 
     name: str
@@ -257,6 +258,7 @@ class UnassembledLinkage:
     other_poses: tuple[Array, ...] = field(default=(), repr=False)
     mended: float = field(default=0.0, repr=False)
     meant: MeantGeometry | None = field(default=None, repr=False)
+    as_written: bool = False
 
     def __repr__(self) -> str:
         """Give two lines: the numbers of parts, and the file."""

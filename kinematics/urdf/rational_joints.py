@@ -38,17 +38,12 @@ from kinematics.urdf.rational_poses import (
     rotation,
     scale_vector,
 )
+from kinematics.urdf.read_roots import FileRoots
 from kinematics.urdf_elements.element import Element
 from kinematics.urdf_elements.joint_types import coordinate_names
 from kinematics.wording import size_text
 
 __all__ = ["RationalJoints"]
-
-
-def _numbers(item: Element | None, attribute: str, default: str) -> Vector:
-    """Read the decimals of an attribute."""
-    text = item.attributes.get(attribute, default) if item is not None else default
-    return tuple(decimal(word) for word in text.split())
 
 
 def _perpendicular(n: Vector, direction: Vector | None = None) -> Vector:
@@ -72,7 +67,7 @@ class RationalJoints:
 
     def __init__(
         self, tree: Element, closed: bool = True, change: Fraction = Fraction(0),
-        length: Fraction = Fraction(1),
+        length: Fraction = Fraction(1), roots: FileRoots | None = None,
     ) -> None:  # fmt: skip
         """Read a tree.
 
@@ -81,14 +76,23 @@ class RationalJoints:
             closed: whether the loops of the file close at its own pose.
             change: largest change of replaced numbers: radians, and parts of a length.
             length: unit of changed lengths, metres.
+            roots: numbers that are read as roots, sines and cosines.
         """
-        self.notices: list[Notice] = []
+        self.notices: list[Notice] = [] if roots is None else list(roots.notices)
+        self.roots = roots
         self.closed, self.change, self.length = closed, change, length
         self.joints: dict[str, tuple[str, Vector]] = {}
         self.mimics = dict(self._mimics(tree))
         self.poses = self._place_links(tree)
         for loop in tree.every("loop"):
             self._add_loop(loop)
+
+    def _numbers(self, item: Element | None, attribute: str, default: str) -> Vector:
+        """Read the decimals of an attribute, or the roots that they stand for."""
+        text = item.attributes.get(attribute, default) if item is not None else default
+        if self.roots is not None:
+            return self.roots.vector(item, attribute, text.split())
+        return tuple(decimal(word) for word in text.split())
 
     def _note(self, label: str, text: str, code: str = "not_exact") -> None:
         """Add a notice of a replaced number."""
@@ -150,7 +154,7 @@ class RationalJoints:
             return frame
         axis = self._axis(joint, joint.first("axis"))
         second = joint.first("axis2")
-        across = _perpendicular(axis, _numbers(second, "xyz", "") if second else None)
+        across = _perpendicular(axis, self._numbers(second, "xyz", "") if second else None)
         n, u = frame.turn(axis), frame.turn(across)
         pitch = self._pitch(joint)
         self._add_screws(joint, n, u, frame.d, pitch)
@@ -159,8 +163,10 @@ class RationalJoints:
 
     def _axis(self, item: Element, axis: Element | None) -> Vector:
         """Read the direction of an axis, with the length that it has in the file."""
-        n = _numbers(axis, "xyz", "1 0 0")
+        n = self._numbers(axis, "xyz", "1 0 0")
         off = abs(dot(n, n) - 1)
+        if self.roots is not None:
+            return n
         if axis is not None and 0 < off < UNIT_AXIS_SQUARED_LENGTH:
             code = "not_exact" if any(map(rounds_root, n)) else "as_written"
             text = "its axis is a unit vector only to its digits: as written"
@@ -171,7 +177,7 @@ class RationalJoints:
     def _pitch(self, joint: Element) -> Fraction:
         """Read the pitch of a screw joint, metres per radian."""
         thread = joint.first("screw_thread_pitch")
-        pitch = _numbers(thread, "value", "0")[0]
+        pitch = self._numbers(thread, "value", "0")[0]
         if pitch:
             text = f"its pitch is not rational in metres per radian: within 2^-{BITS} of it"
             self._note(joint.label, text)
@@ -199,7 +205,7 @@ class RationalJoints:
             label: of its element, in notices.
             origin: the checked element; the identity without one.
         """
-        pose = RationalPose(AXES, _numbers(origin, "xyz", "0 0 0"))
+        pose = RationalPose(AXES, self._numbers(origin, "xyz", "0 0 0"))
         if origin is not None:
             words = origin.attributes.get("rpy", "0 0 0").split()
             for axis, word in zip(reversed(AXES), reversed(words), strict=True):
@@ -208,6 +214,9 @@ class RationalJoints:
 
     def _turn(self, label: str, n: Vector, angle: Fraction, word: str = "") -> Matrix:
         """Rotation about n, whose length is rational, by an angle."""
+        exact = None if self.roots is None else self.roots.half_angle(float(angle))
+        if exact is not None and dot(n, n) == 1:
+            return rotation(n, exact[1], exact[0])
         quarter, rest = quarters(angle)
         text = f"the angle {clean(word or str(float(angle)))}"
         if not rest:

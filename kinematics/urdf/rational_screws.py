@@ -22,6 +22,7 @@ from kinematics.model.linkage import Linkage, Notice
 from kinematics.tolerances import EXACT_SCREW_DIFFERENCE
 from kinematics.urdf.rational_joints import RationalJoints
 from kinematics.urdf.rational_poses import move_screws
+from kinematics.urdf.read_roots import FileRoots, read_roots
 
 __all__ = [
     "Geometry",
@@ -48,9 +49,9 @@ class Geometry(NamedTuple):
         squares: squared length of each n. A rate of the screw is that of the joint over
             the length.
         ratios: ratio of each mimic joint, in the units of its joint over those of its source.
-        notices: replaced numbers and rounded roots (``not_exact``), loops that their decimals
-            leave open (``open_in_decimals``), and axes whose length is nearly 1
-            (``as_written``).
+        notices: replaced numbers and rounded roots (``not_exact``), numbers that are read as
+            roots (``read_as_root``), loops that their decimals leave open
+            (``open_in_decimals``), and axes whose length is nearly 1 (``as_written``).
     """
 
     screws: tuple[Vector, ...]
@@ -59,7 +60,7 @@ class Geometry(NamedTuple):
     notices: tuple[Notice, ...]
 
 
-def exact_geometry(linkage: Linkage) -> Geometry:
+def exact_geometry(linkage: Linkage, roots: FileRoots | None = None) -> Geometry:
     """Compute the joint screws of a linkage as rational numbers, from the decimals of its file.
 
     Where the loops of the file are open at its own pose, the joints move to rational positions
@@ -68,6 +69,8 @@ def exact_geometry(linkage: Linkage) -> Geometry:
 
     Args:
         linkage: a linkage that was read from a file.
+        roots: numbers of the file that are read as roots, sines and cosines, in place of their
+            decimals.
 
     Returns:
         Screws, squared lengths, mimic ratios and notices.
@@ -81,7 +84,7 @@ def exact_geometry(linkage: Linkage) -> Geometry:
         raise ExactError(
             f"{source}: exact arithmetic works from the decimals of a URDF file; load one"
         )
-    found = RationalJoints(linkage.tree, linkage.displaced is None)
+    found = RationalJoints(linkage.tree, linkage.displaced is None, roots=roots)
     joints = [found.joints.get(joint.name) for joint in linkage.joints]
     screws = tuple(joint[1] for joint in joints if joint)
     if linkage.displaced is not None and len(screws) == len(joints):
@@ -128,14 +131,19 @@ def rational_geometries(linkage: Linkage) -> Iterator[Geometry]:
 
 
 def of_lowest_rank(
-    linkage: Linkage, compute: Callable[[Geometry], T], rank: Callable[[T], int]
-) -> T:
+    linkage: Linkage, compute: Callable[[Geometry], T], rank: Callable[[T], tuple[int, ...]],
+    confirms: Callable[[T], bool],
+) -> T:  # fmt: skip
     """Compute something with the geometry that a linkage means; see `rational_geometries`.
+
+    Where that does not confirm what floating point finds, numbers of the file are read as
+    roots; see `kinematics.urdf.read_roots`.
 
     Args:
         linkage: a linkage.
         compute: computes it from a geometry; may raise an `ExactError`.
-        rank: rank of the conditions that it has.
+        rank: rank of the conditions that it has, and ranks by order.
+        confirms: whether it has the integers that floating point finds.
 
     Raises:
         ExactError: no geometry serves; the error of the first.
@@ -149,10 +157,21 @@ def of_lowest_rank(
             first = first or error
         if found and (meant is None or not meant.relations):
             break
+    if not any(map(confirms, found)):
+        with suppress(ExactError):
+            found += [compute(geometry) for geometry in _geometries_of_roots(linkage)]
     if found:
         return min(found, key=rank)
     assert first is not None
     raise first
+
+
+def _geometries_of_roots(linkage: Linkage) -> Iterator[Geometry]:
+    """Yield the geometry whose numbers are roots, if there is one and it is wanted."""
+    if linkage.tree is not None and not linkage.as_written:
+        roots = read_roots(linkage.tree)
+        if roots is not None:
+            yield exact_geometry(linkage, roots)
 
 
 def geometry_of(linkage: Linkage, screws: tuple[Vector, ...]) -> Geometry:

@@ -58,7 +58,9 @@ def design_facts(design: Design) -> list[tuple[str, str]]:
         pairs.append(("motion", ", ".join(space.motion.relations)))
     count = space.rank + space.nullity
     size = f"{space.nullity} of {count} dimensions, {space.level}"
-    pairs += [("design space", size), ("verdict", design.words)]
+    pairs.append(("design space", size))
+    pairs += [("reading", reading.words) for reading in space.readings]
+    pairs.append(("verdict", design.words))
     pairs += _what_else(design)
     if design.minimise:
         value = "" if design.value is None else f": {_objective_text(design.value)}"

@@ -72,6 +72,7 @@ def report_facts(space: DesignSpace, change: float = inf) -> list[tuple[str, str
         ("design space", f"{space.nullity} of {count} dimensions: {_parts_text(space)}"),
         ("gap", gap_text(space.kept, space.dropped)),
         *([("near-special", distance_text(change))] if change < inf else []),
+        *(("reading", reading.words) for reading in space.readings),
         ("certainty", space.assurance),
         *(("in doubt", doubt) for doubt in space.doubts),
         ("as given", f"{given.verdict}{residual}"),

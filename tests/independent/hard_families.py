@@ -22,7 +22,7 @@ from tests.independent.planar_families import chained, corners, ring
 from tests.independent.spatial_families import _bennett, _spherical
 from tests.independent.true_ranks import independent
 
-__all__ = ["coupled", "related", "special_joints", "yokes"]
+__all__ = ["add_yoke", "coupled", "loops_last", "related", "special_joints", "yokes"]
 
 Z = AXES[2]
 # Directions whose lengths are irrational, and some whose are not.
@@ -77,7 +77,7 @@ def related(rng) -> Linkage:
     place = {old: new for new, old in enumerate(order)}
     mimics = [m._replace(joint=place[m.joint], source=place[m.source]) for m in mimics]
     linkage = Linkage(
-        tuple(joints[k] for k in order), tuple(mimics), spatial=bool(rng.random() < 0.8),
+        tuple(joints[k] for k in order), tuple(mimics), spatial=True,
         force=bool(rng.random() < 0.15), as_written=bool(rng.random() < 0.5),
     )  # fmt: skip
     return _told(rng, linkage) if rng.random() < 0.6 else linkage
@@ -97,7 +97,7 @@ def _told(rng, linkage: Linkage) -> Linkage:
     return replace(linkage, inputs=free, relations=tuple(rows))
 
 
-def _add_yoke(
+def add_yoke(
     joints: list[Joint], mimics: list[Mimic], source: int, ratio: Fraction, place: Vector,
     pin: Vector, welded: bool,
 ) -> int:  # fmt: skip
@@ -134,7 +134,7 @@ def yokes(rng) -> Linkage:
             if turned
             else (radius,) + (radius * 0,) * 2
         )
-        source = _add_yoke(
+        source = add_yoke(
             joints, mimics, source, _choose(rng, RATIOS[:5]), vector(0, 3 * k + 3, 0), pin,
             welded and k == count - 1,
         )  # fmt: skip
@@ -152,12 +152,12 @@ def yokes(rng) -> Linkage:
     bare = tuple(k for k in range(1, links + 1) if k not in massive)
     planar = all(joint.axis == Z or joint.kind == "P" for joint in joints)
     return Linkage(
-        *_sorted(joints, mimics), bare=bare, spatial=not planar or bool(rng.random() < 0.2),
+        *loops_last(joints, mimics), bare=bare, spatial=not planar or bool(rng.random() < 0.2),
         as_written=bool(rng.random() < 0.5),
     )  # fmt: skip
 
 
-def _sorted(joints: list[Joint], mimics: list[Mimic]):
+def loops_last(joints: list[Joint], mimics: list[Mimic]):
     """Joints of the tree before those that close loops."""
     order = sorted(range(len(joints)), key=lambda k: joints[k].loop)
     place = {old: new for new, old in enumerate(order)}
@@ -206,4 +206,4 @@ def _coupled(loops, how, where, ratio):
             at = len(joints)
             chained(joints, 0, 0, "RRRR", points, [Z] * 4)
             mimics.append(Mimic(at, 0, ratio))
-    return _sorted(joints, mimics)
+    return loops_last(joints, mimics)

@@ -126,7 +126,9 @@ def correct_integers(space: DesignSpace, found: Evidence) -> DesignSpace:
         return space
     orders = exact_orders(space, exact)
     if (space.rank, space.serial_nullity) == (exact.rank, serial):
-        return space if space.orders == orders else replace(space, orders=orders)
+        settled = space.settled or exact.settled
+        notices = tuple(x for x in space.notices if not settled or x.code != "not_settled")
+        return replace(space, orders=orders, settled=settled, notices=notices)
     transfers = space.chain_transfers
     known = transfers.rows
     if use_transfers:

@@ -12,7 +12,10 @@ from typing import NamedTuple
 import numpy as np
 from mpmath import mp, mpf
 
-__all__ = ["FAMILIES", "MeantJoint", "MeantLinkage", "meant_linkage", "meant_text"]
+__all__ = [
+    "FAMILIES", "MeantJoint", "MeantLinkage", "angles_of", "meant_linkage", "meant_text",
+    "written",
+]  # fmt: skip
 
 mp.dps = 60
 
@@ -293,18 +296,19 @@ def meant_linkage(family: str, seed: int, off: float = 0.0) -> MeantLinkage:
     return MeantLinkage(family, FAMILIES[family](rng, mpf(off)))
 
 
-def _angles(R):
+def angles_of(R):
     """Roll, pitch and yaw of a rotation."""
     pitch = mp.atan2(-R[2][0], mp.sqrt(R[0][0] ** 2 + R[1][0] ** 2))
     return mp.atan2(R[2][1], R[2][2]), pitch, mp.atan2(R[1][0], R[0][0])
 
 
-def _written(x, digits):
+def written(x, digits):
+    """A number with so many significant digits; 17 for the shortest text of a double."""
     return repr(float(x)) if digits >= 17 else f"{float(x):.{digits}g}"
 
 
 def _words(values, digits):
-    return " ".join(_written(x, digits) for x in values)
+    return " ".join(written(x, digits) for x in values)
 
 
 def _any_frame(rng, n, frames):
@@ -349,7 +353,7 @@ def meant_text(
         F, x = poses[link]
         there = times(transposed(F), rotation)
         words = _words(turned(transposed(F), add(point, x, -1)), digits)
-        angles = "" if there == identity else f' rpy="{_words(_angles(there), digits)}"'
+        angles = "" if there == identity else f' rpy="{_words(angles_of(there), digits)}"'
         return f'<origin xyz="{words}"{angles}/>'
 
     for k, joint in enumerate(linkage.joints):

@@ -119,7 +119,8 @@ class Edge(NamedTuple):
     """One degree of freedom: its name, the nodes it connects, and its screw.
 
     Nodes are the links, and behind them what lies between the axes of one joint. The last
-    edge of a joint that closes a loop has no node of its own after it: ``closes``.
+    edge of a joint that closes a loop has no node of its own after it: ``closes``. ``square``
+    is the square of the length of the direction, 1 if it is rational and divided out.
     """
 
     name: str
@@ -127,6 +128,7 @@ class Edge(NamedTuple):
     after: int
     screw: Vector
     closes: bool
+    square: Fraction = Fraction(1)
 
 
 def edges(linkage: Linkage) -> list[Edge]:
@@ -145,7 +147,8 @@ def edges(linkage: Linkage) -> list[Edge]:
             last = k == len(steps) - 1
             to, extra = (joint.after, extra) if last else (extra, extra + 1)
             name = f"j{number}" if len(steps) == 1 else f"j{number}.{k}"
-            found.append(Edge(name, at, to, screw, joint.loop and last))
+            square = sum(x * x for x in n)
+            found.append(Edge(name, at, to, screw, joint.loop and last, square))
             at = to
     return found
 

@@ -16,7 +16,7 @@ import numpy as np
 import pytest
 
 from tests.independent.families import FAMILIES, linkage
-from tests.independent.judging import Answer, _compared, judge
+from tests.independent.judging import Answer, compare, judge
 from tests.independent.plain_linkage import AXES, Joint, Linkage, urdf, vector
 from tests.independent.planar_families import chained, ring
 from tests.independent.random_linkages import cases
@@ -235,12 +235,13 @@ def test_every_difference_is_seen():
     report = {
         "algebra": "planar", "mobility": 1, "parameters": 12, "rank": 7, "nullity": 5,
         "serial": 4, "parallel": 1, "kmax": 2, "orders": orders, "certainty": "verified",
-        "evidence": {"reason": ""}, "warnings": [],
+        "evidence": {"reason": "", "doubts": []}, "warnings": [], "idle": [],
     }  # fmt: skip
-    assert _compared(true, Answer(0, report, ""))[0] == "right"
+    assert compare(true, Answer(0, report, ""))[0] == "right"
     numbers = "mobility", "parameters", "rank", "nullity", "serial", "parallel", "kmax"
     wrong = [{**report, name: report[name] + 1} for name in numbers]
-    wrong += [{**report, "algebra": "spatial"}]
+    wrong += [{**report, "algebra": "spatial"}, {**report, "idle": ["j0"]}]
+    wrong += [{**report, "evidence": {"reason": "", "doubts": ["rank"]}}]
     wrong += [{**report, "warnings": [{"code": "closes_to_rounding", "message": ""}]}]
     for k in range(3):
         for name in ("rank", "nullity"):
@@ -248,10 +249,10 @@ def test_every_difference_is_seen():
             off[k][name] -= 1
             wrong.append({**report, "orders": off})
     for tampered in wrong:
-        assert _compared(true, Answer(0, tampered, ""))[0] == "wrong", tampered
+        assert compare(true, Answer(0, tampered, ""))[0] == "wrong", tampered
     rigid = true._replace(regular=False)
-    assert _compared(rigid, Answer(0, report, ""))[0] == "wrong"
-    assert _compared(true, Answer(1, None, ""))[0] == "crash"
+    assert compare(rigid, Answer(0, report, ""))[0] == "wrong"
+    assert compare(true, Answer(1, None, ""))[0] == "crash"
 
 
 def test_cases_are_told_apart():

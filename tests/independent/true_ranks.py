@@ -14,9 +14,10 @@ import numpy as np
 
 from tests.independent.plain_linkage import Linkage, edges
 from tests.independent.prime_field import PRIMES, absorb, momentum, motion, reduced
+from tests.independent.prime_roots import prime_with_roots, root_of_fraction
 from tests.independent.split_bodies import Graph, serial
 
-__all__ = ["Truth", "independent", "truth"]
+__all__ = ["CLOSED", "Truth", "independent", "truth"]
 
 # Orders without a new condition after which, from a least order on, the rank counts as final;
 # the least is for one degree of freedom. No more orders than HIGHEST are computed.
@@ -39,6 +40,7 @@ class Truth(NamedTuple):
             otherwise no condition came in twelve orders and no serial freedom in many ways
             of opening.
         enumerated: whether all ways of opening were tried, or enough to be certain.
+        idle: names of the freedoms that do not move.
     """
 
     mobility: int
@@ -49,6 +51,7 @@ class Truth(NamedTuple):
     serial: int = 0
     certain: bool = False
     enumerated: bool = False
+    idle: tuple[str, ...] = ()
 
     @property
     def rank(self) -> int:
@@ -77,7 +80,7 @@ class _Scene:
         self.before, self.after = np.array(
             [(e.before, -1 if e.closes else e.after) for e in self.edges], dtype=np.int64
         ).T.copy()
-        self.screws = _remainders([e.screw for e in self.edges], p)
+        self.screws = self._unit_screws()
         self.signs = self._loops()
         A = np.concatenate([
             (self.signs[:, :, None] * self.screws % p).transpose(0, 2, 1).reshape(
@@ -93,6 +96,18 @@ class _Scene:
         self.form[:, order] = form
         self.pivots = np.array([order[c] if c >= 0 else -1 for c in pivots], dtype=np.int64)
         self.free = [e for e in order if e not in self.pivots]
+
+    def _unit_screws(self) -> np.ndarray:
+        """Screws of the edges, those that relations name for unit directions."""
+        screws, related = (
+            _remainders([e.screw for e in self.edges], self.p),
+            _related(self.linkage),
+        )
+        for e, edge in enumerate(self.edges):
+            if edge.name in related:
+                root = root_of_fraction(edge.square, self.p)
+                screws[e] = screws[e] * pow(root, -1, self.p) % self.p
+        return screws
 
     def _loops(self) -> np.ndarray:
         """Signs of the edges along each loop (loops, edges)."""
@@ -151,7 +166,7 @@ class _Scene:
 
 def independent(linkage: Linkage, last: tuple[str, ...]) -> tuple[tuple[str, ...], bool]:
     """Independent coordinates, of these names as far as possible; whether loops close."""
-    scene = _Scene(linkage, PRIMES[0], last)
+    scene = _Scene(linkage, _prime(linkage, 0), last)
     start = np.zeros((len(scene.edges), len(scene.free)), np.int64)
     start[scene.free, range(len(scene.free))] = 1
     ray = np.random.default_rng(1).integers(1, scene.p, len(scene.free))
@@ -159,15 +174,32 @@ def independent(linkage: Linkage, last: tuple[str, ...]) -> tuple[tuple[str, ...
     return tuple(scene.edges[e].name for e in scene.free), closed
 
 
-def truth(linkage: Linkage, seed: int = 0, effort: int = 1) -> Truth:
+def _related(linkage: Linkage) -> set[str]:
+    """Names of the freedoms whose rates relations compare."""
+    names = {f"j{x}" for mimic in linkage.mimics for x in (mimic.joint, mimic.source)}
+    return names.union(*(
+        {name for name, factor in zip(linkage.inputs, row, strict=True) if factor}
+        for row in linkage.relations
+    ))  # fmt: skip
+
+
+def _prime(linkage: Linkage, seed: int) -> int:
+    """The prime of a seed; another if lengths of related axes are no squares modulo it."""
+    related = _related(linkage)
+    squares = [e.square for e in edges(linkage) if e.name in related]
+    return prime_with_roots(squares, PRIMES[seed % 2])
+
+
+def truth(linkage: Linkage, seed: int = 0, effort: int = 1, orders: int = CLOSED) -> Truth:
     """What is true of a linkage, modulo one of the primes.
 
     Args:
         linkage: the linkage.
         seed: of random rays, poses and ways of opening; its parity is that of the prime.
         effort: how many times the usual number of ways of opening are tried, and orders.
+        orders: at which loops must close, and idle joints rest.
     """
-    scene = _Scene(linkage, PRIMES[seed % 2])
+    scene = _Scene(linkage, _prime(linkage, seed))
     mobility, rng = len(scene.free), np.random.default_rng(seed)
     if mobility == 0:
         return Truth(0, False)
@@ -176,16 +208,16 @@ def truth(linkage: Linkage, seed: int = 0, effort: int = 1) -> Truth:
     if linkage.relations:
         free = np.zeros((len(scene.edges), mobility), np.int64)
         free[scene.free, range(mobility)] = 1
-        if scene.move(free, rng.integers(1, scene.p, mobility), CLOSED)[-1] <= CLOSED:
+        if scene.move(free, rng.integers(1, scene.p, mobility), orders)[-1] <= orders:
             return Truth(mobility, False)
-    if not rays.closes(CLOSED):
+    if not rays.closes(orders):
         return Truth(mobility, False)
     idle = rays.idle()
     planar = None if linkage.spatial else _plane(scene, idle)
     selection = _selection(planar, linkage.force)
     size = selection.parameters * len(linkage.bodies)
     graph, bound, found = _graph(scene, idle), size, None
-    order, least = CLOSED, LEAST if start.shape[1] == 1 else 0
+    order, least = orders, LEAST if start.shape[1] == 1 else 0
     while True:
         ranks = rays.ranks(selection, order, bound)
         if ranks is None:
@@ -204,6 +236,7 @@ def truth(linkage: Linkage, seed: int = 0, effort: int = 1) -> Truth:
     return Truth(
         mobility, True, planar is not None, size, ranks[: kmax + 1], found.dimension, certain,
         found.complete,
+        tuple(edge.name for edge, still in zip(scene.edges, idle, strict=True) if still),
     )  # fmt: skip
 
 

@@ -46,13 +46,15 @@ def add_meant_notice(space: CertifiedSpace) -> CertifiedSpace:
                 f"{space.rank} are meant (--as-written for the other)"
             )
             notices.append(Notice("special_as_meant", text))
-    if meant.near is not None and not space.doubts:
+    if meant.near is not None and not (space.doubts and space.linkage.loops):
         other = _rank_of(space, meant.near)
         if other is not None and other != space.rank:
+            few = meant.nearness < 100.0
+            times = f"{meant.nearness:.1f} times" if few else "more than a hundred times"
             text = (
                 f"as written ({meant.digits} digits): {_conditions(space.rank)}; a special "
                 f"geometry ({', '.join(meant.near_relations)}) with {_conditions(other)} is "
-                f"{away}, {meant.nearness:.1f} times what the digits of the file leave open: "
+                f"{away}, {times} what the digits of the file leave open: "
                 "the answer is that of the linkage as written; if the other is meant, write "
                 "its numbers with more digits"
             )
@@ -65,15 +67,19 @@ def _conditions(rank: int) -> str:
 
 
 def add_mending_doubt(space: CertifiedSpace) -> CertifiedSpace:
-    """Doubt a mobility for which axes were moved by more than the digits leave open.
+    """Doubt a mobility that rests on axes near others with which the loops move otherwise.
 
     Args:
         space: the certified space.
 
     Returns:
-        The space, with the level ``estimated`` and a doubt if they were.
+        The space, with the level ``estimated`` and a doubt if axes were moved by more than the
+        digits leave open, or if moving them a little would free joints at rest.
     """
     linkage = space.linkage
+    for notice in linkage.notices:
+        if notice.code == "nearly_movable":
+            space = _with_doubt(space, f"mobility: {notice.message}")
     if not linkage.mended or linkage.tree is None:
         return space
     known = rounding_of_file(linkage.tree, max(extent(linkage).length, 1e-300))
@@ -84,6 +90,11 @@ def add_mending_doubt(space: CertifiedSpace) -> CertifiedSpace:
         f"{linkage.mended:.0e} (radians, parts of the size of the linkage), the digits of the "
         f"file leave {size_text(known, '.0e')} open"
     )
+    return _with_doubt(space, doubt)
+
+
+def _with_doubt(space: CertifiedSpace, doubt: str) -> CertifiedSpace:
+    """Lower the level of a space to ``estimated`` for a doubt."""
     certainty = space.certainty._replace(
         level="estimated", reason=doubt, doubts=(*space.doubts, doubt), proof=None, orders=()
     )

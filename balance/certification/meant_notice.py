@@ -51,20 +51,21 @@ def add_meant_notice(space: CertifiedSpace) -> CertifiedSpace:
             )
             notices.append(Notice("special_as_meant", text))
             readings.append(found)
-    if meant.near is not None and not space.doubts:
+    if meant.near is not None and not (space.doubts and space.linkage.loops):
         other = _rank_of(space, meant.near)
         if other is not None and other != space.rank:
             found = Reading(
                 "as_written", meant.near_relations, meant.digits, deciding, space.rank, other,
                 meant.distance, meant.nearness,
             )  # fmt: skip
+            few = meant.nearness < 100.0
+            times = f"{meant.nearness:.1f} times" if few else "more than a hundred times"
             written = found.deciding_text or "write its numbers with more digits"
             text = (
                 f"as written ({meant.digits} digits): {found.written_text}; a special geometry "
                 f"({', '.join(meant.near_relations)}) with {count_noun(other, 'condition')} is "
-                f"{found.away}, {meant.nearness:.1f} times what the digits of the file leave "
-                "open, off on purpose or by rounding: the answer is that of the linkage as "
-                f"written; {written}"
+                f"{found.away}, {times} what the digits of the file leave open, off on purpose "
+                f"or by rounding: the answer is that of the linkage as written; {written}"
             )
             notices.append(Notice("near_special", text))
             readings.append(found)
@@ -72,15 +73,19 @@ def add_meant_notice(space: CertifiedSpace) -> CertifiedSpace:
 
 
 def add_mending_doubt(space: CertifiedSpace) -> CertifiedSpace:
-    """Doubt a mobility for which axes were moved by more than the digits leave open.
+    """Doubt a mobility that rests on axes near others with which the loops move otherwise.
 
     Args:
         space: the certified space.
 
     Returns:
-        The space, with the level ``estimated`` and a doubt if they were.
+        The space, with the level ``estimated`` and a doubt if axes were moved by more than the
+        digits leave open, or if moving them a little would free joints at rest.
     """
     linkage = space.linkage
+    for notice in linkage.notices:
+        if notice.code == "nearly_movable":
+            space = _with_doubt(space, f"mobility: {notice.message}")
     if not linkage.mended or linkage.tree is None:
         return space
     known = rounding_of_file(linkage.tree, max(extent(linkage).length, 1e-300))
@@ -91,6 +96,11 @@ def add_mending_doubt(space: CertifiedSpace) -> CertifiedSpace:
         f"{linkage.mended:.0e} (radians, parts of the size of the linkage), the digits of the "
         f"file leave {size_text(known, '.0e')} open"
     )
+    return _with_doubt(space, doubt)
+
+
+def _with_doubt(space: CertifiedSpace, doubt: str) -> CertifiedSpace:
+    """Lower the level of a space to ``estimated`` for a doubt."""
     certainty = space.certainty._replace(
         level="estimated", reason=doubt, doubts=(*space.doubts, doubt), proof=None, orders=()
     )

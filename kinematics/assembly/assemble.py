@@ -10,7 +10,7 @@ vanishes at a generic pose vanishes everywhere.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import fields
+from dataclasses import fields, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -123,7 +123,7 @@ def _assemble(
         repaired = repair_axes(draft) if not exactly else ""
     else:
         if not rounded and not near:
-            return linkage, True
+            return (linkage if exactly else _with_notice_on_rest(linkage)), True
         problem = None
         repaired = repair_axes(draft) if rounded and not exactly else ""
     if not isinstance(repaired, str):
@@ -143,6 +143,16 @@ def _assemble(
     if repaired:
         raise MobilityError(f"{draft.source}: its loops do not close: {repaired}") from None
     raise problem
+
+
+def _with_notice_on_rest(linkage: Linkage) -> Linkage:
+    """Add notices on joints at rest that would move if axes were moved a little."""
+    if not linkage.idle or not linkage.loops:
+        return linkage
+    from kinematics.assembly.nearly_movable import note_nearly_movable
+
+    notices = note_nearly_movable(linkage)
+    return replace(linkage, notices=(*linkage.notices, *notices)) if notices else linkage
 
 
 def _linkage_at_pose(draft: UnassembledLinkage, wanted: Sequence[str]) -> Linkage:

@@ -10,11 +10,13 @@ from numpy.typing import NDArray
 from kinematics.assembly.assemble import assemble
 from kinematics.errors import LinkageError
 from kinematics.linalg.rational import Vector
-from kinematics.meant.digits import EXACT, file_digits
+from kinematics.meant.digits import EXACT, FileDigits, file_digits
 from kinematics.meant.exact_screws import exact_screws, find_figures
 from kinematics.meant.four_joint_loops import LinkRelation
-from kinematics.meant.link_widths import link_widths
+from kinematics.meant.link_widths import LinkWidths, link_widths
+from kinematics.meant.open_chains import Limits, snap_open_chain
 from kinematics.model.arrays import freeze
+from kinematics.model.chain import extent
 from kinematics.model.linkage import Joint, Linkage, MeantGeometry, Notice
 from kinematics.tolerances import EXACT_SCREW_DIFFERENCE, MEANT_DIFFERENCE
 from kinematics.wording import size_text
@@ -26,6 +28,9 @@ Array = NDArray[np.float64]
 # Nearness, in half widths of the intervals, up to which a special geometry outside of them is
 # named: it may be meant, or missed on purpose.
 NEAR = 30.0
+# The same for axes of open chains, in radians and parts of the size: six digits, with which
+# exporters write absolute poses, from which relative ones get more digits.
+NEAR_OPEN = 1e-5
 
 
 def as_meant(linkage: Linkage, *, exactly: bool = False, again: bool = True) -> Linkage:
@@ -50,6 +55,8 @@ def as_meant(linkage: Linkage, *, exactly: bool = False, again: bool = True) -> 
             return linkage
         digits = EXACT
     widths = link_widths(linkage, digits)
+    if not linkage.loops and not exactly:
+        return _open_chain_as_meant(linkage, digits, widths, again)
     figures = find_figures(linkage, widths, NEAR)
     if not figures:
         return linkage
@@ -76,6 +83,38 @@ def as_meant(linkage: Linkage, *, exactly: bool = False, again: bool = True) -> 
         nearness=max((relation.nearness for relation in shown), default=0.0),
         in_decimals=all(relation.error == 0.0 for relation in inside),
         apart=len(linkage.joints) - len({j for x in inside for j in _joints_of(x)}),
+    )
+    return _with_screws(linkage, meant, again)
+
+
+def _open_chain_as_meant(
+    linkage: Linkage, digits: FileDigits, widths: LinkWidths, again: bool
+) -> Linkage:
+    """Move the axes of an open chain to the special geometry inside the digits."""
+    size = max(extent(linkage).length, 1e-300)
+    angle, place = widths.angle, widths.place
+    inner = Limits(angle, place, angle, place, size)
+    far = inner._replace(
+        angle=max(NEAR * angle, NEAR_OPEN), place=max(NEAR * place, NEAR_OPEN * size)
+    )
+    screws, inside = snap_open_chain(linkage, inner)
+    wider, all_relations = snap_open_chain(linkage, far)
+    texts = {relation.text for relation in inside}
+    near = [relation for relation in all_relations if relation.text not in texts]
+    if not inside and not near:
+        return linkage
+    plain, _ = snap_open_chain(linkage, inner._replace(angle=0.0, place=0.0))
+    shown = near or inside
+    meant = MeantGeometry(
+        screws=screws,
+        plain=plain,
+        near=wider if near else None,
+        relations=tuple(x.text for x in inside),
+        near_relations=tuple(x.text for x in near),
+        digits=min(digits.significant, 17),
+        distance=max(x.error for x in shown),
+        nearness=max(x.nearness for x in shown),
+        in_decimals=max((x.error for x in inside), default=0.0) <= MEANT_DIFFERENCE,
     )
     return _with_screws(linkage, meant, again)
 
@@ -107,7 +146,7 @@ def _with_screws(linkage: Linkage, meant: MeantGeometry, again: bool) -> Linkage
     if _is_near(linkage, meant.screws):
         return replace(linkage, meant=meant)
     if not linkage.loops:
-        linkage = replace(linkage, notices=(*linkage.notices, _parallel_notice(linkage, meant)))
+        linkage = replace(linkage, notices=(*linkage.notices, _axes_notice(linkage, meant)))
     try:
         there = with_screws(linkage, meant.screws)
     except LinkageError:
@@ -118,14 +157,14 @@ def _with_screws(linkage: Linkage, meant: MeantGeometry, again: bool) -> Linkage
     return as_meant(there, again=False) if again else linkage
 
 
-def _parallel_notice(linkage: Linkage, meant: MeantGeometry) -> Notice:
-    """State that axes of an open chain are read as parallel."""
+def _axes_notice(linkage: Linkage, meant: MeantGeometry) -> Notice:
+    """State that axes of an open chain were moved to be parallel, perpendicular, or meet."""
     known = np.array([joint.screw for joint in linkage.joints])
     tilt = float(np.abs(np.array([_unit_screw(x) for x in meant.screws]) - known)[:, :3].max())
     text = (
-        f"axes that are parallel inside the {meant.digits} digits of the file, and tilted by "
-        f"{size_text(tilt, '.0e')} rad as written, are read as parallel (--as-written for the "
-        "other)"
+        f"axes that are parallel, perpendicular, or meet inside the {meant.digits} digits of "
+        f"the file, and are tilted by {size_text(tilt, '.0e')} rad as written, are read so "
+        "(--as-written for the other)"
     )
     return Notice("special_as_meant", text)
 

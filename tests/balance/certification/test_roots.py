@@ -77,8 +77,8 @@ def test_platforms_are_read_as_meant(kind, style, size, place, tmp_path):
 
 
 def test_a_root_that_is_off_is_not_read_so(tmp_path):
-    """One leg is turned by 1e-12: the platform turns, whatever floating point says."""
-    text = ORIGINAL.replace("0.8660254037844386", "0.8660254037854386", 1)
+    """The axis of one arm is turned by 1e-9: the platform turns."""
+    text = ORIGINAL.replace('axis xyz="-0.8660254037844386', 'axis xyz="-0.8660254047844386', 1)
     space = certify(design_space(load(tmp_path, text)))
     assert space.level == "estimated" or answer(space) != TRUE["3_ruu"]
 

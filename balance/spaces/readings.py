@@ -7,11 +7,11 @@ from typing import NamedTuple
 from balance.tolerances import DISTANCE_ROUND_OFF
 from kinematics.wording import count_noun
 
-__all__ = ["MAX_DIGITS", "Reading", "deciding_digits"]
+__all__ = ["MOST_DIGITS", "Reading", "deciding_digits"]
 
 # Half widths of the intervals beyond which a linkage is off on purpose.
 ON_PURPOSE = 30.0
-MAX_DIGITS = 17
+MOST_DIGITS = 17
 """Most significant digits of a number: those of a double."""
 
 
@@ -102,7 +102,7 @@ def deciding_digits(digits: int, nearness: float) -> int | None:
     """
     if nearness <= 0.0:
         return None
-    for more in range(1, MAX_DIGITS - digits + 1):
+    for more in range(1, MOST_DIGITS - digits + 1):
         if nearness * 10.0**more > ON_PURPOSE:
             return digits + more
     return None

@@ -9,7 +9,7 @@ Read as such are, with 15 digits or more and no further away than these tell,
 - sines and cosines of rational parts of π, times a short decimal;
 - angles that are rational parts of π.
 
-A number of 16 digits is so near to one by chance once in 10^7 numbers or less. All of them are
+A number of 16 digits is so near to one by chance once in 10^6 numbers or less. All of them are
 in one field; see `kinematics.linalg.cyclotomic`.
 """
 

@@ -135,7 +135,7 @@ def _leg_lines(kind: str, size: str, style: str, start: mpf) -> Iterator[str]:
             at_base = frames and carrier == "base"
             origin = _origin(_turn(turn if at_base else turned, step), turn if at_base else 0)
             axes = f'<axis xyz="{_words(_unit(_turn(turned, joint.axis)))}"/>'
-            if joint.second:
+            if joint.kind == "universal":
                 axes += f'<axis2 xyz="{_words(_unit(_turn(turned, joint.second)))}"/>'
             name = f'name="{joint.name}{number}" type="{joint.kind}"'
             if joint.after or first is None:

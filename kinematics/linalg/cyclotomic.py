@@ -393,7 +393,7 @@ def cosine_of_part(k: int, N: int) -> Fraction:
     k = min(k, N - k)
     if k == 0:
         return Fraction(1)
-    generator = (0, 1, *[0] * (of.degree - 2)) if of.degree > 1 else (int(of.value),)
+    generator = (0, 1, *[0] * (of.degree - 2)) if of.degree > 1 else (round(of.value),)
     before, here = [2, *[0] * (of.degree - 1)], list(generator)
     for _ in range(k - 1):
         following = _product(of, here, generator)

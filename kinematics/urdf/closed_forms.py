@@ -4,8 +4,8 @@ Read as such are, where they are no further away than round-off,
 
 - zeros, simple fractions, and roots of small integers times a short decimal;
 - sums ``(a + b √d) u`` of two multiples of a thousandth of the largest length, d = 2, 3;
-- vectors that are another one, turned by multiples of 30 or 45 degrees about a coordinate axis:
-  the legs of a robot with three- or sixfold symmetry;
+- vectors that are another one, or its mirror image, turned by multiples of 30 or 45 degrees
+  about a coordinate axis: the legs of a robot with three- or sixfold symmetry;
 - sines and cosines of rational parts of π, times a short decimal.
 
 A number of 16 digits is so near to one by chance once in 10^6 numbers or less. All of them are
@@ -17,7 +17,8 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Hashable, Iterator, Mapping, Sequence
 from fractions import Fraction
-from math import floor, isqrt, lcm, log10, pi, ulp
+from itertools import product
+from math import cos, floor, isqrt, lcm, log10, pi, sin, ulp
 from typing import NamedTuple
 
 import numpy as np
@@ -174,17 +175,27 @@ def _choose_conductor(needed: list[int]) -> int:
 
 
 class _Copy(NamedTuple):
-    """An entry of a vector that is another one turned about a coordinate axis."""
+    """An entry of a vector that is another one turned about a coordinate axis, or mirrored too.
+
+    Attributes:
+        source: the other vector.
+        axis: number of the axis.
+        turn: part of a turn.
+        sign: -1 if the entry after that of the axis but one changes its sign before.
+        entry: which entry.
+    """
 
     source: Hashable
     axis: int
     turn: Fraction
+    sign: int
     entry: int
 
     @property
     def text(self) -> str:
         """Write it."""
-        return f"that of another vector, turned by {self.turn * 360} degrees"
+        mirrored = "mirrored and " if self.sign < 0 else ""
+        return f"that of another vector, {mirrored}turned by {self.turn * 360} degrees"
 
     @property
     def conductor(self) -> int:
@@ -203,9 +214,12 @@ class _Copy(NamedTuple):
         """
         source = vectors[self.source]
         a, b = ((self.axis + k) % 3 for k in (1, 2))
+        if self.entry == self.axis:
+            return numbers.get((self.source, self.axis), source.values[self.axis])
         x, y = (numbers.get((self.source, k), source.values[k]) for k in (a, b))
         k = int(self.turn * N)
         c, s = cosine_of_part(k, N), sine_of_part(k, N)
+        y = self.sign * y
         return c * x - s * y if self.entry == a else s * x + c * y
 
 
@@ -277,18 +291,16 @@ class _Reader:
         for vector in vectors:
             rest = [word for word in vector.words if word is not None and word.key not in known]
             if rest and (copy := _copied(vector, done)) is not None:
-                source, axis, turn = copy
                 for word in rest:
-                    if word.key[1] != axis:
-                        yield word.key, _Copy(source, axis, turn, word.key[1])
+                    yield word.key, _Copy(*copy, word.key[1])
             else:
                 done.append(vector)
 
 
 def _copied(
     vector: NumberVector, others: Sequence[NumberVector]
-) -> tuple[Hashable, int, Fraction] | None:
-    """Find another vector, the axis about which it is turned, and the part of a turn."""
+) -> tuple[Hashable, int, Fraction, int] | None:
+    """Find another vector, the axis about which it is turned, part of a turn, and sign."""
     error = 4 * max(ulp(float(abs(x))) for x in vector.values)
     error = max(error, *(float(word.error) for word in vector.words if word is not None))
     here = [float(x) for x in vector.values]
@@ -300,11 +312,11 @@ def _copied(
             apart = abs(here[a] ** 2 + here[b] ** 2 - square) > 8 * error * max(1, square)
             if apart or abs(here[axis] - there[axis]) > error:
                 continue
-            for turn in TURNS:
-                c, s = np.cos(2 * pi * float(turn)), np.sin(2 * pi * float(turn))
-                x, y = c * there[a] - s * there[b], s * there[a] + c * there[b]
-                if max(abs(x - here[a]), abs(y - here[b])) <= error:
-                    return other.key, axis, turn
+            for sign, turn in product((1, -1), TURNS):
+                c, s = cos(2 * pi * float(turn)), sin(2 * pi * float(turn))
+                x, y = there[a], sign * there[b]
+                if max(abs(c * x - s * y - here[a]), abs(s * x + c * y - here[b])) <= error:
+                    return other.key, axis, turn, sign
     return None
 
 

@@ -91,7 +91,7 @@ def read_roots(tree: Element) -> FileRoots | None:
     parts = [(item, part) for item, part in angles if conductor % lcm(4, part.denominator) == 0]
     if not forms.numbers and not parts:
         return None
-    labels = {(id(item), "xyz"): item.label for item in _items(tree)}
+    labels: dict[Hashable, str] = {(id(item), "xyz"): item.label for item in _items(tree)}
     texts = [
         f"{labels[key[0]]}: {float(number)} is read as {forms.texts[key]}"
         for key, number in forms.numbers.items()

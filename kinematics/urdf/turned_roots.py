@@ -14,6 +14,7 @@ from itertools import islice
 import numpy as np
 from numpy.typing import NDArray
 
+from kinematics.linalg.cyclotomic import degree_of_field
 from kinematics.linalg.rational import Vector, cross
 from kinematics.model.chain import extent
 from kinematics.model.linkage import Joint, Linkage
@@ -38,8 +39,8 @@ def turned_screws(linkage: Linkage) -> Iterator[tuple[tuple[Vector, ...], int]]:
         linkage: an assembled linkage without screw joints.
 
     Yields:
-        Screws ``[n; r × n]`` or ``[0; n]`` (n, 6) in one field, in that frame, and how many of
-        their numbers are irrational.
+        Screws ``[n; r × n]`` or ``[0; n]`` (n, 6) in one field, in that frame, and how many
+        numbers were read.
     """
     joints = linkage.joints
     if len(joints) > MAX_JOINTS or any(joint.kind == "helical" for joint in joints):
@@ -52,7 +53,7 @@ def turned_screws(linkage: Linkage) -> Iterator[tuple[tuple[Vector, ...], int]]:
             vectors.append(_vector((j, "n"), R @ _direction(joint), ROUND_OFF))
             vectors.append(_vector((j, "p"), place, ROUND_OFF * size))
         forms = read_closed_forms(vectors)
-        if forms.conductor == 1:
+        if degree_of_field(forms.conductor) == 1:
             continue
         read = {
             vector.key: tuple(
@@ -60,10 +61,10 @@ def turned_screws(linkage: Linkage) -> Iterator[tuple[tuple[Vector, ...], int]]:
             )
             for vector in vectors
         }
-        screws = tuple(
-            _screw(joint, read[j, "n"], read[j, "p"]) for j, joint in enumerate(joints)
+        yield (
+            tuple(_screw(x, read[j, "n"], read[j, "p"]) for j, x in enumerate(joints)),
+            len(forms.numbers),
         )
-        yield screws, sum(type(x) is not Fraction for vector in read.values() for x in vector)
 
 
 def _frames(axes: list[Array]) -> Iterator[Array]:

@@ -8,7 +8,7 @@ from balance.certification.correct_integers import Evidence
 from balance.exact.chain import exact_chain
 from balance.exact.modular_ranks import ranks_of
 from balance.spaces.design_space import DesignSpace
-from balance.spaces.readings import MAX_DIGITS, Reading
+from balance.spaces.readings import MOST_DIGITS, Reading
 from kinematics.errors import ExactError
 from kinematics.model.linkage import Notice
 from kinematics.urdf.rational_screws import exact_geometry
@@ -64,7 +64,7 @@ def add_roots_notice(space: CertifiedSpace, found: Evidence) -> CertifiedSpace:
     if other == space.rank:
         return space
     relation = f"{count_noun(found.roots, 'number')} read as roots"
-    reading = Reading("as_meant", (relation,), MAX_DIGITS, None, other, space.rank, 0.0, 0.0)
+    reading = Reading("as_meant", (relation,), MOST_DIGITS, None, other, space.rank, 0.0, 0.0)
     text = (
         f"as written: {reading.written_text}; with {count_noun(found.roots, 'number')} of the "
         "file read as roots, sines and cosines, which they are to all their digits: "
@@ -96,6 +96,10 @@ def is_general_as_written(space: DesignSpace, found: Evidence) -> bool:
     Exact arithmetic says so if no special geometry lies inside their digits, or none is wanted.
     Only where a file of few digits has numbers that are replaced, other than to close a loop,
     may a special geometry rest on them.
+
+    Args:
+        space: the space by floating point.
+        found: the findings of exact arithmetic.
     """
     meant = space.linkage.meant
     return (

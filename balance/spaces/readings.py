@@ -6,13 +6,13 @@ from typing import NamedTuple
 
 from kinematics.wording import count_noun, size_text
 
-__all__ = ["MAX_DIGITS", "Reading", "deciding_digits"]
+__all__ = ["MOST_DIGITS", "Reading", "deciding_digits"]
 
 # Half widths of the intervals beyond which a linkage is off on purpose.
 ON_PURPOSE = 30.0
 # Distance of a special geometry, in parts of the size: below this, digits of it are round-off.
 DISTANCE_ROUND_OFF = 1e-14
-MAX_DIGITS = 17
+MOST_DIGITS = 17
 """Most significant digits of a number: those of a double."""
 
 
@@ -101,7 +101,7 @@ def deciding_digits(digits: int, nearness: float) -> int | None:
     """
     if nearness <= 0.0:
         return None
-    for more in range(1, MAX_DIGITS - digits + 1):
+    for more in range(1, MOST_DIGITS - digits + 1):
         if nearness * 10.0**more > ON_PURPOSE:
             return digits + more
     return None

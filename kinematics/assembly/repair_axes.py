@@ -16,7 +16,7 @@ from kinematics.assembly.fit_axes import fit_axes
 from kinematics.linalg.vectors import project_out
 from kinematics.mobility.components import component_of, split_components
 from kinematics.model.arrays import freeze
-from kinematics.model.chain import arrange_loops
+from kinematics.model.chain import arrange_loops, extent
 from kinematics.model.linkage import Joint, Notice, UnassembledLinkage
 from kinematics.model.plane import plane_normal
 from kinematics.tolerances import (
@@ -89,7 +89,7 @@ def repair_component(
     normal = _mean_normal(draft)
     fit = fit_axes(component_of(draft, joints).draft, normal)
     if fit is None:
-        return ""
+        return _aligned_draft(draft, normal, angle, distance)
     gap = max(angle, distance / fit.size, fit.gap)
     if gap <= FIT_RESIDUAL:
         return ""
@@ -117,6 +117,36 @@ def repair_component(
         new[j] = replace(draft.joints[j], screw=joint.screw)
     mended = max(draft.mended, fit.change, gap)
     return replace(draft, joints=tuple(new), notices=notices, mended=mended)
+
+
+def _aligned_draft(
+    draft: UnassembledLinkage, normal: Array | None, angle: float, distance: float
+) -> UnassembledLinkage | str:
+    """Close planar loops by moving welds alone, where a singular pose is too near for a fit.
+
+    Args:
+        draft: the linkage, whose welds were moved.
+        normal: of its plane; None if it is not nearly planar.
+        angle: largest angle by which its loops were open before, rad.
+        distance: largest distance by which they were open then, m.
+
+    Returns:
+        The draft with axes along the normal, and a notice; empty if welds were not moved, or by
+        more than rounding.
+    """
+    gap = max(angle, distance / max(extent(draft).length, 1e-300))
+    if normal is None or not 0.0 < gap <= AXIS_ROUNDING:
+        return ""
+    text = (
+        "overconstrained loops close only to rounding, next to a singular pose: as written "
+        f"they stay open by {gap:.2g} (radians, parts of the size of the linkage; up to "
+        f"{AXIS_ROUNDING:.0e} counts as rounding); their welds were moved by that"
+    )
+    return replace(
+        draft, joints=tuple(_align_with_normal(joint, normal) for joint in draft.joints),
+        notices=(*draft.notices, Notice("closes_to_rounding", text)),
+        mended=max(draft.mended, gap),
+    )  # fmt: skip
 
 
 def _mean_normal(draft: UnassembledLinkage) -> Array | None:

@@ -18,6 +18,7 @@ from functools import cache
 from math import gcd, isqrt, lcm, prod
 from typing import NamedTuple
 
+from kinematics.linalg.cyclotomic_polynomials import minimal_polynomial, prime_factors
 from kinematics.linalg.rational import pi
 
 __all__ = [
@@ -39,19 +40,6 @@ _PRECISION = 160
 
 
 @cache
-def _factors(n: int) -> tuple[int, ...]:
-    """Prime factors of a number, each once."""
-    found, d = [], 2
-    while n > 1:
-        if n % d == 0:
-            found.append(d)
-            while n % d == 0:
-                n //= d
-        d += 1
-    return tuple(found)
-
-
-@cache
 def degree_of_field(N: int) -> int:
     """Compute the degree ``φ(N)/2`` of the field of ``2 cos(2π/N)``.
 
@@ -59,7 +47,7 @@ def degree_of_field(N: int) -> int:
         N: conductor.
     """
     totient = N
-    for q in _factors(N):
+    for q in prime_factors(N):
         totient -= totient // q
     return max(1, totient // 2)
 
@@ -83,7 +71,7 @@ class _Field(NamedTuple):
 @cache
 def _field(N: int) -> _Field:
     """Make the field of ``c = 2 cos(2π/N)``."""
-    minimal = _minimal_polynomial(N)
+    minimal = minimal_polynomial(N)
     n = len(minimal) - 1
     powers = [tuple(-a for a in minimal[:-1])]
     while len(powers) < n - 1:
@@ -104,57 +92,6 @@ def _cosine(x: Fraction) -> Fraction:
         size = abs(term) * square // (one * k * (k - 1))
         term = -size if term > 0 else size
     return Fraction(total, one)
-
-
-@cache
-def _minimal_polynomial(N: int) -> tuple[int, ...]:
-    """Coefficients of the minimal polynomial of ``2 cos(2π/N)``, the constant first.
-
-    ``Φ_N(z) = z^n ψ(z + 1/z)`` for N > 2; written by ``z^k + z^-k = D_k(c)``.
-    """
-    if N <= 2:
-        return (-2, 1) if N == 1 else (2, 1)
-    phi = _cyclotomic(N)
-    n = len(phi) // 2
-    total = [0] * (n + 1)
-    for k in range(n + 1):
-        for i, a in enumerate(_dickson(k)):
-            total[i] += phi[n + k] * a
-    return tuple(total)
-
-
-@cache
-def _dickson(k: int) -> tuple[int, ...]:
-    """Polynomial D_k of ``z^k + z^-k`` in ``z + 1/z``; 1 for k = 0, counted once."""
-    if k == 0:
-        return (1,)
-    before, here = [2], [0, 1]
-    for _ in range(k - 1):
-        following = [0, *here]
-        for i, a in enumerate(before):
-            following[i] -= a
-        before, here = here, following
-    return tuple(here)
-
-
-@cache
-def _cyclotomic(N: int) -> tuple[int, ...]:
-    """Coefficients of the cyclotomic polynomial, by division of ``z^N - 1``."""
-    polynomial = [-1, *[0] * (N - 1), 1]
-    for d in range(1, N):
-        if N % d == 0:
-            polynomial = _divide(polynomial, _cyclotomic(d))
-    return tuple(polynomial)
-
-
-def _divide(a: list[int], b: Sequence[int]) -> list[int]:
-    """Quotient of polynomials without a remainder; b has the leading coefficient 1."""
-    a, quotient = list(a), [0] * (len(a) - len(b) + 1)
-    for k in reversed(range(len(quotient))):
-        quotient[k] = a[k + len(b) - 1]
-        for i, x in enumerate(b):
-            a[k + i] -= quotient[k] * x
-    return quotient
 
 
 class FieldNumber(Fraction):
@@ -426,7 +363,7 @@ def _modular_generator(N: int, p: int) -> int:
         if pow(trace * trace - 4, (p - 1) // 2, p) != p - 1:
             continue
         found = _lucas(trace, (p + 1) // N, p)
-        if all(_lucas(found, N // q, p) != 2 for q in _factors(N)):
+        if all(_lucas(found, N // q, p) != 2 for q in prime_factors(N)):
             return found
     raise ValueError(f"no root modulo {p}")
 
@@ -456,7 +393,7 @@ def cosine_of_part(k: int, N: int) -> Fraction:
     k = min(k, N - k)
     if k == 0:
         return Fraction(1)
-    generator = (0, 1, *[0] * (of.degree - 2)) if of.degree > 1 else (int(of.value),)
+    generator = (0, 1, *[0] * (of.degree - 2)) if of.degree > 1 else (round(of.value),)
     before, here = [2, *[0] * (of.degree - 1)], list(generator)
     for _ in range(k - 1):
         following = _product(of, here, generator)
@@ -480,7 +417,7 @@ def conductor_of_root(d: int) -> int:
     Args:
         d: a positive number that no square divides.
     """
-    parts = (8 if q == 2 else q if q % 4 == 1 else 4 * q for q in _factors(d))
+    parts = (8 if q == 2 else q if q % 4 == 1 else 4 * q for q in prime_factors(d))
     return lcm(1, *parts)
 
 
@@ -493,7 +430,7 @@ def root_of_integer(d: int, N: int) -> Fraction:
         N: a conductor that `conductor_of_root` divides.
     """
     total = Fraction(1)
-    for q in _factors(d):
+    for q in prime_factors(d):
         if q == 2:
             total *= 2 * cosine_of_part(N // 8, N)
             continue

@@ -18,6 +18,8 @@ called a shortened c if ``y - c`` is in the interval ``(-1, 1/2] 10^-D``: c roun
 Few decimals are shared by many angles. With three (of x, or of y) only angles up to 2π count,
 with two of x only multiples of π/2 among them: 0.26 and 10.472 may well be meant. So may a
 number of all digits that is 1e-10 from π/2: it may come from a pose that a program closed.
+In a file whose angles are written with six digits, say, constants have as many: 1.8328 there is
+1.83280, and not 3.142 × 7/12.
 Intervals are those of positive angles; those of negative ones are mirror images.
 """
 
@@ -27,6 +29,7 @@ import math
 import struct
 from collections.abc import Iterator
 from fractions import Fraction
+from math import floor, log10
 
 from kinematics.linalg.rational import MAX_DIGITS, decimal, pi
 from kinematics.tolerances import (
@@ -51,11 +54,12 @@ _CONSTANTS = ((Fraction(1), 2), (Fraction(1, 2), 2), (Fraction(1, 180), 5))
 _TWELFTH = math.pi / 12
 
 
-def nearest_twelfth(word: str) -> int:
+def nearest_twelfth(word: str, digits: int = 0) -> int:
     """Find the k ≠ 0 for which a number stands for ``k π/12``, by the rules of this module.
 
     Args:
         word: a finite decimal number, in radians.
+        digits: significant digits that all constants have; 0 if that is not known.
 
     Returns:
         k, or 0 if there is none.
@@ -68,7 +72,7 @@ def nearest_twelfth(word: str) -> int:
     if error > ROUNDED_ANGLE_RELATIVE * abs(x):
         return 0
     size, multiple, places = abs(decimal(word)), abs(k), _decimals(word)
-    rounded = _is_written(size, multiple * pi() / 12, multiple, places)
+    rounded = _is_written(size, multiple * pi() / 12, multiple, places, digits)
     return k if rounded or _is_single(size, multiple * pi() / 12, places) else 0
 
 
@@ -91,7 +95,7 @@ def _decimals(word: str) -> int:
     return len(digits.rstrip("0")) - len(whole) - int(exponent or 0)
 
 
-def _is_written(x: Fraction, angle: Fraction, k: int, places: int) -> bool:
+def _is_written(x: Fraction, angle: Fraction, k: int, places: int, digits: int) -> bool:
     """Return whether x is an angle, or a rounded constant times a number, as written."""
     if not _enough_decimals(places, k):
         return False
@@ -99,8 +103,8 @@ def _is_written(x: Fraction, angle: Fraction, k: int, places: int) -> bool:
         return True
     return any(
         abs(x - value) <= DECIMAL_ROUND_OFF * x
-        or (digits <= places and x in _shortened(value, places))
-        for digits, value in _products(k)
+        or (decimals <= places and x in _shortened(value, places))
+        for decimals, value in _products(k, digits)
     )
 
 
@@ -110,9 +114,10 @@ def _enough_decimals(places: int, k: int) -> bool:
     return places >= 2 and not (few and k > MAX_FEW_DECIMALS) and not (places == 2 and k % 6)
 
 
-def _products(k: int) -> Iterator[tuple[int, Fraction]]:
+def _products(k: int, significant: int) -> Iterator[tuple[int, Fraction]]:
     """Yield ``k π/12`` with shortened constants, and the number of their decimals."""
     for part, least in _CONSTANTS:
+        least = max(least, significant - floor(log10(float(part) * math.pi)) - 1)
         factor = Fraction(k, 12) / part
         if part == 1 or factor.denominator == 1:
             first = max(least, 2 if k <= MAX_FEW_DECIMALS else 4)

@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from contextlib import suppress
 from fractions import Fraction
+from itertools import islice
 from typing import NamedTuple, TypeVar
 
 import numpy as np
@@ -22,7 +23,8 @@ from kinematics.model.linkage import Linkage, Notice
 from kinematics.tolerances import EXACT_SCREW_DIFFERENCE
 from kinematics.urdf.rational_joints import RationalJoints
 from kinematics.urdf.rational_poses import move_screws
-from kinematics.urdf.read_roots import FileRoots, read_roots
+from kinematics.urdf.read_roots import FileRoots, has_many_digits, read_roots
+from kinematics.urdf.turned_roots import turned_screws
 
 __all__ = [
     "Geometry",
@@ -160,6 +162,11 @@ def of_lowest_rank(
     if not any(map(confirms, found)):
         with suppress(ExactError):
             found += [compute(geometry) for geometry in _geometries_of_roots(linkage)]
+    if not any(map(confirms, found)):
+        # Other frames have other transfers: only integers that are confirmed serve.
+        with suppress(ExactError):
+            turned = map(compute, _turned_geometries(linkage))
+            found += islice(filter(confirms, turned), 1)
     if found:
         return min(found, key=rank)
     assert first is not None
@@ -172,6 +179,16 @@ def _geometries_of_roots(linkage: Linkage) -> Iterator[Geometry]:
         roots = read_roots(linkage.tree)
         if roots is not None:
             yield exact_geometry(linkage, roots)
+
+
+def _turned_geometries(linkage: Linkage) -> Iterator[Geometry]:
+    """Yield geometries in turned frames whose numbers are roots, if they are wanted."""
+    if linkage.tree is None or linkage.as_written or not has_many_digits(linkage.tree):
+        return
+    for screws, count in turned_screws(linkage):
+        text = "a number in the frame of two axes is read as a root, sine or cosine"
+        notices = (Notice("read_as_root", text),) * count
+        yield geometry_of(linkage, screws)._replace(notices=notices)
 
 
 def geometry_of(linkage: Linkage, screws: tuple[Vector, ...]) -> Geometry:

@@ -33,6 +33,11 @@ ANGLE_READINGS = ("nominal", "as_written")
 ROUNDED_ANGLES = "rounded_angles"
 """The code of the remark on such angles."""
 
+# Digits to which the angles of a file may be rounded, fewest and most: those of a double are
+# more, and those of a person fewer.
+ROUNDED_DIGITS = 6, 12
+# Fewest angles that show it.
+GENERAL_ANGLES = 3
 # Number of angles that a remark names.
 MAX_NAMED = 3
 
@@ -60,20 +65,24 @@ def find_rounded_angles(tree: Element) -> list[Rounded]:
     Args:
         tree: checked tree of the file.
     """
+    digits = _digits_of_angles(tree)
     return [
         Rounded(owner.label, attribute, word)
         for owner, item, attribute in _angle_attributes(tree)
         for word in item.attributes[attribute].split()
-        if (k := nearest_twelfth(word)) and abs(float(word) - k * _TWELFTH) > ANGLE_ROUND_OFF
+        if (k := nearest_twelfth(word, digits))
+        and abs(float(word) - k * _TWELFTH) > ANGLE_ROUND_OFF
     ]
 
 
 def replace_rounded_angles(tree: Element) -> Element:
     """Replace angles that look like rounded multiples of π/12 by all digits of the multiple."""
-    new: dict[int, Element] = {}
+    new, digits = dict[int, Element](), _digits_of_angles(tree)
     for _, item, attribute in _angle_attributes(tree):
         words = item.attributes[attribute].split()
-        full = [_all_digits(k) if (k := nearest_twelfth(word)) else word for word in words]
+        full = [
+            _all_digits(k) if (k := nearest_twelfth(word, digits)) else word for word in words
+        ]
         if full != words:
             new[id(item)] = replace(
                 item, attributes={**item.attributes, attribute: " ".join(full)}
@@ -104,6 +113,26 @@ def describe_rounded_angles(found: Sequence[Rounded], reading: str) -> str:
         f"{len(found)} {look} rounded, {how}: {named}{more}; "
         f"write all 16 digits, or choose {choice}"
     )
+
+
+def _digits_of_angles(tree: Element) -> int:
+    """Find the significant digits to which all angles of a file are rounded; 0 if to none.
+
+    Most of the angles must have them all, and be no multiples of π/12.
+    """
+    texts = (item.attributes[name] for _, item, name in _angle_attributes(tree))
+    words = [word for text in texts for word in text.split() if float(word)]
+    counts = [
+        len(word.lower().partition("e")[0].replace(".", "").lstrip("+-0")) for word in words
+    ]
+    digits = max(counts, default=0)
+    if not ROUNDED_DIGITS[0] <= digits <= ROUNDED_DIGITS[1]:
+        return 0
+    general = sum(
+        count >= digits - 1 and not nearest_twelfth(word)
+        for word, count in zip(words, counts, strict=True)
+    )
+    return digits if general >= GENERAL_ANGLES and 2 * general > len(words) else 0
 
 
 def _all_digits(k: int) -> str:

@@ -50,9 +50,15 @@ def _judge(family: str, off: float, path: Path) -> tuple[str, str]:
     mobility, ranks = truth(family, off)
     if not report:
         return ("right" if ranks is None else f"exit {code}"), "refused"
-    printed = report["mobility"], tuple(order["rank"] for order in report["orders"])
-    verdict = "right" if printed == (mobility, ranks) else "wrong"
-    return (verdict if code == 0 else f"exit {code}, {verdict}"), report["certainty"]
+    # Where modes meet inside the digits, all are listed, the one that is meant among them.
+    answers = report.get("modes", [report])
+    same = [
+        item["certainty"] for item in answers
+        if (item["mobility"], tuple(order["rank"] for order in item["orders"]))
+        == (mobility, ranks)
+    ]  # fmt: skip
+    verdict, level = ("right", same[0]) if same else ("wrong", answers[0]["certainty"])
+    return (verdict if code == 0 else f"exit {code}, {verdict}"), level
 
 
 def _run() -> None:

@@ -7,6 +7,7 @@ Oracles that compute without rounding have the same legs as rational numbers.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from fractions import Fraction
 from typing import NamedTuple
@@ -21,6 +22,9 @@ INERTIAL = (
     '<inertial><origin xyz="0.0{number} 0.02 -0.03"/><mass value="1.{number}"/>'
     '<inertia ixx="0.5" iyy="0.6" izz="0.7" ixy="0.01" ixz="0.02" iyz="0.03"/></inertial>'
 )
+
+
+NUMBERS = re.compile(r'(?<!<inertial><origin )xyz="([^"]*)"')
 
 
 class LegJoint(NamedTuple):
@@ -100,8 +104,9 @@ def _unit(a: tuple) -> tuple:
 
 
 def platform_text(
-    kind: str, size: str = "1", style: str = "vectors", start: float = 0.0, base: str = ""
-) -> str:
+    kind: str, size: str = "1", style: str = "vectors", start: float = 0.0, base: str = "",
+    turn: tuple | None = None,
+) -> str:  # fmt: skip
     """Write a platform as URDF.
 
     Args:
@@ -110,6 +115,7 @@ def platform_text(
         style: ``"vectors"`` turns the numbers, ``"frames"`` the frames.
         start: angle of the first leg, degrees.
         base: roll, pitch and yaw of the base; empty for none.
+        turn: rows of a rotation of all vectors, for the style ``"vectors"``.
     """
     stand = f' rpy="{base}"' if base else ""
     lines = [
@@ -118,7 +124,15 @@ def platform_text(
         f'<origin xyz="0 0 0"{stand}/></joint>',
     ]
     with workdps(40):
-        return "\n".join([*lines, *_leg_lines(kind, size, style, mpf(str(start)))])
+        text = "\n".join([*lines, *_leg_lines(kind, size, style, mpf(str(start)))])
+        return text if turn is None else NUMBERS.sub(lambda found: _turned(turn, found), text)
+
+
+def _turned(turn: tuple, found: re.Match) -> str:
+    """Turn the vector of an attribute ``at``, as of all but centres of mass."""
+    a = [mpf(word) for word in found.group(1).split()]
+    b = tuple(sum(x * y for x, y in zip(row, a, strict=True)) for row in turn)
+    return f'{found.group(0)[: -len(found.group(1)) - 1]}{_words(b)}"'
 
 
 def _leg_lines(kind: str, size: str, style: str, start: mpf) -> Iterator[str]:
@@ -135,7 +149,7 @@ def _leg_lines(kind: str, size: str, style: str, start: mpf) -> Iterator[str]:
             at_base = frames and carrier == "base"
             origin = _origin(_turn(turn if at_base else turned, step), turn if at_base else 0)
             axes = f'<axis xyz="{_words(_unit(_turn(turned, joint.axis)))}"/>'
-            if joint.second:
+            if joint.kind == "universal":
                 axes += f'<axis2 xyz="{_words(_unit(_turn(turned, joint.second)))}"/>'
             name = f'name="{joint.name}{number}" type="{joint.kind}"'
             if joint.after or first is None:

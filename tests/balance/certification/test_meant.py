@@ -14,6 +14,7 @@ from mpmath import mpf
 import kinematics
 from balance import certify, design_space
 from balance.cli.main import main
+from balance.spaces.readings import deciding_digits
 from kinematics.urdf.write_closed_pose import write_at_reference_pose
 from tests.independent.meant_linkages import (
     MeantJoint,
@@ -195,4 +196,64 @@ def test_a_kite_that_is_off_by_more_than_its_digits_is_general_and_told_to_be_ne
     report = json.loads(captured.out)
     assert [order["rank"] for order in report["orders"]] == [3, 6, 7, 8]
     (notice,) = (n for n in report["warnings"] if n["code"] == "near_special")
-    assert "with 7 conditions" in notice["message"] and "more digits" in notice["message"]
+    assert "with 7 conditions" in notice["message"]
+    assert "a file with 9 digits would decide" in notice["message"]
+    (reading,) = report["readings"]
+    assert (reading["held"], reading["digits"], reading["deciding_digits"]) == (
+        "as_written",
+        8,
+        9,
+    )
+    assert (reading["conditions_as_written"], reading["conditions_as_special"]) == (8, 7)
+    assert reading["relations"] == ["kite j1 j2 j3 j4"] and 1 < reading["nearness"] < 30
+
+
+@pytest.mark.parametrize("seed", [1, 3, 6])
+@pytest.mark.parametrize("family", ["kite", "parallelogram"])
+def test_a_file_with_the_digits_that_would_decide_decides(family, seed, tmp_path):
+    """With those, one that is off is general without a remark, and one that is not special."""
+    _, special, general = TRUE[family]
+    (reading,) = space_of(tmp_path, family, seed, 7, 1e-6).readings
+    assert reading.deciding in (8, 9, 10)
+    assert (reading.written, reading.special) == (general[-1], special[-1])
+    off = space_of(tmp_path, family, seed, reading.deciding, 1e-6)
+    assert ranks(off) == general and not off.readings and "near_special" not in codes(off)
+    meant = space_of(tmp_path, family, seed, reading.deciding)
+    assert ranks(meant) == special
+
+
+def test_digits_that_would_decide_are_those_of_a_double_at_most():
+    assert deciding_digits(7, 2.0) == 9 and deciding_digits(7, 4.0) == 8
+    assert deciding_digits(16, 0.5) is None and deciding_digits(17, 0.5) is None
+    assert deciding_digits(9, 0.0) is None
+
+
+@pytest.mark.parametrize(("seed", "modes"), [(88, 1), (136, 2)])
+def test_kites_of_six_digits_with_short_angles_or_nearly_folded(seed, modes, tmp_path, capsys):
+    """1.8328 is no 3.142 × 7/12 there; 1e-3 from the folded pose both modes are listed."""
+    frames, plane = FRAMES[seed % len(FRAMES)]
+    path = tmp_path / "kite.urdf"
+    path.write_text(meant_text(meant_linkage("kite", seed), seed, 6, frames, plane))
+    assert main(["report", str(path), "--json"]) == 0
+    report = json.loads(capsys.readouterr().out)
+    found = report.get("modes", [report])
+    assert len(found) == modes
+    assert [1, [3, 6, 7]] in [
+        [mode["mobility"], [order["rank"] for order in mode["orders"]]] for mode in found
+    ]
+
+
+def test_design_says_which_reading_it_holds(tmp_path, capsys):
+    path = tmp_path / "kite.urdf"
+    path.write_text(kite_text(1e-6))
+    assert main(["design", str(path)]) == 1
+    assert (
+        "reading       as written, held here: 8 conditions; if rounded: 7 conditions "
+        "(kite j1 j2 j3 j4); a file with 9 digits would decide"
+    ) in capsys.readouterr().out
+    main(["design", str(path), "--json"])
+    design = json.loads(capsys.readouterr().out)
+    assert design["readings"][0]["held"] == "as_written"
+    path.write_text(meant_text(meant_linkage("kite", 7), 7, 6))
+    main(["design", str(path)])
+    assert "reading       as meant, held here: 7 conditions" in capsys.readouterr().out

@@ -5,11 +5,13 @@ The integers are those of `tests.independent.symmetric_truth`, modulo a prime th
 
 import json
 
+import numpy as np
 import pytest
 
 import kinematics
 from balance import certify, design_space, exact_ranks
 from balance.cli.main import main
+from tests.independent.meant_linkages import random_rotation
 from tests.independent.symmetric_truth import platform_truth
 from tests.support.symmetric_platforms import STYLES, platform_text
 
@@ -76,9 +78,19 @@ def test_platforms_are_read_as_meant(kind, style, size, place, tmp_path):
     assert space.level in ("proved", "verified")
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", [1, 2])
+@pytest.mark.parametrize("kind", TRUE)
+def test_platforms_in_a_frame_that_is_turned_at_random(kind, seed, tmp_path):
+    turn = random_rotation(np.random.default_rng(seed))
+    space = certify(design_space(load(tmp_path, platform_text(kind, turn=turn))))
+    assert answer(space) == TRUE[kind] and not space.doubts and space.level == "verified"
+    assert "read as roots" in space.certainty.reason
+
+
 def test_a_root_that_is_off_is_not_read_so(tmp_path):
-    """One leg is turned by 1e-12: the platform turns, whatever floating point says."""
-    text = ORIGINAL.replace("0.8660254037844386", "0.8660254037854386", 1)
+    """The axis of one arm is turned by 1e-9: the platform turns."""
+    text = ORIGINAL.replace('axis xyz="-0.8660254037844386', 'axis xyz="-0.8660254047844386', 1)
     space = certify(design_space(load(tmp_path, text)))
     assert space.level == "estimated" or answer(space) != TRUE["3_ruu"]
 

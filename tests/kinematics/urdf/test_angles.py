@@ -338,3 +338,16 @@ def test_rounded_frames_of_inertia_count_for_the_masses_given(tmp_path):
         assert "1 angle looks rounded" in linkage.notices[0].message
         found = design_space(linkage, spatial=True)
         assert found.as_given.balanced == balanced
+
+
+def test_constants_have_as_many_digits_as_the_angles_of_a_file():
+    """1.8328 is 3.142 × 7/12 by hand, and 1.83280 where all angles have six digits."""
+    general = ("0.328233 0.993624 0.594238", "-0.796607 0.115709 -2.60842")
+    hand = "<robot>{}</robot>"
+    for words, count in ((("1.8328 0 0",), 1), (("1.8328 0 1.5708", *general), 1)):
+        origins = "".join(
+            f'<joint name="j{k}"><origin rpy="{word}"/></joint>' for k, word in enumerate(words)
+        )
+        found = find_rounded_angles(build_tree(hand.format(origins).encode()))
+        assert len(found) == count
+        assert (found[0].word == "1.8328") == (len(words) == 1)

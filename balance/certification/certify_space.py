@@ -23,7 +23,11 @@ from balance.certification.correct_integers import (
     with_idle_joints,
     with_more_poses,
 )
-from balance.certification.meant_notice import add_meant_notice, add_mending_doubt
+from balance.certification.meant_notice import (
+    add_meant_notice,
+    add_mending_doubt,
+    decimals_have_rank,
+)
 from balance.exact.chain import ExactChain, exact_chain, loops_are_regular
 from balance.exact.conditions import first_orders_of_motion, orders_closed
 from balance.exact.idle_joints import joints_shown_at_rest
@@ -375,7 +379,7 @@ def _reason_below_digits(space: DesignSpace, corrected: DesignSpace, found: Evid
     if meant.relations and meant.apart:
         limit = max(limit, 10.0 ** (DIGITS_OF_CONDITION - (meant.digits or DOUBLE_DIGITS)))
     least = float(corrected.singular_values[-1])
-    if least >= limit:
+    if least >= limit or decimals_have_rank(space, corrected.rank):
         return ""
     return (
         f"rank: the least condition is {size_text(least, '.0e')} of the largest, and may come "

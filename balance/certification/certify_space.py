@@ -22,7 +22,11 @@ from balance.certification.correct_integers import (
     with_idle_joints,
     with_more_poses,
 )
-from balance.certification.meant_notice import add_meant_notice, add_mending_doubt
+from balance.certification.meant_notice import (
+    add_meant_notice,
+    add_mending_doubt,
+    decimals_have_rank,
+)
 from balance.certification.replaced_numbers import (
     add_roots_notice,
     is_general_as_written,
@@ -335,7 +339,7 @@ def _reason_below_digits(space: DesignSpace, corrected: DesignSpace, found: Evid
     if meant.relations and meant.apart:
         limit = max(limit, 10.0 ** (DIGITS_OF_CONDITION - (meant.digits or DOUBLE_DIGITS)))
     least = float(corrected.singular_values[-1])
-    if least >= limit:
+    if least >= limit or decimals_have_rank(space, corrected.rank):
         return ""
     return (
         f"rank: the least condition is {size_text(least, '.0e')} of the largest, and may come "

@@ -7,6 +7,7 @@ from dataclasses import replace
 from balance.certification.certified_space import CertifiedSpace, with_readings
 from balance.exact.chain import exact_chain
 from balance.exact.modular_ranks import ranks_of
+from balance.spaces.design_space import DesignSpace
 from balance.spaces.readings import Reading, deciding_digits
 from balance.tolerances import MENDED_RELATIVE, MENDED_ROUND_OFF
 from kinematics.errors import ExactError
@@ -17,7 +18,7 @@ from kinematics.model.linkage import Notice
 from kinematics.urdf.rational_screws import Geometry, exact_geometry, geometry_of
 from kinematics.wording import count_noun, size_text
 
-__all__ = ["add_meant_notice", "add_mending_doubt"]
+__all__ = ["add_meant_notice", "add_mending_doubt", "decimals_have_rank"]
 
 
 def add_meant_notice(space: CertifiedSpace) -> CertifiedSpace:
@@ -107,6 +108,22 @@ def _with_doubt(space: CertifiedSpace, doubt: str) -> CertifiedSpace:
     return replace(space, certainty=certainty)
 
 
+def decimals_have_rank(space: DesignSpace, rank: int) -> bool:
+    """Whether loops close exactly in the decimals of the file, with a rank that is expected.
+
+    Then the numbers are design values, and no condition comes from their rounding.
+
+    Args:
+        space: a design space.
+        rank: the rank.
+    """
+    try:
+        geometry = exact_geometry(space.linkage)
+        return not geometry.notices and _rank(space, geometry) == rank
+    except ExactError:
+        return False
+
+
 def _rank_as_written(space: CertifiedSpace) -> int | None:
     """Compute the rank of the decimals, or of the loops closed without relations."""
     assert space.linkage.meant is not None
@@ -124,7 +141,7 @@ def _rank_of(space: CertifiedSpace, screws: tuple[Vector, ...]) -> int | None:
         return None
 
 
-def _rank(space: CertifiedSpace, geometry: Geometry) -> int:
+def _rank(space: DesignSpace, geometry: Geometry) -> int:
     """Compute the rank of a geometry; raise an `ExactError` if its loops do not close."""
     linkage = space.linkage
     chain = exact_chain(

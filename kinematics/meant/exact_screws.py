@@ -354,20 +354,26 @@ def _free_screw(
     linkage: Linkage, widths: LinkWidths, j: int, normals: Sequence[Vector]
 ) -> Vector:
     """Make the rational screw of a joint that is in no figure."""
-    joint, n = linkage.joints[j], _rational(_direction(linkage, j))
+    joint, n = linkage.joints[j], _free_direction(_direction(linkage, j), widths.angle, normals)
     if joint.kind == "prismatic":
         return (Fraction(0),) * 3 + n
-    for normal in normals:
-        axis = _floats(normal)
-        axis /= np.linalg.norm(axis)
-        if np.linalg.norm(np.cross(axis, _floats(n))) <= widths.angle:
-            n = normal if _floats(n) @ axis > 0 else tuple(-x for x in normal)
-            break
     screw = n + cross(_rational(joint.point), n)
     if joint.kind == "helical":
         pitch = nearby_fraction(Fraction(float(joint.screw[:3] @ joint.screw[3:])))
         screw = screw[:3] + tuple(x + pitch * y for x, y in zip(screw[3:], n, strict=True))
     return screw
+
+
+def _free_direction(direction: Array, width: float, normals: Sequence[Vector]) -> Vector:
+    """Make a rational direction, parallel or at right angles to a normal if it nearly is."""
+    axes = [_floats(normal) / np.linalg.norm(_floats(normal)) for normal in normals]
+    for normal, axis in zip(normals, axes, strict=True):
+        if np.linalg.norm(np.cross(axis, direction)) <= width:
+            return normal if direction @ axis > 0 else tuple(-x for x in normal)
+    for normal, axis in zip(normals, axes, strict=True):
+        if abs(direction @ axis) <= width:
+            return _across(_rational(direction), normal)
+    return _rational(direction)
 
 
 def _shared_normal(mean: Array, normals: Sequence[Vector], width: float) -> Vector:

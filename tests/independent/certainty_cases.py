@@ -163,8 +163,18 @@ HARD: dict[str, Callable] = {
 FAMILIES = (*HARD, *ORDINARY)
 
 
+def _short(x: Fraction) -> Fraction:
+    """A number of 13 decimals if that is within a few units of the round-off of doubles."""
+    short = Fraction(round(x * 10**13), 10**13)
+    return short if abs(x - short) < Fraction(3, 10**15) else x
+
+
 def _without_round_off(linkage: Linkage) -> Linkage:
-    """The linkage with axes exactly parallel that are so to the round-off of doubles."""
+    """The linkage with axes that are parallel, and points that are short, to round-off.
+
+    Numbers count as written if that is asked for; axes that are parallel to round-off are
+    parallel even then.
+    """
     joints = []
     for joint in linkage.joints:
         axis = joint.axis
@@ -175,7 +185,8 @@ def _without_round_off(linkage: Linkage) -> Linkage:
                 along = sum(x * y for x, y in zip(axis, other, strict=True))
                 axis = other if along > 0 else tuple(-x for x in other)
                 break
-        joints.append(joint._replace(axis=axis))
+        point = joint.point if linkage.as_written else tuple(map(_short, joint.point))
+        joints.append(joint._replace(axis=axis, point=point))
     return replace(linkage, joints=tuple(joints))
 
 

@@ -3,6 +3,8 @@
 The true integers are those of an oracle that shares no code with the product.
 """
 
+from fractions import Fraction
+
 import numpy as np
 import pytest
 
@@ -11,7 +13,8 @@ from balance.exact.chain import exact_chain
 from balance.exact.idle_joints import joints_shown_at_rest
 from kinematics.urdf.rational_screws import exact_geometry
 from tests.independent.hard_families import add_yoke, loops_last
-from tests.independent.plain_linkage import AXES, Joint, Linkage, urdf, vector
+from tests.independent.plain_linkage import AXES, Joint, Linkage, Mimic, urdf, vector
+from tests.independent.planar_families import ring
 from tests.independent.true_ranks import truth
 from tests.independent.turned_files import turned_text
 
@@ -38,11 +41,11 @@ ALIGNED = Linkage((
 ))  # fmt: skip
 
 
-def certified(text, tmp_path):
+def certified(text, tmp_path, **options):
     """The certified space of a file."""
     path = tmp_path / "linkage.urdf"
     path.write_text(text)
-    return balance.certify(balance.design_space(path))
+    return balance.certify(balance.design_space(path, **options))
 
 
 def test_joints_rest_around_the_shortest_loop(tmp_path):
@@ -78,8 +81,8 @@ def test_many_poses_of_a_small_yoke_do_not_outvote_exact_arithmetic(tmp_path):
     """Radius 1 mm, two yokes and an arm that follows: conditions of 1e-9 at finite poses."""
     joints, mimics = [Joint("R", 0, 1, vector(-1, "0.6", "1.5"), Z)], []
     pin = vector("0.001", 0, 0)
-    first = add_yoke(joints, mimics, 0, vector(2)[0], vector(0, 3, 0), pin, False)
-    second = add_yoke(joints, mimics, first, vector(1)[0], vector(0, 6, 0), pin, False)
+    first = add_yoke(joints, mimics, 0, Fraction(2), vector(0, 3, 0), pin, False)
+    second = add_yoke(joints, mimics, first, Fraction(1), vector(0, 6, 0), pin, False)
     joints.append(Joint("R", 0, 8, vector("-0.1", "-0.8", "-0.9"), Z))
     mimics.append(mimics[0]._replace(joint=len(joints) - 1, source=second))
     linkage = Linkage(*loops_last(joints, mimics), bare=(2, 3, 6, 7))
@@ -88,3 +91,36 @@ def test_many_poses_of_a_small_yoke_do_not_outvote_exact_arithmetic(tmp_path):
     assert tuple(order.rank for order in space.orders) == true.ranks == (3, 6, 8, 11)
     assert (space.level, space.settled, space.doubts) == ("verified", True, ())
     assert "not_settled" not in {notice.code for notice in space.notices}
+
+
+@pytest.mark.parametrize("digits", [12, 17])
+def test_a_slide_in_the_plane_of_a_loop_is_meant_to_be_in_it(digits, tmp_path):
+    """The slide belongs to no loop: its direction is known to the digits of the file only."""
+    pins = (revolute(0, 1, "-0.66", "-4.3"), revolute(1, 2, "-1.59", "-0.19"),
+            revolute(2, 3, "4.03", "-1.52"))  # fmt: skip
+    slide = Joint("P", 2, 4, vector("-1.3", "1.7", "1.8"), vector(1, 1, 0))
+    closing = revolute(3, 0, "-1.51", "-3.04", True)
+    linkage = Linkage((*pins, slide, closing), (Mimic(3, 0, Fraction(1)),), spatial=True)
+    text = turned_text(linkage, np.random.default_rng(5), digits, True, "turned")
+    space, true = certified(text, tmp_path, spatial=True), truth(linkage)
+    assert tuple(order.rank for order in space.orders) == true.ranks == (5, 10, 13, 14, 15)
+    assert (space.level, space.doubts) == ("verified", ())
+
+
+def test_exact_decimals_of_six_digits_leave_no_doubt(tmp_path):
+    """A Bennett linkage that closes exactly, and a slide that follows it slowly."""
+    axes = [AXES[2], vector("-0.21", "-0.72", -1), vector("-0.147", "-1.204", "-0.012"),
+            vector(0, 4, 3)]  # fmt: skip
+    points = [vector(0, 0, 0), vector("0.87336", "-0.25473", 0),
+              vector("-0.322", "-0.11025", "0.147"), vector("-1.213", 0, 0)]  # fmt: skip
+    loop = ring(points, "RRRR", axes)
+    arms = [
+        Joint("R", 1, 4, vector("-0.3", 0, "-0.6"), vector(0, 1, 2)),
+        Joint("P", 0, 5, vector("1.5", "-0.1", "-0.8"), vector("0.3", "0.4", 1)),
+    ]
+    follows = Mimic(5, 1, Fraction(-3))
+    linkage = Linkage(*loops_last([*loop, *arms], [follows]), spatial=True)
+    true = truth(linkage)
+    space = certified(urdf(linkage), tmp_path, spatial=True)
+    assert (space.rank, space.serial_nullity) == (true.rank, true.serial)
+    assert (space.level, space.doubts) == ("verified", ())

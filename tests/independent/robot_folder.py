@@ -4,8 +4,8 @@
 each file as a user does, in a process of its own, and compares the mobility with that of a
 second route: six velocities of each link and the rows of each joint for URDF and SDF, read by
 the code below; the rank of the equality rows of MuJoCo for MJCF. The rank of the Jacobian at
-the pose of the file bounds the mobility from above; at a regular pose they are equal. Refusals are
-listed with their reasons; a crash, more than 20 s or more than 2 GB are failures.
+the pose of the file bounds the mobility from above; at a regular pose they are equal. Refusals
+are listed with their reasons; a crash, more than 20 s or more than 2 GB are failures.
 """
 
 from __future__ import annotations

@@ -163,7 +163,9 @@ def load(
             to the pose of the file, rad and m. Inputs are set to them, and the other joints
             follow, on the same branch. Positions of joints that are no inputs are starting
             values, from which the loops are closed at the nearest pose: they choose the
-            branch.
+            branch. A pose that closes stays as given, even next to a singular one; from a
+            singular one the linkage moves away, with a notice, and ``Linkage.at`` says to
+            where.
         ground: name of the link that is the ground, if joints leave several links uncarried
             or an SDF model is not fixed to the world.
         mode: number of a mode of motion, from 1, where several meet at the pose of the file,

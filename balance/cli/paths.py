@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from balance.cli.arguments import Parser, page_path, picture_path
 from balance.cli.exit_codes import DONE, NEGATIVE
 from balance.cli.model_options import add_model_options, load_model, parse_coordinates
-from balance.cli.number_arguments import number_between, point, whole_number
+from balance.cli.number_arguments import add_about, number_between, point, whole_number
 from balance.cli.outcome import Outcome
 from balance.cli.progress_bar import progress_bar
 
@@ -78,12 +78,13 @@ def _add_path_options(parser: argparse.ArgumentParser) -> None:
     part = parser.add_mutually_exclusive_group()
     part.add_argument(
         "--moment-only", dest="kept", action="store_const", const="moment",
-        help="paths without shaking moment about the inertial origin, whatever the force",
+        help="paths without shaking moment about a point, whatever the force",
     )  # fmt: skip
     part.add_argument(
         "--force-only", dest="kept", action="store_const", const="force",
         help="paths without shaking force, whatever the moment (as --balance force)",
     )  # fmt: skip
+    add_about(parser, "the inertial origin")
 
 
 def _add_base_options(parser: argparse.ArgumentParser) -> None:
@@ -132,6 +133,8 @@ def _refuse_exclusive_options(arguments: argparse.Namespace) -> None:
             arguments.refuse(f"--{name.replace('_', '-')}: only with --base free")
     if free and arguments.base_mass is None and arguments.attitude:
         arguments.refuse("--attitude: give the mass of the base by --base-mass")
+    if arguments.about is not None and arguments.kept != "moment":
+        arguments.refuse("--about: only with --moment-only")
     if arguments.kept == "moment" and arguments.balance == "force":
         arguments.refuse("--moment-only: not with --balance force")
     if free and (arguments.kept or arguments.balance == "force"):
@@ -156,8 +159,8 @@ def _find(
         kept = "force"
     return find_paths(
         linkage, arguments.starts or (),
-        kept=kept, base=_base(arguments), motion=arguments.motion, length=arguments.length,
-        step=arguments.step, line=arguments.line, progress=advance,
+        kept=kept, base=_base(arguments), about=arguments.about, motion=arguments.motion,
+        length=arguments.length, step=arguments.step, line=arguments.line, progress=advance,
     )  # fmt: skip
 
 

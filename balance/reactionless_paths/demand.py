@@ -7,6 +7,7 @@ from math import isfinite
 from typing import Literal
 
 from kinematics.errors import UsageError
+from kinematics.wording import vector_text
 
 __all__ = ["Base", "Demand", "Kept"]
 
@@ -33,7 +34,7 @@ class Demand:
     With the momentum matrix ``M_B = [ξ; p]`` per unit rate of each input:
 
     - ``"all"``: ``[ξ; p]``; a base that is fixed feels nothing, one that floats stays at rest;
-    - ``"moment"``: ξ about the inertial origin;
+    - ``"moment"``: ξ about the inertial origin, or ``ξ - r × p`` about a point r;
     - ``"force"``: p;
     - ``"attitude"``: the base floats and translates with ``v = -p / m``, which leaves no linear
       momentum, but does not turn: ``ξ - c × p`` with mass m and centre of mass c of linkage and
@@ -42,10 +43,13 @@ class Demand:
     Attributes:
         kept: one of these.
         base: the base that floats; None if it is fixed.
+        about: point (3,) of the moment alone, fixed in the inertial frame, metres; None for the
+            inertial origin.
     """
 
     kept: Kept = "all"
     base: Base | None = None
+    about: tuple[float, float, float] | None = None
 
     def check(self) -> None:
         """Check that the parts fit together.
@@ -60,6 +64,10 @@ class Demand:
                 f"a base that floats has no {self.kept}-only paths: keep all of it at rest, or "
                 "its attitude alone"
             )
+        if self.about is not None and (
+            self.kept != "moment" or not all(map(isfinite, self.about))
+        ):
+            raise UsageError("a point of three finite coordinates goes with the moment alone")
         if self.base is not None and not (
             0.0 <= self.base.mass < float("inf") and all(map(isfinite, self.base.com))
         ):
@@ -74,6 +82,13 @@ class Demand:
             )
         return {
             "all": "no shaking force, no shaking moment",
-            "moment": "no shaking moment about the inertial origin",
+            "moment": f"no shaking moment about {self._point}",
             "force": "no shaking force",
         }[self.kept]
+
+    @property
+    def _point(self) -> str:
+        """Name the point of the moment."""
+        if self.about is None:
+            return "the inertial origin"
+        return f"{vector_text(self.about)} m"

@@ -119,6 +119,7 @@ class ReactionlessPaths:
             "model": self.linkage.name,
             "at": self.linkage.at,
             "kept": self.demand.kept,
+            "about": None if self.demand.about is None else list(self.demand.about),
             "base": None if base is None else {"mass": base.mass, "com": list(base.com)},
             "motion": [] if self.motion is None else list(self.motion.relations),
             "inputs": list(self.linkage.inputs),

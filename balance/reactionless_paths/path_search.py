@@ -53,6 +53,7 @@ def find_paths(
     *,
     kept: Kept = "all",
     base: Base | None = None,
+    about: tuple[float, float, float] | None = None,
     motion: Motion | str | Sequence[str] | None = None,
     length: float = LENGTH,
     step: float | None = None,
@@ -73,6 +74,8 @@ def find_paths(
         kept: what vanishes: ``"all"``, ``"moment"`` or ``"force"``; with a base that floats
             ``"all"`` or ``"attitude"``; see `balance.reactionless_paths.demand.Demand`.
         base: the base that floats; None if it is fixed.
+        about: point of the moment, if that alone vanishes, metres, in the inertial frame; None
+            for its origin.
         motion: relations of the inputs that the paths fulfil.
         length: arc length to either side of the start, in all joints, radians and
             characteristic lengths.
@@ -103,7 +106,7 @@ def find_paths(
     if not 0.0 < length < np.inf or (step is not None and not 0.0 < step < np.inf):
         raise UsageError("the length of a path and its step are positive numbers")
     relations = motion_of(linkage, motion)
-    equations = RestEquations(linkage, Demand(kept, base), relations)
+    equations = RestEquations(linkage, Demand(kept, base, about), relations)
     here = [_start(equations, u) for u in _poses(linkage, starts, line)]
     search = _Search(equations, here, length, step)
     for k in range(len(here)):

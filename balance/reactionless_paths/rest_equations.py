@@ -87,9 +87,9 @@ class RestEquations:
         return self.basis.shape[1]
 
     def _moment_centre(self) -> Array:
-        """Return the inertial origin, or the base's centre of mass, in chain coordinates."""
+        """Return the point of the moment, or the base's centre of mass, in chain units."""
         frame, base = self.chain.frame, self.demand.base
-        point = np.zeros(3) if base is None else np.array(base.com)
+        point = np.array(base.com if base is not None else self.demand.about or np.zeros(3))
         return np.asarray((point - frame.origin) / frame.length)
 
     def close(self, q: Array) -> Array:

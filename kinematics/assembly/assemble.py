@@ -82,6 +82,7 @@ def assemble_mode(
     *,
     exactly: bool = False,
     optional: bool = False,
+    stay: bool = False,
 ) -> tuple[Linkage, bool]:
     """Close the loops of a linkage, and follow a mode if several meet at its pose.
 
@@ -91,6 +92,7 @@ def assemble_mode(
         mode: number of the mode.
         exactly: whether axes count as written.
         optional: whether any number is taken where a single mode leaves the pose.
+        stay: whether a regular pose near a singular one is kept, because it was asked for.
 
     Returns:
         The linkage, and whether a single mode leaves its pose.
@@ -99,7 +101,7 @@ def assemble_mode(
         LinkageError: as for `assemble`.
     """
     try:
-        linkage, single = _assemble(draft, inputs, exactly, mode)
+        linkage, single = _assemble(draft, inputs, exactly, mode, stay and mode is None)
     except np.linalg.LinAlgError:
         raise open_loop_error(draft, "", 1) from None
     if single and mode not in (None, 1) and not optional:
@@ -110,8 +112,9 @@ def assemble_mode(
 
 
 def _assemble(
-    draft: UnassembledLinkage, inputs: Sequence[str] | None, exactly: bool, mode: int | None
-) -> tuple[Linkage, bool]:
+    draft: UnassembledLinkage, inputs: Sequence[str] | None, exactly: bool, mode: int | None,
+    stay: bool,
+) -> tuple[Linkage, bool]:  # fmt: skip
     """Close the loops of a linkage and choose its coordinates; see `assemble_mode`."""
     draft = merge_welded_bodies(close_loops(draft, None if exactly else repair_component))
     wanted = tuple(inputs) if inputs is not None else draft.named_inputs
@@ -122,7 +125,7 @@ def _assemble(
         problem: CoordinateError | MobilityError | None = error
         repaired = repair_axes(draft) if not exactly else ""
     else:
-        if not rounded and not near:
+        if not rounded and (stay or not near):
             return (linkage if exactly else _with_notice_on_rest(linkage)), True
         problem = None
         repaired = repair_axes(draft) if rounded and not exactly else ""

@@ -39,7 +39,9 @@ def assemble_at(
     Positions of inputs fix the pose. If only inputs are named, the other joints follow along
     the straight line of input displacements from the reference pose, without a change of
     branch. Positions of further joints are starting values, from which the loops are closed
-    anew at the nearest pose: they choose the branch.
+    anew at the nearest pose: they choose the branch. A pose that closes the loops stays as it
+    is given. So does a regular one near a singular pose; only where the loops have another
+    mobility to first order is the reference pose one further on, as a notice says.
 
     Args:
         draft: the linkage as its file describes it.
@@ -106,12 +108,14 @@ def _follow(linkage: Linkage, request: _Request) -> Linkage:
     q = joint_positions(linkage, {name: value - here[name] for name, value in at.items()})
     chain = arrange_loops(linkage)
     moved = rereference(replace(linkage, named_inputs=inputs), chain, q / chain.units)
-    there, single = assemble_mode(moved, request.inputs, request.mode, exactly=request.exactly)
+    there, single = assemble_mode(
+        moved, request.inputs, request.mode, exactly=request.exactly, stay=True
+    )
     # Both assemblies may have made the same notices.
     there = replace(there, notices=tuple(dict.fromkeys(there.notices)), other_poses=())
     if not single:
         return there
-    return replace(there, at={name: float(at.get(name, here[name])) for name in inputs})
+    return replace(there, at=_input_positions(there, {**here, **at}))
 
 
 def _close_near(
@@ -151,15 +155,27 @@ def _close_near(
             "other positions"
         ) from error
     linkage, single = assemble_mode(
-        there, request.inputs, request.mode, exactly=request.exactly
+        there, request.inputs, request.mode, exactly=request.exactly, stay=True
     )
     q = np.zeros(len(start)) if linkage.displaced is None else linkage.displaced
-    pose = {name: float(at.get(name, q[place[name]])) for name in linkage.inputs}
+    pose = _input_positions(linkage, at)
     notices = [n for n in linkage.notices if n.code != "assembled"]
     if not single:
         return replace(linkage, notices=tuple(notices), other_poses=())
     notices += _moved_notices(linkage, q, {k: v for k, v in at.items() if place[k] not in held})
     return replace(linkage, at=pose, notices=tuple(notices), other_poses=())
+
+
+def _input_positions(linkage: Linkage, asked: Mapping[str, float]) -> dict[str, float]:
+    """Positions of the inputs at the reference pose: those asked for, if they are taken."""
+    q = np.zeros(len(linkage.joints)) if linkage.displaced is None else linkage.displaced
+    positions = dict(zip(names_of(linkage.joints), q.tolist(), strict=True))
+    return {
+        name: float(asked[name])
+        if abs(asked.get(name, np.inf) - positions[name]) <= GIVEN_POSE_RESIDUAL
+        else positions[name]
+        for name in linkage.inputs
+    }
 
 
 def _moved_notices(linkage: Linkage, q: Array, at: Mapping[str, float]) -> list[Notice]:

@@ -55,7 +55,7 @@ def _convert_expanded(root: Element, path: str | None, ground: str | None) -> Co
     if root.tag == "sdf":
         from kinematics.formats.sdf.convert_model import convert_sdf
 
-        return Converted(*convert_sdf(root, ground))
+        return Converted(*convert_sdf(root, ground, path))
     if root.tag == "mujoco":
         from kinematics.formats.mjcf.convert_file import convert_mjcf
 

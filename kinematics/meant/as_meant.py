@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from kinematics.assembly.assemble import assemble
+from kinematics.assembly.assemble import assemble_mode
 from kinematics.errors import LinkageError
 from kinematics.linalg.rational import Vector
 from kinematics.meant.digits import EXACT, FileDigits, file_digits
@@ -133,7 +133,10 @@ def with_screws(linkage: Linkage, screws: tuple[Vector, ...]) -> Linkage:
         _move_joint(joint, _unit_screw(screw))
         for joint, screw in zip(linkage.joints, screws, strict=True)
     )
-    again = assemble(replace(linkage, joints=joints), linkage.inputs, exactly=True)
+    draft = replace(linkage, joints=joints)
+    again, _ = assemble_mode(
+        draft, linkage.inputs, None, exactly=True, stay=linkage.at is not None
+    )
     notices = tuple(
         notice for notice in dict.fromkeys(again.notices)
         if notice.code != "nearly_planar" or not again.planar

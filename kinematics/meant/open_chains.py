@@ -179,7 +179,7 @@ class _Snapping:
         return t + dot(self._p[a], u) / uu
 
     def _angle(self, n: Vector, k: int, right: bool = False) -> float:
-        """Compute the angle between a direction and that of a joint, or its distance from π/2."""
+        """Compute the angle between a direction and a joint's, or its distance from π/2."""
         m = self._n[k]
         sine, size = _size(cross(n, m)), _size(n) * _size(m)
         return abs(float(dot(n, m))) / size if right else sine / size

@@ -62,15 +62,18 @@ def momentum_field(found: ReactionlessPaths) -> MomentumField | None:
         found: the paths.
 
     Returns:
-        The field; None if the linkage has not two inputs, if its base floats, or if no pose is
-        reached.
+        The field; None if the linkage has not two inputs, if its base floats, if the moment is
+        about another point than the origin, or if no pose is reached.
     """
     linkage = found.linkage
-    if len(linkage.inputs) != 2 or found.demand.base is not None or found.motion is not None:
+    demand = found.demand
+    if len(linkage.inputs) != 2 or demand.base is not None or found.motion is not None:
+        return None
+    if demand.about is not None:
         return None
     first, second = _axes(found)
     grid = dict(zip(linkage.inputs, (first, second), strict=True))
-    kept = found.demand.kept
+    kept = demand.kept
     components: Components = kept if kept in ("moment", "force") else "both"
     try:
         field = momentum_map(linkage, grid, components)

@@ -5,7 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 from kinematics.error_text import clean, closest_names, quoted
+from kinematics.formats.sdf.expand_includes import expand_sdf_includes
 from kinematics.formats.sdf.find_model import find_model, version_of
+from kinematics.formats.sdf.flatten_models import flatten_models
 from kinematics.formats.sdf.frames import WORLD, read_frames
 from kinematics.formats.sdf.inertials import has_inertial, uses_defaults
 from kinematics.formats.sdf.model_joints import LinkNames, ModelJoint, read_joint
@@ -19,7 +21,7 @@ __all__ = ["convert_sdf"]
 
 
 def convert_sdf(
-    root: Element, wanted: str | None = None
+    root: Element, wanted: str | None = None, path: str | None = None
 ) -> tuple[Element, tuple[tuple[str, str], ...]]:
     """Convert an SDF file.
 
@@ -30,6 +32,7 @@ def convert_sdf(
     Args:
         root: the ``<sdf>`` element.
         wanted: name of the link that is the ground; None for the default.
+        path: the file, beside which included models are; None for a stream.
 
     Returns:
         The ``<robot>`` element, and code and message of each remark.
@@ -37,7 +40,8 @@ def convert_sdf(
     Raises:
         Refusal: the file has something that cannot be converted.
     """
-    version, model = version_of(root), find_model(root)
+    version = version_of(root)
+    model = flatten_models(find_model(expand_sdf_includes(root, path)))
     check_tags(model)
     frames, names = read_frames(model), LinkNames(model)
     if not names.links:

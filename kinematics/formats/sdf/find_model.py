@@ -10,7 +10,7 @@ from kinematics.formats.sdf.tags import check_plugin
 from kinematics.urdf.xml_tree import Refusal
 from kinematics.urdf_elements.element import Element
 
-__all__ = ["find_model", "version_of"]
+__all__ = ["find_model", "is_scenery", "version_of"]
 
 # Minor numbers of the first and the last version 1.x that is read.
 FIRST, LAST = 4, 12
@@ -52,8 +52,6 @@ def find_model(root: Element) -> Element:
             elif item.tag == "joint":
                 remedy = "move it into the model, and both of its links with it"
                 raise Refusal(item.label, f"a joint in <{host.tag}> is not read", remedy)
-            elif item.tag == "include":
-                _check_include(item)
     moving = [model for model in models if not is_true(model, model.first("static"))]
     if len(moving) == 1:
         return moving[0]
@@ -66,10 +64,8 @@ def find_model(root: Element) -> Element:
     raise Refusal(root.label, "no <model>", "give an SDF file with a model")
 
 
-def _check_include(item: Element) -> None:
-    """Reject a model from another file, unless it is one of the usual scenery."""
-    uri = item.first("uri")
+def is_scenery(include: Element) -> bool:
+    """Whether an ``<include>`` names a model of nearly every world, which does not move."""
+    uri = include.first("uri")
     name = uri.text.rstrip("/").rpartition("/")[2] if uri is not None else ""
-    if name.lower().replace(" ", "_") not in _SCENERY:
-        problem = f"<include> of '{clean(name)}' is not supported"
-        raise Refusal(item.label, problem, "give the file of the model itself")
+    return name.lower().replace(" ", "_") in _SCENERY

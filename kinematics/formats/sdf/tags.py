@@ -37,8 +37,6 @@ _IDLE = {
     "inertial": ("density", "auto_inertia_params", "fluid_added_mass", "frame"),
 }  # fmt: skip
 _REFUSED = {
-    "model": "write its links and joints into this model",
-    "include": "write the links and joints of its file into this model",
     "gripper": "remove it, and write a fixed joint to what it holds, if it holds something",
 }
 _ATTRIBUTES = {

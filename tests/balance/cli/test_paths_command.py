@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 
+import balance
 from balance.cli.main import main
 from tests.support.json_answers import json_answer
 
@@ -53,12 +55,29 @@ def test_parts_of_the_momentum_and_lines_of_starts(capsys):
     assert "no shaking moment about the inertial origin" in capsys.readouterr().out
 
 
+@pytest.mark.slow
+def test_the_moment_about_another_point(capsys):
+    """``ξ - r × p`` vanishes along the path, and ``ξ`` does not."""
+    r = (0.4, -0.2, 0.0)
+    words = ["--moment-only", "--about", "0.4,-0.2,0", *SHORT]
+    code, told = json_answer(capsys, "paths", "five_bar", *words)
+    assert code == 0 and told["about"] == list(r) and told["kept"] == "moment"
+    (path,) = balance.find_paths("five_bar", kept="moment", about=r, length=0.3).paths
+    for u, rates in zip(path.u[::20], path.rates[::20], strict=True):
+        momentum = balance.momentum_matrix("five_bar", u) @ rates
+        moment, p = momentum[:3], momentum[3:]
+        assert np.linalg.norm(moment - np.cross(r, p)) < 1e-8 * np.linalg.norm(moment)
+    assert main(["paths", "five_bar", *words]) == 0
+    assert "no shaking moment about (0.4, -0.2, 0) m" in capsys.readouterr().out
+
+
 @pytest.mark.parametrize(("words", "code", "what"), [
     (["--attitude"], 2, "only with --base free"),
     (["--base", "free", "--attitude"], 2, "--base-mass"),
     (["--base", "free", "--moment-only"], 2, "not with --moment-only"),
     (["--moment-only", "--force-only"], 2, "not allowed"),
     (["--moment-only", "--balance", "force"], 2, "not with --balance force"),
+    (["--about", "1,0,0"], 2, "only with --moment-only"),
     (["--line", "2"], 2, "two poses"),
     (["--length", "0"], 2, "is not a number"),
     (["--moment-only", "--length", "0.1", "--which", "9"], 2, "there are 1 paths"),

@@ -252,3 +252,37 @@ def test_errors_of_the_module():
     with pytest.raises(PoseError, match="finite"):
         kinematics.load("five_bar", at={"u1": np.nan})
     assert kinematics.load("five_bar", at={}).at is None
+
+
+# Angles of the crank, from the pose of the file, at which all links are in one line.
+IN_LINE = {
+    "four_bar_parallelogram": -np.arctan2(0.4, 0.3),
+    "four_bar_kite": -np.arctan2(0.3, 0.6),
+}
+
+
+@pytest.mark.parametrize("off", [1e-1, 1e-2, 1e-3])
+@pytest.mark.parametrize("name", IN_LINE)
+def test_a_pose_next_to_a_singular_one_stays_as_it_is_given(name, off):
+    """By its input alone, and by the positions of all joints, which close the loops."""
+    asked = IN_LINE[name] + off
+    linkage = kinematics.load(name, at={"u1": asked})
+    q = dict(zip((joint.name for joint in linkage.joints), linkage.displaced, strict=True))
+    assert abs(q["u1"] - asked) < 1e-12 and linkage.at == {
+        "u1": pytest.approx(asked, abs=1e-12)
+    }
+    assert "left_singular_pose" not in {notice.code for notice in linkage.notices}
+    again = kinematics.load(name, at=q)
+    np.testing.assert_allclose(again.displaced, linkage.displaced, atol=1e-9)
+
+
+def test_the_ranks_next_to_a_singular_pose_are_those_of_the_file():
+    name = "four_bar_kite"
+    expected = [order.rank for order in certify(design_space(name)).orders]
+    for off in (1e-1, 1e-2):
+        linkage = kinematics.load(name, at={"u1": IN_LINE[name] + off})
+        found = certify(design_space(linkage))
+        if found.level != "estimated":
+            assert [order.rank for order in found.orders] == expected
+        else:
+            assert found.doubts or [order.rank for order in found.orders] == expected

@@ -259,7 +259,7 @@ def test_joints_the_other_way(saved):
 
 
 REFUSED = {
-    "nested model": (sdf(BASE, '<model name="n"/>'), "model 'n'"),
+    "nested model without a name": (sdf(BASE, "<model/>"), "without a name"),
     "include": (sdf(BASE, "<include><uri>model://arm</uri></include>"), "<include>"),
     "gripper": (sdf(BASE, '<gripper name="g"/>'), "gripper 'g'"),
     "gearbox": (sdf(BASE, ARM, joint("j", "gearbox", "base", "arm")), "gearbox"),

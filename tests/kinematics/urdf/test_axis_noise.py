@@ -55,3 +55,41 @@ def test_which_components_are_round_off(tmp_path, words, read):
 def test_a_remark_names_the_axes():
     (told,) = [x.message for x in kinematics.load(NOISE).notices if x.code == "axis_noise"]
     assert "joint 'j2' (line 5)" in told and "--as-written" in told and "j1" not in told
+
+
+def origins(path, angles="nominal"):
+    tree = read_files(path, None, ReadOptions(angles=angles)).tree
+    owners = [item for item in tree.walk() if item.tag in ("joint", "predecessor", "successor")]
+    return [
+        dict(part.attributes) for x in owners for part in x.children if part.tag == "origin"
+    ]
+
+
+@pytest.mark.parametrize(
+    ("written", "read"),
+    [
+        ({"xyz": "1 2.2e-16 -3E-13"}, {"xyz": "1 0 0"}),
+        ({"xyz": "1 2e-12 0"}, {"xyz": "1 2e-12 0"}),
+        ({"xyz": "1 0.00000000000001 0"}, {"xyz": "1 0.00000000000001 0"}),
+        ({"xyz": "1 0 0", "rpy": "3e-15 -4E-14 0.3"}, {"xyz": "1 0 0", "rpy": "0 0 0.3"}),
+        ({"xyz": "1 0 0", "rpy": "3e-12 0 0"}, {"xyz": "1 0 0", "rpy": "3e-12 0 0"}),
+    ],
+)
+def test_which_numbers_of_origins_are_round_off(tmp_path, written, read):
+    """In joints and at both ends of loops; ``as_written`` takes them."""
+    origin = "<origin " + " ".join(f'{k}="{v}"' for k, v in written.items()) + "/>"
+    parts = [link("base"), link("a", **UNIT_INERTIA), link("b", **UNIT_INERTIA)]
+    for name, before, after in (("j", "base", "a"), ("i", "a", "b")):
+        parts.append(
+            f'<joint name="{name}" type="revolute"><parent link="{before}"/>{origin}'
+            f'<child link="{after}"/><axis xyz="0 0 1"/>'
+            '<limit lower="-1" upper="1" effort="1" velocity="1"/></joint>'
+        )
+    parts.append(
+        f'<loop name="k" type="revolute"><predecessor link="b">{origin}</predecessor>'
+        f'<successor link="base">{origin}</successor><axis xyz="0 0 1"/></loop>'
+    )
+    path = saved(tmp_path, *parts)
+    assert origins(path) == [read] * 4 and origins(path, "as_written") == [written] * 4
+    remarks = read_files(path, None, ReadOptions()).remarks
+    assert ("origin_noise" in {code for code, _ in remarks}) == (written != read)

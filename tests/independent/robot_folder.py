@@ -1,0 +1,306 @@
+"""Reports on a folder of robot files, and their mobility in maximal coordinates.
+
+``python -m tests.independent.robot_folder FOLDER [--json RESULTS]`` runs ``balance report`` on
+each file as a user does, in a process of its own, and compares the mobility with that of a
+second route: six velocities of each link and the rows of each joint for URDF and SDF, read by
+the code below; the rank of the equality rows of MuJoCo for MJCF. The rank of the Jacobian at
+the pose of the file bounds the mobility from above; at a regular pose they are equal. Refusals
+are listed with their reasons; a crash, more than 20 s or more than 2 GB are failures.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import re
+import subprocess
+import sys
+import tempfile
+import time
+import xml.etree.ElementTree as ET
+from pathlib import Path
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+SECONDS, MEGABYTES, TIMEOUT = 20.0, 2000.0, 120.0
+RANK = 1e-9
+# Directions along which the links of a joint may move against each other: turns, slides.
+FREE = {
+    "revolute": (1, 0), "continuous": (1, 0), "prismatic": (0, 1), "fixed": (0, 0),
+    "floating": (3, 3), "free": (3, 3), "ball": (3, 0), "spherical": (3, 0),
+}  # fmt: skip
+
+
+def pose_of(words):
+    numbers = [float(x) for x in words.split()] or [0.0] * 6
+    H = np.eye(4)
+    H[:3, :3] = Rotation.from_euler("xyz", numbers[3:6]).as_matrix()
+    H[:3, 3] = numbers[:3]
+    return H
+
+
+def constraint_rows(kind, H, axis, before, after, columns):
+    """Rows of the constraints of a joint on the velocities ``(ω, v)`` of its links, about 0."""
+    turns, slides = FREE[kind]
+    n = H[:3, :3] @ axis
+    across = np.linalg.svd(n[None])[2][1:]
+    point = H[:3, 3]
+    rows = []
+    if turns < 3:
+        directions = np.eye(3) if turns == 0 else across
+        rows += [np.concatenate([d, np.zeros(3)]) for d in directions]
+    if slides < 3:
+        directions = np.eye(3) if slides == 0 else across
+        # The velocity of the point is v + ω × p, and d·(ω × p) = ω·(p × d).
+        rows += [np.concatenate([np.cross(point, d), d]) for d in directions]
+    return [spread(row, before, after, columns) for row in rows]
+
+
+def spread(row, before, after, columns):
+    out = np.zeros(columns)
+    for link, sign in ((after, 1.0), (before, -1.0)):
+        if link is not None:
+            out[6 * link : 6 * link + 6] = sign * row
+    return out
+
+
+def rate_row(kind, H, axis, before, after, columns):
+    """The row whose product with the velocities is the rate of a joint."""
+    n, zero = H[:3, :3] @ axis, np.zeros(3)
+    if kind == "prismatic":
+        return spread(np.concatenate([np.cross(H[:3, 3], n), n]), before, after, columns)
+    return spread(np.concatenate([n, zero]), before, after, columns)
+
+
+def mobility_of(links, joints, mimics):
+    """``6 links - rank`` of all rows; links are numbers, None is the ground."""
+    columns, rows, rates = 6 * links, [], {}
+    for name, kind, H, axis, before, after in joints:
+        rows += constraint_rows(kind, H, axis, before, after, columns)
+        rates[name] = rate_row(kind, H, axis, before, after, columns)
+    rows += [rates[j] - ratio * rates[source] for j, source, ratio in mimics]
+    if not rows:
+        return columns
+    A = np.array(rows)
+    values = np.linalg.svd(A, compute_uv=False)
+    return columns - int(np.sum(values > RANK * values[0]))
+
+
+def read_urdf(path):
+    root = ET.parse(path).getroot()
+    joints = [x for x in root.findall("joint") if x.find("parent") is not None]
+    children = {x.find("child").get("link"): x for x in joints}
+    (base,) = [x.get("name") for x in root.findall("link") if x.get("name") not in children]
+    places = {base: np.eye(4)}
+
+    def place(link):
+        if link not in places:
+            joint = children[link]
+            origin = joint.find("origin")
+            xyz, rpy = ("0 0 0", "0 0 0") if origin is None else (
+                origin.get("xyz", "0 0 0"), origin.get("rpy", "0 0 0"))  # fmt: skip
+            places[link] = place(joint.find("parent").get("link")) @ pose_of(f"{xyz} {rpy}")
+        return places[link]
+
+    number = {link: k for k, link in enumerate(children)} | {base: None}
+    found, mimics = [], []
+    for joint in joints:
+        child = joint.find("child").get("link")
+        axis = joint.find("axis")
+        n = np.array(
+            [float(x) for x in (axis.get("xyz") if axis is not None else "1 0 0").split()]
+        )
+        ends = number[joint.find("parent").get("link")], number[child]
+        found.append((joint.get("name"), joint.get("type"), place(child), n, *ends))
+        mimic = joint.find("mimic")
+        if mimic is not None:
+            ratio = float(mimic.get("multiplier", "1"))
+            mimics.append((joint.get("name"), mimic.get("joint"), ratio))
+    return mobility_of(len(children), found, mimics)
+
+
+def read_sdf(path):
+    root = ET.parse(path).getroot()
+    model = root.find("model") if root.find("model") is not None else root.find("world/model")
+    if model.find("model") is not None or model.find("include") is not None:
+        raise ValueError("nested models")
+    links = [x.get("name") for x in model.findall("link")]
+    elements = {x.get("name"): x for x in model if x.tag in ("link", "joint", "frame")}
+    world = pose_of("")
+
+    def place(name):
+        if name == "__model__":
+            return world
+        item = elements[name]
+        pose = item.find("pose")
+        base = None if pose is None else pose.get("relative_to")
+        if base is None and item.tag == "joint":
+            base = item.find("child").text.strip()
+        if base is None and item.tag == "frame":
+            base = item.get("attached_to")
+        H = pose_of((pose.text or "") if pose is not None else "")
+        return (place(base) if base else world) @ H
+
+    number = {link: k for k, link in enumerate(links)}
+    found, mimics, fixed = [], [], False
+    for joint in model.findall("joint"):
+        kind = joint.get("type")
+        parent, child = (joint.find(x).text.strip() for x in ("parent", "child"))
+        axis, n = joint.find("axis"), np.array([0.0, 0.0, 1.0])
+        H = place(joint.get("name"))
+        if axis is not None and axis.find("xyz") is not None:
+            n = np.array([float(x) for x in axis.find("xyz").text.split()])
+            frame = axis.find("xyz").get("expressed_in")
+            old = axis.find("use_parent_model_frame")
+            if old is not None and old.text.strip() in ("1", "true"):
+                frame = "__model__"
+            if frame:
+                n = H[:3, :3].T @ place(frame)[:3, :3] @ n
+            mimic = axis.find("mimic")
+            if mimic is not None:
+                ratio = float(mimic.findtext("multiplier"))
+                mimics.append((joint.get("name"), mimic.get("joint"), ratio))
+        fixed = fixed or "world" in (parent, child)
+        found.append((joint.get("name"), kind, H, n, number.get(parent), number.get(child)))
+    mobility = mobility_of(len(links), found, mimics)
+    return mobility if fixed else mobility - 6
+
+
+def read_mjcf(path, fixed_base):
+    import mujoco
+
+    root = ET.parse(path).getroot()
+    for parent in list(root.iter()):
+        for child in list(parent):
+            if child.tag in ("geom", "mesh", "material", "texture", "skin", "hfield", "sensor",
+                             "contact", "actuator", "keyframe", "camera", "light", "custom",
+                             "flex", "tuple", "tendon", "plugin", "deformable", "asset"
+                             ):  # fmt: skip
+                parent.remove(child)
+    for body in root.iter("body"):
+        inertial = body.find("inertial")
+        if inertial is None:
+            ET.SubElement(body, "inertial", pos="0 0 0", mass="1", diaginertia="1 1 1")
+    if fixed_base:
+        free = {("freejoint", None), ("joint", "free")}
+        for body in root.findall("worldbody/body"):
+            for joint in list(body):
+                if (joint.tag, joint.get("type")) in free:
+                    body.remove(joint)
+                    break
+    model = mujoco.MjModel.from_xml_string(ET.tostring(root, encoding="unicode"))
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    rows = data.efc_type == mujoco.mjtConstraint.mjCNSTR_EQUALITY
+    if not rows.any():
+        return int(model.nv)
+    J = np.reshape(data.efc_J, (-1, model.nv))
+    if model.nv * len(rows) != J.size or mujoco.mj_isSparse(model):
+        J = np.zeros((len(rows), model.nv))
+        mujoco.mju_sparse2dense(
+            J, data.efc_J, data.efc_J_rownnz, data.efc_J_rowadr, data.efc_J_colind
+        )
+    values = np.linalg.svd(J[rows], compute_uv=False)
+    return int(model.nv - np.sum(values > RANK * values[0]))
+
+
+def other_mobility(path, fixed_base):
+    """Mobility by the other route, or the reason why it has none."""
+    try:
+        if path.suffix == ".urdf":
+            return read_urdf(path), ""
+        if path.suffix == ".sdf":
+            return read_sdf(path), ""
+        return read_mjcf(path, fixed_base), ""
+    except Exception as error:  # files of others: any of them may break a reader
+        return None, f"{type(error).__name__}: {error}"[:200]
+
+
+def run(words, timeout=TIMEOUT):
+    """Run a command: exit code, seconds, megabytes, output, errors."""
+    with tempfile.TemporaryFile("w+") as out, tempfile.TemporaryFile("w+") as err:
+        start = time.monotonic()
+        child = subprocess.Popen(words, stdout=out, stderr=err)
+        while True:
+            pid, status, usage = os.wait4(child.pid, os.WNOHANG)
+            if pid:
+                child.returncode = os.waitstatus_to_exitcode(status)
+                break
+            if time.monotonic() - start > timeout:
+                child.kill()
+            time.sleep(0.02)
+        out.seek(0)
+        err.seek(0)
+        took = usage.ru_utime + usage.ru_stime
+        return child.returncode, took, usage.ru_maxrss / 1024, out.read(), err.read()
+
+
+def report(path):
+    """Report on a file, and compare its mobility; a record."""
+    command = [sys.executable, "-m", "balance", "report", str(path), "--json"]
+    fixed = False
+    code, took, size, out, err = run(command)
+    if code == 3 and "--fix-base" in err + out:
+        fixed = True
+        code, took, size, out, err = run([*command, "--fix-base"])
+    record = {"file": str(path), "code": code, "seconds": round(took, 1),
+              "megabytes": round(size), "fixed_base": fixed}  # fmt: skip
+    if code in (0, 1, 4):
+        answer = json.loads(out)
+        record |= {k: answer.get(k) for k in ("mobility", "rank", "certainty")}
+        record["codes"] = sorted({notice["code"] for notice in answer.get("warnings", [])})
+        record["doubts"] = answer.get("doubts", [])
+        record["other"], record["why"] = other_mobility(path, fixed)
+    else:
+        record["reason"] = (err or out).strip().splitlines()[-1][:400] if err + out else ""
+    record["verdict"] = judge(record)
+    return record
+
+
+def judge(record):
+    """One word: right, wrong, unsure, refused, unread, slow, large or crashed."""
+    if record["code"] not in (0, 1, 2, 3, 4):
+        return "crashed"
+    if record["seconds"] > SECONDS:
+        return "slow"
+    if record["megabytes"] > MEGABYTES:
+        return "large"
+    if record["code"] in (2, 3):
+        return "refused"
+    if record["other"] is None:
+        return "unread"
+    if record["mobility"] == record["other"]:
+        return "right"
+    return "unsure" if record["code"] == 4 else "differs"
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("folder", type=Path)
+    parser.add_argument("--json", type=Path)
+    arguments = parser.parse_args()
+    paths = sorted(
+        path for path in arguments.folder.rglob("*")
+        if path.suffix in (".urdf", ".sdf")
+        or (path.suffix == ".xml" and re.search("<mujoco", path.read_text(errors="replace")))
+    )  # fmt: skip
+    counts = {}
+    for path in paths:
+        record = report(path)
+        counts[record["verdict"]] = counts.get(record["verdict"], 0) + 1
+        words = record.get("reason") or record.get("why") or ""
+        cost = f"{record['seconds']}s {record['megabytes']}MB"
+        mobilities = record.get("mobility"), record.get("other")
+        print(record["verdict"], record["code"], *mobilities, cost, path, words, flush=True)
+        if arguments.json:
+            with arguments.json.open("a") as file:
+                print(json.dumps(record), file=file)
+    print(counts)
+    bad = sum(counts.get(word, 0) for word in ("crashed", "slow", "large", "differs"))
+    return 1 if bad else 0
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from balance.designs.best_design import Design
 from balance.inertial_parameters.body_inertia import BodyInertia
+from balance.report.answer import Body, Facts, Table
 from balance.report.text.report import distance_text
 from balance.spaces.distance_to_rank_drop import distance_to_rank_drop
 from kinematics.linalg.ties import round_decimals
@@ -22,8 +23,8 @@ __all__ = [
     "FORCE_ONLY",
     "OTHER_WAYS",
     "body_rows",
+    "design_body",
     "design_facts",
-    "design_text",
     "vector_digits",
 ]
 
@@ -89,16 +90,11 @@ def body_rows(bodies: Sequence[BodyInertia], length: float) -> list[tuple[str, .
     return [head, *(_row(body, length) for body in bodies)]
 
 
-def design_text(design: Design) -> str:
-    """Write a design as plain text."""
-    lines = [f"{label:<13} {value}" for label, value in design_facts(design)]
-    if design.bodies:
-        table = body_rows(design.bodies, design.space.length)
-        widths = [max(map(len, column)) for column in zip(*table, strict=True)]
-        cells = ("  ".join(f"{c:<{w}}" for c, w in zip(row, widths, strict=True))
-                 for row in table)  # fmt: skip
-        lines += ["", *(line.rstrip() for line in cells)]
-    return "\n".join(lines)
+def design_body(design: Design) -> Body:
+    """Build what is printed on a design."""
+    bodies = design.bodies
+    table = ["", Table(body_rows(bodies, design.space.length))] if bodies else []
+    return [Facts(design_facts(design), least=13), *table]
 
 
 def _what_else(design: Design) -> list[tuple[str, str]]:

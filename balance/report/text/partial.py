@@ -5,15 +5,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
 from math import inf
 
 from balance.partial_balance.results import ParetoFront, PartialBalance
+from balance.report.answer import Body, Facts, Table
 from balance.report.text.counterweights import counterweight_rows
 from balance.tolerances import SHAKING_GAP_PROVED
 from kinematics.wording import number_text, size_text, vector_text
 
-__all__ = ["front_rows", "partial_facts", "partial_text"]
+__all__ = ["front_rows", "partial_body", "partial_facts"]
 
 DIGITS = 4
 
@@ -115,24 +115,11 @@ def front_rows(front: ParetoFront) -> list[tuple[str, ...]]:
     return rows
 
 
-def partial_text(front: ParetoFront) -> str:
-    """Write designs as plain text.
-
-    Args:
-        front: the designs; the last one is described in full.
-    """
-    facts, best = partial_facts(front), front.designs[-1]
-    width = max(len(label) for label, _ in facts)
-    lines = [f"{label:<{width}}  {value}" for label, value in facts]
+def partial_body(front: ParetoFront) -> Body:
+    """Build what is printed on designs, of which the last one is described in full."""
+    body: list[Facts | Table | str] = [Facts(partial_facts(front))]
     if len(front.designs) > 1:
-        lines += ["", *_aligned(front_rows(front))]
-    if best.weights:
-        lines += ["", *_aligned(counterweight_rows(best.weights, DIGITS))]
-    return "\n".join(lines)
-
-
-def _aligned(rows: Sequence[tuple[str, ...]]) -> Iterator[str]:
-    """Write rows of a table in columns of equal width."""
-    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
-    for row in rows:
-        yield "  ".join(f"{c:<{w}}" for c, w in zip(row, widths, strict=True)).rstrip()
+        body += ["", Table(front_rows(front))]
+    if front.designs[-1].weights:
+        body += ["", Table(counterweight_rows(front.designs[-1].weights, DIGITS))]
+    return body

@@ -11,9 +11,10 @@ from numpy.typing import NDArray
 from balance.motion_tolerances import LOCAL_CURVE_STEP
 from balance.reactionless_paths.found_paths import ReactionlessPaths, StartPose
 from balance.reactionless_paths.path import ReactionlessPath
+from balance.report.answer import Body, Facts, Table
 from kinematics.wording import number_text
 
-__all__ = ["path_rows", "paths_facts", "paths_text"]
+__all__ = ["path_rows", "paths_body", "paths_facts"]
 
 Array = NDArray[np.float64]
 
@@ -101,20 +102,7 @@ def _row(found: ReactionlessPaths, number: int, path: ReactionlessPath) -> tuple
     )  # fmt: skip
 
 
-def paths_text(found: ReactionlessPaths) -> str:
-    """Write paths as plain text.
-
-    Args:
-        found: the paths.
-    """
-    facts = paths_facts(found)
-    width = max(len(label) for label, _ in facts)
-    lines = [f"{label:<{width}}  {value}" for label, value in facts]
-    table = path_rows(found)[: MAX_ROWS + 1]
-    if len(table) > 1:
-        widths = [max(map(len, column)) for column in zip(*table, strict=True)]
-        lines.append("")
-        for row in table:
-            cells = "  ".join(f"{c:<{w}}" for c, w in zip(row, widths, strict=True))
-            lines.append(cells.rstrip())
-    return "\n".join(lines)
+def paths_body(found: ReactionlessPaths) -> Body:
+    """Build what is printed on paths."""
+    rows = path_rows(found)[: MAX_ROWS + 1]
+    return [Facts(paths_facts(found)), *(["", Table(rows)] if found.paths else [])]

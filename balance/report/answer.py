@@ -15,6 +15,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "Answer", "Body", "Facts", "Files", "Pairs", "Section", "Table", "joined_facts",
+    "side_by_side",
 ]  # fmt: skip
 
 MISSING = "–"
@@ -111,3 +112,8 @@ def joined_facts(facts: Sequence[Pairs]) -> list[tuple[str, ...]]:
                   for pairs in facts))
         for label in labels
     ]  # fmt: skip
+
+
+def side_by_side(facts: Sequence[Pairs]) -> Body:
+    """Build what is printed on several linkages: a row for each fact, a column for each one."""
+    return [Facts(joined_facts(facts), wrapped=True)]

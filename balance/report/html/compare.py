@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 from html import escape
 
+from balance.report.answer import joined_facts
 from balance.report.data import Report, report_data
 from balance.report.html.render import html_table, render_page
 from balance.report.html.robot_shapes import robot_shapes
 from balance.report.html.scene import scene
 from balance.report.html.time_panels import linkage_names
 from balance.report.text.report import comparison_facts
-from balance.report.text.side_by_side import joined_facts
 
 __all__ = ["compare_page"]
 
@@ -45,7 +45,7 @@ def compare_page(reports: Sequence[Report], meshes: bool = True) -> str:
         models="\n".join(_model(k, name) for k, name in enumerate(names)),
         facts=html_table(
             ["Fact", *map(escape, names)],
-            [[escape(label), *map(escape, cells)] for label, cells in rows],
+            [list(map(escape, row)) for row in rows],
         ),
     )  # fmt: skip
 

@@ -28,7 +28,7 @@ MOST_DIGITS = 5
 
 
 def free_modes_table(modes: Sequence[FreeMode]) -> Table:
-    """Build the table of modes of a free beam, without dimensions: λ², and zeros over the length."""
+    """Build the table of modes of a free beam: λ², and zeros over the length."""
     rows = [("mode", "λ² = ω √(ρA l⁴ / EI)", "zeros ± ξ from the middle")]
     for one in modes:
         zeros = " ".join(f"{zero:.12g}" for zero in one.zeros)
@@ -79,7 +79,7 @@ def similarity_body(
     motion: FlexibleMotion | None = None,
     translator: TranslatorMotion | None = None,
 ) -> Body:
-    """Build what is printed on a counter-arm, the conditions of similarity, and the peaks of a simulation.
+    """Build what is printed on a counter-arm, its similarity, and the peaks of a simulation.
 
     Args:
         second: the counter-arm.

@@ -63,7 +63,8 @@ def _aligned(
 ) -> Iterator[str]:
     """Align the columns of a table."""
     widths = [max(least, *map(len, column)) for column in zip(*rows, strict=True)]
-    forms = [f"{side}{width}" for side, width in zip(chain(align, repeat(align[-1])), widths)]
+    sides = align.ljust(len(widths), align[-1])
+    forms = [f"{side}{width}" for side, width in zip(sides, widths, strict=False)]
     for row in rows:
         cells = (f"{cell:{form}}" for cell, form in zip(row, forms, strict=True))
         yield gap.join(cells).rstrip()

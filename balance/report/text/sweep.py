@@ -152,8 +152,8 @@ def show_body(found: Data) -> Body:
          f"{column['missing']:,}" if column["missing"] else "")
         for column in found["columns"] if column["kind"] != "text"
     ]  # fmt: skip
-    head = ("column", "least", "most", "missing")
-    body: list[Facts | Table | str] = [Facts(file_facts(found)), "", Table([head, *ranges], "<>")]
+    ranges.insert(0, ("column", "least", "most", "missing"))
+    body: list[Facts | Table | str] = [Facts(file_facts(found)), "", Table(ranges, "<>")]
     if found["table"]:
         rows = [[cell_text(value) for value in row] for row in found["table"]]
         kept = [k for k in range(len(found["head"])) if k == 0 or any(row[k] for row in rows)]

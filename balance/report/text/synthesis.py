@@ -97,5 +97,5 @@ def _row(one: SynthesizedMechanism) -> tuple[str, ...]:
 def synthesis_body(found: Synthesis) -> Body:
     """Build what is printed on a synthesis."""
     head, *rows = mechanism_rows(found)
-    mechanisms = ((("", Facts(list(zip(head, row, strict=True)))) for row in rows))
+    mechanisms = (("", Facts(list(zip(head, row, strict=True)))) for row in rows)
     return [Facts(synthesis_facts(found)), *chain.from_iterable(mechanisms)]

@@ -14,7 +14,7 @@ from kinematics.errors import FileError, LinkageError, UsageError
 __all__ = [
     "INPUTS", "MODELS", "OUTPUTS", "add_meshes_option", "add_page_option",
     "add_picture_option", "check_files", "check_folder", "describe_written", "kind_of",
-    "picture_path", "write_outputs",
+    "page_path", "picture_path", "write_outputs",
 ]  # fmt: skip
 
 # Options of all commands that name output files.
@@ -36,7 +36,7 @@ def add_page_option(parser: argparse.ArgumentParser, what: str) -> None:
         what: what the page shows, for the help: ``write a page …``.
     """
     parser.add_argument(
-        "--html", type=_page_path, metavar="FILE.html",
+        "--html", type=page_path, metavar="FILE.html",
         help=f"write a page {what}; it needs no network",
     )  # fmt: skip
 
@@ -73,8 +73,12 @@ def picture_path(text: str) -> str:
     return text
 
 
-def _page_path(text: str) -> str:
-    """Check that a word names a page, a pipe or a device."""
+def page_path(text: str) -> str:
+    """Check that a word names a page, a pipe or a device.
+
+    Raises:
+        ArgumentTypeError: it ends neither in .html nor in .htm, and is no stream.
+    """
     if not (text.lower().endswith((".html", ".htm")) or is_stream(text)):
         raise argparse.ArgumentTypeError(f"'{text}' ends neither in .html nor in .htm")
     return text

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 from balance.cli.arguments import Parser, add_json_option
 from balance.cli.exit_codes import verdict_code
+from balance.cli.number_arguments import finite_number
 from balance.cli.outputs import add_page_option, add_picture_option, kind_of
 from balance.cli.progress_bar import progress_bar
 from balance.report.answer import Answer, Files
@@ -61,7 +62,7 @@ def _add_method_options(parser: argparse.ArgumentParser) -> None:
     )  # fmt: skip
     case = parser.add_mutually_exclusive_group()
     case.add_argument(
-        "--ratio", type=_number, metavar="K",
+        "--ratio", type=finite_number, metavar="K",
         help="turn of the first link over that of the tool, constant and negative (default -1)",
     )  # fmt: skip
     case.add_argument(
@@ -167,14 +168,6 @@ def _numbers(text: str) -> tuple[float, ...]:
     if len(numbers) not in (2, 4):
         raise argparse.ArgumentTypeError(f"'{text}' is not X0,X1 or X0,X1,Y0,Y1")
     return tuple(numbers)
-
-
-def _number(text: str) -> float:
-    """Parse a finite number."""
-    numbers = _split(text)
-    if len(numbers) != 1:
-        raise argparse.ArgumentTypeError(f"'{text}' is not a number")
-    return numbers[0]
 
 
 def _split(text: str) -> list[float]:

@@ -11,6 +11,7 @@ from balance.added_masses.answer import Counterweights
 from balance.added_masses.counterweight import DENSITIES, Counterweight
 from balance.report.answer import Body, Facts, Table
 from balance.report.text.design import FORCE_ONLY, OTHER_WAYS, vector_digits
+from balance.report.text.linkage import linkage_facts
 from balance.tolerances import MASSES_EQUAL
 from kinematics.wording import number_text, size_text
 
@@ -35,11 +36,8 @@ def counterweights_facts(found: Counterweights) -> list[tuple[str, str]]:
     """
     space = found.space
     algebra = "planar" if space.planar else "spatial"
-    pairs = [("linkage", f"{space.linkage.name}, {algebra}, {space.balance} balance")]
-    if space.linkage.at:
-        pairs.append(("pose", space.linkage.pose))
-    if space.motion:
-        pairs.append(("motion", ", ".join(space.motion.relations)))
+    relations = space.motion.relations if space.motion else ()
+    pairs = linkage_facts(space.linkage, f"{algebra}, {space.balance} balance", relations)
     pairs.append(("verdict", found.words))
     if space.balance == "force" and found.value is not None:
         pairs.append(("moment", FORCE_ONLY))

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from balance.designs.best_design import Design
 from balance.inertial_parameters.body_inertia import BodyInertia
 from balance.report.answer import Body, Facts, Table
+from balance.report.text.linkage import linkage_facts
 from balance.report.text.report import distance_text
 from balance.spaces.distance_to_rank_drop import distance_to_rank_drop
 from kinematics.linalg.ties import round_decimals
@@ -52,11 +53,8 @@ def design_facts(design: Design) -> list[tuple[str, str]]:
     """List the facts on a design, without the table of bodies, as pairs of label and value."""
     space = design.space
     algebra = "planar" if space.planar else "spatial"
-    pairs = [("linkage", f"{space.linkage.name}, {algebra}, {space.balance} balance")]
-    if space.linkage.at:
-        pairs.append(("pose", space.linkage.pose))
-    if space.motion:
-        pairs.append(("motion", ", ".join(space.motion.relations)))
+    relations = space.motion.relations if space.motion else ()
+    pairs = linkage_facts(space.linkage, f"{algebra}, {space.balance} balance", relations)
     count = space.rank + space.nullity
     size = f"{space.nullity} of {count} dimensions, {space.level}"
     pairs += [("design space", size), ("verdict", design.words)]

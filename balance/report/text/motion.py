@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from balance.report.answer import Body, Facts, Table
+from balance.report.text.linkage import linkage_facts
 from balance.taylor_poses.prediction import Prediction, Predictions, assign_inputs
 from kinematics.assembly.tool_frame import tool_coordinates
 from kinematics.model.full_turns import wrap_turns
@@ -38,9 +39,7 @@ def motion_facts(found: Predictions) -> list[tuple[str, str]]:
     """List the facts on predictions, without the tables, as pairs of label and value."""
     motion, count = found.motion, len(found.linkage.loops)
     loops = f"{count} loop{'' if count == 1 else 's'}"
-    pairs = [("linkage", f"{found.linkage.name}, {len(motion.joints)} joints, {loops}")]
-    if found.linkage.at:
-        pairs.append(("pose", found.linkage.pose))
+    pairs = linkage_facts(found.linkage, f"{len(motion.joints)} joints, {loops}")
     if found.tool is not None:
         pairs += _tool_facts(found, found.tool)
     if motion.motion.relations:

@@ -10,6 +10,7 @@ from math import inf
 from balance.partial_balance.results import ParetoFront, PartialBalance
 from balance.report.answer import Body, Facts, Table
 from balance.report.text.counterweights import counterweight_rows
+from balance.report.text.linkage import linkage_facts
 from balance.tolerances import SHAKING_GAP_PROVED
 from kinematics.wording import number_text, size_text, vector_text
 
@@ -26,11 +27,8 @@ def partial_facts(front: ParetoFront) -> list[tuple[str, str]]:
     """
     best, weight = front.designs[-1], front.weight_moment
     space, given = best.space, best.given
-    pairs = [("linkage", f"{space.linkage.name}, {space.balance} balance")]
-    if space.linkage.at:
-        pairs.append(("pose", space.linkage.pose))
-    if space.motion:
-        pairs.append(("motion", ", ".join(space.motion.relations)))
+    relations = space.motion.relations if space.motion else ()
+    pairs = linkage_facts(space.linkage, f"{space.balance} balance", relations)
     point = f"{vector_text(front.point)} m"
     counts = f"{number_text(weight)} N m about {point} count as 1 N"
     if weight == inf:

@@ -12,6 +12,7 @@ from balance.motion_tolerances import LOCAL_CURVE_STEP
 from balance.reactionless_paths.found_paths import ReactionlessPaths, StartPose
 from balance.reactionless_paths.path import ReactionlessPath
 from balance.report.answer import Body, Facts, Table
+from balance.report.text.linkage import linkage_facts
 from kinematics.wording import number_text
 
 __all__ = ["path_rows", "paths_body", "paths_facts"]
@@ -39,9 +40,7 @@ def paths_facts(found: ReactionlessPaths) -> list[tuple[str, str]]:
     """
     linkage = found.linkage
     unit = linkage.spatial_chain.frame.length
-    pairs = [("linkage", f"{linkage.name}, inputs {', '.join(linkage.inputs)}")]
-    if linkage.at:
-        pairs.append(("pose", linkage.pose))
+    pairs = linkage_facts(linkage, f"inputs {', '.join(linkage.inputs)}")
     pairs.append(("at rest", found.demand.words))
     if found.motion is not None:
         pairs.append(("motion", ", ".join(found.motion.relations)))

@@ -8,6 +8,7 @@ from __future__ import annotations
 from balance.remedies.applied import AppliedRemedy
 from balance.remedies.compare import RemedyComparison
 from balance.report.answer import Body, Facts, Table
+from balance.report.text.linkage import linkage_facts
 from kinematics.tolerances import POSE_DETERMINED
 from kinematics.wording import number_text, size_text
 
@@ -26,12 +27,7 @@ def remedies_facts(found: RemedyComparison) -> list[tuple[str, str]]:
         found: the comparison.
     """
     request = found.request
-    linkage = request.linkage
-    pairs = [("linkage", f"{linkage.name}, {request.balance} balance")]
-    if linkage.at:
-        pairs.append(("pose", linkage.pose))
-    if request.motion:
-        pairs.append(("motion", ", ".join(request.motion)))
+    pairs = linkage_facts(request.linkage, f"{request.balance} balance", request.motion)
     pairs += [
         ("mobility", str(request.freedoms)),
         ("mass", f"{number_text(request.given_mass, f'.{DIGITS}g')} kg in moving links"),

@@ -9,6 +9,7 @@ from math import inf
 from typing import TYPE_CHECKING
 
 from balance.report.answer import Body, Facts, Section, Table
+from balance.report.text.linkage import linkage_facts
 from balance.tolerances import CHANGE_DETERMINED
 from kinematics.tolerances import MARGIN_DETERMINED
 from kinematics.wording import number_text, size_text
@@ -44,16 +45,13 @@ def report_facts(space: DesignSpace, change: float = inf) -> list[tuple[str, str
     algebra = "planar" if space.planar else "spatial"
     count = space.rank + space.nullity
     loops = f"{len(linkage.loops)} loop{'' if len(linkage.loops) == 1 else 's'}"
-    lines = [
-        ("linkage", f"{linkage.name}, {algebra}, {space.balance} balance"),
+    bodies = [
         ("bodies", f"{', '.join(space.bodies)} ({count} parameters)"),
         ("joints", f"{len(linkage.joints)} with one degree of freedom each, {loops}"),
         ("mobility", f"{linkage.mobility}, inputs {', '.join(space.inputs)}"),
     ]
-    if linkage.at:
-        lines.append(("pose", linkage.pose))
-    if space.motion:
-        lines.append(("motion", ", ".join(space.motion.relations)))
+    relations = space.motion.relations if space.motion else ()
+    lines = linkage_facts(linkage, f"{algebra}, {space.balance} balance", relations, bodies)
     if space.idle:
         lines.append(("idle joints", ", ".join(space.idle)))
     given = space.as_given

@@ -77,8 +77,11 @@ def _similar(arguments: argparse.Namespace) -> Answer:
     def files() -> Files:
         from balance.report.html.flexible_pictures import one_panel_picture
 
-        shown = (translator.pair, translator.translator.pitch) if translator else (motion, None)
-        return {"plot": partial(one_panel_picture, *shown, kind_of(arguments.plot))}
+        kind = kind_of(arguments.plot)
+        if translator:
+            pitch = translator.translator.pitch
+            return {"plot": partial(one_panel_picture, translator.pair, pitch, kind)}
+        return {"plot": partial(one_panel_picture, motion, kind=kind)} if motion else {}
 
     return Answer(
         DONE,

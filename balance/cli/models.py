@@ -6,7 +6,7 @@ import argparse
 
 from balance.cli.arguments import Parser, add_json_option
 from balance.cli.exit_codes import DONE
-from balance.report.answer import Answer, Table
+from balance.report.answer import Answer, AnswerTable
 
 __all__ = ["add_models"]
 
@@ -24,5 +24,5 @@ def _run(arguments: argparse.Namespace) -> Answer:
     return Answer(
         DONE,
         lambda: {"schema": "balance.models/1", "models": models},
-        lambda: [Table(list(models.items()))],
+        lambda: [AnswerTable(list(models.items()))],
     )

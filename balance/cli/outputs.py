@@ -139,6 +139,10 @@ def _input_paths(arguments: argparse.Namespace) -> list[str]:
 def write_outputs(arguments: argparse.Namespace, answer: Answer) -> None:
     """Write the files of the options that an answer can make, all of them or none.
 
+    Args:
+        arguments: the options.
+        answer: what makes the files.
+
     Raises:
         LinkageError: a file cannot be written, or a library is missing.
         UsageError: a file of a folder would replace one that is read.

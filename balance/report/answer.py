@@ -14,8 +14,8 @@ if TYPE_CHECKING:
     from kinematics.model.linkage import Notice
 
 __all__ = [
-    "Answer", "Body", "Facts", "Files", "Pairs", "Section", "Table", "joined_facts",
-    "side_by_side",
+    "Answer", "AnswerBody", "AnswerPart", "AnswerSection", "AnswerTable", "Facts", "Files",
+    "Pairs", "joined_facts", "side_by_side",
 ]  # fmt: skip
 
 MISSING = "–"
@@ -41,7 +41,7 @@ class Facts(NamedTuple):
     wrapped: bool = False
 
 
-class Table(NamedTuple):
+class AnswerTable(NamedTuple):
     """A table.
 
     Attributes:
@@ -58,15 +58,17 @@ class Table(NamedTuple):
     gap: int = 2
 
 
-class Section(NamedTuple):
+class AnswerSection(NamedTuple):
     """Facts under a title."""
 
     title: str
     pairs: Pairs
 
 
-Body: TypeAlias = Sequence[Facts | Table | Section | str]
-"""What is printed, from top to bottom; a text is a line, an empty one a blank line."""
+AnswerPart: TypeAlias = Facts | AnswerTable | AnswerSection | str
+"""A part of what is printed; a text is a line, an empty one a blank line."""
+AnswerBody: TypeAlias = Sequence[AnswerPart]
+"""What is printed, from top to bottom."""
 
 
 class Answer(NamedTuple):
@@ -84,7 +86,7 @@ class Answer(NamedTuple):
 
     code: int
     data: Callable[[], object]
-    body: Callable[[], Body]
+    body: Callable[[], AnswerBody]
     notices: Sequence[Notice] = ()
     remark: str = ""
     files: Callable[[], Files] = dict
@@ -114,6 +116,6 @@ def joined_facts(facts: Sequence[Pairs]) -> list[tuple[str, ...]]:
     ]  # fmt: skip
 
 
-def side_by_side(facts: Sequence[Pairs]) -> Body:
+def side_by_side(facts: Sequence[Pairs]) -> AnswerBody:
     """Build what is printed on several linkages: a row for each fact, a column for each one."""
     return [Facts(joined_facts(facts), wrapped=True)]

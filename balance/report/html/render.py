@@ -13,7 +13,7 @@ from importlib.resources import files
 
 from balance.json_text import json_text
 
-__all__ = ["bullets", "facts_list", "html_table", "render_page", "rows_table"]
+__all__ = ["bullets", "facts_list", "html_table", "model_section", "render_page", "rows_table"]
 
 # Scripts that must run before a script.
 NEEDS = {
@@ -151,6 +151,25 @@ def rows_table(
         for row in lines
     ]
     return html_table([escape(name.capitalize()) for name in head], cells, numbers)
+
+
+def model_section(k: int, name: str, drawing: str, note: str = "") -> str:
+    """Render the places for the drawing and the sliders of one of several linkages.
+
+    Args:
+        k: its index.
+        name: its heading, any text.
+        drawing: what the drawing shows, any text.
+        note: HTML below the heading.
+    """
+    return (
+        f'<section class="model">\n<h2>{escape(name)}</h2>\n{note}'
+        f'<div class="canvas" id="plot{k}" role="group" aria-label="{escape(drawing)}: arrow '
+        f'keys turn it, plus and minus magnify"></div>\n'
+        f'<fieldset id="sliders{k}"><legend>Motion</legend></fieldset>\n'
+        f'<fieldset id="view{k}" class="view screen"><legend>Show</legend></fieldset>\n'
+        "</section>"
+    )
 
 
 def bullets(items: Iterable[str]) -> str:

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 
 from balance.added_masses.answer import Counterweights
 from balance.added_masses.counterweight import DENSITIES, Counterweight
-from balance.report.answer import Body, Facts, Table
+from balance.report.answer import AnswerBody, AnswerTable, Facts
 from balance.report.text.design import FORCE_ONLY, OTHER_WAYS, vector_digits
 from balance.report.text.linkage import linkage_facts
 from balance.tolerances import MASSES_EQUAL
@@ -89,9 +89,9 @@ def counterweight_rows(
     return rows
 
 
-def counterweights_body(found: Counterweights) -> Body:
+def counterweights_body(found: Counterweights) -> AnswerBody:
     """Build what is printed on counterweights."""
-    table = ["", Table(counterweight_rows(found.weights))] if found.weights else []
+    table = ["", AnswerTable(counterweight_rows(found.weights))] if found.weights else []
     moments = [
         f"{weight.link} needs about its centre Ixx, Iyy, Izz, Ixy, Ixz, Iyz = "
         f"{vector_digits(weight.inertia[ENTRIES], DIGITS)} kg m²"

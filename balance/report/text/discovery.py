@@ -10,7 +10,7 @@ from balance.discovery.motion_range import MotionRange
 from balance.discovery.quantities import quantities_of
 from balance.discovery.results import Found, FoundFamily
 from balance.discovery.topologies import Topology
-from balance.report.answer import Body, Facts
+from balance.report.answer import AnswerBody, Facts
 from balance.result_files.results_file import ResultsFile
 from kinematics.wording import count_noun, number_text
 
@@ -106,7 +106,7 @@ def range_words(motion: Data | None) -> str:
     return f"{motion['joint']} from {low} to {high} ({size}){until}"
 
 
-def search_body(data: Data, topology: Topology) -> Body:
+def search_body(data: Data, topology: Topology) -> AnswerBody:
     """Build what is printed on what a search has found.
 
     Args:
@@ -185,7 +185,7 @@ def member_data(number: int, path: str, member: ExportedMember) -> Data:
     }  # fmt: skip
 
 
-def member_body(data: Data) -> Body:
+def member_body(data: Data) -> AnswerBody:
     """Build what is printed on an exported member.
 
     Args:

@@ -15,7 +15,7 @@ from balance.flexible.simulate import FlexibleMotion
 from balance.flexible.support_points import STATIC_POINT, SupportPoints
 from balance.flexible.supported_modes import SupportedModes
 from balance.flexible.translators import TranslatorMotion
-from balance.report.answer import Body, Facts, Table
+from balance.report.answer import AnswerBody, AnswerTable, Facts
 from kinematics.wording import number_text, size_text
 
 __all__ = [
@@ -27,16 +27,16 @@ __all__ = [
 MOST_DIGITS = 5
 
 
-def free_modes_table(modes: Sequence[FreeMode]) -> Table:
+def free_modes_table(modes: Sequence[FreeMode]) -> AnswerTable:
     """Build the table of modes of a free beam: λ², and zeros over the length."""
     rows = [("mode", "λ² = ω √(ρA l⁴ / EI)", "zeros ± ξ from the middle")]
     for one in modes:
         zeros = " ".join(f"{zero:.12g}" for zero in one.zeros)
         rows.append((str(one.number), f"{one.frequency:.9f}", zeros))
-    return Table(rows)
+    return AnswerTable(rows)
 
 
-def supported_modes_table(modes: SupportedModes) -> Table:
+def supported_modes_table(modes: SupportedModes) -> AnswerTable:
     """Build the table of frequencies of a beam on supports, with the digits that hold."""
     rows = [("mode", "frequency (Hz)", "ω (rad/s)")]
     pairs = zip(modes.frequencies.tolist(), modes.errors.tolist(), strict=True)
@@ -44,7 +44,7 @@ def supported_modes_table(modes: SupportedModes) -> Table:
         form = f".{_digits_that_hold(error)}g"
         hertz = number_text(omega / (2.0 * np.pi), form)
         rows.append((str(number), hertz, number_text(omega, form)))
-    return Table(rows)
+    return AnswerTable(rows)
 
 
 def _digits_that_hold(error: float) -> int:
@@ -53,7 +53,7 @@ def _digits_that_hold(error: float) -> int:
     return min(max(digits, 1), MOST_DIGITS)
 
 
-def supports_body(found: SupportPoints) -> Body:
+def supports_body(found: SupportPoints) -> AnswerBody:
     """Build what is printed on supports, their weights and the whippletree of one half."""
     rows = [("point ξ", "weight")]
     pairs = zip(found.points.tolist(), found.weights.tolist(), strict=True)
@@ -70,7 +70,7 @@ def supports_body(found: SupportPoints) -> Body:
          f"{one.pivot:.9f}: arms {one.arms[0]:.9f} and {one.arms[1]:.9f}")
         for k, one in enumerate(found.bars, 1)
     ]  # fmt: skip
-    return [Table(rows), "", Facts(facts)]
+    return [AnswerTable(rows), "", Facts(facts)]
 
 
 def similarity_body(
@@ -78,7 +78,7 @@ def similarity_body(
     found: Similarity,
     motion: FlexibleMotion | None = None,
     translator: TranslatorMotion | None = None,
-) -> Body:
+) -> AnswerBody:
     """Build what is printed on a counter-arm, its similarity, and the peaks of a simulation.
 
     Args:
@@ -120,7 +120,7 @@ def similarity_body(
                 state,
             )
         )
-    return [Facts(facts), "", Table(rows)]
+    return [Facts(facts), "", AnswerTable(rows)]
 
 
 def _translator_facts(found: TranslatorMotion) -> list[tuple[str, str]]:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from balance.floating_base.result import FloatingBaseMotion, drift_text
 from balance.motion_tolerances import INTEGRAL_DETERMINED
-from balance.report.answer import Body, Facts
+from balance.report.answer import AnswerBody, Facts
 from kinematics.wording import first_names, number_text, size_text, vector_text
 
 __all__ = ["floating_base_body", "floating_base_facts"]
@@ -94,7 +94,7 @@ def _vector(vector: Array, fastest: float) -> str:
     return f"({', '.join(texts)})"
 
 
-def floating_base_body(results: Sequence[FloatingBaseMotion]) -> Body:
+def floating_base_body(results: Sequence[FloatingBaseMotion]) -> AnswerBody:
     """Build what is printed on simulations, one below the other."""
     parts = [("", Facts(floating_base_facts(each), least=15)) for each in results]
     return [*chain.from_iterable(parts)][1:]

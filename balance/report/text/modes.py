@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from balance.modes.mode_answers import ModeAnswer, ModeAnswers
-from balance.report.answer import Body, Facts, Table
+from balance.report.answer import AnswerBody, AnswerTable, Facts
 
 __all__ = ["modes_body"]
 
@@ -15,7 +15,7 @@ HEAD = (
 )  # fmt: skip
 
 
-def modes_body(answers: ModeAnswers) -> Body:
+def modes_body(answers: ModeAnswers) -> AnswerBody:
     """Build what is printed on the modes: a table, then the pose on each.
 
     Args:
@@ -35,7 +35,7 @@ def modes_body(answers: ModeAnswers) -> Body:
     return [
         Facts(facts, least=13),
         "",
-        Table([HEAD, *map(_row, answers.modes)]),
+        AnswerTable([HEAD, *map(_row, answers.modes)]),
         "",
         Facts([_place(answer) for answer in answers.modes], least=13),
         "",

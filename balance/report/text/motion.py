@@ -8,7 +8,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from balance.report.answer import Body, Facts, Table
+from balance.report.answer import AnswerBody, AnswerPart, AnswerTable, Facts
 from balance.report.text.linkage import linkage_facts
 from balance.taylor_poses.prediction import Prediction, Predictions, assign_inputs
 from kinematics.assembly.tool_frame import tool_coordinates
@@ -195,11 +195,11 @@ def _position_texts(found: Predictions, q: Array, decimals: int = POSE_DECIMALS)
     return [number + end.ljust(width) for number, end in zip(numbers, ends, strict=True)]
 
 
-def motion_body(found: Predictions) -> Body:
+def motion_body(found: Predictions) -> AnswerBody:
     """Build what is printed on predictions."""
-    body: list[Facts | Table | str] = [Facts(motion_facts(found), least=12)]
+    body: list[AnswerPart] = [Facts(motion_facts(found), least=12)]
     for table in motion_tables(found):
-        body += ["", Table(table, "<>")]
+        body += ["", AnswerTable(table, "<>")]
     if len(found.poses) > MAX_POSES:
         body.append(f"… and {len(found.poses) - MAX_POSES} more; --json has them all")
     return body

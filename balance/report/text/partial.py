@@ -8,7 +8,7 @@ from __future__ import annotations
 from math import inf
 
 from balance.partial_balance.results import ParetoFront, PartialBalance
-from balance.report.answer import Body, Facts, Table
+from balance.report.answer import AnswerBody, AnswerPart, AnswerTable, Facts
 from balance.report.text.counterweights import counterweight_rows
 from balance.report.text.linkage import linkage_facts
 from balance.tolerances import SHAKING_GAP_PROVED
@@ -113,11 +113,11 @@ def front_rows(front: ParetoFront) -> list[tuple[str, ...]]:
     return rows
 
 
-def partial_body(front: ParetoFront) -> Body:
+def partial_body(front: ParetoFront) -> AnswerBody:
     """Build what is printed on designs, of which the last one is described in full."""
-    body: list[Facts | Table | str] = [Facts(partial_facts(front))]
+    body: list[AnswerPart] = [Facts(partial_facts(front))]
     if len(front.designs) > 1:
-        body += ["", Table(front_rows(front))]
+        body += ["", AnswerTable(front_rows(front))]
     if front.designs[-1].weights:
-        body += ["", Table(counterweight_rows(front.designs[-1].weights, DIGITS))]
+        body += ["", AnswerTable(counterweight_rows(front.designs[-1].weights, DIGITS))]
     return body

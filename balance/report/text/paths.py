@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from balance.motion_tolerances import LOCAL_CURVE_STEP
 from balance.reactionless_paths.found_paths import ReactionlessPaths, StartPose
 from balance.reactionless_paths.path import ReactionlessPath
-from balance.report.answer import Body, Facts, Table
+from balance.report.answer import AnswerBody, AnswerTable, Facts
 from balance.report.text.linkage import linkage_facts
 from kinematics.wording import number_text
 
@@ -101,7 +101,7 @@ def _row(found: ReactionlessPaths, number: int, path: ReactionlessPath) -> tuple
     )  # fmt: skip
 
 
-def paths_body(found: ReactionlessPaths) -> Body:
+def paths_body(found: ReactionlessPaths) -> AnswerBody:
     """Build what is printed on paths."""
     rows = path_rows(found)[: MAX_ROWS + 1]
-    return [Facts(paths_facts(found)), *(["", Table(rows)] if found.paths else [])]
+    return [Facts(paths_facts(found)), *(["", AnswerTable(rows)] if found.paths else [])]

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from balance.remedies.applied import AppliedRemedy
 from balance.remedies.compare import RemedyComparison
-from balance.report.answer import Body, Facts, Table
+from balance.report.answer import AnswerBody, AnswerTable, Facts
 from balance.report.text.linkage import linkage_facts
 from kinematics.tolerances import POSE_DETERMINED
 from kinematics.wording import number_text, size_text
@@ -65,7 +65,7 @@ def _row(one: AppliedRemedy, given_mass: float) -> tuple[str, ...]:
     return (one.remedy, one.verdict, *numbers, *map(str, counts), shaking)
 
 
-def remedies_body(found: RemedyComparison) -> Body:
+def remedies_body(found: RemedyComparison) -> AnswerBody:
     """Build what is printed on a comparison."""
     reasons = [f"{each.remedy}: {each.words}; {each.reason}" for each in found.results]
-    return [Facts(remedies_facts(found)), "", Table(remedy_rows(found)), "", *reasons]
+    return [Facts(remedies_facts(found)), "", AnswerTable(remedy_rows(found)), "", *reasons]

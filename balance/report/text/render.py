@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 from itertools import chain, repeat
 from textwrap import wrap
 
-from balance.report.answer import Body, Facts, Section, Table
+from balance.report.answer import AnswerBody, AnswerPart, AnswerSection, AnswerTable, Facts
 
 __all__ = ["body_text", "styled_text"]
 
@@ -14,18 +14,18 @@ __all__ = ["body_text", "styled_text"]
 LINE, LEAST = 110, 22
 
 
-def body_text(body: Body) -> str:
+def body_text(body: AnswerBody) -> str:
     """Write the body of an answer as plain text."""
     return "\n".join(chain.from_iterable(map(_lines, body)))
 
 
-def _lines(part: Facts | Table | Section | str) -> Iterator[str]:
+def _lines(part: AnswerPart) -> Iterator[str]:
     """Write a part of a body in lines."""
     if isinstance(part, str):
         yield part
-    elif isinstance(part, Table):
+    elif isinstance(part, AnswerTable):
         yield from _aligned(part.rows, part.align, part.least, " " * part.gap)
-    elif isinstance(part, Section):
+    elif isinstance(part, AnswerSection):
         yield f"{part.title}:"
         yield from (f"  {line}" for line in _lines(Facts(part.pairs)))
     else:
@@ -70,7 +70,7 @@ def _aligned(
         yield gap.join(cells).rstrip()
 
 
-def styled_text(body: Body) -> str:
+def styled_text(body: AnswerBody) -> str:
     """Write the body of an answer with the styles of a terminal, and its last line end."""
     from rich.console import Console
     from rich.markup import escape
@@ -83,12 +83,12 @@ def styled_text(body: Body) -> str:
                 grid = Grid.grid(padding=(0, 2))
                 for label, *values in part.rows:
                     grid.add_row(f"[bold]{label}", *map(escape, values))
-            elif isinstance(part, Table):
+            elif isinstance(part, AnswerTable):
                 head, *rows = part.rows
                 grid = Grid(*head)
                 for row in rows:
                     grid.add_row(*row)
-            elif isinstance(part, Section):
+            elif isinstance(part, AnswerSection):
                 grid = Grid("", "", title=part.title, title_justify="left", show_header=False)
                 for left, right in part.pairs:
                     grid.add_row(escape(left), escape(right))

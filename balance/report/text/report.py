@@ -8,7 +8,7 @@ from __future__ import annotations
 from math import inf
 from typing import TYPE_CHECKING
 
-from balance.report.answer import Body, Facts, Section, Table
+from balance.report.answer import AnswerBody, AnswerPart, AnswerSection, AnswerTable, Facts
 from balance.report.text.linkage import linkage_facts
 from balance.tolerances import CHANGE_DETERMINED
 from kinematics.tolerances import MARGIN_DETERMINED
@@ -126,12 +126,12 @@ def report_table(space: DesignSpace, exact: Exact | None = None) -> list[tuple[s
     ]
 
 
-def report_body(report: Report) -> Body:
+def report_body(report: Report) -> AnswerBody:
     """Build what is printed on a design space."""
-    body: list[Facts | Table | Section | str] = [
+    body: list[AnswerPart] = [
         Facts(report_facts(report.space, report.change), least=13),
         "",
-        Table(report_table(report.space, report.exact), ">", least=8, gap=0),
+        AnswerTable(report_table(report.space, report.exact), ">", least=8, gap=0),
     ]
     for section in _sections(report):
         body += ["", section]
@@ -151,13 +151,13 @@ def comparison_facts(report: Report) -> list[tuple[str, str]]:
     return facts
 
 
-def _explanation_sections(explanation: Explanation) -> list[Section]:
+def _explanation_sections(explanation: Explanation) -> list[AnswerSection]:
     """List the sections of an explanation that say something."""
     moves = [(item.title, f"{item.dimension}: {item.words}") for item in explanation.transfers]
     freedoms = [(str(k), f.words) for k, f in enumerate(explanation.freedoms, 1)]
     sections = [
-        Section("may be moved across each joint", moves),
-        Section("freed by what couples the joints", freedoms),
+        AnswerSection("may be moved across each joint", moves),
+        AnswerSection("freed by what couples the joints", freedoms),
     ]
     return [section for section in sections if section.pairs]
 
@@ -179,7 +179,7 @@ def decoupling_facts(found: Decoupling) -> list[tuple[str, str]]:
     ]
 
 
-def inertia_sections(found: PureInertia) -> list[Section]:
+def inertia_sections(found: PureInertia) -> list[AnswerSection]:
     """List the sections on pure inertias that say something.
 
     Args:
@@ -197,19 +197,19 @@ def inertia_sections(found: PureInertia) -> list[Section]:
     related = [(str(k), text) for k, text in enumerate(found.relation_words, 1)]
     asked = [(str(k), text) for k, text in enumerate(found.condition_words, 1)]
     sections = [
-        Section("pure inertias, of equal momentum", inertias),
-        Section("point masses that bodies gain on the way there, by joint", moved),
-        Section("masses that cannot be moved", left),
-        Section("relations of angular velocities", related),
-        Section("conditions on pure inertias", asked),
+        AnswerSection("pure inertias, of equal momentum", inertias),
+        AnswerSection("point masses that bodies gain on the way there, by joint", moved),
+        AnswerSection("masses that cannot be moved", left),
+        AnswerSection("relations of angular velocities", related),
+        AnswerSection("conditions on pure inertias", asked),
     ]
     return [section for section in sections if section.pairs]
 
 
-def _sections(report: Report) -> list[Section]:
+def _sections(report: Report) -> list[AnswerSection]:
     """List the sections of a report after its table."""
     sections = _explanation_sections(report.explanation) if report.explanation else []
     if report.decoupling:
         facts = decoupling_facts(report.decoupling)
-        sections.append(Section("decoupled from a moving base", facts))
+        sections.append(AnswerSection("decoupled from a moving base", facts))
     return sections + (inertia_sections(report.pure_inertia) if report.pure_inertia else [])

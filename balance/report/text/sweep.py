@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from balance.report.answer import Body, Facts, Table
+from balance.report.answer import AnswerBody, AnswerPart, AnswerTable, Facts
 from balance.result_files.chunk_runs import RunSummary
 from balance.result_files.results_file import ResultsFile
 from kinematics.wording import count_noun, number_text
@@ -54,7 +54,7 @@ def _file_data(file: ResultsFile) -> Data:
     }  # fmt: skip
 
 
-def run_body(found: Data) -> Body:
+def run_body(found: Data) -> AnswerBody:
     """Build what is printed on a run.
 
     Args:
@@ -97,7 +97,7 @@ def export_data(file: ResultsFile, path: str, rows: int) -> Data:
     return {"schema": SCHEMA, "what": "export", **_file_data(file), "out": path, "lines": rows}
 
 
-def export_body(found: Data) -> Body:
+def export_body(found: Data) -> AnswerBody:
     """Build what is printed on an export.
 
     Args:
@@ -141,7 +141,7 @@ def _plain(value: Any) -> Any:
     return None if missing else value
 
 
-def show_body(found: Data) -> Body:
+def show_body(found: Data) -> AnswerBody:
     """Build what is printed on a file: facts, ranges of the columns, and a table.
 
     Args:
@@ -153,11 +153,14 @@ def show_body(found: Data) -> Body:
         for column in found["columns"] if column["kind"] != "text"
     ]  # fmt: skip
     ranges.insert(0, ("column", "least", "most", "missing"))
-    body: list[Facts | Table | str] = [Facts(file_facts(found)), "", Table(ranges, "<>")]
+    body: list[AnswerPart] = [Facts(file_facts(found)), "", AnswerTable(ranges, "<>")]
     if found["table"]:
         rows = [[cell_text(value) for value in row] for row in found["table"]]
         kept = [k for k in range(len(found["head"])) if k == 0 or any(row[k] for row in rows)]
-        body += ["", Table([[row[k] for k in kept] for row in (found["head"], *rows)], "<>")]
+        body += [
+            "",
+            AnswerTable([[row[k] for k in kept] for row in (found["head"], *rows)], "<>"),
+        ]
     return body
 
 

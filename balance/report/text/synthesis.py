@@ -9,7 +9,7 @@ import math
 from itertools import chain
 
 from balance.motion_tolerances import SYNTHESIS_MOMENTUM, SYNTHESIS_SHAKING
-from balance.report.answer import Body, Facts
+from balance.report.answer import AnswerBody, Facts
 from balance.synthesis.mechanism import Synthesis, SynthesizedMechanism
 from kinematics.wording import number_text, size_text
 
@@ -94,7 +94,7 @@ def _row(one: SynthesizedMechanism) -> tuple[str, ...]:
     return (one.kind, pivots, turns, size_text(one.position_error), *sizes, space, defects)
 
 
-def synthesis_body(found: Synthesis) -> Body:
+def synthesis_body(found: Synthesis) -> AnswerBody:
     """Build what is printed on a synthesis."""
     head, *rows = mechanism_rows(found)
     mechanisms = (("", Facts(list(zip(head, row, strict=True)))) for row in rows)

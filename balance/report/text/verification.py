@@ -9,7 +9,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from balance.report.answer import Body, Facts, joined_facts
+from balance.report.answer import AnswerBody, Facts, joined_facts
 from balance.verification.result import Verification
 from kinematics.linalg.ties import first_largest
 from kinematics.tolerances import SIZE_DETERMINED, TIE_RELATIVE
@@ -149,7 +149,7 @@ def _ratios(first: Verification, second: Verification) -> str:
     return "; ".join(words) or "the second does not shake"
 
 
-def verification_body(results: Sequence[Verification]) -> Body:
+def verification_body(results: Sequence[Verification]) -> AnswerBody:
     """Build what is printed on the verification of a linkage, or of two beside each other."""
     facts = [verification_facts(each) for each in results]
     if len(results) == 1:

@@ -7,7 +7,7 @@ from typing import Any
 
 from balance.discovery.quantities import quantities_of
 from balance.discovery.watch import WatchedWalk
-from balance.report.answer import Body, Facts, Table
+from balance.report.answer import AnswerBody, AnswerTable, Facts
 from balance.report.text.discovery import LABELS, SCHEMA
 from kinematics.wording import size_text
 
@@ -61,7 +61,7 @@ def walk_facts(data: Data) -> list[tuple[str, str]]:
     return pairs + [("relation", f"{text}: {words}") for text, words in told]
 
 
-def walk_body(data: Data) -> Body:
+def walk_body(data: Data) -> AnswerBody:
     """Build what is printed on a walk: its facts, and the singular value of each step.
 
     Args:
@@ -76,4 +76,4 @@ def walk_body(data: Data) -> Body:
     if data["buildable"]:
         columns.append(["momentum", *(size_text(size, ".2e") for size in data["falling"])])
     rows = list(zip_longest(*columns, fillvalue=""))
-    return [Facts(walk_facts(data), LABELS), "", Table(rows, "><", least=8), ""]
+    return [Facts(walk_facts(data), LABELS), "", AnswerTable(rows, "><", least=8), ""]

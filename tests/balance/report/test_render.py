@@ -4,22 +4,17 @@ from __future__ import annotations
 
 import pytest
 
-from balance.report.answer import Facts, Section, Table
+from balance.report.answer import AnswerSection, AnswerTable, Facts
 from balance.report.text.render import body_text, styled_text
 
 ROWS = [("name", "size", "note"), ("a", "1", "x y"), ("longer one", "12", ""), ("", "-7", "z")]
-    ("name", "size", "note"),
-    ("a", "1", "x y"),
-    ("longer one", "1200", ""),
-    ("", "-7", "z"),
-]
 
 
 @pytest.mark.parametrize("align", ["<", ">", "<>", "><"])
 @pytest.mark.parametrize("least, gap", [(0, 2), (8, 0), (6, 1)])
 def test_the_cells_of_a_column_are_under_each_other(align, least, gap):
     """Read back by the widths alone, every line gives its cells; none ends with a blank."""
-    lines = body_text([Table(ROWS, align, least, gap)]).split("\n")
+    lines = body_text([AnswerTable(ROWS, align, least, gap)]).split("\n")
     widths = [max(least, *map(len, column)) for column in zip(*ROWS, strict=True)]
     for line, row in zip(lines, ROWS, strict=True):
         assert line == line.rstrip()
@@ -52,13 +47,18 @@ def test_wrapped_cells_keep_their_words_and_their_column():
 
 
 def test_lines_and_blank_lines_are_printed_as_they_are():
-    body = ["first", "", Section("title", [("a", "1"), ("bb", "2")]), ""]
+    body = ["first", "", AnswerSection("title", [("a", "1"), ("bb", "2")]), ""]
     assert body_text(body) == "first\n\ntitle:\n  a   1\n  bb  2\n"
 
 
 def test_a_terminal_shows_the_same_words():
     """Markup in a text is text."""
-    body = [Facts([("a", "[b]1")]), "", Table(ROWS), Section("title", [("left", "[i]right")])]
+    body = [
+        Facts([("a", "[b]1")]),
+        "",
+        AnswerTable(ROWS),
+        AnswerSection("title", [("left", "[i]right")]),
+    ]
     text = styled_text(body)
     for word in ("[b]1", "longer one", "12", "title", "left", "[i]right"):
         assert word in text

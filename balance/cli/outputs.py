@@ -6,10 +6,13 @@ import argparse
 import os
 from collections.abc import Mapping
 from contextlib import suppress
+from typing import TYPE_CHECKING
 
 from balance.atomic_files import check_outputs, is_stream, write_all_atomic
-from balance.report.answer import Answer
 from kinematics.errors import FileError, LinkageError, UsageError
+
+if TYPE_CHECKING:
+    from balance.report.answer import Answer
 
 __all__ = [
     "INPUTS", "MODELS", "OUTPUTS", "add_meshes_option", "add_page_option",

@@ -14,6 +14,7 @@ import sys
 import warnings
 from collections.abc import Collection, Sequence
 from importlib import import_module
+from typing import TYPE_CHECKING
 
 from balance.cli.arguments import (
     MAX_ERROR_LENGTH,
@@ -31,9 +32,11 @@ from balance.cli.exit_codes import (
     USAGE,
 )
 from balance.cli.outputs import check_files, write_outputs
-from balance.report.answer import Answer
 from kinematics.compiled.background import compile_mode
 from kinematics.errors import LinkageError, UsageError
+
+if TYPE_CHECKING:
+    from balance.report.answer import Answer
 
 __all__ = ["COMMANDS", "command_parser", "main"]
 

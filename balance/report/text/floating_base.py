@@ -6,14 +6,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from itertools import chain
 
 import numpy as np
 from numpy.typing import NDArray
 
 from balance.floating_base.result import FloatingBaseMotion, drift_text
 from balance.motion_tolerances import INTEGRAL_DETERMINED
-from balance.report.answer import AnswerBody, Facts
+from balance.report.answer import AnswerBody, AnswerPart, Facts
 from kinematics.wording import first_names, number_text, size_text, vector_text
 
 __all__ = ["floating_base_body", "floating_base_facts"]
@@ -96,5 +95,7 @@ def _vector(vector: Array, fastest: float) -> str:
 
 def floating_base_body(results: Sequence[FloatingBaseMotion]) -> AnswerBody:
     """Build what is printed on simulations, one below the other."""
-    parts = [("", Facts(floating_base_facts(each), least=15)) for each in results]
-    return [*chain.from_iterable(parts)][1:]
+    body: list[AnswerPart] = []
+    for each in results:
+        body += ["", Facts(floating_base_facts(each), least=15)]
+    return body[1:]

@@ -103,5 +103,7 @@ def _row(found: ReactionlessPaths, number: int, path: ReactionlessPath) -> tuple
 
 def paths_body(found: ReactionlessPaths) -> AnswerBody:
     """Build what is printed on paths."""
-    rows = path_rows(found)[: MAX_ROWS + 1]
-    return [Facts(paths_facts(found)), *(["", AnswerTable(rows)] if found.paths else [])]
+    facts = Facts(paths_facts(found))
+    if not found.paths:
+        return [facts]
+    return [facts, "", AnswerTable(path_rows(found)[: MAX_ROWS + 1])]

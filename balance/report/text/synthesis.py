@@ -6,10 +6,9 @@
 from __future__ import annotations
 
 import math
-from itertools import chain
 
 from balance.motion_tolerances import SYNTHESIS_MOMENTUM, SYNTHESIS_SHAKING
-from balance.report.answer import AnswerBody, Facts
+from balance.report.answer import AnswerBody, AnswerPart, Facts
 from balance.synthesis.mechanism import Synthesis, SynthesizedMechanism
 from kinematics.wording import number_text, size_text
 
@@ -97,5 +96,7 @@ def _row(one: SynthesizedMechanism) -> tuple[str, ...]:
 def synthesis_body(found: Synthesis) -> AnswerBody:
     """Build what is printed on a synthesis."""
     head, *rows = mechanism_rows(found)
-    mechanisms = (("", Facts(list(zip(head, row, strict=True)))) for row in rows)
-    return [Facts(synthesis_facts(found)), *chain.from_iterable(mechanisms)]
+    body: list[AnswerPart] = [Facts(synthesis_facts(found))]
+    for row in rows:
+        body += ["", Facts(list(zip(head, row, strict=True)))]
+    return body

@@ -1,29 +1,18 @@
-"""Argparse types, checks of files and error lines that several commands share."""
+"""The parser, checks of options and error lines that all commands share."""
 
 from __future__ import annotations
 
 import argparse
-from collections.abc import Sequence
-from contextlib import suppress
-from typing import NoReturn, TypeAlias
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Any, NoReturn, TypeAlias
 
-from balance.atomic_files import check_outputs, is_stream
-from kinematics.errors import LinkageError
+if TYPE_CHECKING:
+    from balance.report.answer import Answer
 
 __all__ = [
-    "MAX_ERROR_LENGTH", "Parser", "Verbs", "add_meshes_option", "check_files", "page_path",
-    "picture_path", "read_streams", "describe_defect",
+    "MAX_ERROR_LENGTH", "Parser", "Verbs", "add_json_option", "describe_defect", "read_streams",
+    "refuse_given",
 ]  # fmt: skip
-
-# Options of all commands that name output files.
-OUTPUTS = {
-    "out": "--out", "html": "--html", "plot": "--plot", "write_closed": "--write-closed",
-    "table": "--table", "motion_table": "--csv",
-}  # fmt: skip
-# Options that name models.
-MODELS = ("model", "against")
-# Options that name other input files.
-INPUTS = ("loops", "csv", "path", "masses", "study", "results")
 
 # The commands of a parser, as `argparse` types them.
 Verbs: TypeAlias = "argparse._SubParsersAction[Parser]"
@@ -33,7 +22,15 @@ MAX_ERROR_LENGTH = 20_000
 
 
 class Parser(argparse.ArgumentParser):
-    """A parser that reports a wrong argument in one line, with control characters removed."""
+    """A parser that reports a wrong argument in one line, with control characters removed.
+
+    Its commands refuse options by ``refuse``, and replace files that are read with ``force``.
+    """
+
+    def __init__(self, **options: Any) -> None:
+        """Build a parser from the arguments of ``argparse.ArgumentParser``."""
+        super().__init__(**options)
+        self.set_defaults(refuse=self.error, force=False)
 
     def parse_known_args(  # type: ignore[override]
         self, args: Sequence[str], namespace: argparse.Namespace | None = None
@@ -64,12 +61,34 @@ class Parser(argparse.ArgumentParser):
         super().error(clean(message, MAX_ERROR_LENGTH))
 
 
-def add_meshes_option(parser: argparse.ArgumentParser) -> None:
-    """Add the option that leaves the shapes of the file out of a page."""
-    parser.add_argument(
-        "--no-meshes", action="store_true",
-        help="leave the shapes of the file (<visual>) out of the page, which is smaller then",
-    )  # fmt: skip
+def add_json_option(
+    parser: argparse.ArgumentParser, run: Callable[[argparse.Namespace], Answer]
+) -> None:
+    """Add ``--json``, and set the function that runs the command.
+
+    Args:
+        parser: the parser of the command.
+        run: computes the answer from the options.
+    """
+    parser.add_argument("--json", action="store_true", help="print one JSON object")
+    parser.set_defaults(run=run)
+
+
+def refuse_given(
+    arguments: argparse.Namespace, names: Sequence[str], reason: str, given: bool = True
+) -> None:
+    """End the command with code 2 if one of some options is given, or is not.
+
+    Args:
+        arguments: the options.
+        names: names of options, as attributes.
+        reason: the message, with ``{}`` for the option.
+        given: False to refuse what is not given.
+    """
+    for name in names:
+        value = getattr(arguments, name)
+        if (value is not None and value is not False and value != []) == given:
+            arguments.refuse(reason.format(f"--{name.replace('_', '-')}"))
 
 
 def read_streams(arguments: argparse.Namespace) -> None:
@@ -98,51 +117,6 @@ def read_streams(arguments: argparse.Namespace) -> None:
         setattr(arguments, role, read_stream(model) or model)
     if others:
         arguments.others = [read_stream(model) or model for model in others]
-
-
-def check_files(arguments: argparse.Namespace) -> None:
-    """Refuse to write where a command reads, or one file twice; see `check_outputs`.
-
-    Raises:
-        UsageError: an output is an input, or two outputs are one file.
-    """
-    given = {name: path for name, path in vars(arguments).items() if isinstance(path, str)}
-    outputs = {OUTPUTS[name]: path for name, path in given.items() if name in OUTPUTS}
-    if not outputs:
-        return
-    from kinematics.model_gallery import find
-    from kinematics.urdf.loop_file import loop_file_of
-
-    inputs = [given[name] for name in INPUTS if name in given]
-    models = [given[name] for name in MODELS if name in given]
-    for model in (*models, *getattr(arguments, "others", ())):
-        # Reading the model raises the error later.
-        with suppress(LinkageError, OSError, ValueError):
-            path = str(find(model)) if model else ""
-            inputs += [path, *filter(None, [loop_file_of(path)])] if path else []
-    check_outputs(outputs, inputs, arguments.force)
-
-
-def picture_path(text: str) -> str:
-    """Check that a word names a picture.
-
-    Raises:
-        ArgumentTypeError: it ends neither in .png nor in .svg.
-    """
-    if not text.lower().endswith((".png", ".svg")):
-        raise argparse.ArgumentTypeError(f"'{text}' ends neither in .png nor in .svg")
-    return text
-
-
-def page_path(text: str) -> str:
-    """Check that a word names a page, a pipe or a device.
-
-    Raises:
-        ArgumentTypeError: it ends neither in .html nor in .htm, and is no stream.
-    """
-    if not (text.lower().endswith((".html", ".htm")) or is_stream(text)):
-        raise argparse.ArgumentTypeError(f"'{text}' ends neither in .html nor in .htm")
-    return text
 
 
 def describe_defect(error: Exception, words: Sequence[str]) -> str:

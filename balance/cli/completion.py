@@ -9,7 +9,7 @@ from __future__ import annotations
 import argparse
 from collections.abc import Iterator
 
-from balance.cli.arguments import INPUTS, MODELS, OUTPUTS
+from balance.cli.outputs import INPUTS, MODELS, OUTPUTS
 
 __all__ = ["SHELLS", "completion_script"]
 

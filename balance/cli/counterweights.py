@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Sequence
+from functools import partial
 from typing import TYPE_CHECKING
 
-from balance.cli.exit_codes import DONE, NEGATIVE, UNDECIDED
+from balance.cli.arguments import refuse_given
+from balance.cli.exit_codes import verdict_code
 from balance.cli.model_options import certified_space
-from balance.cli.outcome import Outcome
+from balance.cli.outputs import describe_written
 from balance.cli.spinner import spinner
+from balance.report.answer import Answer, Files
 from kinematics.errors import UsageError
 
 if TYPE_CHECKING:
@@ -57,21 +60,15 @@ def add_matter_options(parser: argparse.ArgumentParser, purpose: str) -> None:
 def check_counterweight_options(arguments: argparse.Namespace) -> None:
     """End the command with code 2 if options contradict each other."""
     if not arguments.add:
-        given = {"--region": arguments.region, "--merge": arguments.merge}
-        for name, value in given.items():
-            if value:
-                arguments.refuse(f"{name} needs --add")
+        refuse_given(arguments, ("region", "merge"), "{} needs --add")
         return
     for name in arguments.keep:
         if name in arguments.add:
             arguments.refuse(f"link '{name}' is both kept and added to: name it once")
-    clash = {
-        "--keep": arguments.keep, "--bounds": arguments.bounds,
-        "--anywhere": arguments.anywhere, "--minimise change": arguments.minimise == "change",
-    }  # fmt: skip
-    for name, value in clash.items():
-        if value:
-            arguments.refuse(f"{name} does not go with --add, which keeps the given masses")
+    clash = "{} does not go with --add, which keeps the given masses"
+    refuse_given(arguments, ("keep", "bounds", "anywhere"), clash)
+    if arguments.minimise == "change":
+        arguments.refuse(clash.format("--minimise change"))
     if arguments.merge and not arguments.out:
         arguments.refuse("--merge needs --out")
     check_regions(arguments)
@@ -85,52 +82,40 @@ def check_regions(arguments: argparse.Namespace) -> None:
             arguments.refuse(f"link '{name}' has two regions: give one")
 
 
-def run_counterweights(arguments: argparse.Namespace) -> Outcome:
-    """Compute the counterweights of the options and write their files.
+def run_counterweights(arguments: argparse.Namespace) -> Answer:
+    """Compute the counterweights of the options.
 
     Raises:
         LinkageError: the file, the linkage, a link or a region cannot be used.
     """
     from balance.added_masses.counterweights import counterweights
     from balance.added_masses.link_regions import distant_regions
+    from balance.report.text.counterweights import counterweights_body
 
     with spinner("finding the least matter that balances"):
         space = certified_space(arguments)
         found = counterweights(
             space, arguments.add, dict(arguments.region), arguments.minimise or "mass"
         )
-    remark = _write_files(arguments, found)
-    from balance.report.text.counterweights import counterweights_text
-
-    code = {"feasible": DONE, "infeasible": NEGATIVE}.get(found.verdict, UNDECIDED)
     notices = (*space.warnings, *distant_regions(space, dict(arguments.region)))
-    return Outcome(
-        code, found.to_dict, lambda: counterweights_text(found), notices=notices, remark=remark
-    )
+    return Answer(
+        verdict_code(found.verdict), found.to_dict, lambda: counterweights_body(found), notices,
+        describe_written(arguments, found.z is not None),
+        lambda: _files(found, arguments.merge),
+    )  # fmt: skip
 
 
-def _write_files(arguments: argparse.Namespace, found: Counterweights) -> str:
-    """Write the files of the options, if there are counterweights; return a remark.
+def _files(found: Counterweights, merge: bool) -> Files:
+    """Find what makes the files of counterweights, if there are any."""
+    from balance.added_masses.write_counterweights import with_counterweights
+    from balance.report.html.counterweights import counterweights_page
 
-    Raises:
-        LinkageError: a file cannot be written, or a library is missing.
-    """
-    from balance.atomic_files import write_all_atomic
-
-    paths = [path for path in (arguments.out, arguments.html) if path is not None]
     if found.z is None:
-        return f"not written, for there is no design: {', '.join(paths)}" if paths else ""
-    contents = []
-    if arguments.out is not None:
-        from balance.added_masses.write_counterweights import with_counterweights
-
-        contents.append(with_counterweights(found, merge=arguments.merge))
-    if arguments.html is not None:
-        from balance.report.html.counterweights import counterweights_page
-
-        contents.append(counterweights_page(found).encode())
-    write_all_atomic(zip(paths, contents, strict=True))
-    return f"written: {', '.join(paths)}" if paths else ""
+        return {}
+    return {
+        "out": partial(with_counterweights, found, merge=merge),
+        "html": partial(counterweights_page, found),
+    }
 
 
 class _AddNames(argparse.Action):

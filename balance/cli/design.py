@@ -1,25 +1,26 @@
-"""The command ``balance design``: its options, its answer, and the files that it writes."""
+"""The command ``balance design``: its options, and its answer."""
 
 from __future__ import annotations
 
 import argparse
 import math
+from functools import partial
 from os.path import isfile
 from typing import TYPE_CHECKING
 
-from balance.atomic_files import write_all_atomic
-from balance.cli.arguments import Parser, page_path
+from balance.cli.arguments import Parser
 from balance.cli.counterweights import (
     add_counterweight_options,
     check_counterweight_options,
     run_counterweights,
 )
-from balance.cli.exit_codes import DONE, NEGATIVE, UNDECIDED
+from balance.cli.exit_codes import verdict_code
 from balance.cli.model_options import add_model_options, certified_space
 from balance.cli.number_arguments import whole_number
-from balance.cli.outcome import Outcome
+from balance.cli.outputs import add_page_option, describe_written
 from balance.cli.partial import add_partial_options, check_partial_options, run_partial
 from balance.cli.spinner import spinner
+from balance.report.answer import Answer, Files
 
 if TYPE_CHECKING:
     from balance.designs.best_design import Design
@@ -68,15 +69,11 @@ def add_design(parser: Parser) -> None:
         "--out", metavar="FILE.urdf",
         help="write the file of the linkage with the masses of the design",
     )  # fmt: skip
-    parser.add_argument(
-        "--html", type=page_path, metavar="FILE.html",
-        help="write a page with the linkage and its masses, before and after; it needs no "
-        "network",
-    )  # fmt: skip
+    add_page_option(parser, "with the linkage and its masses, before and after")
 
 
-def _run(arguments: argparse.Namespace) -> Outcome:
-    """Compute the design of the options and write their files."""
+def _run(arguments: argparse.Namespace) -> Answer:
+    """Compute the design of the options."""
     check_counterweight_options(arguments)
     check_partial_options(arguments)
     if arguments.partial:
@@ -86,18 +83,20 @@ def _run(arguments: argparse.Namespace) -> Outcome:
     with spinner("finding the mass distributions that balance"):
         space = certified_space(arguments)
         found = _design(arguments, space)
-    remark = _write_files(arguments, found)
-    from balance.report.text.design import design_text
+    from balance.report.text.design import design_body
 
-    code = {"feasible": DONE, "infeasible": NEGATIVE}.get(found.verdict, UNDECIDED)
     # For one pose, the conditions there are all there are.
     notices = tuple(
         notice for notice in space.warnings
         if arguments.max_order != 0 or notice.code != "not_settled"
     )  # fmt: skip
-    return Outcome(
-        code, found.to_dict, lambda: design_text(found), notices=notices, remark=remark
-    )
+    remark = describe_written(arguments, found.z is not None)
+    if arguments.out and found.z is not None:
+        remark += f"; to {_checked_claim(arguments)}: {_verify_command(arguments, found)}"
+    return Answer(
+        verdict_code(found.verdict), found.to_dict, lambda: design_body(found), notices, remark,
+        lambda: _files(found),
+    )  # fmt: skip
 
 
 def _design(arguments: argparse.Namespace, space: DesignSpace) -> Design:
@@ -120,34 +119,19 @@ def _design(arguments: argparse.Namespace, space: DesignSpace) -> Design:
     )  # fmt: skip
 
 
-def _write_files(arguments: argparse.Namespace, found: Design) -> str:
-    """Write the files of the options, if there is a design.
+def _files(found: Design) -> Files:
+    """Find what makes the files of a design, if there is one."""
+    from balance.designs.write_urdf import replace_inertials
+    from balance.report.html.design import design_page
 
-    Returns:
-        A remark for the user; empty without one.
-
-    Raises:
-        LinkageError: a file cannot be written, or a library is missing.
-    """
-    paths = [path for path in (arguments.out, arguments.html) if path is not None]
     if found.z is None:
-        return f"not written, for there is no design: {', '.join(paths)}" if paths else ""
-    contents = []
-    if arguments.out is not None:
-        from balance.designs.write_urdf import replace_inertials
-
-        elements = {body.name: body.urdf for body in found.bodies
-                    if body.name not in found.keep and body.urdf}  # fmt: skip
-        contents.append(replace_inertials(found.space.linkage, elements))
-    if arguments.html is not None:
-        from balance.report.html.design import design_page
-
-        contents.append(design_page(found).encode())
-    write_all_atomic(zip(paths, contents, strict=True))
-    if not arguments.out:
-        return f"written: {arguments.html}" if paths else ""
-    check = f"to {_checked_claim(arguments)}: {_verify_command(arguments, found)}"
-    return f"written: {', '.join(paths)}; {check}"
+        return {}
+    elements = {body.name: body.urdf for body in found.bodies
+                if body.name not in found.keep and body.urdf}  # fmt: skip
+    return {
+        "out": partial(replace_inertials, found.space.linkage, elements),
+        "html": partial(design_page, found),
+    }
 
 
 def _checked_claim(arguments: argparse.Namespace) -> str:

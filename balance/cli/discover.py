@@ -4,15 +4,17 @@ from __future__ import annotations
 
 import argparse
 import logging
+from functools import partial
 from time import monotonic
 from typing import TYPE_CHECKING
 
-from balance.cli.arguments import Parser, Verbs, page_path
+from balance.cli.arguments import Parser, Verbs, add_json_option
 from balance.cli.discover_walk import add_walk
-from balance.cli.exit_codes import DONE, NEGATIVE, UNDECIDED
+from balance.cli.exit_codes import DONE, NEGATIVE, UNDECIDED, verdict_code
 from balance.cli.number_arguments import positive_number, whole_number
-from balance.cli.outcome import Outcome
+from balance.cli.outputs import add_page_option
 from balance.cli.progress_bar import Advance, progress_bar
+from balance.report.answer import Answer, Files
 from kinematics.errors import WorkerError
 
 if TYPE_CHECKING:
@@ -93,22 +95,21 @@ def _add_run(kinds: Verbs) -> None:
         "--workers", type=whole_number(0, MAX_WORKERS), metavar="N",
         help="processes on this machine (default: one per core; 0: this process alone)",
     )  # fmt: skip
-    parser.add_argument("--json", action="store_true", help="print one JSON object")
-    parser.set_defaults(run=_compute, refuse=parser.error, force=False)
+    add_json_option(parser, _compute)
 
 
 class _TimeIsUp(Exception):
     """The time that a search may take has passed."""
 
 
-def _compute(arguments: argparse.Namespace) -> Outcome:
+def _compute(arguments: argparse.Namespace) -> Answer:
     """Run the search of the options.
 
     Raises:
         LinkageError: there is no such topology, the file cannot be used, or workers fail.
     """
     from balance.discovery.results import FamilyTally, found_in
-    from balance.report.text.discovery import search_data, search_text
+    from balance.report.text.discovery import search_body, search_data
     from balance.result_files.results_file import ResultsFile
     from kinematics.wording import count_noun
 
@@ -134,7 +135,7 @@ def _compute(arguments: argparse.Namespace) -> Outcome:
             raise
         data = search_data(file, found_in(file), monotonic() - begin)
     code = DONE if data["families"] else NEGATIVE
-    return Outcome(code, lambda: data, lambda: search_text(data, job.topology))
+    return Answer(code, lambda: data, lambda: search_body(data, job.topology))
 
 
 def _job(arguments: argparse.Namespace) -> tuple[DiscoveryJob, str]:
@@ -203,16 +204,11 @@ def _add_show(kinds: Verbs) -> None:
         "--tried", type=whole_number(0, MAX_MEMBERS), default=TRIED, metavar="N",
         help=f"random members of each family to look for masses for (default {TRIED})",
     )  # fmt: skip
-    parser.add_argument(
-        "--html", type=page_path, metavar="FILE.html",
-        help="write a page with a table of the families and a moving member of each; it needs "
-        "no network",
-    )  # fmt: skip
-    parser.add_argument("--json", action="store_true", help="print one JSON object")
-    parser.set_defaults(run=_show, refuse=parser.error, force=False)
+    add_page_option(parser, "with a table of the families and a moving member of each")
+    add_json_option(parser, _show)
 
 
-def _show(arguments: argparse.Namespace) -> Outcome:
+def _show(arguments: argparse.Namespace) -> Answer:
     """Examine the families of a file.
 
     Raises:
@@ -220,7 +216,7 @@ def _show(arguments: argparse.Namespace) -> Outcome:
             written.
     """
     from balance.discovery.results import examine, found_in
-    from balance.report.text.discovery import families_data, search_data, search_text
+    from balance.report.text.discovery import families_data, search_body, search_data
     from balance.result_files.results_file import ResultsFile
 
     with ResultsFile.open(arguments.results) as file:
@@ -234,14 +230,16 @@ def _show(arguments: argparse.Namespace) -> Outcome:
             )
             advance(len(examined), len(found.families))
     families_data(data, examined)
-    if arguments.html is not None:
-        from balance.atomic_files import write_all_atomic
+
+    def files() -> Files:
         from balance.report.html.families import families_page
 
-        page = families_page(found.job, data, examined)
-        write_all_atomic([(arguments.html, page.encode())])
-    code = DONE if found.families else NEGATIVE
-    return Outcome(code, lambda: data, lambda: search_text(data, found.job.topology))
+        return {"html": partial(families_page, found.job, data, examined)}
+
+    return Answer(
+        DONE if found.families else NEGATIVE, lambda: data,
+        lambda: search_body(data, found.job.topology), files=files,
+    )  # fmt: skip
 
 
 def _add_export(kinds: Verbs) -> None:
@@ -260,21 +258,19 @@ def _add_export(kinds: Verbs) -> None:
         help="number of the family, as shown by 'balance discover show'",
     )  # fmt: skip
     parser.add_argument("--out", required=True, metavar="FILE.urdf", help="the file to write")
-    parser.add_argument("--json", action="store_true", help="print one JSON object")
-    parser.set_defaults(run=_export, refuse=parser.error, force=False)
+    add_json_option(parser, _export)
 
 
-def _export(arguments: argparse.Namespace) -> Outcome:
+def _export(arguments: argparse.Namespace) -> Answer:
     """Export a member of a family.
 
     Raises:
         LinkageError: a file cannot be read or written, or no member can be read as a linkage.
         UsageError: there is no such family.
     """
-    from balance.atomic_files import write_all_atomic
     from balance.discovery.export import export_member
     from balance.discovery.results import found_in
-    from balance.report.text.discovery import member_data, member_text
+    from balance.report.text.discovery import member_body, member_data
     from balance.result_files.results_file import ResultsFile
     from kinematics.errors import UsageError
 
@@ -285,10 +281,13 @@ def _export(arguments: argparse.Namespace) -> Outcome:
             f"{arguments.results}: no family {arguments.family}, of {len(found.families)}"
         )
     member = export_member(found.job, found.families[arguments.family - 1])
-    write_all_atomic([(arguments.out, member.urdf)])
     data = member_data(arguments.family, arguments.out, member)
-    codes = {"feasible": DONE, "infeasible": NEGATIVE}
-    code = codes.get(member.design.verdict, UNDECIDED)
+    code = verdict_code(member.design.verdict)
     if member.verification is not None and not member.verification.balanced:
         code = UNDECIDED
-    return Outcome(code, lambda: data, lambda: member_text(data))
+    return Answer(
+        code,
+        lambda: data,
+        lambda: member_body(data),
+        files=lambda: {"out": lambda: member.urdf},
+    )

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import argparse
+from functools import partial
 
-from balance.cli.arguments import Verbs, page_path
+from balance.cli.arguments import Verbs, add_json_option
 from balance.cli.exit_codes import DONE, NEGATIVE
 from balance.cli.number_arguments import whole_number
-from balance.cli.outcome import Outcome
+from balance.cli.outputs import add_page_option
+from balance.report.answer import Answer, Files
 
 __all__ = ["add_walk"]
 
@@ -41,26 +43,20 @@ def add_walk(kinds: Verbs) -> None:
         help="number of the start, from 0 (default: the first that ends at a special geometry, "
         f"of {TRIED})",
     )  # fmt: skip
-    parser.add_argument(
-        "--html", type=page_path, metavar="FILE.html",
-        help="write a page on which the linkage deforms while its singular value falls; it "
-        "needs no network",
-    )  # fmt: skip
-    parser.add_argument("--json", action="store_true", help="print one JSON object")
-    parser.set_defaults(run=_walk, refuse=parser.error, force=False)
+    add_page_option(parser, "on which the linkage deforms while its singular value falls")
+    add_json_option(parser, _walk)
 
 
-def _walk(arguments: argparse.Namespace) -> Outcome:
+def _walk(arguments: argparse.Namespace) -> Answer:
     """Repeat a walk.
 
     Raises:
         LinkageError: there is no such topology, no start, or the page cannot be written.
     """
-    from balance.atomic_files import write_all_atomic
     from balance.discovery.job import DiscoveryJob
     from balance.discovery.topologies import topology
     from balance.discovery.watch import first_special_start, watch_walk
-    from balance.report.text.watched_walk import walk_data, walk_text
+    from balance.report.text.watched_walk import walk_body, walk_data
     from kinematics.errors import UsageError
 
     graph, start = topology(arguments.topology), arguments.start
@@ -74,10 +70,12 @@ def _walk(arguments: argparse.Namespace) -> Outcome:
             "another --seed"
         )
     found = watch_walk(job, start)
-    if arguments.html is not None:
+    data = walk_data(found)
+
+    def files() -> Files:
         from balance.report.html.walk import walk_page
 
-        write_all_atomic([(arguments.html, walk_page(found).encode())])
-    data = walk_data(found)
+        return {"html": partial(walk_page, found)}
+
     code = DONE if found.outcome == "special" else NEGATIVE
-    return Outcome(code, lambda: data, lambda: walk_text(data))
+    return Answer(code, lambda: data, lambda: walk_body(data), files=files)

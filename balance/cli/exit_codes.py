@@ -4,6 +4,7 @@ from __future__ import annotations
 
 __all__ = [
     "DEFECT", "DONE", "EXPLANATION", "INTERRUPTED", "NEGATIVE", "REFUSED", "UNDECIDED", "USAGE",
+    "verdict_code",
 ]  # fmt: skip
 
 DONE = 0
@@ -24,3 +25,8 @@ EXPLANATION = (
     "4 undecided, 70 a defect of this program (one line says what; BALANCE_DEBUG=1 shows "
     "where), 130 interrupted."
 )
+
+
+def verdict_code(verdict: str) -> int:
+    """Return the exit code of a verdict on masses that can be built."""
+    return {"feasible": DONE, "optimal": DONE, "infeasible": NEGATIVE}.get(verdict, UNDECIDED)

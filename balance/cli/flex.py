@@ -3,16 +3,23 @@
 from __future__ import annotations
 
 import argparse
+from collections.abc import Sequence
+from functools import partial
+from typing import TYPE_CHECKING
 
-from balance.cli.arguments import Parser, Verbs, page_path, picture_path
+from balance.cli.arguments import Parser, Verbs, add_json_option
 from balance.cli.exit_codes import DONE
 from balance.cli.flex_arguments import beam_of, drive_of, support_position, tip_of
-from balance.cli.flex_output import add_output, kind_of, write_file
 from balance.cli.flex_similar import add_similar
 from balance.cli.model_options import add_model_options, load_model
 from balance.cli.number_arguments import add_about, finite_number, positive_number, whole_number
-from balance.cli.outcome import Outcome
+from balance.cli.outputs import add_page_option, add_picture_option, kind_of
 from balance.cli.progress_bar import progress_bar
+from balance.report.answer import Answer, Facts, Files
+
+if TYPE_CHECKING:
+    from balance.flexible.free_modes import FreeMode
+    from balance.flexible.linkage_motion import FlexibleSimulation
 
 __all__ = ["add_flex"]
 
@@ -52,43 +59,51 @@ def _add_modes(kinds: Verbs) -> None:
         help="a rigid body fixed to the far end of the beam: kg, kg m² about its centre of "
         "mass, and metres from the end to that centre",
     )  # fmt: skip
-    add_output(parser)
-    parser.set_defaults(run=_modes, refuse=parser.error)
+    add_json_option(parser, _modes)
+    add_picture_option(parser, kinds="")
 
 
-def _modes(arguments: argparse.Namespace) -> Outcome:
+def _modes(arguments: argparse.Namespace) -> Answer:
     """Compute the modes of the options."""
-    from balance.flexible import flex_data
-    from balance.report.text import flexible as text
-
     if arguments.beam is None:
         if arguments.pin or arguments.clamp or arguments.tip:
             arguments.refuse("--pin, --clamp and --tip need --beam")
         from balance.flexible.free_modes import free_modes
 
-        free = free_modes(arguments.count)
-        if arguments.plot:
-            from balance.report.html.flexible_pictures import free_modes_picture
-
-            write_file(arguments.plot, free_modes_picture(free, kind_of(arguments.plot)))
-        return Outcome(
-            DONE, lambda: flex_data.modes_data(free), lambda: text.free_modes_text(free)
-        )
+        return _free_modes(free_modes(arguments.count), kind_of(arguments.plot))
+    from balance.flexible.flex_data import supported_modes_data
     from balance.flexible.supported_modes import Clamp, Support, supported_modes
+    from balance.report.text.flexible import supported_modes_table
 
     supports = [Support(*points) for points in arguments.pin]
     clamps = [Clamp(s) for s in arguments.clamp]
     found = supported_modes(
         arguments.beam, [*supports, *clamps], arguments.count, end_body=arguments.tip
     )
-    if arguments.plot:
+
+    def files() -> Files:
         from balance.report.html.flexible_pictures import supported_modes_picture
 
-        write_file(arguments.plot, supported_modes_picture(found, kind_of(arguments.plot)))
-    return Outcome(
-        DONE,
-        lambda: flex_data.supported_modes_data(found),
-        lambda: text.supported_modes_text(found),
+        return {"plot": partial(supported_modes_picture, found, kind_of(arguments.plot))}
+
+    return Answer(
+        DONE, lambda: supported_modes_data(found), lambda: [supported_modes_table(found)],
+        files=files,
+    )  # fmt: skip
+
+
+def _free_modes(modes: Sequence[FreeMode], kind: str) -> Answer:
+    """Answer with the modes of a free beam."""
+    from balance.flexible.flex_data import modes_data
+    from balance.report.text.flexible import free_modes_table
+
+    def files() -> Files:
+        from balance.report.html.flexible_pictures import free_modes_picture
+
+        return {"plot": partial(free_modes_picture, modes, kind)}
+
+    return Answer(
+        DONE, lambda: modes_data(modes), lambda: [free_modes_table(modes)], files=files
     )
 
 
@@ -99,22 +114,24 @@ def _add_supports(kinds: Verbs) -> None:
         help="points and weights on which a free beam shakes its mount in no low mode",
     )
     parser.add_argument("count", type=whole_number(1, 40), help="number of points, 1 to 40")
-    add_output(parser)
-    parser.set_defaults(run=_supports, refuse=parser.error)
+    add_json_option(parser, _supports)
+    add_picture_option(parser, kinds="")
 
 
-def _supports(arguments: argparse.Namespace) -> Outcome:
+def _supports(arguments: argparse.Namespace) -> Answer:
     """Compute the supports of the options."""
     from balance.flexible.flex_data import supports_data
     from balance.flexible.support_points import support_points
-    from balance.report.text.flexible import supports_text
+    from balance.report.text.flexible import supports_body
 
     found = support_points(arguments.count)
-    if arguments.plot:
+
+    def files() -> Files:
         from balance.report.html.flexible_pictures import supports_picture
 
-        write_file(arguments.plot, supports_picture(found, kind_of(arguments.plot)))
-    return Outcome(DONE, lambda: supports_data(found), lambda: supports_text(found))
+        return {"plot": partial(supports_picture, found, kind_of(arguments.plot))}
+
+    return Answer(DONE, lambda: supports_data(found), lambda: supports_body(found), files=files)
 
 
 def _add_simulate(kinds: Verbs) -> None:
@@ -151,25 +168,20 @@ def _add_simulate(kinds: Verbs) -> None:
         help="start with all bodies at rest under an input at speed, which hits them",
     )  # fmt: skip
     add_about(parser, "the centre of mass at the start")
-    parser.add_argument(
-        "--plot", type=picture_path, metavar="FILE", help="write a picture of the shaking"
-    )
+    add_picture_option(parser, "write a picture of the shaking", "")
     parser.add_argument(
         "--table", metavar="FILE.csv",
         help="write time, shaking force and moment, energy, and the bending of each link",
     )  # fmt: skip
-    parser.add_argument(
-        "--html", type=page_path, metavar="FILE.html",
-        help="write a page in which the links bend; it needs no network",
-    )  # fmt: skip
+    add_page_option(parser, "in which the links bend")
     parser.set_defaults(run=_simulate)
 
 
-def _simulate(arguments: argparse.Namespace) -> Outcome:
-    """Simulate the linkage of the options and write its files."""
+def _simulate(arguments: argparse.Namespace) -> Answer:
+    """Simulate the linkage of the options."""
     from balance.flexible.flex_links import parse_flex_link
     from balance.flexible.linkage_motion import simulate_flexible
-    from balance.report.text.flexible import flexible_motion_text
+    from balance.report.text.flexible import flexible_motion_facts
 
     if arguments.motion or arguments.spatial or arguments.balance != "dynamic":
         arguments.refuse("--motion, --spatial and --balance are not for flex simulate")
@@ -182,21 +194,22 @@ def _simulate(arguments: argparse.Namespace) -> Outcome:
             damping=arguments.damping, geometric=not arguments.linear,
             from_rest=arguments.from_rest, about=arguments.about, progress=advance,
         )  # fmt: skip
-    if arguments.plot:
-        from balance.report.html.flexible_pictures import shaking_picture
-
-        picture = shaking_picture(found.motion, found.flexible.point, kind_of(arguments.plot))
-        write_file(arguments.plot, picture)
-    if arguments.table:
-        from balance.flexible.flex_data import motion_table
-
-        write_file(arguments.table, motion_table(found.flexible, found.motion))
-    if arguments.html:
-        from balance.report.html.flexible import flexible_page
-
-        page = flexible_page(found.flexible, found.motion)
-        write_file(arguments.html, page.encode())
-    return Outcome(
-        DONE, found.to_dict, lambda: flexible_motion_text(found.flexible, found.motion),
-        notices=found.notices,
+    return Answer(
+        DONE, found.to_dict,
+        lambda: [Facts(flexible_motion_facts(found.flexible, found.motion))],
+        found.notices, files=lambda: _simulation_files(found, kind_of(arguments.plot)),
     )  # fmt: skip
+
+
+def _simulation_files(found: FlexibleSimulation, kind: str) -> Files:
+    """Find what makes the files of a simulation."""
+    from balance.flexible.flex_data import motion_table
+    from balance.report.html.flexible import flexible_page
+    from balance.report.html.flexible_pictures import shaking_picture
+
+    flexible, motion = found.flexible, found.motion
+    return {
+        "plot": partial(shaking_picture, motion, flexible.point, kind),
+        "table": partial(motion_table, flexible, motion),
+        "html": partial(flexible_page, flexible, motion),
+    }

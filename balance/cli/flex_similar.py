@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import argparse
+from functools import partial
 from typing import TYPE_CHECKING
 
-from balance.cli.arguments import Verbs
+from balance.cli.arguments import Verbs, add_json_option
 from balance.cli.exit_codes import DONE
 from balance.cli.flex_arguments import arm_of, moment_numbers, spin_numbers, translator_numbers
-from balance.cli.flex_output import add_output, kind_of, write_file
 from balance.cli.number_arguments import positive_number
-from balance.cli.outcome import Outcome
+from balance.cli.outputs import add_picture_option, kind_of
 from balance.cli.progress_bar import progress_bar
+from balance.report.answer import Answer, Files
 
 if TYPE_CHECKING:
     from balance.flexible.similarity import Arm
@@ -56,15 +57,15 @@ def add_similar(kinds: Verbs) -> None:
         "--both-hubs", action="store_true",
         help="the moment drives both hubs, by half on each; otherwise the lower one",
     )  # fmt: skip
-    add_output(parser)
-    parser.set_defaults(run=_similar, refuse=parser.error)
+    add_json_option(parser, _similar)
+    add_picture_option(parser, kinds="")
 
 
-def _similar(arguments: argparse.Namespace) -> Outcome:
+def _similar(arguments: argparse.Namespace) -> Answer:
     """Compute the counter-arm of the options, and simulate what was asked for."""
     from balance.flexible.flex_data import similarity_data
     from balance.flexible.similarity import compare_arms, similar_arm
-    from balance.report.text.flexible import similarity_text
+    from balance.report.text.flexible import similarity_body
 
     _check(arguments)
     first = arguments.arm
@@ -72,10 +73,21 @@ def _similar(arguments: argparse.Namespace) -> Outcome:
     found = compare_arms(first, second)
     motion = _spin(arguments, first, second) if arguments.spin else None
     translator = _translate(arguments, first, second) if arguments.translator else None
-    return Outcome(
+
+    def files() -> Files:
+        from balance.report.html.flexible_pictures import one_panel_picture
+
+        kind = kind_of(arguments.plot)
+        if translator:
+            pitch = translator.translator.pitch
+            return {"plot": partial(one_panel_picture, translator.pair, pitch, kind)}
+        return {"plot": partial(one_panel_picture, motion, kind=kind)} if motion else {}
+
+    return Answer(
         DONE,
         lambda: similarity_data(first, second, found, motion, translator),
-        lambda: similarity_text(second, found, motion, translator),
+        lambda: similarity_body(second, found, motion, translator),
+        files=files,
     )
 
 
@@ -92,7 +104,7 @@ def _check(arguments: argparse.Namespace) -> None:
 
 
 def _spin(arguments: argparse.Namespace, first: Arm, second: Arm) -> FlexibleMotion:
-    """Simulate two arms on one hub, and draw the shaking."""
+    """Simulate two arms on one hub."""
     from balance.flexible.arm_mechanisms import arm_mechanism
     from balance.flexible.build_beam import BeamOptions
     from balance.flexible.drives import spin_up
@@ -102,16 +114,11 @@ def _spin(arguments: argparse.Namespace, first: Arm, second: Arm) -> FlexibleMot
     options = BeamOptions(elements=6, modes=3, axial_modes=0)
     mechanism = arm_mechanism([first, second], spin_up(speed, rise), options)
     with progress_bar("instants") as advance:
-        motion = simulate(mechanism, more[0] if more else 5.0 * rise, progress=advance)
-    if arguments.plot:
-        from balance.report.html.flexible_pictures import one_panel_picture
-
-        write_file(arguments.plot, one_panel_picture(motion, kind=kind_of(arguments.plot)))
-    return motion
+        return simulate(mechanism, more[0] if more else 5.0 * rise, progress=advance)
 
 
 def _translate(arguments: argparse.Namespace, first: Arm, second: Arm) -> TranslatorMotion:
-    """Simulate the translator of the options, and draw the shaking."""
+    """Simulate the translator of the options."""
     from balance.flexible.arm_mechanisms import Block
     from balance.flexible.translators import Translator, simulate_translator
 
@@ -122,12 +129,6 @@ def _translate(arguments: argparse.Namespace, first: Arm, second: Arm) -> Transl
         given.get("hubmass", 0.0), value, rise, arguments.both_hubs,
     )  # fmt: skip
     with progress_bar("instants") as advance:
-        found = simulate_translator(
+        return simulate_translator(
             translator, (first, second), more[0] if more else 10.0 * rise, progress=advance
         )
-    if arguments.plot:
-        from balance.report.html.flexible_pictures import one_panel_picture
-
-        picture = one_panel_picture(found.pair, translator.pitch, kind_of(arguments.plot))
-        write_file(arguments.plot, picture)
-    return found

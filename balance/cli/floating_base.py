@@ -4,17 +4,20 @@ from __future__ import annotations
 
 import argparse
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
+from balance.cli.arguments import refuse_given
 from balance.cli.both_readings import solve_both_readings
 from balance.cli.exit_codes import DONE, NEGATIVE, UNDECIDED
 from balance.cli.model_options import load_model, parse_coordinates
 from balance.cli.number_arguments import number_between, point
-from balance.cli.outcome import Outcome
+from balance.cli.outputs import kind_of
 from balance.cli.progress_bar import progress_bar
-from balance.cli.two_results import TwoResults
+from balance.cli.several_models import data_against
+from balance.report.answer import Answer, Files
 
 if TYPE_CHECKING:
     from balance.floating_base.base import FloatingBase
@@ -73,14 +76,10 @@ def add_base_options(parser: argparse.ArgumentParser) -> None:
 def check_base_options(arguments: argparse.Namespace) -> None:
     """End the command with code 2 if options of a base contradict others."""
     if arguments.base == "fixed":
-        for name in OWN:
-            if getattr(arguments, name) is not None:
-                flag = name.replace("_", "-")
-                arguments.refuse(f"--{flag}: only with --base free or --base spring")
+        refuse_given(arguments, OWN, "{}: only with --base free or --base spring")
         return
-    for name in ("base_mass", "base_inertia"):
-        if getattr(arguments, name) is None:
-            arguments.refuse(f"--base {arguments.base}: give --base-mass and --base-inertia")
+    both = f"--base {arguments.base}: give --base-mass and --base-inertia"
+    refuse_given(arguments, ("base_mass", "base_inertia"), both, given=False)
     if (arguments.base == "spring") != bool(arguments.stiffness):
         arguments.refuse("--stiffness belongs to --base spring: give both or neither")
     kinds = [kind for kind, _ in arguments.stiffness or ()]
@@ -91,36 +90,33 @@ def check_base_options(arguments: argparse.Namespace) -> None:
     if (arguments.trajectories or 1) > 1:
         arguments.refuse("--trajectories: there is one motion with --base")
     if arguments.torque is not None:
-        for name in ("csv", "speed", "seed"):
-            if getattr(arguments, name) is not None:
-                arguments.refuse(f"--torque: frees the inputs that --{name} moves")
+        moved = "--torque: frees the inputs that {} moves"
+        refuse_given(arguments, ("csv", "speed", "seed"), moved)
 
 
-def run_floating_base(arguments: argparse.Namespace) -> Outcome:
-    """Simulate one or two linkages on a base and write the files of the options.
+def run_floating_base(arguments: argparse.Namespace) -> Answer:
+    """Simulate one or two linkages on a base.
 
     Raises:
         LinkageError: a linkage, a motion, the base, a file or a library cannot be used.
     """
     with progress_bar("hundredths") as advance:
-        found = _simulate(arguments, advance)
-    _write_files(found, arguments)
-    code = DONE if found.first.undisturbed else NEGATIVE
-    if not found.first.agreed:
-        code = UNDECIDED
+        results = _simulate(arguments, advance)
+    from balance.report.text.floating_base import floating_base_body
 
-    def text() -> str:
-        from balance.report.text.floating_base import floating_base_text
-
-        return floating_base_text(found.first, found.second)
-
-    return Outcome(code, found.to_dict, text, notices=found.notices)
+    code = DONE if results[0].undisturbed else NEGATIVE
+    return Answer(
+        code if results[0].agreed else UNDECIDED, lambda: data_against(*results),
+        lambda: floating_base_body(results),
+        [notice for result in results for notice in result.notices],
+        files=lambda: _files(results, kind_of(arguments.plot)),
+    )  # fmt: skip
 
 
 def _simulate(
     arguments: argparse.Namespace, advance: Callable[[int, int], None]
-) -> TwoResults[FloatingBaseMotion]:
-    """Simulate the linkages of the options."""
+) -> list[FloatingBaseMotion]:
+    """Simulate the linkages of the options, one or two."""
     base = _base(arguments)
     base.check()
 
@@ -153,8 +149,8 @@ def _simulate(
 
     first = solve_both_readings(simulate_first, arguments.angles)
     if not arguments.against:
-        return TwoResults(first, None)
-    return TwoResults(first, solve_both_readings(simulate_second, arguments.angles))
+        return [first]
+    return [first, solve_both_readings(simulate_second, arguments.angles)]
 
 
 def _base(arguments: argparse.Namespace) -> FloatingBase:
@@ -179,25 +175,19 @@ def _options(arguments: argparse.Namespace) -> dict[str, Any]:
     return options
 
 
-def _write_files(found: TwoResults[FloatingBaseMotion], arguments: argparse.Namespace) -> None:
-    """Write the files of the options."""
-    from balance.atomic_files import write_all_atomic
+def _files(results: Sequence[FloatingBaseMotion], kind: str) -> Files:
+    """Find what makes the files of simulations."""
     from balance.report.html.floating_base import (
         floating_base_page,
         floating_base_picture,
         floating_base_table,
     )
 
-    both = [found.first, *([found.second] if found.second else [])]
-    contents = []
-    if arguments.plot:
-        picture = floating_base_picture(both, arguments.plot[-3:].lower())
-        contents.append((arguments.plot, picture))
-    if arguments.html:
-        contents.append((arguments.html, floating_base_page(both).encode()))
-    if arguments.table:
-        contents.append((arguments.table, floating_base_table(found.first).encode()))
-    write_all_atomic(contents)
+    return {
+        "plot": partial(floating_base_picture, results, kind),
+        "html": partial(floating_base_page, results),
+        "table": partial(floating_base_table, results[0]),
+    }
 
 
 def _inertia(text: str) -> float | tuple[float, ...]:

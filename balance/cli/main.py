@@ -1,7 +1,7 @@
 """The command line: parser, output and exit code.
 
-Each command computes an `Outcome`. This module prints it and returns the exit code; no other
-module prints.
+Each command computes an `Answer`. This module writes its files, prints it and returns the exit
+code; no other module prints.
 """
 
 from __future__ import annotations
@@ -14,11 +14,11 @@ import sys
 import warnings
 from collections.abc import Collection, Sequence
 from importlib import import_module
+from typing import TYPE_CHECKING
 
 from balance.cli.arguments import (
     MAX_ERROR_LENGTH,
     Parser,
-    check_files,
     describe_defect,
     read_streams,
 )
@@ -31,9 +31,12 @@ from balance.cli.exit_codes import (
     REFUSED,
     USAGE,
 )
-from balance.cli.outcome import Outcome
+from balance.cli.outputs import check_files, write_outputs
 from kinematics.compiled.background import compile_mode
 from kinematics.errors import LinkageError, UsageError
+
+if TYPE_CHECKING:
+    from balance.report.answer import Answer
 
 __all__ = ["COMMANDS", "command_parser", "main"]
 
@@ -100,9 +103,10 @@ def _run(argv: Sequence[str] | None, debug: bool) -> int:
         arguments = command_parser(words).parse_args(words)
         check_files(arguments)
         read_streams(arguments)
-        outcome: Outcome = arguments.run(arguments)
-        _print(outcome, arguments.json)
-        return outcome.code
+        answer: Answer = arguments.run(arguments)
+        write_outputs(arguments, answer)
+        _print(answer, arguments.json)
+        return answer.code
     except SystemExit as stop:
         return int(stop.code or 0)
     except LinkageError as error:
@@ -174,17 +178,20 @@ def command_parser(words: Collection[str]) -> argparse.ArgumentParser:
     return parser
 
 
-def _print(outcome: Outcome, as_json: bool) -> None:
+def _print(answer: Answer, as_json: bool) -> None:
     """Print the notices of a command on standard error, and its answer."""
-    for notice in outcome.notices:
+    for notice in answer.notices:
         logging.warning("%s: %s", notice.code, notice.message)
-    if outcome.remark:
-        logging.warning(outcome.remark)
+    if answer.remark:
+        logging.warning(answer.remark)
     if as_json:
         from balance.json_text import json_text
 
-        print(json_text(outcome.data(), 2))
-    elif outcome.styled is not None and sys.stdout.isatty():
-        print(outcome.styled(), end="")
+        print(json_text(answer.data(), 2))
+        return
+    from balance.report.text.render import body_text, styled_text
+
+    if answer.styled and sys.stdout.isatty():
+        print(styled_text(answer.body()), end="")
     else:
-        print(outcome.text())
+        print(body_text(answer.body()))

@@ -1,20 +1,21 @@
-"""The command ``balance motion``: its options, its answer, and the files that it writes."""
+"""The command ``balance motion``: its options, and its answer."""
 
 from __future__ import annotations
 
 import argparse
 import math
 from collections.abc import Mapping
+from functools import partial
 from typing import TYPE_CHECKING, NamedTuple
 
-from balance.atomic_files import write_all_atomic
-from balance.cli.arguments import Parser, page_path, picture_path
+from balance.cli.arguments import Parser
 from balance.cli.both_readings import solve_both_readings
 from balance.cli.exit_codes import DONE, NEGATIVE
 from balance.cli.model_options import add_model_options, load_model
 from balance.cli.number_arguments import point, whole_number
-from balance.cli.outcome import Outcome
+from balance.cli.outputs import add_page_option, add_picture_option, kind_of
 from balance.cli.spinner import spinner
+from balance.report.answer import Answer, Files
 from kinematics.errors import CoordinateError, MotionError, PoseError
 
 if TYPE_CHECKING:
@@ -83,29 +84,25 @@ def add_motion(parser: Parser) -> None:
         "--path", metavar="FILE.csv",
         help="poses to predict, one in a row: a column for each input, by its name",
     )  # fmt: skip
-    parser.add_argument(
-        "--plot", type=picture_path, metavar="FILE.png|.svg",
-        help="write a picture of the error of every order against distance",
-    )  # fmt: skip
-    parser.add_argument(
-        "--html", type=page_path, metavar="FILE.html",
-        help="write a page with these curves; it needs no network",
-    )  # fmt: skip
+    add_picture_option(parser, "write a picture of the error of every order against distance")
+    add_page_option(parser, "with these curves")
     parser.set_defaults(run=_run, bodies="all")  # a file need not have masses
 
 
-def _run(arguments: argparse.Namespace) -> Outcome:
-    """Predict the poses of the options and write their files."""
+def _run(arguments: argparse.Namespace) -> Answer:
+    """Predict the poses of the options."""
     with spinner("expanding the motion"):
         found = _predict(arguments)
-    from balance.report.text.motion import motion_text
+    from balance.report.text.motion import motion_body
 
-    code = DONE if found.reached else NEGATIVE
-    return Outcome(code, found.to_dict, lambda: motion_text(found), notices=found.notices)
+    return Answer(
+        DONE if found.reached else NEGATIVE, found.to_dict, lambda: motion_body(found),
+        found.notices, files=lambda: _files(found, kind_of(arguments.plot)),
+    )  # fmt: skip
 
 
 def _predict(arguments: argparse.Namespace) -> Predictions:
-    """Predict the poses of the options and write their files.
+    """Predict the poses of the options.
 
     Raises:
         LinkageError: a linkage, a motion, a pose, a file or a library cannot be used.
@@ -121,9 +118,7 @@ def _predict(arguments: argparse.Namespace) -> Predictions:
     def build(angles: str) -> Predictions:
         return _compute_predictions(arguments, load_model(arguments, angles))
 
-    found = solve_both_readings(build, arguments.angles)
-    _write_files(found, arguments)
-    return found
+    return solve_both_readings(build, arguments.angles)
 
 
 def _compute_predictions(arguments: argparse.Namespace, linkage: Linkage) -> Predictions:
@@ -223,19 +218,16 @@ def _target_inputs(
     return list(range(len(inputs)))
 
 
-def _write_files(found: Predictions, arguments: argparse.Namespace) -> None:
-    """Write the files of the options."""
+def _files(found: Predictions, kind: str) -> Files:
+    """Find what makes the files of predictions."""
     from balance.report.html.motion import motion_page, motion_picture
     from balance.taylor_poses.error_curves import error_curves
 
-    contents = []
-    panels = error_curves(found) if arguments.plot or arguments.html else []
-    if arguments.plot:
-        image = motion_picture(found, panels, arguments.plot[-3:].lower())
-        contents.append((arguments.plot, image))
-    if arguments.html:
-        contents.append((arguments.html, motion_page(found, panels).encode()))
-    write_all_atomic(contents)
+    panels = error_curves(found)
+    return {
+        "plot": partial(motion_picture, found, panels, kind),
+        "html": partial(motion_page, found, panels),
+    }
 
 
 def _target(text: str) -> Target:

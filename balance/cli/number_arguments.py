@@ -57,13 +57,7 @@ def finite_number(text: str) -> float:
     Raises:
         ArgumentTypeError: the word is none.
     """
-    try:
-        value = float(text)
-    except ValueError:
-        value = math.nan
-    if not math.isfinite(value):
-        raise argparse.ArgumentTypeError(f"'{text}' is not a number")
-    return value
+    return _number(text, "a number", math.isfinite)
 
 
 def positive_number(text: str) -> float:
@@ -72,13 +66,7 @@ def positive_number(text: str) -> float:
     Raises:
         ArgumentTypeError: the word is none.
     """
-    try:
-        value = float(text)
-    except ValueError:
-        value = math.nan
-    if not 0.0 < value < math.inf:
-        raise argparse.ArgumentTypeError(f"'{text}' is not a positive number")
-    return value
+    return _number(text, "a positive number", lambda value: 0.0 < value < math.inf)
 
 
 def number_between(lowest: float, highest: float) -> Callable[[str], float]:
@@ -91,19 +79,19 @@ def number_between(lowest: float, highest: float) -> Callable[[str], float]:
     Returns:
         A function that parses a word, and raises ArgumentTypeError for any other word.
     """
+    what = f"a number from {lowest:g} to {highest:g}"
+    return lambda text: _number(text, what, lambda value: lowest <= value <= highest)
 
-    def read(text: str) -> float:
-        try:
-            value = float(text)
-        except ValueError:
-            value = math.nan
-        if not lowest <= value <= highest:
-            raise argparse.ArgumentTypeError(
-                f"'{text}' is not a number from {lowest:g} to {highest:g}"
-            )
-        return value
 
-    return read
+def _number(text: str, what: str, allowed: Callable[[float], bool]) -> float:
+    """Parse a number that is allowed, and not NaN."""
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not allowed(value):
+        raise argparse.ArgumentTypeError(f"'{text}' is not {what}")
+    return value
 
 
 def point(text: str) -> tuple[float, ...]:

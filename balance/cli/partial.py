@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import argparse
+from functools import partial
 from typing import TYPE_CHECKING
 
-from balance.cli.arguments import picture_path
-from balance.cli.exit_codes import DONE, NEGATIVE, UNDECIDED
+from balance.cli.arguments import refuse_given
+from balance.cli.exit_codes import verdict_code
 from balance.cli.model_options import load_model
 from balance.cli.number_arguments import add_about, finite_number, whole_number
-from balance.cli.outcome import Outcome
+from balance.cli.outputs import add_picture_option, describe_written, kind_of
 from balance.cli.progress_bar import progress_bar
+from balance.report.answer import Answer, Files
 
 if TYPE_CHECKING:
     from balance.partial_balance.elastic_frame import ElasticFrame
@@ -18,7 +20,11 @@ if TYPE_CHECKING:
 
 __all__ = ["add_partial_options", "check_partial_options", "run_partial"]
 
-CODES = {"optimal": DONE, "infeasible": NEGATIVE, "undecided": UNDECIDED}
+# Options that need ``--partial``.
+OWN = (
+    "budget", "trajectory", "weight_moment", "pareto", "max_bearing", "max_torque", "frame",
+    "about", "plot",
+)  # fmt: skip
 
 
 def add_partial_options(parser: argparse.ArgumentParser) -> None:
@@ -58,25 +64,15 @@ def add_partial_options(parser: argparse.ArgumentParser) -> None:
         "of the least shaking",
     )  # fmt: skip
     add_about(parser, "with --partial: the middle of the mechanism")
-    parser.add_argument(
-        "--plot", type=picture_path, metavar="FILE.png|.svg",
-        help="with --partial: a picture of what is left against the added mass",
-    )  # fmt: skip
+    add_picture_option(
+        parser, "with --partial: a picture of what is left against the added mass"
+    )
 
 
 def check_partial_options(arguments: argparse.Namespace) -> None:
     """End the command with code 2 if options of partial balance contradict others."""
-    own = {
-        "--budget": arguments.budget is not None, "--trajectory": arguments.trajectory,
-        "--weight-moment": arguments.weight_moment is not None,
-        "--pareto": arguments.pareto is not None, "--max-bearing": arguments.max_bearing,
-        "--max-torque": arguments.max_torque, "--frame": arguments.frame is not None,
-        "--about": arguments.about is not None, "--plot": arguments.plot is not None,
-    }  # fmt: skip
     if not arguments.partial:
-        for name, given in own.items():
-            if given:
-                arguments.refuse(f"{name} needs --partial")
+        refuse_given(arguments, OWN, "{} needs --partial")
         return
     if not arguments.add:
         arguments.refuse("--partial needs --add: the links that may get matter")
@@ -84,9 +80,7 @@ def check_partial_options(arguments: argparse.Namespace) -> None:
         arguments.refuse("--partial needs a --budget in kg, or --pareto")
     if arguments.budget is not None and arguments.budget < 0.0:
         arguments.refuse(f"--budget {arguments.budget:g}: a mass is not negative")
-    for name, given in {"--minimise": arguments.minimise, "--html": arguments.html}.items():
-        if given:
-            arguments.refuse(f"{name} does not go with --partial")
+    refuse_given(arguments, ("minimise", "html"), "{} does not go with --partial")
     if arguments.about is not None and arguments.frame is not None:
         arguments.refuse("--about: not with --frame, which turns about the middle")
     for flag, caps in (
@@ -97,22 +91,21 @@ def check_partial_options(arguments: argparse.Namespace) -> None:
             arguments.refuse(f"{flag}: one joint has two caps")
 
 
-def run_partial(arguments: argparse.Namespace) -> Outcome:
-    """Compute the designs of the options and write their files.
+def run_partial(arguments: argparse.Namespace) -> Answer:
+    """Compute the designs of the options.
 
     Raises:
         LinkageError: the file, the linkage, a motion, a link or a region cannot be used.
     """
     front = _front(arguments)
-    remark = _write_files(arguments, front)
     from balance.added_masses.link_regions import distant_regions
-    from balance.report.text.partial import partial_text
+    from balance.report.text.partial import partial_body
 
     best = front.designs[-1]
-    return Outcome(
-        CODES[best.verdict], front.to_dict, lambda: partial_text(front),
-        notices=(*front.notices, *distant_regions(best.space, dict(arguments.region))),
-        remark=remark,
+    return Answer(
+        verdict_code(best.verdict), front.to_dict, lambda: partial_body(front),
+        (*front.notices, *distant_regions(best.space, dict(arguments.region))),
+        describe_written(arguments, best.z is not None), lambda: _files(arguments, front),
     )  # fmt: skip
 
 
@@ -143,28 +136,18 @@ def _front(arguments: argparse.Namespace) -> ParetoFront:
         return pareto(space, arguments.add, arguments.pareto, arguments.budget, **options)
 
 
-def _write_files(arguments: argparse.Namespace, front: ParetoFront) -> str:
-    """Write the files of the options; return a remark.
+def _files(arguments: argparse.Namespace, front: ParetoFront) -> Files:
+    """Find what makes the files of designs, if there are any."""
+    from balance.added_masses.write_counterweights import with_counterweights
+    from balance.report.html.partial import front_picture
 
-    Raises:
-        LinkageError: a file cannot be written, or a library is missing.
-    """
-    from balance.atomic_files import write_all_atomic
-
-    best, contents = front.designs[-1], []
-    paths = [path for path in (arguments.out, arguments.plot) if path is not None]
+    best = front.designs[-1]
     if best.z is None:
-        return f"not written, for there is no design: {', '.join(paths)}" if paths else ""
-    if arguments.out is not None:
-        from balance.added_masses.write_counterweights import with_counterweights
-
-        contents.append((arguments.out, with_counterweights(best, merge=arguments.merge)))
-    if arguments.plot is not None:
-        from balance.report.html.partial import front_picture
-
-        contents.append((arguments.plot, front_picture(front, arguments.plot[-3:].lower())))
-    write_all_atomic(contents)
-    return f"written: {', '.join(path for path, _ in contents)}" if contents else ""
+        return {}
+    return {
+        "out": partial(with_counterweights, best, merge=arguments.merge),
+        "plot": partial(front_picture, front, kind_of(arguments.plot)),
+    }
 
 
 def _cap(text: str) -> tuple[str, float]:

@@ -1,17 +1,19 @@
-"""The command ``balance paths``: its options, its answer, and the files that it writes."""
+"""The command ``balance paths``: its options, and its answer."""
 
 from __future__ import annotations
 
 import argparse
 from collections.abc import Callable
+from functools import partial
 from typing import TYPE_CHECKING
 
-from balance.cli.arguments import Parser, page_path, picture_path
+from balance.cli.arguments import Parser, refuse_given
 from balance.cli.exit_codes import DONE, NEGATIVE
 from balance.cli.model_options import add_model_options, load_model, parse_coordinates
 from balance.cli.number_arguments import add_about, number_between, point, whole_number
-from balance.cli.outcome import Outcome
+from balance.cli.outputs import add_page_option, add_picture_option, kind_of
 from balance.cli.progress_bar import progress_bar
+from balance.report.answer import Answer, Files
 
 if TYPE_CHECKING:
     from balance.reactionless_paths.demand import Base, Kept
@@ -45,14 +47,8 @@ def add_paths(parser: Parser) -> None:
         help="write a motion along the path in 1 s, ever faster: time and the inputs, as "
         "'balance verify --csv' reads it",
     )  # fmt: skip
-    parser.add_argument(
-        "--plot", type=picture_path, metavar="FILE.png|.svg",
-        help="write a picture of the paths and of the momentum along them",
-    )  # fmt: skip
-    parser.add_argument(
-        "--html", type=page_path, metavar="FILE.html",
-        help="write a page on which the linkage runs along the paths; it needs no network",
-    )  # fmt: skip
+    add_picture_option(parser, "write a picture of the paths and of the momentum along them")
+    add_page_option(parser, "on which the linkage runs along the paths")
 
 
 def _add_path_options(parser: argparse.ArgumentParser) -> None:
@@ -106,8 +102,8 @@ def _add_base_options(parser: argparse.ArgumentParser) -> None:
     )  # fmt: skip
 
 
-def _run(arguments: argparse.Namespace) -> Outcome:
-    """Find the paths of the options and write their files.
+def _run(arguments: argparse.Namespace) -> Answer:
+    """Find the paths of the options.
 
     Raises:
         LinkageError: the file, the linkage, a pose or a relation cannot be used.
@@ -116,21 +112,22 @@ def _run(arguments: argparse.Namespace) -> Outcome:
     _refuse_exclusive_options(arguments)
     with progress_bar("starts") as advance:
         found = _find(arguments, advance)
-        if found.paths and arguments.which > len(found.paths):
-            arguments.refuse(f"--which: there are {len(found.paths)} paths")
-        _write_files(arguments, found)
-    from balance.report.text.paths import paths_text
+    if found.paths and arguments.which > len(found.paths):
+        arguments.refuse(f"--which: there are {len(found.paths)} paths")
+    from balance.report.text.paths import paths_body
 
-    code = DONE if found.found else NEGATIVE
-    return Outcome(code, found.to_dict, lambda: paths_text(found), notices=found.notices)
+    return Answer(
+        DONE if found.found else NEGATIVE, found.to_dict, lambda: paths_body(found),
+        found.notices, files=lambda: _files(arguments, found),
+    )  # fmt: skip
 
 
 def _refuse_exclusive_options(arguments: argparse.Namespace) -> None:
     """End the command if its options exclude each other."""
     free = arguments.base == "free"
-    for name in ("base_mass", "base_com", "attitude"):
-        if getattr(arguments, name) and not free:
-            arguments.refuse(f"--{name.replace('_', '-')}: only with --base free")
+    if not free:
+        own = ("base_mass", "base_com", "attitude")
+        refuse_given(arguments, own, "{}: only with --base free")
     if free and arguments.base_mass is None and arguments.attitude:
         arguments.refuse("--attitude: give the mass of the base by --base-mass")
     if arguments.about is not None and arguments.kept != "moment":
@@ -173,25 +170,16 @@ def _base(arguments: argparse.Namespace) -> Base | None:
     return Base(arguments.base_mass or 0.0, arguments.base_com or (0.0, 0.0, 0.0))
 
 
-def _write_files(arguments: argparse.Namespace, found: ReactionlessPaths) -> None:
-    """Write the files of the options, all of them or none; a table needs a path.
-
-    Raises:
-        LinkageError: a file cannot be written, or a library is missing.
-    """
-    from balance.atomic_files import write_all_atomic
+def _files(arguments: argparse.Namespace, found: ReactionlessPaths) -> Files:
+    """Find what makes the files of paths; a table needs a path."""
     from balance.reactionless_paths.path import path_table
+    from balance.report.html.paths import paths_page, paths_picture
 
-    contents = []
-    if arguments.motion_table is not None and found.paths:
-        path = found.paths[arguments.which - 1]
-        contents.append((arguments.motion_table, path_table(found.linkage, path)))
-    if arguments.plot is not None:
-        from balance.report.html.paths import paths_picture
-
-        contents.append((arguments.plot, paths_picture(found, arguments.plot[-3:].lower())))
-    if arguments.html is not None:
-        from balance.report.html.paths import paths_page
-
-        contents.append((arguments.html, paths_page(found).encode()))
-    write_all_atomic(contents)
+    files: Files = {
+        "plot": partial(paths_picture, found, kind_of(arguments.plot)),
+        "html": partial(paths_page, found),
+    }
+    if not found.paths:
+        return files
+    path = found.paths[arguments.which - 1]
+    return {**files, "motion_table": partial(path_table, found.linkage, path)}

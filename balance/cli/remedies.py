@@ -1,20 +1,21 @@
-"""The command ``balance remedies``: its options, its answer, and the files that it writes."""
+"""The command ``balance remedies``: its options, and its answer."""
 
 from __future__ import annotations
 
 import argparse
-import os
 from collections.abc import Callable
+from functools import partial
 from typing import TYPE_CHECKING
 
-from balance.cli.arguments import Parser, page_path
+from balance.cli.arguments import Parser
 from balance.cli.counterweights import add_matter_options, check_regions
-from balance.cli.exit_codes import DONE, NEGATIVE, UNDECIDED
+from balance.cli.exit_codes import verdict_code
 from balance.cli.model_options import add_model_options, load_model
 from balance.cli.number_arguments import positive_number
-from balance.cli.outcome import Outcome
+from balance.cli.outputs import add_page_option, check_folder
 from balance.cli.progress_bar import progress_bar
 from balance.remedies.catalogue import CATALOGUE
+from balance.report.answer import Answer, Files
 
 if TYPE_CHECKING:
     from balance.remedies.compare import RemedyComparison
@@ -57,32 +58,40 @@ def add_remedies(parser: Parser) -> None:
         "--out", metavar="DIR",
         help="folder for the file of the linkage with each remedy that helps, and its tables",
     )  # fmt: skip
-    parser.add_argument(
-        "--html", type=page_path, metavar="FILE.html",
-        help="write a page with added mass against input inertia; it needs no network",
-    )  # fmt: skip
+    add_page_option(parser, "with added mass against input inertia")
 
 
-def _run(arguments: argparse.Namespace) -> Outcome:
-    """Apply the remedies of the options and write their files.
+def _run(arguments: argparse.Namespace) -> Answer:
+    """Apply the remedies of the options.
 
     Raises:
         LinkageError: the file, the linkage, a link or a region cannot be used.
     """
     check_regions(arguments)
     if arguments.out is not None:
-        _check_folder(arguments.out)
+        check_folder(arguments.out)
     with progress_bar("steps of the search") as advance:
         request = _request(arguments, advance)
         from balance.remedies.compare import compare_request
 
         found = compare_request(request, arguments.only)
-    _write_files(arguments, found)
-    from balance.report.text.remedies import remedies_text
+    from balance.report.text.remedies import remedies_body
 
-    code = {"feasible": DONE, "infeasible": NEGATIVE}.get(found.verdict, UNDECIDED)
-    notices = found.request.space.warnings
-    return Outcome(code, found.to_dict, lambda: remedies_text(found), notices=notices)
+    return Answer(
+        verdict_code(found.verdict), found.to_dict, lambda: remedies_body(found),
+        found.request.space.warnings, files=lambda: _files(found),
+    )  # fmt: skip
+
+
+def _files(found: RemedyComparison) -> Files:
+    """Find what makes the page, and the files of the remedies that help."""
+    from balance.remedies.files import remedy_files
+    from balance.report.html.remedies import remedies_page
+
+    return {
+        "out": partial(remedy_files, found.results),
+        "html": partial(remedies_page, found),
+    }
 
 
 def _request(
@@ -98,71 +107,6 @@ def _request(
         dict(arguments.region), arguments.gear, arguments.rotor_radius, arguments.budget,
         spatial=arguments.spatial, angles=arguments.angles, progress=advance,
     )  # fmt: skip
-
-
-def _check_folder(folder: str) -> None:
-    """Refuse a folder for output that cannot be made, before any work.
-
-    Raises:
-        UsageError: it is a file, or the folder around it does not exist.
-    """
-    from kinematics.error_text import clean
-    from kinematics.errors import UsageError
-
-    if os.path.exists(folder) and not os.path.isdir(folder):
-        raise UsageError(f"{clean(folder, 1000)}: --out is a file: give a folder")
-    around = os.path.dirname(os.path.abspath(folder))
-    if not os.path.isdir(around):
-        raise UsageError(f"{clean(around, 1000)}: no such folder: make it before --out")
-
-
-def _write_files(arguments: argparse.Namespace, found: RemedyComparison) -> None:
-    """Write the files of the options, all of them or none.
-
-    Raises:
-        LinkageError: a file cannot be written, would replace one that is read, or a library is
-            missing.
-    """
-    from balance.atomic_files import check_outputs, write_all_atomic
-    from balance.remedies.files import remedy_files
-
-    contents = []
-    if arguments.html is not None:
-        from balance.report.html.remedies import remedies_page
-
-        contents.append((arguments.html, remedies_page(found).encode()))
-    if arguments.out is not None:
-        files = remedy_files(found.results)
-        contents += [(os.path.join(arguments.out, name), data) for name, data in files.items()]
-        outputs = {f"--out ({name})": os.path.join(arguments.out, name) for name in files}
-        check_outputs(outputs, [found.request.linkage.source], arguments.force)
-    made = arguments.out is not None and not os.path.isdir(arguments.out)
-    if made:
-        _make_folder(arguments.out)
-    try:
-        write_all_atomic(contents)
-    except BaseException:
-        if made:
-            os.rmdir(arguments.out)
-        raise
-
-
-def _make_folder(folder: str) -> None:
-    """Make a folder.
-
-    Raises:
-        FileError: it cannot be made.
-    """
-    from kinematics.error_text import clean
-    from kinematics.errors import FileError
-
-    try:
-        os.mkdir(folder)
-    except OSError as error:
-        raise FileError(
-            clean(folder, 1000), "", f"cannot be made ({error.strerror})",
-            "give a folder inside one that can be written to",
-        ) from None  # fmt: skip
 
 
 def _remedies(text: str) -> list[str]:

@@ -1,16 +1,16 @@
-"""The command ``balance report``: its options, its answer, and the files that it writes."""
+"""The command ``balance report``: its options, and its answer."""
 
 from __future__ import annotations
 
 import argparse
+from functools import partial
 from typing import TYPE_CHECKING, NamedTuple
 
-from balance.atomic_files import write_all_atomic
-from balance.cli.arguments import Parser, add_meshes_option, page_path
+from balance.cli.arguments import Parser
 from balance.cli.exit_codes import DONE, UNDECIDED
 from balance.cli.model_options import add_model_options, certified_space
 from balance.cli.number_arguments import whole_number
-from balance.cli.outcome import Outcome
+from balance.cli.outputs import add_meshes_option, add_page_option
 from balance.cli.several_models import (
     add_other_models,
     compared,
@@ -18,6 +18,7 @@ from balance.cli.several_models import (
     named_notices,
 )
 from balance.cli.spinner import spinner
+from balance.report.answer import Answer, Files, side_by_side
 from kinematics.errors import ExactError, MeetingModesError
 
 if TYPE_CHECKING:
@@ -64,10 +65,7 @@ def add_report(parser: Parser) -> None:
         help="move point masses across the joints of a planar linkage until it has moments of "
         "inertia alone, and list the relations of angular velocities",
     )  # fmt: skip
-    parser.add_argument(
-        "--html", type=page_path, metavar="FILE.html",
-        help="write a page with the moving linkage and all of this; it needs no network",
-    )  # fmt: skip
+    add_page_option(parser, "with the moving linkage and all of this")
     add_meshes_option(parser)
     parser.add_argument(
         "--write-closed", metavar="FILE",
@@ -83,61 +81,61 @@ def add_report(parser: Parser) -> None:
     )  # fmt: skip
 
 
-def _run(arguments: argparse.Namespace) -> Outcome:
-    """Compute the design space and the results of the options, and write the files."""
+def _run(arguments: argparse.Namespace) -> Answer:
+    """Compute the design space and the results of the options."""
     if arguments.others:
         return _run_several(arguments)
     with spinner("finding the mass distributions that balance"):
         try:
-            answer = _answer(arguments)
+            report, code, notices = _report(arguments)
         except MeetingModesError as error:
-            return _modes_outcome(error, arguments)
-        file_notices = _write_files(arguments, answer.report)
+            return _answer_modes(error, arguments)
     from balance.report.data import report_data
-    from balance.report.text.report import report_for_terminal, report_text
+    from balance.report.text.report import report_body
 
-    report = answer.report
-    if not arguments.explain:
-        report = report._replace(explanation=None)
-    return Outcome(
-        answer.code, lambda: report_data(report), lambda: report_text(report),
-        lambda: report_for_terminal(report), (*answer.notices, *file_notices),
+    closed: Files = {}
+    if arguments.write_closed is not None:
+        posed, notice = _closed_pose(report.space.linkage, arguments.write_closed)
+        closed, notices = {"write_closed": lambda: posed}, (*notices, notice)
+
+    def files() -> Files:
+        from balance.report.html.report import report_page
+
+        return {"html": partial(report_page, report, not arguments.no_meshes), **closed}
+
+    shown = report if arguments.explain else report._replace(explanation=None)
+    return Answer(
+        code, lambda: report_data(shown), lambda: report_body(shown), notices, files=files,
+        styled=True,
     )  # fmt: skip
 
 
-def _run_several(arguments: argparse.Namespace) -> Outcome:
-    """Compute the design spaces of several models, and write their page."""
+def _run_several(arguments: argparse.Namespace) -> Answer:
+    """Compute the design spaces of several models."""
     if arguments.write_closed is not None:
         arguments.refuse("--write-closed: not with several models")
     with spinner("finding the mass distributions that balance"):
-        answers = [_answer(one) for one in each_model(arguments)]
-        reports = [answer.report for answer in answers]
-        if arguments.html is not None:
-            from balance.report.html.compare import compare_page
+        answers = [_report(each) for each in each_model(arguments)]
+    from balance.report.data import report_data
+    from balance.report.text.report import comparison_facts
 
-            page = compare_page(reports, not arguments.no_meshes)
-            write_all_atomic([(arguments.html, page.encode())])
+    reports = [answer.report for answer in answers]
 
-    def data() -> object:
-        from balance.report.data import report_data
+    def files() -> Files:
+        from balance.report.html.compare import compare_page
 
-        return compared("report", [report_data(report) for report in reports])
+        return {"html": partial(compare_page, reports, not arguments.no_meshes)}
 
-    def text() -> str:
-        from balance.report.text.report import comparison_facts
-        from balance.report.text.side_by_side import side_by_side
-
-        return side_by_side([comparison_facts(report) for report in reports])
-
-    notices = [
-        notice
-        for answer in answers
-        for notice in named_notices(answer.report.space.linkage, answer.notices)
-    ]
-    return Outcome(max(answer.code for answer in answers), data, text, notices=notices)
+    return Answer(
+        max(answer.code for answer in answers),
+        lambda: compared("report", list(map(report_data, reports))),
+        lambda: side_by_side(list(map(comparison_facts, reports))),
+        named_notices((answer.report.space.linkage, answer.notices) for answer in answers),
+        files=files,
+    )
 
 
-def _modes_outcome(error: MeetingModesError, arguments: argparse.Namespace) -> Outcome:
+def _answer_modes(error: MeetingModesError, arguments: argparse.Namespace) -> Answer:
     """Compute the design space on every mode that meets at the pose of the file.
 
     Raises:
@@ -146,7 +144,7 @@ def _modes_outcome(error: MeetingModesError, arguments: argparse.Namespace) -> O
     if any(getattr(arguments, name) for name in OF_ONE_MODE):
         raise error
     from balance.modes.mode_answers import answer_modes
-    from balance.report.text.modes import modes_text
+    from balance.report.text.modes import modes_body
     from kinematics.model.linkage import Notice
     from kinematics.urdf.rounded_angles import ROUNDED_ANGLES
 
@@ -162,9 +160,9 @@ def _modes_outcome(error: MeetingModesError, arguments: argparse.Namespace) -> O
     ]  # fmt: skip
     sure = answers.sure and not missing
     readings = [Notice(ROUNDED_ANGLES, note) for note in getattr(error, "__notes__", ())]
-    return Outcome(
-        DONE if sure else UNDECIDED, answers.to_dict, lambda: modes_text(answers),
-        notices=(*readings, *_warnings_of_modes(answers), *missing),
+    return Answer(
+        DONE if sure else UNDECIDED, answers.to_dict, lambda: modes_body(answers),
+        (*readings, *_warnings_of_modes(answers), *missing),
     )  # fmt: skip
 
 
@@ -182,15 +180,15 @@ def _warnings_of_modes(answers: ModeAnswers) -> list[Notice]:
     return list(listed)
 
 
-class _Answer(NamedTuple):
-    """The answer on one model: the report, the exit code, and notices."""
+class _ModelReport(NamedTuple):
+    """The report on one model, the exit code, and notices."""
 
     report: Report
     code: int
     notices: tuple[Notice, ...]
 
 
-def _answer(arguments: argparse.Namespace) -> _Answer:
+def _report(arguments: argparse.Namespace) -> _ModelReport:
     """Compute the design space of one model and the results of the options."""
     space = certified_space(arguments)
     exact = None
@@ -204,7 +202,7 @@ def _answer(arguments: argparse.Namespace) -> _Answer:
     doubtful = any(answer.doubts for answer in answers)
     sure = complete and answered and not doubtful and not missing
     notices = (*space.warnings, *(exact.notices if exact else ()), *missing)
-    return _Answer(report, DONE if sure else UNDECIDED, notices)
+    return _ModelReport(report, DONE if sure else UNDECIDED, notices)
 
 
 def _add_exact_ranks(space: CertifiedSpace) -> tuple[CertifiedSpace, Exact | None]:
@@ -255,40 +253,20 @@ def _missing_certainty(space: DesignSpace, arguments: argparse.Namespace) -> tup
     return (Notice("required", text),)
 
 
-def _write_files(arguments: argparse.Namespace, report: Report) -> tuple[Notice, ...]:
-    """Write the files that ``--html`` and ``--write-closed`` name: all of them, or none.
-
-    Args:
-        arguments: the options of the command.
-        report: the design space, and what was computed about it.
-
-    Returns:
-        Notices about the files for the user.
+def _closed_pose(linkage: Linkage, path: str) -> tuple[bytes, Notice]:
+    """Write a linkage at the pose at which its loops close, and say what differs.
 
     Raises:
-        FileError: a file cannot be written, or the linkage was not read from a file.
+        FileError: the linkage was not read from a file.
     """
     from kinematics.model.linkage import Notice
+    from kinematics.urdf.write_closed_pose import write_at_reference_pose
 
-    page, closed = arguments.html, arguments.write_closed
-    contents, notices = [], []
-    if closed is not None:
-        from kinematics.urdf.write_closed_pose import write_at_reference_pose
-
-        linkage = report.space.linkage
-        posed = write_at_reference_pose(linkage)
-        contents.append((closed, posed.data))
-        text = _describe_pose(linkage, dict(posed.moved))
-        if posed.beside:
-            text += "; its loops are in another file: give that with --loops"
-        notices.append(Notice("closed_pose", f"{closed}: written {text}"))
-    if page is not None:
-        from balance.report.html.report import report_page
-
-        text = report_page(report, not arguments.no_meshes)
-        contents.append((page, text.encode()))
-    write_all_atomic(contents)
-    return tuple(notices)
+    posed = write_at_reference_pose(linkage)
+    text = _describe_pose(linkage, dict(posed.moved))
+    if posed.beside:
+        text += "; its loops are in another file: give that with --loops"
+    return posed.data, Notice("closed_pose", f"{path}: written {text}")
 
 
 def _describe_pose(linkage: Linkage, positions: dict[str, float]) -> str:

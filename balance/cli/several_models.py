@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from collections.abc import Iterable, Sequence
+from typing import TYPE_CHECKING, Protocol
 
 if TYPE_CHECKING:
     from kinematics.model.linkage import Linkage, Notice
 
-__all__ = ["COMPARE_SCHEMA", "add_other_models", "compared", "each_model", "named_notices"]
+__all__ = [
+    "COMPARE_SCHEMA", "add_other_models", "compared", "data_against", "each_model",
+    "named_notices",
+]  # fmt: skip
 
 COMPARE_SCHEMA = "balance.compare/1"
 
@@ -29,6 +32,22 @@ def each_model(arguments: argparse.Namespace) -> list[argparse.Namespace]:
     return [argparse.Namespace(**(alone | {"model": model})) for model in models]
 
 
+class _Result(Protocol):
+    """The result on one linkage."""
+
+    def to_dict(self) -> dict[str, object]: ...
+
+
+def data_against(first: _Result, second: _Result | None = None) -> dict[str, object]:
+    """Return the data of a result, and of that on a second linkage (``--against``).
+
+    Args:
+        first: the result on the linkage.
+        second: that on a second linkage; None without one.
+    """
+    return first.to_dict() | {"against": second.to_dict() if second else None}
+
+
 def compared(command: str, results: Sequence[dict[str, object]]) -> dict[str, object]:
     """Collect the answers on several models as plain data for JSON.
 
@@ -39,11 +58,13 @@ def compared(command: str, results: Sequence[dict[str, object]]) -> dict[str, ob
     return {"schema": COMPARE_SCHEMA, "command": command, "results": list(results)}
 
 
-def named_notices(linkage: Linkage, notices: Sequence[Notice]) -> list[Notice]:
+def named_notices(answers: Iterable[tuple[Linkage, Sequence[Notice]]]) -> list[Notice]:
     """Name the linkage in notices that stand beside those of others.
 
     Args:
-        linkage: the one that they are about.
-        notices: the notices.
+        answers: each linkage, and the notices on it.
     """
-    return [one._replace(message=f"{linkage.name}: {one.message}") for one in notices]
+    return [
+        notice._replace(message=f"{linkage.name}: {notice.message}")
+        for linkage, notices in answers for notice in notices
+    ]  # fmt: skip

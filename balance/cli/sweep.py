@@ -8,12 +8,12 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from balance.cli.arguments import Parser, Verbs
+from balance.cli.arguments import Parser, Verbs, add_json_option
 from balance.cli.exit_codes import DONE
 from balance.cli.number_arguments import whole_number
-from balance.cli.outcome import Outcome
 from balance.cli.progress_bar import progress_bar
 from balance.cli.sweep_show import add_show
+from balance.report.answer import Answer
 from kinematics.errors import WorkerError
 
 if TYPE_CHECKING:
@@ -68,11 +68,10 @@ def _add_run(kinds: Verbs) -> None:
     parser.add_argument(
         "--yes", action="store_true", help="allow more than 100 million geometries"
     )
-    parser.add_argument("--json", action="store_true", help="print one JSON object")
-    parser.set_defaults(run=_compute, refuse=parser.error, force=False)
+    add_json_option(parser, _compute)
 
 
-def _compute(arguments: argparse.Namespace) -> Outcome:
+def _compute(arguments: argparse.Namespace) -> Answer:
     """Compute the study of the options.
 
     Raises:
@@ -100,10 +99,10 @@ def _compute(arguments: argparse.Namespace) -> Outcome:
         except WorkerError as error:
             error.add_note(_kept_text(path, file))
             raise
-        from balance.report.text.sweep import run_data, run_text
+        from balance.report.text.sweep import run_body, run_data
 
         found = run_data(file, summary)
-    return Outcome(DONE, lambda: found, lambda: run_text(found))
+    return Answer(DONE, lambda: found, lambda: run_body(found))
 
 
 def _kept_text(path: str, file: ResultsFile) -> str:
@@ -125,17 +124,16 @@ def _add_export(kinds: Verbs) -> None:
         "--out", metavar="FILE.csv|.parquet", type=_export_path, required=True,
         help="the file to write",
     )  # fmt: skip
-    parser.add_argument("--json", action="store_true", help="print one JSON object")
-    parser.set_defaults(run=_export, refuse=parser.error, force=False)
+    add_json_option(parser, _export)
 
 
-def _export(arguments: argparse.Namespace) -> Outcome:
+def _export(arguments: argparse.Namespace) -> Answer:
     """Export the results of the options.
 
     Raises:
         LinkageError: a file cannot be read or written, or a library is missing.
     """
-    from balance.report.text.sweep import export_data, export_text
+    from balance.report.text.sweep import export_body, export_data
     from balance.result_files.export import export_csv, export_parquet
     from balance.result_files.results_file import ResultsFile
 
@@ -144,7 +142,7 @@ def _export(arguments: argparse.Namespace) -> Outcome:
         write = export_parquet
     with ResultsFile.open(arguments.results) as file, progress_bar("rows", True) as advance:
         found = export_data(file, arguments.out, write(file, arguments.out, advance))
-    return Outcome(DONE, lambda: found, lambda: export_text(found))
+    return Answer(DONE, lambda: found, lambda: export_body(found))
 
 
 def _export_path(text: str) -> str:

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import argparse
+from collections.abc import Callable
 
-from balance.cli.arguments import Verbs, page_path, picture_path
+from balance.cli.arguments import Verbs, add_json_option
 from balance.cli.exit_codes import DONE
 from balance.cli.number_arguments import whole_number
-from balance.cli.outcome import Outcome
+from balance.cli.outputs import add_page_option, kind_of, picture_path
+from balance.report.answer import Answer
 
 __all__ = ["add_show"]
 
@@ -40,17 +42,12 @@ def add_show(kinds: Verbs) -> None:
     parser.add_argument(
         "--out", type=picture_path, metavar="FILE.png|.svg", help="with --plot: the picture"
     )
-    parser.add_argument(
-        "--html", type=page_path, metavar="FILE.html",
-        help="write a page with parallel coordinates to brush, and the linkage of a row; it "
-        "needs no network",
-    )  # fmt: skip
-    parser.add_argument("--json", action="store_true", help="print one JSON object")
-    parser.set_defaults(run=_show, refuse=parser.error, force=False)
+    add_page_option(parser, "with parallel coordinates to brush, and the linkage of a row")
+    add_json_option(parser, _show)
 
 
-def _show(arguments: argparse.Namespace) -> Outcome:
-    """Show the results of the options and write their files.
+def _show(arguments: argparse.Namespace) -> Answer:
+    """Show the results of the options.
 
     Raises:
         LinkageError: a file cannot be read or written, or there is no such column.
@@ -59,26 +56,24 @@ def _show(arguments: argparse.Namespace) -> Outcome:
         arguments.refuse("--plot X,Y and --out FILE.png|.svg need each other")
     if arguments.descending and arguments.sort is None:
         arguments.refuse("--descending needs --sort")
-    from balance.report.text.sweep import show_data, show_text
+    from balance.report.text.sweep import show_body, show_data
     from balance.result_files.results_file import ResultsFile
 
+    order = arguments.sort or "", arguments.descending
+    files: dict[str, Callable[[], str | bytes]] = {}
     with ResultsFile.open(arguments.results) as file:
-        found = show_data(file, arguments.sort or "", arguments.descending, arguments.count)
-        contents = []
+        data = show_data(file, *order, arguments.count)
         if arguments.axes is not None:
             from balance.report.html.sweep_plot import sweep_picture
 
-            kind = arguments.out[-3:].lower()
-            contents.append((arguments.out, sweep_picture(file, arguments.axes, kind)))
+            picture = sweep_picture(file, arguments.axes, kind_of(arguments.out))
+            files["out"] = lambda: picture
         if arguments.html is not None:
             from balance.report.html.sweep import sweep_page
 
-            page = sweep_page(file, arguments.sort or "", arguments.descending)
-            contents.append((arguments.html, page.encode()))
-    from balance.atomic_files import write_all_atomic
-
-    write_all_atomic(contents)
-    return Outcome(DONE, lambda: found, lambda: show_text(found))
+            page = sweep_page(file, *order)
+            files["html"] = lambda: page
+    return Answer(DONE, lambda: data, lambda: show_body(data), files=lambda: files)
 
 
 def _axes(text: str) -> tuple[str, ...]:

@@ -1,16 +1,19 @@
-"""The command ``balance synthesize``: its options, its answer, and the files that it writes."""
+"""The command ``balance synthesize``: its options, and its answer."""
 
 from __future__ import annotations
 
 import argparse
 import math
 from collections.abc import Callable
+from functools import partial
 from typing import TYPE_CHECKING
 
-from balance.cli.arguments import Parser, page_path, picture_path
-from balance.cli.exit_codes import DONE, NEGATIVE, UNDECIDED
-from balance.cli.outcome import Outcome
+from balance.cli.arguments import Parser, add_json_option
+from balance.cli.exit_codes import verdict_code
+from balance.cli.number_arguments import finite_number
+from balance.cli.outputs import add_page_option, add_picture_option, kind_of
 from balance.cli.progress_bar import progress_bar
+from balance.report.answer import Answer, Files
 
 if TYPE_CHECKING:
     from balance.synthesis.mechanism import Synthesis
@@ -28,7 +31,6 @@ def add_synthesize(parser: Parser) -> None:
         "and 'balance verify' do. Exits with 0 if one is confirmed and has no defects, 1 if "
         "there is none, 4 if none could be confirmed."
     )
-    parser.set_defaults(run=_run, refuse=parser.error)
     parser.add_argument(
         "--positions", type=_positions, required=True, metavar='"x,y,deg; …"',
         help="two or three positions of the tool: metres, and degrees from the x-axis; it "
@@ -42,14 +44,9 @@ def add_synthesize(parser: Parser) -> None:
         "--table", metavar="FILE.csv",
         help="write its motion in the nonlinear case, for 'balance verify --csv'",
     )  # fmt: skip
-    parser.add_argument(
-        "--plot", type=picture_path, metavar="FILE.png|.svg", help="write a picture"
-    )
-    parser.add_argument(
-        "--html", type=page_path, metavar="FILE.html",
-        help="write a page with the mechanism and the map; it needs no network",
-    )  # fmt: skip
-    parser.add_argument("--json", action="store_true", help="print one JSON object")
+    add_picture_option(parser)
+    add_page_option(parser, "with the mechanism and the map")
+    add_json_option(parser, _run)
     parser.add_argument(
         "--force",
         action="store_true",
@@ -65,7 +62,7 @@ def _add_method_options(parser: argparse.ArgumentParser) -> None:
     )  # fmt: skip
     case = parser.add_mutually_exclusive_group()
     case.add_argument(
-        "--ratio", type=_number, metavar="K",
+        "--ratio", type=finite_number, metavar="K",
         help="turn of the first link over that of the tool, constant and negative (default -1)",
     )  # fmt: skip
     case.add_argument(
@@ -92,19 +89,22 @@ def _add_method_options(parser: argparse.ArgumentParser) -> None:
     )  # fmt: skip
 
 
-def _run(arguments: argparse.Namespace) -> Outcome:
-    """Synthesise the mechanisms of the options and write their files.
+def _run(arguments: argparse.Namespace) -> Answer:
+    """Synthesise the mechanisms of the options.
 
     Raises:
         LinkageError: nothing can be synthesised, or a file cannot be read or written.
     """
     with progress_bar("steps of the search") as advance:
         found = _synthesize(arguments, advance)
-    _write_files(arguments, found)
-    from balance.report.text.synthesis import synthesis_text
+    if arguments.table is not None and not arguments.nonlinear:
+        arguments.refuse("--table: only with --nonlinear: other motions are relations")
+    from balance.report.text.synthesis import synthesis_body
 
-    code = {"feasible": DONE, "infeasible": NEGATIVE}.get(found.verdict, UNDECIDED)
-    return Outcome(code, found.to_dict, lambda: synthesis_text(found))
+    return Answer(
+        verdict_code(found.verdict), found.to_dict, lambda: synthesis_body(found),
+        files=lambda: _files(found, kind_of(arguments.plot)),
+    )  # fmt: skip
 
 
 def _synthesize(
@@ -122,35 +122,22 @@ def _synthesize(
     )  # fmt: skip
 
 
-def _write_files(arguments: argparse.Namespace, found: Synthesis) -> None:
-    """Write the files of the options, all or none; no mechanism, no file of it.
+def _files(found: Synthesis, kind: str) -> Files:
+    """Find what makes the files of a synthesis; no mechanism, no file of it."""
+    from balance.report.html.synthesis import synthesis_page, synthesis_picture
+    from balance.synthesis.constrained_motion import motion_csv
 
-    Raises:
-        LinkageError: a file cannot be written, or a library is missing.
-        UsageError: the motion is asked for, and it is a relation.
-    """
-    from balance.atomic_files import write_all_atomic
-
-    contents = []
-    best = found.mechanisms[0] if found.mechanisms else None
-    if arguments.out is not None and best is not None:
-        contents.append((arguments.out, best.urdf))
-    if arguments.table is not None:
-        if not arguments.nonlinear:
-            arguments.refuse("--table: only with --nonlinear: other motions are relations")
-        if best is not None and best.table is not None:
-            from balance.synthesis.constrained_motion import motion_csv
-
-            contents.append((arguments.table, motion_csv(best.table)))
-    if arguments.plot is not None:
-        from balance.report.html.synthesis import synthesis_picture
-
-        contents.append((arguments.plot, synthesis_picture(found, arguments.plot[-3:].lower())))
-    if arguments.html is not None:
-        from balance.report.html.synthesis import synthesis_page
-
-        contents.append((arguments.html, synthesis_page(found).encode()))
-    write_all_atomic(contents)
+    files: dict[str, Callable[[], str | bytes]] = {
+        "plot": partial(synthesis_picture, found, kind),
+        "html": partial(synthesis_page, found),
+    }
+    if not found.mechanisms:
+        return files
+    best = found.mechanisms[0]
+    files["out"] = lambda: best.urdf
+    if best.table is not None:
+        files["table"] = partial(motion_csv, best.table)
+    return files
 
 
 def _positions(text: str) -> Positions:
@@ -181,14 +168,6 @@ def _numbers(text: str) -> tuple[float, ...]:
     if len(numbers) not in (2, 4):
         raise argparse.ArgumentTypeError(f"'{text}' is not X0,X1 or X0,X1,Y0,Y1")
     return tuple(numbers)
-
-
-def _number(text: str) -> float:
-    """Parse a finite number."""
-    numbers = _split(text)
-    if len(numbers) != 1:
-        raise argparse.ArgumentTypeError(f"'{text}' is not a number")
-    return numbers[0]
 
 
 def _split(text: str) -> list[float]:

@@ -1,4 +1,4 @@
-"""The command ``balance verify``: its options, its answer, and the files that it writes."""
+"""The command ``balance verify``: its options, and its answer."""
 
 from __future__ import annotations
 
@@ -9,8 +9,7 @@ from collections.abc import Callable, Sequence
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
-from balance.atomic_files import write_all_atomic
-from balance.cli.arguments import Parser, add_meshes_option, page_path, picture_path
+from balance.cli.arguments import Parser, refuse_given
 from balance.cli.both_readings import solve_both_readings
 from balance.cli.exit_codes import DONE, NEGATIVE, UNDECIDED
 from balance.cli.floating_base import (
@@ -20,10 +19,20 @@ from balance.cli.floating_base import (
 )
 from balance.cli.model_options import add_model_options, load_model
 from balance.cli.number_arguments import add_about, whole_number
-from balance.cli.outcome import Outcome
+from balance.cli.outputs import (
+    add_meshes_option,
+    add_page_option,
+    add_picture_option,
+    kind_of,
+)
 from balance.cli.progress_bar import progress_bar
-from balance.cli.several_models import add_other_models, compared, named_notices
-from balance.cli.two_results import TwoResults
+from balance.cli.several_models import (
+    add_other_models,
+    compared,
+    data_against,
+    named_notices,
+)
+from balance.report.answer import Answer, Files, side_by_side
 
 if TYPE_CHECKING:
     from balance.verification.result import Verification
@@ -76,13 +85,8 @@ def add_verify(parser: Parser) -> None:
         "--against", metavar="MODEL", help="a second linkage, on the same motions, beside it"
     )
     add_about(parser, "the middle of the mechanism, of the first of several")
-    parser.add_argument(
-        "--plot", type=picture_path, metavar="FILE.png|.svg", help="write a picture"
-    )
-    parser.add_argument(
-        "--html", type=page_path, metavar="FILE.html",
-        help="write a page on which the linkage moves beside the curves; it needs no network",
-    )  # fmt: skip
+    add_picture_option(parser)
+    add_page_option(parser, "on which the linkage moves beside the curves")
     add_meshes_option(parser)
     parser.add_argument(
         "--table", metavar="FILE.csv",
@@ -91,23 +95,30 @@ def add_verify(parser: Parser) -> None:
     )  # fmt: skip
 
 
-def _run(arguments: argparse.Namespace) -> Outcome:
-    """Run the verification and write the files of the options."""
+def _run(arguments: argparse.Namespace) -> Answer:
+    """Verify the linkages of the options; the first decides, or of several models the worst."""
     _refuse_exclusive_options(arguments)
     if arguments.base != "fixed":
         return run_floating_base(arguments)
     with progress_bar("motions") as advance:
-        every = _verify(arguments, advance)
-    if arguments.others:
-        return _compare(every)
-    found = TwoResults(every[0], every[1] if len(every) > 1 else None)
+        results = _verify(arguments, advance)
+    from balance.report.text.verification import verification_body, verification_facts
 
-    def text() -> str:
-        from balance.report.text.verification import verification_text
+    def files() -> Files:
+        return _files(arguments, results)
 
-        return verification_text(found.first, found.second)
-
-    return Outcome(_code(found.first), found.to_dict, text, notices=found.notices)
+    if not arguments.others:
+        return Answer(
+            _code(results[0]), lambda: data_against(*results),
+            lambda: verification_body(results),
+            [notice for result in results for notice in result.notices], files=files,
+        )  # fmt: skip
+    return Answer(
+        max(map(_code, results)),
+        lambda: compared("verify", list(map(data_against, results))),
+        lambda: side_by_side(list(map(verification_facts, results))),
+        named_notices((result.linkage, result.notices) for result in results), files=files,
+    )  # fmt: skip
 
 
 def _code(found: Verification) -> int:
@@ -117,26 +128,10 @@ def _code(found: Verification) -> int:
     return DONE if found.balanced else NEGATIVE
 
 
-def _compare(found: Sequence[Verification]) -> Outcome:
-    """Set the verifications of several models side by side; the worst exit code counts."""
-
-    def data() -> object:
-        return compared("verify", [one.to_dict() | {"against": None} for one in found])
-
-    def text() -> str:
-        from balance.report.text.side_by_side import side_by_side
-        from balance.report.text.verification import verification_facts
-
-        return side_by_side([verification_facts(one) for one in found])
-
-    notices = [notice for one in found for notice in named_notices(one.linkage, one.notices)]
-    return Outcome(max(map(_code, found)), data, text, notices=notices)
-
-
 def _verify(
     arguments: argparse.Namespace, advance: Callable[[int, int], None]
 ) -> list[Verification]:
-    """Verify all linkages and write the files of the options.
+    """Verify all linkages of the options.
 
     Args:
         arguments: the options.
@@ -166,21 +161,19 @@ def _verify(
 
     first = solve_both_readings(verify_first, arguments.angles)
     others = [arguments.against] if arguments.against else arguments.others
-    found = [
+    return [
         first,
         *(solve_both_readings(partial(verify_other, model), arguments.angles)
           for model in others),
     ]  # fmt: skip
-    _write_files(found, arguments)
-    return found
 
 
 def _refuse_exclusive_options(arguments: argparse.Namespace) -> None:
     """End the command if its options exclude each other."""
     check_base_options(arguments)
-    for name in ("trajectories", "seed"):
-        if arguments.speed is not None and getattr(arguments, name) is not None:
-            arguments.refuse(f"--{name}: not with --speed, whose one motion is not random")
+    if arguments.speed is not None:
+        random = "{}: not with --speed, whose one motion is not random"
+        refuse_given(arguments, ("trajectories", "seed"), random)
     if arguments.others and arguments.against is not None:
         arguments.refuse("--against: not with several models; name it among them")
     if arguments.about is not None and arguments.base != "fixed":
@@ -205,27 +198,16 @@ def _options(arguments: argparse.Namespace) -> dict[str, Any]:
     return options
 
 
-def _write_files(found: Sequence[Verification], arguments: argparse.Namespace) -> None:
-    """Write the files of the options."""
-    from balance.report.html.verification import (
-        verification_picture,
-        verification_table,
-    )
+def _files(arguments: argparse.Namespace, results: Sequence[Verification]) -> Files:
+    """Find what makes the files of verifications."""
+    from balance.report.html.verification import verification_picture, verification_table
+    from balance.report.html.verification_page import verification_page
 
-    contents = []
-    if arguments.plot:
-        contents.append(
-            (arguments.plot, verification_picture(found, arguments.plot[-3:].lower()))
-        )
-    if arguments.html:
-        from balance.report.html.verification_page import verification_page
-
-        contents.append(
-            (arguments.html, verification_page(found, not arguments.no_meshes).encode())
-        )
-    if arguments.table:
-        contents.append((arguments.table, verification_table(found[0]).encode()))
-    write_all_atomic(contents)
+    return {
+        "plot": partial(verification_picture, results, kind_of(arguments.plot)),
+        "html": partial(verification_page, results, not arguments.no_meshes),
+        "table": partial(verification_table, results[0]),
+    }
 
 
 def _seed(text: str) -> int:

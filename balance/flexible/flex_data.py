@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import csv
 from collections.abc import Sequence
-from io import StringIO
 
 import numpy as np
 from numpy.typing import NDArray
 
+from balance.csv_text import csv_table
 from balance.flexible.free_modes import FreeMode
 from balance.flexible.from_linkage import FlexibleLinkage
 from balance.flexible.similarity import Arm, Similarity
@@ -168,12 +167,10 @@ def motion_table(linkage: FlexibleLinkage, motion: FlexibleMotion) -> bytes:
     names = [f"bending {name}" for name in linkage.beams]
     bends = [beam_deflection(motion, linkage, name) for name in linkage.beams]
     moment = moment_about(motion, linkage.point)
-    rows = np.column_stack([motion.times, motion.force, moment, motion.energy, *bends]).tolist()
-    text = StringIO(newline="")
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(["time", "force_x", "force_y", "moment", "energy", *names])
-    writer.writerows([[repr(value) for value in row] for row in rows])
-    return text.getvalue().encode()
+    return csv_table(
+        ["time", "force_x", "force_y", "moment", "energy", *names],
+        [motion.times, motion.force, moment, motion.energy, *bends],
+    )
 
 
 def moment_about(motion: FlexibleMotion, point: Array) -> Array:

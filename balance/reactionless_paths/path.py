@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import csv
-import io
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from balance.csv_text import csv_table
 from balance.motion_tolerances import INTEGRAL_DETERMINED, PATH_MOMENTUM, RATE_RESIDUAL_RELATIVE
 from balance.reactionless_paths.follow import PathEvent
 from balance.reactionless_paths.rest_equations import RestEquations
@@ -224,9 +223,5 @@ def path_table(linkage: Linkage, path: ReactionlessPath, duration: float = DURAT
         Comma-separated values: ``time``, the inputs (displacements in rad and m), and their
         velocities and accelerations.
     """
-    columns = _timed_inputs(path, duration)
-    text = io.StringIO(newline="")
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(["time", *linkage.inputs, *rate_columns(linkage)])
-    writer.writerows([[repr(float(x)) for x in row] for row in np.column_stack(columns)])
-    return text.getvalue().encode()
+    names = ["time", *linkage.inputs, *rate_columns(linkage)]
+    return csv_table(names, _timed_inputs(path, duration))

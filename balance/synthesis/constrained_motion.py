@@ -12,6 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from balance.csv_text import csv_table
 from balance.motion_tolerances import SYNTHESIS_LINK_FLAT
 from balance.synthesis.balanced_pantograph import ELBOW, SHOULDER, BalancedPantograph
 from balance.synthesis.momentum_integral import link_reverses, link_turn, link_turn_rate
@@ -93,9 +94,7 @@ def motion_csv(table: MotionTable) -> bytes:
     """
     kinds = ("", "velocity ", "acceleration ")
     names = [f"{kind}{joint}" for kind in kinds for joint in (SHOULDER, ELBOW)]
-    rows = np.column_stack([table.time, table.u, table.ud, table.udd]).tolist()
-    lines = [",".join(["time", *names]), *(",".join(map(repr, row)) for row in rows)]
-    return ("\n".join(lines) + "\n").encode()
+    return csv_table(["time", *names], [table.time, table.u, table.ud, table.udd])
 
 
 def list_defects(pantograph: BalancedPantograph) -> tuple[Defect, ...]:

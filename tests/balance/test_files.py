@@ -13,8 +13,8 @@ import pytest
 import kinematics
 from balance import screw_figure
 from balance.atomic_files import open_atomic, write_all_atomic
-from balance.cli.arguments import page_path
 from balance.cli.main import main
+from balance.cli.outputs import page_path
 from kinematics.errors import FileError, LinkageError, PackageError, UsageError
 from kinematics.model_gallery import gallery
 

@@ -33,7 +33,7 @@ kinematics.model_gallery kinematics.taylor kinematics.building
 kinematics.warmup
 
 balance.tolerances balance.motion_tolerances balance.public_names
-balance.options balance.atomic_files balance.json_text
+balance.options balance.atomic_files balance.json_text balance.csv_text
 balance.result_files
 balance.flexible
 balance.inertial_parameters

@@ -17,14 +17,13 @@ moves the wheel by φ(u).
 
 from __future__ import annotations
 
-import csv
-import io
 from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from balance.csv_text import csv_table
 from balance.motion_tolerances import RELATION_RESIDUAL
 
 __all__ = ["PitchCurves", "VaryingRatio", "integrate", "table_bytes"]
@@ -163,9 +162,4 @@ def table_bytes(columns: Mapping[str, Array]) -> bytes:
     Args:
         columns: numbers (N,) by name.
     """
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(columns)
-    rows = np.stack([*columns.values()], axis=1).tolist()
-    writer.writerows([[repr(value) for value in row] for row in rows])
-    return text.getvalue().encode()
+    return csv_table([*columns], [*columns.values()])

@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 from html import escape
 
+from balance.report.answer import joined_facts
 from balance.report.data import Report, report_data
-from balance.report.html.render import html_table, render_page
+from balance.report.html.render import html_table, model_section, render_page
 from balance.report.html.robot_shapes import robot_shapes
 from balance.report.html.scene import scene
 from balance.report.html.time_panels import linkage_names
 from balance.report.text.report import comparison_facts
-from balance.report.text.side_by_side import joined_facts
 
 __all__ = ["compare_page"]
 
@@ -42,21 +42,12 @@ def compare_page(reports: Sequence[Report], meshes: bool = True) -> str:
         report=[report_data(report) for report in reports],
         data={"scenes": scenes},
         scripts=["compare"],
-        models="\n".join(_model(k, name) for k, name in enumerate(names)),
+        models="\n".join(
+            model_section(k, name, f"{name} in three dimensions")
+            for k, name in enumerate(names)
+        ),
         facts=html_table(
             ["Fact", *map(escape, names)],
-            [[escape(label), *map(escape, cells)] for label, cells in rows],
+            [list(map(escape, row)) for row in rows],
         ),
     )  # fmt: skip
-
-
-def _model(k: int, name: str) -> str:
-    """Render the places for the drawing and the sliders of one linkage."""
-    label = escape(name)
-    return (
-        f'<section class="model">\n<h2>{label}</h2>\n<div class="canvas" id="plot{k}" '
-        f'role="group" aria-label="{label} in three dimensions: arrow keys turn it, plus and '
-        f'minus magnify"></div>\n<fieldset id="sliders{k}"><legend>Motion</legend></fieldset>\n'
-        f'<fieldset id="view{k}" class="view screen"><legend>Show</legend></fieldset>\n'
-        "</section>"
-    )

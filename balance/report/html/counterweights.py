@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from html import escape
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -11,7 +9,7 @@ from balance.added_masses.answer import Counterweights
 from balance.added_masses.counterweight import Counterweight
 from balance.added_masses.regions import Region
 from balance.report.html.design import ellipsoid
-from balance.report.html.render import facts_list, html_table, render_page
+from balance.report.html.render import facts_list, render_page, rows_table
 from balance.report.html.scene import scene
 from balance.report.text.counterweights import counterweight_rows, counterweights_facts
 
@@ -48,8 +46,6 @@ def counterweights_page(found: Counterweights) -> str:
         _addition(name, region, space.frames[space.bodies.index(name)], weights.get(name))
         for name, region in found.regions.items()
     ]
-    head, *rows = counterweight_rows(found.weights)
-    cells = [[escape(cell).replace("-", "−") for cell in row] for row in rows]
     wrench = "force and moment" if space.balance == "dynamic" else "force"
     return render_page(
         "counterweights.html",
@@ -63,7 +59,7 @@ def counterweights_page(found: Counterweights) -> str:
         },
         scripts=SCRIPTS,
         facts=facts_list(counterweights_facts(found)),
-        lumps=html_table([name.capitalize() for name in head], cells, [1, 2, 3, 4]),
+        lumps=rows_table(counterweight_rows(found.weights), [1, 2, 3, 4], 0),
     )
 
 

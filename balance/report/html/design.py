@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from html import escape
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,7 +16,7 @@ from numpy.typing import NDArray
 from balance.designs.best_design import Design
 from balance.inertial_parameters.body_inertia import BodyInertia
 from balance.inertial_parameters.conversions import mass_properties
-from balance.report.html.render import facts_list, html_table, render_page
+from balance.report.html.render import facts_list, render_page, rows_table
 from balance.report.html.scene import scene
 from balance.report.text.design import body_rows, design_facts
 from balance.tolerances import SECOND_MOMENT_NEGATIVE_RELATIVE
@@ -99,6 +98,4 @@ def _summary(design: Design) -> str:
 
 def _table(bodies: Sequence[BodyInertia], length: float) -> str:
     """Render the table of mass, centre of mass and principal moments of each body."""
-    head, *lines = body_rows(bodies, length)
-    cells = [[escape(name), *(x.replace("-", "−") for x in rest)] for name, *rest in lines]
-    return html_table([name.capitalize() for name in head], cells, [1, 2, 3])
+    return rows_table(body_rows(bodies, length), [1, 2, 3], 1)

@@ -9,7 +9,7 @@ from typing import Any
 from balance.discovery.job import DiscoveryJob
 from balance.discovery.results import FoundFamily
 from balance.discovery.to_linkage import to_linkage
-from balance.report.html.render import facts_list, html_table, render_page
+from balance.report.html.render import facts_list, html_table, model_section, render_page
 from balance.report.html.scene import scene
 from balance.report.text.discovery import range_words, search_facts
 from kinematics.errors import LinkageError
@@ -96,13 +96,6 @@ def _verdict(verdicts: dict[str, int]) -> str:
 
 def _model(entry: dict[str, Any]) -> str:
     """Render the places for the drawing and the sliders of one family."""
-    k, text = entry["family"] - 1, escape(", ".join(entry["relations"]))
-    label = f"Family {entry['family']}"
-    return (
-        f'<section class="model">\n<h2>{label}</h2>\n<p class="note">{text}</p>\n'
-        f'<div class="canvas" id="plot{k}" role="group" aria-label="A member of {label}: arrow '
-        f'keys turn it, plus and minus magnify"></div>\n'
-        f'<fieldset id="sliders{k}"><legend>Motion</legend></fieldset>\n'
-        f'<fieldset id="view{k}" class="view screen"><legend>Show</legend></fieldset>\n'
-        "</section>"
-    )
+    label, text = f"Family {entry['family']}", escape(", ".join(entry["relations"]))
+    note = f'<p class="note">{text}</p>\n'
+    return model_section(entry["family"] - 1, label, f"A member of {label}", note)

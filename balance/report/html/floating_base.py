@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import csv
 from collections.abc import Sequence
 from html import escape
-from io import StringIO
 
 import numpy as np
 
+from balance.csv_text import csv_table
 from balance.floating_base.result import FloatingBaseMotion
 from balance.report.html.render import facts_list, render_page
 from balance.report.html.time_panels import (
@@ -94,7 +93,7 @@ def floating_base_page(found: Sequence[FloatingBaseMotion]) -> str:
     )  # fmt: skip
 
 
-def floating_base_table(found: FloatingBaseMotion) -> str:
+def floating_base_table(found: FloatingBaseMotion) -> bytes:
     """Write a simulation as comma-separated values, one line per step, SI units.
 
     Columns are ``time``, the inputs by name (displacements from the reference pose), and the
@@ -103,12 +102,6 @@ def floating_base_table(found: FloatingBaseMotion) -> str:
     """
     of = found.samples
     parts = ("rotation", "displacement", "turning", "velocity")
+    names = [f"{part}_{axis}" for part in parts for axis in "xyz"]
     values = [getattr(of, part) for part in parts]
-    text = StringIO(newline="")
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(
-        ["time", *found.linkage.inputs, *(f"{part}_{axis}" for part in parts for axis in "xyz")]
-    )
-    rows = np.column_stack([found.time, of.u, *values]).tolist()
-    writer.writerows([[repr(value) for value in row] for row in rows])
-    return text.getvalue()
+    return csv_table(["time", *found.linkage.inputs, *names], [found.time, of.u, *values])

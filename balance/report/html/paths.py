@@ -14,7 +14,7 @@ from balance.reactionless_paths.found_paths import ReactionlessPaths
 from balance.reactionless_paths.path import ReactionlessPath, timed_path
 from balance.report.html.momentum_field import MomentumField, momentum_field
 from balance.report.html.plot_style import image, short, tidy
-from balance.report.html.render import facts_list, html_table, render_page
+from balance.report.html.render import facts_list, render_page, rows_table
 from balance.report.text.paths import path_rows, paths_facts
 from balance.verification.given_motions import rest_to_rest
 from balance.verification.shaking_wrench import inertia_loads, mass_parameters, wrench_to_si
@@ -45,8 +45,6 @@ def paths_page(found: ReactionlessPaths) -> str:
         The text of the file; the element ``report`` contains `ReactionlessPaths.to_dict`.
     """
     field = momentum_field(found)
-    head, *rows = path_rows(found)
-    cells = [[escape(cell) for cell in row] for row in rows]
     return render_page(
         "paths.html",
         title=found.linkage.name,
@@ -56,7 +54,7 @@ def paths_page(found: ReactionlessPaths) -> str:
         scripts=("path_run",),
         facts=facts_list(paths_facts(found)),
         caption=escape(_caption(found, field is not None)),
-        paths=html_table([name.capitalize() for name in head], cells, [3, 4]),
+        paths=rows_table(path_rows(found), [3, 4]),
     )
 
 

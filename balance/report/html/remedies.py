@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from html import escape
 from typing import Any
 
 from balance.remedies.compare import RemedyComparison
-from balance.report.html.render import facts_list, html_table, render_page
+from balance.report.html.render import facts_list, render_page, rows_table
 from balance.report.html.time_panels import COLOURS
 from balance.report.text.remedies import remedies_facts, remedy_rows
 
@@ -24,11 +23,8 @@ def remedies_page(found: RemedyComparison) -> str:
     Returns:
         The text of the file; the element ``report`` contains `RemedyComparison.to_dict`.
     """
-    head, *rows = remedy_rows(found)
-    cells = [
-        [*(escape(cell) for cell in row), escape(f"{one.words}; {one.reason}")]
-        for row, one in zip(rows, found.results, strict=True)
-    ]
+    reasons = ["what and why", *(f"{one.words}; {one.reason}" for one in found.results)]
+    table = [(*row, why) for row, why in zip(remedy_rows(found), reasons, strict=True)]
     return render_page(
         "remedies.html",
         title=found.request.linkage.name,
@@ -37,9 +33,7 @@ def remedies_page(found: RemedyComparison) -> str:
         data={"figures": [_cost_figure(found)]},
         scripts=("curves",),
         facts=facts_list(remedies_facts(found)),
-        remedies=html_table(
-            [name.capitalize() for name in (*head, "what and why")], cells, [2, 3, 4, 5, 6, 7]
-        ),
+        remedies=rows_table(table, [2, 3, 4, 5, 6, 7]),
     )
 
 

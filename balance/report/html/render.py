@@ -13,7 +13,7 @@ from importlib.resources import files
 
 from balance.json_text import json_text
 
-__all__ = ["bullets", "facts_list", "render_page", "html_table"]
+__all__ = ["bullets", "facts_list", "html_table", "model_section", "render_page", "rows_table"]
 
 # Scripts that must run before a script.
 NEEDS = {
@@ -132,6 +132,44 @@ def html_table(
         lines.append(f"<tr>{''.join(cells)}</tr>")
     body = "\n".join(lines)
     return f"<table><thead><tr>{top}</tr></thead>\n<tbody>\n{body}\n</tbody></table>"
+
+
+def rows_table(
+    rows: Sequence[Sequence[str]], numbers: Sequence[int] = (), signed: int | None = None
+) -> str:
+    """Render the rows of a table as an HTML table, with capitals in its head.
+
+    Args:
+        rows: the head, and the rows, any text.
+        numbers: indices of the columns that are aligned right.
+        signed: index of the first column in which a hyphen is a minus sign; None: in none.
+    """
+    head, *lines = rows
+    at = len(head) if signed is None else signed
+    cells = [
+        [*map(escape, row[:at]), *(escape(cell).replace("-", "−") for cell in row[at:])]
+        for row in lines
+    ]
+    return html_table([escape(name.capitalize()) for name in head], cells, numbers)
+
+
+def model_section(k: int, name: str, drawing: str, note: str = "") -> str:
+    """Render the places for the drawing and the sliders of one of several linkages.
+
+    Args:
+        k: its index.
+        name: its heading, any text.
+        drawing: what the drawing shows, any text.
+        note: HTML below the heading.
+    """
+    return (
+        f'<section class="model">\n<h2>{escape(name)}</h2>\n{note}'
+        f'<div class="canvas" id="plot{k}" role="group" aria-label="{escape(drawing)}: arrow '
+        f'keys turn it, plus and minus magnify"></div>\n'
+        f'<fieldset id="sliders{k}"><legend>Motion</legend></fieldset>\n'
+        f'<fieldset id="view{k}" class="view screen"><legend>Show</legend></fieldset>\n'
+        "</section>"
+    )
 
 
 def bullets(items: Iterable[str]) -> str:

@@ -16,7 +16,7 @@ from balance.inertial_parameters.multipole import NOUNS, UNITS, Primitive
 from balance.interpretation.explain import ExplainedTransfer, explain
 from balance.interpretation.freedoms import Freedom
 from balance.report.data import Report, report_data
-from balance.report.html.render import bullets, facts_list, html_table, render_page
+from balance.report.html.render import bullets, facts_list, html_table, render_page, rows_table
 from balance.report.html.robot_shapes import robot_shapes
 from balance.report.html.scene import scene
 from balance.report.text.report import (
@@ -70,7 +70,7 @@ def report_page(report: Report, meshes: bool = True) -> str:
         scripts=SCRIPTS,
         warnings=_warning_section(space.warnings),
         facts=facts_list(report_facts(space, report.change)),
-        orders=_order_table(space),
+        orders=rows_table(report_table(space), range(3)),
         transfers=_transfer_table(explanation.transfers),
         freedoms=_freedom_table(explanation.freedoms),
         decoupled=_decoupling_section(report),
@@ -108,12 +108,6 @@ def _summary(space: DesignSpace) -> str:
         f"Mass distributions for which the total {momentum} vanishes {when}: "
         f"{space.nullity} dimensions of {space.rank + space.nullity} {algebra} parameters."
     )
-
-
-def _order_table(space: DesignSpace) -> str:
-    """Render the table of rank and nullity by order."""
-    head, *rows = report_table(space)
-    return html_table([name.capitalize() for name in head], rows, range(len(head)))
 
 
 def _decoupling_section(report: Report) -> str:

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from balance.report.html.plot_style import image, short, tidy
-from balance.report.html.render import facts_list, html_table, render_page
+from balance.report.html.render import facts_list, render_page, rows_table
 from balance.report.html.synthesis_curves import Curve, limits, map_curves, mechanism_curves
 from balance.report.text.synthesis import mechanism_rows, synthesis_facts
 from balance.synthesis.error_map import AngleErrorMap
@@ -34,7 +34,6 @@ def synthesis_page(found: Synthesis) -> str:
     Returns:
         The text of the file; the element ``report`` contains `Synthesis.to_dict`.
     """
-    head, *rows = mechanism_rows(found)
     figures = [_mechanism_figure(found)]
     shown = '<div id="traces1" role="img" aria-label="Map of the error"></div>'
     caption = "Colours: angle error of the tool, clipped at 0.5 rad. Lines: where it vanishes."
@@ -49,7 +48,6 @@ def synthesis_page(found: Synthesis) -> str:
     steps = found.construction.steps if found.construction else ()
     items = "".join(f"<li>{escape(step)}</li>" for step in steps)
     drawn = f"<section><h2>Construction</h2><ol>{items}</ol></section>" if items else ""
-    cells = [[escape(cell) for cell in row] for row in rows]
     return render_page(
         "synthesis.html",
         title="Synthesis",
@@ -60,7 +58,7 @@ def synthesis_page(found: Synthesis) -> str:
         facts=facts_list(synthesis_facts(found)),
         construction=drawn,
         map=section,
-        mechanisms=html_table([name.capitalize() for name in head], cells),
+        mechanisms=rows_table(mechanism_rows(found)),
     )
 
 

@@ -6,13 +6,12 @@ output is a Matplotlib image or a table.
 
 from __future__ import annotations
 
-import csv
 from collections.abc import Sequence
-from io import StringIO
 
 import numpy as np
 from numpy.typing import NDArray
 
+from balance.csv_text import csv_table
 from balance.report.html.time_panels import (
     MAX_LINES,
     Panel,
@@ -63,7 +62,7 @@ def _plotted_run(found: Verification) -> Run:
     return found.runs[found.plotted]
 
 
-def verification_table(found: Verification) -> str:
+def verification_table(found: Verification) -> bytes:
     """Write the plotted motion as comma-separated values, one line per sample, SI units.
 
     Columns are ``time``, the inputs by name (displacements from the reference pose), and the
@@ -73,12 +72,8 @@ def verification_table(found: Verification) -> str:
     run = _plotted_run(found)
     axes = [f"{part}_{axis}" for part in ("force", "moment") for axis in "xyz"]
     loads = np.roll(-run.about, 3, axis=1)
-    rows = np.column_stack([run.trajectory.time, run.trajectory.u, loads]).tolist()
-    text = StringIO(newline="")
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(["time", *found.linkage.inputs, *axes])
-    writer.writerows([[repr(value) for value in row] for row in rows])
-    return text.getvalue()
+    names = ["time", *found.linkage.inputs, *axes]
+    return csv_table(names, [run.trajectory.time, run.trajectory.u, loads])
 
 
 def _distinct_columns(forces: Array) -> list[int]:

@@ -7,19 +7,21 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-import numpy as np
-
 from balance.added_masses.answer import Counterweights
 from balance.added_masses.counterweight import DENSITIES, Counterweight
+from balance.report.answer import AnswerBody, AnswerTable, Facts
 from balance.report.text.design import FORCE_ONLY, OTHER_WAYS, vector_digits
+from balance.report.text.linkage import linkage_facts
 from balance.tolerances import MASSES_EQUAL
 from kinematics.wording import number_text, size_text
 
-__all__ = ["counterweight_rows", "counterweights_facts", "counterweights_text"]
+__all__ = ["counterweight_rows", "counterweights_body", "counterweights_facts"]
 
 UNITS = {"mass": "kg", "inertia": "kg m²", "rotor": "kg m²"}
 CUBIC_CENTIMETRES = 1e6
 DIGITS = 5
+# Rows and columns of Ixx, Iyy, Izz, Ixy, Ixz, Iyz.
+ENTRIES = ((0, 1, 2, 0, 0, 1), (0, 1, 2, 1, 2, 2))
 # Added mass, over the given mass, above which partial balance is named, and above which a
 # change of the request is no help.
 MUCH_ADDED = 3.0
@@ -34,11 +36,8 @@ def counterweights_facts(found: Counterweights) -> list[tuple[str, str]]:
     """
     space = found.space
     algebra = "planar" if space.planar else "spatial"
-    pairs = [("linkage", f"{space.linkage.name}, {algebra}, {space.balance} balance")]
-    if space.linkage.at:
-        pairs.append(("pose", space.linkage.pose))
-    if space.motion:
-        pairs.append(("motion", ", ".join(space.motion.relations)))
+    relations = space.motion.relations if space.motion else ()
+    pairs = linkage_facts(space.linkage, f"{algebra}, {space.balance} balance", relations)
     pairs.append(("verdict", found.words))
     if space.balance == "force" and found.value is not None:
         pairs.append(("moment", FORCE_ONLY))
@@ -90,28 +89,12 @@ def counterweight_rows(
     return rows
 
 
-def counterweights_text(found: Counterweights) -> str:
-    """Write counterweights as plain text.
-
-    Args:
-        found: the answer.
-    """
-    facts = counterweights_facts(found)
-    width = max(len(label) for label, _ in facts)
-    lines = [f"{label:<{width}} {value}" for label, value in facts]
-    if found.weights:
-        table = counterweight_rows(found.weights)
-        widths = [max(map(len, column)) for column in zip(*table, strict=True)]
-        cells = ("  ".join(f"{c:<{w}}" for c, w in zip(row, widths, strict=True))
-                 for row in table)  # fmt: skip
-        lines += ["", *(line.rstrip() for line in cells)]
-    for weight in found.weights:
-        if not weight.lumps:
-            entries = [weight.inertia[i, j] for i, j in _ENTRIES]
-            moments = vector_digits(np.array(entries), DIGITS)
-            lines.append(f"{weight.link} needs about its centre Ixx, Iyy, Izz, Ixy, Ixz, Iyz = "
-                         f"{moments} kg m²")  # fmt: skip
-    return "\n".join(lines)
-
-
-_ENTRIES = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
+def counterweights_body(found: Counterweights) -> AnswerBody:
+    """Build what is printed on counterweights."""
+    table = ["", AnswerTable(counterweight_rows(found.weights))] if found.weights else []
+    moments = [
+        f"{weight.link} needs about its centre Ixx, Iyy, Izz, Ixy, Ixz, Iyz = "
+        f"{vector_digits(weight.inertia[ENTRIES], DIGITS)} kg m²"
+        for weight in found.weights if not weight.lumps
+    ]  # fmt: skip
+    return [Facts(counterweights_facts(found), least=1), *table, *moments]

@@ -12,6 +12,8 @@ from numpy.typing import NDArray
 
 from balance.designs.best_design import Design
 from balance.inertial_parameters.body_inertia import BodyInertia
+from balance.report.answer import AnswerBody, AnswerTable, Facts
+from balance.report.text.linkage import linkage_facts
 from balance.report.text.report import distance_text
 from balance.spaces.distance_to_rank_drop import distance_to_rank_drop
 from kinematics.linalg.ties import round_decimals
@@ -22,8 +24,8 @@ __all__ = [
     "FORCE_ONLY",
     "OTHER_WAYS",
     "body_rows",
+    "design_body",
     "design_facts",
-    "design_text",
     "vector_digits",
 ]
 
@@ -51,11 +53,8 @@ def design_facts(design: Design) -> list[tuple[str, str]]:
     """List the facts on a design, without the table of bodies, as pairs of label and value."""
     space = design.space
     algebra = "planar" if space.planar else "spatial"
-    pairs = [("linkage", f"{space.linkage.name}, {algebra}, {space.balance} balance")]
-    if space.linkage.at:
-        pairs.append(("pose", space.linkage.pose))
-    if space.motion:
-        pairs.append(("motion", ", ".join(space.motion.relations)))
+    relations = space.motion.relations if space.motion else ()
+    pairs = linkage_facts(space.linkage, f"{algebra}, {space.balance} balance", relations)
     count = space.rank + space.nullity
     size = f"{space.nullity} of {count} dimensions, {space.level}"
     pairs.append(("design space", size))
@@ -91,16 +90,11 @@ def body_rows(bodies: Sequence[BodyInertia], length: float) -> list[tuple[str, .
     return [head, *(_row(body, length) for body in bodies)]
 
 
-def design_text(design: Design) -> str:
-    """Write a design as plain text."""
-    lines = [f"{label:<13} {value}" for label, value in design_facts(design)]
-    if design.bodies:
-        table = body_rows(design.bodies, design.space.length)
-        widths = [max(map(len, column)) for column in zip(*table, strict=True)]
-        cells = ("  ".join(f"{c:<{w}}" for c, w in zip(row, widths, strict=True))
-                 for row in table)  # fmt: skip
-        lines += ["", *(line.rstrip() for line in cells)]
-    return "\n".join(lines)
+def design_body(design: Design) -> AnswerBody:
+    """Build what is printed on a design."""
+    bodies = design.bodies
+    table = ["", AnswerTable(body_rows(bodies, design.space.length))] if bodies else []
+    return [Facts(design_facts(design), least=13), *table]
 
 
 def _what_else(design: Design) -> list[tuple[str, str]]:

@@ -10,15 +10,18 @@ from balance.discovery.motion_range import MotionRange
 from balance.discovery.quantities import quantities_of
 from balance.discovery.results import Found, FoundFamily
 from balance.discovery.topologies import Topology
+from balance.report.answer import AnswerBody, Facts
 from balance.result_files.results_file import ResultsFile
 from kinematics.wording import count_noun, number_text
 
 __all__ = [
-    "SCHEMA", "families_data", "member_data", "member_text", "range_words",
-    "search_data", "search_facts", "search_text",
+    "SCHEMA", "families_data", "member_body", "member_data", "range_words", "search_body",
+    "search_data", "search_facts",
 ]  # fmt: skip
 
 SCHEMA = "balance.discover/1"
+# Least width of the labels of facts.
+LABELS = 13
 Data = dict[str, Any]
 
 
@@ -103,15 +106,16 @@ def range_words(motion: Data | None) -> str:
     return f"{motion['joint']} from {low} to {high} ({size}){until}"
 
 
-def search_text(data: Data, topology: Topology) -> str:
-    """Write what a search has found as plain text.
+def search_body(data: Data, topology: Topology) -> AnswerBody:
+    """Build what is printed on what a search has found.
 
     Args:
         data: from `search_data`.
         topology: its graph.
     """
-    head = [f"{label:<14}{value}" for label, value in search_facts(data, topology)]
-    return "\n".join([*head, *_table(data)]) + "\n"
+    count = ("families", str(len(data["families"]) or "none"))
+    families = (line for entry in data["families"] for line in ("", *_family_lines(entry)))
+    return [Facts([*search_facts(data, topology), count], LABELS), *families, ""]
 
 
 def search_facts(data: Data, topology: Topology) -> list[tuple[str, str]]:
@@ -136,14 +140,6 @@ def search_facts(data: Data, topology: Topology) -> list[tuple[str, str]]:
     if "seconds" in data:
         pairs.append(("time", f"{data['seconds']:.1f} s"))
     return pairs
-
-
-def _table(data: Data) -> list[str]:
-    """Write a paragraph for each family."""
-    lines = [f"{'families':<14}{len(data['families']) or 'none'}"]
-    for entry in data["families"]:
-        lines += ["", *_family_lines(entry)]
-    return lines
 
 
 def _family_lines(entry: Data) -> list[str]:
@@ -189,8 +185,8 @@ def member_data(number: int, path: str, member: ExportedMember) -> Data:
     }  # fmt: skip
 
 
-def member_text(data: Data) -> str:
-    """Write the facts on an exported member as plain text.
+def member_body(data: Data) -> AnswerBody:
+    """Build what is printed on an exported member.
 
     Args:
         data: from `member_data`.
@@ -204,4 +200,4 @@ def member_text(data: Data) -> str:
         ("certainty", f"{data['certainty']}: {data['reason']}"), ("masses", data["words"]),
         ("verified", verified[data["balanced"]]),
     ]  # fmt: skip
-    return "\n".join(f"{label:<14}{value}" for label, value in pairs) + "\n"
+    return [Facts(pairs, LABELS), ""]

@@ -15,50 +15,36 @@ from balance.flexible.simulate import FlexibleMotion
 from balance.flexible.support_points import STATIC_POINT, SupportPoints
 from balance.flexible.supported_modes import SupportedModes
 from balance.flexible.translators import TranslatorMotion
+from balance.report.answer import AnswerBody, AnswerTable, Facts
 from kinematics.wording import number_text, size_text
 
 __all__ = [
-    "flexible_motion_facts", "flexible_motion_text", "free_modes_text", "similarity_text",
-    "supported_modes_text", "supports_text",
+    "flexible_motion_facts", "free_modes_table", "similarity_body", "supported_modes_table",
+    "supports_body",
 ]  # fmt: skip
 
 # Most digits of a frequency.
 MOST_DIGITS = 5
 
 
-def _table(rows: Sequence[Sequence[str]]) -> list[str]:
-    """Align the columns of a table."""
-    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
-    return [
-        "  ".join(f"{c:<{w}}" for c, w in zip(row, widths, strict=True)).rstrip()
-        for row in rows
-    ]
-
-
-def _facts(pairs: Sequence[tuple[str, str]]) -> list[str]:
-    """Align labels and values."""
-    width = max(len(label) for label, _ in pairs)
-    return [f"{label:<{width}}  {value}" for label, value in pairs]
-
-
-def free_modes_text(modes: Sequence[FreeMode]) -> str:
-    """Write the modes of a free beam, without dimensions: λ², and zeros over the length."""
+def free_modes_table(modes: Sequence[FreeMode]) -> AnswerTable:
+    """Build the table of modes of a free beam: λ², and zeros over the length."""
     rows = [("mode", "λ² = ω √(ρA l⁴ / EI)", "zeros ± ξ from the middle")]
     for one in modes:
         zeros = " ".join(f"{zero:.12g}" for zero in one.zeros)
         rows.append((str(one.number), f"{one.frequency:.9f}", zeros))
-    return "\n".join(_table(rows))
+    return AnswerTable(rows)
 
 
-def supported_modes_text(modes: SupportedModes) -> str:
-    """Write the frequencies of a beam on supports, with the digits that hold."""
+def supported_modes_table(modes: SupportedModes) -> AnswerTable:
+    """Build the table of frequencies of a beam on supports, with the digits that hold."""
     rows = [("mode", "frequency (Hz)", "ω (rad/s)")]
     pairs = zip(modes.frequencies.tolist(), modes.errors.tolist(), strict=True)
     for number, (omega, error) in enumerate(pairs, 1):
         form = f".{_digits_that_hold(error)}g"
         hertz = number_text(omega / (2.0 * np.pi), form)
         rows.append((str(number), hertz, number_text(omega, form)))
-    return "\n".join(_table(rows))
+    return AnswerTable(rows)
 
 
 def _digits_that_hold(error: float) -> int:
@@ -67,8 +53,8 @@ def _digits_that_hold(error: float) -> int:
     return min(max(digits, 1), MOST_DIGITS)
 
 
-def supports_text(found: SupportPoints) -> str:
-    """Write supports, their weights and the whippletree of one half."""
+def supports_body(found: SupportPoints) -> AnswerBody:
+    """Build what is printed on supports, their weights and the whippletree of one half."""
     rows = [("point ξ", "weight")]
     pairs = zip(found.points.tolist(), found.weights.tolist(), strict=True)
     rows += [(f"{x:+.9f}", f"{w:.9f}") for x, w in pairs]
@@ -84,16 +70,16 @@ def supports_text(found: SupportPoints) -> str:
          f"{one.pivot:.9f}: arms {one.arms[0]:.9f} and {one.arms[1]:.9f}")
         for k, one in enumerate(found.bars, 1)
     ]  # fmt: skip
-    return "\n".join([*_table(rows), "", *_facts(facts)])
+    return [AnswerTable(rows), "", Facts(facts)]
 
 
-def similarity_text(
+def similarity_body(
     second: Arm,
     found: Similarity,
     motion: FlexibleMotion | None = None,
     translator: TranslatorMotion | None = None,
-) -> str:
-    """Write a counter-arm, the conditions of similarity, and the peaks of a simulation.
+) -> AnswerBody:
+    """Build what is printed on a counter-arm, its similarity, and the peaks of a simulation.
 
     Args:
         second: the counter-arm.
@@ -134,7 +120,7 @@ def similarity_text(
                 state,
             )
         )
-    return "\n".join([*_facts(facts), "", *_table(rows)])
+    return [Facts(facts), "", AnswerTable(rows)]
 
 
 def _translator_facts(found: TranslatorMotion) -> list[tuple[str, str]]:
@@ -190,13 +176,3 @@ def flexible_motion_facts(
     pairs.append(("energy", f"drifts by {size_text(motion.energy_drift)} of the largest"))
     pairs.append(("integrator", f"{motion.method}, {motion.steps} steps"))
     return pairs
-
-
-def flexible_motion_text(linkage: FlexibleLinkage, motion: FlexibleMotion) -> str:
-    """Write the simulation of a linkage as plain text.
-
-    Args:
-        linkage: what was simulated.
-        motion: its motion.
-    """
-    return "\n".join(_facts(flexible_motion_facts(linkage, motion)))

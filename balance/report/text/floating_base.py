@@ -5,16 +5,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
 from balance.floating_base.result import FloatingBaseMotion, drift_text
 from balance.motion_tolerances import INTEGRAL_DETERMINED
+from balance.report.answer import AnswerBody, AnswerPart, Facts
 from kinematics.wording import first_names, number_text, size_text, vector_text
 
-__all__ = ["floating_base_facts", "floating_base_text"]
+__all__ = ["floating_base_body", "floating_base_facts"]
 
 Array = NDArray[np.float64]
 
@@ -92,17 +93,9 @@ def _vector(vector: Array, fastest: float) -> str:
     return f"({', '.join(texts)})"
 
 
-def floating_base_text(
-    first: FloatingBaseMotion, second: FloatingBaseMotion | None = None
-) -> str:
-    """Write simulations as plain text.
-
-    Args:
-        first: a simulation.
-        second: that of a second linkage, which follows; None without it.
-    """
-    return "\n\n".join(
-        "\n".join(f"{label:<15} {value}" for label, value in floating_base_facts(one))
-        for one in (first, second)
-        if one is not None
-    )
+def floating_base_body(results: Sequence[FloatingBaseMotion]) -> AnswerBody:
+    """Build what is printed on simulations, one below the other."""
+    body: list[AnswerPart] = []
+    for each in results:
+        body += ["", Facts(floating_base_facts(each), least=15)]
+    return body[1:]

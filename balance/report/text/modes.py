@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 from balance.modes.mode_answers import ModeAnswer, ModeAnswers
+from balance.report.answer import AnswerBody, AnswerTable, Facts
 
-__all__ = ["modes_text"]
+__all__ = ["modes_body"]
 
 # What the verdict says on masses that balance.
 VERDICTS = {"feasible": "yes", "infeasible": "no", "undecided": "undecided"}
@@ -16,8 +15,8 @@ HEAD = (
 )  # fmt: skip
 
 
-def modes_text(answers: ModeAnswers) -> str:
-    """Write the modes as plain text: a table, then the pose on each.
+def modes_body(answers: ModeAnswers) -> AnswerBody:
+    """Build what is printed on the modes: a table, then the pose on each.
 
     Args:
         answers: result of `balance.motion_modes`.
@@ -33,25 +32,14 @@ def modes_text(answers: ModeAnswers) -> str:
         facts.append(("further", f"{word} {', '.join(more)}: another mode leads there"))
     if answers.doubt:
         facts.append(("complete", f"there may be more modes: {answers.doubt}"))
-    return "\n".join(
-        [
-            *(f"{label:<13} {value}" for label, value in facts),
-            "",
-            *_table([HEAD, *(_row(answer) for answer in answers.modes)]),
-            "",
-            *(_place(answer) for answer in answers.modes),
-            "",
-            "choose a mode with --mode N; with --write-closed FILE the file is written there",
-        ]
-    )
-
-
-def _table(rows: Sequence[Sequence[str]]) -> list[str]:
-    """Align the columns of a table to the left."""
-    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
     return [
-        "  ".join(f"{cell:<{width}}" for cell, width in zip(row, widths, strict=True)).rstrip()
-        for row in rows
+        Facts(facts, least=13),
+        "",
+        AnswerTable([HEAD, *map(_row, answers.modes)]),
+        "",
+        Facts([_place(answer) for answer in answers.modes], least=13),
+        "",
+        "choose a mode with --mode N; with --write-closed FILE the file is written there",
     ]
 
 
@@ -68,8 +56,7 @@ def _row(answer: ModeAnswer) -> tuple[str, ...]:
     )  # fmt: skip
 
 
-def _place(answer: ModeAnswer) -> str:
+def _place(answer: ModeAnswer) -> tuple[str, str]:
     """Describe the pose on a mode, or why there is no answer there, and what is in doubt."""
-    line = f"mode {answer.mode.number:<8} at {answer.mode.place}"
     doubts = answer.space.doubts if answer.space else (answer.problem,)
-    return "; ".join([line, *doubts])
+    return f"mode {answer.mode.number}", "; ".join([f"at {answer.mode.place}", *doubts])

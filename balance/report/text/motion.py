@@ -8,13 +8,15 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from balance.report.answer import AnswerBody, AnswerPart, AnswerTable, Facts
+from balance.report.text.linkage import linkage_facts
 from balance.taylor_poses.prediction import Prediction, Predictions, assign_inputs
 from kinematics.assembly.tool_frame import tool_coordinates
 from kinematics.model.full_turns import wrap_turns
 from kinematics.tolerances import POSE_DETERMINED
 from kinematics.wording import number_text, size_text
 
-__all__ = ["motion_facts", "measure", "motion_tables", "motion_text"]
+__all__ = ["measure", "motion_body", "motion_facts", "motion_tables"]
 
 Array = NDArray[np.float64]
 
@@ -37,9 +39,7 @@ def motion_facts(found: Predictions) -> list[tuple[str, str]]:
     """List the facts on predictions, without the tables, as pairs of label and value."""
     motion, count = found.motion, len(found.linkage.loops)
     loops = f"{count} loop{'' if count == 1 else 's'}"
-    pairs = [("linkage", f"{found.linkage.name}, {len(motion.joints)} joints, {loops}")]
-    if found.linkage.at:
-        pairs.append(("pose", found.linkage.pose))
+    pairs = linkage_facts(found.linkage, f"{len(motion.joints)} joints, {loops}")
     if found.tool is not None:
         pairs += _tool_facts(found, found.tool)
     if motion.motion.relations:
@@ -195,17 +195,14 @@ def _position_texts(found: Predictions, q: Array, decimals: int = POSE_DECIMALS)
     return [number + end.ljust(width) for number, end in zip(numbers, ends, strict=True)]
 
 
-def motion_text(found: Predictions) -> str:
-    """Write predictions as plain text."""
-    lines = [f"{label:<12} {value}" for label, value in motion_facts(found)]
+def motion_body(found: Predictions) -> AnswerBody:
+    """Build what is printed on predictions."""
+    body: list[AnswerPart] = [Facts(motion_facts(found), least=12)]
     for table in motion_tables(found):
-        widths = [max(map(len, column)) for column in zip(*table, strict=True)]
-        cells = ("  ".join([row[0].ljust(widths[0]), *map(str.rjust, row[1:], widths[1:])])
-                 for row in table)  # fmt: skip
-        lines += ["", *(line.rstrip() for line in cells)]
+        body += ["", AnswerTable(table, "<>")]
     if len(found.poses) > MAX_POSES:
-        lines.append(f"… and {len(found.poses) - MAX_POSES} more; --json has them all")
-    return "\n".join(lines)
+        body.append(f"… and {len(found.poses) - MAX_POSES} more; --json has them all")
+    return body
 
 
 def _error_text(estimate: float | None, difference: float | None) -> str:

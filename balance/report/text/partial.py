@@ -5,15 +5,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
 from math import inf
 
 from balance.partial_balance.results import ParetoFront, PartialBalance
+from balance.report.answer import AnswerBody, AnswerPart, AnswerTable, Facts
 from balance.report.text.counterweights import counterweight_rows
+from balance.report.text.linkage import linkage_facts
 from balance.tolerances import SHAKING_GAP_PROVED
 from kinematics.wording import number_text, size_text, vector_text
 
-__all__ = ["front_rows", "partial_facts", "partial_text"]
+__all__ = ["front_rows", "partial_body", "partial_facts"]
 
 DIGITS = 4
 
@@ -26,11 +27,8 @@ def partial_facts(front: ParetoFront) -> list[tuple[str, str]]:
     """
     best, weight = front.designs[-1], front.weight_moment
     space, given = best.space, best.given
-    pairs = [("linkage", f"{space.linkage.name}, {space.balance} balance")]
-    if space.linkage.at:
-        pairs.append(("pose", space.linkage.pose))
-    if space.motion:
-        pairs.append(("motion", ", ".join(space.motion.relations)))
+    relations = space.motion.relations if space.motion else ()
+    pairs = linkage_facts(space.linkage, f"{space.balance} balance", relations)
     point = f"{vector_text(front.point)} m"
     counts = f"{number_text(weight)} N m about {point} count as 1 N"
     if weight == inf:
@@ -115,24 +113,11 @@ def front_rows(front: ParetoFront) -> list[tuple[str, ...]]:
     return rows
 
 
-def partial_text(front: ParetoFront) -> str:
-    """Write designs as plain text.
-
-    Args:
-        front: the designs; the last one is described in full.
-    """
-    facts, best = partial_facts(front), front.designs[-1]
-    width = max(len(label) for label, _ in facts)
-    lines = [f"{label:<{width}}  {value}" for label, value in facts]
+def partial_body(front: ParetoFront) -> AnswerBody:
+    """Build what is printed on designs, of which the last one is described in full."""
+    body: list[AnswerPart] = [Facts(partial_facts(front))]
     if len(front.designs) > 1:
-        lines += ["", *_aligned(front_rows(front))]
-    if best.weights:
-        lines += ["", *_aligned(counterweight_rows(best.weights, DIGITS))]
-    return "\n".join(lines)
-
-
-def _aligned(rows: Sequence[tuple[str, ...]]) -> Iterator[str]:
-    """Write rows of a table in columns of equal width."""
-    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
-    for row in rows:
-        yield "  ".join(f"{c:<{w}}" for c, w in zip(row, widths, strict=True)).rstrip()
+        body += ["", AnswerTable(front_rows(front))]
+    if front.designs[-1].weights:
+        body += ["", AnswerTable(counterweight_rows(front.designs[-1].weights, DIGITS))]
+    return body

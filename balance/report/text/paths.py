@@ -11,9 +11,11 @@ from numpy.typing import NDArray
 from balance.motion_tolerances import LOCAL_CURVE_STEP
 from balance.reactionless_paths.found_paths import ReactionlessPaths, StartPose
 from balance.reactionless_paths.path import ReactionlessPath
+from balance.report.answer import AnswerBody, AnswerTable, Facts
+from balance.report.text.linkage import linkage_facts
 from kinematics.wording import number_text
 
-__all__ = ["path_rows", "paths_facts", "paths_text"]
+__all__ = ["path_rows", "paths_body", "paths_facts"]
 
 Array = NDArray[np.float64]
 
@@ -38,9 +40,7 @@ def paths_facts(found: ReactionlessPaths) -> list[tuple[str, str]]:
     """
     linkage = found.linkage
     unit = linkage.spatial_chain.frame.length
-    pairs = [("linkage", f"{linkage.name}, inputs {', '.join(linkage.inputs)}")]
-    if linkage.at:
-        pairs.append(("pose", linkage.pose))
+    pairs = linkage_facts(linkage, f"inputs {', '.join(linkage.inputs)}")
     pairs.append(("at rest", found.demand.words))
     if found.motion is not None:
         pairs.append(("motion", ", ".join(found.motion.relations)))
@@ -101,20 +101,9 @@ def _row(found: ReactionlessPaths, number: int, path: ReactionlessPath) -> tuple
     )  # fmt: skip
 
 
-def paths_text(found: ReactionlessPaths) -> str:
-    """Write paths as plain text.
-
-    Args:
-        found: the paths.
-    """
-    facts = paths_facts(found)
-    width = max(len(label) for label, _ in facts)
-    lines = [f"{label:<{width}}  {value}" for label, value in facts]
-    table = path_rows(found)[: MAX_ROWS + 1]
-    if len(table) > 1:
-        widths = [max(map(len, column)) for column in zip(*table, strict=True)]
-        lines.append("")
-        for row in table:
-            cells = "  ".join(f"{c:<{w}}" for c, w in zip(row, widths, strict=True))
-            lines.append(cells.rstrip())
-    return "\n".join(lines)
+def paths_body(found: ReactionlessPaths) -> AnswerBody:
+    """Build what is printed on paths."""
+    facts = Facts(paths_facts(found))
+    if not found.paths:
+        return [facts]
+    return [facts, "", AnswerTable(path_rows(found)[: MAX_ROWS + 1])]

@@ -7,10 +7,12 @@ from __future__ import annotations
 
 from balance.remedies.applied import AppliedRemedy
 from balance.remedies.compare import RemedyComparison
+from balance.report.answer import AnswerBody, AnswerTable, Facts
+from balance.report.text.linkage import linkage_facts
 from kinematics.tolerances import POSE_DETERMINED
 from kinematics.wording import number_text, size_text
 
-__all__ = ["remedies_facts", "remedies_text", "remedy_rows"]
+__all__ = ["remedies_body", "remedies_facts", "remedy_rows"]
 
 DIGITS = 4
 NONE = "-"
@@ -25,12 +27,7 @@ def remedies_facts(found: RemedyComparison) -> list[tuple[str, str]]:
         found: the comparison.
     """
     request = found.request
-    linkage = request.linkage
-    pairs = [("linkage", f"{linkage.name}, {request.balance} balance")]
-    if linkage.at:
-        pairs.append(("pose", linkage.pose))
-    if request.motion:
-        pairs.append(("motion", ", ".join(request.motion)))
+    pairs = linkage_facts(request.linkage, f"{request.balance} balance", request.motion)
     pairs += [
         ("mobility", str(request.freedoms)),
         ("mass", f"{number_text(request.given_mass, f'.{DIGITS}g')} kg in moving links"),
@@ -68,21 +65,7 @@ def _row(one: AppliedRemedy, given_mass: float) -> tuple[str, ...]:
     return (one.remedy, one.verdict, *numbers, *map(str, counts), shaking)
 
 
-def remedies_text(found: RemedyComparison) -> str:
-    """Write a comparison as plain text.
-
-    Args:
-        found: the comparison.
-    """
-    facts = remedies_facts(found)
-    width = max(len(label) for label, _ in facts)
-    lines = [f"{label:<{width}}  {value}" for label, value in facts]
-    table = remedy_rows(found)
-    widths = [max(map(len, column)) for column in zip(*table, strict=True)]
-    lines.append("")
-    for row in table:
-        cells = "  ".join(f"{c:<{w}}" for c, w in zip(row, widths, strict=True))
-        lines.append(cells.rstrip())
-    lines.append("")
-    lines += [f"{one.remedy}: {one.words}; {one.reason}" for one in found.results]
-    return "\n".join(lines)
+def remedies_body(found: RemedyComparison) -> AnswerBody:
+    """Build what is printed on a comparison."""
+    reasons = [f"{each.remedy}: {each.words}; {each.reason}" for each in found.results]
+    return [Facts(remedies_facts(found)), "", AnswerTable(remedy_rows(found)), "", *reasons]

@@ -8,6 +8,8 @@ from __future__ import annotations
 from math import inf
 from typing import TYPE_CHECKING
 
+from balance.report.answer import AnswerBody, AnswerPart, AnswerSection, AnswerTable, Facts
+from balance.report.text.linkage import linkage_facts
 from balance.tolerances import CHANGE_DETERMINED
 from kinematics.tolerances import MARGIN_DETERMINED
 from kinematics.wording import number_text, size_text
@@ -24,13 +26,11 @@ __all__ = [
     "comparison_facts",
     "decoupling_facts",
     "distance_text",
-    "explanation_sections",
     "gap_text",
     "inertia_sections",
+    "report_body",
     "report_facts",
-    "report_for_terminal",
     "report_table",
-    "report_text",
 ]
 
 
@@ -45,16 +45,13 @@ def report_facts(space: DesignSpace, change: float = inf) -> list[tuple[str, str
     algebra = "planar" if space.planar else "spatial"
     count = space.rank + space.nullity
     loops = f"{len(linkage.loops)} loop{'' if len(linkage.loops) == 1 else 's'}"
-    lines = [
-        ("linkage", f"{linkage.name}, {algebra}, {space.balance} balance"),
+    bodies = [
         ("bodies", f"{', '.join(space.bodies)} ({count} parameters)"),
         ("joints", f"{len(linkage.joints)} with one degree of freedom each, {loops}"),
         ("mobility", f"{linkage.mobility}, inputs {', '.join(space.inputs)}"),
     ]
-    if linkage.at:
-        lines.append(("pose", linkage.pose))
-    if space.motion:
-        lines.append(("motion", ", ".join(space.motion.relations)))
+    relations = space.motion.relations if space.motion else ()
+    lines = linkage_facts(linkage, f"{algebra}, {space.balance} balance", relations, bodies)
     if space.idle:
         lines.append(("idle joints", ", ".join(space.idle)))
     given = space.as_given
@@ -130,16 +127,16 @@ def report_table(space: DesignSpace, exact: Exact | None = None) -> list[tuple[s
     ]
 
 
-def report_text(report: Report) -> str:
-    """Write the report on a design space as plain text."""
-    space = report.space
-    lines = [f"{label:<13} {value}" for label, value in report_facts(space, report.change)]
-    rows = ["".join(f"{cell:>8}" for cell in row) for row in report_table(space, report.exact)]
-    found = ["\n".join([*lines, "", *rows])]
-    for title, pairs in _sections(report):
-        width = max(len(label) for label, _ in pairs)
-        found.append("\n".join([f"{title}:", *(f"  {a:<{width}}  {b}" for a, b in pairs)]))
-    return "\n\n".join(found)
+def report_body(report: Report) -> AnswerBody:
+    """Build what is printed on a design space."""
+    body: list[AnswerPart] = [
+        Facts(report_facts(report.space, report.change), least=13),
+        "",
+        AnswerTable(report_table(report.space, report.exact), ">", least=8, gap=0),
+    ]
+    for section in _sections(report):
+        body += ["", section]
+    return body
 
 
 def comparison_facts(report: Report) -> list[tuple[str, str]]:
@@ -155,15 +152,15 @@ def comparison_facts(report: Report) -> list[tuple[str, str]]:
     return facts
 
 
-def explanation_sections(explanation: Explanation) -> list[tuple[str, list[tuple[str, str]]]]:
-    """List the sections of an explanation: a title, and pairs of label and text."""
+def _explanation_sections(explanation: Explanation) -> list[AnswerSection]:
+    """List the sections of an explanation that say something."""
     moves = [(item.title, f"{item.dimension}: {item.words}") for item in explanation.transfers]
     freedoms = [(str(k), f.words) for k, f in enumerate(explanation.freedoms, 1)]
     sections = [
-        ("may be moved across each joint", moves),
-        ("freed by what couples the joints", freedoms),
+        AnswerSection("may be moved across each joint", moves),
+        AnswerSection("freed by what couples the joints", freedoms),
     ]
-    return [(title, pairs) for title, pairs in sections if pairs]
+    return [section for section in sections if section.pairs]
 
 
 def decoupling_facts(found: Decoupling) -> list[tuple[str, str]]:
@@ -183,8 +180,8 @@ def decoupling_facts(found: Decoupling) -> list[tuple[str, str]]:
     ]
 
 
-def inertia_sections(found: PureInertia) -> list[tuple[str, list[tuple[str, str]]]]:
-    """List the sections on pure inertias: a title, and pairs of label and text.
+def inertia_sections(found: PureInertia) -> list[AnswerSection]:
+    """List the sections on pure inertias that say something.
 
     Args:
         found: result of `balance.pure_inertia`.
@@ -201,44 +198,19 @@ def inertia_sections(found: PureInertia) -> list[tuple[str, list[tuple[str, str]
     related = [(str(k), text) for k, text in enumerate(found.relation_words, 1)]
     asked = [(str(k), text) for k, text in enumerate(found.condition_words, 1)]
     sections = [
-        ("pure inertias, of equal momentum", inertias),
-        ("point masses that bodies gain on the way there, by joint", moved),
-        ("masses that cannot be moved", left),
-        ("relations of angular velocities", related),
-        ("conditions on pure inertias", asked),
+        AnswerSection("pure inertias, of equal momentum", inertias),
+        AnswerSection("point masses that bodies gain on the way there, by joint", moved),
+        AnswerSection("masses that cannot be moved", left),
+        AnswerSection("relations of angular velocities", related),
+        AnswerSection("conditions on pure inertias", asked),
     ]
-    return [(title, pairs) for title, pairs in sections if pairs]
+    return [section for section in sections if section.pairs]
 
 
-def _sections(report: Report) -> list[tuple[str, list[tuple[str, str]]]]:
+def _sections(report: Report) -> list[AnswerSection]:
     """List the sections of a report after its table."""
-    found = explanation_sections(report.explanation) if report.explanation else []
+    sections = _explanation_sections(report.explanation) if report.explanation else []
     if report.decoupling:
-        found.append(("decoupled from a moving base", decoupling_facts(report.decoupling)))
-    return found + (inertia_sections(report.pure_inertia) if report.pure_inertia else [])
-
-
-def report_for_terminal(report: Report) -> str:
-    """Write the report on a design space with the styles of a terminal."""
-    space = report.space
-    from rich.console import Console
-    from rich.markup import escape
-    from rich.table import Table
-
-    summary = Table.grid(padding=(0, 2))
-    for label, value in report_facts(space, report.change):
-        summary.add_row(f"[bold]{label}", escape(value))
-    head, *rows = report_table(space, report.exact)
-    orders = Table(*head)
-    for row in rows:
-        orders.add_row(*row)
-    console = Console()
-    with console.capture() as capture:
-        console.print(summary)
-        console.print(orders)
-        for title, pairs in _sections(report):
-            section = Table("", "", title=title, title_justify="left", show_header=False)
-            for left, right in pairs:
-                section.add_row(escape(left), escape(right))
-            console.print(section)
-    return capture.get()
+        facts = decoupling_facts(report.decoupling)
+        sections.append(AnswerSection("decoupled from a moving base", facts))
+    return sections + (inertia_sections(report.pure_inertia) if report.pure_inertia else [])

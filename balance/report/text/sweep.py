@@ -7,13 +7,14 @@ from typing import Any
 
 import numpy as np
 
+from balance.report.answer import AnswerBody, AnswerPart, AnswerTable, Facts
 from balance.result_files.chunk_runs import RunSummary
 from balance.result_files.results_file import ResultsFile
 from kinematics.wording import count_noun, number_text
 
 __all__ = [
-    "REASON", "cell_text", "export_data", "export_text", "file_facts", "run_data", "run_text",
-    "show_data", "show_text",
+    "REASON", "cell_text", "export_body", "export_data", "file_facts", "run_body", "run_data",
+    "show_body", "show_data",
 ]  # fmt: skip
 
 SCHEMA = "balance.sweep/1"
@@ -53,8 +54,8 @@ def _file_data(file: ResultsFile) -> Data:
     }  # fmt: skip
 
 
-def run_text(found: Data) -> str:
-    """Write what a run has done as plain text.
+def run_body(found: Data) -> AnswerBody:
+    """Build what is printed on a run.
 
     Args:
         found: from `run_data`.
@@ -68,7 +69,7 @@ def run_text(found: Data) -> str:
     if found["lost_workers"]:
         again = f"{count_noun(found['lost_workers'], 'process')} ended, and others went on"
         pairs.append(("workers", again))
-    return _lines([*file_facts(found), *pairs])
+    return [Facts([*file_facts(found), *pairs])]
 
 
 def file_facts(found: Data) -> list[tuple[str, str]]:
@@ -85,12 +86,6 @@ def file_facts(found: Data) -> list[tuple[str, str]]:
     return pairs
 
 
-def _lines(pairs: list[tuple[str, str]]) -> str:
-    """Write pairs in two columns."""
-    width = max(len(label) for label, _ in pairs)
-    return "\n".join(f"{label:<{width}}  {value}" for label, value in pairs)
-
-
 def export_data(file: ResultsFile, path: str, rows: int) -> Data:
     """Collect what was exported.
 
@@ -102,13 +97,14 @@ def export_data(file: ResultsFile, path: str, rows: int) -> Data:
     return {"schema": SCHEMA, "what": "export", **_file_data(file), "out": path, "lines": rows}
 
 
-def export_text(found: Data) -> str:
-    """Write what was exported as plain text.
+def export_body(found: Data) -> AnswerBody:
+    """Build what is printed on an export.
 
     Args:
         found: from `export_data`.
     """
-    return _lines([*file_facts(found), ("written", f"{found['out']}, {found['lines']:,} rows")])
+    written = ("written", f"{found['out']}, {found['lines']:,} rows")
+    return [Facts([*file_facts(found), written])]
 
 
 def show_data(file: ResultsFile, order: str, descending: bool, count: int) -> Data:
@@ -145,23 +141,27 @@ def _plain(value: Any) -> Any:
     return None if missing else value
 
 
-def show_text(found: Data) -> str:
-    """Write what a file holds as plain text: facts, ranges of the columns, and a table.
+def show_body(found: Data) -> AnswerBody:
+    """Build what is printed on a file: facts, ranges of the columns, and a table.
 
     Args:
         found: from `show_data`.
     """
-    parts = [_lines(file_facts(found)), _table(["column", "least", "most", "missing"], [
-        [_headed(column), *(cell_text(column[key]) for key in ("least", "most")),
-         f"{column['missing']:,}" if column["missing"] else ""]
+    ranges = [
+        (_headed(column), *(cell_text(column[key]) for key in ("least", "most")),
+         f"{column['missing']:,}" if column["missing"] else "")
         for column in found["columns"] if column["kind"] != "text"
-    ])]  # fmt: skip
+    ]  # fmt: skip
+    ranges.insert(0, ("column", "least", "most", "missing"))
+    body: list[AnswerPart] = [Facts(file_facts(found)), "", AnswerTable(ranges, "<>")]
     if found["table"]:
         rows = [[cell_text(value) for value in row] for row in found["table"]]
         kept = [k for k in range(len(found["head"])) if k == 0 or any(row[k] for row in rows)]
-        parts.append(_table([found["head"][k] for k in kept],
-                            [[row[k] for k in kept] for row in rows]))  # fmt: skip
-    return "\n\n".join(parts)
+        body += [
+            "",
+            AnswerTable([[row[k] for k in kept] for row in (found["head"], *rows)], "<>"),
+        ]
+    return body
 
 
 def _headed(column: Mapping[str, Any]) -> str:
@@ -177,14 +177,3 @@ def cell_text(value: Any) -> str:
         return number_text(float(value), ".6g")
     text = str(value)
     return text if len(text) <= WIDEST else f"{text[: WIDEST - 1]}…"
-
-
-def _table(head: list[str], rows: list[list[str]]) -> str:
-    """Write a table, its columns aligned right but for the first."""
-    widths = [max(map(len, column)) for column in zip(head, *rows, strict=True)]
-    lines = []
-    for row in [head, *rows]:
-        first, *rest = zip(row, widths, strict=True)
-        cells = [f"{first[0]:<{first[1]}}", *(f"{cell:>{width}}" for cell, width in rest)]
-        lines.append("  ".join(cells).rstrip())
-    return "\n".join(lines)

@@ -8,10 +8,11 @@ from __future__ import annotations
 import math
 
 from balance.motion_tolerances import SYNTHESIS_MOMENTUM, SYNTHESIS_SHAKING
+from balance.report.answer import AnswerBody, AnswerPart, Facts
 from balance.synthesis.mechanism import Synthesis, SynthesizedMechanism
 from kinematics.wording import number_text, size_text
 
-__all__ = ["mechanism_rows", "synthesis_facts", "synthesis_text"]
+__all__ = ["mechanism_rows", "synthesis_body", "synthesis_facts"]
 
 HEAD = ("mechanism", "pivots (m)", "turns (deg)", "misses (m)", "momentum", "shaking",
         "design space", "defects")  # fmt: skip
@@ -92,18 +93,10 @@ def _row(one: SynthesizedMechanism) -> tuple[str, ...]:
     return (one.kind, pivots, turns, size_text(one.position_error), *sizes, space, defects)
 
 
-def synthesis_text(found: Synthesis) -> str:
-    """Write a synthesis as plain text.
-
-    Args:
-        found: the synthesis.
-    """
-    facts = synthesis_facts(found)
-    width = max(len(label) for label, _ in facts)
-    lines = [f"{label:<{width}}  {value}" for label, value in facts]
+def synthesis_body(found: Synthesis) -> AnswerBody:
+    """Build what is printed on a synthesis."""
     head, *rows = mechanism_rows(found)
-    width = max(map(len, head))
+    body: list[AnswerPart] = [Facts(synthesis_facts(found))]
     for row in rows:
-        pairs = zip(head, row, strict=True)
-        lines += ["", *(f"{label:<{width}}  {value}" for label, value in pairs)]
-    return "\n".join(lines)
+        body += ["", Facts(list(zip(head, row, strict=True)))]
+    return body

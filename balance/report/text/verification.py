@@ -5,15 +5,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
-from balance.report.text.side_by_side import joined_facts
+from balance.report.answer import AnswerBody, Facts, joined_facts
 from balance.verification.result import Verification
 from kinematics.linalg.ties import first_largest
 from kinematics.tolerances import SIZE_DETERMINED, TIE_RELATIVE
 from kinematics.wording import first_names, number_text, size_text, vector_text
 
-__all__ = ["verification_facts", "verification_text"]
+__all__ = ["verification_body", "verification_facts"]
 
 
 def verification_facts(found: Verification) -> list[tuple[str, str]]:
@@ -147,23 +149,11 @@ def _ratios(first: Verification, second: Verification) -> str:
     return "; ".join(words) or "the second does not shake"
 
 
-def verification_text(first: Verification, second: Verification | None = None) -> str:
-    """Write verifications as plain text.
-
-    Args:
-        first: a verification.
-        second: the verification of a second linkage, for a second column; None without it.
-    """
-    if second is None:
-        return "\n".join(f"{label:<15} {value}" for label, value in verification_facts(first))
-    notes = [("note", f"{one.model}: {note}") for one in (first, second)
-             for note in one.remarks]  # fmt: skip
-    plain = [
-        [pair for pair in verification_facts(one) if pair[0] != "note"]
-        for one in (first, second)
-    ]
-    table = joined_facts(plain)
-    width = max(len(left) for _, (left, _) in table)
-    lines = [f"{label:<15} {left:<{width}}  {right}" for label, (left, right) in table]
-    notes.insert(0, ("first/second", _ratios(first, second)))
-    return "\n".join([*lines, *(f"{label:<15} {note}" for label, note in notes)])
+def verification_body(results: Sequence[Verification]) -> AnswerBody:
+    """Build what is printed on the verification of a linkage, or of two beside each other."""
+    facts = [verification_facts(each) for each in results]
+    if len(results) == 1:
+        return [Facts(facts[0], least=15)]
+    notes = [("note", f"{each.model}: {note}") for each in results for note in each.remarks]
+    rows = joined_facts([[pair for pair in pairs if pair[0] != "note"] for pairs in facts])
+    return [Facts([*rows, ("first/second", _ratios(*results)), *notes], least=15)]

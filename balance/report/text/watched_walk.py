@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+from itertools import zip_longest
 from typing import Any
 
 from balance.discovery.quantities import quantities_of
 from balance.discovery.watch import WatchedWalk
-from balance.report.text.discovery import SCHEMA
+from balance.report.answer import AnswerBody, AnswerTable, Facts
+from balance.report.text.discovery import LABELS, SCHEMA
 from kinematics.wording import size_text
 
-__all__ = ["walk_data", "walk_facts", "walk_text"]
+__all__ = ["walk_body", "walk_data", "walk_facts"]
 
 Data = dict[str, Any]
 
@@ -59,19 +61,19 @@ def walk_facts(data: Data) -> list[tuple[str, str]]:
     return pairs + [("relation", f"{text}: {words}") for text, words in told]
 
 
-def walk_text(data: Data) -> str:
-    """Write the facts on a walk and its singular values as plain text.
+def walk_body(data: Data) -> AnswerBody:
+    """Build what is printed on a walk: its facts, and the singular value of each step.
 
     Args:
         data: from `walk_data`.
     """
-    lines = [f"{label:<14}{value}" for label, value in walk_facts(data)]
-    more = "  momentum" if data["buildable"] else ""
-    lines += ["", f"    step  s_min/s_max{more}"]
-    last = len(data["ratios"]) - 1
-    for k, ratio in enumerate(data["ratios"]):
-        name = "polished" if data["polished"] and k == last else str(k)
-        told = more and k < len(data["falling"])
-        momentum = f"     {size_text(data['falling'][k], '.2e')}" if told else ""
-        lines.append(f"{name:>8}  {size_text(ratio, '.2e')}{momentum}")
-    return "\n".join(lines) + "\n"
+    columns = [
+        ["step", *map(str, range(len(data["ratios"])))],
+        ["s_min/s_max", *(size_text(ratio, ".2e") for ratio in data["ratios"])],
+    ]
+    if data["polished"]:
+        columns[0][-1] = "polished"
+    if data["buildable"]:
+        columns.append(["momentum", *(size_text(size, ".2e") for size in data["falling"])])
+    rows = list(zip_longest(*columns, fillvalue=""))
+    return [Facts(walk_facts(data), LABELS), "", AnswerTable(rows, "><", least=8), ""]

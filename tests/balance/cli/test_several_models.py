@@ -9,7 +9,8 @@ import pytest
 from jsonschema import Draft202012Validator
 
 from balance.cli.main import main
-from balance.report.text.side_by_side import joined_facts, side_by_side
+from balance.report.answer import joined_facts, side_by_side
+from balance.report.text.render import body_text
 from tests.support.page_elements import Elements
 
 KITE, GENERAL = "four_bar_kite_balanced", "four_bar_general"
@@ -73,6 +74,8 @@ def test_what_does_not_go_with_several_models(capsys, tmp_path):
 
 def test_facts_are_joined_by_label():
     left, right = [("a", "1"), ("b", "2"), ("b", "3"), ("d", "4")], [("a", "5"), ("c", "6")]
-    rows = dict(joined_facts([left, right]))
-    assert rows == {"a": ["1", "5"], "b": ["2; 3", "–"], "c": ["–", "6"], "d": ["4", "–"]}
-    assert max(map(len, side_by_side([[("a", "word " * 60)]] * 3).splitlines())) <= 110
+    assert joined_facts([left, right]) == [
+        ("a", "1", "5"), ("c", "–", "6"), ("b", "2; 3", "–"), ("d", "4", "–"),
+    ]  # fmt: skip
+    body = side_by_side([[("a", "word " * 60)]] * 3)
+    assert max(map(len, body_text(body).splitlines())) <= 110

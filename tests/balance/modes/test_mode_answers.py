@@ -12,7 +12,8 @@ from jsonschema import Draft202012Validator
 import balance
 import kinematics
 from balance.cli.main import main
-from balance.report.text.modes import modes_text
+from balance.report.text.modes import modes_body
+from balance.report.text.render import body_text
 from tests.support.meeting_linkages import FLAT, slider_crank
 
 # Ranks by order and whether masses that balance can be built, by number. Two links that turn as
@@ -61,7 +62,9 @@ def test_the_report_lists_the_modes(tmp_path, capsys):
     assert code == 0 and [mode["rank"] for mode in data["modes"]] == [3, 5, 3]
     assert [mode["here"] for mode in data["modes"]] == [True, True, False]
     code, out = run(capsys, "report", path)
-    assert code == 0 and out.strip() == modes_text(balance.motion_modes(path)).strip()
+    assert (
+        code == 0 and out.strip() == body_text(modes_body(balance.motion_modes(path))).strip()
+    )
     assert "2 modes of motion meet at this pose" in out and "mode 3: another" in out
     rows = [line.split() for line in out.splitlines() if line[:1].isdigit()]
     assert [row[0] for row in rows] == ["1", "2", "3"]

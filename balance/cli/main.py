@@ -82,7 +82,9 @@ def main(argv: Sequence[str] | None = None) -> int:
         return _run(argv, debug)
 
 
-def _log_warning(message: Warning | str, category: type[Warning], *_: object) -> None:
+def _log_warning(
+    message: Warning | str, category: type[Warning], *_: object, **__: object
+) -> None:
     """Log a warning of a library in one line, without the line of its source."""
     logging.warning("%s: %s", category.__name__, " ".join(str(message).split()))
 

@@ -87,8 +87,7 @@ def buildable_masses(
     left = conditions @ g
     if np.abs(left).max(initial=0.0) > PURE_INERTIA_CONDITION * np.abs(g).max(initial=1e-300):
         raise UsageError(
-            "these inertias are not balanced: see the conditions of "
-            "balance.pure_inertia"
+            "these inertias are not balanced: see the conditions of balance.pure_inertia"
         )
     serial, z = space.scaled_basis[:, : space.serial_nullity], _in_space(space, g)
     pure = to_chain(z, space.chain.frame, True, False).reshape(-1, 1)

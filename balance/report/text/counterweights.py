@@ -9,7 +9,7 @@ from collections.abc import Sequence
 
 from balance.added_masses.answer import Counterweights
 from balance.added_masses.counterweight import DENSITIES, Counterweight
-from balance.report.answer import AnswerBody, AnswerTable, Facts
+from balance.report.answer import AnswerBody, AnswerPart, AnswerTable, Facts
 from balance.report.text.design import FORCE_ONLY, OTHER_WAYS, vector_digits
 from balance.report.text.linkage import linkage_facts
 from balance.tolerances import MASSES_EQUAL
@@ -91,10 +91,12 @@ def counterweight_rows(
 
 def counterweights_body(found: Counterweights) -> AnswerBody:
     """Build what is printed on counterweights."""
-    table = ["", AnswerTable(counterweight_rows(found.weights))] if found.weights else []
-    moments = [
-        f"{weight.link} needs about its centre Ixx, Iyy, Izz, Ixy, Ixz, Iyz = "
-        f"{vector_digits(weight.inertia[ENTRIES], DIGITS)} kg m²"
-        for weight in found.weights if not weight.lumps
-    ]  # fmt: skip
-    return [Facts(counterweights_facts(found), least=1), *table, *moments]
+    body: list[AnswerPart] = [Facts(counterweights_facts(found), least=1)]
+    if found.weights:
+        body += ["", AnswerTable(counterweight_rows(found.weights))]
+    for weight in found.weights:
+        if not weight.lumps:
+            moments = vector_digits(weight.inertia[ENTRIES], DIGITS)
+            body.append(f"{weight.link} needs about its centre Ixx, Iyy, Izz, Ixy, Ixz, Iyz = "
+                        f"{moments} kg m²")  # fmt: skip
+    return body

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from balance.designs.best_design import Design
 from balance.inertial_parameters.body_inertia import BodyInertia
-from balance.report.answer import AnswerBody, AnswerTable, Facts
+from balance.report.answer import AnswerBody, AnswerPart, AnswerTable, Facts
 from balance.report.text.linkage import linkage_facts
 from balance.report.text.report import distance_text
 from balance.spaces.distance_to_rank_drop import distance_to_rank_drop
@@ -92,9 +92,10 @@ def body_rows(bodies: Sequence[BodyInertia], length: float) -> list[tuple[str, .
 
 def design_body(design: Design) -> AnswerBody:
     """Build what is printed on a design."""
-    bodies = design.bodies
-    table = ["", AnswerTable(body_rows(bodies, design.space.length))] if bodies else []
-    return [Facts(design_facts(design), least=13), *table]
+    body: list[AnswerPart] = [Facts(design_facts(design), least=13)]
+    if design.bodies:
+        body += ["", AnswerTable(body_rows(design.bodies, design.space.length))]
+    return body
 
 
 def _what_else(design: Design) -> list[tuple[str, str]]:

@@ -280,9 +280,16 @@ def test_poses_find_what_orders_alone_do_not(count, seed, tmp_path):
 
 
 def test_digits_that_describe_another_linkage(capsys):
-    """By its digits a 3-UPU has skew axes: which answer to believe, and why."""
+    """By its digits a 3-UPU has skew axes: which answer to believe, and why.
+
+    Its numbers are roots in the frame of its axes: with these, it translates.
+    """
     path = str(Path(__file__).parents[2] / "data" / "three_upu_17_digits.urdf")
-    assert main(["report", path, "--json"]) == 4
+    assert main(["report", path, "--json"]) == 0
+    report = json.loads(capsys.readouterr().out)
+    assert (report["certainty"], report["rank"], report["mobility"]) == ("verified", 40, 3)
+    assert report["readings"][0]["conditions_as_written"] == 46
+    assert main(["report", path, "--json", "--as-written"]) == 4
     report = json.loads(capsys.readouterr().out)
     assert (report["certainty"], report["rank"], report["mobility"]) == ("estimated", 40, 3)
     reason = report["evidence"]["reason"]

@@ -117,8 +117,9 @@ def _turned(rng) -> Case:
         found = _planar(rng)
     elif kind == 1:
         joints = tuple(special_joints(rng))
-        planar_by_nature = all(joint.axis == AXES[2] for joint in joints)
-        found = Linkage(joints, spatial=not planar_by_nature or bool(rng.random() < 0.5))
+        drawn = bool(rng.random() < 0.5)
+        flat = all(joint.axis == AXES[2] for joint in joints)
+        found = Linkage(joints, spatial=drawn or not flat)
     elif kind == 2:
         found = Linkage(spatial.general(rng)[0], spatial=True)
     elif kind == 3:

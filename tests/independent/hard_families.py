@@ -125,7 +125,7 @@ def yokes(rng) -> Linkage:
     source = _choose(rng, [k for k, joint in enumerate(joints) if not joint.loop])
     radius = Fraction(1, 10 ** int(rng.integers(0, 4)))
     first = max(joint.after for joint in joints)
-    count = int(rng.choice([1, 2, 3, 4], p=[0.35, 0.4, 0.22, 0.03]))
+    count = int(rng.choice([1, 2, 3, 4], p=[0.3, 0.35, 0.25, 0.1]))
     welded = bool(rng.random() < 0.12)
     for k in range(count):
         turned = rng.random() < 0.15

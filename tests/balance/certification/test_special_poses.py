@@ -62,7 +62,7 @@ def test_joints_rest_around_the_shortest_loop(tmp_path):
     assert not joints_shown_at_rest(chain, [names.index("j0")])
 
 
-@pytest.mark.parametrize("digits", [9, 12, 16, 17])
+@pytest.mark.parametrize("digits", [pytest.param(9, marks=pytest.mark.slow), 12, 16, 17])
 def test_orders_of_a_special_pose_in_turned_frames(digits, tmp_path):
     """The ranks by order are those of the decimals, and the notice says so."""
     true = truth(ALIGNED)
@@ -126,6 +126,7 @@ def test_exact_decimals_of_six_digits_leave_no_doubt(tmp_path):
     assert (space.level, space.doubts) == ("verified", ())
 
 
+@pytest.mark.slow
 def test_coincidences_that_doubles_break_are_in_doubt(tmp_path):
     """The centre of a ball joint lies on the axis of the crank, about which all links turn."""
     joints = (

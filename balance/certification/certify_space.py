@@ -57,7 +57,7 @@ from kinematics.errors import (
     InexactPlaneError,
     LinkageError,
 )
-from kinematics.meant.digits import DOUBLE_DIGITS
+from kinematics.meant.digits import DOUBLE_DIGITS, has_doubles
 from kinematics.model.linkage import Notice
 from kinematics.urdf.rational_screws import Geometry, of_lowest_rank
 from kinematics.wording import count_noun, size_text
@@ -325,19 +325,25 @@ def _reason_below_digits(space: DesignSpace, corrected: DesignSpace, found: Evid
     """State why conditions of a geometry inside the digits may not be meant; empty if not.
 
     A geometry that has the relations found is at another place inside the digits than the
-    linkage, so that it may break relations that were not looked for.
+    linkage, so that it may break relations that were not looked for. Nor are those looked for
+    that doubles break in loops that are neither planar nor spherical.
 
     Args:
         space: the space by floating point.
         corrected: the space with the integers of that geometry.
         found: its evidence.
     """
-    meant = space.linkage.meant
-    if not found.inside_digits or meant is None or not corrected.rank:
+    meant, tree, limit = space.linkage.meant, space.linkage.tree, 0.0
+    adds = corrected.rank > space.rank
+    if found.inside_digits and meant is not None:
+        limit = DIGITS_CONDITION if adds else 0.0
+        if meant.relations and meant.apart:
+            digits = meant.digits or DOUBLE_DIGITS
+            limit = max(limit, 10.0 ** (DIGITS_OF_CONDITION - digits))
+    elif meant is None and adds and tree is not None and has_doubles(tree):
+        limit = 10.0 ** (DIGITS_OF_CONDITION - DOUBLE_DIGITS - 1)
+    if not limit or not corrected.rank:
         return ""
-    limit = DIGITS_CONDITION if corrected.rank > space.rank else 0.0
-    if meant.relations and meant.apart:
-        limit = max(limit, 10.0 ** (DIGITS_OF_CONDITION - (meant.digits or DOUBLE_DIGITS)))
     least = float(corrected.singular_values[-1])
     if least >= limit or decimals_have_rank(space, corrected.rank):
         return ""

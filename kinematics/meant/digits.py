@@ -19,7 +19,7 @@ from typing import NamedTuple
 from kinematics.urdf.nominal_angles import nearest_twelfth
 from kinematics.urdf_elements.element import Element
 
-__all__ = ["EXACT", "FileDigits", "file_digits", "rounding_of_file"]
+__all__ = ["EXACT", "FileDigits", "file_digits", "has_doubles", "rounding_of_file"]
 
 # Fewest significant digits of a file whose numbers may be rounded: shorter ones are design
 # values.
@@ -112,6 +112,16 @@ def file_digits(tree: Element) -> FileDigits | None:
     lengths = sorted(x for x in sizes if x >= TINY) or [1.0]
     size = lengths[len(lengths) // 4]
     return FileDigits(decimals, significant, exact_zeros, size)
+
+
+def has_doubles(tree: Element) -> bool:
+    """Return whether origins or axes of a file have the digits of doubles.
+
+    Args:
+        tree: the checked tree of a file.
+    """
+    digits = file_digits(tree)
+    return digits is not None and digits.significant >= DOUBLE_DIGITS
 
 
 def rounding_of_file(tree: Element, size: float) -> float:

@@ -116,7 +116,10 @@ def _turned(rng) -> Case:
     if kind == 0:
         found = _planar(rng)
     elif kind == 1:
-        found = Linkage(tuple(special_joints(rng)), spatial=bool(rng.random() < 0.5))
+        joints = tuple(special_joints(rng))
+        drawn = bool(rng.random() < 0.5)
+        flat = all(joint.axis == AXES[2] for joint in joints)
+        found = Linkage(joints, spatial=drawn or not flat)
     elif kind == 2:
         found = Linkage(spatial.general(rng)[0], spatial=True)
     elif kind == 3:

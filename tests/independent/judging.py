@@ -23,8 +23,6 @@ __all__ = ["LIMIT", "SURE", "Answer", "ask", "compare", "judge"]
 LIMIT = 300
 # Warnings of the product that say that the answer is that of another pose, or other axes.
 MOVED = {"left_singular_pose", "assembled"}
-# That ranks by order may be those of digits that the file does not have.
-TOLD = "orders_as_written"
 MENDED = {"closes_to_rounding", "inexact_closure", "rounded_angles"}
 SURE = ("proved", "verified")
 
@@ -115,7 +113,8 @@ def compare(true: Truth, answer: Answer, rounded: bool = False) -> tuple[str, st
     Args:
         true: what is true.
         answer: of the product.
-        rounded: whether the numbers of the file are rounded: its loops close to that only.
+        rounded: whether the numbers of the file are rounded: its loops close to that only, and
+            its pose is only next to a special one, so that an order may have more conditions.
     """
     report = answer.report
     if report is None:
@@ -130,14 +129,21 @@ def compare(true: Truth, answer: Answer, rounded: bool = False) -> tuple[str, st
         if report["certainty"] not in SURE:
             return "shaky", detail
         return "wrong", f"{detail}; but the loops do not close at higher orders"
-    wrong = _differences(
-        true, report, answer.code, bool(codes & MOVED) or (rounded and TOLD in codes)
-    )
+    later = rounded and _later(true, report)
+    wrong = _differences(true, report, answer.code, bool(codes & MOVED) or later)
     if codes & MENDED and not rounded:
         wrong += [f"{code}, though the loops close" for code in sorted(codes & MENDED)]
     if wrong:
         return "wrong", f"{'; '.join(wrong)}; {report['evidence']['reason']}"
     return ("moved" if codes & MOVED else "right"), report["evidence"]["reason"]
+
+
+def _later(true: Truth, report: dict) -> bool:
+    """Whether no order has fewer conditions than the true pose, and the last has as many."""
+    kmax = len(true.ranks) - 1
+    found = [order["rank"] for order in report["orders"]]
+    more = all(rank >= true.ranks[min(k, kmax)] for k, rank in enumerate(found))
+    return more and report["rank"] == true.rank
 
 
 def _single(names) -> list[str]:

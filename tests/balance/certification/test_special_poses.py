@@ -62,7 +62,7 @@ def test_joints_rest_around_the_shortest_loop(tmp_path):
     assert not joints_shown_at_rest(chain, [names.index("j0")])
 
 
-@pytest.mark.parametrize("digits", [9, 12, 16, 17])
+@pytest.mark.parametrize("digits", [pytest.param(9, marks=pytest.mark.slow), 12, 16, 17])
 def test_orders_of_a_special_pose_in_turned_frames(digits, tmp_path):
     """The ranks by order are those of the decimals, and the notice says so."""
     true = truth(ALIGNED)
@@ -124,3 +124,22 @@ def test_exact_decimals_of_six_digits_leave_no_doubt(tmp_path):
     space = certified(urdf(linkage), tmp_path, spatial=True)
     assert (space.rank, space.serial_nullity) == (true.rank, true.serial)
     assert (space.level, space.doubts) == ("verified", ())
+
+
+@pytest.mark.slow
+def test_coincidences_that_doubles_break_are_in_doubt(tmp_path):
+    """The centre of a ball joint lies on the axis of the crank, about which all links turn."""
+    joints = (
+        Joint("R", 0, 1, vector(2, 0, -2), vector(-1, 1, 1)),
+        Joint("R", 1, 2, vector(-1, 1, 1), vector(2, 0, 1)),
+        Joint("S", 2, 3, vector(2, 0, -2), AXES[0], AXES[1]),
+        Joint("R", 3, 4, vector(1, -1, -2), vector(0, 0, -2)),
+        Joint("R", 4, 0, vector(-1, 2, 2), vector(2, -1, 0), loop=True),
+    )
+    linkage = Linkage(joints, spatial=True)
+    true = truth(linkage)
+    exactly = certified(urdf(linkage), tmp_path, spatial=True)
+    assert (exactly.rank, exactly.doubts) == (true.rank, ()) == (5, ())
+    text = turned_text(linkage, np.random.default_rng(0), 17, True, "plain")
+    space = certified(text, tmp_path, spatial=True)
+    assert space.rank == true.rank or space.doubts

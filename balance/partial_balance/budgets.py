@@ -13,6 +13,7 @@ from balance.added_masses.counterweight import Counterweight, counterweight_of
 from balance.added_masses.lumps import lumps_of
 from balance.added_masses.regions import Region
 from balance.designs.clarabel_adapter import TRIANGLES
+from balance.designs.pseudo_inertia_cone import given_parameters
 from balance.partial_balance.elastic_frame import ElasticFrame
 from balance.partial_balance.least_shaking import CapsConflict, LeastShaking
 from balance.partial_balance.results import ParetoFront, PartialBalance
@@ -28,12 +29,14 @@ from balance.verification.trajectory import Trajectory
 from kinematics.errors import UsageError
 from kinematics.model.arrays import freeze
 from kinematics.model_gallery import LinkageLike, as_linkage
-from kinematics.wording import number_text, size_text
+from kinematics.wording import size_text
 
 __all__ = ["pareto", "partial", "single"]
 
 Array = NDArray[np.float64]
 
+# Part of the shaking that matter saves, up to which it is told to be hardly worth its mass.
+HARDLY_SAVED = 1e-3
 # Largest budget of a front without one, in masses of the linkage.
 UNLIMITED = 100.0
 
@@ -229,20 +232,22 @@ def _result(
     weights = _weights(problem, best.s)
     share = best.value / (given.objective or 1.0)
     mass = sum(one.mass for one in weights)
+    mass_text = size_text(mass, ".4g", float(given_parameters(problem.space)[:, 0].sum()))
     left_over = size_text(share, ".3g", floor=SHAKING_GAP_PROVED)
     what = f"{left_over} of the {problem.objective} in the file"
     if problem.program.balanced and not weights:
         text = "optimal: the masses in the file are balanced, and nothing is added"
         verdict: Literal["optimal", "undecided"] = "optimal"
     elif gap <= SHAKING_GAP_PROVED:
-        text = (
-            f"optimal: {number_text(mass)} kg leave {what}, and nothing in the "
-            "regions does better"
-        )
+        text = f"optimal: {mass_text} kg leave {what}, and nothing in the regions does better"
         verdict = "optimal"
     else:
-        text = f"undecided: {number_text(mass)} kg leave {what}; {gap:.1e} of it may be saved"
+        text = f"undecided: {mass_text} kg leave {what}; {gap:.1e} of it may be saved"
         verdict = "undecided"
+    if weights and share > 1.0 - HARDLY_SAVED:
+        text += (
+            f"; it saves less than {HARDLY_SAVED:.1%}: matter there is hardly worth its mass"
+        )
     z = freeze(problem.matter.parameters(best.s))
     return PartialBalance(
         problem.space, budget, verdict, text, given, found, best.bound, weights, z

@@ -30,6 +30,7 @@ RANK = 1e-9
 FREE = {
     "revolute": (1, 0), "continuous": (1, 0), "prismatic": (0, 1), "fixed": (0, 0),
     "floating": (3, 3), "free": (3, 3), "ball": (3, 0), "spherical": (3, 0),
+    "planar": (1, 2),
 }  # fmt: skip
 
 
@@ -89,7 +90,7 @@ def mobility_of(links, joints, mimics):
 
 
 def read_urdf(path):
-    root = ET.parse(path).getroot()
+    root = ET.fromstring(path.read_bytes().strip())
     joints = [x for x in root.findall("joint") if x.find("parent") is not None]
     children = {x.find("child").get("link"): x for x in joints}
     (base,) = [x.get("name") for x in root.findall("link") if x.get("name") not in children]

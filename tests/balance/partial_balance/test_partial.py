@@ -212,6 +212,19 @@ def test_nothing_is_added_to_what_is_balanced(reach):
     assert capped.verdict == "infeasible"
 
 
+def test_a_budget_that_saves_next_to_nothing_is_told():
+    """Both sides of 0.1 % of the shaking in the file."""
+    space = design_space("four_bar_general", balance="dynamic")
+    links = [body.name for body in space.linkage.bodies][:2]
+    told = []
+    for budget in (1e-5, 1e-4, 1e-3, 0.5):
+        answer = partial(space, links, budget, trajectories=motions(space.linkage))
+        left = answer.found.objective / answer.given.objective
+        told.append("hardly worth its mass" in answer.words)
+        assert told[-1] == (left > 1 - 1e-3 and bool(answer.weights))
+    assert any(told) and not told[-1]
+
+
 def test_the_lightest_of_the_best_designs_is_found():
     """With less mass than it has, something is left."""
     space, add = design_space("slider_crank", max_order=0), ["crank", "coupler", "slider"]

@@ -1,0 +1,51 @@
+"""The second route to the mobility of robot files agrees with the product, and with theory."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import kinematics
+from kinematics import gallery
+from tests.independent.robot_folder import judge, mobility_of, other_mobility
+from tests.support.sdf_text import sdf_of
+
+
+def joint(name, kind, point, axis, before, after):
+    H = np.eye(4)
+    H[:3, 3] = point
+    return name, kind, H, np.array(axis, dtype=float), before, after
+
+
+def test_the_mobility_of_four_bars_and_of_an_arm():
+    """Grashof's four-bar has one freedom; the same with three bars has none; an arm has two."""
+    z, corners = (0, 0, 1), [(0, 0, 0), (0, 1, 0), (2, 1.5, 0), (2, 0, 0)]
+    pairs = [(None, 0), (0, 1), (1, 2), (2, None)]
+    bars = [
+        joint(f"j{k}", "revolute", p, z, *pair)
+        for k, (p, pair) in enumerate(zip(corners, pairs, strict=True))
+    ]
+    assert mobility_of(3, bars, []) == 1
+    assert mobility_of(2, [*bars[:2], joint("j", "revolute", corners[2], z, 1, None)], []) == 0
+    assert mobility_of(2, bars[:2], []) == 2
+    assert mobility_of(2, bars[:2], [("j1", "j0", -1.0)]) == 1
+    skew = [joint("b", "ball", corners[3], z, 2, None)]
+    assert mobility_of(3, [*bars[:3], *skew], []) == 1
+
+
+@pytest.mark.parametrize("name", ["four_bar_general", "five_bar", "six_bar_watt"])
+def test_loops_in_sdf(name, tmp_path):
+    path = tmp_path / "model.sdf"
+    path.write_text(sdf_of(gallery()[name], "model"))
+    mobility, why = other_mobility(path, False)
+    assert not why and mobility == kinematics.load(path).mobility
+
+
+@pytest.mark.parametrize(
+    ("code", "seconds", "other", "verdict"),
+    [(0, 1, 3, "right"), (0, 1, 2, "differs"), (4, 1, 2, "unsure"), (3, 1, None, "refused"),
+     (70, 1, None, "crashed"), (0, 21, 3, "slow")],
+)  # fmt: skip
+def test_verdicts(code, seconds, other, verdict):
+    record = {"code": code, "seconds": seconds, "megabytes": 100, "other": other, "mobility": 3}
+    assert judge(record) == verdict

@@ -24,8 +24,8 @@ from balance.cli import (
     paths,
     remedies,
     report,
-    subcommands,
     sweep,
+    sweep_show,
     synthesize,
     verify,
 )
@@ -209,7 +209,12 @@ def test_what_nobody_foresaw_exits_with_70(verb, error, monkeypatch):
         raise error
 
     first = {"flex": ["modes"], "sweep": ["show", "a.db"], "discover": ["show", "a.db"]}
-    monkeypatch.setattr(subcommands if verb in first else COMMANDS[verb], "_run", broken)
+    below = {
+        "flex": (flex, "_modes"), "sweep": (sweep_show, "_show"),
+        "discover": (discover, "_show"),
+    }  # fmt: skip
+    module, run_command = below.get(verb, (COMMANDS[verb], "_run"))
+    monkeypatch.setattr(module, run_command, broken)
     model = ["five_bar"] * (verb not in WITHOUT_MODEL)
     words = [verb, *first.get(verb, model), "--json"]
     words += POSITIONS * (verb == "synthesize")

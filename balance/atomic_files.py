@@ -90,7 +90,7 @@ def check_outputs(
         places[place] = option
     read = [] if force else [path for path in inputs if os.path.isfile(path)]
     for option, path in outputs.items():
-        if os.path.isfile(path) and any(os.path.samefile(path, one) for one in read):
+        if os.path.isfile(path) and any(os.path.samefile(path, source) for source in read):
             raise UsageError(
                 f"{clean(path, 1000)}: {option} would replace a file that is read; give "
                 "another path, or --force"
@@ -110,13 +110,13 @@ def _unwritable(path: str | os.PathLike[str], error: OSError) -> FileError:
 def is_stream(target: str) -> bool:
     """Whether a path is a pipe or a device, or a standard stream of this process."""
     try:
-        found = os.stat(target)
+        status = os.stat(target)
     except OSError:
         return False
-    if not (stat.S_ISREG(found.st_mode) or stat.S_ISDIR(found.st_mode)):
+    if not (stat.S_ISREG(status.st_mode) or stat.S_ISDIR(status.st_mode)):
         return True
     for number in (1, 2):
         with suppress(OSError):
-            if os.path.samestat(found, os.fstat(number)):
+            if os.path.samestat(status, os.fstat(number)):
                 return True
     return False

@@ -29,14 +29,14 @@ def quoted(names: Iterable[str]) -> str:
     return ", ".join(texts[:MAX_NAMES]) + rest
 
 
-def closest_names(name: str, known: Iterable[str]) -> str:
+def closest_names(name: str, candidates: Iterable[str]) -> str:
     """List the known names, quoted, or the few most like ``name`` if there are many.
 
     Args:
         name: a name that is not known.
-        known: the known ones.
+        candidates: the names to choose from.
     """
-    names = list(known)
+    names = list(candidates)
     if len(names) > MAX_NAMES:
         short = [other for other in names[:2000] if len(other) < 80]
         like = get_close_matches(name[:80], short, MAX_NAMES, 0.5)

@@ -60,15 +60,15 @@ def robots() -> dict[str, Path]:
     Returns:
         The path of each URDF file, by name.
     """
-    found: dict[str, dict[str, Path]] = {}
+    files: dict[str, dict[str, Path]] = {}
     for folder in _shares():
         # 'x_robot.urdf' sorts after 'x.urdf', which is then its empty wrapper.
         for path in sorted(folder.glob("*/*/*.urdf")):
             home = path.parents[1].name.removesuffix("_description")
-            found.setdefault(path.stem.removesuffix("_robot"), {})[home] = path
+            files.setdefault(path.stem.removesuffix("_robot"), {})[home] = path
     return {
         name if len(homes) == 1 else home: path
-        for name, homes in sorted(found.items())
+        for name, homes in sorted(files.items())
         for home, path in homes.items()
     }
 
@@ -106,16 +106,16 @@ def find(model: str | PathLike[str]) -> Path:
     path = Path(model)
     if isfile(path) or len(path.parts) != 1 or path.suffix.lower() in SUFFIXES:
         return path
-    known = gallery()
-    if path.name in known:
-        return known[path.name]
+    models = gallery()
+    if path.name in models:
+        return models[path.name]
     from kinematics.error_text import clean, closest_names
 
     others = robots()
     name = path.name.removesuffix("_robot")
     if name in others:
         return others[name]
-    named = [*known, *(other for other in others if other not in known)]
+    named = [*models, *(other for other in others if other not in models)]
     like = [other for other in named if name in other] or named
     remedy = f"give a path, or a name such as {closest_names(name, like)}"
     if not others:
@@ -203,13 +203,13 @@ def _check_options(bodies: str, angles: str) -> None:
     from kinematics.error_text import clean
     from kinematics.urdf.rounded_angles import ANGLE_READINGS
 
-    for option, value, known in (
+    for option, value, choices in (
         ("bodies", bodies, BODIES),
         ("angles", angles, ANGLE_READINGS),
     ):
-        if value not in known:
+        if value not in choices:
             problem = f"{option} '{clean(str(value))}' unknown"
-            raise LinkageError(f"{problem}; choose from {', '.join(known)}")
+            raise LinkageError(f"{problem}; choose from {', '.join(choices)}")
 
 
 def as_linkage(model: LinkageLike) -> Linkage:

@@ -57,11 +57,11 @@ def warm_up_many_poses(linkages: Sequence[Linkage]) -> Iterator[None]:
 
 def smallest_linkages() -> list[Linkage]:
     """Find the smallest linkage of each kind in the gallery."""
-    found: dict[tuple[bool, ...], Linkage] = {}
+    linkages: dict[tuple[bool, ...], Linkage] = {}
     for linkage in sorted(map(load, gallery().values()), key=_size):
         kind = linkage.planar, linkage.mobility > 1, bool(linkage.loops), bool(linkage.mimics)
-        found.setdefault(kind, linkage)
-    return list(found.values())
+        linkages.setdefault(kind, linkage)
+    return list(linkages.values())
 
 
 def _size(linkage: Linkage) -> int:

@@ -40,16 +40,16 @@ NEAR_FLOOR = 0.95
 HTML_ROWS = 12
 
 
-def check_summary(found: NamedTuple, **floors: float) -> str:
+def check_summary(check: NamedTuple, **floors: float) -> str:
     """Summarise the result of a check in a line: ``Check: accepted, error below 1e-12``.
 
     Fields beside one another of the same text share it: ``error and gap below 1e-12``.
 
     Args:
-        found: the result, its verdict first.
+        check: the result, its verdict first.
         floors: for fields by name, the floor of `size_text` if it is another one.
     """
-    (name, verdict), *rest = found._asdict().items()
+    (name, verdict), *rest = check._asdict().items()
     word = name if verdict else f"not {name}"
     sizes = (
         (label, size_text(x, ".2g", floor=floors.get(label, SIZE_DETERMINED)))
@@ -59,7 +59,7 @@ def check_summary(found: NamedTuple, **floors: float) -> str:
     for text, group in groupby(sizes, key=itemgetter(1)):
         *labels, last = (label for label, _ in group)
         facts.append(f"{', '.join(labels)} and {last} {text}" if labels else f"{last} {text}")
-    return ", ".join([f"{type(found).__name__}: {word}", *facts])
+    return ", ".join([f"{type(check).__name__}: {word}", *facts])
 
 
 def size_text(

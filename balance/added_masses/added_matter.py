@@ -127,8 +127,8 @@ def parameters_per_moment(space: DesignSpace, regions: Mapping[int, Region]) -> 
     places = np.array([region.place for region in regions.values()]).reshape(-1, 1, 4, 4)
     H = space.frames[list(regions), None] @ places
     z = from_pseudo_inertia(H @ symmetric_basis() @ H.mT).reshape(-1, 10)
-    own = to_chain(z, space.chain.frame, space.planar, space.balance == "force")
-    return np.asarray(own.reshape(len(regions), 10, -1).mT)
+    chain_z = to_chain(z, space.chain.frame, space.planar, space.balance == "force")
+    return np.asarray(chain_z.reshape(len(regions), 10, -1).mT)
 
 
 def homogeneous(points: ArrayLike) -> Array:
@@ -146,12 +146,12 @@ def homogeneous(points: ArrayLike) -> Array:
 def _tetrahedra_cone(region: Region) -> MomentCone:
     """Describe the pseudo-inertias of measures in a box or hull."""
     S, corners = symmetric_basis(), homogeneous(region.vertices)
-    tetrahedra = [corners[one].T for one in partition(region)]
+    tetrahedra = [corners[tetrahedron].T for tetrahedron in partition(region)]
     matrices = np.concatenate([V @ S @ V.T for V in tetrahedra])
     entries = np.array([S[:, i, j] for i in range(4) for j in range(i + 1, 4)])
     count = len(tetrahedra)
-    own = np.vstack([np.eye(10), entries])
-    rows = np.kron(np.eye(count), own)
+    block = np.vstack([np.eye(10), entries])
+    rows = np.kron(np.eye(count), block)
     parts = (ConstraintBlock("psd_triangle", 4), ConstraintBlock("nonnegative", 6)) * count
     return MomentCone(matrices, rows, parts, True)
 
@@ -162,10 +162,14 @@ def partition(region: Region) -> list[list[int]]:
     Each has the first corner and a facet that does not contain it.
     """
     v = region.vertices
-    found = [[0, *map(int, facet)] for facet in region.triangles]
-    volumes = [abs(float(np.linalg.det(v[one[1:]] - v[0]))) for one in found]
+    tetrahedra = [[0, *map(int, facet)] for facet in region.triangles]
+    volumes = [
+        abs(float(np.linalg.det(v[tetrahedron[1:]] - v[0]))) for tetrahedron in tetrahedra
+    ]
     return [
-        one for one, volume in zip(found, volumes, strict=True) if volume > TETRAHEDRON_FLAT
+        tetrahedron
+        for tetrahedron, volume in zip(tetrahedra, volumes, strict=True)
+        if volume > TETRAHEDRON_FLAT
     ]
 
 

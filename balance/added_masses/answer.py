@@ -137,8 +137,8 @@ class Counterweights:
             "certificate": None if self.certificate is None else self.certificate.tolist(),
             "check": self.check._asdict() if self.check else None,
             "relaxations": [
-                {"link": one.link, "factor": one.factor, "mass": one.mass}
-                for one in self.relaxations
+                {"link": relaxation.link, "factor": relaxation.factor, "mass": relaxation.mass}
+                for relaxation in self.relaxations
             ],
             "words": self.words,
         }  # fmt: skip

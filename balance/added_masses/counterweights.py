@@ -57,21 +57,21 @@ def counterweights(
     Example:
         >>> import balance
         >>> space = balance.design_space("robot.urdf", balance="force")
-        >>> found = balance.counterweights(space, ["crank", "rocker"])
-        >>> found.verdict
+        >>> answer = balance.counterweights(space, ["crank", "rocker"])
+        >>> answer.verdict
         'feasible'
     """
     if minimise not in get_args(AddedObjective):
         raise ValueError(f"minimise must be one of {', '.join(get_args(AddedObjective))}")
-    own = regions_of(space, add, regions or {})
+    body_regions = regions_of(space, add, regions or {})
     if space.planar and space.balance == "dynamic":
         wider = design_space(space.linkage, space.motion, spatial=True)
         space = certify(wider) if isinstance(space, CertifiedSpace) else wider
-    found = decide(space, own, minimise)
-    known = regions or {}
-    found = replace(found, chosen=tuple(name for name in found.regions if name not in known))
-    if found.verdict != "infeasible" or not relax:
-        return found
-    helps = single_relaxations(space, own)
-    text = f"{found.words}; {helps[0].words}" if helps else found.words
-    return replace(found, relaxations=helps, words=text)
+    answer = decide(space, body_regions, minimise)
+    given = regions or {}
+    answer = replace(answer, chosen=tuple(name for name in answer.regions if name not in given))
+    if answer.verdict != "infeasible" or not relax:
+        return answer
+    helps = single_relaxations(space, body_regions)
+    text = f"{answer.words}; {helps[0].words}" if helps else answer.words
+    return replace(answer, relaxations=helps, words=text)

@@ -44,10 +44,10 @@ def missing_points(
     Returns:
         New points (1, 3), by position of the link; empty if there are none, or enough.
     """
-    found, kinds = {}, list(regions.values())
-    for k, known in points.items():
+    new_points, kinds = {}, list(regions.values())
+    for k, existing in points.items():
         least, at = minimise_in_region(kinds[k], forms[k])
         size = float(np.abs(forms[k]).max())
-        if least < -PRICE_NEGATIVE * size and len(known) < MOST_POINTS:
-            found[k] = at[None]
-    return found
+        if least < -PRICE_NEGATIVE * size and len(existing) < MOST_POINTS:
+            new_points[k] = at[None]
+    return new_points

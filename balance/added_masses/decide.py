@@ -70,9 +70,9 @@ def decide(
     added = program.unit * float(solution.moments[:, 3, 3].sum())
     # Of a mass that certificates exclude, the dual is a certificate.
     if solution.infeasible or not added < MASS_EXCLUDED * given_mass:
-        found = _proved(blank, regions, program.lift @ solution.dual)
-        if found.verdict == "infeasible":
-            return found
+        answer = _proved(blank, regions, program.lift @ solution.dual)
+        if answer.verdict == "infeasible":
+            return answer
         return _proved(blank, regions, program.lift @ certificate_dual(program))
     return _balanced(blank, program, solution)
 
@@ -128,21 +128,21 @@ def _balanced(
     z = _with_lumps(program, lumps)
     residual = balance_residual(space, z)
     inside = all(
-        not one.masses.size or float(region.excess(one.points).max()) <= INSIDE_REGION
-        for region, one in zip(kinds, lumps, strict=True)
+        not cluster.masses.size or float(region.excess(cluster.points).max()) <= INSIDE_REGION
+        for region, cluster in zip(kinds, lumps, strict=True)
     )
     if not (inside and residual <= COUNTERWEIGHT_RESIDUAL):
         return blank
     if not space.sure:
         return replace(blank, words=f"undecided: {UNSETTLED}")
-    value, priced = added_objective(program, [one.moments for one in lumps])
+    value, priced = added_objective(program, [cluster.moments for cluster in lumps])
     prices = least_values(kinds, solution.forms)
-    added = sum(float(one.masses.sum()) for one in lumps)
+    added = sum(float(cluster.masses.sum()) for cluster in lumps)
     bound = solution.bound + added * float(prices.min(initial=0.0))
     weights = tuple(
-        counterweight_of(space.bodies[b], region, one, program.unit)
-        for (b, region), one in zip(program.regions.items(), lumps, strict=True)
-        if one.masses.size
+        counterweight_of(space.bodies[b], region, cluster, program.unit)
+        for (b, region), cluster in zip(program.regions.items(), lumps, strict=True)
+        if cluster.masses.size
     )
     total = sum(weight.mass for weight in weights)
     return replace(
@@ -159,7 +159,7 @@ def _with_lumps(program: AddedProgram, lumps: Sequence[Lumps]) -> Array:
     b = list(program.regions)
     places = np.array([region.place for region in program.regions.values()])
     H = program.space.frames[b] @ places
-    moments = np.array([one.moments for one in lumps])
+    moments = np.array([cluster.moments for cluster in lumps])
     z[b] += program.unit * from_pseudo_inertia(H @ moments @ H.mT)
     return z
 
@@ -171,7 +171,7 @@ def balance_residual(space: DesignSpace, z: Array) -> float:
         space: the design space.
         z: parameters (bodies, 10) about the inertial origin, SI units.
     """
-    own = to_chain(z, space.chain.frame, space.planar, space.balance == "force")
-    size = float(np.linalg.norm(own, axis=1).sum())
-    rest = project_out(own.reshape(-1), space.scaled_basis)
+    chain_z = to_chain(z, space.chain.frame, space.planar, space.balance == "force")
+    size = float(np.linalg.norm(chain_z, axis=1).sum())
+    rest = project_out(chain_z.reshape(-1), space.scaled_basis)
     return float(np.linalg.norm(rest)) / (size or 1.0)

@@ -60,7 +60,7 @@ def check_exclusion(
     """Check a certificate without the solver.
 
     With the residual δ of orthogonality, added matter of mass M gives the sum at most
-    ``-left + δ |z| + M (g + δ s)``, where g is the largest value of w on a unit point mass in
+    ``-margin + δ |z| + M (g + δ s)``, where g is the largest value of w on a unit point mass in
     a region, and s bounds the parameters of such a mass. The maximum of the quadratic
     polynomial is computed exactly; see `minimise_in_region`.
 
@@ -78,7 +78,7 @@ def check_exclusion(
     force = space.balance == "force"
     given = to_chain(file, space.chain.frame, space.planar, force).reshape(-1)
     slip = float(np.linalg.norm(space.scaled_basis.T @ w))
-    left = -float(w @ given) - slip * float(np.linalg.norm(given))
+    margin = -float(w @ given) - slip * float(np.linalg.norm(given))
     per_moment = parameters_per_moment(space, regions)
     parts = w.reshape(len(space.bodies), 1, -1)[list(regions)]
     forms = (parts @ per_moment)[:, 0] @ TRIANGLES[4].T
@@ -86,10 +86,10 @@ def check_exclusion(
     # The size of [u; 1][u; 1]ᵀ is at most 4 in a box, the largest of the shapes.
     slips = slip * 4.0 * np.linalg.norm(per_moment, 2, axis=(1, 2))
     gain = float((most + slips).max(initial=0.0))
-    excluded = 0.0 if left <= 0.0 else left / gain if gain > 0.0 else np.inf
+    excluded = 0.0 if margin <= 0.0 else margin / gain if gain > 0.0 else np.inf
     enough = excluded >= MASS_EXCLUDED * float(file[:, 0].sum())
-    accepted = bool(slip <= CERTIFICATE_ORTHOGONAL and left > 0.0 and enough)
-    return Exclusion(accepted, slip, left, float(excluded))
+    accepted = bool(slip <= CERTIFICATE_ORTHOGONAL and margin > 0.0 and enough)
+    return Exclusion(accepted, slip, margin, float(excluded))
 
 
 def describe_exclusion(

@@ -85,10 +85,10 @@ def default_region(space: DesignSpace, body: int) -> Region:
         space: the design space.
         body: position of the body.
     """
-    own = space.linkage.bodies[body]
-    points = joint_points(space, own)
-    if own.inertia[0] > 0.0:
-        points = [*points, own.inertia[1:4] / own.inertia[0]]
+    link = space.linkage.bodies[body]
+    points = joint_points(space, link)
+    if link.inertia[0] > 0.0:
+        points = [*points, link.inertia[1:4] / link.inertia[0]]
     away = np.array(points) - points[0]
     length = math.sqrt(float((away * away).sum(axis=1).max()))
     if length <= LINK_LENGTH_ZERO * space.chain.frame.length:
@@ -126,7 +126,7 @@ def distant_regions(
         space: the design space.
         regions: region of a body, or its text, by name; unknown names are left out.
     """
-    limit, found = DISTANT * space.chain.frame.length, []
+    limit, notices = DISTANT * space.chain.frame.length, []
     for name, given in regions.items():
         if name not in space.bodies or (isinstance(given, str) and given.strip() == COLLISION):
             continue
@@ -137,8 +137,8 @@ def distant_regions(
                 f"the region of '{name}' reaches {away:.3g} m from the origin of the link, and "
                 f"the linkage is {space.chain.frame.length:.3g} m large: regions are in metres"
             )
-            found.append(Notice("region_far", text))
-    return tuple(found)
+            notices.append(Notice("region_far", text))
+    return tuple(notices)
 
 
 def _check_body(space: DesignSpace, name: str) -> None:

@@ -98,29 +98,29 @@ def refine_lumps(
         target: their values (ρ,).
         lumps: lumps of each link.
     """
-    owner = np.repeat(np.arange(len(lumps)), [one.masses.size for one in lumps])
+    owner = np.repeat(np.arange(len(lumps)), [cluster.masses.size for cluster in lumps])
     if not owner.size:
         return list(lumps)
-    kinds, own = [regions[int(k)] for k in owner], rows[owner]
-    found = Lumps(*(np.concatenate(part) for part in zip(*lumps, strict=True)))
-    best, least, stalls = found, np.inf, 0
+    kinds, conditions = [regions[int(k)] for k in owner], rows[owner]
+    trial = Lumps(*(np.concatenate(part) for part in zip(*lumps, strict=True)))
+    best, least, stalls = trial, np.inf, 0
     for _ in range(MOST_STEPS):
-        p = homogeneous(found.points)
-        values = found.masses[:, None] * _values(own, p[:, :, None] * p[:, None, :])
+        p = homogeneous(trial.points)
+        values = trial.masses[:, None] * _values(conditions, p[:, :, None] * p[:, None, :])
         error = target - values.sum(axis=0)
         size = float(np.linalg.norm(error))
         stalls += size > 0.5 * least
         if size < least:
-            best, least = found, size
+            best, least = trial, size
         terms = float(np.linalg.norm(target)) + float(np.linalg.norm(values, axis=1).sum())
         if stalls > MOST_STALLS or size <= LUMP_RESIDUAL * terms:
             break
-        along = _along(kinds, found.points)
-        slopes = found.masses[:, None, None] * (along @ _slopes(own, p))
+        along = _along(kinds, trial.points)
+        slopes = trial.masses[:, None, None] * (along @ _slopes(conditions, p))
         J = np.concatenate([values[:, None], slopes], axis=1).reshape(-1, target.size).T
         step = np.linalg.lstsq(J, error, rcond=FIXED_RANK_RELATIVE)[0]
-        found = _moved(kinds, found, step.reshape(-1, 4), along)
-    ends = np.cumsum([one.masses.size for one in lumps])[:-1]
+        trial = _moved(kinds, trial, step.reshape(-1, 4), along)
+    ends = np.cumsum([cluster.masses.size for cluster in lumps])[:-1]
     return list(map(Lumps, np.split(best.masses, ends), np.split(best.points, ends)))
 
 
@@ -136,11 +136,11 @@ def fewer_lumps(rows: Array, costs: Array, lumps: Sequence[Lumps]) -> list[Lumps
         costs: cost of each ΔP, likewise (links, 10).
         lumps: lumps of each link that fulfil the conditions.
     """
-    owner = np.repeat(np.arange(len(lumps)), [one.masses.size for one in lumps])
+    owner = np.repeat(np.arange(len(lumps)), [cluster.masses.size for cluster in lumps])
     if not owner.size:
         return list(lumps)
-    points = np.concatenate([one.points for one in lumps])
-    masses, p = np.concatenate([one.masses for one in lumps]), homogeneous(points)
+    points = np.concatenate([cluster.points for cluster in lumps])
+    masses, p = np.concatenate([cluster.masses for cluster in lumps]), homogeneous(points)
     products = triangles(p[:, :, None] * p[:, None, :])
     A = np.einsum("nrj,nj->rn", rows[owner], products)
     prices = np.einsum("nj,nj->n", costs[owner], products)
@@ -160,20 +160,20 @@ def fewer_lumps(rows: Array, costs: Array, lumps: Sequence[Lumps]) -> list[Lumps
         first = first_least(step)
         masses[kept] = np.maximum(masses[kept] + step[first] * change, 0.0)
         masses[kept[first]] = 0.0
-    own = [(owner == k) & (masses > 0.0) for k in range(len(lumps))]
-    return [Lumps(masses[mine], points[mine]) for mine in own]
+    masks = [(owner == k) & (masses > 0.0) for k in range(len(lumps))]
+    return [Lumps(masses[mask], points[mask]) for mask in masks]
 
 
-def _values(own: Array, P: Array) -> Array:
+def _values(conditions: Array, P: Array) -> Array:
     """Compute the conditions (n, ρ, 10) of pseudo-inertias (n, 4, 4): values (n, ρ)."""
-    return np.asarray((own @ triangles(P)[:, :, None])[:, :, 0])
+    return np.asarray((conditions @ triangles(P)[:, :, None])[:, :, 0])
 
 
-def _slopes(own: Array, p: Array) -> Array:
+def _slopes(conditions: Array, p: Array) -> Array:
     """Compute derivatives (n, 3, ρ) of the conditions in moves of unit masses at p (n, 4)."""
     turn = np.zeros((len(p), 3, 4, 4))
     turn[:, range(3), range(3)] = p[:, None]
-    return np.asarray(triangles(turn + turn.mT) @ own.mT)
+    return np.asarray(triangles(turn + turn.mT) @ conditions.mT)
 
 
 def _along(kinds: Sequence[Region], points: Array) -> Array:
@@ -183,8 +183,8 @@ def _along(kinds: Sequence[Region], points: Array) -> Array:
         kinds: region of each point.
         points: points (n, 3) in unit coordinates.
     """
-    found = np.tile(np.eye(3), (len(points), 1, 1))
-    for P, region, u in zip(found, kinds, points, strict=True):
+    projections = np.tile(np.eye(3), (len(points), 1, 1))
+    for P, region, u in zip(projections, kinds, points, strict=True):
         normals = region.outward(u, LUMP_ON_SURFACE)
         if len(normals) == 1:
             P -= np.outer(normals[0], normals[0])
@@ -192,7 +192,7 @@ def _along(kinds: Sequence[Region], points: Array) -> Array:
             V = np.linalg.svd(normals, full_matrices=True)[2]
             free = V[np.linalg.matrix_rank(normals, tol=INSIDE_REGION) :]
             P[:] = free.T @ free
-    return found
+    return projections
 
 
 def _moved(kinds: Sequence[Region], lumps: Lumps, step: Array, along: Array) -> Lumps:
@@ -215,26 +215,28 @@ def _products(region: Region, P: Array) -> Lumps:
     """Split a matrix of a ball or ellipsoid into products ``p pᵀ`` of points inside."""
     w, V = np.linalg.eigh(P)
     kept = w > LUMP_MASS_ZERO * w[-1]
-    left = list((V[:, kept] * np.sqrt(w[kept])).T)
+    pending = list((V[:, kept] * np.sqrt(w[kept])).T)
     G = np.diag([-1.0, -1.0, -1.0, 1.0])
-    mean = sum(float(p @ G @ p) for p in left) / len(left)
+    mean = sum(float(p @ G @ p) for p in pending) / len(pending)
     done: list[Array] = []
-    while len(left) > 1:
-        own = [float(p @ G @ p) for p in left]
-        size = max(map(abs, own))
-        low, high = first_least(own, size), first_largest(own, size)
-        if low == high or own[high] - own[low] <= 0.0:
+    while len(pending) > 1:
+        squares = [float(p @ G @ p) for p in pending]
+        size = max(map(abs, squares))
+        low, high = first_least(squares, size), first_largest(squares, size)
+        if low == high or squares[high] - squares[low] <= 0.0:
             break
-        p, q = left[low], left[high]
+        p, q = pending[low], pending[high]
         # (q·Gq - mean) t² + 2 (p·Gq) t + (p·Gp - mean) = 0
-        roots = np.roots([own[high] - mean, 2.0 * float(p @ G @ q), own[low] - mean])
+        roots = np.roots([squares[high] - mean, 2.0 * float(p @ G @ q), squares[low] - mean])
         t = float(roots.real[0]) if roots.size else 0.0
         size = np.hypot(1.0, t)
         done.append((p + t * q) / size)
-        left = [x for k, x in enumerate(left) if k not in (low, high)] + [(q - t * p) / size]
-    found = np.array(done + left)
-    found = found[found[:, 3] ** 2 > LUMP_MASS_ZERO * P[3, 3]]
-    return Lumps(found[:, 3] ** 2, _inside(region, found[:, :3] / found[:, 3:]))
+        pending = [x for k, x in enumerate(pending) if k not in (low, high)] + [
+            (q - t * p) / size
+        ]
+    vectors = np.array(done + pending)
+    vectors = vectors[vectors[:, 3] ** 2 > LUMP_MASS_ZERO * P[3, 3]]
+    return Lumps(vectors[:, 3] ** 2, _inside(region, vectors[:, :3] / vectors[:, 3:]))
 
 
 def _fitted(region: Region, P: Array) -> Lumps:

@@ -140,10 +140,10 @@ def build_added_program(
     rows = V[:rank].reshape(rank, len(regions), 10).transpose(1, 0, 2)
     cost, inertia, scale, constant = _objective(space, regions, minimise, file, unit)
     # Twice, because what is left may be much smaller than r.
-    left = conditions.T @ project_out(project_out(r, U[:, :rank]), U[:, :rank])
+    remainder = conditions.T @ project_out(project_out(r, U[:, :rank]), U[:, :rank])
     return AddedProgram(
-        space, regions, unit, rows, r @ kept, conditions.T @ kept, left, given, cost, inertia,
-        scale, constant, 0.0 if minimise == "mass" else IDLE_MASS_PRICE,
+        space, regions, unit, rows, r @ kept, conditions.T @ kept, remainder, given, cost,
+        inertia, scale, constant, 0.0 if minimise == "mass" else IDLE_MASS_PRICE,
     )  # fmt: skip
 
 
@@ -178,11 +178,11 @@ def _least_errors(program: AddedProgram, cones: tuple[MomentCone, ...]) -> Added
     more[: len(rows), :count] = rows
     more[:rank, count:] = np.hstack([np.eye(rank), -np.eye(rank)])
     more[len(rows) :, count:] = np.eye(2 * rank)
-    found = solve_conic(
+    solution = solve_conic(
         np.append(q, np.ones(2 * rank)), more, np.append(offset, np.zeros(2 * rank)),
         [*parts, ConstraintBlock("nonnegative", 2 * rank)],
     )  # fmt: skip
-    dual = found.dual[:rank]
+    dual = solution.dual[:rank]
     forms = -np.einsum("r,lrj->lj", dual, program.rows) @ TRIANGLES[4].T
     none = np.zeros((len(cones), 4, 4))
     return AddedSolution(True, none, dual, forms.reshape(-1, 4, 4), 0.0, cones)
@@ -199,14 +199,14 @@ def _with_points(
     if program.space.balance == "force" and program.idle == 0.0:
         # Neither the conditions nor the mass feel second moments.
         return solve(program, tuple(first_moment_cone(region) for region in kinds))
-    points = {k: first_points() for k, one in enumerate(kinds) if one.kind == "cylinder"}
-    exact = {k: moment_cone(one) for k, one in enumerate(kinds) if k not in points}
+    points = {k: first_points() for k, shape in enumerate(kinds) if shape.kind == "cylinder"}
+    exact = {k: moment_cone(shape) for k, shape in enumerate(kinds) if k not in points}
     while True:
         cones = exact | {k: lump_cone(p) for k, p in points.items()}
-        found = solve(program, tuple(cones[k] for k in range(len(cones))))
-        more = missing_points(program.regions, found.forms, points)
+        solution = solve(program, tuple(cones[k] for k in range(len(cones))))
+        more = missing_points(program.regions, solution.forms, points)
         if not more:
-            return found
+            return solution
         points = {
             k: np.concatenate([p, more[k]]) if k in more else p for k, p in points.items()
         }
@@ -252,15 +252,18 @@ def conic_arguments(
     parts, row = [ConstraintBlock("zero", rank)], rank
     offset[:rank] = -program.target
     for k, cone in enumerate(cones):
-        own, moments = slice(at[k], at[k + 1]), triangles(cone.matrices).T
-        rows[:rank, own], q[own] = program.rows[k] @ moments, program.cost[k] @ moments
-        rows[row : row + len(cone.rows), own] = cone.rows
+        columns, moments = slice(at[k], at[k + 1]), triangles(cone.matrices).T
+        rows[:rank, columns], q[columns] = program.rows[k] @ moments, program.cost[k] @ moments
+        rows[row : row + len(cone.rows), columns] = cone.rows
         parts += cone.parts
         row += len(cone.rows)
         if heavy:
-            own_rows = slice(row, row + 6)
-            rows[own_rows, own] = -program.inertia[0][k] @ moments
-            rows[own_rows, n], offset[own_rows] = triangles(np.eye(3)), -program.inertia[1][k]
+            inertia_rows = slice(row, row + 6)
+            rows[inertia_rows, columns] = -program.inertia[0][k] @ moments
+            rows[inertia_rows, n], offset[inertia_rows] = (
+                triangles(np.eye(3)),
+                -program.inertia[1][k],
+            )
             parts.append(ConstraintBlock("psd_triangle", 3))
             row += 6
     q[n:] = 1.0
@@ -270,19 +273,19 @@ def conic_arguments(
 def _solve(program: AddedProgram, cones: tuple[MomentCone, ...]) -> AddedSolution:
     """Solve the program with these cones."""
     q, rows, offset, parts = conic_arguments(program, cones)
-    found = solve_conic(q, rows, offset, parts)
+    solution = solve_conic(q, rows, offset, parts)
     at, rank = np.cumsum([0, *(len(cone.matrices) for cone in cones)]), program.target.size
     moments = np.array([
-        cone.matrices.T @ found.x[at[k] : at[k + 1]]
+        cone.matrices.T @ solution.x[at[k] : at[k + 1]]
         for k, cone in enumerate(cones)
     ])  # fmt: skip
-    dual = found.dual[:rank]
+    dual = solution.dual[:rank]
     flat = -np.einsum("r,lrj->lj", dual, program.rows)
-    if not found.infeasible:
-        flat = flat + program.cost + _inertia_prices(program, found.dual, cones)
+    if not solution.infeasible:
+        flat = flat + program.cost + _inertia_prices(program, solution.dual, cones)
     forms = (flat @ TRIANGLES[4].T).reshape(-1, 4, 4)
-    bound = -float(offset @ found.dual)
-    return AddedSolution(found.infeasible, moments, dual, forms, bound, cones)
+    bound = -float(offset @ solution.dual)
+    return AddedSolution(solution.infeasible, moments, dual, forms, bound, cones)
 
 
 def _inertia_prices(program: AddedProgram, dual: Array, cones: tuple[MomentCone, ...]) -> Array:
@@ -317,12 +320,12 @@ def _objective(
     area = space.length**2
     cost += IDLE_MASS_PRICE * S[:, 3, 3]
     if minimise == "inertia":
-        own, given = np.zeros((len(regions), 6, 10)), np.zeros((len(regions), 6))
+        added, given = np.zeros((len(regions), 6, 10)), np.zeros((len(regions), 6))
         for k, (b, region) in enumerate(regions.items()):
-            own[k] = _inertia_triangles(region.place @ S @ region.place.T).T / area
+            added[k] = _inertia_triangles(region.place @ S @ region.place.T).T / area
             F = np.linalg.inv(space.frames[b])
             given[k] = _inertia_triangles(F @ pseudo_inertia(file[b]) @ F.T) / (area * unit)
-        return cost, (own, given), unit * area, 0.0
+        return cost, (added, given), unit * area, 0.0
     frame, flat = space.chain.frame, [0, 1, 3] if space.planar else [0, 1, 2, 3]
     to_frame = np.eye(4)
     to_frame[:3, :3] = frame.R / frame.length

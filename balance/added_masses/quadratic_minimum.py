@@ -65,14 +65,14 @@ def least_values(regions: Sequence[Region], forms: Array) -> Array:
         regions: the regions.
         forms: symmetric matrices (n, 4, 4) in their unit coordinates.
     """
-    found = np.zeros(len(regions))
+    minima = np.zeros(len(regions))
     round_ones = [k for k, region in enumerate(regions) if region.ellipsoidal]
     if round_ones:
-        found[round_ones] = _minimise_in_balls(forms[round_ones])[0]
+        minima[round_ones] = _minimise_in_balls(forms[round_ones])[0]
     for k, region in enumerate(regions):
         if not region.ellipsoidal:
-            found[k] = minimise_in_region(region, forms[k])[0]
-    return found
+            minima[k] = minimise_in_region(region, forms[k])[0]
+    return minima
 
 
 def minimise_in_ball(form: ArrayLike) -> tuple[float, Array]:
@@ -145,11 +145,11 @@ def _face_candidates(region: Region, M: Array) -> Array:
     v, facets = region.vertices, region.triangles
     edges = {tuple(sorted((int(f[i]), int(f[i - 1])))) for f in facets for i in range(3)}
     ends = v[np.array(sorted(edges))]
-    found = [v, _stationary(M, ends[:, 0], (ends[:, 1] - ends[:, 0])[:, None])]
+    candidates = [v, _stationary(M, ends[:, 0], (ends[:, 1] - ends[:, 0])[:, None])]
     sides = v[facets]
-    found.append(_stationary(M, sides[:, 0], sides[:, 1:] - sides[:, :1]))
-    found.append(_stationary(M, np.zeros((1, 3)), np.eye(3)[None]))
-    return np.concatenate(found)
+    candidates.append(_stationary(M, sides[:, 0], sides[:, 1:] - sides[:, :1]))
+    candidates.append(_stationary(M, np.zeros((1, 3)), np.eye(3)[None]))
+    return np.concatenate(candidates)
 
 
 def _stationary(M: Array, origins: Array, directions: Array) -> Array:
@@ -173,11 +173,11 @@ def _stationary(M: Array, origins: Array, directions: Array) -> Array:
 
 def _cylinder_candidates(M: Array) -> Array:
     """List points of a cylinder that contain a minimiser."""
-    found = []
+    candidates = []
     for end in (-1.0, 1.0):
         T = np.zeros((4, 3))
         T[[0, 1, 3], [0, 1, 2]], T[2, 2] = 1.0, end
-        found.append([*minimise_in_ball(T.T @ M @ T)[1], end])
+        candidates.append([*minimise_in_ball(T.T @ M @ T)[1], end])
     scale = float(np.abs(M).max()) or 1.0
     if M[2, 2] > CURVATURE_ZERO * scale:
         # u_3 = -(c·u + d) / M33 on stationary lines; the rest is a form on the disc.
@@ -186,8 +186,8 @@ def _cylinder_candidates(M: Array) -> Array:
         T[[0, 1, 3], [0, 1, 2]], T[2] = 1.0, slope
         flat = T.T @ M @ T
         points = [*_stationary_on_circle(flat), minimise_in_ball(flat)[1]]
-        found += [[*u, slope[:2] @ u + slope[2]] for u in points]
-    return np.array(found)
+        candidates += [[*u, slope[:2] @ u + slope[2]] for u in points]
+    return np.array(candidates)
 
 
 def _stationary_on_circle(N: Array) -> list[Array]:

@@ -132,12 +132,12 @@ class Region:
         if self.ellipsoidal:
             size = float(np.linalg.norm(u))
             return np.reshape(u / size if size >= 1.0 - near else [], (-1, 3))
-        across, found = float(np.hypot(u[0], u[1])), []
+        across, normals = float(np.hypot(u[0], u[1])), []
         if across >= 1.0 - near:
-            found.append([u[0] / across, u[1] / across, 0.0])
+            normals.append([u[0] / across, u[1] / across, 0.0])
         if abs(u[2]) >= 1.0 - near:
-            found.append([0.0, 0.0, float(np.sign(u[2]))])
-        return np.reshape(found, (-1, 3)).astype(np.float64)
+            normals.append([0.0, 0.0, float(np.sign(u[2]))])
+        return np.reshape(normals, (-1, 3)).astype(np.float64)
 
     def contains(
         self, points: ArrayLike, tolerance: float = INSIDE_REGION
@@ -261,10 +261,10 @@ def hull_region(points: ArrayLike, text: str = "collision") -> Region:
 
 def _finite(numbers: ArrayLike, what: str) -> Array:
     """Convert to an array; raise UsageError for numbers that are not finite."""
-    found = np.asarray(numbers, dtype=np.float64)
-    if not np.isfinite(found).all():
+    values = np.asarray(numbers, dtype=np.float64)
+    if not np.isfinite(values).all():
         raise UsageError(f"region {what}: every number must be finite")
-    return found
+    return values
 
 
 def _positive(numbers: ArrayLike, what: str, part: str) -> None:
@@ -294,11 +294,11 @@ def _polytope(kind: Kind, place: Array, text: str, points: Array) -> Region:
     """Make the convex hull of points in unit coordinates (n, 3)."""
     from scipy.spatial import ConvexHull
 
-    found = ConvexHull(points)
+    hull = ConvexHull(points)
     number = np.full(len(points), -1)
-    number[found.vertices] = np.arange(found.vertices.size)
+    number[hull.vertices] = np.arange(hull.vertices.size)
     return Region(
-        kind, place, text, freeze(points[found.vertices]),
-        number[found.simplices].astype(np.int64), freeze(found.equations[:, :3]),
-        freeze(-found.equations[:, 3]),
+        kind, place, text, freeze(points[hull.vertices]),
+        number[hull.simplices].astype(np.int64), freeze(hull.equations[:, :3]),
+        freeze(-hull.equations[:, 3]),
     )  # fmt: skip

@@ -37,17 +37,17 @@ def single_relaxations(
         Growths of regions, the smallest first, then further links, the lightest first;
         equal ones in the order of the bodies.
     """
-    grown = [one for b in regions if (one := _smallest_growth(space, regions, b))]
+    grown = [relaxation for b in regions if (relaxation := _smallest_growth(space, regions, b))]
     more = []
     for b in range(len(space.bodies)):
         if b not in regions:
-            found = decide(
+            answer = decide(
                 space, dict(sorted({**regions, b: default_region(space, b)}.items()))
             )
-            if found.verdict == "feasible":
-                more.append(Relaxation(space.bodies[b], None, found.added_mass))
-    factors = [one.factor or 0.0 for one in grown]
-    masses = [one.mass for one in more]
+            if answer.verdict == "feasible":
+                more.append(Relaxation(space.bodies[b], None, answer.added_mass))
+    factors = [relaxation.factor or 0.0 for relaxation in grown]
+    masses = [relaxation.mass for relaxation in more]
     return (
         *(grown[k] for k in rank_least_first(factors, relative=2.0 * GROWTH_RELATIVE)),
         *(more[k] for k in rank_least_first(masses, relative=BOUND_RELATIVE)),
@@ -63,14 +63,14 @@ def _smallest_growth(
         return decide(space, {**regions, body: regions[body].grown(factor)})
 
     low, high = 1.0, LARGEST_GROWTH
-    found = at(high)
-    if found.verdict != "feasible":
+    answer = at(high)
+    if answer.verdict != "feasible":
         return None
     while high > low * (1.0 + GROWTH_RELATIVE):
         middle = float(np.sqrt(low * high))
         trial = at(middle)
         if trial.verdict == "feasible":
-            high, found = middle, trial
+            high, answer = middle, trial
         else:
             low = middle
-    return Relaxation(space.bodies[body], high, found.added_mass)
+    return Relaxation(space.bodies[body], high, answer.added_mass)

@@ -42,7 +42,7 @@ class WithCounterweights(Protocol):
 
 
 def with_counterweights(
-    found: WithCounterweights, *, merge: bool | Collection[str] = False
+    answer: WithCounterweights, *, merge: bool | Collection[str] = False
 ) -> bytes:
     """Return the linkage's URDF file with counterweights.
 
@@ -52,7 +52,7 @@ def with_counterweights(
     ``<inertial>`` of their links instead; see `replace_inertials`.
 
     Args:
-        found: feasible counterweights.
+        answer: feasible counterweights.
         merge: whether they go into the masses of their links, for all of them or for these
             links.
 
@@ -62,12 +62,12 @@ def with_counterweights(
     Raises:
         FileError: the linkage was not read from a file, or it can no longer be read.
     """
-    linkage = found.space.linkage
-    every = {weight.link for weight in found.weights}
+    linkage = answer.space.linkage
+    every = {weight.link for weight in answer.weights}
     merged = every & set(merge) if not isinstance(merge, bool) else every if merge else set()
-    apart = [weight for weight in found.weights if weight.link not in merged]
+    apart = [weight for weight in answer.weights if weight.link not in merged]
     if merged:
-        data = replace_inertials(linkage, dict(_merged_inertials(found, merged)))
+        data = replace_inertials(linkage, dict(_merged_inertials(answer, merged)))
         root = build_tree(data)
     else:
         data, root = read_source(linkage, "link", "to which links could be added")
@@ -91,13 +91,13 @@ def _with_own_links(data: bytes, root: Element, weights: Sequence[Counterweight]
 
 
 def _merged_inertials(
-    found: WithCounterweights, links: Collection[str]
+    answer: WithCounterweights, links: Collection[str]
 ) -> Iterator[tuple[str, str]]:
     """Yield the element ``<inertial>`` of some bodies with their counterweights, by name."""
-    assert found.z is not None
+    assert answer.z is not None
     for name in links:
-        b = found.space.bodies.index(name)
-        yield name, _link_inertial(found.z[b], found.space.frames[b])
+        b = answer.space.bodies.index(name)
+        yield name, _link_inertial(answer.z[b], answer.space.frames[b])
 
 
 def _link_inertial(z: Array, frame: Array) -> str:

@@ -66,10 +66,10 @@ class CertifiedSpace(DesignSpace):
             return
         proof, orders = certainty.proof, certainty.orders
         assert proof is not None
-        known = (proof.rank, proof.nullity, proof.nullity, orders)
+        proved = (proof.rank, proof.nullity, proof.nullity, orders)
         ranks = tuple(order.rank for order in self.orders)
-        found = (self.rank, self.nullity, self.serial_nullity, ranks)
-        assert found == known, f"proved: {known}, not {found}"
+        integers = (self.rank, self.nullity, self.serial_nullity, ranks)
+        assert integers == proved, f"proved: {proved}, not {integers}"
 
 
 def with_certainty(space: DesignSpace, certainty: Certainty) -> CertifiedSpace:
@@ -79,8 +79,8 @@ def with_certainty(space: DesignSpace, certainty: Certainty) -> CertifiedSpace:
         space: the design space.
         certainty: level, reason, bounds, doubts and proof.
     """
-    known = {item.name: getattr(space, item.name) for item in fields(DesignSpace)}
-    return CertifiedSpace(**known, certainty=certainty)
+    values = {item.name: getattr(space, item.name) for item in fields(DesignSpace)}
+    return CertifiedSpace(**values, certainty=certainty)
 
 
 def with_readings(

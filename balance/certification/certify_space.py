@@ -123,43 +123,43 @@ def certify(space: DesignSpace) -> CertifiedSpace:
 def _certify(space: DesignSpace) -> CertifiedSpace:
     """Confirm or correct the integers of a design space; see `certify`."""
     try:
-        found = _gather_evidence(space)
+        evidence = _gather_evidence(space)
     except LinkageError as error:
         rounded = _certify_rounded(space, f"not by exact arithmetic: {error}", None)
         return _add_rounding_notice(rounded, error)
-    lines = list_differences(space, found)
-    if found.replaced and lines:
-        numbers = count_noun(found.replaced, "number")
+    lines = list_differences(space, evidence)
+    if evidence.replaced and lines:
+        numbers = count_noun(evidence.replaced, "number")
         changed = with_changed_numbers(space)
-        if rests_on_replaced(space, changed) and not is_general_as_written(space, found):
+        if rests_on_replaced(space, changed) and not is_general_as_written(space, evidence):
             # A difference that these numbers do not explain either comes from round-off.
-            mixed = changed is not None and bool(list_differences(changed, found))
+            mixed = changed is not None and bool(list_differences(changed, evidence))
             reason = (
                 f"exact arithmetic, with {numbers} of the file replaced, finds "
                 f"{'; '.join(lines)}; {_BELIEVE_FLOATING_POINT}"
             )
-            return _certify_rounded(space, reason, found, mixed)
-    moving = set(range(len(space.linkage.joints))) - set(found.idle)
+            return _certify_rounded(space, reason, evidence, mixed)
+    moving = set(range(len(space.linkage.joints))) - set(evidence.idle)
     rested = space
     if moving != set(space.chain.joints.tolist()):
-        rested = with_idle_joints(space, found.idle)
-    corrected = correct_integers(rested, found)
+        rested = with_idle_joints(space, evidence.idle)
+    corrected = correct_integers(rested, evidence)
     residual, poses = _measure_residual(corrected)
     for _ in range(MAX_ROUNDS):
-        if not _needs_poses(corrected, found, residual):
+        if not _needs_poses(corrected, evidence, residual):
             break
         corrected = with_more_poses(corrected)
-        found = _gather_evidence(corrected)
-        corrected = correct_integers(corrected, found)
+        evidence = _gather_evidence(corrected)
+        corrected = correct_integers(corrected, evidence)
         residual, poses = _measure_residual(corrected)
-    certainty = _certainty_of(corrected, found, residual, poses)
-    if doubt := _reason_below_digits(space, corrected, found):
+    certainty = _certainty_of(corrected, evidence, residual, poses)
+    if doubt := _reason_below_digits(space, corrected, evidence):
         doubts = (*certainty.doubts, doubt)
         certainty = certainty._replace(
             level="estimated", reason=doubt, doubts=doubts, proof=None, orders=()
         )
     certified = add_correction_notice(space, with_certainty(corrected, certainty))
-    certified = add_roots_notice(certified, found)
+    certified = add_roots_notice(certified, evidence)
     certified.check_proved()
     return certified
 
@@ -172,8 +172,8 @@ def _gather_evidence(space: DesignSpace) -> Evidence:
     """
     return of_lowest_rank(
         space.linkage, lambda geometry: _gather_evidence_of(space, geometry),
-        lambda found: (found.exact.rank, *found.exact.ranks),
-        lambda found: not list_differences(space, found),
+        lambda evidence: (evidence.exact.rank, *evidence.exact.ranks),
+        lambda evidence: not list_differences(space, evidence),
     )  # fmt: skip
 
 
@@ -196,9 +196,9 @@ def _gather_evidence_of(space: DesignSpace, geometry: Geometry) -> Evidence:
         linkage.source, chain, geometry.notices, space.highest_order, space.rank, most,
         ORDERS_PER_MOTION * int(lowest.max()),
     )  # fmt: skip
-    found = independent_transfers(chain, transfers, exact.witness.prime)
+    independent = independent_transfers(chain, transfers, exact.witness.prime)
     return Evidence(
-        exact, transfers, found, not has_branching_links(chain, idle), tuple(idle),
+        exact, transfers, independent, not has_branching_links(chain, idle), tuple(idle),
         _joints_in_doubt(chain, lowest), order,
         linkage.meant is not None and geometry.screws is linkage.meant.screws,
     )  # fmt: skip
@@ -215,9 +215,9 @@ def _joints_in_doubt(chain: ExactChain, lowest: IntArray) -> tuple[int, ...]:
     return tuple(sorted(set(idle) - joints_shown_at_rest(chain, idle)))
 
 
-def _needs_poses(space: DesignSpace, found: Evidence, residual: float) -> bool:
+def _needs_poses(space: DesignSpace, evidence: Evidence, residual: float) -> bool:
     """Whether fresh poses leave momentum, so that more poses may add conditions."""
-    complete = found.exact.rank + len(found.independent) == found.exact.parameters
+    complete = evidence.exact.rank + len(evidence.independent) == evidence.exact.parameters
     return residual > MOMENTUM_RESIDUAL and not complete and space.highest_order is None
 
 
@@ -250,13 +250,13 @@ def _add_rounding_notice(space: CertifiedSpace, error: LinkageError) -> Certifie
 
 
 def _certainty_of(
-    space: DesignSpace, found: Evidence, residual: float, poses: int
+    space: DesignSpace, evidence: Evidence, residual: float, poses: int
 ) -> Certainty:
     """Decide the certainty of a space from exact arithmetic and fresh poses."""
-    exact, serial = found.exact, len(found.independent)
-    replaced = replaced_text(found)
+    exact, serial = evidence.exact, len(evidence.independent)
+    replaced = replaced_text(evidence)
     bounds = exact.rank, serial, residual, poses
-    lines = list_differences(space, found)
+    lines = list_differences(space, evidence)
     limited = space.highest_order is not None and not space.decision.conditions.complete
     if limited and not lines:
         reason = f"orders up to {space.highest_order} only: more conditions may follow"
@@ -265,16 +265,16 @@ def _certainty_of(
         reason = "exact arithmetic finds " + "; ".join(lines) if lines else _UNSETTLED
         return Certainty("estimated", reason, *bounds, (reason,))
     complete = exact.rank + serial == exact.parameters
-    idle = found.idle
+    idle = evidence.idle
     free = {j for j in idle if j in exact.chain.dependent or any(exact.chain.columns[j])}
     regular = exact.regular and (not free or loops_are_regular(exact.chain, idle))
-    if complete and regular and not found.roots:
-        proof = Proof(exact.chain, exact.witness, found.independent, tuple(sorted(idle)))
+    if complete and regular and not evidence.roots:
+        proof = Proof(exact.chain, exact.witness, evidence.independent, tuple(sorted(idle)))
         reason = "exact lower bounds of rank and nullity add up to the number of parameters"
         ranks = tuple(order.rank for order in exact_orders(space, exact))
         return Certainty("proved", reason + replaced, *bounds, (), proof, ranks)
-    order = max(found.order, len(exact.ranks) - 1)
-    if doubt := _reason_unverified(space, found, residual, poses, order):
+    order = max(evidence.order, len(exact.ranks) - 1)
+    if doubt := _reason_unverified(space, evidence, residual, poses, order):
         return Certainty("estimated", doubt, *bounds, (doubt,))
     reason = "balanced at finite poses, and of the same rank by exact arithmetic"
     if complete:
@@ -286,25 +286,25 @@ def _certainty_of(
 
 
 def _reason_unverified(
-    space: DesignSpace, found: Evidence, residual: float, poses: int, order: int
+    space: DesignSpace, evidence: Evidence, residual: float, poses: int, order: int
 ) -> str:
     """State why a space with the exact integers is not verified; empty if it is.
 
     Args:
         space: the space.
-        found: the findings of exact arithmetic.
+        evidence: the findings of exact arithmetic.
         residual: largest momentum left at fresh poses.
         poses: number of fresh poses.
         order: the order up to which loops must close exactly.
     """
-    exact = found.exact
+    exact = evidence.exact
     closes = exact.regular or orders_closed(exact.chain, order) > order
     if not closes:
         return f"mobility: its loops do not close exactly up to order {order}"
-    if found.in_doubt:
-        joints = _names(space, found.in_doubt)
+    if evidence.in_doubt:
+        joints = _names(space, evidence.in_doubt)
         return f"idle joints: {joints} at rest up to order {order}, and may move at others"
-    if not found.use_exact_transfers(space.serial_nullity) and space.doubts:
+    if not evidence.use_exact_transfers(space.serial_nullity) and space.doubts:
         return f"the serial part is that of floating point: {space.doubts[0]}"
     if not exact.settled:
         return f"exact arithmetic finds conditions up to order {exact.kmax}: more may follow"
@@ -321,7 +321,7 @@ def _momenta_left(residual: float) -> str:
     return f"momenta of {size_text(residual)} of the conditions are left at finite poses"
 
 
-def _reason_below_digits(space: DesignSpace, corrected: DesignSpace, found: Evidence) -> str:
+def _reason_below_digits(space: DesignSpace, corrected: DesignSpace, evidence: Evidence) -> str:
     """State why conditions of a geometry inside the digits may not be meant; empty if not.
 
     A geometry that has the relations found is at another place inside the digits than the
@@ -331,11 +331,11 @@ def _reason_below_digits(space: DesignSpace, corrected: DesignSpace, found: Evid
     Args:
         space: the space by floating point.
         corrected: the space with the integers of that geometry.
-        found: its evidence.
+        evidence: its evidence.
     """
     meant, tree, limit = space.linkage.meant, space.linkage.tree, 0.0
     adds = corrected.rank > space.rank
-    if found.inside_digits and meant is not None:
+    if evidence.inside_digits and meant is not None:
         limit = DIGITS_CONDITION if adds else 0.0
         if meant.relations and meant.apart:
             digits = meant.digits or DOUBLE_DIGITS
@@ -367,14 +367,14 @@ def _names(space: DesignSpace, joints: Iterable[int]) -> str:
 
 
 def _certify_rounded(
-    space: DesignSpace, reason: str, found: Evidence | None, doubtful: bool = False
+    space: DesignSpace, reason: str, evidence: Evidence | None, doubtful: bool = False
 ) -> CertifiedSpace:
     """Certify a space where floating point alone decides, or is in doubt.
 
     Args:
         space: the design space.
         reason: why exact arithmetic does not decide.
-        found: the findings of exact arithmetic, if there are any.
+        evidence: the findings of exact arithmetic, if there are any.
         doubtful: whether the reason is a doubt as well.
     """
     settled, (residual, poses) = space, _measure_residual(space)
@@ -384,13 +384,13 @@ def _certify_rounded(
         settled = with_more_poses(settled)
         residual, poses = _measure_residual(settled)
     bounds: tuple[int | None, int | None] = (None, None)
-    if found is not None:
-        bounds = found.exact.rank, len(found.independent)
+    if evidence is not None:
+        bounds = evidence.exact.rank, len(evidence.independent)
     same = bounds == (settled.rank, settled.serial_nullity)
     doubts = _list_doubts(settled, residual)
     # The file has another pose, so rounding cannot be separated from the contents of the file.
-    left = found is not None and "left_singular_pose" in notice_codes(space) and not same
-    if left or doubtful:
+    moved = evidence is not None and "left_singular_pose" in notice_codes(space) and not same
+    if moved or doubtful:
         doubts += (reason,)
     if not same and settled.highest_order is None:
         doubts += _list_unseen(settled)
@@ -423,12 +423,12 @@ def _list_unseen(space: DesignSpace) -> tuple[str, ...]:
 
 def _list_doubts(space: DesignSpace, residual: float) -> tuple[str, ...]:
     """List reasons why decisions of floating point may be wrong."""
-    found = list(space.doubts)
+    doubts = list(space.doubts)
     if not space.settled and space.highest_order is None:
-        found.append(_UNSETTLED)
+        doubts.append(_UNSETTLED)
     elif residual > MOMENTUM_RESIDUAL and space.highest_order is None:
-        found.append(_momenta_left(residual))
-    return tuple(found)
+        doubts.append(_momenta_left(residual))
+    return tuple(doubts)
 
 
 def _measure_residual(space: DesignSpace) -> tuple[float, int]:
@@ -450,7 +450,7 @@ def _measure_residual(space: DesignSpace) -> tuple[float, int]:
             )
             for pose in islice(way, FRESH_STEPS):
                 X = rows_at(chain, pose, force)
-                left = np.sqrt(np.sum((X @ basis) ** 2, axis=0)).max(initial=0.0)
-                worst = max(worst, float(left / (np.linalg.norm(X) or 1.0)))
+                momenta = np.sqrt(np.sum((X @ basis) ** 2, axis=0)).max(initial=0.0)
+                worst = max(worst, float(momenta / (np.linalg.norm(X) or 1.0)))
                 poses += 1
     return worst, poses

@@ -14,24 +14,26 @@ from kinematics.model.linkage import Notice
 __all__ = ["add_correction_notice", "integers_differ", "list_differences"]
 
 
-def list_differences(space: DesignSpace, found: Evidence) -> list[str]:
+def list_differences(space: DesignSpace, evidence: Evidence) -> list[str]:
     """List the differences of the integers of a space from the exact ones, a line each.
 
     Args:
         space: the space by floating-point arithmetic.
-        found: the findings of exact arithmetic.
+        evidence: the findings of exact arithmetic.
     """
-    exact, lines = found.exact, []
+    exact, lines = evidence.exact, []
     ranks = [order.rank for order in space.orders]
-    known = exact.ranks + exact.ranks[-1:] * (len(ranks) - len(exact.ranks))
-    apart = [k for k, pair in enumerate(zip(ranks, known, strict=False)) if len({*pair}) > 1]
+    exact_ranks = exact.ranks + exact.ranks[-1:] * (len(ranks) - len(exact.ranks))
+    apart = [
+        k for k, pair in enumerate(zip(ranks, exact_ranks, strict=False)) if len({*pair}) > 1
+    ]
     if apart:
-        here, there = ([row[k] for k in apart] for row in (ranks, known))
+        here, there = ([row[k] for k in apart] for row in (ranks, exact_ranks))
         lines.append(f"{_numbered('order', apart)}: rank {_list(there)}, not {_list(here)}")
     if space.rank != exact.rank:
         lines.append(f"rank {exact.rank}, not {space.rank}")
-    serial = len(found.independent)
-    if serial != space.serial_nullity and found.use_exact_transfers(space.serial_nullity):
+    serial = len(evidence.independent)
+    if serial != space.serial_nullity and evidence.use_exact_transfers(space.serial_nullity):
         lines.append(f"serial part {serial}, not {space.serial_nullity}")
     return lines
 

@@ -70,15 +70,15 @@ class Evidence(NamedTuple):
     order: int
     inside_digits: bool = False
 
-    def use_exact_transfers(self, known: int) -> bool:
+    def use_exact_transfers(self, serial_nullity: int) -> bool:
         """Decide whether the independent transfers replace the serial part.
 
         They do if they span it, which is certain where the exact bounds of rank and nullity
-        meet, or if they are more than the ``known`` ones of floating point.
+        meet, or if they are more than the ``serial_nullity`` ones of floating point.
         """
         count = len(self.independent)
         met = self.exact.rank + count == self.exact.parameters
-        return self.complete or met or count > known
+        return self.complete or met or count > serial_nullity
 
     @property
     def replaced(self) -> int:
@@ -108,20 +108,20 @@ def exact_orders(space: DesignSpace, exact: Exact) -> tuple[Order, ...]:
     return rank_table(exact.ranks[: last + 1], exact.parameters)
 
 
-def correct_integers(space: DesignSpace, found: Evidence) -> DesignSpace:
+def correct_integers(space: DesignSpace, evidence: Evidence) -> DesignSpace:
     """Give a design space the ranks and the serial part of exact arithmetic, with a basis.
 
     Args:
         space: the design space by floating-point arithmetic.
-        found: the findings of exact arithmetic.
+        evidence: the findings of exact arithmetic.
 
     Returns:
         The space with the exact integers; as it is, if exact arithmetic finds a lower rank by
         orders that are not settled.
     """
-    exact = found.exact
-    use_transfers = found.use_exact_transfers(space.serial_nullity)
-    serial = len(found.independent) if use_transfers else space.serial_nullity
+    exact = evidence.exact
+    use_transfers = evidence.use_exact_transfers(space.serial_nullity)
+    serial = len(evidence.independent) if use_transfers else space.serial_nullity
     if exact.rank < space.rank and not exact.settled:
         return space
     orders = exact_orders(space, exact)
@@ -130,11 +130,11 @@ def correct_integers(space: DesignSpace, found: Evidence) -> DesignSpace:
         notices = tuple(x for x in space.notices if not settled or x.code != "not_settled")
         return replace(space, orders=orders, settled=settled, notices=notices)
     transfers = space.chain_transfers
-    known = transfers.rows
+    solutions = transfers.rows
     if use_transfers:
-        transfers = _convert_transfers(space.chain, found, space.chain_transfers)
-        known = _span(space.chain, found.exact, found.independent)
-    gathered = _collect_as_many(space, known, exact)
+        transfers = _convert_transfers(space.chain, evidence, space.chain_transfers)
+        solutions = _span(space.chain, evidence.exact, evidence.independent)
+    gathered = _collect_as_many(space, solutions, exact)
     # Where floating point sees fewer conditions, the last directions are the least sure.
     nullity = exact.parameters - max(exact.rank, gathered.conditions.rank)
     return _with_conditions(space, gathered, transfers, orders, nullity)
@@ -169,7 +169,7 @@ def with_more_poses(space: DesignSpace) -> DesignSpace:
     return _with_conditions(space, gathered, space.chain_transfers, space.orders)
 
 
-def _collect_as_many(space: DesignSpace, known: Array, exact: Exact) -> CollectedConditions:
+def _collect_as_many(space: DesignSpace, solutions: Array, exact: Exact) -> CollectedConditions:
     """Collect as many conditions as the exact rank, beside known solutions.
 
     Where floating point finds more, the smallest pivots are round-off and are dropped. Where
@@ -177,18 +177,18 @@ def _collect_as_many(space: DesignSpace, known: Array, exact: Exact) -> Collecte
 
     Args:
         space: the design space.
-        known: rows of parameters that satisfy all conditions.
+        solutions: rows of parameters that satisfy all conditions.
         exact: ranks by exact arithmetic.
     """
     chain, force, rank = space.chain, space.balance == "force", exact.rank
     tolerance = relative_tolerance(chain)
-    gathered = collect_conditions(chain, known, force, tolerance, space.highest_order)
+    gathered = collect_conditions(chain, solutions, force, tolerance, space.highest_order)
     for limit in (tolerance, KNOWN_RANK_RELATIVE):
         if gathered.conditions.rank >= rank:
             break
         conditions = gathered.conditions._replace(tolerance=limit)
         if space.highest_order is not None:
-            gathered = collect_conditions(chain, known, force, limit, space.highest_order)
+            gathered = collect_conditions(chain, solutions, force, limit, space.highest_order)
         else:
             conditions, poses, settled = add_poses(chain, force, conditions, rank)
             gathered = CollectedConditions(conditions, (), gathered.poses + poses, settled)
@@ -215,26 +215,26 @@ def _with_conditions(
     """
     decision = gathered.conditions.decide()
     decision = replace(decision, basis=freeze(decision.basis[:, :nullity]))
-    force, known = space.balance == "force", len(gathered.conditions.known)
+    force, count = space.balance == "force", len(gathered.conditions.known)
     basis = basis_from_chain(decision.basis, space.chain.frame, space.planar, force)
-    complete = basis.shape[1] == known
+    complete = basis.shape[1] == count
     return replace(
         space, orders=orders, poses=gathered.poses, settled=gathered.settled or complete,
-        basis=freeze(basis), serial_nullity=known, decision=decision, chain_transfers=transfers,
+        basis=freeze(basis), serial_nullity=count, decision=decision, chain_transfers=transfers,
     )  # fmt: skip
 
 
-def _convert_transfers(chain: Chain, found: Evidence, rounded: Transfers) -> Transfers:
+def _convert_transfers(chain: Chain, evidence: Evidence, rounded: Transfers) -> Transfers:
     """Convert exact transfers to those of `balance.transfers`, owner by owner."""
     place = {joint: k for k, joint in enumerate(chain.joints.tolist())}
     groups: dict[int, list[ExactTransfer]] = {}
-    for transfer in found.transfers:
+    for transfer in evidence.transfers:
         part = int(rounded.rigid_part[chain.links[transfer.target]])
         owner = -1 - part
         if transfer.joints:
             owner = int(rounded.owner_of_joint[place[transfer.joints[0]]])
         groups.setdefault(owner, []).append(transfer)
-    rows = [_span(chain, found.exact, group) for group in groups.values()]
+    rows = [_span(chain, evidence.exact, group) for group in groups.values()]
     owners = [np.full(len(block), owner) for owner, block in zip(groups, rows, strict=True)]
     width = rounded.rows.shape[1]
     return rounded._replace(
@@ -288,12 +288,12 @@ def _vector(
     z = _shift_to(origin, combination(transfer.z, exact.chain.parameters))
     moved = [dot([Fraction(x) for x in row], z) for row in units.T.tolist()]
     size = len(moved)
-    found = [Fraction(0)] * (size * len(exact.chain.links))
+    vector = [Fraction(0)] * (size * len(exact.chain.links))
     for body, sign in ((transfer.target, 1), (transfer.source, -1)):
         if body >= 0:
             for p, value in enumerate(moved):
-                found[body * size + p] += sign * value
-    return found
+                vector[body * size + p] += sign * value
+    return vector
 
 
 def _shift_to(point: Sequence[Fraction], z: Sequence[Fraction]) -> list[Fraction]:

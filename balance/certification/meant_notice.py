@@ -89,13 +89,13 @@ def add_mending_doubt(space: CertifiedSpace) -> CertifiedSpace:
             space = _with_doubt(space, f"mobility: {notice.message}")
     if not linkage.mended or linkage.tree is None:
         return space
-    known = rounding_of_file(linkage.tree, max(extent(linkage).length, 1e-300))
-    if linkage.mended <= max(MENDED_RELATIVE * known, MENDED_ROUND_OFF):
+    rounding = rounding_of_file(linkage.tree, max(extent(linkage).length, 1e-300))
+    if linkage.mended <= max(MENDED_RELATIVE * rounding, MENDED_ROUND_OFF):
         return space
     doubt = (
         f"mobility: as written the loops do not move; axes and welds were moved by "
         f"{linkage.mended:.0e} (radians, parts of the size of the linkage), the digits of the "
-        f"file leave {size_text(known, '.0e')} open"
+        f"file leave {size_text(rounding, '.0e')} open"
     )
     return _with_doubt(space, doubt)
 

@@ -49,10 +49,10 @@ class Parser(argparse.ArgumentParser):
         for name in (word[:-3] for word in args if word.startswith("--")
                      and word.endswith("=--")):  # fmt: skip
             self.error(f"argument {name}: expected one argument")
-        found, left = super().parse_known_args(args, namespace)
-        if left:
-            self.error(f"unrecognized arguments: {' '.join(left)}")
-        return found, left
+        values, extra = super().parse_known_args(args, namespace)
+        if extra:
+            self.error(f"unrecognized arguments: {' '.join(extra)}")
+        return values, extra
 
     def error(self, message: str) -> NoReturn:
         """End the command with code 2."""

@@ -94,15 +94,18 @@ def run_counterweights(arguments: argparse.Namespace) -> Answer:
 
     with spinner("finding the least matter that balances"):
         space = certified_space(arguments)
-        found = counterweights(
+        matter = counterweights(
             space, arguments.add, dict(arguments.region), arguments.minimise or "mass"
         )
     notices = (*space.warnings, *distant_regions(space, dict(arguments.region)))
     return Answer(
-        verdict_code(found.verdict), found.to_dict, lambda: counterweights_body(found), notices,
-        describe_written(arguments, found.z is not None),
-        lambda: _files(found, arguments.merge),
-    )  # fmt: skip
+        verdict_code(matter.verdict),
+        matter.to_dict,
+        lambda: counterweights_body(matter),
+        notices,
+        describe_written(arguments, matter.z is not None),
+        lambda: _files(matter, arguments.merge),
+    )
 
 
 def _files(found: Counterweights, merge: bool) -> Files:

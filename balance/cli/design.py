@@ -82,7 +82,7 @@ def _run(arguments: argparse.Namespace) -> Answer:
         return run_counterweights(arguments)
     with spinner("finding the mass distributions that balance"):
         space = certified_space(arguments)
-        found = _design(arguments, space)
+        design = _design(arguments, space)
     from balance.report.text.design import design_body
 
     # For one pose, the conditions there are all there are.
@@ -90,13 +90,17 @@ def _run(arguments: argparse.Namespace) -> Answer:
         notice for notice in space.warnings
         if arguments.max_order != 0 or notice.code != "not_settled"
     )  # fmt: skip
-    remark = describe_written(arguments, found.z is not None)
-    if arguments.out and found.z is not None:
-        remark += f"; to {_checked_claim(arguments)}: {_verify_command(arguments, found)}"
+    remark = describe_written(arguments, design.z is not None)
+    if arguments.out and design.z is not None:
+        remark += f"; to {_checked_claim(arguments)}: {_verify_command(arguments, design)}"
     return Answer(
-        verdict_code(found.verdict), found.to_dict, lambda: design_body(found), notices, remark,
-        lambda: _files(found),
-    )  # fmt: skip
+        verdict_code(design.verdict),
+        design.to_dict,
+        lambda: design_body(design),
+        notices,
+        remark,
+        lambda: _files(design),
+    )
 
 
 def _design(arguments: argparse.Namespace, space: DesignSpace) -> Design:
@@ -141,7 +145,7 @@ def _checked_claim(arguments: argparse.Namespace) -> str:
     return "verify what was written"
 
 
-def _verify_command(arguments: argparse.Namespace, found: Design) -> str:
+def _verify_command(arguments: argparse.Namespace, design: Design) -> str:
     """Build the command that verifies the file of a design, with the same options.
 
     `balance verify` moves the linkage, and so finds that it is balanced in one pose alone:
@@ -152,7 +156,7 @@ def _verify_command(arguments: argparse.Namespace, found: Design) -> str:
     one_pose = arguments.max_order == 0
     words = ["balance", "report" if one_pose else "verify", arguments.out]
     words += ["--max-order", "0"] * one_pose
-    loops = arguments.loops or _loop_file(found, arguments.out)
+    loops = arguments.loops or _loop_file(design, arguments.out)
     # Other formats, and files from which links were left out, are written with their ground.
     lists = (("--inputs", arguments.inputs), ("--massless", arguments.massless))
     pairs = [("--loops", loops), *((flag, ",".join(names or ())) for flag, names in lists)]
@@ -167,11 +171,11 @@ def _verify_command(arguments: argparse.Namespace, found: Design) -> str:
     return shlex.join(words)
 
 
-def _loop_file(found: Design, out: str) -> str | None:
+def _loop_file(design: Design, out: str) -> str | None:
     """Return the loop file of the model, if ``out`` has no loop file of that name."""
     from kinematics.urdf.loop_file import loop_file_of
 
-    linkage = found.space.linkage
+    linkage = design.space.linkage
     streamed = not isfile(linkage.source)
     if streamed or any(notice.code == "loops_ignored" for notice in linkage.notices):
         return None

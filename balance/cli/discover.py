@@ -155,8 +155,8 @@ def _job(arguments: argparse.Namespace) -> tuple[DiscoveryJob, str]:
         name = graph.name.replace(":", "").replace(" ", "_")
     else:
         linkage = load(arguments.model)
-        graph, own = from_linkage(linkage)
-        name, origin = linkage.name, text_of_geometry(own)
+        graph, geometry = from_linkage(linkage)
+        name, origin = linkage.name, text_of_geometry(geometry)
     some = arguments.starts, arguments.seed
     return DiscoveryJob(graph.name, *some, arguments.buildable, origin), name
 
@@ -220,25 +220,25 @@ def _show(arguments: argparse.Namespace) -> Answer:
     from balance.result_files.results_file import ResultsFile
 
     with ResultsFile.open(arguments.results) as file:
-        found = found_in(file)
-        data = search_data(file, found, None, "show")
+        search = found_in(file)
+        data = search_data(file, search, None, "show")
     with progress_bar("families") as advance:
         examined = []
-        for family in found.families:
+        for family in search.families:
             examined.append(
-                examine(found.job, family, members=arguments.members, tried=arguments.tried)
+                examine(search.job, family, members=arguments.members, tried=arguments.tried)
             )
-            advance(len(examined), len(found.families))
+            advance(len(examined), len(search.families))
     families_data(data, examined)
 
     def files() -> Files:
         from balance.report.html.families import families_page
 
-        return {"html": partial(families_page, found.job, data, examined)}
+        return {"html": partial(families_page, search.job, data, examined)}
 
     return Answer(
-        DONE if found.families else NEGATIVE, lambda: data,
-        lambda: search_body(data, found.job.topology), files=files,
+        DONE if search.families else NEGATIVE, lambda: data,
+        lambda: search_body(data, search.job.topology), files=files,
     )  # fmt: skip
 
 
@@ -275,12 +275,12 @@ def _export(arguments: argparse.Namespace) -> Answer:
     from kinematics.errors import UsageError
 
     with ResultsFile.open(arguments.results) as file:
-        found = found_in(file)
-    if arguments.family > len(found.families):
+        search = found_in(file)
+    if arguments.family > len(search.families):
         raise UsageError(
-            f"{arguments.results}: no family {arguments.family}, of {len(found.families)}"
+            f"{arguments.results}: no family {arguments.family}, of {len(search.families)}"
         )
-    member = export_member(found.job, found.families[arguments.family - 1])
+    member = export_member(search.job, search.families[arguments.family - 1])
     data = member_data(arguments.family, arguments.out, member)
     code = verdict_code(member.design.verdict)
     if member.verification is not None and not member.verification.balanced:

@@ -69,13 +69,13 @@ def _walk(arguments: argparse.Namespace) -> Answer:
             f"none of {TRIED} walks ends at a special geometry; name one with --start, or try "
             "another --seed"
         )
-    found = watch_walk(job, start)
-    data = walk_data(found)
+    walk = watch_walk(job, start)
+    data = walk_data(walk)
 
     def files() -> Files:
         from balance.report.html.walk import walk_page
 
-        return {"html": partial(walk_page, found)}
+        return {"html": partial(walk_page, walk)}
 
-    code = DONE if found.outcome == "special" else NEGATIVE
+    code = DONE if walk.outcome == "special" else NEGATIVE
     return Answer(code, lambda: data, lambda: walk_body(data), files=files)

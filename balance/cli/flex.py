@@ -77,17 +77,17 @@ def _modes(arguments: argparse.Namespace) -> Answer:
 
     supports = [Support(*points) for points in arguments.pin]
     clamps = [Clamp(s) for s in arguments.clamp]
-    found = supported_modes(
+    modes = supported_modes(
         arguments.beam, [*supports, *clamps], arguments.count, end_body=arguments.tip
     )
 
     def files() -> Files:
         from balance.report.html.flexible_pictures import supported_modes_picture
 
-        return {"plot": partial(supported_modes_picture, found, kind_of(arguments.plot))}
+        return {"plot": partial(supported_modes_picture, modes, kind_of(arguments.plot))}
 
     return Answer(
-        DONE, lambda: supported_modes_data(found), lambda: [supported_modes_table(found)],
+        DONE, lambda: supported_modes_data(modes), lambda: [supported_modes_table(modes)],
         files=files,
     )  # fmt: skip
 
@@ -124,14 +124,16 @@ def _supports(arguments: argparse.Namespace) -> Answer:
     from balance.flexible.support_points import support_points
     from balance.report.text.flexible import supports_body
 
-    found = support_points(arguments.count)
+    supports = support_points(arguments.count)
 
     def files() -> Files:
         from balance.report.html.flexible_pictures import supports_picture
 
-        return {"plot": partial(supports_picture, found, kind_of(arguments.plot))}
+        return {"plot": partial(supports_picture, supports, kind_of(arguments.plot))}
 
-    return Answer(DONE, lambda: supports_data(found), lambda: supports_body(found), files=files)
+    return Answer(
+        DONE, lambda: supports_data(supports), lambda: supports_body(supports), files=files
+    )
 
 
 def _add_simulate(kinds: Verbs) -> None:
@@ -188,16 +190,16 @@ def _simulate(arguments: argparse.Namespace) -> Answer:
     flex = [parse_flex_link(text) for text in arguments.flex]  # before the file is read
     linkage = load_model(arguments, arguments.angles)
     with progress_bar("instants") as advance:
-        found = simulate_flexible(
+        run = simulate_flexible(
             linkage, flex, dict(arguments.drive), arguments.duration,
             samples=arguments.samples, elements=arguments.elements, modes=arguments.modes,
             damping=arguments.damping, geometric=not arguments.linear,
             from_rest=arguments.from_rest, about=arguments.about, progress=advance,
         )  # fmt: skip
     return Answer(
-        DONE, found.to_dict,
-        lambda: [Facts(flexible_motion_facts(found.flexible, found.motion))],
-        found.notices, files=lambda: _simulation_files(found, kind_of(arguments.plot)),
+        DONE, run.to_dict,
+        lambda: [Facts(flexible_motion_facts(run.flexible, run.motion))],
+        run.notices, files=lambda: _simulation_files(run, kind_of(arguments.plot)),
     )  # fmt: skip
 
 

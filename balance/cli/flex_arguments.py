@@ -47,20 +47,20 @@ def tip_of(text: str) -> EndBody:
     return EndBody(mass, offset, inertia)
 
 
-def _items(text: str, known: tuple[str, ...], needed: int = 3) -> dict[str, float]:
+def _items(text: str, keys: tuple[str, ...], needed: int = 3) -> dict[str, float]:
     """Parse ``key:value,key:value`` in SI units, of which the first keys are needed."""
-    found: dict[str, float] = {}
+    numbers: dict[str, float] = {}
     for item in text.split(","):
         key, colon, value = item.partition(":")
-        if not colon or key not in known or key in found:
+        if not colon or key not in keys or key in numbers:
             raise argparse.ArgumentTypeError(
-                f"'{item}' is not one of {', '.join(f'{name}:…' for name in known)}"
+                f"'{item}' is not one of {', '.join(f'{name}:…' for name in keys)}"
             )
-        found[key] = finite_number(value)
-    missing = [name for name in known[:needed] if name not in found]
+        numbers[key] = finite_number(value)
+    missing = [name for name in keys[:needed] if name not in numbers]
     if missing:
         raise argparse.ArgumentTypeError(f"{missing[0]}: is missing in '{text}'")
-    return found
+    return numbers
 
 
 def beam_of(text: str) -> Beam:
@@ -79,9 +79,9 @@ def arm_of(text: str) -> Arm:
     from balance.flexible.similarity import Arm
 
     given = _items(text, tuple(ARM_NUMBERS))
-    own = ("tip", "radius", "inertia", "hub")
-    beam = ",".join(f"{key}:{value!r}" for key, value in given.items() if key not in own)
-    body = {ARM_NUMBERS[key]: given[key] for key in own if key in given}
+    body_keys = ("tip", "radius", "inertia", "hub")
+    beam = ",".join(f"{key}:{value!r}" for key, value in given.items() if key not in body_keys)
+    body = {ARM_NUMBERS[key]: given[key] for key in body_keys if key in given}
     try:
         return Arm(beam_of(beam), **{"tip_mass": 0.0, **body})
     except ValueError as error:
@@ -109,12 +109,12 @@ def _rise_numbers(text: str, word: str) -> tuple[float, ...]:
 
 def translator_numbers(text: str) -> dict[str, float]:
     """Parse ``pitch:…,mass:…,length:…,breadth:…`` and ``hubmass:…``."""
-    known = ("pitch", "mass", "length", "breadth", "hubmass")
-    found = _items(text, known, needed=4)
-    wrong = [name for name, value in found.items() if value <= 0.0]
+    keys = ("pitch", "mass", "length", "breadth", "hubmass")
+    numbers = _items(text, keys, needed=4)
+    wrong = [name for name, value in numbers.items() if value <= 0.0]
     if wrong:
-        raise argparse.ArgumentTypeError(f"{wrong[0]}: {found[wrong[0]]:g} is not positive")
-    return found
+        raise argparse.ArgumentTypeError(f"{wrong[0]}: {numbers[wrong[0]]:g} is not positive")
+    return numbers
 
 
 def drive_of(text: str) -> tuple[str, DriveProfile]:

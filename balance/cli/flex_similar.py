@@ -70,7 +70,7 @@ def _similar(arguments: argparse.Namespace) -> Answer:
     _check(arguments)
     first = arguments.arm
     second = arguments.other_arm or similar_arm(first, arguments.scale)
-    found = compare_arms(first, second)
+    similarity = compare_arms(first, second)
     motion = _spin(arguments, first, second) if arguments.spin else None
     translator = _translate(arguments, first, second) if arguments.translator else None
 
@@ -85,8 +85,8 @@ def _similar(arguments: argparse.Namespace) -> Answer:
 
     return Answer(
         DONE,
-        lambda: similarity_data(first, second, found, motion, translator),
-        lambda: similarity_body(second, found, motion, translator),
+        lambda: similarity_data(first, second, similarity, motion, translator),
+        lambda: similarity_body(second, similarity, motion, translator),
         files=files,
     )
 

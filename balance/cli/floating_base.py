@@ -134,12 +134,12 @@ def _simulate(
         if arguments.speed is not None:
             crank, speed = arguments.speed
             along, _ = revolve_crank(linkage, speed, crank, motion)
-        found = simulate_floating_base(
+        simulation = simulate_floating_base(
             linkage, base, along=along, **_options(arguments), progress=advance
         )
         if along is None:
-            return found
-        return replace(found, notices=(*found.notices, *rounding_notice(along)))
+            return simulation
+        return replace(simulation, notices=(*simulation.notices, *rounding_notice(along)))
 
     def simulate_second(angles: str) -> FloatingBaseMotion:
         from balance.floating_base.simulate import simulate_second
@@ -200,10 +200,10 @@ def _inertia(text: str) -> float | tuple[float, ...]:
 
 def _stiffness(text: str) -> tuple[str, float]:
     """Parse ``1e4Nm/rad`` or ``2e5N/m``: name of the spring, and its stiffness."""
-    found = re.fullmatch(rf"\s*({NUMBER})\s*(N\s?m/rad|N/m)?\s*", text)
-    if found is None:
+    match = re.fullmatch(rf"\s*({NUMBER})\s*(N\s?m/rad|N/m)?\s*", text)
+    if match is None:
         raise argparse.ArgumentTypeError(
             f"'{text}' is not a stiffness: write 1e4Nm/rad or 2e5N/m"
         )
-    name = "stiffness" if found[2] == "N/m" else "turning_stiffness"
-    return name, _SIZE(found[1])
+    name = "stiffness" if match[2] == "N/m" else "turning_stiffness"
+    return name, _SIZE(match[1])

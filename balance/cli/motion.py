@@ -92,13 +92,16 @@ def add_motion(parser: Parser) -> None:
 def _run(arguments: argparse.Namespace) -> Answer:
     """Predict the poses of the options."""
     with spinner("expanding the motion"):
-        found = _predict(arguments)
+        predictions = _predict(arguments)
     from balance.report.text.motion import motion_body
 
     return Answer(
-        DONE if found.reached else NEGATIVE, found.to_dict, lambda: motion_body(found),
-        found.notices, files=lambda: _files(found, kind_of(arguments.plot)),
-    )  # fmt: skip
+        DONE if predictions.reached else NEGATIVE,
+        predictions.to_dict,
+        lambda: motion_body(predictions),
+        predictions.notices,
+        files=lambda: _files(predictions, kind_of(arguments.plot)),
+    )
 
 
 def _predict(arguments: argparse.Namespace) -> Predictions:
@@ -195,21 +198,21 @@ def _target_inputs(
     Raises:
         LinkageError: it names other joints, or the number of displacements is wrong.
     """
-    found: list[str] = []
+    names: list[str] = []
     for word in target.names:
         name = word if word in inputs else short.get(word, word)
         problem = ""
         if name not in inputs:
             problem = "not an independent coordinate"
-        elif name in found:
+        elif name in names:
             problem = f"named twice, as {name} too"
         elif word in inputs and word in short and short[word] not in target.names:
             problem = f"a joint, and a direction of the tool: for the tool write {short[word]}"
         if problem:
             raise CoordinateError(source, [word], problem, inputs)
-        found.append(name)
-    if found:
-        return [inputs.index(name) for name in found]
+        names.append(name)
+    if names:
+        return [inputs.index(name) for name in names]
     if len(target.values) != len(inputs):
         raise PoseError(
             f"{source}: --to gives {len(target.values)} displacements, and there are "

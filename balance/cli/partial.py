@@ -168,9 +168,9 @@ def _frame(text: str) -> ElasticFrame:
         raise argparse.ArgumentTypeError(
             f"'{text}' is not mass,inertia,stiffness,damping, such as 50,4,2e5,100"
         )
-    found = ElasticFrame(*map(finite_number, words))
+    frame = ElasticFrame(*map(finite_number, words))
     try:
-        found.check()
+        frame.check()
     except UsageError as error:
         raise argparse.ArgumentTypeError(str(error)) from None
-    return found
+    return frame

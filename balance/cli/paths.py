@@ -111,14 +111,14 @@ def _run(arguments: argparse.Namespace) -> Answer:
     """
     _refuse_exclusive_options(arguments)
     with progress_bar("starts") as advance:
-        found = _find(arguments, advance)
-    if found.paths and arguments.which > len(found.paths):
-        arguments.refuse(f"--which: there are {len(found.paths)} paths")
+        solution = _find(arguments, advance)
+    if solution.paths and arguments.which > len(solution.paths):
+        arguments.refuse(f"--which: there are {len(solution.paths)} paths")
     from balance.report.text.paths import paths_body
 
     return Answer(
-        DONE if found.found else NEGATIVE, found.to_dict, lambda: paths_body(found),
-        found.notices, files=lambda: _files(arguments, found),
+        DONE if solution.found else NEGATIVE, solution.to_dict, lambda: paths_body(solution),
+        solution.notices, files=lambda: _files(arguments, solution),
     )  # fmt: skip
 
 

@@ -32,7 +32,7 @@ def add_remedies(parser: Parser) -> None:
         "one balances it, 1 if none does, 4 if that is undecided."
     )
     parser.epilog = "remedies: " + "; ".join(
-        f"{one.name} ({one.title})" for one in CATALOGUE.values()
+        f"{remedy.name} ({remedy.title})" for remedy in CATALOGUE.values()
     )
     add_model_options(parser)
     parser.set_defaults(run=_run)
@@ -74,12 +74,12 @@ def _run(arguments: argparse.Namespace) -> Answer:
         request = _request(arguments, advance)
         from balance.remedies.compare import compare_request
 
-        found = compare_request(request, arguments.only)
+        comparison = compare_request(request, arguments.only)
     from balance.report.text.remedies import remedies_body
 
     return Answer(
-        verdict_code(found.verdict), found.to_dict, lambda: remedies_body(found),
-        found.request.space.warnings, files=lambda: _files(found),
+        verdict_code(comparison.verdict), comparison.to_dict, lambda: remedies_body(comparison),
+        comparison.request.space.warnings, files=lambda: _files(comparison),
     )  # fmt: skip
 
 

@@ -101,8 +101,8 @@ def _compute(arguments: argparse.Namespace) -> Answer:
             raise
         from balance.report.text.sweep import run_body, run_data
 
-        found = run_data(file, summary)
-    return Answer(DONE, lambda: found, lambda: run_body(found))
+        data = run_data(file, summary)
+    return Answer(DONE, lambda: data, lambda: run_body(data))
 
 
 def _kept_text(path: str, file: ResultsFile) -> str:
@@ -141,8 +141,8 @@ def _export(arguments: argparse.Namespace) -> Answer:
     if arguments.out.lower().endswith(".parquet"):
         write = export_parquet
     with ResultsFile.open(arguments.results) as file, progress_bar("rows", True) as advance:
-        found = export_data(file, arguments.out, write(file, arguments.out, advance))
-    return Answer(DONE, lambda: found, lambda: export_body(found))
+        data = export_data(file, arguments.out, write(file, arguments.out, advance))
+    return Answer(DONE, lambda: data, lambda: export_body(data))
 
 
 def _export_path(text: str) -> str:

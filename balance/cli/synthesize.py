@@ -96,14 +96,14 @@ def _run(arguments: argparse.Namespace) -> Answer:
         LinkageError: nothing can be synthesised, or a file cannot be read or written.
     """
     with progress_bar("steps of the search") as advance:
-        found = _synthesize(arguments, advance)
+        synthesis = _synthesize(arguments, advance)
     if arguments.table is not None and not arguments.nonlinear:
         arguments.refuse("--table: only with --nonlinear: other motions are relations")
     from balance.report.text.synthesis import synthesis_body
 
     return Answer(
-        verdict_code(found.verdict), found.to_dict, lambda: synthesis_body(found),
-        files=lambda: _files(found, kind_of(arguments.plot)),
+        verdict_code(synthesis.verdict), synthesis.to_dict, lambda: synthesis_body(synthesis),
+        files=lambda: _files(synthesis, kind_of(arguments.plot)),
     )  # fmt: skip
 
 
@@ -142,7 +142,7 @@ def _files(found: Synthesis, kind: str) -> Files:
 
 def _positions(text: str) -> Positions:
     """Parse positions of ``x,y,deg; x,y,deg``."""
-    found = []
+    positions = []
     for word in text.split(";"):
         numbers = _split(word)
         if len(numbers) != 3:
@@ -150,8 +150,8 @@ def _positions(text: str) -> Positions:
                 f"'{word.strip()}' is not x,y,deg: write \"0.3,0.1,10; 0.1,0.4,-40\""
             )
         x, y, degrees = numbers
-        found.append((x, y, math.radians(degrees)))
-    return found
+        positions.append((x, y, math.radians(degrees)))
+    return positions
 
 
 def _point(text: str) -> complex:

@@ -121,11 +121,11 @@ def _run(arguments: argparse.Namespace) -> Answer:
     )  # fmt: skip
 
 
-def _code(found: Verification) -> int:
+def _code(verification: Verification) -> int:
     """Return the exit code of a verification."""
-    if not found.decided:
+    if not verification.decided:
         return UNDECIDED
-    return DONE if found.balanced else NEGATIVE
+    return DONE if verification.balanced else NEGATIVE
 
 
 def _verify(
@@ -220,12 +220,12 @@ def _seed(text: str) -> int:
 def _speed(text: str) -> tuple[str | None, float]:
     """Parse ``[J=]300rpm``: name of the crank or None, and its speed in rad/s."""
     name, equals, word = text.rpartition("=")
-    found = re.fullmatch(rf"\s*([+-]?{NUMBER})\s*([a-z1/]+)\s*", word.lower())
-    if found is None or found[2] not in SPEED_UNITS or bool(equals) != bool(name.strip()):
+    match = re.fullmatch(rf"\s*([+-]?{NUMBER})\s*([a-z1/]+)\s*", word.lower())
+    if match is None or match[2] not in SPEED_UNITS or bool(equals) != bool(name.strip()):
         raise argparse.ArgumentTypeError(
             f"'{text}' is not a speed: write 300rpm, 31.4rad/s, 1800deg/s, 5hz or u1=300rpm"
         )
-    return name.strip() or None, float(found[1]) * SPEED_UNITS[found[2]]
+    return name.strip() or None, float(match[1]) * SPEED_UNITS[match[2]]
 
 
 def _tolerance(text: str) -> float:

@@ -65,13 +65,13 @@ def relative_tolerance(chain: Chain) -> float:
 
 
 def collect_conditions(
-    chain: Chain, known: Array, force: bool, tolerance: float, max_order: int | None
+    chain: Chain, solutions: Array, force: bool, tolerance: float, max_order: int | None
 ) -> CollectedConditions:
     """Collect conditions, order by order and then pose by pose, until no other is independent.
 
     Args:
         chain: the linkage without idle joints.
-        known: rows of parameters that satisfy all conditions.
+        solutions: rows of parameters that satisfy all conditions.
         force: whether only linear momentum counts.
         tolerance: relative size of round-off.
         max_order: orders to compute exactly, instead of as many as needed.
@@ -79,16 +79,16 @@ def collect_conditions(
     Raises:
         MobilityError: no finite pose is found to check the conditions at.
     """
-    none = Conditions.given(known, tolerance)
+    none = Conditions.given(solutions, tolerance)
     last = EXPANSION_ORDERS[-1] if max_order is None else max_order
-    rays = _ray_count(chain, known, force)
+    rays = _ray_count(chain, solutions, force)
     while True:
         directions = generic_directions(0, rays, chain.width)
-        found = _conditions_along(directions, chain, force, none, last, max_order is None)
-        if found is not None:
+        collected = _conditions_along(directions, chain, force, none, last, max_order is None)
+        if collected is not None:
             break
         rays *= 2
-    conditions, ranks, settled, radius = found
+    conditions, ranks, settled, radius = collected
     poses = 0
     if max_order is None and not conditions.complete:
         if not settled or radius < SHORT_CONVERGENCE_RADIUS or conditions.ill_conditioned:
@@ -108,15 +108,15 @@ def _conditions_along(
     ranks = np.empty(0, np.int64)
     settled, radius = False, 1.0
     for goal in EXPANSION_ORDERS if stop else (last,):
-        found = conditions_up_to_order(chain, rays, force, conditions, ranks, goal, stop)
-        if not found.enough_rays:
+        step = conditions_up_to_order(chain, rays, force, conditions, ranks, goal, stop)
+        if not step.enough_rays:
             return None
-        if not found.pose_found:
+        if not step.pose_found:
             raise MobilityError(
                 "no closed pose was found near the reference pose to check the conditions at; "
                 "write the file at a pose further from a singularity"
             )
-        conditions, ranks, settled, radius = found[:4]
+        conditions, ranks, settled, radius = step[:4]
         if settled and stop:
             break
     listed: list[int] = ranks.tolist()
@@ -126,7 +126,7 @@ def _conditions_along(
 
 
 def conditions_by_order(
-    chain: Chain, known: Array, force: bool, tolerance: float, last: int
+    chain: Chain, solutions: Array, force: bool, tolerance: float, last: int
 ) -> list[Conditions]:
     """Collect the conditions up to order 0, 1, … ``last`` at the reference pose.
 
@@ -134,16 +134,16 @@ def conditions_by_order(
 
     Args:
         chain: the linkage without idle joints.
-        known: rows of parameters that satisfy all conditions.
+        solutions: rows of parameters that satisfy all conditions.
         force: whether only linear momentum counts.
         tolerance: relative size of round-off.
         last: highest order of derivative.
     """
-    rays = _ray_count(chain, known, force)
+    rays = _ray_count(chain, solutions, force)
     while True:
         directions = generic_directions(0, rays, chain.width)
-        conditions, ranks = Conditions.given(known, tolerance), np.empty(0, np.int64)
-        found = []
+        conditions, ranks = Conditions.given(solutions, tolerance), np.empty(0, np.int64)
+        collected = []
         for order in range(last + 1):
             step = conditions_up_to_order(
                 chain, directions, force, conditions, ranks, order, False
@@ -151,16 +151,16 @@ def conditions_by_order(
             if not step.enough_rays:
                 break
             conditions, ranks = step[:2]
-            found.append(conditions)
-        if len(found) > last:
-            return found
+            collected.append(conditions)
+        if len(collected) > last:
+            return collected
         rays *= 2
 
 
-def _ray_count(chain: Chain, known: Array, force: bool) -> int:
+def _ray_count(chain: Chain, solutions: Array, force: bool) -> int:
     """Compute how many rays to begin with: enough for orders 0 and 1, or for all unknowns."""
     rows = chain.width * rows_per_column(chain.planar, force)
-    return min(comb(chain.width + 1, 2), 1 - (-known.shape[1] // rows))
+    return min(comb(chain.width + 1, 2), 1 - (-solutions.shape[1] // rows))
 
 
 def add_poses(

@@ -78,7 +78,7 @@ def _orders_kernel(dim):
     """Make the kernel for twists of ``dim`` components: 6 in space, 3 in a plane."""
 
     @kernel(reference_counting=False)
-    def orders_kernel(chain, links, rays, orders, known, result, workspaces):
+    def orders_kernel(chain, links, rays, orders, lower, result, workspaces):
         """Collect the conditions of orders up to the highest, after those that are known.
 
         The step to a fresh pose stays within the radius of convergence. A missing condition of
@@ -91,7 +91,7 @@ def _orders_kernel(dim):
             rays: in: directions (count, width).
             orders: the highest order; whether to stop at the order that needs no other; number
                 of steps to the fresh pose.
-            known: in: the factor of the conditions of lower orders, its permutation, and the
+            lower: in: the factor of the conditions of lower orders, its permutation, and the
                 parameters of its columns; its largest pivot, and the largest remainder that was
                 cut off; the relative size of round-off; how many orders it holds.
             result: out: the rank after each order (orders,), which holds the ranks of the known
@@ -105,8 +105,8 @@ def _orders_kernel(dim):
             whether a finite pose was found.
         """
         goal, stop, steps = orders
-        R, permutation, unknowns, scale, dropped, tolerance, done = known
-        found, order, out = result
+        R, permutation, unknowns, scale, dropped, tolerance, done = lower
+        ranks, order, out = result
         flat, for_series, (H, N, X, rows), near, (H1, N1, X1, rows1), for_steps, poses = (
             workspaces
         )
@@ -160,10 +160,10 @@ def _orders_kernel(dim):
             while enough_rays and pose_found and not settled and done <= upto:
                 series = RaySeries(rows[done : upto + 1], m, width * per, width, done, radius)
                 rank, scale, dropped, more, settled, enough_rays = collect_orders(
-                    factor, rank, scale, dropped, series, fresh, stop, found[done:]
+                    factor, rank, scale, dropped, series, fresh, stop, ranks[done:]
                 )
                 done += more
-                stalled = done > 1 and found[done - 1] == found[done - 2]
+                stalled = done > 1 and ranks[done - 1] == ranks[done - 2]
                 if not enough_rays or settled or fresh.shape[0] > 0:
                     continue
                 if not stalled and upto < goal:
@@ -294,24 +294,24 @@ def conditions_up_to_order(
     """
     per, size = rows_per_column(chain.planar, force), parameters_per_body(chain.planar, force)
     unknowns, done = conditions.columns.size, ranks.size
-    found, order = np.zeros(goal + 1, np.int64), np.empty(unknowns, np.int64)
-    found[:done] = ranks
+    all_ranks, order = np.zeros(goal + 1, np.int64), np.empty(unknowns, np.int64)
+    all_ranks[:done] = ranks
     out = np.empty((unknowns, unknowns))
     shape = len(rays), goal, per, size, unknowns
     workspaces = chain.borrow(shape, lambda: orders_workspace(chain, *shape))
     orders_kernel = (
         planar_conditions_up_to_order if chain.planar else spatial_conditions_up_to_order
     )
-    known = (
+    lower = (
         conditions.factor, conditions.permutation, conditions.columns, conditions.scale,
         conditions.dropped, conditions.tolerance, done,
     )  # fmt: skip
     orders = goal, stop, 1 if goal == FIRST_EXPANSION_ORDER else FRESH_POSE_STEPS
     rank, scale, dropped, done, settled, radius, _, _, enough_rays, pose_found = orders_kernel(
-        chain.walked, chain.links, rays, orders, known, (found, order, out), workspaces
+        chain.walked, chain.links, rays, orders, lower, (all_ranks, order, out), workspaces
     )
     chain.give_back(shape, workspaces)
     more = conditions._replace(
         factor=out[:rank], permutation=order, scale=scale, dropped=dropped
     )
-    return OrderResult(more, found[:done], settled, radius, enough_rays, pose_found)
+    return OrderResult(more, all_ranks[:done], settled, radius, enough_rays, pose_found)

@@ -62,16 +62,16 @@ class Conditions(NamedTuple):
         return cls.given(np.empty((0, unknowns)))
 
     @classmethod
-    def given(cls, known: Array, tolerance: float = RANK_RELATIVE) -> Conditions:
+    def given(cls, solutions: Array, tolerance: float = RANK_RELATIVE) -> Conditions:
         """Start without conditions, on unknowns with known solutions.
 
         Args:
-            known: known solutions as rows (solutions, unknowns).
+            solutions: known solutions as rows (solutions, unknowns).
             tolerance: relative size of round-off.
         """
-        count = known.shape[1]
+        count = solutions.shape[1]
         factor, permutation, _, _ = updated_factor(
-            np.empty((0, count)), _plain(known), np.arange(count), tolerance, 1.0
+            np.empty((0, count)), _plain(solutions), np.arange(count), tolerance, 1.0
         )
         s = len(factor)
         columns = permutation[s:].copy()

@@ -78,13 +78,13 @@ class Decoupling:
         if self.exact is None or self.exact:
             return self.kmax if self.exact else None
         chain = freed.chain
-        found = conditions_by_order(
+        by_order = conditions_by_order(
             chain, freed.chain_transfers.rows, False, relative_tolerance(chain), last
         )
         held = -1
-        for order, conditions in enumerate(found):
-            left = residual_of(freed, conditions.rows)
-            if left is None or left > AS_GIVEN_RESIDUAL:
+        for order, conditions in enumerate(by_order):
+            residual = residual_of(freed, conditions.rows)
+            if residual is None or residual > AS_GIVEN_RESIDUAL:
                 break
             held = order
         return held if held >= 0 else None
@@ -153,8 +153,8 @@ class Decoupling:
         G, serial = from_chain(space.chain.frame, space.planar, False), self.serial_nullity
         blocks = given.reshape(-1, len(G), given.shape[1])
         columns = np.asarray(np.linalg.solve(G, blocks), np.float64).reshape(given.shape)
-        found = subspace(space, columns[:, :serial], columns[:, serial:], self.orders)
-        return replace(found, poses=self.freed.poses, settled=self.freed.settled)
+        decoupled = subspace(space, columns[:, :serial], columns[:, serial:], self.orders)
+        return replace(decoupled, poses=self.freed.poses, settled=self.freed.settled)
 
     @property
     def _size(self) -> int:

@@ -56,8 +56,8 @@ def with_free_base(space: DesignSpace) -> Linkage:
 
     given = np.array([body.inertia for body in linkage.bodies]).reshape(-1, 10)
     base = Body(joints[0].whole, count - 1, freeze(-given.sum(axis=0)), freeze(np.eye(4)))
-    known = {f.name: getattr(linkage, f.name) for f in fields(UnassembledLinkage)}
-    draft = UnassembledLinkage(**known | {
+    entries = {f.name: getattr(linkage, f.name) for f in fields(UnassembledLinkage)}
+    draft = UnassembledLinkage(**entries | {
         "joints": (*joints, *(replace(j, parent=shifted(j.parent)) for j in linkage.joints)),
         "bodies": (base, *(replace(b, link=shifted(b.link)) for b in linkage.bodies)),
         "loops": tuple(

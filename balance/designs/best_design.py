@@ -222,13 +222,13 @@ def design(
     if one_pose and len(space.orders) > 1:
         raise ValueError("balance at one pose needs a space of order 0: give it max_order=0")
     limits = dict(bounds or {})
-    found, constraints = _widest_margin(space, tuple(keep), limits, within, one_pose)
-    found = replace(found, minimise=minimise)
-    if minimise and found.z is not None:
-        found = _minimise(found, constraints)
-    if within is not None and found.z is None:
-        found = _with_answer_anywhere(found, constraints, one_pose)
-    return replace(found, words=f"{found.words}{ONE_POSE}") if one_pose else found
+    answer, constraints = _widest_margin(space, tuple(keep), limits, within, one_pose)
+    answer = replace(answer, minimise=minimise)
+    if minimise and answer.z is not None:
+        answer = _minimise(answer, constraints)
+    if within is not None and answer.z is None:
+        answer = _with_answer_anywhere(answer, constraints, one_pose)
+    return replace(answer, words=f"{answer.words}{ONE_POSE}") if one_pose else answer
 
 
 def _widest_margin(
@@ -242,30 +242,30 @@ def _widest_margin(
         wider = design_space(space.linkage, space.motion, max_order=order, spatial=True)
         space = certify(wider) if isinstance(space, CertifiedSpace) else wider
         constraints = constraints_of(space, keep, bounds, within)
-    found = decide_feasibility(space, constraints, trusted=one_pose)
+    answer = decide_feasibility(space, constraints, trusted=one_pose)
     return Design(
-        space, found.verdict, None, None, keep, bounds, within, found.z,
-        found.certificate, found.multipliers, found.margin, found.residuals, found.words,
+        space, answer.verdict, None, None, keep, bounds, within, answer.z,
+        answer.certificate, answer.multipliers, answer.margin, answer.residuals, answer.words,
     ), constraints  # fmt: skip
 
 
-def _with_answer_anywhere(known: Design, constraints: Constraints, one_pose: bool) -> Design:
+def _with_answer_anywhere(answer: Design, constraints: Constraints, one_pose: bool) -> Design:
     """Add the answer without balls to one without a design within them."""
     without_balls = design(
-        known.space, known.minimise, keep=known.keep, bounds=known.bounds, within=None,
+        answer.space, answer.minimise, keep=answer.keep, bounds=answer.bounds, within=None,
         one_pose=one_pose,
     )  # fmt: skip
     without_balls = replace(without_balls, words=without_balls.words.removesuffix(ONE_POSE))
     if without_balls.verdict == "infeasible":
-        return replace(without_balls, within=known.within)
-    if known.verdict == without_balls.verdict:
-        return known
+        return replace(without_balls, within=answer.within)
+    if answer.verdict == without_balls.verdict:
+        return answer
     text = f"{without_balls.verdict} anywhere"
     if without_balls.z is not None:
-        P = matrices_of(known.space, without_balls.z)
-        text = f"{text}: {describe_furthest(known.space, P, constraints)}"
-    own = known.words.replace("undecided:", f"undecided{describe_limits(constraints)}:", 1)
-    return replace(known, words=f"{own}; {text}", anywhere=without_balls)
+        P = matrices_of(answer.space, without_balls.z)
+        text = f"{text}: {describe_furthest(answer.space, P, constraints)}"
+    words = answer.words.replace("undecided:", f"undecided{describe_limits(constraints)}:", 1)
+    return replace(answer, words=f"{words}; {text}", anywhere=without_balls)
 
 
 def _leaves_plane(space: DesignSpace, constraints: Constraints) -> bool:
@@ -275,12 +275,12 @@ def _leaves_plane(space: DesignSpace, constraints: Constraints) -> bool:
     return out_of_plane_asymmetry(from_si(kept, space.chain.frame)) > KEPT_BODY_RESIDUAL
 
 
-def _minimise(known: Design, constraints: Constraints) -> Design:
+def _minimise(answer: Design, constraints: Constraints) -> Design:
     """Replace a design by the one that minimises the objective."""
-    assert known.z is not None and known.minimise is not None
-    space, wanted = known.space, known.minimise
+    assert answer.z is not None and answer.minimise is not None
+    space, wanted = answer.space, answer.minimise
     program = build_program(space, constraints)
-    best = minimise_objective(space, program, wanted, known.z, known.margin)
+    best = minimise_objective(space, program, wanted, answer.z, answer.margin)
     if best is not None:
         P = matrices_of(space, given_parameters(space))
         P[list(program.free)] = best.P
@@ -291,14 +291,14 @@ def _minimise(known: Design, constraints: Constraints) -> Design:
         if check.accepted:
             margin = program.cone.least(best.P).min() / np.trace(P, axis1=1, axis2=2).sum()
             return replace(
-                known, z=z, value=best.value, margin=float(margin), residuals=check,
+                answer, z=z, value=best.value, margin=float(margin), residuals=check,
                 floor=best.floor, words=f"feasible: the design of the least {wanted}",
             )  # fmt: skip
     text = (
         f"undecided: there are designs, but the one of the least {wanted} was not found; ask "
         "for no objective to see one"
     )
-    return replace(known, verdict="undecided", z=None, margin=0.0, residuals=None, words=text)
+    return replace(answer, verdict="undecided", z=None, margin=0.0, residuals=None, words=text)
 
 
 def _normal_moments(space: DesignSpace) -> Array:

@@ -173,17 +173,21 @@ def _check(
 ) -> CertificateCheck:
     """Check a certificate with all bounds of the constraints."""
     Z, multipliers = proof
-    own, known = _split_known_terms(space, Z, constraints) if constraints.sized else (Z, 0.0)
+    rest, known_part = (
+        _split_known_terms(space, Z, constraints) if constraints.sized else (Z, 0.0)
+    )
     whole = Z.copy()
     for b, ball in constraints.balls.items():
         whole[b] += multipliers[b] * ball.form
     residual = cone.sums(whole)
     size = float(np.sqrt(np.einsum("bij,bij->b", Z, Z)).sum())
-    traces = float(np.einsum("bii->", own)) / size
-    eigenvalue = float(np.linalg.eigvalsh(own)[:, 0].min()) / size
-    orthogonality, known = float(np.sqrt(residual @ residual)) / size, known / size
-    doubt = PARAMETERS_PER_TRACE * orthogonality + max(0.0, -eigenvalue) + max(0.0, -known)
-    separation = doubt / (traces + max(0.0, known)) if traces + known > 0.0 else np.inf
+    traces = float(np.einsum("bii->", rest)) / size
+    eigenvalue = float(np.linalg.eigvalsh(rest)[:, 0].min()) / size
+    orthogonality, known_part = float(np.sqrt(residual @ residual)) / size, known_part / size
+    doubt = PARAMETERS_PER_TRACE * orthogonality + max(0.0, -eigenvalue) + max(0.0, -known_part)
+    separation = (
+        doubt / (traces + max(0.0, known_part)) if traces + known_part > 0.0 else np.inf
+    )
     accepted = bool(separation <= CERTIFICATE_MARGIN)
     return CertificateCheck(accepted, eigenvalue, orthogonality, separation)
 
@@ -194,36 +198,36 @@ def _split_known_terms(
     """Split ``Σ_b <Z_b, P_b>`` into known terms and the matrices of the rest.
 
     The traces of a design add up to T, at least the T0 of kept bodies and of least masses.
-    The certificate holds if ``Σ_b <own_b, P_b> + known`` is positive. A mass bound adds λ
+    The certificate holds if ``Σ_b <rest_b, P_b> + known_part`` is positive. A mass bound adds λ
     times its value to the known terms, for the λ subtracted from the corner of its Z_b. A
     negative λ must be subtracted. A positive λ is subtracted only as far as the known terms
     need it, since a positive trace excludes more designs than a known mass.
 
     Returns:
-        The matrices own_b of the rest (bodies, k, k), and the known part per unit of T0.
+        The matrices rest_b (bodies, k, k), and the known part per unit of T0.
     """
     file, keep = matrices_of(space, given_parameters(space)), list(constraints.keep)
-    own, known = Z.copy(), float(np.sum(Z[keep] * file[keep]))
+    rest, known_part = Z.copy(), float(np.sum(Z[keep] * file[keep]))
     positive = []
     for b, (low, high) in constraints.bounds.items():
         surplus = _surplus(Z[b])
         if surplus < 0.0:
-            own[b, -1, -1] -= surplus
-            known += surplus * high
+            rest[b, -1, -1] -= surplus
+            known_part += surplus * high
         elif low > 0.0:
             positive.append((b, surplus, low))
     gain = sum(surplus * low for _, surplus, low in positive)
-    share = min(1.0, max(0.0, -known / gain)) if gain > 0.0 else 0.0
+    share = min(1.0, max(0.0, -known_part / gain)) if gain > 0.0 else 0.0
     for b, surplus, _ in positive:
-        own[b, -1, -1] -= share * surplus
-    known += share * gain
-    own[keep] = 0.0
+        rest[b, -1, -1] -= share * surplus
+    known_part += share * gain
+    rest[keep] = 0.0
     least = float(np.einsum("bii->", file[keep])) + sum(
         low for low, _ in constraints.bounds.values()
     )
     if least > 0.0:
-        return own, known / least
-    return own, -np.inf if known < 0.0 else 0.0
+        return rest, known_part / least
+    return rest, -np.inf if known_part < 0.0 else 0.0
 
 
 def _surplus(Z: Array) -> float:

@@ -44,8 +44,8 @@ def certificates_from_dual(program: Program, dual: Array) -> Iterator[Certificat
     lifted, (count, n) = cone.with_all_moments().blocks, cone.blocks.shape[:2]
     Z = cone.duals(dual[: dual.size - len(lines)].reshape(count, -1))
     if not len(lines):
-        for found in refine_matrices(lifted, Z):
-            yield CertificateProof(found, np.zeros(count))
+        for matrices in refine_matrices(lifted, Z):
+            yield CertificateProof(matrices, np.zeros(count))
         return
     # An inequality is a semidefinite constraint of size 1. Undo the scaling of the bounds.
     units = np.ones(len(lines))
@@ -55,8 +55,8 @@ def certificates_from_dual(program: Program, dual: Array) -> Iterator[Certificat
     rows[:, :n, 0, 0] = lines / units[:, None]
     more = np.zeros((len(lines), cone.size, cone.size))
     more[:, 0, 0] = units * np.maximum(dual[dual.size - len(lines) :], 0.0)
-    for found in refine_matrices(np.concatenate([lifted, rows]), np.concatenate([Z, more])):
-        yield _all_bodies(program, found[:count], found[count + program.sized :, 0, 0])
+    for matrices in refine_matrices(np.concatenate([lifted, rows]), np.concatenate([Z, more])):
+        yield _all_bodies(program, matrices[:count], matrices[count + program.sized :, 0, 0])
 
 
 def _all_bodies(program: Program, free: Array, values: Array) -> CertificateProof:

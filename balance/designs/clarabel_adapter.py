@@ -102,11 +102,11 @@ def solve_conic(
     zero = _Columns([], [], [0] * (q.size + 1), 0, (q.size, q.size))
     quadratic = zero if H is None else _columns(np.triu(H))
     cones = [kinds[kind](size) for kind, size in parts]
-    found: Any = clarabel.DefaultSolver(
+    solution: Any = clarabel.DefaultSolver(
         quadratic, q.tolist(), _columns(-rows), offset.tolist(), cones, settings
     ).solve()
-    infeasible = "PrimalInfeasible" in str(found.status)
-    return ConicSolution(infeasible, np.array(found.x), np.array(found.z))
+    infeasible = "PrimalInfeasible" in str(solution.status)
+    return ConicSolution(infeasible, np.array(solution.x), np.array(solution.z))
 
 
 def triangles(matrices: Array) -> Array:

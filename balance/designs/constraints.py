@@ -172,14 +172,14 @@ def build_program(space: DesignSpace, constraints: Constraints) -> Program:
     fixed, values = _fixed_rows(cone, file, constraints, fixed_masses)
     start, directions, residual = _solve_fixed_rows(fixed, values / unit)
     embed = np.column_stack([directions, start])
-    own = cone._replace(blocks=np.einsum("bnij,nm->bmij", cone.blocks[list(free)], embed))
+    free_cone = cone._replace(blocks=np.einsum("bnij,nm->bmij", cone.blocks[list(free)], embed))
     tau = np.eye(embed.shape[1])[-1]
-    rows, limits = _bound_rows(own, free, constraints, tau / unit)
-    lines = np.concatenate([[tau], *rows, _ball_rows(own, free, balls)])
+    rows, limits = _bound_rows(free_cone, free, constraints, tau / unit)
+    lines = np.concatenate([[tau], *rows, _ball_rows(free_cone, free, balls)])
     kept = np.trace(file[list(constraints.keep)], axis1=1, axis2=2).sum() / unit
     return Program(
-        own, free, True, lines, limits, balls, _traces(own) + kept * tau, unit, cone, embed,
-        fixed, fixed_masses, residual,
+        free_cone, free, True, lines, limits, balls, _traces(free_cone) + kept * tau, unit,
+        cone, embed, fixed, fixed_masses, residual,
     )  # fmt: skip
 
 
@@ -208,8 +208,8 @@ def _ball_rows(
     """Build the rows ``tr(G_b P_b)`` of the balls (balls, n)."""
     if not balls:
         return np.empty((0, cone.blocks.shape[1]))
-    own = cone.blocks[[free.index(b) for b, _ in balls]]
-    return np.asarray(np.einsum("bnij,bij->bn", own, np.array([G for _, G in balls])))
+    blocks = cone.blocks[[free.index(b) for b, _ in balls]]
+    return np.asarray(np.einsum("bnij,bij->bn", blocks, np.array([G for _, G in balls])))
 
 
 def _traces(cone: Cone) -> Array:

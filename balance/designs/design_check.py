@@ -84,14 +84,14 @@ def check_design(
     constraints = constraints or Constraints()
     z = np.reshape(z, (len(space.bodies), 10))
     P = from_si(z, space.chain.frame)
-    own = from_pseudo_inertia(P)
-    part, Q = own[:, parameters_by_body(space)].reshape(-1), space.scaled_basis
+    chain_z = from_pseudo_inertia(P)
+    part, Q = chain_z[:, parameters_by_body(space)].reshape(-1), space.scaled_basis
     residual = project_out(part, Q)
     conditions = float(np.linalg.norm(residual) / (np.linalg.norm(part) or 1.0))
     if space.planar and space.balance == "dynamic":
         conditions = max(conditions, out_of_plane_asymmetry(P[space.chain.links >= 0]))
     total = float(np.einsum("bii->", P))
-    if not (np.isfinite(own).all() and total > 0.0):
+    if not (np.isfinite(chain_z).all() and total > 0.0):
         return DesignCheck(False, conditions, -np.inf)
     free = [b for b in range(len(P)) if b not in constraints.keep]
     eigenvalue = float(np.linalg.eigvalsh(P[free]).min()) / total

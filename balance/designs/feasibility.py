@@ -128,17 +128,17 @@ def decide_feasibility(
     # A certificate for weaker constraints also proves the constraints infeasible.
     less = constraints.anywhere, Constraints(constraints.keep), Constraints()
     dropped = constraints.balls, constraints.bounds, constraints.keep
-    weaker = [one for one, without in zip(less, dropped, strict=True) if without]
+    weaker = [relaxation for relaxation, without in zip(less, dropped, strict=True) if without]
     for wanted in (constraints, *weaker):
         program = build_program(space, wanted)
         for x, proofs in _candidates(program):
             if x is not None and wanted is constraints:
-                if found := _design(space, constraints, program, x):
+                if answer := _design(space, constraints, program, x):
                     sure = trusted or space.sure
-                    return found if sure else _decide_by_transfers(space, constraints)
+                    return answer if sure else _decide_by_transfers(space, constraints)
             for proof in proofs:
-                if found := _proof(space, constraints, program, proof):
-                    return found
+                if answer := _proof(space, constraints, program, proof):
+                    return answer
     return _undecided(
         "neither a design nor a certificate stands up to its check; ask less of the masses, or "
         "put the linkage nearer to the origin"
@@ -155,10 +155,10 @@ def _decide_by_transfers(space: DesignSpace, constraints: Constraints) -> Feasib
     if not (isinstance(space, CertifiedSpace) and space.certainty.nullity == serial):
         return _undecided(UNSETTLED)
     decision = replace(space.decision, basis=space.decision.basis[:, :serial])
-    found = decide_feasibility(
+    answer = decide_feasibility(
         replace(space, basis=space.serial, decision=decision), constraints, True
     )
-    return found if found.verdict == "feasible" else _undecided(UNSETTLED)
+    return answer if answer.verdict == "feasible" else _undecided(UNSETTLED)
 
 
 def _proof(
@@ -177,7 +177,9 @@ def _proof(
         else ()
     )
     enough = (
-        one for one in less if judge_certificate(space, program.whole, proof, one).accepted
+        relaxation
+        for relaxation in less
+        if judge_certificate(space, program.whole, proof, relaxation).accepted
     )
     text = describe_conflict(space, proof.matrices, next(enough, constraints))
     return Feasibility(
@@ -200,18 +202,18 @@ def _candidates(program: Program) -> Iterator[tuple[Array | None, Iterable[Certi
         yield None, [CertificateProof(every, np.zeros(len(every)))]
         return
     q, rows, offset, parts = least_traces(program)
-    found = solve_conic(q, rows, offset, parts, careful=len(program.lines) > 0)
-    if found.infeasible:
-        yield None, certificates_from_dual(program, found.dual)
+    solution = solve_conic(q, rows, offset, parts, careful=len(program.lines) > 0)
+    if solution.infeasible:
+        yield None, certificates_from_dual(program, solution.dual)
     else:
-        yield found.x, ()
+        yield solution.x, ()
     # Maximise t with P_b ⪰ t and τ ≥ t, for traces that add up to at most 1.
     extended = np.block([[rows, offset[:, None]], [-q, 0.0]])
     bound = np.append(np.zeros(offset.size), 1.0)
-    found = solve_conic(
+    solution = solve_conic(
         np.append(0.0 * q, -1.0), extended, bound, [*parts, ConstraintBlock("nonnegative", 1)]
     )
-    yield found.x[:-1], certificates_from_dual(program, found.dual[:-1])
+    yield solution.x[:-1], certificates_from_dual(program, solution.dual[:-1])
 
 
 def least_traces(program: Program) -> tuple[Array, Array, Array, list[ConstraintBlock]]:

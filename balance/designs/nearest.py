@@ -73,15 +73,15 @@ def minimise_distance(
     whiten = np.linalg.inv(np.linalg.cholesky(file))
     fixed = whiten @ constant @ whiten.swapaxes(-1, -2)
     whiten = whiten[:, None]
-    own = whiten @ blocks @ whiten.swapaxes(-1, -2)
+    whitened = whiten @ blocks @ whiten.swapaxes(-1, -2)
     try:
-        return _take_newton_steps(own, fixed, lines, offset, start)
+        return _take_newton_steps(whitened, fixed, lines, offset, start)
     except np.linalg.LinAlgError:
         return None
 
 
 def _take_newton_steps(
-    own: Array, fixed: Array, lines: Array, offset: Array, start: Array
+    blocks: Array, fixed: Array, lines: Array, offset: Array, start: Array
 ) -> Array | None:
     """Minimise the distance from the identity; see `minimise_distance`.
 
@@ -90,7 +90,7 @@ def _take_newton_steps(
     """
     v, before = start.copy(), np.inf
     for _ in range(MAX_STEPS):
-        L, down = _newton_system(own, fixed + np.einsum("bnij,n->bij", own, v))
+        L, down = _newton_system(blocks, fixed + np.einsum("bnij,n->bij", blocks, v))
         y = _constrained_step(
             down, np.asarray(np.linalg.solve(L, lines.T)).T, lines @ v + offset
         )
@@ -107,17 +107,17 @@ def _take_newton_steps(
     return None
 
 
-def _newton_system(own: Array, P: Array) -> tuple[Array, Array]:
+def _newton_system(blocks: Array, P: Array) -> tuple[Array, Array]:
     """Compute the factor L of the Hessian ``L Lᵀ``, and ``-L⁻¹`` times the gradient.
 
     With ``P = C Cᵀ`` and ``D_i = C⁻¹ B_i C⁻ᵀ`` the gradient is ``Σ_b tr(B_i) - tr(D_i)`` and
     the Hessian ``Σ_b <D_i, D_j>``.
     """
     C = np.linalg.inv(np.linalg.cholesky(P))[:, None]
-    D = C @ own @ C.swapaxes(-1, -2)
+    D = C @ blocks @ C.swapaxes(-1, -2)
     rows = triangles(D).transpose(0, 2, 1).reshape(-1, D.shape[1])
     L = np.asarray(np.linalg.qr(rows, mode="r")).T
-    return L, -np.linalg.solve(L, np.einsum("bnii->n", own - D))
+    return L, -np.linalg.solve(L, np.einsum("bnii->n", blocks - D))
 
 
 def _constrained_step(down: Array, lines: Array, inside: Array) -> Array:

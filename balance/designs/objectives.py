@@ -121,8 +121,8 @@ def minimise_objective(
     epsilon = BOUNDARY_DISTANCE
     trace_limit = TRACE_FACTOR * BOUNDARY_DISTANCE * largest / margin
     if program.sized:
-        own = SIZED_DISTANCE if program.bounded_below else BOUNDARY_DISTANCE
-        epsilon = min(own, 0.5 * margin * trace / largest)
+        distance = SIZED_DISTANCE if program.bounded_below else BOUNDARY_DISTANCE
+        epsilon = min(distance, 0.5 * margin * trace / largest)
         trace_limit = TRACE_FACTOR * trace
     v = _solve(program, cone, goal, epsilon * lower, trace_limit)
     if v is None:
@@ -157,10 +157,10 @@ def _solve(
     program: Program, cone: Cone, goal: _Goal, lower: Array, trace_limit: float
 ) -> Array | None:
     """Minimise an objective with ``P_b ⪰ lower_b`` and traces up to ``trace_limit``."""
-    (count, n), own = cone.blocks.shape[:2], program.traces.size
+    (count, n), size = cone.blocks.shape[:2], program.traces.size
     others = program.lines[int(program.sized) :]
     lines = np.zeros((1 + len(others), n))
-    lines[0, :own], lines[1:, :own] = -program.traces, others
+    lines[0, :size], lines[1:, :size] = -program.traces, others
     linear = np.concatenate([cone.stack_rows(cone.blocks), lines])
     rows = np.concatenate([np.column_stack([linear, np.zeros(len(linear))]), goal.rows])
     offset = np.zeros(len(rows))
@@ -168,18 +168,18 @@ def _solve(
     offset[len(linear) - len(lines)] = trace_limit
     parts = [cone.part] * count + [ConstraintBlock("nonnegative", len(lines)), *goal.parts]
     # Fix the unit of mass at 1, and an unused upper bound at 0.
-    known, free = np.zeros(n + 1), np.ones(n + 1, dtype=bool)
+    values, free = np.zeros(n + 1), np.ones(n + 1, dtype=bool)
     if program.sized:
-        known[own - 1], free[own - 1] = 1.0, False
+        values[size - 1], free[size - 1] = 1.0, False
     free[n] = len(goal.parts) > 0
     H, q = None, goal.q[free]
     if goal.H is not None:
-        H, q = goal.H[np.ix_(free, free)], q + (goal.H @ known)[free]
-    found = solve_conic(q, rows[:, free], offset + rows @ known, parts, H)
-    if found.infeasible or not np.isfinite(found.x).all():
+        H, q = goal.H[np.ix_(free, free)], q + (goal.H @ values)[free]
+    solution = solve_conic(q, rows[:, free], offset + rows @ values, parts, H)
+    if solution.infeasible or not np.isfinite(solution.x).all():
         return None
-    known[free] = found.x
-    return known
+    values[free] = solution.x
+    return values
 
 
 def _check_definite(space: DesignSpace, free: tuple[int, ...], P: Array) -> None:

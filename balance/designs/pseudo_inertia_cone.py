@@ -145,12 +145,12 @@ class Cone(NamedTuple):
 
         With traces alone, the entries for the trace-free second moments are appended.
         """
-        own = np.einsum("bnij,bij->n", self.blocks, Z)
+        sums = np.einsum("bnij,bij->n", self.blocks, Z)
         if not self.second_order:
-            return own
+            return sums
         S = Z[:, :-1, :-1]
         equal = np.einsum("bii->b", S)[:, None, None] * np.eye(self.size - 1)
-        return np.concatenate([own, (S - equal / (self.size - 1)).reshape(-1)])
+        return np.concatenate([sums, (S - equal / (self.size - 1)).reshape(-1)])
 
     def with_all_moments(self) -> Cone:
         """Return the cone with all second moments as coordinates."""
@@ -187,14 +187,14 @@ def cone_of_columns(space: DesignSpace, columns: Array) -> Cone:
     d = 2 if space.planar else 3
     force = space.balance == "force"
     blocks = np.zeros((count, nullity + force * count, d + 1, d + 1))
-    own = blocks[:, :nullity]
-    own[..., d, d] = z[..., 0]
-    own[..., :d, d] = own[..., d, :d] = z[..., 1 : d + 1]
+    column_blocks = blocks[:, :nullity]
+    column_blocks[..., d, d] = z[..., 0]
+    column_blocks[..., :d, d] = column_blocks[..., d, :d] = z[..., 1 : d + 1]
     for i in range(d):
         if force:
             blocks[range(count), nullity + np.arange(count), i, i] = 1.0 / d
         else:
-            own[..., i, i] = z[..., 3] / d
+            column_blocks[..., i, i] = z[..., 3] / d
     return Cone(blocks, nullity, True)
 
 
@@ -262,5 +262,5 @@ def matrices_of(space: DesignSpace, z: Array) -> Array:
 
 def parameters_by_body(space: DesignSpace) -> list[int]:
     """Return which of the ten parameters the space contains, in the chain's coordinates."""
-    own = [0, 1, 2, 6] if space.planar else list(range(10))
-    return own[: len(space.labels)]
+    indices = [0, 1, 2, 6] if space.planar else list(range(10))
+    return indices[: len(space.labels)]

@@ -35,9 +35,9 @@ def replace_inertials(linkage: UnassembledLinkage, inertials: Mapping[str, str])
         FileError: the linkage was not read from a file, or the file can no longer be
             read, or its links are not those of the linkage.
     """
-    data, found = read_source(linkage, "link", "in which masses could be replaced")
+    data, tree = read_source(linkage, "link", "in which masses could be replaced")
     assert linkage.tree is not None
-    links = {link.name: link for link in found.every("link")}
+    links = {link.name: link for link in tree.every("link")}
     top = _topmost_links(linkage.tree)
     text = _Inertials(data)
     splices = [

@@ -86,7 +86,7 @@ class BuildableResidual:
 
     def terms(self, lanes: IntArray) -> tuple[Array, Array]:
         """Compute ``Jᵀ J`` and ``Jᵀ r``; see `Measured`."""
-        found, largest = take_conditions(self.found, lanes), self.found.values[lanes, 0]
+        conditions, largest = take_conditions(self.found, lanes), self.found.values[lanes, 0]
         unknowns = self.structure.unknowns
         z, Q = np.zeros((len(lanes), 1, unknowns)), np.zeros((len(lanes), unknowns, unknowns))
         for k, lane in enumerate(lanes.tolist()):
@@ -96,9 +96,9 @@ class BuildableResidual:
             U, values, _ = np.linalg.svd(self._rows[lane] @ best.free, full_matrices=False)
             rank = int(np.sum(values > CHANGES_NOTHING))
             Q[k, :, :rank] = U[:, :rank]
-        D = momentum_rates(self.structure, self.geometry.take(lanes), found.poses, z)[:, 0]
-        r = found.U @ (self._rows[lanes] @ z[:, 0, :, None])
-        return step_terms(D / largest[:, None, None], found.U @ Q, r[..., 0])
+        D = momentum_rates(self.structure, self.geometry.take(lanes), conditions.poses, z)[:, 0]
+        r = conditions.U @ (self._rows[lanes] @ z[:, 0, :, None])
+        return step_terms(D / largest[:, None, None], conditions.U @ Q, r[..., 0])
 
 
 def walk_to_buildable(
@@ -122,8 +122,8 @@ def walk_to_buildable(
     cones = mass_cones(structure)
 
     def measure(geometry: LaneGeometry) -> Measured:
-        found = conditions_at(structure, geometry, reach)
-        return BuildableResidual(structure, geometry, found, cones)
+        conditions = conditions_at(structure, geometry, reach)
+        return BuildableResidual(structure, geometry, conditions, cones)
 
     return descend(structure, start, measure, NEAR, watch)
 
@@ -140,7 +140,7 @@ def margins(structure: TopologyArrays, ends: Ends) -> list[float]:
         0 if there are none.
     """
     cones = mass_cones(structure)
-    found = far_conditions(structure, ends.geometry, clearly=True)
+    conditions = far_conditions(structure, ends.geometry, clearly=True)
     kept = structure.unknowns - ends.nullity
-    out = [cones.margin(Vt[k:].T) for Vt, k in zip(found.Vt, kept.tolist(), strict=True)]
+    out = [cones.margin(Vt[k:].T) for Vt, k in zip(conditions.Vt, kept.tolist(), strict=True)]
     return [margin if margin > CAN_BE_BUILT else 0.0 for margin in out]

@@ -55,7 +55,7 @@ def random_members(
         count: number of draws; fewer come back, since some lose their way.
         rng: source of chance.
     """
-    found = []
+    geometries = []
     share = -(-count // len(family.members[:count]))
     for member in family.members[:count]:
         many = LaneGeometry(*(np.repeat(a, share, axis=0) for a in member.geometry))
@@ -66,8 +66,8 @@ def random_members(
             many = structure.change(many, MOVE * direction)
             many, good = _project(structure, family, many, relations)
             many, direction = many.take(good), direction[good]
-        found.append(many.take(_holds(structure, family, many, list(member.held))))
-    return LaneGeometry(*(np.concatenate(arrays) for arrays in zip(*found, strict=True)))
+        geometries.append(many.take(_holds(structure, family, many, list(member.held))))
+    return LaneGeometry(*(np.concatenate(arrays) for arrays in zip(*geometries, strict=True)))
 
 
 def _holds(
@@ -123,17 +123,17 @@ def confirm(
     """
     rng = np.random.default_rng([seed, family.nullity, family.codimension])
     agreed, chosen = 0, []
-    left = count
+    remaining = count
     for _ in range(BATCHES):
         members = random_members(structure, family, BATCH, rng)
         ends = decide_special(structure, members, family.generic)
         fates = judge_geometries(family.topology, structure, members)
         decided = np.array([fate in ("special", "explained by one loop") for fate in fates])
-        own = np.flatnonzero(decided & ends.clear)[:left]
-        agreed += int(np.sum(ends.nullity[own] >= family.nullity))
-        chosen.append(members.take(own))
-        left -= len(own)
-        if left == 0 or not len(members.points):
+        lanes = np.flatnonzero(decided & ends.clear)[:remaining]
+        agreed += int(np.sum(ends.nullity[lanes] >= family.nullity))
+        chosen.append(members.take(lanes))
+        remaining -= len(lanes)
+        if remaining == 0 or not len(members.points):
             break
     geometry = LaneGeometry(*(np.concatenate(arrays) for arrays in zip(*chosen, strict=True)))
-    return FamilyConfirmation(count - left, agreed, geometry)
+    return FamilyConfirmation(count - remaining, agreed, geometry)

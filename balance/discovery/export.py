@@ -67,8 +67,8 @@ def export_member(job: DiscoveryJob, family: Family, seed: int = 1) -> ExportedM
     """
     drawn = random_members(job.structure, family, DRAWN, np.random.default_rng([seed, 2]))
     ranks = rank_least_first([-member.margin for member in family.members], 1.0)
-    found = [family.members[k].geometry for k in ranks[:OWN]]
-    members = LaneGeometry(*(np.concatenate(a) for a in zip(*found, drawn, strict=True)))
+    geometries = [family.members[k].geometry for k in ranks[:OWN]]
+    members = LaneGeometry(*(np.concatenate(a) for a in zip(*geometries, drawn, strict=True)))
     best = None
     for geometry, rational in _candidates(job, family, members):
         linkage, verdict = _judge(job, family, geometry)
@@ -104,21 +104,21 @@ def _candidates(
     good: list[LaneGeometry] = []
     other: list[LaneGeometry] = []
     for lane in range(len(members.points)):
-        own = members.take(slice(lane, lane + 1))
-        linkage, verdict = _judge(job, family, own)
+        geometry = members.take(slice(lane, lane + 1))
+        linkage, verdict = _judge(job, family, geometry)
         if linkage is not None:
-            (good if verdict == "feasible" else other).append(own)
+            (good if verdict == "feasible" else other).append(geometry)
         if len(good) == 6:
             break
     chosen = good or other[:4]
-    for own in chosen:
-        held, independent = relations_of(job.topology, job.structure, own)[0]
+    for geometry in chosen:
+        held, independent = relations_of(job.topology, job.structure, geometry)[0]
         relations = [*independent, *(r for r in held if r not in independent)]
-        found = rational_members(job.structure, family, own, [relations])
-        for _, member in zip(range(ROUNDED), found, strict=False):
+        rationals = rational_members(job.structure, family, geometry, [relations])
+        for _, member in zip(range(ROUNDED), rationals, strict=False):
             points = member.geometry.points / member.scale
             yield member.geometry._replace(points=points), True
-    yield from ((own, False) for own in chosen)
+    yield from ((geometry, False) for geometry in chosen)
 
 
 def _reload(linkage: Linkage) -> Linkage:
@@ -135,10 +135,10 @@ def _with_masses(linkage: Linkage, rational: bool) -> ExportedMember:
     space = design_space(linkage)
     if rational:
         space = certify(space)
-    found = design(space)
-    if found.z is None:
-        return ExportedMember(linkage.to_urdf().encode(), rational, space, found, None)
-    inertials = {body.name: body.urdf for body in found.bodies if body.urdf}
+    mass_design = design(space)
+    if mass_design.z is None:
+        return ExportedMember(linkage.to_urdf().encode(), rational, space, mass_design, None)
+    inertials = {body.name: body.urdf for body in mass_design.bodies if body.urdf}
     urdf = replace_inertials(linkage, inertials)
     checked = verify(_read(urdf), trajectories=TRAJECTORIES)
-    return ExportedMember(urdf, rational, space, found, checked)
+    return ExportedMember(urdf, rational, space, mass_design, checked)

@@ -117,23 +117,23 @@ def relations_of(
     quantities = quantities_of(topology)
     listed = list_relations(quantities)
     values = measure_quantities(quantities, site_geometry(structure, geometry))
-    found = []
+    relations = []
     for lane in range(len(values)):
         held = held_relations(listed, values[lane])
         if held:
-            own = geometry.take(slice(lane, lane + 1))
-            slopes = gradients(structure, quantities, own, held)[0]
-            found.append((held, [held[k] for k in independent(slopes)]))
+            lane_geometry = geometry.take(slice(lane, lane + 1))
+            slopes = gradients(structure, quantities, lane_geometry, held)[0]
+            relations.append((held, [held[k] for k in independent(slopes)]))
         else:
-            found.append(([], []))
-    return found
+            relations.append(([], []))
+    return relations
 
 
 def group_members(
     topology: Topology,
     structure: TopologyArrays,
     generic: int,
-    found: Iterable[tuple[int, LaneGeometry, int, int, float]],
+    ends: Iterable[tuple[int, LaneGeometry, int, int, float]],
 ) -> tuple[Family, ...]:
     """Group special geometries to families, the largest first.
 
@@ -141,12 +141,12 @@ def group_members(
         topology: the graph.
         structure: its arrays.
         generic: nullity of most geometries.
-        found: number of the start, geometry in one lane, nullity, codimension and margin of
+        ends: number of the start, geometry in one lane, nullity, codimension and margin of
             each.
     """
     quantities, groups = quantities_of(topology), defaultdict(list)
     images = _images(topology, quantities)
-    for start, geometry, nullity, codimension, margin in found:
+    for start, geometry, nullity, codimension, margin in ends:
         held, chosen = relations_of(topology, structure, geometry)[0]
         key = (nullity, codimension, _canonical(held, chosen, images))
         groups[key].append(

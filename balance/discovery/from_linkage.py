@@ -47,8 +47,8 @@ def from_linkage(linkage: Linkage) -> tuple[Topology, LaneGeometry]:
     text = " ".join(f"{kind if kind != 'R' else ''}{a}-{b}" for kind, a, b in edges)
     prefix = {"plane": "", "sphere": "sphere: ", "space": "space: "}[space]
     graph = edge_list(prefix + text)
-    found, order = _named(graph)
-    structure = found.structure()
+    topology, order = _named(graph)
+    structure = topology.structure()
     first = [order[k] for k in structure.origin.tolist()]
     geometry = LaneGeometry(
         np.stack([points[k][0] for k in first])[None],
@@ -57,7 +57,7 @@ def from_linkage(linkage: Linkage) -> tuple[Topology, LaneGeometry]:
     geometry.axes[:, structure.free_axes] = np.tile(
         np.eye(3), (int(structure.free_axes.sum()) // 3, 1)
     )
-    return found, structure.normalise(geometry)
+    return topology, structure.normalise(geometry)
 
 
 def _axis(axes: Array, joint: int, origin: NDArray[np.int64]) -> Array:
@@ -72,16 +72,18 @@ def _graph(linkage: Linkage) -> tuple[list[Edge], list[Array], list[Array]]:
     edges: list[Edge] = []
     points, axes = [], []
     for _, some in groupby(enumerate(linkage.joints), key=lambda item: _stem(item[1])):
-        own = list(some)
-        kind = _kind(linkage, [joint for _, joint in own])
-        parent, last = own[0][1].parent, own[-1][0]
-        known = number.get(parent)
+        group = list(some)
+        kind = _kind(linkage, [joint for _, joint in group])
+        parent, last = group[0][1].parent, group[-1][0]
+        parent_link = number.get(parent)
         new = number[ends[last]] if last in ends else number.setdefault(last, len(number))
-        if known is None:
-            raise UsageError(f"{linkage.name}: joint {own[0][1].name} is on no link of its own")
-        edges.append((kind, min(known, new), max(known, new)))
-        points.append(np.array([joint.point for _, joint in own]))
-        axes.append(np.array([_direction(joint) for _, joint in own]))
+        if parent_link is None:
+            raise UsageError(
+                f"{linkage.name}: joint {group[0][1].name} is on no link of its own"
+            )
+        edges.append((kind, min(parent_link, new), max(parent_link, new)))
+        points.append(np.array([joint.point for _, joint in group]))
+        axes.append(np.array([_direction(joint) for _, joint in group]))
     return edges, points, axes
 
 
@@ -166,8 +168,8 @@ def _named(graph: Topology) -> tuple[Topology, list[int]]:
         for entry in same:
             for some in permutations(range(1, graph.links)):
                 image = (0, *some)
-                found = [ends.get(frozenset((image[a], image[b]))) for _, a, b in entry.edges]
-                pairs = zip(found, entry.edges, strict=True)
+                matches = [ends.get(frozenset((image[a], image[b]))) for _, a, b in entry.edges]
+                pairs = zip(matches, entry.edges, strict=True)
                 if all(new is not None and new[1] == edge[0] for new, edge in pairs):
-                    return entry, [new[0] for new in found if new is not None]
+                    return entry, [new[0] for new in matches if new is not None]
     return graph, list(range(len(graph.edges)))

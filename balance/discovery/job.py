@@ -170,8 +170,8 @@ class DiscoveryJob:
             numbers: their numbers; 0 is the origin, if there is one.
         """
         if self.origin:
-            own = geometry_of_text(self.origin)
-            return starts_near(self.structure, own, self.seed, numbers)
+            origin = geometry_of_text(self.origin)
+            return starts_near(self.structure, origin, self.seed, numbers)
         return random_starts(self.structure, self.seed, numbers)
 
     def walk(
@@ -206,11 +206,11 @@ class _Rows:
         ends = polish(job.structure, geometry, job.generic)
         split = motion_splits(job.structure, ends.geometry) & ~ends.special
         self.outcome[lanes] = np.where(split, "motion splits", "not exact")
-        own = np.flatnonzero(ends.special)
-        if not own.size:
+        special_lanes = np.flatnonzero(ends.special)
+        if not special_lanes.size:
             return
-        ends = ends.take(own)
-        special, to = ends.geometry, lanes[own]
+        ends = ends.take(special_lanes)
+        special, to = ends.geometry, lanes[special_lanes]
         self.outcome[to] = judge_geometries(job.topology, job.structure, special)
         self.margin[to] = margins(job.structure, ends)
         if job.buildable:

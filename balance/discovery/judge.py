@@ -47,7 +47,7 @@ def judge_geometries(
     Returns:
         One of `OUTCOMES` for each.
     """
-    found = far_conditions(structure, geometry)
+    conditions = far_conditions(structure, geometry)
     quantities = quantities_of(topology)
     values = measure_quantities(quantities, site_geometry(structure, geometry))
     lengths = [k for k, entry in enumerate(quantities) if entry.kind in ("length", "arc")]
@@ -55,14 +55,14 @@ def judge_geometries(
     for lane in range(len(values)):
         if lengths and _shortest(topology, values[lane, lengths]) < SHORT:
             out.append("short link")
-        elif _coincide(topology, structure, geometry, found, lane):
+        elif _coincide(topology, structure, geometry, conditions, lane):
             out.append("joints coincide")
-        elif _idle(found, lane):
+        elif _idle(conditions, lane):
             out.append("idle joint")
         else:
             out.append(
-                _still(topology, structure, found, lane)
-                or explained(topology, structure, geometry, found, lane)
+                _still(topology, structure, conditions, lane)
+                or explained(topology, structure, geometry, conditions, lane)
                 or "special"
             )
     return out
@@ -76,11 +76,11 @@ def _shortest(topology: Topology, lengths: Array) -> float:
 
 
 def _positions(
-    structure: TopologyArrays, geometry: LaneGeometry, found: LaneConditions, lane: int
+    structure: TopologyArrays, geometry: LaneGeometry, conditions: LaneConditions, lane: int
 ) -> Array:
     """Compute the joint points, or axes on a sphere, at all poses (poses, sites, 3)."""
     first = [structure.origin.tolist().index(k) for k in range(structure.origin.max() + 1)]
-    H = found.poses.H[lane][:, structure.parent[first]]
+    H = conditions.poses.H[lane][:, structure.parent[first]]
     k = 2 if structure.planar else 3
     out = np.zeros((*H.shape[:2], 3))
     if structure.spherical:
@@ -94,13 +94,13 @@ def _coincide(
     topology: Topology,
     structure: TopologyArrays,
     geometry: LaneGeometry,
-    found: LaneConditions,
+    conditions: LaneConditions,
     lane: int,
 ) -> bool:
     """Whether two joints stay at one place in all poses: the linkage is folded."""
     if topology.space == "space":
         return False
-    x = _positions(structure, geometry, found, lane)
+    x = _positions(structure, geometry, conditions, lane)
     turning = [k for k, (kind, _, _) in enumerate(topology.edges) if kind == "R"]
     for a, b in combinations(turning, 2):
         apart = np.sqrt(np.sum((x[:, a] - x[:, b]) ** 2, axis=-1))
@@ -111,28 +111,28 @@ def _coincide(
     return False
 
 
-def _idle(found: LaneConditions, lane: int) -> bool:
+def _idle(conditions: LaneConditions, lane: int) -> bool:
     """Whether a joint does not move in any pose."""
-    rates = np.abs(found.poses.C[lane]).max(axis=(0, 2))
+    rates = np.abs(conditions.poses.C[lane]).max(axis=(0, 2))
     return bool(rates.min() <= IDLE * rates.max())
 
 
 def _still(
-    topology: Topology, structure: TopologyArrays, found: LaneConditions, lane: int
+    topology: Topology, structure: TopologyArrays, conditions: LaneConditions, lane: int
 ) -> str:
     """Tell whether a link is at rest, or does not turn and explains the drop by that alone.
 
     The moment of inertia of a link that does not turn has no momentum: one dimension for each
     such link, beyond those that slide on the ground in all geometries of the topology.
     """
-    H = found.poses.H[lane][:, structure.bodies]
+    H = conditions.poses.H[lane][:, structure.bodies]
     moved = np.abs(H - H[:1]).max(axis=0)
     size = 1.0 if structure.spherical else np.abs(H[..., :-1, -1]).max()
     if np.any(moved.max(axis=(1, 2)) <= IDLE * max(size, 1.0)):
         return "idle link"
     still = moved[:, :-1, :-1].max(axis=(1, 2)) <= IDLE
     still[[link - 1 for link in topology.sliding_links]] = False
-    nullity = int(np.sum(found.values[lane] <= 1e-12 * found.values[lane, 0]))
+    nullity = int(np.sum(conditions.values[lane] <= 1e-12 * conditions.values[lane, 0]))
     serial = len(topology.edges) + len(topology.sliding_links)
     if topology.space == "plane" and still.any() and nullity - serial <= still.sum():
         return "link does not turn"
@@ -155,7 +155,7 @@ def explained(
     topology: Topology,
     structure: TopologyArrays,
     geometry: LaneGeometry,
-    found: LaneConditions,
+    conditions: LaneConditions,
     lane: int,
 ) -> str:
     """Tell whether transfers at joints, and parts, explain the whole design space.
@@ -167,7 +167,7 @@ def explained(
         topology: the graph.
         structure: its arrays.
         geometry: the linkages.
-        found: their conditions.
+        conditions: their conditions.
         lane: which of them.
 
     Returns:
@@ -176,8 +176,8 @@ def explained(
     if topology.space != "plane" or len(structure.ends) < 2:
         return ""
     points = site_geometry(structure, geometry).points[lane]
-    rank = int(np.sum(found.values[lane] > 1e-12 * found.values[lane, 0]))
-    N = found.Vt[lane, rank:].T
+    rank = int(np.sum(conditions.values[lane] > 1e-12 * conditions.values[lane, 0]))
+    N = conditions.Vt[lane, rank:].T
     spaces = [_serial(topology, points)]
 
     def on_links(links: tuple[int, ...]) -> Array:

@@ -119,8 +119,8 @@ def _solve(S: Array, right: Array) -> Array:
     except np.linalg.LinAlgError:
         usable = np.abs(np.linalg.det(S)) > 0.0
         safe = np.where(usable[..., None, None], S, np.eye(S.shape[-1]))
-        found = np.asarray(np.linalg.solve(safe, right))
-        return np.where(usable[..., None, None], found, np.nan)
+        solution = np.asarray(np.linalg.solve(safe, right))
+        return np.where(usable[..., None, None], solution, np.nan)
 
 
 def _rates(structure: TopologyArrays, S: Array) -> Array:
@@ -177,7 +177,7 @@ def follow_curves(
     frames = np.repeat(_first_frames(structure, screws), len(rays), axis=1)
     C = np.swapaxes(frames, -1, -2)
     q = np.zeros((len(screws), len(rays), screws.shape[1]))
-    found = []
+    poses = []
     with np.errstate(all="ignore"):
         for _ in range(steps):
             move = np.einsum("lrjw,rw->lrj", C, rays)
@@ -187,10 +187,10 @@ def follow_curves(
             C = _rates(structure, _constraints(structure, carried, frames))
             frames = _orthonormal(np.where(np.isfinite(C), C, 1.0))
             C = np.swapaxes(frames, -1, -2)
-            found.append((q, frames))
+            poses.append((q, frames))
     return _poses(
-        structure, screws, np.concatenate([q for q, _ in found], axis=1),
-        np.concatenate([c for _, c in found], axis=1), len(rays),
+        structure, screws, np.concatenate([q for q, _ in poses], axis=1),
+        np.concatenate([c for _, c in poses], axis=1), len(rays),
     )  # fmt: skip
 
 
@@ -229,9 +229,9 @@ def lane_momentum_rows(structure: TopologyArrays, poses: Poses) -> Array:
         poses: poses of the linkages.
     """
     T, back = _body_twists(structure, poses)
-    own = back @ T
+    body_twists = back @ T
     tensor = structure.algebra.tensors.momentum
-    rows = np.einsum("lpbdw,diq->lpbwiq", own, tensor)
+    rows = np.einsum("lpbdw,diq->lpbwiq", body_twists, tensor)
     rows = np.swapaxes(back, -1, -2)[:, :, :, None] @ rows
     lanes = len(rows)
     return np.moveaxis(rows, 2, 4).reshape(lanes, -1, structure.unknowns)
@@ -296,8 +296,8 @@ def _twist_rates(structure: TopologyArrays, poses: Poses, eta: Array, twists: Ar
     above = np.concatenate([eta, ground], axis=2)[:, :, structure.parent]
     # ad(η) s = -ad(s) η
     ds = -algebra.bracket(poses.carried) @ above
-    own = -algebra.bracket(poses.screws)[..., :, :] @ twists
-    ds += algebra.adjoint(poses.H[:, :, structure.parent]) @ own[:, None]
+    local_rates = -algebra.bracket(poses.screws)[..., :, :] @ twists
+    ds += algebra.adjoint(poses.H[:, :, structure.parent]) @ local_rates[:, None]
     loops = np.einsum("mj,lpjdc,lpjw->lpmdwc", structure.cycles, ds, poses.C)
     loops = loops[..., : structure.closure, :, :]
     shape = loops.shape

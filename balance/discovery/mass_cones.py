@@ -74,14 +74,14 @@ class MassCones(NamedTuple):
         whole[0, :unknowns], whole[1, -1] = self.total, 1.0
         whole[2 : n + 2, :unknowns], whole[n + 2 :, :unknowns] = rows, bodies
         offset = np.concatenate([[-1.0], np.zeros(n + 1), -unit])
-        found = solve_conic(
+        optimum = solve_conic(
             np.append(np.zeros(unknowns), 1.0), whole, offset,
             [ConstraintBlock("zero", 1), ConstraintBlock("second_order", n + 1)]
             + [cone.part] * len(self.blocks),
             careful=False,
         )  # fmt: skip
-        z = found.x[:-1]
-        if found.infeasible or not np.isfinite(z).all():
+        z = optimum.x[:-1]
+        if optimum.infeasible or not np.isfinite(z).all():
             return None
         return LeastMomentum(z, self._free(z, least))
 
@@ -89,8 +89,8 @@ class MassCones(NamedTuple):
         """Compute the directions that keep the total, and the active cones to first order."""
         P = np.einsum("bnij,n->bij", self.blocks, z)
         fixed = [self.total[None]]
-        for own, blocks in zip(P, self.blocks, strict=True):
-            fixed.append(self._fixed(own, blocks, least))
+        for matrix, blocks in zip(P, self.blocks, strict=True):
+            fixed.append(self._fixed(matrix, blocks, least))
         rows = np.concatenate(fixed)
         _, values, Vt = np.linalg.svd(rows)
         return np.asarray(Vt[int(np.sum(values > 1e-9 * values[0])) :].T)
@@ -131,11 +131,15 @@ class MassCones(NamedTuple):
             cone.stack_rows(cone.blocks),
             -unit,
         )
-        found = solve_conic(
+        optimum = solve_conic(
             np.append(np.zeros(n), -1.0), rows, np.append(-1.0, 0.0 * unit),
             [ConstraintBlock("zero", 1)] + [cone.part] * len(self.blocks),
         )  # fmt: skip
-        return 0.0 if found.infeasible or not np.isfinite(found.x[-1]) else float(found.x[-1])
+        return (
+            0.0
+            if optimum.infeasible or not np.isfinite(optimum.x[-1])
+            else float(optimum.x[-1])
+        )
 
 
 def mass_cones(structure: TopologyArrays) -> MassCones:

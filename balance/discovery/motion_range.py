@@ -81,14 +81,14 @@ def motion_range(
         return None
     ways = _ways(structure, geometry)
     ranges = [_range_of(structure, ways, k) for k in driving]
-    return ranges[first_largest([found.size for found in ranges])]
+    return ranges[first_largest([span.size for span in ranges])]
 
 
 def _ways(structure: TopologyArrays, geometry: LaneGeometry) -> list[tuple[Array, Array, bool]]:
     """Follow the motion both ways up to a meeting of motions: positions, rates, whether met."""
     poses = follow_curves(structure, geometry, WAY, POSES)
     start = follow_curves(structure, geometry, 1e-6, 1)
-    found = []
+    ways = []
     for way in range(2):
         q, C, S = poses.q[0, way::2], poses.C[0, way::2, :, 0], poses.S[0, way::2]
         first = np.zeros((1, q.shape[1]))
@@ -105,8 +105,8 @@ def _ways(structure: TopologyArrays, geometry: LaneGeometry) -> list[tuple[Array
             here = poses.q[0, way::2][count]
             q = np.concatenate([q, (q[-1] + share * (here - q[-1]))[None]])
             C = np.concatenate([C, C[-1:]])
-        found.append((q, C, bool(stop.size)))
-    return found
+        ways.append((q, C, bool(stop.size)))
+    return ways
 
 
 def _range_of(

@@ -89,18 +89,21 @@ class Ends:
 
 
 def geometry_at(
-    structure: TopologyArrays, geometry: LaneGeometry, found: LaneConditions, pose: IntArray
+    structure: TopologyArrays,
+    geometry: LaneGeometry,
+    conditions: LaneConditions,
+    pose: IntArray,
 ) -> LaneGeometry:
     """Take another pose as the reference pose.
 
     Args:
         structure: the topology.
         geometry: the linkages.
-        found: conditions, whose poses are used.
+        conditions: conditions, whose poses are used.
         pose: number of the pose of each lane.
     """
     lanes = np.arange(len(pose))
-    H = found.poses.H[lanes, pose][:, structure.parent]
+    H = conditions.poses.H[lanes, pose][:, structure.parent]
     k = 2 if structure.planar else 3
     points, axes = geometry.points.copy(), geometry.axes.copy()
     points[..., :k] = (H[..., :k, :k] @ points[..., :k, None])[..., 0] + H[..., :k, k]
@@ -133,14 +136,14 @@ def walk_again(
     lanes = np.arange(len(geometry.points))
     if not lanes.size:
         return geometry, lanes
-    found = far_conditions(structure, geometry)
-    curves = found.poses.q.shape[1] // _far_poses(structure)
+    conditions = far_conditions(structure, geometry)
+    curves = conditions.poses.q.shape[1] // _far_poses(structure)
     pose = np.full(len(geometry.points), curves * (_far_poses(structure) // 2))
-    moved = geometry_at(structure, geometry, found, pose).take(found.usable)
-    if not found.usable.any():
+    moved = geometry_at(structure, geometry, conditions, pose).take(conditions.usable)
+    if not conditions.usable.any():
         return moved, lanes[:0]
     again = walk(moved)
-    return again.geometry.take(again.arrived), lanes[found.usable][again.arrived]
+    return again.geometry.take(again.arrived), lanes[conditions.usable][again.arrived]
 
 
 def far_conditions(
@@ -155,19 +158,19 @@ def far_conditions(
             drop and the others: polished geometries are then decided, and the others not.
     """
     count = _far_poses(structure)
-    found = conditions_at(structure, geometry, FAR, count)
+    conditions = conditions_at(structure, geometry, FAR, count)
     for half in range(1, HALVINGS + 1):
-        grey = (found.values > EXACT * found.values[:, :1]) & (
-            found.values < KEPT * found.values[:, :1]
+        grey = (conditions.values > EXACT * conditions.values[:, :1]) & (
+            conditions.values < KEPT * conditions.values[:, :1]
         )
         lost = np.flatnonzero(
-            found.poses.crossed | ~found.usable | (clearly & grey.any(axis=1))
+            conditions.poses.crossed | ~conditions.usable | (clearly & grey.any(axis=1))
         )
         if not lost.size:
             break
         nearer = conditions_at(structure, geometry.take(lost), FAR / 2**half, count)
-        put_conditions(found, lost, nearer)
-    return found
+        put_conditions(conditions, lost, nearer)
+    return conditions
 
 
 def count_dropped(values: Array, limit: float) -> IntArray:
@@ -181,15 +184,15 @@ def count_dropped(values: Array, limit: float) -> IntArray:
 
 
 def _stacked(
-    structure: TopologyArrays, geometry: LaneGeometry, found: LaneConditions, nullity: int
+    structure: TopologyArrays, geometry: LaneGeometry, conditions: LaneConditions, nullity: int
 ) -> tuple[Array, Array]:
     """Compute J and r, stacked for all masses of the design space."""
     kept = structure.unknowns - nullity
-    z = found.Vt[:, kept:]
-    D = momentum_rates(structure, geometry, found.poses, z)
-    U = found.U[:, None, :, :kept]
+    z = conditions.Vt[:, kept:]
+    D = momentum_rates(structure, geometry, conditions.poses, z)
+    U = conditions.U[:, None, :, :kept]
     J = D - U @ (np.swapaxes(U, -1, -2) @ D)
-    r = found.values[:, kept:, None] * np.swapaxes(found.U[:, :, kept:], 1, 2)
+    r = conditions.values[:, kept:, None] * np.swapaxes(conditions.U[:, :, kept:], 1, 2)
     return J.reshape(len(J), -1, J.shape[-1]), r.reshape(len(r), -1)
 
 
@@ -225,13 +228,13 @@ def polish(structure: TopologyArrays, geometry: LaneGeometry, generic: int) -> E
         generic: nullity of most geometries.
     """
     geometry = LaneGeometry(*(array.copy() for array in geometry))
-    found = far_conditions(structure, geometry)
-    nullity = np.where(found.usable, count_dropped(found.values, DROP), -1)
-    nullity = np.where(found.usable, np.maximum(nullity, generic + 1), -1)
+    conditions = far_conditions(structure, geometry)
+    nullity = np.where(conditions.usable, count_dropped(conditions.values, DROP), -1)
+    nullity = np.where(conditions.usable, np.maximum(nullity, generic + 1), -1)
     for number in np.unique(nullity[nullity > generic]).tolist():
-        own = np.flatnonzero(nullity == number)
-        ends = _gauss_newton(structure, geometry.take(own), number)
-        geometry.put(own, ends)
+        lanes = np.flatnonzero(nullity == number)
+        ends = _gauss_newton(structure, geometry.take(lanes), number)
+        geometry.put(lanes, ends)
     return decide_special(structure, geometry, generic)
 
 
@@ -243,14 +246,14 @@ def _gauss_newton(
     alive = np.arange(len(geometry.points))
     for _ in range(STEPS):
         here = geometry.take(alive)
-        found = far_conditions(structure, here)
-        alive, here = alive[found.usable], here.take(found.usable)
+        conditions = far_conditions(structure, here)
+        alive, here = alive[conditions.usable], here.take(conditions.usable)
         if not alive.size:
             break
-        found = take_conditions(found, found.usable)
+        conditions = take_conditions(conditions, conditions.usable)
         if not alive.size:
             break
-        step = _pseudo_step(*_stacked(structure, here, found, nullity))
+        step = _pseudo_step(*_stacked(structure, here, conditions, nullity))
         largest = np.abs(step).max(axis=1)
         geometry.put(
             alive,
@@ -276,20 +279,20 @@ def decide_special(structure: TopologyArrays, geometry: LaneGeometry, generic: i
     for _ in range(AWAY):
         poses.append(_away(structure, poses[-1]))
     geometry = poses[-1]
-    found = far_conditions(structure, geometry, clearly=True)
-    nullity = np.where(found.usable, count_dropped(found.values, EXACT), -1)
-    dropped, gap = _around(found.values, nullity)
-    clear = found.usable & (gap >= KEPT)
+    conditions = far_conditions(structure, geometry, clearly=True)
+    nullity = np.where(conditions.usable, count_dropped(conditions.values, EXACT), -1)
+    dropped, gap = _around(conditions.values, nullity)
+    clear = conditions.usable & (gap >= KEPT)
     special = clear & (nullity > generic)
     wide = far_conditions(structure, geometry)
     special &= wide.usable & (_around(wide.values, nullity)[0] <= WIDE)
-    special &= _agrees(structure, geometry, found, nullity)
+    special &= _agrees(structure, geometry, conditions, nullity)
     codimension = np.full(len(nullity), -1)
     for here in poses:
-        own = np.flatnonzero(special)
-        counts, sure, settled = _codimensions(structure, here.take(own), nullity[own])
-        codimension[own] = np.maximum(codimension[own], np.where(sure, counts, -1))
-        special[own] &= settled
+        lanes = np.flatnonzero(special)
+        counts, sure, settled = _codimensions(structure, here.take(lanes), nullity[lanes])
+        codimension[lanes] = np.maximum(codimension[lanes], np.where(sure, counts, -1))
+        special[lanes] &= settled
     special &= codimension >= 0
     return Ends(poses[0], nullity, codimension, dropped, gap, clear, special)
 
@@ -301,39 +304,44 @@ def _codimensions(
     counts, (sure, settled) = np.zeros(len(nullity), int), np.zeros((2, len(nullity)), bool)
     if not len(nullity):
         return counts, sure, settled
-    found = far_conditions(structure, geometry, clearly=True)
+    conditions = far_conditions(structure, geometry, clearly=True)
     for number in np.unique(nullity).tolist():
-        own = np.flatnonzero(found.usable & (nullity == number))
-        if own.size:
-            J, r = _stacked(structure, geometry.take(own), take_conditions(found, own), number)
-            counts[own], sure[own] = _codimension(J)
-            settled[own] = np.abs(_pseudo_step(J, r)).max(axis=1) <= SETTLED
+        lanes = np.flatnonzero(conditions.usable & (nullity == number))
+        if lanes.size:
+            J, r = _stacked(
+                structure, geometry.take(lanes), take_conditions(conditions, lanes), number
+            )
+            counts[lanes], sure[lanes] = _codimension(J)
+            settled[lanes] = np.abs(_pseudo_step(J, r)).max(axis=1) <= SETTLED
     # Place, size and pose are no equations: more is what round-off leaves.
     same = 4 if structure.planar else 3 if structure.spherical else 7
     sure &= counts <= len(structure.shifts) - same - structure.width
-    return counts, sure, settled | ~found.usable
+    return counts, sure, settled | ~conditions.usable
 
 
 def _away(structure: TopologyArrays, geometry: LaneGeometry) -> LaneGeometry:
     """Take the pose with the largest determinant of S as the reference pose."""
-    found = far_conditions(structure, geometry)
-    regular = np.abs(np.linalg.det(np.nan_to_num(found.poses.S)))
-    moved = geometry_at(structure, geometry, found, np.argmax(regular, axis=1))
-    own = np.flatnonzero(found.usable)
+    conditions = far_conditions(structure, geometry)
+    regular = np.abs(np.linalg.det(np.nan_to_num(conditions.poses.S)))
+    moved = geometry_at(structure, geometry, conditions, np.argmax(regular, axis=1))
+    lanes = np.flatnonzero(conditions.usable)
     geometry = LaneGeometry(*(array.copy() for array in geometry))
-    geometry.put(own, moved.take(own))
+    geometry.put(lanes, moved.take(lanes))
     return geometry
 
 
 def _agrees(
-    structure: TopologyArrays, geometry: LaneGeometry, found: LaneConditions, nullity: IntArray
+    structure: TopologyArrays,
+    geometry: LaneGeometry,
+    conditions: LaneConditions,
+    nullity: IntArray,
 ) -> Flags:
     """Decide whether the nullity is the same from a pose on one of the first two curves."""
     agrees = np.zeros(len(nullity), bool)
-    curves = found.poses.q.shape[1] // _far_poses(structure)
+    curves = conditions.poses.q.shape[1] // _far_poses(structure)
     for curve in range(2):
         pose = curves * (_far_poses(structure) // 4) + curve
-        moved = geometry_at(structure, geometry, found, np.full(len(nullity), pose))
+        moved = geometry_at(structure, geometry, conditions, np.full(len(nullity), pose))
         other = far_conditions(structure, moved, clearly=True)
         agrees |= other.usable & (count_dropped(other.values, EXACT) == nullity)
     return agrees

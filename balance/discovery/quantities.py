@@ -80,26 +80,28 @@ def quantities_of(topology: Topology) -> tuple[InvariantQuantity, ...]:
     """List the quantities of a topology; none for a linkage in space."""
     if topology.space == "space":
         return ()
-    found = []
+    quantities = []
     kinds = [kind for kind, _, _ in topology.edges]
     length = "arc" if topology.space == "sphere" else "length"
     for link in range(topology.links):
         points = [j for j in topology.joints_of(link) if kinds[j] == "R"]
-        found += [InvariantQuantity(length, link, pair) for pair in combinations(points, 2)]
+        quantities += [
+            InvariantQuantity(length, link, pair) for pair in combinations(points, 2)
+        ]
         if topology.space == "plane":
             for three in combinations(points, 3):
-                found += [
+                quantities += [
                     InvariantQuantity("angle", link, (j, *(k for k in three if k != j)))
                     for j in three
                 ]
     for slide, (kind, a, b) in enumerate(topology.edges):
         if kind == "P":
             sides = [[j for j in topology.joints_of(x) if kinds[j] == "R"] for x in (a, b)]
-            found += [
+            quantities += [
                 InvariantQuantity("offset", -1, (*sorted((i, j)), slide))
                 for i in sides[0] for j in sides[1]
             ]  # fmt: skip
-    return tuple(found + (_loop_quantities(topology) if topology.space == "plane" else []))
+    return tuple(quantities + (_loop_quantities(topology) if topology.space == "plane" else []))
 
 
 def _loop_from(joints: tuple[int, ...]) -> tuple[int, ...]:

@@ -75,11 +75,11 @@ def rational_members(
         turning = [j for j, kind in enumerate(_kinds(family)) if kind == "R"]
         for grid in GRIDS:
             for dependent in _dependent(turning, family.codimension):
-                found = _round(
+                member = _round(
                     structure, family, quantities, points, relations[lane], grid, dependent
                 )
-                if found is not None:
-                    yield found
+                if member is not None:
+                    yield member
 
 
 def _kinds(family: Family) -> list[str]:
@@ -175,12 +175,14 @@ def _newton(
 
 def _columns(structure: TopologyArrays, dependent: list[int]) -> list[int]:
     """Return the change that moves each coordinate (joint and x or y)."""
-    found = []
+    columns = []
     for coordinate in dependent:
         joint = structure.origin.tolist().index(coordinate // 2)
-        own = (structure.moved[:, joint] != 0.0) & (structure.shifts[:, coordinate % 2] != 0.0)
-        found.append(int(np.flatnonzero(own)[0]))
-    return found
+        moves = (structure.moved[:, joint] != 0.0) & (
+            structure.shifts[:, coordinate % 2] != 0.0
+        )
+        columns.append(int(np.flatnonzero(moves)[0]))
+    return columns
 
 
 def holds_exactly(
@@ -234,13 +236,16 @@ def _angle(joints: tuple[int, ...], points: list[Point]) -> tuple[Fraction, Frac
 
 
 def _same_function(
-    relation: GeometryRelation, quantities: tuple[InvariantQuantity, ...], one: tuple[int, ...],
-    other: tuple[int, ...], points: list[Point],
-) -> bool:  # fmt: skip
+    relation: GeometryRelation,
+    quantities: tuple[InvariantQuantity, ...],
+    first_loop: tuple[int, ...],
+    second_loop: tuple[int, ...],
+    points: list[Point],
+) -> bool:
     """Compare slopes or constants of two loops by their squares, and the signs."""
     sides = [
         [_square((loop[k], loop[(k + 1) % 4]), points) for k in range(4)]
-        for loop in (one, other)
+        for loop in (first_loop, second_loop)
     ]
     (ab, bc, cd, da), (ef, fg, gh, he) = sides
     if quantities[relation.left[0]].kind == "slope":

@@ -84,15 +84,15 @@ class GeometryRelation(NamedTuple):
         """Say the relation in words, with the names of the quantities."""
         left = [quantities[k].text for k in self.left]
         right = [quantities[k].text for k in self.right]
-        own = quantities[self.left[0]]
-        a, b, c = (*(chr(65 + j) for j in own.joints), "")[:3]
+        quantity = quantities[self.left[0]]
+        a, b, c = (*(chr(65 + j) for j in quantity.joints), "")[:3]
         match self.kind:
             case "zero":
                 return f"{b} slides in line with {a}"
             case "straight":
                 return f"{b}, {a} and {c} are in line"
             case "right":
-                return f"{'the arc ' * (own.kind == 'arc')}{left[0]} is a right angle"
+                return f"{'the arc ' * (quantity.kind == 'arc')}{left[0]} is a right angle"
             case "supplement":
                 return f"the arcs {left[0]} and {right[0]} add up to a straight angle"
             case "same angle":
@@ -101,11 +101,11 @@ class GeometryRelation(NamedTuple):
                 return f"{left[0]} and {right[0]} are equal, one mirrored"
             case "same function" | "opposite function":
                 opposite = "opposite of the " * (self.kind == "opposite function")
-                one, other = (
+                corner, other = (
                     f"corner {letters[2]} over corner {letters[0]} in the loop {letters}"
                     for letters in _loops(quantities, (*self.left, *self.right))
                 )
-                return f"{one} has the {opposite}{own.kind} of {other}"
+                return f"{corner} has the {opposite}{quantity.kind} of {other}"
             case "product":
                 return _ratio_words(left, right)
             case "squares":
@@ -150,10 +150,10 @@ def list_relations(
     Args:
         quantities: of the topology.
     """
-    found: dict[str, list[GeometryRelation]] = {kind: [] for kind in KINDS}
+    by_kind: dict[str, list[GeometryRelation]] = {kind: [] for kind in KINDS}
     for relation in _all(quantities):
-        found[relation.kind].append(relation)
-    return found
+        by_kind[relation.kind].append(relation)
+    return by_kind
 
 
 def _all(quantities: tuple[InvariantQuantity, ...]) -> Iterator[GeometryRelation]:
@@ -190,11 +190,11 @@ def _same_functions(
     quantities: tuple[InvariantQuantity, ...], slopes: list[int], constants: list[int]
 ) -> Iterator[GeometryRelation]:
     """Yield equal slopes and equal or opposite constants of two loops."""
-    for own in (slopes, constants):
-        for a, b in combinations(own, 2):
+    for functions in (slopes, constants):
+        for a, b in combinations(functions, 2):
             if set(quantities[a].joints) != set(quantities[b].joints):
                 yield GeometryRelation("same function", (a,), (b,))
-                if own is constants:
+                if functions is constants:
                     yield GeometryRelation("opposite function", (a,), (b,))
 
 
@@ -285,8 +285,8 @@ def gradients(
     many = LaneGeometry(*(np.repeat(a, 2 * count, axis=0) for a in geometry))
     moved = structure.move(many, steps.reshape(-1, count))
     values = measure_quantities(quantities, site_geometry(structure, moved))
-    found = np.stack([residuals(r.kind, [r], values)[:, 0] for r in relations], axis=1)
-    both = found.reshape(lanes, 2, count, len(relations))
+    errors = np.stack([residuals(r.kind, [r], values)[:, 0] for r in relations], axis=1)
+    both = errors.reshape(lanes, 2, count, len(relations))
     return np.moveaxis((both[:, 0] - both[:, 1]) / (2 * STEP), 1, 2)
 
 
@@ -307,8 +307,8 @@ def independent(slopes: Array) -> list[int]:
             continue
         row = row / size
         row = row - basis.T @ (basis @ row)
-        left = np.sqrt(row @ row)
-        if left > NEW:
-            basis = np.concatenate([basis, row[None] / left])
+        remainder = np.sqrt(row @ row)
+        if remainder > NEW:
+            basis = np.concatenate([basis, row[None] / remainder])
             chosen.append(k)
     return chosen

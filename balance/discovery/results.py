@@ -99,8 +99,8 @@ def found_in(file: ResultsFile) -> Found:
         raise damaged(file.path, "its rows or columns are not those of its search")
     table = file.read()
     special = np.flatnonzero(table["outcome"] == "special").tolist()
-    found = (_end_of(file.path, job, table, k) for k in special)
-    families = group_members(job.topology, job.structure, job.generic, found)
+    ends = (_end_of(file.path, job, table, k) for k in special)
+    families = group_members(job.topology, job.structure, job.generic, ends)
     return Found(job, dict(Counter(table["outcome"].tolist()).most_common()), families)
 
 

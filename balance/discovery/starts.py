@@ -29,13 +29,13 @@ def random_starts(structure: TopologyArrays, seed: int, numbers: range) -> LaneG
 
 
 def starts_near(
-    structure: TopologyArrays, own: LaneGeometry, seed: int, numbers: range
+    structure: TopologyArrays, origin: LaneGeometry, seed: int, numbers: range
 ) -> LaneGeometry:
     """Change a linkage by random amounts, from a hundredth of its size to all of it.
 
     Args:
         structure: the topology.
-        own: the linkage, in one lane.
+        origin: the linkage, in one lane.
         seed: seed of all starts.
         numbers: numbers of the starts; 0 is the linkage itself.
     """
@@ -45,7 +45,7 @@ def starts_near(
         rng = np.random.default_rng([seed, number])
         size = NEAREST * (FARTHEST / NEAREST) ** rng.random()
         steps.append((number > 0) * size * rng.standard_normal(count))
-    many = LaneGeometry(*(np.repeat(array, len(steps), axis=0) for array in own))
+    many = LaneGeometry(*(np.repeat(array, len(steps), axis=0) for array in origin))
     return structure.change(many, np.stack(steps))
 
 

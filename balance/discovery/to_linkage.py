@@ -70,19 +70,19 @@ def to_linkage(
     places = joint_places(topology, structure, geometry.take(slice(lane, lane + 1)))[0]
     for k in dict.fromkeys(structure.origin.tolist()):
         kind, a, b = topology.edges[k]
-        own = np.flatnonzero(structure.origin == k)
-        closes = own[-1] in ends
-        known, new = (a, b) if a in reached else (b, a)
+        indices = np.flatnonzero(structure.origin == k)
+        closes = indices[-1] in ends
+        base, new = (a, b) if a in reached else (b, a)
         if closes:
-            known, new = a, b
+            base, new = a, b
         else:
             reached.add(new)
-        axes = geometry.axes[lane, own]
+        axes = geometry.axes[lane, indices]
         second = axes[1] - (axes[1] @ axes[0]) * axes[0] if kind == "U" else None
         named[k] = chr(ord("A") + k)
         joint = ScrewJoint(
-            named[k], f"link{known}" if known else "ground", f"link{new}" if new else "ground",
-            axes[0] if kind != "S" else (1.0, 0.0, 0.0), places[own[0]],
+            named[k], f"link{base}" if base else "ground", f"link{new}" if new else "ground",
+            axes[0] if kind != "S" else (1.0, 0.0, 0.0), places[indices[0]],
             KINDS[kind], axis2=second,
         )  # fmt: skip
         (loops if closes else tree).append(joint)

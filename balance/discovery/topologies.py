@@ -59,14 +59,14 @@ class Topology:
     def symmetries(self) -> list[tuple[int, ...]]:
         """Return permutations of the joints that keep graph and ground."""
         ends = {frozenset((a, b)): (k, kind) for k, (kind, a, b) in enumerate(self.edges)}
-        found = []
+        symmetries = []
         for order in permutations(range(1, self.links)):
             image = (0, *order)
             moved = [ends.get(frozenset((image[a], image[b]))) for _, a, b in self.edges]
             same = zip(moved, self.edges, strict=True)
             if all(new is not None and new[1] == edge[0] for new, edge in same):
-                found.append(tuple(new[0] for new in moved if new is not None))
-        return found
+                symmetries.append(tuple(new[0] for new in moved if new is not None))
+        return symmetries
 
     def four_link_loops(self) -> list[tuple[tuple[int, ...], tuple[int, ...]]]:
         """List the loops of four links: the links in order, and the joints between them.
@@ -74,28 +74,28 @@ class Topology:
         The first joint is between the first two links, the last between the last and the first.
         """
         joint = {frozenset((a, b)): k for k, (_, a, b) in enumerate(self.edges)}
-        found = []
+        loops = []
         for four in combinations(range(self.links), 4):
             for order in ((0, 1, 2, 3), (0, 1, 3, 2), (0, 2, 1, 3)):
                 links = tuple(four[k] for k in order)
                 pairs = [frozenset((links[k], links[(k + 1) % 4])) for k in range(4)]
                 if all(pair in joint for pair in pairs):
-                    found.append((links, tuple(joint[pair] for pair in pairs)))
-        return found
+                    loops.append((links, tuple(joint[pair] for pair in pairs)))
+        return loops
 
     def moving_parts(self) -> list[tuple[int, ...]]:
         """List sets of five or more links with the ground whose joints leave one freedom.
 
         Each is a part of a planar linkage with revolute joints that moves by itself.
         """
-        found = []
+        parts = []
         for count in range(5, self.links):
             for others in combinations(range(1, self.links), count - 1):
                 links = {0, *others}
                 inner = [{a, b} for _, a, b in self.edges if {a, b} <= links]
                 if 3 * (count - 1) - 2 * len(inner) == 1 and _connected(links, inner):
-                    found.append((0, *others))
-        return found
+                    parts.append((0, *others))
+        return parts
 
     @property
     def sliding_links(self) -> set[int]:
@@ -208,31 +208,31 @@ def edge_list(text: str) -> Topology:
     if len({frozenset(ends) for _, *ends in read}) < len(read):
         raise UsageError(f"{text!r} connects two links by two joints")
     edges = tuple((kind, min(a, b), max(a, b)) for kind, a, b in read)
-    found = Topology(text, edges, space)
+    graph = Topology(text, edges, space)
     reached = {0}
     for _ in edges:
         reached |= {x for _, a, b in edges for x in (a, b) if {a, b} & reached}
-    if reached != set(range(found.links)) or found.structure().width < 1:
+    if reached != set(range(graph.links)) or graph.structure().width < 1:
         raise UsageError(f"{text!r}: its links are not connected, or it does not move")
-    if not found.structure().ends.size:
+    if not graph.structure().ends.size:
         raise UsageError(f"{text!r} has no loop: its joints alone decide its design space")
-    return found
+    return graph
 
 
 def _tree(edges: tuple[Edge, ...]) -> Iterator[tuple[int, int, int]]:
-    """Yield edge, known link and new link from the ground on; -1 for an edge of a loop."""
-    known, left = {0}, list(range(len(edges)))
-    while left:
-        for k in left:
+    """Yield edge, reached link and new link from the ground on; -1 for an edge of a loop."""
+    reached, remaining = {0}, list(range(len(edges)))
+    while remaining:
+        for k in remaining:
             _, a, b = edges[k]
-            if (a in known) != (b in known):
-                yield k, *((a, b) if a in known else (b, a))
-                known |= {a, b}
-                left.remove(k)
+            if (a in reached) != (b in reached):
+                yield k, *((a, b) if a in reached else (b, a))
+                reached |= {a, b}
+                remaining.remove(k)
                 break
         else:
             break
-    for k in left:
+    for k in remaining:
         yield k, edges[k][1], -1
 
 
@@ -241,8 +241,8 @@ def _structure(graph: Topology) -> TopologyArrays:
     parent: list[int] = []
     origin: list[int] = []
     link_joint, ends = {0: -1}, []
-    for k, known, new in _tree(graph.edges):
-        before = link_joint[known]
+    for k, base, new in _tree(graph.edges):
+        before = link_joint[base]
         for _ in range(DEGREES[graph.edges[k][0]]):
             parent.append(before)
             before = len(parent) - 1
@@ -269,15 +269,15 @@ def _changes(graph: Topology, origin: list[int]) -> tuple[Array, Array, Array]:
     """List the permitted changes: translations, rotations, and the joints that they move."""
     axes, rows = np.eye(3), []
     for k, (kind, _, _) in enumerate(graph.edges):
-        own = [j for j, edge in enumerate(origin) if edge == k]
+        joints = [j for j, edge in enumerate(origin) if edge == k]
         if graph.space != "sphere" and kind != "P":
             ways = axes[:2] if graph.space == "plane" else axes
-            rows += [(axis, 0.0 * axis, own) for axis in ways]
+            rows += [(axis, 0.0 * axis, joints) for axis in ways]
         if kind == "P":
-            rows.append((0.0 * axes[0], axes[2], own))
+            rows.append((0.0 * axes[0], axes[2], joints))
         elif graph.space != "plane" and kind in "RU":
-            rows += [(0.0 * axis, axis, [j]) for j in own for axis in axes]
+            rows += [(0.0 * axis, axis, [j]) for j in joints for axis in axes]
     moved = np.zeros((len(rows), len(origin)))
-    for row, (_, _, own) in zip(moved, rows, strict=True):
-        row[own] = 1.0
+    for row, (_, _, joints) in zip(moved, rows, strict=True):
+        row[joints] = 1.0
     return np.array([r[0] for r in rows]), np.array([r[1] for r in rows]), moved

@@ -98,12 +98,12 @@ def conditions_at(
         poses: number on each curve; by default as the walk has.
     """
     count = poses or (POSES if structure.width == 1 else POSES_OF_MANY)
-    found = follow_curves(structure, geometry, reach, count)
-    usable = found.gaps <= CLOSED
-    M = lane_momentum_rows(structure, found)
+    curves = follow_curves(structure, geometry, reach, count)
+    usable = curves.gaps <= CLOSED
+    M = lane_momentum_rows(structure, curves)
     M[~usable] = 0.0
     U, values, Vt = _decompose(M, usable)
-    return LaneConditions(found, U, values, Vt, usable)
+    return LaneConditions(curves, U, values, Vt, usable)
 
 
 def _decompose(M: Array, usable: NDArray[np.bool_]) -> tuple[Array, Array, Array]:
@@ -126,8 +126,8 @@ def generic_nullity(structure: TopologyArrays, geometry: LaneGeometry) -> int:
         structure: the topology.
         geometry: a few random linkages.
     """
-    found = conditions_at(structure, geometry)
-    values = found.values[found.usable]
+    conditions = conditions_at(structure, geometry)
+    values = conditions.values[conditions.usable]
     counts = np.sum(values < 1e-10 * values[:, :1], axis=1)
     return int(np.median(counts))
 
@@ -179,13 +179,15 @@ class SmallestValue:
 
     def terms(self, lanes: IntArray) -> tuple[Array, Array]:
         """Compute ``Jᵀ J`` and ``Jᵀ s u``; see `Measured`."""
-        found, kept = take_conditions(self.found, lanes), self.kept
+        conditions, kept = take_conditions(self.found, lanes), self.kept
         here = self.geometry.take(lanes)
-        D = momentum_rates(self.structure, here, found.poses, found.Vt[:, kept : kept + 1])[
-            :, 0
-        ]
+        D = momentum_rates(
+            self.structure, here, conditions.poses, conditions.Vt[:, kept : kept + 1]
+        )[:, 0]
         return step_terms(
-            D, found.U[:, :, :kept], found.values[:, kept, None] * found.U[:, :, kept]
+            D,
+            conditions.U[:, :, :kept],
+            conditions.values[:, kept, None] * conditions.U[:, :, kept],
         )
 
 
@@ -225,8 +227,8 @@ def walk_to_special(
     kept = structure.unknowns - nullity - 1
 
     def measure(geometry: LaneGeometry) -> Measured:
-        found = conditions_at(structure, geometry, reach)
-        return SmallestValue(structure, geometry, found, kept)
+        conditions = conditions_at(structure, geometry, reach)
+        return SmallestValue(structure, geometry, conditions, kept)
 
     return descend(structure, start, measure, ARRIVED, watch)
 
@@ -252,10 +254,10 @@ def descend(
     lanes = len(geometry.points)
     damping = np.full(lanes, 1e-2)
     best, since, steps = np.full(lanes, np.inf), np.zeros(lanes, int), np.zeros(lanes, int)
-    found = measure(geometry)
-    ratio = found.ratio
+    objective = measure(geometry)
+    ratio = objective.ratio
     alive = np.flatnonzero(np.isfinite(ratio))
-    terms = found.terms(alive) if alive.size else (np.zeros((0, 1, 1)), np.zeros((0, 1)))
+    terms = objective.terms(alive) if alive.size else (np.zeros((0, 1, 1)), np.zeros((0, 1)))
     if watch is not None and alive.size:
         watch(alive, geometry.take(alive), ratio[alive])
     for _ in range(STEPS):
@@ -287,29 +289,35 @@ def descend(
 
 
 def take_conditions(
-    found: LaneConditions, lanes: IntArray | NDArray[np.bool_]
+    conditions: LaneConditions, lanes: IntArray | NDArray[np.bool_]
 ) -> LaneConditions:
     """Select lanes.
 
     Args:
-        found: the conditions of all lanes.
+        conditions: the conditions of all lanes.
         lanes: indices or flags.
     """
-    own = {field.name: getattr(found.poses, field.name)[lanes] for field in fields(Poses)}
+    arrays = {
+        field.name: getattr(conditions.poses, field.name)[lanes] for field in fields(Poses)
+    }
     return LaneConditions(
-        Poses(**own), found.U[lanes], found.values[lanes], found.Vt[lanes], found.usable[lanes]
+        Poses(**arrays),
+        conditions.U[lanes],
+        conditions.values[lanes],
+        conditions.Vt[lanes],
+        conditions.usable[lanes],
     )
 
 
-def put_conditions(found: LaneConditions, lanes: IntArray, other: LaneConditions) -> None:
+def put_conditions(conditions: LaneConditions, lanes: IntArray, other: LaneConditions) -> None:
     """Replace the conditions of some lanes, in place.
 
     Args:
-        found: the conditions of all lanes.
+        conditions: the conditions of all lanes.
         lanes: indices.
         other: the new conditions of these lanes.
     """
-    for mine, new in ((found, other), (found.poses, other.poses)):
+    for mine, new in ((conditions, other), (conditions.poses, other.poses)):
         for field in fields(mine):
             array = getattr(mine, field.name)
             if isinstance(array, np.ndarray):

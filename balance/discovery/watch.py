@@ -76,9 +76,9 @@ def watch_walk(job: DiscoveryJob, start: int) -> WatchedWalk:
     steps: list[LaneGeometry] = []
     falling: list[float] = []
 
-    def watch(_: IntArray, geometry: LaneGeometry, found: Array) -> None:
+    def watch(_: IntArray, geometry: LaneGeometry, ratios: Array) -> None:
         steps.append(geometry)
-        falling.append(float(found[0]))
+        falling.append(float(ratios[0]))
 
     rows = job.rows_of(range(start, start + 1), watch)
     if not steps:

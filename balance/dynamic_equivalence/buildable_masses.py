@@ -84,8 +84,8 @@ def buildable_masses(
     """
     g = _checked_inertias(space, inertias)
     _, conditions = inertia_conditions(space)
-    left = conditions @ g
-    if np.abs(left).max(initial=0.0) > PURE_INERTIA_CONDITION * np.abs(g).max(initial=1e-300):
+    misfit = conditions @ g
+    if np.abs(misfit).max(initial=0.0) > PURE_INERTIA_CONDITION * np.abs(g).max(initial=1e-300):
         raise UsageError(
             "these inertias are not balanced: see the conditions of balance.pure_inertia"
         )
@@ -94,8 +94,8 @@ def buildable_masses(
     answer = feasible(subspace(space, serial, pure))
     if answer.z is None:
         return BuildableMasses(answer.verdict, None, answer.words, answer)
-    found = to_chain(answer.z, space.chain.frame, True, False).reshape(-1)
-    beyond, part = project_out(pure[:, 0], serial), project_out(found, serial)
+    parameters = to_chain(answer.z, space.chain.frame, True, False).reshape(-1)
+    beyond, part = project_out(pure[:, 0], serial), project_out(parameters, serial)
     if np.linalg.norm(beyond) <= PURE_INERTIA_CONDITION * np.linalg.norm(pure):
         return BuildableMasses("feasible", answer.z, answer.words, answer)
     share = float(beyond @ part / (beyond @ beyond))
@@ -148,8 +148,8 @@ def _add_free_masses(
         return BuildableMasses(free.verdict, None, text, answer)
     size = float(np.abs(z).max() / np.abs(free.z).max())
     for k in range(MAX_DOUBLINGS):
-        found = z + 2.0**k * size * free.z
-        if check_design(space, found).accepted:
-            return BuildableMasses("feasible", freeze(found), free.words, free)
+        design = z + 2.0**k * size * free.z
+        if check_design(space, design).accepted:
+            return BuildableMasses("feasible", freeze(design), free.words, free)
     text = "undecided: the masses would be too large for double precision"
     return BuildableMasses("undecided", None, text, answer)

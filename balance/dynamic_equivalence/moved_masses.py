@@ -103,14 +103,14 @@ def empty_bodies(space: DesignSpace) -> tuple[Array, list[LeftMass]]:
     for body in reversed(range(len(z))):
         wanted = [*empty, body]
         A, b = T[wanted, :3].reshape(3 * len(wanted), -1), -z[wanted, :3].ravel()
-        found = np.asarray(np.linalg.lstsq(A, b)[0], np.float64)
-        if np.abs(A @ found - b).max() <= MASS_LEFT_RELATIVE * size:
-            y, empty = found, wanted
+        solution = np.asarray(np.linalg.lstsq(A, b)[0], np.float64)
+        if np.abs(A @ solution - b).max() <= MASS_LEFT_RELATIVE * size:
+            y, empty = solution, wanted
     added = T @ y
     rest = [body for body in range(len(z)) if body not in empty]
-    left = [_left_mass(space, T, z, z + added, body) for body in rest]
+    remaining_masses = [_left_mass(space, T, z, z + added, body) for body in rest]
     added[empty, :3] = -z[empty, :3]
-    return added, left
+    return added, remaining_masses
 
 
 def masses_by_joint(space: DesignSpace, added: Array) -> tuple[MovedMass, ...]:
@@ -123,7 +123,7 @@ def masses_by_joint(space: DesignSpace, added: Array) -> tuple[MovedMass, ...]:
     Returns:
         The masses at revolute joints; what passes a prismatic joint has none.
     """
-    found = []
+    masses = []
     T = _transfer_columns(space)
     y = np.linalg.lstsq(T.reshape(-1, T.shape[2]), added.ravel())[0]
     size, at = float(np.abs(added[:, 0]).max(initial=0.0)), 0
@@ -135,8 +135,8 @@ def masses_by_joint(space: DesignSpace, added: Array) -> tuple[MovedMass, ...]:
             first = part[heavy[0]]
             gains = {space.bodies[b]: float(part[b, 0]) for b in heavy.tolist()}
             point = _in_metres(space, first[1:3] / first[0])
-            found.append(MovedMass(item.joints, freeze(point), gains))
-    return tuple(found)
+            masses.append(MovedMass(item.joints, freeze(point), gains))
+    return tuple(masses)
 
 
 def _transfer_columns(space: DesignSpace) -> Array:

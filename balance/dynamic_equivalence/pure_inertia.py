@@ -80,9 +80,9 @@ class PureInertia:
     @cached_property
     def balanced(self) -> bool:
         """Whether no mass is left and the pure inertias fulfil all conditions."""
-        left = np.abs(self.conditions @ self.inertias).max(initial=0.0)
+        residual = np.abs(self.conditions @ self.inertias).max(initial=0.0)
         size = np.abs(self.inertias).max(initial=0.0)
-        return self.complete and bool(left <= PURE_INERTIA_CONDITION * size)
+        return self.complete and bool(residual <= PURE_INERTIA_CONDITION * size)
 
     @property
     def spatial_parameters(self) -> Array:
@@ -153,12 +153,14 @@ def pure_inertia(space: DesignSpace) -> PureInertia:
         (False, ('g(crank) = 0', 'g(coupler) = 0', 'g(rocker) = 0'))
     """
     relations, conditions = inertia_conditions(space)
-    added, left = empty_bodies(space)
+    added, remaining_masses = empty_bodies(space)
     total = given_in_plane(space) + added
     SI = total @ from_chain(space.chain.frame, True, False).T
     moved = masses_by_joint(space, added)
     inertias = freeze(SI[:, 3])
-    return PureInertia(space, inertias, moved, tuple(left), relations, conditions, freeze(SI))
+    return PureInertia(
+        space, inertias, moved, tuple(remaining_masses), relations, conditions, freeze(SI)
+    )
 
 
 def inertia_conditions(space: DesignSpace) -> tuple[Array, Array]:
@@ -183,11 +185,11 @@ def inertia_conditions(space: DesignSpace) -> tuple[Array, Array]:
             "pure inertias are for planar linkages, planar parameters and dynamic balance"
         )
     rows = space.decision.conditions.rows[:, 3::4]
-    found = Conditions.given(np.empty((0, rows.shape[1])), relative_tolerance(space.chain))
-    found = found.append(rows)
-    basis = found.decide().basis
+    conditions = Conditions.given(np.empty((0, rows.shape[1])), relative_tolerance(space.chain))
+    conditions = conditions.append(rows)
+    basis = conditions.decide().basis
     # Relations give the later bodies in terms of the first ones, and are in that order.
-    return freeze(_reduced(basis.T[:, ::-1])[::-1, ::-1]), _reduced(found.rows)
+    return freeze(_reduced(basis.T[:, ::-1])[::-1, ::-1]), _reduced(conditions.rows)
 
 
 def _reduced(rows: Array) -> Array:

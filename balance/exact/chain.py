@@ -259,8 +259,13 @@ def _planar_rows_and_parameters(
     a = tuple(x - dot(helper, n) / dot(n, n) * y for x, y in zip(helper, n, strict=True))
     b = cross(n, a)
     squares = tuple(n[i] * n[j] for i, j in ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)))
-    one, six = (Fraction(1), *zero), (Fraction(0),) * 6
-    parameters = (one + six, (one[1], *a) + six, (one[1], *b) + six, (*zero, one[1]) + squares)
+    unit, six = (Fraction(1), *zero), (Fraction(0),) * 6
+    parameters = (
+        unit + six,
+        (unit[1], *a) + six,
+        (unit[1], *b) + six,
+        (*zero, unit[1]) + squares,
+    )
     return (n + zero, zero + a, zero + b), parameters
 
 

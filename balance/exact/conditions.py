@@ -72,8 +72,8 @@ class ExactConditions:
     @property
     def closed(self) -> int:
         """Number of orders, from 0, at which all loops close; those computed, or fewer."""
-        found = (momenta.twists for momenta in self._momenta)
-        return min((x.closed for x in found if x.closed < x.orders), default=len(self.ranks))
+        twists = (momenta.twists for momenta in self._momenta)
+        return min((x.closed for x in twists if x.closed < x.orders), default=len(self.ranks))
 
     def extend(self) -> None:
         """Add the conditions of the next order."""
@@ -123,17 +123,17 @@ def orders_closed(chain: ExactChain, order: int) -> int:
     Returns:
         Their number; 0 if no prime is usable.
     """
-    found = []
+    counts = []
     for twists in _twists_along_rays(chain):
         while twists.closed == twists.orders <= order:
             twists.extend()
-        found.append(twists.closed)
-    return min(found, default=0)
+        counts.append(twists.closed)
+    return min(counts, default=0)
 
 
 def _twists_along_rays(chain: ExactChain) -> Iterator[Twists]:
     """Compute series along a few rays, modulo a prime that divides no denominator or pivot."""
-    found = next(filter(None, (chain_modulo(chain, p) for p in primes_of(chain))), None)
-    if found is not None:
+    remainders = next(filter(None, (chain_modulo(chain, p) for p in primes_of(chain))), None)
+    if remainders is not None:
         for ray in islice(directions_of(chain.width), min(chain.width, MAX_TEST_RAYS)):
-            yield Twists(found, ray)
+            yield Twists(remainders, ray)

@@ -216,8 +216,8 @@ def _required_plateau(kmax: int, reached: bool, careful: bool) -> int | float:
 
 def _start_runs(source: str, chain: ExactChain) -> list[ExactConditions]:
     """Prepare the conditions modulo the first two usable primes."""
-    found = filter(None, (chain_modulo(chain, prime) for prime in primes_of(chain)))
-    runs = [ExactConditions(remainders) for remainders in islice(found, 2)]
+    chains = filter(None, (chain_modulo(chain, prime) for prime in primes_of(chain)))
+    runs = [ExactConditions(remainders) for remainders in islice(chains, 2)]
     if len(runs) < 2:
         raise ExactError(
             f"{source}: its inputs do not determine the other joints, to first "

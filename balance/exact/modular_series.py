@@ -106,13 +106,13 @@ def chain_modulo(chain: ExactChain, p: int) -> Remainders | None:
     if np.sum(pivots >= 0) < count:
         return None
     solver = A[np.argsort(np.where(pivots < 0, count, pivots), kind="stable"), count:]
-    found = product(solver, -product(loops, rates, p) % p, p)
-    rates[dependent] = found[:count]
+    solution = product(solver, -product(loops, rates, p) % p, p)
+    rates[dependent] = solution[:count]
     return Remainders(
         prime=p, parent=np.array(chain.parent, dtype=np.int64), path_matrix=ways,
         loop_signs=welds,
         screws=screws, dependent=dependent, solver=solver, rates=rates,
-        closed=not found[count:].any(), links=np.array(chain.links, dtype=np.int64),
+        closed=not solution[count:].any(), links=np.array(chain.links, dtype=np.int64),
         momentum=(rows @ _MOMENTUM % p).reshape(6, -1), parameters=parameters,
     )  # fmt: skip
 
@@ -123,12 +123,12 @@ def _remainders(rows: Sequence[Sequence[Fraction]], columns: int, p: int) -> Int
     Raises:
         ValueError: p divides a denominator.
     """
-    found = np.zeros((len(rows), columns), dtype=np.int64)
+    remainders = np.zeros((len(rows), columns), dtype=np.int64)
     for i, row in enumerate(rows):
         for j, x in enumerate(row):
             if x:
-                found[i, j] = number_remainder(x, p)
-    return found
+                remainders[i, j] = number_remainder(x, p)
+    return remainders
 
 
 def _screws(chain: ExactChain, p: int) -> IntArray:
@@ -207,28 +207,28 @@ class Twists:
         chain, p, k = self._chain, self._chain.prime, self.orders
         if k == 0:
             s, rates, closed = chain.screws, chain.rates, chain.closed
-            own = rates[:, :, None] * s[:, None] % p
+            joint_twists = rates[:, :, None] * s[:, None] % p
         else:
             s = self._brackets.sum(k)[..., 0] * inverse(k, p) % p
             self._joint_twists.append_right(s[:, None])
-            own, rates, closed = self._close(self._joint_twists.sum(k))
+            joint_twists, rates, closed = self._close(self._joint_twists.sum(k))
         n, width = rates.shape
-        T = (chain.path_matrix @ own.reshape(n, -1)).astype(np.int64) % p
+        T = (chain.path_matrix @ joint_twists.reshape(n, -1)).astype(np.int64) % p
         self.T = T.reshape(n, width, 6)
         self.V = self._ray @ self.T % p
         carried = np.concatenate([self.V, np.zeros_like(self.V[:1])])[chain.parent]
         self._brackets.append_left((carried @ _BRACKET % p).reshape(n, 6, 6))
         self._brackets.append_right(s[:, :, None])
         self._joint_twists.append_left(rates[:, :, None])
-        self.moving |= own.any(axis=(1, 2))
+        self.moving |= joint_twists.any(axis=(1, 2))
         self.orders += 1
         self.closed += closed and self.closed == k
 
-    def _close(self, own: IntArray) -> tuple[IntArray, IntArray, bool]:
+    def _close(self, joint_twists: IntArray) -> tuple[IntArray, IntArray, bool]:
         """Close the loops at this order by the rates of the dependent joints.
 
         Args:
-            own: twists of the joints themselves without these rates (n, w, 6).
+            joint_twists: twists of the joints themselves without these rates (n, w, 6).
 
         Returns:
             The twists (n, w, 6), the rates (n, w), and whether the loops close.
@@ -236,12 +236,12 @@ class Twists:
         chain, p = self._chain, self._chain.prime
         n, width = chain.rates.shape
         rates, count = np.zeros((n, width), np.int64), chain.dependent.size
-        open_by = -(chain.loop_signs @ own.reshape(n, -1)).astype(np.int64) % p
+        open_by = -(chain.loop_signs @ joint_twists.reshape(n, -1)).astype(np.int64) % p
         open_by = np.swapaxes(open_by.reshape(-1, width, 6), 1, 2).reshape(-1, width)
-        found = product(chain.solver[:, : len(open_by)], open_by, p)
-        rates[chain.dependent] = found[:count]
-        own = (own + rates[:, :, None] * chain.screws[:, None]) % p
-        return own, rates, not found[count:].any()
+        solution = product(chain.solver[:, : len(open_by)], open_by, p)
+        rates[chain.dependent] = solution[:count]
+        joint_twists = (joint_twists + rates[:, :, None] * chain.screws[:, None]) % p
+        return joint_twists, rates, not solution[count:].any()
 
 
 class Momenta:

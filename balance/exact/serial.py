@@ -80,7 +80,7 @@ def exact_transfers(chain: ExactChain, idle: Sequence[int] = ()) -> list[ExactTr
         bodies.setdefault(parts[link], b)
     ground = parts[GROUND]
     bodies[ground] = -1
-    found = list(_rigid_transfers(chain, parts, bodies))
+    transfers = list(_rigid_transfers(chain, parts, bodies))
     reached, crossed = [_Reached(ground, (), [])], set()
     for state in reached:
         for joints, part in _paths(chain, parts, bodies, state.part, set(idle)):
@@ -96,14 +96,14 @@ def exact_transfers(chain: ExactChain, idle: Sequence[int] = ()) -> list[ExactTr
                 twists = _attainable_beyond(chain.screws[j], twists)
             source, target = bodies[state.part], bodies[part]
             if target >= 0:
-                found += [
+                transfers += [
                     ExactTransfer(state.below, joints, source, target, tuple(z))
                     for z in passing
                 ]
-                known = (r.twists for r in reached if r.part == part)
-                if not any(_span_contains(twists, other) for other in known):
+                spans = (r.twists for r in reached if r.part == part)
+                if not any(_span_contains(twists, other) for other in spans):
                     reached.append(_Reached(part, state.below + joints, twists))
-    return found
+    return transfers
 
 
 def has_branching_links(chain: ExactChain, idle: Sequence[int] = ()) -> bool:
@@ -182,19 +182,19 @@ def _passing_parameters(chain: ExactChain, s: Vector, twists: Rows, candidates: 
         -1, 6, 10
     )
     momenta = momenta.reshape(-1, 10).T
-    found = _integer_rows(candidates)
-    z = found @ _integer_rows(chain.parameters)
+    combinations = _integer_rows(candidates)
+    z = combinations @ _integer_rows(chain.parameters)
     for k in range(2 if every else degree):
         if k:
             z = z @ rate
         wanted = z @ (momenta if k else momenta[:, : len(chain.rows)])
-        found, z = _combinations_that_vanish(
-            found, z, z[:, : found.shape[1]] if every and k else wanted
+        combinations, z = _combinations_that_vanish(
+            combinations, z, z[:, : combinations.shape[1]] if every and k else wanted
         )
-        if not len(found):
+        if not len(combinations):
             break
     # Each has an entry after which all others vanish, and which the others do not have.
-    return [[_quotient(x, row[np.flatnonzero(row)[-1]]) for x in row] for row in found]
+    return [[_quotient(x, row[np.flatnonzero(row)[-1]]) for x in row] for row in combinations]
 
 
 def _integer_rows(rows: Sequence[Sequence[Fraction]]) -> Whole:
@@ -214,17 +214,21 @@ def _quotient(x: Fraction | int, y: Fraction | int) -> Fraction:
     return Fraction(x, y) if isinstance(x, int) and isinstance(y, int) else Fraction(1) * x / y
 
 
-def _combinations_that_vanish(found: Whole, z: Whole, values: Whole) -> tuple[Whole, Whole]:
-    """Combine rows of ``found``, and of z, so that all values vanish.
+def _combinations_that_vanish(
+    combinations: Whole, z: Whole, values: Whole
+) -> tuple[Whole, Whole]:
+    """Combine rows of ``combinations``, and of z, so that all values vanish.
 
     Args:
-        found: rows of whole numbers (count, parameters).
+        combinations: rows of whole numbers (count, parameters).
         z: other rows that belong to them (count, 10).
         values: values that must vanish (count, values).
     """
     conditions = [[_quotient(x, 1) for x in row] for row in values.T.tolist() if any(row)]
-    mixed = _integer_rows(rational_null_space(conditions, len(found))).reshape(-1, len(found))
-    return mixed @ found, mixed @ z
+    mixed = _integer_rows(rational_null_space(conditions, len(combinations))).reshape(
+        -1, len(combinations)
+    )
+    return mixed @ combinations, mixed @ z
 
 
 def _attainable_beyond(s: Vector, twists: Rows) -> Rows:

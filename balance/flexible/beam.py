@@ -75,8 +75,8 @@ class Beam:
         """Length, stiffness and mass, and what else is finite."""
         words = f"{self.length:.6g} m, EI {self.bending:.6g} N m², {self.line_mass:.6g} kg/m"
         more = {"EA": self.axial, "κGA": self.shear}
-        found = [f"{name} {x:.6g} N" for name, x in more.items() if math.isfinite(x)]
-        return ", ".join([f"Beam: {words}", *found])
+        stiffnesses = [f"{name} {x:.6g} N" for name, x in more.items() if math.isfinite(x)]
+        return ", ".join([f"Beam: {words}", *stiffnesses])
 
     @property
     def mass(self) -> float:

@@ -66,7 +66,7 @@ def combine_markers(markers: Sequence[Marker], weights: Sequence[float]) -> Mark
     w = np.asarray(weights, dtype=float) / np.sum(weights)
 
     def mean(name: str) -> Array:
-        return np.tensordot(w, np.array([getattr(one, name) for one in markers]), 1)
+        return np.tensordot(w, np.array([getattr(marker, name) for marker in markers]), 1)
 
     return Marker(*(mean(name) for name in ("at", "along", "across", "turn", "shortening")))
 
@@ -167,13 +167,13 @@ class BeamPart:
 
     def __post_init__(self) -> None:
         """Collect the constant arrays of the quadrature."""
-        along = np.array([one.along for one in self.points])
-        across = np.array([one.across for one in self.points])
-        turn = np.array([one.turn for one in self.points])
-        shortening = np.array([one.shortening for one in self.points])
+        along = np.array([point.along for point in self.points])
+        across = np.array([point.across for point in self.points])
+        turn = np.array([point.turn for point in self.points])
+        shortening = np.array([point.shortening for point in self.points])
         m, j = self.masses, self.moments
         constant = {
-            "_at": np.array([one.at[0] for one in self.points]), "_along": along,
+            "_at": np.array([point.at[0] for point in self.points]), "_along": along,
             "_across": across, "_total": float(m.sum()),
             "_shortening": shortening.reshape(-1, self.size),
             "_qq": across.T @ (m[:, None] * across) + turn.T @ (j[:, None] * turn),

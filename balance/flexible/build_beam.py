@@ -148,8 +148,8 @@ def model_beam(
     Raises:
         LinkageError: the frame does not follow the beam, or a number is out of range.
     """
-    inside = [s for one in frame for s in (one.points if isinstance(one, Support)
-              else (one.point,))]  # fmt: skip
+    inside = [s for support in frame for s in (support.points if isinstance(support, Support)
+              else (support.point,))]  # fmt: skip
     mesh = uniform_mesh(beam, options.elements, np.array([*inside, *through]))
     conditions = condition_rows(mesh, frame)
     if len(conditions) != 2:
@@ -211,11 +211,11 @@ def _slope_integral(mesh: Mesh, e: int, part: float) -> Array:
 
 def _node_integrals(mesh: Mesh, basis: Array) -> Array:
     """Integrate N'ᵀ N' of the elastic coordinates from 0 to each node."""
-    found = np.zeros((len(mesh.nodes), basis.shape[1], basis.shape[1]))
+    integrals = np.zeros((len(mesh.nodes), basis.shape[1], basis.shape[1]))
     for e in range(len(mesh.nodes) - 1):
         local = basis[2 * e : 2 * e + 4]
-        found[e + 1] = found[e] + local.T @ _slope_integral(mesh, e, 1.0) @ local
-    return found
+        integrals[e + 1] = integrals[e] + local.T @ _slope_integral(mesh, e, 1.0) @ local
+    return integrals
 
 
 def _axial_matrices(mesh: Mesh) -> tuple[Array, Array]:

@@ -29,9 +29,9 @@ SCHEMA = "balance.flex/1"
 def modes_data(modes: Sequence[FreeMode]) -> dict[str, object]:
     """Describe the modes of a free beam."""
     rows = [
-        {"number": one.number, "wave_number": one.wave_number, "frequency": one.frequency,
-         "zeros": list(one.zeros)}
-        for one in modes
+        {"number": mode.number, "wave_number": mode.wave_number, "frequency": mode.frequency,
+         "zeros": list(mode.zeros)}
+        for mode in modes
     ]  # fmt: skip
     return {"schema": SCHEMA, "result": "free_modes", "modes": rows}
 
@@ -46,17 +46,17 @@ def supported_modes_data(modes: SupportedModes) -> dict[str, object]:
     }  # fmt: skip
 
 
-def supports_data(found: SupportPoints) -> dict[str, object]:
+def supports_data(supports: SupportPoints) -> dict[str, object]:
     """Describe supports and the whippletree of one half."""
     bars = [
-        {"ends": list(one.ends), "pivot": one.pivot, "arms": list(one.arms),
-         "weight": one.weight}
-        for one in found.bars
+        {"ends": list(bar.ends), "pivot": bar.pivot, "arms": list(bar.arms),
+         "weight": bar.weight}
+        for bar in supports.bars
     ]  # fmt: skip
     return {
-        "schema": SCHEMA, "result": "supports", "points": found.points.tolist(),
-        "weights": found.weights.tolist(), "modes": list(found.modes),
-        "residual": found.residual, "bars": bars, "hinge": found.hinge,
+        "schema": SCHEMA, "result": "supports", "points": supports.points.tolist(),
+        "weights": supports.weights.tolist(), "modes": list(supports.modes),
+        "residual": supports.residual, "bars": bars, "hinge": supports.hinge,
         "static_point": STATIC_POINT,
     }  # fmt: skip
 
@@ -75,7 +75,7 @@ def arm_data(arm: Arm) -> dict[str, float | None]:
 def similarity_data(
     first: Arm,
     second: Arm,
-    found: Similarity,
+    similarity: Similarity,
     motion: FlexibleMotion | None = None,
     translator: TranslatorMotion | None = None,
 ) -> dict[str, object]:
@@ -84,37 +84,37 @@ def similarity_data(
     Args:
         first: the arm to balance.
         second: its counter-arm.
-        found: their comparison.
+        similarity: their comparison.
         motion: a simulation of both on one hub, if there is one.
         translator: that of translators on two of each, if there is one.
     """
     conditions = [
-        {"name": one.name, "words": one.words, "left": one.left, "right": one.right,
-         "difference": one.difference, "holds": one.holds}
-        for one in found.conditions
+        {"name": rule.name, "words": rule.words, "left": rule.left, "right": rule.right,
+         "difference": rule.difference, "holds": rule.holds}
+        for rule in similarity.conditions
     ]  # fmt: skip
     return {
-        "schema": SCHEMA, "result": "similar", "scale": found.scale,
-        "arms": [arm_data(first), arm_data(second)], "similar": found.similar,
-        "conditions": conditions, "frequencies": list(found.frequencies),
-        "first_moment": found.first_moment,
+        "schema": SCHEMA, "result": "similar", "scale": similarity.scale,
+        "arms": [arm_data(first), arm_data(second)], "similar": similarity.similar,
+        "conditions": conditions, "frequencies": list(similarity.frequencies),
+        "first_moment": similarity.first_moment,
         "motion": None if motion is None else _motion(motion, np.zeros(2)),
         "translator": None if translator is None else _translator(translator),
     }  # fmt: skip
 
 
-def _translator(found: TranslatorMotion) -> dict[str, object]:
+def _translator(motion: TranslatorMotion) -> dict[str, object]:
     """Describe a translator with its counter-translator, and alone."""
-    one = found.translator
+    rig = motion.translator
     blocks = [
         {"mass": block.mass, "length": block.length, "breadth": block.breadth}
-        for block in found.blocks
+        for block in motion.blocks
     ]
     return {
-        "pitch": one.pitch, "hub_mass": one.hub_mass, "moment": one.moment, "rise": one.rise,
-        "both_hubs": one.both, "blocks": blocks, "displacement": list(found.displacement),
-        "reduction": found.reduction, "pair": _motion(found.pair, np.zeros(2)),
-        "alone": _motion(found.alone, np.zeros(2)),
+        "pitch": rig.pitch, "hub_mass": rig.hub_mass, "moment": rig.moment, "rise": rig.rise,
+        "both_hubs": rig.both, "blocks": blocks, "displacement": list(motion.displacement),
+        "reduction": motion.reduction, "pair": _motion(motion.pair, np.zeros(2)),
+        "alone": _motion(motion.alone, np.zeros(2)),
     }  # fmt: skip
 
 
@@ -147,9 +147,9 @@ def beam_deflection(motion: FlexibleMotion, linkage: FlexibleLinkage, name: str)
     model = linkage.beams[name]
     k = [part.name for part in motion.mechanism.parts].index(name)
     q = motion.positions[:, motion.mechanism.slices[k]][:, 3:]
-    across = np.array([one.across for one in model.part.outline])
+    across = np.array([marker.across for marker in model.part.outline])
     if (root := linkage.tangents.get(name)) is not None:
-        arms = np.array([one.at[0] for one in model.part.outline]) - root.at[0]
+        arms = np.array([marker.at[0] for marker in model.part.outline]) - root.at[0]
         across = across - root.across - arms[:, None] * root.turn
     return np.asarray(np.abs(q @ across.T).max(axis=1))
 

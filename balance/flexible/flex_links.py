@@ -102,9 +102,9 @@ def parse_flex_link(text: str) -> FlexLink:
     section: tuple[float, float] | None = None
     for item in re.findall(r"rect\([^)]*\)|[^,]+", rest):
         key, colon, value = item.partition(":")
-        found = re.fullmatch(r"rect\(([^,]+),([^,]+)\)", item)
-        if found:
-            section = (_number(text, found[1]), _number(text, found[2]))
+        rectangle = re.fullmatch(r"rect\(([^,]+),([^,]+)\)", item)
+        if rectangle:
+            section = (_number(text, rectangle[1]), _number(text, rectangle[2]))
         elif colon and key in (*NUMBERS, "supports"):
             given[key] = _number(text, value)
         elif item in (*MATERIALS, "timoshenko"):

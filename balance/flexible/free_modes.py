@@ -71,9 +71,9 @@ def free_modes(count: int) -> tuple[FreeMode, ...]:
     """
     if not 1 <= count <= MOST_MODES:
         raise UsageError(f"{count} modes: give a number from 1 to {MOST_MODES}")
-    found = mode_numbers(count)
+    waves = mode_numbers(count)
     return tuple(
-        FreeMode(k + 1, float(found[k]), float(found[k] ** 2), _mode_zeros(k + 1, found[k]))
+        FreeMode(k + 1, float(waves[k]), float(waves[k] ** 2), _mode_zeros(k + 1, waves[k]))
         for k in range(count)
     )
 

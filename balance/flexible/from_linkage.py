@@ -88,11 +88,11 @@ def flexible_linkage(
     if not linkage.planar:
         raise LinkageError(f"{linkage.name} is not planar: links bend in planar linkages alone")
     build = _Builder(linkage, options or BeamOptions(), drives)
-    known = [body.name for body in linkage.bodies]
-    for one in flex:
-        if one.name not in known:
-            raise BodyError(linkage.name, one.name, "is not a link with mass", known)
-    return build.build({one.name: one for one in flex})
+    link_names = [body.name for body in linkage.bodies]
+    for link in flex:
+        if link.name not in link_names:
+            raise BodyError(linkage.name, link.name, "is not a link with mass", link_names)
+    return build.build({link.name: link for link in flex})
 
 
 class _Builder:
@@ -105,10 +105,10 @@ class _Builder:
         """Find the groups of links that move as one."""
         self.linkage, self.options, self.drives = linkage, options, drives
         turning = [j.screw[:3] for j in linkage.joints if np.any(j.screw[:3])]
-        idle = {j for j, one in enumerate(linkage.joints) if one.name in linkage.idle}
+        idle = {j for j, joint in enumerate(linkage.joints) if joint.name in linkage.idle}
         normals = [n for j, n in zip(
-            [j for j, one in enumerate(linkage.joints) if np.any(one.screw[:3])], turning,
-            strict=True) if j not in idle]  # fmt: skip
+            [j for j, joint in enumerate(linkage.joints) if np.any(joint.screw[:3])],
+            turning, strict=True) if j not in idle]  # fmt: skip
         normal = normals[0] if normals else np.array([0.0, 0.0, 1.0])
         normal = normal * np.sign(normal[first_largest(np.abs(normal))])
         self.axes = plane_axes(normal / np.linalg.norm(normal))
@@ -171,10 +171,10 @@ class _Builder:
         place = {j: k for k, j in enumerate(self.moving)}
         joints = tuple(self._joint(j) for j in self.moving)
         relations = tuple(
-            GearRelation(place[one.joint], place[one.source], one.ratio)
-            for one in self.linkage.mimics if one.joint in place and one.source in place
+            GearRelation(place[mimic.joint], place[mimic.source], mimic.ratio)
+            for mimic in self.linkage.mimics if mimic.joint in place and mimic.source in place
         )  # fmt: skip
-        points = np.array([self._plane(one.point) for one in self.linkage.joints])
+        points = np.array([self._plane(joint.point) for joint in self.linkage.joints])
         size = float(np.ptp(points, axis=0).max()) or 1.0
         mechanism = PlanarMechanism(
             tuple(self.parts), joints, np.concatenate(self.start), relations,
@@ -195,20 +195,20 @@ class _Builder:
     def _drives(self, place: Mapping[int, int]) -> tuple[JointDrive, ...]:
         """Compose the inputs: those of the caller, and inputs of the linkage at rest."""
         index = {joint.name: j for j, joint in enumerate(self.linkage.joints)}
-        found = []
+        drives = []
         for name, (profile, moment) in self.drives.items():
             if index.get(name) not in place:
-                known = ", ".join(self.linkage.joints[j].name for j in self.moving)
+                names = ", ".join(self.linkage.joints[j].name for j in self.moving)
                 raise LinkageError(
-                    f"'{name}' is not a joint that moves; the joints are {known}"
+                    f"'{name}' is not a joint that moves; the joints are {names}"
                 )
-            found.append(JointDrive(place[index[name]], profile, moment))
+            drives.append(JointDrive(place[index[name]], profile, moment))
         held = [name for name in self.linkage.inputs if name not in self.drives]
-        if any(one.moment for one in found) or len(found) >= self.linkage.mobility:
-            held = held if len(found) < self.linkage.mobility else []
-        for name in held[: self.linkage.mobility - len(found)]:
-            found.append(JointDrive(place[index[name]], lambda t: (0.0, 0.0, 0.0)))
-        return tuple(found)
+        if any(drive.moment for drive in drives) or len(drives) >= self.linkage.mobility:
+            held = held if len(drives) < self.linkage.mobility else []
+        for name in held[: self.linkage.mobility - len(drives)]:
+            drives.append(JointDrive(place[index[name]], lambda t: (0.0, 0.0, 0.0)))
+        return tuple(drives)
 
     def _check_alone(self, name: str, link: int, group: int) -> None:
         """Refuse a beam to which other links are fixed.
@@ -219,8 +219,8 @@ class _Builder:
         others = [
             other for other, place in self.linkage.places.items()
             if other != name and place.link == link
-        ] + [one.name for one in self.linkage.bodies
-             if one.name != name and self._group_of(one.link) == group]  # fmt: skip
+        ] + [body.name for body in self.linkage.bodies
+             if body.name != name and self._group_of(body.link) == group]  # fmt: skip
         if group == GROUND or others:
             fixed = ", ".join(others) or "the ground"
             problem = f"cannot bend: {fixed} is fixed to it"
@@ -293,7 +293,9 @@ class _Builder:
         size = max(1e-6, float(np.abs(list(points.values())).max()))
         start = points[joints[0]]
         if len(joints) == 1:
-            body = next(one for one in self.linkage.bodies if one.name == flex.name)
+            body = next(
+                candidate for candidate in self.linkage.bodies if candidate.name == flex.name
+            )
             root = self.linkage.joints[joints[0]].point
             ahead = self._plane(body.inertia[1:4] - body.inertia[0] * root)
             problem = "cannot bend: it has 1 joint, at its centre of mass, and points nowhere"

@@ -57,18 +57,20 @@ def evaluate_point(on: On, slices: Sequence[slice], p: Array, v: Array) -> Point
     if on.part < 0:
         x, y = marker.at.tolist()
         return PointState(_NOWHERE, x, y, _NO_ROWS, 0.0, 0.0, 0.0, _NO_TURN)
-    own = slices[on.part]
-    k = own.start
+    columns = slices[on.part]
+    k = columns.start
     x, y, angle = p[k : k + 3].tolist()
     spin = v[k + 2].item()
     c, s = math.cos(angle), math.sin(angle)
     lx, ly = marker.at.tolist()
-    if own.stop == k + 3:
+    if columns.stop == k + 3:
         rx, ry = c * lx - s * ly, s * lx + c * ly
         rows = np.array([[1.0, 0.0, -ry], [0.0, 1.0, rx]])
         two = spin * spin
-        return PointState(own, x + rx, y + ry, rows, -two * rx, -two * ry, angle, _RIGID_TURN)
-    q, dq = p[k + 3 : own.stop], v[k + 3 : own.stop]
+        return PointState(
+            columns, x + rx, y + ry, rows, -two * rx, -two * ry, angle, _RIGID_TURN
+        )
+    q, dq = p[k + 3 : columns.stop], v[k + 3 : columns.stop]
     bent = marker.shortening @ q
     along = marker.along - bent
     lx += (marker.along @ q - 0.5 * (bent @ q)).item()
@@ -77,22 +79,29 @@ def evaluate_point(on: On, slices: Sequence[slice], p: Array, v: Array) -> Point
     ax -= (dq @ (marker.shortening @ dq)).item()
     ay = -(spin**2) * ly + 2.0 * spin * (along @ dq).item()
     rx, ry = c * lx - s * ly, s * lx + c * ly
-    rows = np.empty((2, own.stop - k))
+    rows = np.empty((2, columns.stop - k))
     rows[:, :3] = ((1.0, 0.0, -ry), (0.0, 1.0, rx))
     rows[0, 3:] = c * along - s * marker.across
     rows[1, 3:] = s * along + c * marker.across
     turn = np.concatenate([_RIGID_TURN, marker.turn])
     angle += (marker.turn @ q).item()
-    return PointState(own, x + rx, y + ry, rows, c * ax - s * ay, s * ax + c * ay, angle, turn)
+    return PointState(
+        columns, x + rx, y + ry, rows, c * ax - s * ay, s * ax + c * ay, angle, turn
+    )
 
 
 def add_joint(
-    found: ConstraintRows, k: int, joint: MechanismJoint, a: PointState, b: PointState, v: Array
+    constraints: ConstraintRows,
+    k: int,
+    joint: MechanismJoint,
+    a: PointState,
+    b: PointState,
+    v: Array,
 ) -> int:
     """Write the constraints of a joint.
 
     Args:
-        found: out: the constraints.
+        constraints: out: the constraints.
         k: first row of the joint.
         joint: the joint.
         a: its point on the first part.
@@ -104,18 +113,18 @@ def add_joint(
     """
     if joint.kind == "prismatic":
         value, row, bias = _slide(joint, a, b, v, across=True)
-        found.g[k], found.rows[k], found.gamma[k] = value, row, -bias
+        constraints.g[k], constraints.rows[k], constraints.gamma[k] = value, row, -bias
         k += 1
     else:
-        found.g[k], found.g[k + 1] = b.x - a.x, b.y - a.y
-        found.rows[k : k + 2, b.own] += b.rows
-        found.rows[k : k + 2, a.own] -= a.rows
-        found.gamma[k], found.gamma[k + 1] = a.ax - b.ax, a.ay - b.ay
+        constraints.g[k], constraints.g[k + 1] = b.x - a.x, b.y - a.y
+        constraints.rows[k : k + 2, b.own] += b.rows
+        constraints.rows[k : k + 2, a.own] -= a.rows
+        constraints.gamma[k], constraints.gamma[k + 1] = a.ax - b.ax, a.ay - b.ay
         k += 2
     if joint.kind != "revolute":
-        found.g[k] = b.angle - a.angle - joint.angle
-        found.rows[k, b.own] += b.turn
-        found.rows[k, a.own] -= a.turn
+        constraints.g[k] = b.angle - a.angle - joint.angle
+        constraints.rows[k, b.own] += b.turn
+        constraints.rows[k, a.own] -= a.turn
         k += 1
     return k
 

@@ -103,7 +103,7 @@ def needed_modes(flex: Sequence[FlexLink]) -> int:
     On n supports at their best points, the first mode that shakes the mount is about the
     (2n - 1)st: fewer modes would show no shaking at all.
     """
-    most = max((one.supports for one in flex), default=0)
+    most = max((link.supports for link in flex), default=0)
     return max(FEWEST_MODES, 2 * most + 2 if most > 2 else 0)
 
 
@@ -163,7 +163,7 @@ def simulate_flexible(
         ((501, 2), True)
     """
     linkage = as_linkage(linkage)
-    links = [parse_flex_link(one) if isinstance(one, str) else one for one in flex]
+    links = [parse_flex_link(link) if isinstance(link, str) else link for link in flex]
     given = drives or dict.fromkeys(linkage.inputs[:1], DEFAULT_DRIVE)
     inputs = {
         name: parse_drive(drive) if isinstance(drive, str) else drive
@@ -173,19 +173,19 @@ def simulate_flexible(
     kept = enough if modes is None else modes
     size = max(16, 2 * kept) if elements is None else elements
     options = BeamOptions(size, kept, geometric=geometric, damping=damping)
-    found = flexible_linkage(linkage, links, inputs, options)
+    flexible = flexible_linkage(linkage, links, inputs, options)
     if about is not None:
-        found = replace(found, about=(found.axes @ point_of(about))[:2])
+        flexible = replace(flexible, about=(flexible.axes @ point_of(about))[:2])
     start = velocities = None
-    if moves_at_start(found.mechanism) and not from_rest:
-        found.mechanism.check()
-        start, velocities = steady_start(found.mechanism)
+    if moves_at_start(flexible.mechanism) and not from_rest:
+        flexible.mechanism.check()
+        start, velocities = steady_start(flexible.mechanism)
     motion = simulate(
-        found.mechanism, duration, samples, start=start, velocities=velocities,
+        flexible.mechanism, duration, samples, start=start, velocities=velocities,
         progress=progress,
     )  # fmt: skip
-    notices = (*linkage.notices, *_notices(kept, enough), *_bending_notices(found, motion))
-    return FlexibleSimulation(found, motion, notices)
+    notices = (*linkage.notices, *_notices(kept, enough), *_bending_notices(flexible, motion))
+    return FlexibleSimulation(flexible, motion, notices)
 
 
 def _notices(kept: int, enough: int) -> tuple[Notice, ...]:
@@ -201,11 +201,11 @@ def _notices(kept: int, enough: int) -> tuple[Notice, ...]:
 
 def _bending_notices(flexible: FlexibleLinkage, motion: FlexibleMotion) -> tuple[Notice, ...]:
     """Warn of links that bend further than the model of small bending follows."""
-    found = []
+    notices = []
     for name, model in flexible.beams.items():
         share = float(beam_deflection(motion, flexible, name).max()) / model.part.length
         if share > LARGE_BENDING:
-            found.append(
+            notices.append(
                 Notice(
                     "large_bending",
                     f"link '{name}' bends by {number_text(100.0 * share, '.2g')} % of its "
@@ -213,4 +213,4 @@ def _bending_notices(flexible: FlexibleLinkage, motion: FlexibleMotion) -> tuple
                     "1.5 % at 5 % of the length, by 25 % at 17 %; stiffen it or drive slower",
                 )
             )
-    return tuple(found)
+    return tuple(notices)

@@ -69,20 +69,20 @@ class PlanarMechanism:
     def __post_init__(self) -> None:
         """Place the coordinates of the parts."""
         ends = [0, *np.cumsum([3 + part.size for part in self.parts]).tolist()]
-        found = tuple(slice(a, b) for a, b in zip(ends, ends[1:], strict=False))
-        object.__setattr__(self, "slices", found)
+        slices = tuple(slice(a, b) for a, b in zip(ends, ends[1:], strict=False))
+        object.__setattr__(self, "slices", slices)
         rigid = np.zeros((ends[-1], ends[-1]))
-        pairs = list(zip(self.parts, found, strict=True))
+        pairs = list(zip(self.parts, slices, strict=True))
         for part, at in pairs:
             if not part.size:
                 rigid[at, at] = part.inertia(np.zeros(3), np.zeros(3)).mass
         elastic = tuple((part, at) for part, at in pairs if part.size)
         object.__setattr__(self, "_rigid", rigid)
         object.__setattr__(self, "_elastic", elastic)
-        geared = [(one.joint, one.source) for one in self.relations]
-        needed = frozenset(one.joint for one in self.drives).union(*geared)
+        geared = [(relation.joint, relation.source) for relation in self.relations]
+        needed = frozenset(drive.joint for drive in self.drives).union(*geared)
         object.__setattr__(self, "_needed", needed)
-        moved = tuple(one for one in self.drives if not one.moment)
+        moved = tuple(drive for drive in self.drives if not drive.moment)
         object.__setattr__(self, "_moved", moved)
 
     def inertia(self, p: Array, v: Array) -> tuple[Array, Array]:
@@ -105,26 +105,28 @@ class PlanarMechanism:
             p: coordinates (n,).
             v: their rates (n,).
         """
-        fixed = sum(3 if one.kind == "fixed" else 2 for one in self.joints)
+        fixed = sum(3 if joint.kind == "fixed" else 2 for joint in self.joints)
         m = fixed + len(self.relations) + len(self._moved)
-        found = ConstraintRows(np.zeros(m), np.zeros((m, len(p))), np.zeros(m), np.zeros(m), {})
+        constraints = ConstraintRows(
+            np.zeros(m), np.zeros((m, len(p))), np.zeros(m), np.zeros(m), {}
+        )
         k, at = 0, self.slices
         for j, joint in enumerate(self.joints):
             a, b = evaluate_point(joint.first, at, p, v), evaluate_point(joint.second, at, p, v)
-            k = add_joint(found, k, joint, a, b, v)
+            k = add_joint(constraints, k, joint, a, b, v)
             if j in self._needed:
-                found.positions[j] = position_row(joint, a, b, v)
-        for k, one in enumerate(self.relations, fixed):
-            x, y = found.positions[one.joint], found.positions[one.source]
-            found.g[k] = x.value - one.ratio * y.value
-            found.rows[k] = x.row - one.ratio * y.row
-            found.gamma[k] = one.ratio * y.bias - x.bias
+                constraints.positions[j] = position_row(joint, a, b, v)
+        for k, relation in enumerate(self.relations, fixed):
+            x, y = constraints.positions[relation.joint], constraints.positions[relation.source]
+            constraints.g[k] = x.value - relation.ratio * y.value
+            constraints.rows[k] = x.row - relation.ratio * y.row
+            constraints.gamma[k] = relation.ratio * y.bias - x.bias
         for k, drive in enumerate(self._moved, fixed + len(self.relations)):
             u, rate, acceleration = drive.profile(t)
-            value, row, bias = found.positions[drive.joint]
-            found.g[k], found.rows[k], found.rates[k] = value - u, row, -rate
-            found.gamma[k] = acceleration - bias
-        return found
+            value, row, bias = constraints.positions[drive.joint]
+            constraints.g[k], constraints.rows[k], constraints.rates[k] = value - u, row, -rate
+            constraints.gamma[k] = acceleration - bias
+        return constraints
 
     def accelerate(self, t: float, p: Array, v: Array) -> Dynamics:
         """Compute accelerations, multipliers, and the power of the drives.
@@ -135,18 +137,18 @@ class PlanarMechanism:
             v: their rates (n,).
         """
         mass, bias = self.inertia(p, v)
-        found = self.constraints(t, p, v)
-        n, m = len(p), len(found.g)
+        constraints = self.constraints(t, p, v)
+        n, m = len(p), len(constraints.g)
         right = np.empty(n + m)
-        right[:n], right[n:] = -bias, found.gamma
+        right[:n], right[n:] = -bias, constraints.gamma
         power = 0.0
         for drive in self.drives:
             if drive.moment:
-                moment, row = drive.profile(t)[0], found.positions[drive.joint].row
+                moment, row = drive.profile(t)[0], constraints.positions[drive.joint].row
                 right[:n] += moment * row
                 power += moment * float(row @ v)
-        solution = solve_bordered(mass, found.rows, right)
-        power += float(solution[n:] @ found.rates)
+        solution = solve_bordered(mass, constraints.rows, right)
+        power += float(solution[n:] @ constraints.rates)
         return Dynamics(solution[:n], solution[n:], power, mass, bias)
 
     def shake(self, t: float, p: Array, v: Array) -> Shaking:
@@ -157,8 +159,8 @@ class PlanarMechanism:
             p: coordinates (n,).
             v: their rates (n,).
         """
-        found = self.accelerate(t, p, v)
-        inertia = found.mass @ found.acceleration + found.bias
+        dynamics = self.accelerate(t, p, v)
+        inertia = dynamics.mass @ dynamics.acceleration + dynamics.bias
         force, about, elastic = np.zeros(2), 0.0, 0.0
         for part, at in zip(self.parts, self.slices, strict=True):
             x, y = p[at][:2]
@@ -167,7 +169,7 @@ class PlanarMechanism:
             about -= float(moment + x * fy - y * fx)
             q = p[at][3:]
             elastic += 0.5 * float(q @ part.stiffness @ q)
-        energy = 0.5 * float(v @ found.mass @ v) + elastic
+        energy = 0.5 * float(v @ dynamics.mass @ v) + elastic
         return Shaking(force, about, energy)
 
     def dissipation(self, v: Array) -> float:
@@ -182,8 +184,8 @@ class PlanarMechanism:
             on: the point.
             p: coordinates (n,).
         """
-        found = evaluate_point(on, self.slices, p, np.zeros(len(p)))
-        return np.array([found.x, found.y])
+        point = evaluate_point(on, self.slices, p, np.zeros(len(p)))
+        return np.array([point.x, point.y])
 
     def joint_position(self, joint: int, p: Array) -> float:
         """Compute the position of a joint, in rad or m, from the start.
@@ -192,9 +194,9 @@ class PlanarMechanism:
             joint: index of the joint.
             p: coordinates (n,).
         """
-        one, rest = self.joints[joint], np.zeros(len(p))
-        a, b = (evaluate_point(on, self.slices, p, rest) for on in (one.first, one.second))
-        return position_row(one, a, b, rest).value
+        pair, rest = self.joints[joint], np.zeros(len(p))
+        a, b = (evaluate_point(on, self.slices, p, rest) for on in (pair.first, pair.second))
+        return position_row(pair, a, b, rest).value
 
     def assemble(self, t: float, p: Array, v: Array) -> tuple[Array, Array]:
         """Move coordinates and rates onto the constraints, by the least change of momentum.
@@ -209,13 +211,15 @@ class PlanarMechanism:
         """
         limit = ASSEMBLED * max(self.size, 1e-6)
         for _ in range(MOST_NEWTON_STEPS):
-            found = self.constraints(t, p, v)
-            if np.abs(found.g).max(initial=0.0) < limit:
+            constraints = self.constraints(t, p, v)
+            if np.abs(constraints.g).max(initial=0.0) < limit:
                 break
-            p = p - self._correction(p, v, found.rows, found.g)
+            p = p - self._correction(p, v, constraints.rows, constraints.g)
         else:
             raise LinkageError("the flexible mechanism does not close; give other start values")
-        return p, v - self._correction(p, v, found.rows, found.rows @ v + found.rates)
+        return p, v - self._correction(
+            p, v, constraints.rows, constraints.rows @ v + constraints.rates
+        )
 
     def _correction(self, p: Array, v: Array, rows: Array, residual: Array) -> Array:
         """Solve G Δ = residual for the Δ of least mass-weighted size."""

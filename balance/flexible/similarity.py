@@ -121,7 +121,9 @@ class Similarity:
 
     def __repr__(self) -> str:
         """Scale, verdict and frequencies."""
-        wrong = ", ".join(one.name for one in self.conditions if not one.holds)
+        wrong = ", ".join(
+            condition.name for condition in self.conditions if not condition.holds
+        )
         first, second = self.frequencies
         return repr_lines(
             f"Similarity of arms, scale {self.scale:.6g}",
@@ -132,7 +134,7 @@ class Similarity:
     @property
     def similar(self) -> bool:
         """Whether all conditions hold, so that the pair does not shake the hub."""
-        return all(one.holds for one in self.conditions)
+        return all(condition.holds for condition in self.conditions)
 
 
 def similar_arm(arm: Arm, scale: float) -> Arm:
@@ -198,7 +200,7 @@ def compare_arms(first: Arm, second: Arm) -> Similarity:
         >>> compare_arms(arm, similar_arm(arm, 0.5)).similar
         True
     """
-    found = [
+    conditions = [
         _condition(name, words, left, right)
         for (name, words, left), (_, _, right) in zip(
             _sides(first), _sides(second), strict=True
@@ -207,7 +209,7 @@ def compare_arms(first: Arm, second: Arm) -> Similarity:
     moments = (first.first_moment, second.first_moment)
     frequencies = [float(arm_frequencies(arm, 1)[0]) / (2.0 * np.pi) for arm in (first, second)]
     return Similarity(
-        second.beam.length / first.beam.length, tuple(found),
+        second.beam.length / first.beam.length, tuple(conditions),
         (frequencies[0], frequencies[1]), abs(moments[1] - moments[0]) / max(moments),
     )  # fmt: skip
 

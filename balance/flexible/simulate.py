@@ -110,12 +110,12 @@ def simulate(
     times = np.linspace(0.0, duration, max(samples, 2))
     states, steps = _integrate(run, name, y, times, rtol, progress)
     n = len(p)
-    found = [mechanism.shake(t, y[:n], y[n:-1]) for t, y in zip(times, states, strict=True)]
-    energy = np.array([one.energy for one in found])
+    loads = [mechanism.shake(t, y[:n], y[n:-1]) for t, y in zip(times, states, strict=True)]
+    energy = np.array([load.energy for load in loads])
     drift = np.abs(energy - energy[0] - states[:, -1]).max() / max(energy.max(), 1e-300)
     return FlexibleMotion(
         mechanism, times, states[:, :n], states[:, n:-1],
-        np.array([one.force for one in found]), np.array([one.moment for one in found]),
+        np.array([load.force for load in loads]), np.array([load.moment for load in loads]),
         energy, float(drift), name, steps, run.evaluations,
     )  # fmt: skip
 
@@ -132,21 +132,21 @@ class _Run:
         """Compute the rates of the state [p, v, work]."""
         self.evaluations += 1
         n = (len(y) - 1) // 2
-        found = self.mechanism.accelerate(t, y[:n], y[n:-1])
+        dynamics = self.mechanism.accelerate(t, y[:n], y[n:-1])
         slope = np.empty_like(y)
-        slope[:n], slope[n:-1] = y[n:-1], found.acceleration
-        slope[-1] = found.power - self.mechanism.dissipation(y[n:-1])
+        slope[:n], slope[n:-1] = y[n:-1], dynamics.acceleration
+        slope[-1] = dynamics.power - self.mechanism.dissipation(y[n:-1])
         return slope
 
     def jacobian(self, t: float, y: Array) -> Array:
         """Approximate the derivative of `slope`: elastic and damping forces alone."""
         n = (len(y) - 1) // 2
         elastic, damping = _elastic_accelerations(self.mechanism, t, y[:n], y[n:-1])
-        found = np.zeros((2 * n + 1, 2 * n + 1))
-        found[:n, n : 2 * n] = np.eye(n)
-        found[n : 2 * n, :n] = -elastic
-        found[n : 2 * n, n : 2 * n] = -damping
-        return found
+        matrix = np.zeros((2 * n + 1, 2 * n + 1))
+        matrix[:n, n : 2 * n] = np.eye(n)
+        matrix[n : 2 * n, :n] = -elastic
+        matrix[n : 2 * n, n : 2 * n] = -damping
+        return matrix
 
 
 def _elastic_accelerations(
@@ -158,15 +158,15 @@ def _elastic_accelerations(
     rows = mechanism.constraints(t, p, v).rows
     stiffness, damping = np.zeros((n, n)), np.zeros((n, n))
     for part, at in zip(mechanism.parts, mechanism.slices, strict=True):
-        own = slice(at.start + 3, at.stop)
-        stiffness[own, own], damping[own, own] = part.stiffness, part.damping
+        elastic = slice(at.start + 3, at.stop)
+        stiffness[elastic, elastic], damping[elastic, elastic] = part.stiffness, part.damping
     m = len(rows)
     full = np.zeros((n + m, n + m))
     full[:n, :n], full[:n, n:], full[n:, :n] = mass, rows.T, rows
     right = np.zeros((n + m, 2 * n))
     right[:n, :n], right[:n, n:] = stiffness, damping
-    found = np.asarray(np.linalg.solve(full, right)[:n], np.float64)
-    return found[:, :n], found[:, n:]
+    accelerations = np.asarray(np.linalg.solve(full, right)[:n], np.float64)
+    return accelerations[:, :n], accelerations[:, n:]
 
 
 def _choose_method(mechanism: PlanarMechanism, p: Array, duration: float) -> str:

@@ -32,7 +32,7 @@ DIFFERENCE = 1e-3
 
 def moves_at_start(mechanism: PlanarMechanism) -> bool:
     """Tell whether an input has a speed at the start."""
-    return any(one.profile(0.0)[1] != 0.0 for one in mechanism.drives if not one.moment)
+    return any(drive.profile(0.0)[1] != 0.0 for drive in mechanism.drives if not drive.moment)
 
 
 def steady_start(mechanism: PlanarMechanism) -> tuple[Array, Array]:
@@ -58,10 +58,10 @@ def steady_start(mechanism: PlanarMechanism) -> tuple[Array, Array]:
 
 def _elastic(mechanism: PlanarMechanism) -> NDArray[np.bool_]:
     """Mark the elastic coordinates (n,)."""
-    found = np.zeros(len(mechanism.start), dtype=np.bool_)
+    mask = np.zeros(len(mechanism.start), dtype=np.bool_)
     for at in mechanism.slices:
-        found[at.start + 3 : at.stop] = True
-    return found
+        mask[at.start + 3 : at.stop] = True
+    return mask
 
 
 def _settle(mechanism: PlanarMechanism, t: float, p: Array) -> tuple[Array, Array]:
@@ -90,19 +90,19 @@ def _close(mechanism: PlanarMechanism, t: float, p: Array) -> Array:
     """Move the rigid coordinates onto the constraints; the bending stays."""
     rigid, v = ~_elastic(mechanism), np.zeros(len(p))
     for _ in range(MOST_STEPS):
-        found = mechanism.constraints(t, p, v)
-        if np.abs(found.g).max(initial=0.0) < SETTLED * max(mechanism.size, 1e-6):
+        constraints = mechanism.constraints(t, p, v)
+        if np.abs(constraints.g).max(initial=0.0) < SETTLED * max(mechanism.size, 1e-6):
             break
         p = p.copy()
-        p[rigid] -= _least(mechanism, p, found.rows, found.g)
+        p[rigid] -= _least(mechanism, p, constraints.rows, constraints.g)
     return p
 
 
 def _rigid_rates(mechanism: PlanarMechanism, t: float, p: Array, v: Array) -> Array:
     """Complete the rates of the elastic coordinates by rigid ones that keep the constraints."""
-    found, rigid = mechanism.constraints(t, p, v), ~_elastic(mechanism)
+    constraints, rigid = mechanism.constraints(t, p, v), ~_elastic(mechanism)
     v = v.copy()
-    v[rigid] -= _least(mechanism, p, found.rows, found.rows @ v + found.rates)
+    v[rigid] -= _least(mechanism, p, constraints.rows, constraints.rows @ v + constraints.rates)
     return v
 
 
@@ -118,20 +118,20 @@ def _bend(mechanism: PlanarMechanism, t: float, p: Array, v: Array) -> Array:
     """Compute the coordinates with the bending that the rigid accelerations at a state ask."""
     bends = _elastic(mechanism)
     mass, bias = mechanism.inertia(p, v)
-    found = mechanism.constraints(t, p, v)
+    closure = mechanism.constraints(t, p, v)
     stiffness = np.zeros_like(mass)
     for part, at in zip(mechanism.parts, mechanism.slices, strict=True):
-        own = slice(at.start + 3, at.stop)
-        stiffness[own, own] = part.stiffness
+        elastic = slice(at.start + 3, at.stop)
+        stiffness[elastic, elastic] = part.stiffness
     # Unknown are rigid accelerations and elastic coordinates, in the places of each other.
     columns = np.where(bends, stiffness, mass)
-    right = np.concatenate([stiffness @ p - bias, found.gamma])
+    right = np.concatenate([stiffness @ p - bias, closure.gamma])
     for drive in mechanism.drives:
         if drive.moment:
-            right[: len(p)] += drive.profile(t)[0] * found.positions[drive.joint].row
+            right[: len(p)] += drive.profile(t)[0] * closure.positions[drive.joint].row
     full = np.block([
-        [columns, found.rows.T],
-        [np.where(bends, 0.0, found.rows), np.zeros((len(found.rows), len(found.rows)))],
+        [columns, closure.rows.T],
+        [np.where(bends, 0.0, closure.rows), np.zeros((len(closure.rows), len(closure.rows)))],
     ])  # fmt: skip
     try:
         solution = np.linalg.solve(full, right)

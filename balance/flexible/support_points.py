@@ -169,11 +169,11 @@ def _continue(unknown: Array, half: int, waves: Array) -> Array:
     reached, step = 0.0, 1.0
     for _ in range(MOST_STEPS):
         target = min(reached + step, 1.0)
-        found = _newton(unknown, half, waves, (1.0 - target) * start)
-        if found is None:
+        solution = _newton(unknown, half, waves, (1.0 - target) * start)
+        if solution is None:
             step /= 2.0
             continue
-        unknown, reached, step = found, target, 2.0 * step
+        unknown, reached, step = solution, target, 2.0 * step
         if reached == 1.0:
             return unknown
     raise LinkageError(f"supports at {unknown.size + 1} points: the continuation stalls")

@@ -195,12 +195,12 @@ def condition_rows(mesh: Mesh, supports: Sequence[Support | Clamp]) -> Array:
         Rows (conditions, size) that vanish.
     """
     rows: list[Array] = []
-    for one in supports:
-        if isinstance(one, Clamp):
-            value, _, turn = element_rows(mesh, one.point)
+    for support in supports:
+        if isinstance(support, Clamp):
+            value, _, turn = element_rows(mesh, support.point)
             rows += [value, turn]
         else:
-            pairs = zip(one.points, one.weights, strict=True)
+            pairs = zip(support.points, support.weights, strict=True)
             rows.append(np.sum([w * element_rows(mesh, s)[0] for s, w in pairs], axis=0))
     return np.array(rows).reshape(-1, mesh.size)
 

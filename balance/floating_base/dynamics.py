@@ -56,12 +56,12 @@ class MovingBodies(NamedTuple):
         """Compute the mass matrix of the twist of the base and the coordinates (6+w, 6+w)."""
         w = self.T.shape[2]
         MT = self.M @ self.T
-        found = np.empty((6 + w, 6 + w))
-        found[:6, :6] = base.M + self.M.sum(axis=0)
-        found[:6, 6:] = MT.sum(axis=0)
-        found[6:, :6] = found[:6, 6:].T
-        found[6:, 6:] = np.einsum("biu,biw->uw", self.T, MT)
-        return found
+        matrix = np.empty((6 + w, 6 + w))
+        matrix[:6, :6] = base.M + self.M.sum(axis=0)
+        matrix[:6, 6:] = MT.sum(axis=0)
+        matrix[6:, :6] = matrix[:6, 6:].T
+        matrix[6:, 6:] = np.einsum("biu,biw->uw", self.T, MT)
+        return matrix
 
     def bias(self, base: BaseInChain, b: Array) -> Array:
         """Compute the inertia forces for steady rates of base and coordinates (6+w,).
@@ -144,16 +144,16 @@ def cross_products(a: Array, b: Array) -> Array:
 
 def _bracket(a: Array, t: Array) -> Array:
     """Compute the Lie bracket ``ad(a) t`` of a twist (6,) with twists (bodies, 6)."""
-    found = cross_products(a[:3], t.reshape(-1, 2, 3)).reshape(t.shape)
-    found[:, 3:] += cross_products(a[3:], t[:, :3])
-    return found
+    bracket = cross_products(a[:3], t.reshape(-1, 2, 3)).reshape(t.shape)
+    bracket[:, 3:] += cross_products(a[3:], t[:, :3])
+    return bracket
 
 
 def _turn(t: Array, h: Array) -> Array:
     """Compute ``-ad(t)ᵀ h``, the rate of momenta carried by twists (..., 6)."""
-    found = cross_products(t[..., None, :3], h.reshape(*h.shape[:-1], 2, 3)).reshape(h.shape)
-    found[..., :3] += cross_products(t[..., 3:], h[..., 3:])
-    return found
+    rates = cross_products(t[..., None, :3], h.reshape(*h.shape[:-1], 2, 3)).reshape(h.shape)
+    rates[..., :3] += cross_products(t[..., 3:], h[..., 3:])
+    return rates
 
 
 def _apply(M: Array, t: Array) -> Array:

@@ -177,15 +177,15 @@ class BaseEquations:
         now = self.read(time, state)
         base, drive, G = self.base, self.drive, self._unknown
         wrench = now.placement.spring_wrench(base)
-        M, known = now.bodies.mass_matrix(base), now.bodies.bias(base, now.b)
-        known += M[:, 6:] @ now.accelerations
-        load = -known
+        M, bias = now.bodies.mass_matrix(base), now.bodies.bias(base, now.b)
+        bias += M[:, 6:] @ now.accelerations
+        load = -bias
         load[:6] += wrench
         load[6:] += drive.torques
         change = np.linalg.solve(G.T @ M @ G, G.T @ load)
         freedoms = base.freedoms.shape[1]
         # The drives carry what is left of the inertia forces of the coordinates.
-        torques = known[6:] + M[6:] @ (G @ change)
+        torques = bias[6:] + M[6:] @ (G @ change)
         x, beta, *_ = self._split(state)
         impulse = base.freedoms.T @ now.placement.wrench_to_inertial(wrench)
         own_rates = now.rates if drive.free else now.rates[:0]

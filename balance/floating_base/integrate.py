@@ -125,8 +125,8 @@ def integrate_at(
     """
     from scipy.integrate import solve_ivp
 
-    found = solve_ivp(
+    solution = solve_ivp(
         equations, (times[0], times[-1]), state, method="DOP853", t_eval=times,
         rtol=BASE_STEP_RELATIVE, atol=tolerances,
     )  # fmt: skip
-    return np.asarray(found.y.T)
+    return np.asarray(solution.y.T)

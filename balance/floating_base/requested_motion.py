@@ -54,9 +54,9 @@ def prescribed_drive(
     units = chain.units[linkage.positions_of(linkage.inputs)]
     start = 0.0
     if along is None:
-        (found,) = random_motions(linkage, 1, seed=seed, motion=motion)
-        assert found.path is not None
-        path: InputPath = RestToRest(found.path, found.duration)
+        (trajectory,) = random_motions(linkage, 1, seed=seed, motion=motion)
+        assert trajectory.path is not None
+        path: InputPath = RestToRest(trajectory.path, trajectory.duration)
     elif isinstance(along, Trajectory):
         start = float(along.time[0])
         path = along.path or SplinePath.through(along.time, along.u)
@@ -145,11 +145,11 @@ def initial_rates(
     """
     if not np.isfinite(list(initial.values())).all():
         raise UsageError("velocities at the start must be finite numbers")
-    own = {name: value for name, value in initial.items() if name not in BASE_VELOCITIES}
-    rates = _by_input(linkage, own) / drive.units
-    if own and not drive.free:
+    speeds = {name: value for name, value in initial.items() if name not in BASE_VELOCITIES}
+    rates = _by_input(linkage, speeds) / drive.units
+    if speeds and not drive.free:
         raise UsageError(
-            f"the motion of input {next(iter(own))} is prescribed, its velocity too: give "
+            f"the motion of input {next(iter(speeds))} is prescribed, its velocity too: give "
             "torques to let it move freely"
         )
     y = drive.basis.T @ rates

@@ -191,26 +191,26 @@ class FloatingBaseMotion:
     @property
     def remarks(self) -> tuple[str, ...]:
         """Remarks on inputs that rest, on large rotations, and on conserved quantities."""
-        found = []
+        remarks = []
         if not self.samples.speed.any():
-            found.append("no input moves")
+            remarks.append("no input moves")
         rates = np.abs(self.samples.ud)
         starts_at_rest = rates[0].max() <= STARTS_AT_REST * rates.max()
         if self.path is not None and not starts_at_rest and not self.initial:
-            found.append(
+            remarks.append(
                 "the inputs move at the start, while the base rests: base and linkage have the "
                 "momentum of that motion throughout, and the base follows it"
             )
         if self.base.turning_stiffness and not self.planar and self.rotation > HALF_TURN:
-            found.append(
+            remarks.append(
                 "the base turns by more than half a turn, where its spring is undefined"
             )
         if not self.agreed:
-            found.append(
+            remarks.append(
                 f"energy drifts by {drift_text(self.energy_drift)} and momentum by "
                 f"{drift_text(self.momentum_drift)}: no verdict"
             )
-        return tuple(found)
+        return tuple(remarks)
 
     def to_dict(self) -> dict[str, object]:
         """Return plain data for JSON; see ``balance/schemas/floating_base.schema.json``."""

@@ -70,10 +70,10 @@ def take_samples(
         for time, state in zip(times.tolist(), states, strict=True)
     ]
     columns = [np.array(column) for column in zip(*rows, strict=True)]
-    found = Samples(*columns)
+    samples = Samples(*columns)
     if not equations.base.planar:
-        found = found._replace(rotation=_unwrap(found.rotation))
-    return Samples(*(freeze(column) for column in found))
+        samples = samples._replace(rotation=_unwrap(samples.rotation))
+    return Samples(*(freeze(column) for column in samples))
 
 
 def _sample(equations: BaseEquations, chain: Chain, now: BaseState) -> Iterator[object]:
@@ -101,12 +101,12 @@ def _sample(equations: BaseEquations, chain: Chain, now: BaseState) -> Iterator[
 
 def _unwrap(rotation: Array) -> Array:
     """Add full turns to rotation vectors (N, 3), so that they change continuously."""
-    found = rotation.copy()
-    for k in range(1, len(found)):
-        angle = float(np.linalg.norm(found[k]))
+    vectors = rotation.copy()
+    for k in range(1, len(vectors)):
+        angle = float(np.linalg.norm(vectors[k]))
         if angle == 0.0:
             continue
-        axis = found[k] / angle
-        turns = np.round((axis @ found[k - 1] - angle) / (2.0 * np.pi))
-        found[k] += 2.0 * np.pi * turns * axis
-    return found
+        axis = vectors[k] / angle
+        turns = np.round((axis @ vectors[k - 1] - angle) / (2.0 * np.pi))
+        vectors[k] += 2.0 * np.pi * turns * axis
+    return vectors

@@ -207,7 +207,7 @@ def _tolerances(
     drive, base = equations.drive, equations.base
     now = equations.read(span[0], first)
     M = now.bodies.mass_matrix(base)
-    own = np.diagonal(M)[6:]
+    inertias = np.diagonal(M)[6:]
     speeds = [np.abs(now.b).max(), np.abs(now.rates).max(initial=0.0)]
     if drive.path is not None:
         ud = drive.path.at(np.linspace(*span, SPEED_SAMPLES))[1]
@@ -219,7 +219,7 @@ def _tolerances(
         )
     else:
         # Each torque alone, after 1 radian or characteristic length.
-        speeds += np.sqrt(np.abs(drive.torques / own)).tolist()
+        speeds += np.sqrt(np.abs(drive.torques / inertias)).tolist()
     carried, total = equations.mass, equations.mass + float(base.M[5, 5])
     speed = max(speeds) or 1.0
     return equations.tolerances(BASE_STEP_RELATIVE, speed, carried / total)
@@ -227,10 +227,10 @@ def _tolerances(
 
 def _is_regular(M: Array) -> bool:
     """Whether a mass matrix can be inverted."""
-    own = np.diagonal(M)
-    if not own.min() > 0.0:
+    diagonal = np.diagonal(M)
+    if not diagonal.min() > 0.0:
         return False
-    scale = 1.0 / np.sqrt(own)
+    scale = 1.0 / np.sqrt(diagonal)
     return bool(np.linalg.eigvalsh(scale[:, None] * M * scale)[0] > MASS_MATRIX_SINGULAR)
 
 

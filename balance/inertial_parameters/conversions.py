@@ -119,11 +119,13 @@ def violations(
     moments = np.linalg.eigvalsh(inertia)
     largest = max(float(np.abs(moments).max()), float(np.abs(z[4:7]).max()))
     slack = max(tolerance * largest, floor)
-    found = [f"principal moment {value:.6g} is negative" for value in moments if value < -slack]
-    if not found and moments[0] + moments[1] < moments[2] - slack:
+    faults = [
+        f"principal moment {value:.6g} is negative" for value in moments if value < -slack
+    ]
+    if not faults and moments[0] + moments[1] < moments[2] - slack:
         a, b, c = moments
-        found.append(f"principal moments {a:.6g} + {b:.6g} < {c:.6g}")
-    return found
+        faults.append(f"principal moments {a:.6g} + {b:.6g} < {c:.6g}")
+    return faults
 
 
 def parameter_labels(planar: bool, force: bool) -> tuple[str, ...]:

@@ -168,14 +168,14 @@ class Multipole(NamedTuple):
         if self.point.size == 2:
             raise ValueError("planar parameters have no primitives in space; give all ten")
         size = float(np.linalg.norm(self.displacement))
-        found = []
+        primitives = []
         if self.mass != 0.0:
-            found.append(Primitive("mass", body, self.mass, self.point))
+            primitives.append(Primitive("mass", body, self.mass, self.point))
         if size > 0.0:
             along = self.displacement / size
-            found.append(Primitive("displacement", body, size, self.point, along))
+            primitives.append(Primitive("displacement", body, size, self.point, along))
         rods = zip(self.rods.tolist(), self.directions, strict=True)
-        return (*found, *(Primitive("rod", body, x, None, b) for x, b in rods if x != 0.0))
+        return (*primitives, *(Primitive("rod", body, x, None, b) for x, b in rods if x != 0.0))
 
 
 def multipole_of(z: ArrayLike, point: ArrayLike, directions: ArrayLike = RODS) -> Multipole:

@@ -201,9 +201,9 @@ def balancing_family(twist: ArrayLike, momentum: ArrayLike) -> BalancingFamily:
     axis, line = twist_axis(t, MOMENTUM_NULL), wrench_axis(h, MOMENTUM_NULL)
     # A linear momentum that is round-off of the angular one is none.
     h = np.concatenate([h[:3], np.zeros(3)]) if np.isinf(line.pitch) else h
-    found = _translating(t, h) if np.isinf(axis.pitch) else _turning(t, h)
+    family = _translating(t, h) if np.isinf(axis.pitch) else _turning(t, h)
     kinds = _kind(axis.pitch), _kind(line.pitch)
-    return BalancingFamily(freeze(t), freeze(h), *kinds, *found)  # type: ignore[arg-type]
+    return BalancingFamily(freeze(t), freeze(h), *kinds, *family)  # type: ignore[arg-type]
 
 
 def _turning(t: Array, h: Array) -> tuple[object, ...]:

@@ -54,7 +54,7 @@ def _regressor(chain, links, q, workspace):
 
 
 @kernel
-def _momentum(chain, links, z, q, workspace, M, own):
+def _momentum(chain, links, z, q, workspace, M, magnitudes):
     """Compute the momentum matrix at a closed pose, and the sizes that its entries cancel from.
 
     Args:
@@ -64,7 +64,7 @@ def _momentum(chain, links, z, q, workspace, M, own):
         q: in: joint positions (n,), chain units.
         workspace: as from `pose_workspace`.
         M: out: ``[ξ; p]`` for unit rates (6, width), chain units.
-        own: out: ``Σ_b |h_b|``, entry by entry (6, width).
+        magnitudes: out: ``Σ_b |h_b|``, entry by entry (6, width).
     """
     X = _regressor(chain, links, q, workspace)
     for w in range(M.shape[1]):
@@ -76,11 +76,11 @@ def _momentum(chain, links, z, q, workspace, M, own):
                     part += X[0, 0, w, i, b, k] * z[b, k]
                 total += part
                 size += abs(part)
-            M[i, w], own[i, w] = total, size
+            M[i, w], magnitudes[i, w] = total, size
 
 
 @kernel
-def fill_momenta(chain, links, z, q, workspace, M, own):
+def fill_momenta(chain, links, z, q, workspace, M, magnitudes):
     """Compute the momentum matrices at closed poses.
 
     Args:
@@ -90,10 +90,10 @@ def fill_momenta(chain, links, z, q, workspace, M, own):
         q: in: joint positions (poses, n), chain units.
         workspace: as from `pose_workspace`.
         M: out: (poses, 6, width); see `_momentum`.
-        own: out: (poses, 6, width).
+        magnitudes: out: (poses, 6, width).
     """
     for k in range(q.shape[0]):
-        _momentum(chain, links, z, q[k], workspace, M[k], own[k])
+        _momentum(chain, links, z, q[k], workspace, M[k], magnitudes[k])
 
 
 @kernel
@@ -143,21 +143,23 @@ def _walk(chain, ray, length, q, scratch_q, workspace):
                 q[j] += columns[j, w] * ray[w] * length
         return True
     place_links(parent, screws, q, pose, carried, scratch)
-    left = length
+    remaining_length = length
     for _ in range(MAX_CELL_STEPS):
         spatial_series(0, SERIES_ORDER, chain, carried, rays, series)
-        step = follow_series(chain, q, series[4][0], ray, left, scratch_q, pose, carried, steps)
+        step = follow_series(
+            chain, q, series[4][0], ray, remaining_length, scratch_q, pose, carried, steps
+        )
         if step == 0.0:
             return False
         q[:] = scratch_q
-        left -= step
-        if left <= 0.0:
+        remaining_length -= step
+        if remaining_length <= 0.0:
             return True
     return False
 
 
 @kernel
-def fill_cells(chain, links, z, grid, state, found, count, workspace):
+def fill_cells(chain, links, z, grid, state, momenta, count, workspace):
     """Fill cells of a grid of poses, from those in the queue outwards.
 
     Args:
@@ -169,20 +171,20 @@ def fill_cells(chain, links, z, grid, state, found, count, workspace):
         state: in, out: joint positions of reached cells (cells, n); whether each is reached
             (cells,); the queue of reached cells (cells,); how many of it are done, and how
             many are in it (2,).
-        found: out: momentum matrices and sizes of cells (cells, 6, width).
+        momenta: out: momentum matrices and sizes of cells (cells, 6, width).
         count: most cells to take from the queue now.
         workspace: as from `pose_workspace`, then positions (2, n) and a direction (width,).
     """
     points, shape, strides = grid
     q, seen, queue, ends = state
-    M, own = found
+    M, magnitudes = momenta
     places, numbers, ray = workspace
     for _ in range(count):
         if ends[0] == ends[1]:
             return
         cell = queue[ends[0]]
         ends[0] += 1
-        _momentum(chain, links, z, q[cell], places, M[cell], own[cell])
+        _momentum(chain, links, z, q[cell], places, M[cell], magnitudes[cell])
         for axis in range(shape.size):
             position = (cell // strides[axis]) % shape[axis]
             for side in (-1, 1):

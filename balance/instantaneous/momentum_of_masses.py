@@ -54,8 +54,8 @@ class MassedChain(NamedTuple):
             z: masses as in `momentum_matrix`; those of the file by default.
         """
         chain = input_chain(linkage)
-        own = to_chain(mass_parameters(linkage, z), chain.frame, False, False)
-        return cls(linkage, chain, np.ascontiguousarray(own))
+        parameters = to_chain(mass_parameters(linkage, z), chain.frame, False, False)
+        return cls(linkage, chain, np.ascontiguousarray(parameters))
 
     def __repr__(self) -> str:
         """One line: the linkage."""
@@ -71,9 +71,9 @@ class MassedChain(NamedTuple):
             ``[ξ; p]`` for unit rates (poses, 6, mobility), in the frame and units of the chain;
             and, entry by entry, the sum of the sizes of the momenta of the bodies.
         """
-        M, own = np.empty((2, len(q), 6, self.chain.width))
-        self._fill(fill_momenta, q, M, own)
-        return M, own
+        M, magnitudes = np.empty((2, len(q), 6, self.chain.width))
+        self._fill(fill_momenta, q, M, magnitudes)
+        return M, magnitudes
 
     def body_momenta(self, q: Array) -> Array:
         """Compute the momenta of single bodies at closed poses, all at once.

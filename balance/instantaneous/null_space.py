@@ -83,7 +83,7 @@ class ReactionNullSpace:
 
 
 def momentum_rows(
-    M: Array, chain: Chain, components: Components, about: Array | None, own: bool = False
+    M: Array, chain: Chain, components: Components, about: Array | None, sums: bool = False
 ) -> Array:
     """Select the components of momentum matrices that count, in a unit of their own.
 
@@ -93,7 +93,7 @@ def momentum_rows(
         components: ``"both"``, ``"moment"`` or ``"force"``.
         about: point of the moment (3,), metres, inertial frame; for ``"both"`` it is the middle
             of the mechanism.
-        own: whether the entries are sums of sizes, which add up about another point too.
+        sums: whether the entries are sums of sizes, which add up about another point too.
 
     Returns:
         Shape (..., 6 or 3, width): N s for unit rates, for ``"moment"`` N m s.
@@ -103,7 +103,7 @@ def momentum_rows(
         return L * (M if components == "both" else M[..., 3:, :])
     arm = ((np.zeros(3) if about is None else about) - chain.frame.origin) / L
     # moment about another point: ξ - arm × p
-    shift = np.abs(skew(arm)) if own else -skew(arm)
+    shift = np.abs(skew(arm)) if sums else -skew(arm)
     return np.asarray(L**2 * (M[..., :3, :] + shift @ M[..., 3:, :]))
 
 
@@ -121,9 +121,11 @@ def null_space_at(
         tolerance: see `reaction_null_space`.
     """
     chain, linkage = model.chain, model.linkage
-    M, own = (found[0] for found in model.momenta(q[None]))
+    M, magnitudes = (matrices[0] for matrices in model.momenta(q[None]))
     rows = momentum_rows(M, chain, components, about)
-    scale = float(np.linalg.norm(momentum_rows(own, chain, components, about, own=True)))
+    scale = float(
+        np.linalg.norm(momentum_rows(magnitudes, chain, components, about, sums=True))
+    )
     _, sizes, directions = np.linalg.svd(rows, full_matrices=True)
     values = np.zeros(chain.width)
     values[: sizes.size] = sizes
@@ -187,5 +189,5 @@ def reaction_null_space(
 def check_components(components: str) -> None:
     """Raise UsageError for components that do not exist."""
     if components not in get_args(Components):
-        known = ", ".join(get_args(Components))
-        raise UsageError(f"there are no components '{components}'; they are {known}")
+        choices = ", ".join(get_args(Components))
+        raise UsageError(f"there are no components '{components}'; they are {choices}")

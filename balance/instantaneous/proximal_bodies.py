@@ -69,8 +69,8 @@ class PoseBalance:
         """A line with the result, and one for each body that was solved."""
         return repr_lines(
             f"PoseBalance of {self.linkage.name}: {self.words}",
-            *(f"{name}: {repr(one).splitlines()[-1].strip()}"
-              for name, one in self.families.items()),
+            *(f"{name}: {repr(family).splitlines()[-1].strip()}"
+              for name, family in self.families.items()),
         )  # fmt: skip
 
 
@@ -114,24 +114,24 @@ def balance_pose(
     names = names_of(linkage.bodies)
     wanted = dict(masses or {})
     _check_masses(linkage, wanted, [names[b] for _, b in proximal])
-    own = mass_parameters(linkage, z)
+    parameters = mass_parameters(linkage, z)
     series = expand(chain, np.zeros((1, chain.width)), 0)
     rates = series.T[0, 0]
     X = RegressorSeries(chain, series).rows(0).reshape(chain.width, 6, -1, 10)
     families: dict[str, BalancingFamily] = {}
     for w, b in proximal:
         others = np.delete(np.arange(len(names)), b)
-        momentum = -np.einsum("rbp,bp->r", X[w][:, others], own[others])
-        found = balancing_family(rates[chain.links[b], w], momentum)
-        families[names[b]] = found
-        chosen, reason = _choose(found, own[b], wanted.get(names[b]))
+        momentum = -np.einsum("rbp,bp->r", X[w][:, others], parameters[others])
+        family = balancing_family(rates[chain.links[b], w], momentum)
+        families[names[b]] = family
+        chosen, reason = _choose(family, parameters[b], wanted.get(names[b]))
         if chosen is None:
             words = f"{names[b]} cannot balance: {reason}"
             return PoseBalance(linkage, families, None, np.inf, words)
-        own[b] = chosen
+        parameters[b] = chosen
     words = f"balanced in the reference pose by {', '.join(families)}"
-    residual = _residual(X, own, linkage.spatial_chain.frame.length)
-    return PoseBalance(linkage, families, freeze(own), residual, words)
+    residual = _residual(X, parameters, linkage.spatial_chain.frame.length)
+    return PoseBalance(linkage, families, freeze(parameters), residual, words)
 
 
 def _choose(
@@ -166,7 +166,7 @@ def _residual(X: Array, z: Array, length: float) -> float:
 def _proximal_bodies(linkage: Linkage, chain: Chain) -> list[tuple[int, int]]:
     """List input columns and the bodies that their joints carry, outermost first."""
     joints = linkage.positions_of(linkage.inputs).tolist()
-    found = []
+    carried = []
     for w, joint in enumerate(joints):
         behind = path(chain.parent, joint)
         passive = [linkage.joints[j].name for j in behind if j not in joints]
@@ -177,10 +177,10 @@ def _proximal_bodies(linkage: Linkage, chain: Chain) -> list[tuple[int, int]]:
         elif bodies.size != 1:
             problem = f"{bodies.size} bodies with inertial parameters are on its link"
         if problem:
-            valid = [one.name for one in linkage.joints if one.parent < 0]
+            valid = [base_joint.name for base_joint in linkage.joints if base_joint.parent < 0]
             raise CoordinateError(linkage.source, [linkage.inputs[w]], problem, valid)
-        found.append((len(behind), w, int(bodies[0])))
-    return [(w, b) for _, w, b in sorted(found, reverse=True)]
+        carried.append((len(behind), w, int(bodies[0])))
+    return [(w, b) for _, w, b in sorted(carried, reverse=True)]
 
 
 def _check_masses(linkage: Linkage, masses: Mapping[str, float], valid: list[str]) -> None:

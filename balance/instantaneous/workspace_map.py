@@ -93,10 +93,10 @@ class MomentumMap:
     def __repr__(self) -> str:
         """Two lines: the grid, and the least and largest smallest singular value."""
         shape = " × ".join(f"{values.size} {name}" for name, values in self.axes.items())
-        found = self.smallest[self.reached] / self.scale[self.reached]
+        sizes = self.smallest[self.reached] / self.scale[self.reached]
         return repr_lines(
-            f"MomentumMap of {self.linkage.name}: {shape}, {found.size} poses reached",
-            f"smallest singular value {found.min():.2g} to {found.max():.2g} of the momenta of "
+            f"MomentumMap of {self.linkage.name}: {shape}, {sizes.size} poses reached",
+            f"smallest singular value {sizes.min():.2g} to {sizes.max():.2g} of the momenta of "
             "the bodies",
         )
 
@@ -145,16 +145,16 @@ def momentum_map(
     model = MassedChain.of(linkage, z)
     axes = _axes(linkage, grid)
     shape = tuple(values.size for values in axes.values())
-    q, M, own = _fill(model, axes, progress)
+    q, M, magnitudes = _fill(model, axes, progress)
     point = None if about is None else np.asarray(about, dtype=np.float64).reshape(3)
     rows = momentum_rows(M, model.chain, components, point)
-    sizes = momentum_rows(own, model.chain, components, point, own=True)
+    sizes = momentum_rows(magnitudes, model.chain, components, point, sums=True)
     values, directions = _decompose(rows)
     units = model.chain.units[linkage.positions_of(linkage.inputs)]
     return MomentumMap(
         linkage, axes, components, *(
-            freeze(found.reshape(*shape, *found.shape[1:]))
-            for found in (
+            freeze(cells.reshape(*shape, *cells.shape[1:]))
+            for cells in (
                 q * model.chain.units, model.to_si(M), values, units[:, None] * directions,
                 np.linalg.norm(sizes, axis=(1, 2)),
             )
@@ -199,17 +199,17 @@ def _fill(
     seen, queue, ends = (np.zeros(size, np.int64) for size in (cells, cells, 2))
     first, q_first = _first_cell(model, points)
     q[first], seen[first], queue[0], ends[1] = q_first, 1, first, 1
-    M, own = np.full((2, cells, 6, chain.width), np.nan)
+    M, magnitudes = np.full((2, cells, 6, chain.width), np.nan)
     n = chain.parent.size
     workspace = pose_workspace(chain), np.empty((2, n)), np.empty(chain.width)
     while ends[0] < ends[1]:
         fill_cells(
             chain.walked, chain.links, model.z, (points, shape, strides),
-            (q, seen, queue, ends), (M, own), CELLS_PER_CALL, workspace,
+            (q, seen, queue, ends), (M, magnitudes), CELLS_PER_CALL, workspace,
         )  # fmt: skip
         if progress is not None:
             progress(int(ends[0]), cells)
-    return q, M, own
+    return q, M, magnitudes
 
 
 def _first_cell(model: MassedChain, points: Array) -> tuple[int, Array]:
@@ -236,7 +236,7 @@ def _decompose(rows: Array) -> tuple[Array, Array]:
     reached = np.isfinite(rows).all(axis=(1, 2))
     # All directions are needed, also where there are fewer components than inputs.
     _, sizes, V = np.linalg.svd(rows[reached], full_matrices=count < width)
-    found = np.zeros((len(sizes), width))
-    found[:, : sizes.shape[1]] = sizes
-    values[reached], directions[reached] = found, np.swapaxes(V, 1, 2)
+    padded = np.zeros((len(sizes), width))
+    padded[:, : sizes.shape[1]] = sizes
+    values[reached], directions[reached] = padded, np.swapaxes(V, 1, 2)
     return values, directions

@@ -134,5 +134,5 @@ def _joints(space: DesignSpace, transfer: Transfer) -> list[str]:
     """List names of joints; the name in the file where several degrees of one joint move."""
     joints = [space.linkage.joints[j] for j in space.linkage.positions_of(transfer.joints)]
     counts = Counter(joint.whole for joint in joints)
-    found = [joint.whole if counts[joint.whole] > 1 else joint.name for joint in joints]
-    return list(dict.fromkeys(found))
+    names = [joint.whole if counts[joint.whole] > 1 else joint.name for joint in joints]
+    return list(dict.fromkeys(names))

@@ -86,11 +86,11 @@ def transfer_freedoms(space: DesignSpace, transfer: Transfer) -> tuple[Freedom, 
     """
     if not transfer.dimension:
         return ()
-    found = [
+    bases = [
         _basis_in_terms(space, transfer, terms) for terms in joint_frame_terms(space, transfer)
     ]
     # Of equally short bases the last one, which names the axis.
-    best = min(reversed(found), key=_count_primitives)
+    best = min(reversed(bases), key=_count_primitives)
     return tuple(
         _combine(space, terms, " with a ".join(dict.fromkeys(t.name for t in terms)))
         for terms in best
@@ -103,10 +103,10 @@ def _count_primitives(reading: Sequence[Sequence[Term]]) -> int:
 
 
 def _basis_in_terms(
-    space: DesignSpace, transfer: Transfer, own: Sequence[Term]
+    space: DesignSpace, transfer: Transfer, frame_terms: Sequence[Term]
 ) -> list[list[Term]]:
     """Compute a basis of a transfer in terms on each body, each vector with its own terms."""
-    terms = [term.on(body) for body in transfer.bodies for term in own]
+    terms = [term.on(body) for body in transfer.bodies for term in frame_terms]
     D = _columns(space, terms)
     scale = np.linalg.norm(D, axis=0)
     columns = transfer.scaled
@@ -122,12 +122,12 @@ def reduced_echelon(rows: Array) -> Array:
 
 
 def _largest_in_column(
-    left: Sequence[Sequence[float]], pivots: Sequence[int]
+    rows: Sequence[Sequence[float]], pivots: Sequence[int]
 ) -> tuple[int, int] | None:
     """Find the next pivot, or None; entries up to ``ECHELON_PIVOT`` are round-off."""
     first = pivots[-1] + 1 if pivots else 0
-    for column in range(first, len(left[0]) if left else 0):
-        sizes = [abs(row[column]) for row in left]
+    for column in range(first, len(rows[0]) if rows else 0):
+        sizes = [abs(row[column]) for row in rows]
         if max(sizes) > ECHELON_PIVOT:
             return sizes.index(max(sizes)), column
     return None

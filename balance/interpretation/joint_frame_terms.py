@@ -74,8 +74,8 @@ def _directions(space: DesignSpace, transfer: Transfer, joints: list[Joint]) -> 
     first = distinct_vectors(
         unit, lambda few, a: np.linalg.norm(np.cross(few, a), axis=1) <= GEOMETRY_EQUAL
     )
-    found = [unit[k] for k in first]
-    return found or [space.axes[0] if space.planar else space.axes[2]]
+    directions = [unit[k] for k in first]
+    return directions or [space.axes[0] if space.planar else space.axes[2]]
 
 
 def _null_space_of_row(row: Array) -> Array:
@@ -100,11 +100,11 @@ def _axes(space: DesignSpace, n: Array, point: Array) -> Array:
 
 def _masses(body: str, point: Array, axes: Array, place: str) -> list[Term]:
     """List the point mass and its displacements."""
-    found = [Term(f"point mass{place}", (Primitive("mass", body, 1.0, point),))]
+    terms = [Term(f"point mass{place}", (Primitive("mass", body, 1.0, point),))]
     for k, a in enumerate(axes):
         name = f"displacement {'across' if k else 'along'} the axis"
-        found.append(Term(name, (Primitive("displacement", body, 1.0, point, a),)))
-    return found
+        terms.append(Term(name, (Primitive("displacement", body, 1.0, point, a),)))
+    return terms
 
 
 def _rods_by_axis(body: str, n: Array, x: Array, y: Array) -> list[Term]:

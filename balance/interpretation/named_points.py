@@ -83,7 +83,7 @@ def named_points(space: DesignSpace, body: int) -> list[NamedPoint]:
     apart = GEOMETRY_EQUAL * space.length
     first = vectors.distinct_vectors(
         [joint.point for joint in here],
-        lambda some, one: np.linalg.norm(some - one, axis=1) <= apart,
+        lambda some, point: np.linalg.norm(some - point, axis=1) <= apart,
     )
     return [_named_point(here[k]) for k in first]
 
@@ -127,16 +127,16 @@ def named_directions(
 
 def _link_directions(place: int, places: Sequence[NamedPoint]) -> list[NamedDirection]:
     """List directions from joint to joint, and to the middle of more than two."""
-    site, found = places[place], []
+    site, directions = places[place], []
     for k, other in enumerate(places):
         if k != place:
             first, second = (site, other) if place < k else (other, site)
             along = second.point - first.point
-            found.append(NamedDirection(along, f"{first.name}-{second.name}"))
+            directions.append(NamedDirection(along, f"{first.name}-{second.name}"))
     if len(places) > 2:
         middle = np.mean([other.point for other in places], axis=0)
-        found.append(NamedDirection(middle - site.point, f"{site.name}-middle"))
-    return distinct_directions(found)
+        directions.append(NamedDirection(middle - site.point, f"{site.name}-middle"))
+    return distinct_directions(directions)
 
 
 def distinct_directions(directions: Sequence[NamedDirection]) -> list[NamedDirection]:
@@ -150,7 +150,7 @@ def distinct_directions(directions: Sequence[NamedDirection]) -> list[NamedDirec
     return [unit[k] for k in first]
 
 
-def _opposite_or_same(some: Array, one: Array) -> NDArray[np.bool_]:
+def _opposite_or_same(some: Array, vector: Array) -> NDArray[np.bool_]:
     """Mark the unit vectors (k, 3) that equal another one (3,), up to sign."""
-    apart = np.minimum(abs(some - one).max(axis=1), abs(some + one).max(axis=1))
+    apart = np.minimum(abs(some - vector).max(axis=1), abs(some + vector).max(axis=1))
     return np.asarray(apart <= GEOMETRY_EQUAL)

@@ -75,40 +75,40 @@ class SparseSearch(NamedTuple):
 
     def _spanning(self) -> list[Array]:
         """Find columns that are solutions, and then other solutions until they span."""
-        found: list[Array] = []
+        vectors: list[Array] = []
         count = len(self.shadow)
         alone = np.linalg.norm(self.conditions, axis=0) <= SOLUTION_OUTSIDE
         alone &= np.linalg.norm(self.shadow, axis=0) > SOLUTIONS_EQUAL
         for k in sorted(np.flatnonzero(alone).tolist(), key=lambda k: self.cost[k]):
             x = np.zeros(alone.size)
             x[k] = 1.0
-            if self.balances(x) and self._new(found, x):
-                found.append(x)
-        while len(found) < count:
-            known = _span(self.shadow @ np.array(found).T) if found else np.empty((count, 0))
-            rest = np.linalg.qr(known, "complete")[0][:, known.shape[1] :]
-            left = rest.T @ self.shadow
-            w = rest @ left[:, first_largest(np.linalg.norm(left, axis=0) / self.cost)]
+            if self.balances(x) and self._new(vectors, x):
+                vectors.append(x)
+        while len(vectors) < count:
+            span = _span(self.shadow @ np.array(vectors).T) if vectors else np.empty((count, 0))
+            rest = np.linalg.qr(span, "complete")[0][:, span.shape[1] :]
+            residual = rest.T @ self.shadow
+            w = rest @ residual[:, first_largest(np.linalg.norm(residual, axis=0) / self.cost)]
             w /= np.linalg.norm(w)
             few = self.sparse(w)
-            if few is None or not self._new(found, few):
+            if few is None or not self._new(vectors, few):
                 few = self.dense(w)
-            found.append(few)
-        return found
+            vectors.append(few)
+        return vectors
 
-    def _new(self, found: list[Array], x: Array) -> bool:
-        """Whether a solution has a part that those found do not have."""
-        return _span(self.shadow @ np.array([*found, x]).T).shape[1] > len(found)
+    def _new(self, solutions: list[Array], x: Array) -> bool:
+        """Whether a solution has a part that others do not have."""
+        return _span(self.shadow @ np.array([*solutions, x]).T).shape[1] > len(solutions)
 
     def _directions(self, most: int) -> list[Array]:
         """List at most ``most`` directions in which columns are new, cheapest columns first."""
-        found = np.empty((0, len(self.shadow)))
+        directions = np.empty((0, len(self.shadow)))
         for k in np.argsort(self.cost, kind="stable"):
             w, size = self.shadow[:, k], np.linalg.norm(self.shadow[:, k])
-            if len(found) < most and size > SOLUTIONS_EQUAL:
-                if np.abs(found @ w).max(initial=0.0) < (1.0 - SOLUTIONS_EQUAL) * size:
-                    found = np.vstack([found, w / size])
-        return list(found)
+            if len(directions) < most and size > SOLUTIONS_EQUAL:
+                if np.abs(directions @ w).max(initial=0.0) < (1.0 - SOLUTIONS_EQUAL) * size:
+                    directions = np.vstack([directions, w / size])
+        return list(directions)
 
     def sparse(self, w: Array) -> Array | None:
         """Find the cheapest x in the space with ``w @ shadow @ x = 1``; None if none is found.
@@ -152,5 +152,5 @@ def _distinct_cost_factors(count: int) -> Array:
 
 def _span(vectors: Array) -> Array:
     """Compute an orthonormal basis of the span of columns (n, m), of any sizes but zero."""
-    left, values, _ = np.linalg.svd(vectors / np.linalg.norm(vectors, axis=0))
-    return left[:, : np.count_nonzero(values > SOLUTIONS_EQUAL)]
+    U, values, _ = np.linalg.svd(vectors / np.linalg.norm(vectors, axis=0))
+    return U[:, : np.count_nonzero(values > SOLUTIONS_EQUAL)]

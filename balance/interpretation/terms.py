@@ -72,8 +72,8 @@ def term_vectors(space: DesignSpace, primitives: Iterable[Primitive], scaled: bo
     """
     some = list(primitives)
     # Positions are relative to the middle of the mechanism, so that nothing large cancels.
-    found = [_scale_primitive(p, space.chain.frame) if scaled else p for p in some]
-    z = np.array([primitive.parameters() for primitive in found]).reshape(-1, 10)
+    scaled_primitives = [_scale_primitive(p, space.chain.frame) if scaled else p for p in some]
+    z = np.array([primitive.parameters() for primitive in scaled_primitives]).reshape(-1, 10)
     z = to_chain(z, Frame(space.axes), space.planar, space.balance == "force")
     out = np.zeros((len(some), len(space.bodies), z.shape[1]))
     at = {name: b for b, name in enumerate(space.bodies)}
@@ -93,26 +93,26 @@ def _scale_primitive(primitive: Primitive, frame: Frame) -> Primitive:
 
 def candidate_terms(space: DesignSpace) -> list[Term]:
     """List every term on the bodies that move, body by body; they span all parameters."""
-    found: list[Term] = []
+    terms: list[Term] = []
     for b, name in enumerate(space.bodies):
         if space.chain.links[b] >= 0:
-            found += _terms_of_body(space, name, named_points(space, b))
-    return found
+            terms += _terms_of_body(space, name, named_points(space, b))
+    return terms
 
 
 def _terms_of_body(space: DesignSpace, body: str, places: Sequence[NamedPoint]) -> list[Term]:
     """List masses and displacements at joints, and rods, that span all parameters of a body."""
     named = [named_directions(space, k, places) for k in range(len(places))]
-    found = _terms_at(space, body, places, named)
-    own = [p for term in found for p in term.primitives]
-    if np.linalg.matrix_rank(term_vectors(space, own, True), TERMS_RANK) < len(space.labels):
+    terms = _terms_at(space, body, places, named)
+    parts = [p for term in terms for p in term.primitives]
+    if np.linalg.matrix_rank(term_vectors(space, parts, True), TERMS_RANK) < len(space.labels):
         axes = [NamedDirection(a, name) for a, name in zip(space.axes, "xyz", strict=True)]
         axes = axes[:2] if space.planar else axes
         origin = NamedPoint("the origin", np.zeros(3), space.axes[0], "x")
-        known = {term.name for term in found}
+        names = {term.name for term in terms}
         more = _terms_at(space, body, places[:1] or [origin], [axes])
-        found += [term for term in more if term.name not in known]
-    return found
+        terms += [term for term in more if term.name not in names]
+    return terms
 
 
 def _terms_at(
@@ -122,17 +122,17 @@ def _terms_at(
     named: Sequence[Sequence[NamedDirection]],
 ) -> list[Term]:
     """List all terms at places, each in the directions of its own."""
-    found = [
+    terms = [
         Term(f"point mass at {site.name}", (Primitive("mass", body, 1.0, site.point),))
         for site in places
     ]
     if space.balance == "force":
         # The place of a displacement does not matter to the linear momentum.
         some = distinct_directions([d for group in named for d in group])
-        return found + _displacements(body, places[0].point, "displacement", some)
+        return terms + _displacements(body, places[0].point, "displacement", some)
     for site, group in zip(places, named, strict=True):
-        found += _displacements(body, site.point, f"displacement at {site.name}", group)
-    return found + _rods(body, named, space.planar)
+        terms += _displacements(body, site.point, f"displacement at {site.name}", group)
+    return terms + _rods(body, named, space.planar)
 
 
 def _displacements(
@@ -158,32 +158,34 @@ def _rods(body: str, named: Sequence[Sequence[NamedDirection]], planar: bool) ->
     )
     if planar:
         return [Term("rod", (Primitive("rod", body, 1.0, None, d.along),)) for d in some[:1]]
-    found = [
+    terms = [
         Term(
             f"rod {d.adverb}", (Primitive("rod", body, 1.0, None, d.along),),
             CROSSING if d.normal else PLAIN,
         )
         for d in some
     ]  # fmt: skip
-    known = np.empty((0, 3, 3))
-    for one, other in (pair for group in named for pair in combinations(group, 2)):
-        product = np.outer(one.along, other.along) + np.outer(other.along, one.along)
-        off = np.minimum(*(abs(known + s * product).max(axis=(1, 2)) for s in (1.0, -1.0)))
+    products = np.empty((0, 3, 3))
+    for direction, other in (pair for group in named for pair in combinations(group, 2)):
+        product = np.outer(direction.along, other.along) + np.outer(
+            other.along, direction.along
+        )
+        off = np.minimum(*(abs(products + s * product).max(axis=(1, 2)) for s in (1.0, -1.0)))
         if (
-            abs(one.along @ other.along) < GEOMETRY_EQUAL
+            abs(direction.along @ other.along) < GEOMETRY_EQUAL
             and off.min(initial=1.0) > GEOMETRY_EQUAL
         ):
-            known = np.concatenate([known, product[None]])
-            found.append(_pair(body, one, other))
-    return found
+            products = np.concatenate([products, product[None]])
+            terms.append(_pair(body, direction, other))
+    return terms
 
 
-def _pair(body: str, one: NamedDirection, other: NamedDirection) -> Term:
+def _pair(body: str, direction: NamedDirection, other: NamedDirection) -> Term:
     """Make rods halfway between perpendicular a and b: + along a + b, - along a - b."""
-    sides = ((1.0, one.along + other.along), (-1.0, one.along - other.along))
+    sides = ((1.0, direction.along + other.along), (-1.0, direction.along - other.along))
     rods = (Primitive("rod", body, sign, None, v / 2.0**0.5) for sign, v in sides)
-    second = other.name.replace(one.name, "it")
-    return Term(f"± pair of rods between {one.name} and {second}", tuple(rods), OBLIQUE)
+    second = other.name.replace(direction.name, "it")
+    return Term(f"± pair of rods between {direction.name} and {second}", tuple(rods), OBLIQUE)
 
 
 def describe_terms(terms: Sequence[Term]) -> str:

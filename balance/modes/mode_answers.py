@@ -44,9 +44,9 @@ class ModeAnswer:
 
     def __repr__(self) -> str:
         """Give one line: mobility, nullity and verdict."""
-        found = f"nullity {self.space.nullity}, {self.verdict}" if self.space else self.problem
+        text = f"nullity {self.space.nullity}, {self.verdict}" if self.space else self.problem
         mode = self.mode
-        return repr_lines(f"ModeAnswer: mode {mode.number}: mobility {mode.mobility}, {found}")
+        return repr_lines(f"ModeAnswer: mode {mode.number}: mobility {mode.mobility}, {text}")
 
     @property
     def sure(self) -> bool:
@@ -176,8 +176,8 @@ def answer_modes(
         doubt: of the same error.
     """
     answers = tuple(_answer(mode, options) for mode in modes)
-    known = (mode.linkage for mode in modes)
-    name = next((x.name for x in known if isinstance(x, Linkage)), "")
+    linkages = (mode.linkage for mode in modes)
+    name = next((x.name for x in linkages if isinstance(x, Linkage)), "")
     return ModeAnswers(name, options.get("balance", "dynamic"), answers, doubt)
 
 

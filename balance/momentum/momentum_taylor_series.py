@@ -78,8 +78,8 @@ class MomentumTaylor:
         Returns:
             Coefficients (M, w, rows).
         """
-        found: Array = self.coefficients @ np.asarray(z, dtype=np.float64)
-        return found
+        momentum: Array = self.coefficients @ np.asarray(z, dtype=np.float64)
+        return momentum
 
 
 def momentum_taylor(
@@ -132,8 +132,8 @@ def momentum_taylor(
         for a, b, values in zip(table.starts[:-1], table.starts[1:], X, strict=True)
     ]
     units = monomial_powers(table.exponents, 1.0 / scales)
-    found = np.concatenate(parts) * units[:, None, None, None] / scales[:, None, None]
-    return MomentumTaylor(motion, table.exponents, freeze(found))
+    coefficients = np.concatenate(parts) * units[:, None, None, None] / scales[:, None, None]
+    return MomentumTaylor(motion, table.exponents, freeze(coefficients))
 
 
 def _fit_polynomial(exponents: IntArray, rays: Array, values: Array) -> Array:
@@ -155,5 +155,5 @@ def _fit_polynomial(exponents: IntArray, rays: Array, values: Array) -> Array:
     weights = np.sqrt(factorial(degree) / np.array(products))
     flat = values.reshape(len(rays), -1)
     fit = np.linalg.lstsq(monomial_powers(exponents, rays) * weights, flat, rcond=None)[0]
-    found: Array = (weights[:, None] * fit).reshape(len(exponents), *values.shape[1:])
-    return found
+    coefficients: Array = (weights[:, None] * fit).reshape(len(exponents), *values.shape[1:])
+    return coefficients

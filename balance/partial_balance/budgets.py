@@ -175,22 +175,22 @@ def pareto(
     Example:
         >>> import balance
         >>> front = balance.pareto("robot.urdf", ["crank", "rocker"], 3, 0.5)
-        >>> [one.budget for one in front.designs]
+        >>> [design.budget for design in front.designs]
         [0.0, 0.25, 0.5]
     """
     if n < 2:
         raise UsageError(f"a front of {n} designs has no two ends: ask for 2 or more")
     if budget is not None:
         _check_budget(budget)
-    known = _space_of(space)
-    given = float(sum(body.inertia[0] for body in known.linkage.bodies))
+    computed_space = _space_of(space)
+    given = float(sum(body.inertia[0] for body in computed_space.linkage.bodies))
 
     def advance(done: int, count: int) -> None:
         if progress is not None:
             progress(done, count + n)
 
     problem = build_problem(
-        known, add, regions or {}, trajectories, weight_moment, max_bearing or {},
+        computed_space, add, regions or {}, trajectories, weight_moment, max_bearing or {},
         max_torque or {}, frame, advance, about,
     )  # fmt: skip
     most = UNLIMITED * given if budget is None else budget
@@ -200,9 +200,9 @@ def pareto(
         most = needed if needed < most * (1.0 - LEAST_SHAKING_GAP) else most
     count, budgets = len(problem.loads), np.linspace(0.0, most, n).tolist()
     answers = [end]
-    for done, one in enumerate(budgets[:-1], 1):
+    for done, limit in enumerate(budgets[:-1], 1):
         advance(count + done, count)
-        answers.insert(-1, problem.solve(one))
+        answers.insert(-1, problem.solve(limit))
     advance(count + n, count)
     designs = _describe(problem, budgets, answers)
     return ParetoFront(designs, problem.weight_moment, frame, problem.point)
@@ -213,25 +213,25 @@ def _describe(
     answers: Sequence[LeastShaking | CapsConflict],
 ) -> tuple[PartialBalance, ...]:  # fmt: skip
     """Describe the answers to budgets, and compute what the designs do along the motions."""
-    found = [one.s for one in answers if isinstance(one, LeastShaking)]
-    given, *figures = problem.figures([np.zeros(problem.matter.count), *found])
-    left = iter(figures)
+    minimisers = [answer.s for answer in answers if isinstance(answer, LeastShaking)]
+    given, *figures = problem.figures([np.zeros(problem.matter.count), *minimisers])
+    remaining = iter(figures)
     return tuple(
-        _conflict(problem, budget, given, one) if isinstance(one, CapsConflict)
-        else _result(problem, budget, given, next(left), one)
-        for budget, one in zip(budgets, answers, strict=True)
+        _conflict(problem, budget, given, answer) if isinstance(answer, CapsConflict)
+        else _result(problem, budget, given, next(remaining), answer)
+        for budget, answer in zip(budgets, answers, strict=True)
     )  # fmt: skip
 
 
 def _result(
-    problem: ShakingProblem, budget: float, given: ShakingFigures, found: ShakingFigures,
+    problem: ShakingProblem, budget: float, given: ShakingFigures, figures: ShakingFigures,
     best: LeastShaking,
 ) -> PartialBalance:  # fmt: skip
     """Describe a minimiser."""
     gap = (best.value - best.bound) / problem.program.scale
     weights = _weights(problem, best.s)
     share = best.value / (given.objective or 1.0)
-    mass = sum(one.mass for one in weights)
+    mass = sum(weight.mass for weight in weights)
     mass_text = size_text(mass, ".4g", float(given_parameters(problem.space)[:, 0].sum()))
     left_over = size_text(share, ".3g", floor=SHAKING_GAP_PROVED)
     what = f"{left_over} of the {problem.objective} in the file"
@@ -250,7 +250,7 @@ def _result(
         )
     z = freeze(problem.matter.parameters(best.s))
     return PartialBalance(
-        problem.space, budget, verdict, text, given, found, best.bound, weights, z
+        problem.space, budget, verdict, text, given, figures, best.bound, weights, z
     )
 
 
@@ -270,7 +270,7 @@ def _conflict(
 
 def _weights(problem: ShakingProblem, s: Array) -> tuple[Counterweight, ...]:
     """Describe the matter of each link that gets more than round-off."""
-    matter, found = problem.matter, []
+    matter, weights = problem.matter, []
     total = float(matter.masses @ s)
     for (b, region), part in zip(matter.regions.items(), matter.parts(s), strict=True):
         P = (TRIANGLES[4] @ part).reshape(4, 4)
@@ -278,8 +278,8 @@ def _weights(problem: ShakingProblem, s: Array) -> tuple[Counterweight, ...]:
             lumps = lumps_of(region, P, False)
             # Lumps fit the matter to about 1e-6; their mass is the one that the budget allows.
             unit = float(P[3, 3] / lumps.masses.sum())
-            found.append(counterweight_of(problem.space.bodies[b], region, lumps, unit))
-    return tuple(found)
+            weights.append(counterweight_of(problem.space.bodies[b], region, lumps, unit))
+    return tuple(weights)
 
 
 def _check_budget(budget: float) -> None:

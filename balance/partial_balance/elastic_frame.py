@@ -105,8 +105,8 @@ def vibration(frame: ElasticFrame, trajectory: Trajectory, wrenches: Array) -> A
     spline = CubicSpline(trajectory.time, drive, bc_type=ends)
     # Coefficients of powers 0 … 3 of the time since the last sample.
     powers = spline.c[::-1].swapaxes(0, 1)
-    found = _respond(frame, np.diff(trajectory.time), powers, periodic)
-    return found.reshape(wrenches.shape)
+    response = _respond(frame, np.diff(trajectory.time), powers, periodic)
+    return response.reshape(wrenches.shape)
 
 
 def _respond(frame: ElasticFrame, steps: Array, powers: Array, periodic: bool) -> Array:
@@ -122,24 +122,24 @@ def _respond(frame: ElasticFrame, steps: Array, powers: Array, periodic: bool) -
     Returns:
         Displacements x (N, columns).
     """
-    known: dict[float, tuple[Array, Array]] = {}
+    transitions: dict[float, tuple[Array, Array]] = {}
     states = np.zeros((len(steps) + 1, 2, powers.shape[2]))
     whole = np.eye(2)
     for k, step in enumerate(steps.tolist()):
         key = float(f"{step:.12g}")
-        if key not in known:
-            known[key] = _transition(frame, step)
-        free, driven = known[key]
+        if key not in transitions:
+            transitions[key] = _transition(frame, step)
+        free, driven = transitions[key]
         states[k + 1] = free @ states[k] + driven @ powers[k]
         whole = free @ whole
     if periodic:
-        states += _periodic_part(frame, steps, known, whole, states[-1])
+        states += _periodic_part(frame, steps, transitions, whole, states[-1])
     return states[:, 0]
 
 
 def _periodic_part(
-    frame: ElasticFrame, steps: Array, known: dict[float, tuple[Array, Array]], whole: Array,
-    end: Array,
+    frame: ElasticFrame, steps: Array, transitions: dict[float, tuple[Array, Array]],
+    whole: Array, end: Array,
 ) -> Array:  # fmt: skip
     """Compute the free vibration that makes a forced one periodic (N, 2, columns)."""
     if np.linalg.cond(np.eye(2) - whole) > 1.0 / MOTION_JOINS:
@@ -150,7 +150,7 @@ def _periodic_part(
     states = np.empty((len(steps) + 1, *end.shape))
     states[0] = np.linalg.solve(np.eye(2) - whole, end)
     for k, step in enumerate(steps.tolist()):
-        states[k + 1] = known[float(f"{step:.12g}")][0] @ states[k]
+        states[k + 1] = transitions[float(f"{step:.12g}")][0] @ states[k]
     return states
 
 

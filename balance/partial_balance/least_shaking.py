@@ -113,17 +113,17 @@ def least_shaking(program: ShakingProgram, budget: float) -> LeastShaking | Caps
         within the budget keeps the caps.
     """
     work = _Work(program, budget)
-    found = work.solve(None)
-    if found is None:
+    minimiser = work.solve(None)
+    if minimiser is None:
         return work.conflict()
     bound = work.bound()
     if work.price * budget <= PRICE_ZERO * work.scale:
-        lighter = work.solve(program.value(found))
-        found = found if lighter is None else lighter
+        lighter = work.solve(program.value(minimiser))
+        minimiser = minimiser if lighter is None else lighter
     # The solver keeps the budget to its accuracy only; less of the same matter is in the cones.
-    mass = float(program.matter.masses @ found)
-    found = found * min(1.0, budget / mass) if mass > 0.0 else found
-    return LeastShaking(found, program.value(found), max(0.0, bound), work.rounds)
+    mass = float(program.matter.masses @ minimiser)
+    minimiser = minimiser * min(1.0, budget / mass) if mass > 0.0 else minimiser
+    return LeastShaking(minimiser, program.value(minimiser), max(0.0, bound), work.rounds)
 
 
 class _Work:
@@ -137,7 +137,9 @@ class _Work:
         matter, self.program, self.budget = program.matter, program, budget
         self.regions = list(matter.regions.values())
         self.points = {
-            k: first_points() for k, one in enumerate(self.regions) if one.kind == "cylinder"
+            k: first_points()
+            for k, region in enumerate(self.regions)
+            if region.kind == "cylinder"
         }
         self.active: list[list[int]] = [[] for _ in program.caps]
         self.scale = program.scale
@@ -191,12 +193,13 @@ class _Work:
     def _polynomial_minima(self) -> list[tuple[float, Array]]:
         """Compute the least value of each link's polynomial M_b, and where it is."""
         matter = self.program.matter
-        own = self.u @ self.program.factor[:, :-1] + self.price * matter.masses
+        coefficients = self.u @ self.program.factor[:, :-1] + self.price * matter.masses
         for cap, chosen, w in zip(self.program.caps, self.active, self.w, strict=True):
-            own = own - np.einsum("nk,nki->i", w, cap.columns[chosen, :, :-1])
-        forms = (matter.parts(own) @ TRIANGLES[4].T).reshape(-1, 4, 4)
+            coefficients = coefficients - np.einsum("nk,nki->i", w, cap.columns[chosen, :, :-1])
+        forms = (matter.parts(coefficients) @ TRIANGLES[4].T).reshape(-1, 4, 4)
         return [
-            minimise_in_region(one, form) for one, form in zip(self.regions, forms, strict=True)
+            minimise_in_region(region, form)
+            for region, form in zip(self.regions, forms, strict=True)
         ]
 
     def _add_points(self) -> bool:
@@ -223,17 +226,17 @@ class _Work:
     def _solve_once(self, limit: float | None) -> Array | None:
         """Solve one conic program in the variables of the cones, and t."""
         cones = [
-            lump_cone(self.points[k]) if k in self.points else moment_cone(one)
-            for k, one in enumerate(self.regions)
+            lump_cone(self.points[k]) if k in self.points else moment_cone(region)
+            for k, region in enumerate(self.regions)
         ]
         # Coordinates s as a function of the variables.
         T = self.unit * _block_diagonal([triangles(cone.matrices).T for cone in cones])
-        own = _block_diagonal([cone.rows for cone in cones])
+        cone_rows = _block_diagonal([cone.rows for cone in cones])
         blocks, parts = self._load_blocks(T)
-        rows, offset = np.vstack([own, *(A for A, _ in blocks)]), np.zeros(len(own))
+        rows, offset = np.vstack([cone_rows, *(A for A, _ in blocks)]), np.zeros(len(cone_rows))
         offset = np.concatenate([offset, *(b for _, b in blocks)])
         parts = [*(part for cone in cones for part in cone.parts), *parts]
-        size, at = T.shape[1], len(own) + 1
+        size, at = T.shape[1], len(cone_rows) + 1
         if limit is None:
             q, t = np.append(np.zeros(size), 1.0), np.zeros((len(rows), 1))
             t[at] = 1.0
@@ -241,12 +244,12 @@ class _Work:
         else:
             q = self.program.matter.masses @ T / self.unit
             offset[at] = _loosened(limit / self.scale)
-        found = solve_conic(q, rows, offset, parts)
+        solution = solve_conic(q, rows, offset, parts)
         if limit is None:
-            self._read_multipliers(found.dual[len(own) :])
-        if found.infeasible or not np.isfinite(found.x).all():
+            self._read_multipliers(solution.dual[len(cone_rows) :])
+        if solution.infeasible or not np.isfinite(solution.x).all():
             return None
-        return np.asarray(T @ found.x[:size])
+        return np.asarray(T @ solution.x[:size])
 
     def _load_blocks(self, T: Array) -> tuple[list[tuple[Array, Array]], list[ConstraintBlock]]:
         """Build rows and constants of the budget, the load and the caps, and their cones."""
@@ -269,9 +272,9 @@ class _Work:
             self.u = u / max(1.0, float(np.linalg.norm(u)))
         for k, (cap, chosen) in enumerate(zip(self.program.caps, self.active, strict=True)):
             width = cap.columns.shape[1] + 1
-            own = dual[at : at + width * len(chosen)].reshape(len(chosen), width)
-            self.w[k] = own[:, 1:] * self.scale / cap.most
-            at += own.size
+            multipliers = dual[at : at + width * len(chosen)].reshape(len(chosen), width)
+            self.w[k] = multipliers[:, 1:] * self.scale / cap.most
+            at += multipliers.size
 
 
 def _bounded(columns: Array, most: float, T: Array) -> tuple[Array, Array]:
@@ -288,9 +291,9 @@ def _loosened(limit: float) -> float:
 def _block_diagonal(blocks: Sequence[Array]) -> Array:
     """Put matrices on the diagonal of a matrix."""
     shapes = np.array([block.shape for block in blocks])
-    found, at = np.zeros(shapes.sum(axis=0)), np.zeros(2, dtype=int)
+    matrix, at = np.zeros(shapes.sum(axis=0)), np.zeros(2, dtype=int)
     for block in blocks:
         end = at + block.shape
-        found[at[0] : end[0], at[1] : end[1]] = block
+        matrix[at[0] : end[0], at[1] : end[1]] = block
         at = end
-    return found
+    return matrix

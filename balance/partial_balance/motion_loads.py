@@ -76,8 +76,8 @@ class AddedParameters:
             H = space.frames[b] @ region.place
             z = from_pseudo_inertia(H @ basis @ H.T)
             si[b], added[b] = z.T, to_chain(z, chain.frame, False, False).T
-        own = to_chain(given, chain.frame, False, False)
-        return cls(chain, dict(regions), own, given, added, si)
+        chain_z = to_chain(given, chain.frame, False, False)
+        return cls(chain, dict(regions), chain_z, given, added, si)
 
     @property
     def count(self) -> int:
@@ -108,11 +108,11 @@ class AddedParameters:
             (N, bodies, 6, count + 1).
         """
         samples, bodies = regressors.shape[:2]
-        found = np.zeros((samples, bodies, 6, self.count + 1))
+        columns = np.zeros((samples, bodies, 6, self.count + 1))
         for k, (b, D) in enumerate(self.added.items()):
-            found[:, b, :, COORDINATES * k : COORDINATES * (k + 1)] = regressors[:, b] @ D
-        found[..., -1] = np.einsum("kbip,bp->kbi", regressors, self.own)
-        return found
+            columns[:, b, :, COORDINATES * k : COORDINATES * (k + 1)] = regressors[:, b] @ D
+        columns[..., -1] = np.einsum("kbip,bp->kbi", regressors, self.own)
+        return columns
 
     def input_inertia(self) -> Array:
         """Compute the inertia that each input feels at the reference pose.
@@ -129,11 +129,11 @@ class AddedParameters:
         for b, link in enumerate(chain.links):
             if link >= 0:
                 rows[b] = [_inertia_weights(twist) for twist in twists[link]]
-        found = np.zeros((chain.width, self.count + 1))
+        inertias = np.zeros((chain.width, self.count + 1))
         for k, (b, D) in enumerate(self.added.items()):
-            found[:, COORDINATES * k : COORDINATES * (k + 1)] = rows[b] @ D
-        found[:, -1] = np.einsum("bwp,bp->w", rows, self.own)
-        return found * (chain.frame.length / self.input_units)[:, None] ** 2
+            inertias[:, COORDINATES * k : COORDINATES * (k + 1)] = rows[b] @ D
+        inertias[:, -1] = np.einsum("bwp,bp->w", rows, self.own)
+        return inertias * (chain.frame.length / self.input_units)[:, None] ** 2
 
     @property
     def input_units(self) -> Array:
@@ -204,25 +204,25 @@ class MotionLoads:
         rate = self.bodies if points is None else self.bodies @ points
         return joint_reactions(self.matter.chain, Loads(rate, rate, self.screws))
 
-    def bearings(self, found: JointReactions, joint: int) -> Array:
+    def bearings(self, reactions: JointReactions, joint: int) -> Array:
         """Convert the reaction of a joint to its force (N, 3, columns), newtons.
 
         Args:
-            found: from `reactions`.
+            reactions: from `reactions`.
             joint: position of the joint.
         """
-        return np.asarray(self.matter.chain.frame.length * found.joints[:, joint, 3:])
+        return np.asarray(self.matter.chain.frame.length * reactions.joints[:, joint, 3:])
 
-    def torques(self, found: JointReactions) -> Array:
+    def torques(self, reactions: JointReactions) -> Array:
         """Convert reactions to drive torques of the inputs (N, inputs, columns), N m or N.
 
         Args:
-            found: from `reactions`.
+            reactions: from `reactions`.
         """
         chain = self.matter.chain
         moving = [first_largest(column) for column in np.abs(chain.columns).T]
         scale = chain.frame.length**2 / self.matter.input_units
-        return np.asarray(found.motors[:, moving] * scale[:, None])
+        return np.asarray(reactions.motors[:, moving] * scale[:, None])
 
 
 def motion_loads(
@@ -235,13 +235,15 @@ def motion_loads(
         trajectories: motions of the linkage.
         about: point for moments, from the middle of the mechanism, metres; that by default.
     """
-    chain, found = matter.chain, []
+    chain, motions = matter.chain, []
     offset = np.zeros(3) if about is None else about
-    for one in trajectories:
-        ud, udd = one.ud / matter.input_units, one.udd / matter.input_units
-        loads = load_regressors(chain, one.q / chain.units, ud, udd)
-        found.append(MotionLoads(one, matter, matter.columns(loads.rate), loads.screws, offset))
-    return found
+    for trajectory in trajectories:
+        ud, udd = trajectory.ud / matter.input_units, trajectory.udd / matter.input_units
+        loads = load_regressors(chain, trajectory.q / chain.units, ud, udd)
+        motions.append(
+            MotionLoads(trajectory, matter, matter.columns(loads.rate), loads.screws, offset)
+        )
+    return motions
 
 
 def input_inertia(linkage: Linkage) -> dict[str, float]:
@@ -257,5 +259,5 @@ def input_inertia(linkage: Linkage) -> dict[str, float]:
         kg m², for sliding inputs kg, by the name of the input.
     """
     space = design_space(linkage, balance="force", max_order=0)
-    found = freeze(AddedParameters.of(space, {}).input_inertia()[:, -1])
-    return dict(zip(linkage.inputs, found.tolist(), strict=True))
+    inertias = freeze(AddedParameters.of(space, {}).input_inertia()[:, -1])
+    return dict(zip(linkage.inputs, inertias.tolist(), strict=True))

@@ -63,7 +63,7 @@ class PartialBalance:
     @property
     def mass(self) -> float:
         """Mass of the added matter, kg."""
-        return float(sum(one.mass for one in self.weights))
+        return float(sum(weight.mass for weight in self.weights))
 
     @property
     def bodies(self) -> tuple[BodyInertia, ...]:
@@ -78,12 +78,12 @@ class PartialBalance:
 
     def __repr__(self) -> str:
         """Up to six lines: the verdict, and the matter of each link."""
-        parts = (f"{one.link} +{number_text(one.mass)} kg" for one in self.weights)
+        parts = (f"{weight.link} +{number_text(weight.mass)} kg" for weight in self.weights)
         return repr_lines(f"PartialBalance of {self.space.linkage.name}", self.words, *parts)
 
     def _repr_html_(self) -> str:
         """Table of the same facts, for notebooks."""
-        parts = ((one.link, f"+{number_text(one.mass)} kg") for one in self.weights)
+        parts = ((weight.link, f"+{number_text(weight.mass)} kg") for weight in self.weights)
         title = f"PartialBalance of {self.space.linkage.name}"
         return html_facts(title, ("verdict", self.words), *parts)
 
@@ -93,7 +93,7 @@ class PartialBalance:
             "budget": self.budget, "verdict": self.verdict, "words": self.words,
             "mass": self.mass, "bound": self.bound,
             "found": self.found._asdict() if self.found else None,
-            "weights": [one.to_dict() for one in self.weights],
+            "weights": [weight.to_dict() for weight in self.weights],
         }  # fmt: skip
 
 
@@ -137,15 +137,15 @@ class ParetoFront:
             "about": self.point.tolist(),
             "frame": self.frame._asdict() if self.frame else None,
             "given": first.given._asdict(),
-            "designs": [one.to_dict() for one in self.designs],
+            "designs": [design.to_dict() for design in self.designs],
         }
 
     def __repr__(self) -> str:
         """Up to six lines: mass and relative objective of the first designs."""
         parts = (
-            f"+{number_text(one.mass)} kg: {number_text(one.share)} of the "
+            f"+{number_text(design.mass)} kg: {number_text(design.share)} of the "
             f"{self.objective} in the file"
-            for one in self.designs if one.found is not None
+            for design in self.designs if design.found is not None
         )  # fmt: skip
         name = self.designs[0].space.linkage.name
         return repr_lines(f"ParetoFront of {name}, {len(self.designs)} designs", *parts)

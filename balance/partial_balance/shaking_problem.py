@@ -118,14 +118,14 @@ class ShakingProblem:
         linkage, peaks = self.space.linkage, np.zeros((2, len(designs)))
         torque = np.zeros((linkage.mobility, len(designs)))
         bearing = np.zeros((len(linkage.joints), len(designs)))
-        for one in self.loads:
-            sizes = _part_sizes(one.wrenches @ points)
+        for motion in self.loads:
+            sizes = _part_sizes(motion.wrenches @ points)
             peaks = np.maximum(peaks, sizes.max(axis=0))
-            found = one.reactions(points)
-            torque = np.maximum(torque, np.abs(one.torques(found)).max(axis=0))
-            forces = (one.bearings(found, j) for j in range(len(bearing)))
-            own = [np.linalg.norm(force, axis=1).max(axis=0) for force in forces]
-            bearing = np.maximum(bearing, own)
+            reactions = motion.reactions(points)
+            torque = np.maximum(torque, np.abs(motion.torques(reactions)).max(axis=0))
+            forces = (motion.bearings(reactions, j) for j in range(len(bearing)))
+            peak_forces = [np.linalg.norm(force, axis=1).max(axis=0) for force in forces]
+            bearing = np.maximum(bearing, peak_forces)
         rms = np.array([np.linalg.norm(R @ points, axis=0) for R in self.factors])
         objective = np.linalg.norm(self.program.factor @ points, axis=0)
         names = [joint.name for joint in linkage.joints]
@@ -148,12 +148,12 @@ class ShakingProblem:
         The root mean square of a sum is at most the sum of those of its parts.
         """
         z, squares = self.matter.parameters(design), np.zeros(2)
-        for one in self.loads:
-            if one.trajectory.errors is not None:
+        for motion in self.loads:
+            if motion.trajectory.errors is not None:
                 off = load_errors(
-                    self.space.linkage, self.matter.chain, z, one.trajectory, self.point
+                    self.space.linkage, self.matter.chain, z, motion.trajectory, self.point
                 )
-                squares += off**2 @ one.weights / len(self.loads)
+                squares += off**2 @ motion.weights / len(self.loads)
         moment, force = np.sqrt(squares)
         return float(force), float(moment)
 
@@ -201,8 +201,8 @@ def build_problem(
     middle = space.linkage.spatial_chain.frame.origin
     point = middle if about is None else point_of(about)
     loads = _loads(space, matter, trajectories, progress, point - middle)
-    blocks = [np.sqrt(one.weights / len(loads))[:, None, None] for one in loads]
-    wrenches = [root * one.wrenches for root, one in zip(blocks, loads, strict=True)]
+    blocks = [np.sqrt(motion.weights / len(loads))[:, None, None] for motion in loads]
+    wrenches = [root * motion.wrenches for root, motion in zip(blocks, loads, strict=True)]
     factors = tuple(
         quadratic_factor([_flat(rows[:, part]) for rows in wrenches])
         for part in (slice(0, 3), slice(3, 6))
@@ -211,8 +211,8 @@ def build_problem(
         whole = quadratic_factor([factors[0] / weight, factors[1]])
     else:
         whole = quadratic_factor([
-            _flat(root * _counted(one.wrenches, one, weight, frame))
-            for root, one in zip(blocks, loads, strict=True)
+            _flat(root * _counted(motion.wrenches, motion, weight, frame))
+            for root, motion in zip(blocks, loads, strict=True)
         ])  # fmt: skip
     caps = _caps(space, loads, max_bearing, max_torque)
     single = _single_bodies(loads, blocks, weight, frame)
@@ -235,19 +235,19 @@ def _loads(
 ) -> list[MotionLoads]:  # fmt: skip
     """Compute the loads along given or random motions."""
     linkage = space.linkage
-    if trajectories is not None and not any(one.moves for one in trajectories):
+    if trajectories is not None and not any(trajectory.moves for trajectory in trajectories):
         raise PoseError(f"{linkage.source}: nothing moves; give inputs that change with time")
     count = RANDOM_MOTIONS if trajectories is None else len(trajectories)
     if trajectories is None:
         motions = random_motions(linkage, count, SAMPLES, motion=space.motion)
     else:
         motions = iter(trajectories)
-    found = []
-    for done, one in enumerate(motions, 1):
-        found += motion_loads(matter, [one], about)
+    loads = []
+    for done, trajectory in enumerate(motions, 1):
+        loads += motion_loads(matter, [trajectory], about)
         if progress is not None:
             progress(done, count)
-    return found
+    return loads
 
 
 def _caps(
@@ -260,13 +260,13 @@ def _caps(
     names = [joint.name for joint in space.linkage.joints]
     forces: dict[str, list[Array]] = {name: [] for name in bearings}
     drives: dict[str, list[Array]] = {name: [] for name in torques}
-    for one in loads:
-        found = one.reactions()
+    for motion in loads:
+        reactions = motion.reactions()
         for name, parts in forces.items():
-            parts.append(one.bearings(found, names.index(name)))
-        own = one.torques(found)
+            parts.append(motion.bearings(reactions, names.index(name)))
+        drive_torques = motion.torques(reactions)
         for name, parts in drives.items():
-            parts.append(own[:, [space.linkage.inputs.index(name)]])
+            parts.append(drive_torques[:, [space.linkage.inputs.index(name)]])
     limits = [*bearings.items(), *torques.items()]
     columns = [np.concatenate(parts) for parts in (*forces.values(), *drives.values())]
     return tuple(
@@ -279,26 +279,26 @@ def _check_caps(
 ) -> None:
     """Raise UsageError for joints that do not exist or do not drive, and for wrong caps."""
     joints = [joint.name for joint in space.linkage.joints]
-    for caps, known, what in (
+    for caps, names, what in (
         (bearings, joints, "joint"),
         (torques, list(space.linkage.inputs), "input"),
     ):
         for name, most in caps.items():
-            if name not in known:
-                raise UsageError(f"there is no {what} '{name}'; they are {', '.join(known)}")
+            if name not in names:
+                raise UsageError(f"there is no {what} '{name}'; they are {', '.join(names)}")
             if not (isfinite(most) and most > 0.0):
                 raise UsageError(f"joint '{name}' has a cap of {most:g}: give more than 0")
 
 
 def _counted(
-    wrenches: Array, one: MotionLoads, weight: float, frame: ElasticFrame | None
+    wrenches: Array, motion: MotionLoads, weight: float, frame: ElasticFrame | None
 ) -> Array:
     """Compute what counts of wrenches along a motion (N, 6, columns): newtons or metres."""
     if frame is None:
         return wrenches / np.array([weight] * 3 + [1.0] * 3)[:, None]
     arm = 0.0 if weight == inf else weight
-    found = vibration(frame, one.trajectory, wrenches)
-    return found * np.array([arm] * 3 + [1.0] * 3)[:, None]
+    response = vibration(frame, motion.trajectory, wrenches)
+    return response * np.array([arm] * 3 + [1.0] * 3)[:, None]
 
 
 def _single_bodies(
@@ -307,8 +307,10 @@ def _single_bodies(
 ) -> float:  # fmt: skip
     """Sum the loads of the bodies of the file, each one alone."""
     squares = sum(
-        np.square(root * _counted(one.single_wrenches, one, weight, frame)).sum(axis=(0, 1))
-        for root, one in zip(blocks, loads, strict=True)
+        np.square(root * _counted(motion.single_wrenches, motion, weight, frame)).sum(
+            axis=(0, 1)
+        )
+        for root, motion in zip(blocks, loads, strict=True)
     )
     return float(np.sqrt(squares).sum())
 

@@ -88,14 +88,14 @@ def leading_directions(N: Array) -> Array:
     Returns:
         Unit directions (k, w).
     """
-    k, left = N.shape[1], N.copy()
+    k, remainder = N.shape[1], N.copy()
     leaders: list[int] = []
     for _ in range(k):
-        sizes = np.linalg.norm(left, axis=1)
+        sizes = np.linalg.norm(remainder, axis=1)
         lead = first_largest(sizes)
         leaders.append(lead)
-        row = left[lead] / sizes[lead]
-        left = left - np.outer(left @ row, row)
+        row = remainder[lead] / sizes[lead]
+        remainder = remainder - np.outer(remainder @ row, row)
     directions = np.linalg.solve(N[leaders].T, N.T)
     return np.asarray(directions / np.linalg.norm(directions, axis=1, keepdims=True))
 
@@ -146,9 +146,9 @@ def tangent_directions(equations: RestEquations, here: RowsAtPose, generic: int,
     Q = _quadratics(equations.derivative(here.q), N, L, here.scale)
     if len(Q) == 0:
         return Tangents("crossing", _resting_directions(N), k)
-    found, double = _lines_of_two(Q) if k == 2 else (_lines_of_many(Q, k), False)
-    kind: Kind = "isolated" if len(found) == 0 else "fold" if double else "crossing"
-    lines = _arrange_lines(found @ N.T)
+    roots, double = _lines_of_two(Q) if k == 2 else (_lines_of_many(Q, k), False)
+    kind: Kind = "isolated" if len(roots) == 0 else "fold" if double else "crossing"
+    lines = _arrange_lines(roots @ N.T)
     return Tangents(kind, lines, max(1, k - len(Q)) if len(lines) else 0)
 
 
@@ -209,9 +209,9 @@ def _lines_of_many(Q: Array, k: int) -> Array:
     lines: list[Array] = []
     for start in [*np.eye(k), *rng.standard_normal((STARTS, k))]:
         start = start / np.linalg.norm(start)
-        found = gauss_newton(equations, start, LeastNorm(1e-8, 0.5), solved, failed, 40)
-        if found.solved:
-            v = found.last.x / np.linalg.norm(found.last.x)
+        solution = gauss_newton(equations, start, LeastNorm(1e-8, 0.5), solved, failed, 40)
+        if solution.solved:
+            v = solution.last.x / np.linalg.norm(solution.last.x)
             lines.append(v * np.sign(v[first_largest(np.abs(v))]))
     first = distinct_vectors(
         lines, lambda some, v: np.abs(some - v).max(axis=1) <= CONE_DOUBLE_ROOT

@@ -271,21 +271,21 @@ class _Watch:
 
     def _stop(self, first: float, last: float, dense: Dense) -> PathEvent | None:
         """Find the first event in a step that ends the path."""
-        found: list[PathEvent] = []
+        events: list[PathEvent] = []
         here = self.equations.at(self.equations.close(np.asarray(dense(last))))
         if here.conditioning < PATH_CONDITIONING:
             s = self._root(lambda q: self.equations.at(q).conditioning - PATH_CONDITIONING,
                            first, last, dense)  # fmt: skip
-            found.append(self.lost(self.equations.close(np.asarray(dense(s))), s))
+            events.append(self.lost(self.equations.close(np.asarray(dense(s))), s))
         if self.limits is not None:
             for j in np.flatnonzero((here.q < self.limits[0]) | (here.q > self.limits[1])):
                 bound = self.limits[0 if here.q[j] < self.limits[0][j] else 1][j]
                 s = self._root(partial(_above, int(j), float(bound)), first, last, dense)
                 name = self.equations.linkage.joints[j].name
-                found.append(PathEvent("limit", s, f"{name} is at its limit"))
+                events.append(PathEvent("limit", s, f"{name} is at its limit"))
         if self._momentum(here) > PATH_MOMENTUM:
-            found.append(PathEvent("momentum", first, "no direction without reaction is left"))
-        return min(found, key=lambda event: event.s, default=None)
+            events.append(PathEvent("momentum", first, "no direction without reaction is left"))
+        return min(events, key=lambda event: event.s, default=None)
 
     def _momentum(self, here: RowsAtPose) -> float:
         """Compute the momentum along the tangent over the bodies' own."""

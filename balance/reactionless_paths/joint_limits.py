@@ -25,9 +25,9 @@ def joint_limits(linkage: Linkage) -> Array:
     Returns:
         Shape (2, n): rad and m; infinite where there is no limit.
     """
-    found = np.full((2, len(linkage.joints)), [[-np.inf], [np.inf]])
+    limits = np.full((2, len(linkage.joints)), [[-np.inf], [np.inf]])
     if linkage.tree is None:
-        return found
+        return limits
     moved = np.zeros(len(linkage.joints)) if linkage.displaced is None else linkage.displaced
     elements = {item.name: item for item in linkage.tree.every("joint")}
     for j, joint in enumerate(linkage.joints):
@@ -39,5 +39,5 @@ def joint_limits(linkage: Linkage) -> Array:
             continue
         (low,), (high,) = limit.vector("lower", "0"), limit.vector("upper", "0")
         if low < high:
-            found[:, j] = low - moved[j], high - moved[j]
-    return found
+            limits[:, j] = low - moved[j], high - moved[j]
+    return limits

@@ -100,14 +100,14 @@ class LocalArc:
             Those of the end ahead and of the end behind; and the least dimension of the null
             space there.
         """
-        found, dimension = [], len(self.curve.v)
+        ends, dimension = [], len(self.curve.v)
         for sign, length in zip((1.0, -1.0), reversed(self.extent), strict=True):
             sigma = np.array([sign * self.curve.advance])
             here = _poses(self.equations, self.curve, sigma)[0]
             slope = sign * self.curve.coordinates(sigma)[1][0]
-            found.append((here.q, slope / np.linalg.norm(slope), abs(length)))
+            ends.append((here.q, slope / np.linalg.norm(slope), abs(length)))
             dimension = min(dimension, null_basis(here)[0].shape[1])
-        return found, max(1, dimension)
+        return ends, max(1, dimension)
 
     def positions(self, s: Array) -> Array:
         """Compute closed joint positions (N, n) at arc lengths that rise."""
@@ -118,9 +118,9 @@ class LocalArc:
             x = x - error / (self.curve.advance * chebyshev.chebval(x, self._speed))
         sigma = x * self.curve.advance
         order = np.concatenate([np.flatnonzero(sigma >= 0), np.flatnonzero(sigma < 0)[::-1]])
-        found = np.empty((s.size, self.curve.start.q.size))
-        found[order] = [here.q for here in _poses(self.equations, self.curve, sigma[order])]
-        return found
+        positions = np.empty((s.size, self.curve.start.q.size))
+        positions[order] = [here.q for here in _poses(self.equations, self.curve, sigma[order])]
+        return positions
 
 
 def solve_local_curve(
@@ -138,11 +138,11 @@ def solve_local_curve(
     """
     for advance in ADVANCES:
         try:
-            found = _solve(equations, start, v, advance)
+            curve = _solve(equations, start, v, advance)
         except PoseError:
             continue
-        if found is not None:
-            return found
+        if curve is not None:
+            return curve
     return None
 
 
@@ -158,10 +158,10 @@ def _solve(
         return LocalCurve(start, v, x.reshape(TERMS, -1) @ aside.T, advance)
 
     def system(x: Array) -> tuple[Array, Array]:
-        found = curve(x)
-        _, rate = found.coordinates(sigma)
+        branch = curve(x)
+        _, rate = branch.coordinates(sigma)
         rows, slope = [], []
-        for k, here in enumerate(_poses(equations, found, sigma)):
+        for k, here in enumerate(_poses(equations, branch, sigma)):
             weight = 1.0 / (sigma[k] * here.scale)
             rows.append(weight * (here.rows @ rate[k]))
             turn = np.einsum("ria,a->ri", equations.derivative(here.q), rate[k]) @ aside
@@ -175,11 +175,11 @@ def _solve(
             path[-1].error <= LOCAL_CURVE_RESIDUAL and path[-1].size <= LOCAL_CURVE_STEP
         )
 
-    found = gauss_newton(
+    solution = gauss_newton(
         system, np.zeros(TERMS * aside.shape[1]), LeastNorm(1e-12, 1.0 / advance), solved,
         step_grows(1e3, LOCAL_CURVE_STEP), EVALUATIONS,
     )  # fmt: skip
-    return curve(found.last.x) if found.last.error <= LOCAL_CURVE_RESIDUAL else None
+    return curve(solution.last.x) if solution.last.error <= LOCAL_CURVE_RESIDUAL else None
 
 
 def _nodes(count: int) -> Array:
@@ -199,11 +199,11 @@ def _monomials(sigma: Array, advance: float) -> tuple[Array, Array]:
 def _poses(equations: RestEquations, curve: LocalCurve, sigma: Array) -> list[RowsAtPose]:
     """Compute the equations at points of the curve, from the pose outwards on both sides."""
     y = curve.coordinates(sigma)[0]
-    here, before, found = curve.start, np.zeros_like(curve.v), []
+    here, before, poses = curve.start, np.zeros_like(curve.v), []
     for k in range(len(sigma)):
         if k and sigma[k] * sigma[k - 1] < 0.0:
             here, before = curve.start, np.zeros_like(curve.v)
         here = equations.at(equations.move(here, y[k] - before))
         before = y[k]
-        found.append(here)
-    return found
+        poses.append(here)
+    return poses

@@ -121,20 +121,20 @@ def sample_path(
     linkage, chain = equations.linkage, equations.chain
     inputs = linkage.positions_of(linkage.inputs)
     slopes = make_interp_spline(s, q[:, inputs], k=DEGREE)(s, 1)
-    rows, own = equations.along(q, slopes)
+    rows, magnitudes = equations.along(q, slopes)
     y = slopes @ equations.basis
     h = np.einsum("krw,kw->kr", rows, y)
-    momentum = np.linalg.norm(h, axis=1) / np.where(own > 0.0, own, 1.0)
+    momentum = np.linalg.norm(h, axis=1) / np.where(magnitudes > 0.0, magnitudes, 1.0)
     closure = max(forward_kinematics(chain, pose).error for pose in q)
     middle, units = int(np.argmin(np.abs(s))), chain.units[inputs]
-    rates = (y - _correction(rows, h, own)) @ equations.basis.T * units
+    rates = (y - _correction(rows, h, magnitudes)) @ equations.basis.T * units
     return ReactionlessPath(
         start, freeze(rates[middle]), freeze(s), freeze(q * chain.units),
         freeze(q[:, inputs] * units), freeze(rates), freeze(momentum), closure, events,
     )  # fmt: skip
 
 
-def _correction(rows: Array, h: Array, own: Array) -> Array:
+def _correction(rows: Array, h: Array, magnitudes: Array) -> Array:
     """Compute the rates that take away the momentum which a spline leaves.
 
     ``A⁺ h`` with small singular values damped: near a meeting of paths, where they vanish, the
@@ -143,10 +143,10 @@ def _correction(rows: Array, h: Array, own: Array) -> Array:
     Args:
         rows: A (N, rows, w).
         h: ``A y`` for a y of about unit length (N, rows).
-        own: size of the bodies' own momenta (N,).
+        magnitudes: size of the bodies' own momenta (N,).
     """
     U, sizes, Vt = np.linalg.svd(rows, full_matrices=False)
-    damped = sizes**2 + (DAMPED * own[:, None]) ** 2
+    damped = sizes**2 + (DAMPED * magnitudes[:, None]) ** 2
     weights = np.divide(sizes, damped, out=np.zeros_like(sizes), where=damped > 0.0)
     return np.einsum("kiw,ki,kri,kr->kw", Vt, weights, U, h)
 

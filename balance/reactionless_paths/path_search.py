@@ -123,7 +123,7 @@ def _poses(
     linkage: Linkage, starts: Sequence[ArrayLike | Mapping[str, float]], line: int
 ) -> list[Array]:
     """List the displacements of the inputs at all starts."""
-    found = []
+    poses = []
     for u in starts or [{}]:
         if isinstance(u, Mapping):
             for name in u:
@@ -133,14 +133,14 @@ def _poses(
                         f"the inputs are {', '.join(linkage.inputs)}"
                     )
             u = [u.get(name, 0.0) for name in linkage.inputs]
-        found.append(np.asarray(u, dtype=np.float64))
-    if line and len(found) < 2:
+        poses.append(np.asarray(u, dtype=np.float64))
+    if line and len(poses) < 2:
         raise UsageError("a line of starts needs two poses: give its ends")
     if line:
         shares = np.linspace(0.0, 1.0, line + 2)[:-1, None]
-        lines = [a + shares * (b - a) for a, b in zip(found[:-1], found[1:], strict=True)]
-        found = [*np.concatenate(lines), found[-1]]
-    return found
+        lines = [a + shares * (b - a) for a, b in zip(poses[:-1], poses[1:], strict=True)]
+        poses = [*np.concatenate(lines), poses[-1]]
+    return poses
 
 
 def _start(equations: RestEquations, u: Array) -> RowsAtPose:
@@ -201,8 +201,8 @@ class _Search:
 
     def _note_meeting(self, pose: StartPose) -> None:
         """Keep a meeting, unless it is known."""
-        known = [np.abs(pose.q - other.q).max() < 1e-6 for other in self.meetings]
-        if not any(known):
+        matches = [np.abs(pose.q - other.q).max() < 1e-6 for other in self.meetings]
+        if not any(matches):
             self.meetings.append(pose)
 
     def _record(self, here: RowsAtPose, tangents: Tangents, distance: float) -> StartPose:
@@ -292,7 +292,7 @@ class _Search:
 def _poses_around(equations: RestEquations, start: RowsAtPose) -> list[RowsAtPose]:
     """Walk to poses around a start, in random directions."""
     rng = np.random.default_rng(SEED)
-    found = []
+    poses = []
     for _ in range(LOOKED_AT):
         here = start
         direction = rng.standard_normal(equations.width)
@@ -302,5 +302,5 @@ def _poses_around(equations: RestEquations, start: RowsAtPose) -> list[RowsAtPos
                 here = equations.at(equations.move(here, direction))
             except PoseError:
                 break
-        found.append(here)
-    return found
+        poses.append(here)
+    return poses

@@ -103,10 +103,10 @@ class RestEquations:
         """
         if self.chain.dependent.size == 0:
             return q
-        found, error = solve_positions(self.chain, q)
+        positions, error = solve_positions(self.chain, q)
         if not error <= FOLLOWED_POSE_RESIDUAL:
             raise PoseError(f"{self.linkage.source}: the loops cannot be closed")
-        return found
+        return positions
 
     def move(self, start: RowsAtPose, step: Array) -> Array:
         """Close the loops a short displacement of the coordinates away; see `close`.
@@ -126,12 +126,12 @@ class RestEquations:
         Args:
             q: positions of all joints (n,), chain units.
         """
-        M, own = (found[0] for found in self.model.momenta(q[None]))
+        M, magnitudes = (matrices[0] for matrices in self.model.momenta(q[None]))
         pose = forward_kinematics(self.chain, q)
         C = expand_at(self.chain, pose).C[0, 0]
         pivot = loop_pivot(self.chain, pose.screws) / self._pivot
         centre = self._centre_at(pose)
-        sizes = self._select_sizes(own @ np.abs(self.basis), centre)
+        sizes = self._select_sizes(magnitudes @ np.abs(self.basis), centre)
         return RowsAtPose(
             q, C @ self.basis, self._select(M @ self.basis, centre),
             float(np.linalg.norm(sizes)), pivot,
@@ -154,8 +154,8 @@ class RestEquations:
             rows = [self._select(h, c) for h, c in zip(M, centres, strict=True)]
         else:
             rows = [self._select(h, self.centre) for h in M]
-        own = np.linalg.norm(np.einsum("kw,krwb->krb", rates, bodies), axis=1)
-        return np.array(rows), own.sum(axis=1)
+        magnitudes = np.linalg.norm(np.einsum("kw,krwb->krb", rates, bodies), axis=1)
+        return np.array(rows), magnitudes.sum(axis=1)
 
     def derivative(self, q: Array) -> Array:
         """Compute the derivatives ∂_i A_w along all coordinates at a closed pose.
@@ -166,9 +166,9 @@ class RestEquations:
         Returns:
             Shape (rows, w, w): row, direction i, column w.
         """
-        found, pose = self._series(q, np.ascontiguousarray(self.basis.T), 1)
+        momenta, pose = self._series(q, np.ascontiguousarray(self.basis.T), 1)
         # orders, directions, coordinates, components
-        h = np.einsum("kiurb,uw->kiwr", found, self.basis)
+        h = np.einsum("kiurb,uw->kiwr", momenta, self.basis)
         if self.demand.kept != "attitude":
             return self._select(np.moveaxis(h[1], 2, 0), self.centre)
         p, mass = h[0, 0, :, 3:], self._total_mass()
@@ -191,11 +191,11 @@ class RestEquations:
             return h[3:]
         return np.asarray(h[:3] - np.tensordot(skew(centre), h[3:], axes=1))
 
-    def _select_sizes(self, own: Array, centre: Array) -> Array:
+    def _select_sizes(self, magnitudes: Array, centre: Array) -> Array:
         """Select rows of sums of sizes (6, w), which add up about another centre too."""
         if self.demand.kept in ("all", "force"):
-            return self._select(own, centre)
-        return np.asarray(own[:3] + np.abs(skew(centre)) @ own[3:])
+            return self._select(magnitudes, centre)
+        return np.asarray(magnitudes[:3] + np.abs(skew(centre)) @ magnitudes[3:])
 
     def _total_mass(self) -> float:
         """Compute the mass of the linkage and its base."""

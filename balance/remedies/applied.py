@@ -88,12 +88,12 @@ class AppliedRemedy:
 
     def to_dict(self) -> dict[str, object]:
         """Return plain data for JSON; see ``schemas/remedies.schema.json``."""
-        known = CATALOGUE[self.remedy]
+        entry = CATALOGUE[self.remedy]
         return {
             "remedy": self.remedy,
-            "abbreviation": known.abbreviation,
-            "title": known.title,
-            "source": known.source,
+            "abbreviation": entry.abbreviation,
+            "title": entry.title,
+            "source": entry.source,
             "words": self.words,
             "verdict": self.verdict,
             "reason": self.reason,

@@ -67,7 +67,10 @@ class RemedyComparison:
     def __repr__(self) -> str:
         """Up to four lines: the linkage, and which remedies help."""
         verdicts = ("feasible", "partial", "infeasible")
-        named = {v: [one.remedy for one in self.results if one.verdict == v] for v in verdicts}
+        named = {
+            v: [applied.remedy for applied in self.results if applied.verdict == v]
+            for v in verdicts
+        }
         return repr_lines(
             f"RemedyComparison of {self.request.linkage.name}",
             *(f"{v}: {first_names(list(dict.fromkeys(n)))}" for v, n in named.items() if n),
@@ -75,24 +78,26 @@ class RemedyComparison:
 
     def _repr_html_(self) -> str:
         """Table of the same facts, for notebooks."""
-        facts = ((one.remedy, f"{one.verdict}: {one.reason}") for one in self.results)
+        facts = (
+            (applied.remedy, f"{applied.verdict}: {applied.reason}") for applied in self.results
+        )
         return html_facts(f"Remedies for {self.request.linkage.name}", *facts)
 
     @property
     def balanced(self) -> tuple[AppliedRemedy, ...]:
         """Results that balance the linkage, the least added mass first."""
-        found = [one for one in self.results if one.verdict == "feasible"]
-        found.sort(key=lambda one: one.lost_freedoms)
-        masses = [one.added_mass or 0.0 for one in found]
+        remedies = [applied for applied in self.results if applied.verdict == "feasible"]
+        remedies.sort(key=lambda applied: applied.lost_freedoms)
+        masses = [applied.added_mass or 0.0 for applied in remedies]
         ranks = rank_least_first(masses, self.request.given_mass, MASSES_EQUAL)
-        return tuple(found[k] for k in ranks)
+        return tuple(remedies[k] for k in ranks)
 
     @property
     def verdict(self) -> str:
         """``"feasible"`` if a remedy balances the linkage; ``"undecided"`` if one may."""
         if self.balanced:
             return "feasible"
-        open_ones = any(one.verdict == "undecided" for one in self.results)
+        open_ones = any(applied.verdict == "undecided" for applied in self.results)
         return "undecided" if open_ones else "infeasible"
 
     def to_dict(self) -> dict[str, object]:
@@ -112,7 +117,7 @@ class RemedyComparison:
             "gear": request.gear,
             "rotor_radius": request.rotor_radius,
             "links": list(request.links),
-            "remedies": [one.to_dict() for one in self.results],
+            "remedies": [applied.to_dict() for applied in self.results],
         }
 
 
@@ -183,7 +188,7 @@ def compare_request(request: RemedyRequest, only: Sequence[str] = ()) -> RemedyC
     request = replace(request, only=tuple(only))
     request.check()
     results = tuple(
-        one for name, apply in _APPLY.items() if name in (only or _APPLY)
-        for one in apply(request)
+        applied for name, apply in _APPLY.items() if name in (only or _APPLY)
+        for applied in apply(request)
     )  # fmt: skip
     return RemedyComparison(request, feasible(request.space), results)

@@ -18,14 +18,14 @@ def remedy_files(results: Iterable[AppliedRemedy]) -> dict[str, bytes]:
     Returns:
         The contents by name.
     """
-    found: dict[str, bytes] = {}
+    contents: dict[str, bytes] = {}
     counts: dict[str, int] = {}
-    for one in results:
-        if not one.helps:
+    for applied in results:
+        if not applied.helps:
             continue
-        counts[one.remedy] = count = counts.get(one.remedy, 0) + 1
-        stem = one.remedy if count == 1 else f"{one.remedy}_{count}"
-        if one.urdf is not None:
-            found[f"{stem}.urdf"] = one.urdf
-        found |= {f"{stem}_{name}": data for name, data in one.files.items()}
-    return found
+        counts[applied.remedy] = count = counts.get(applied.remedy, 0) + 1
+        stem = applied.remedy if count == 1 else f"{applied.remedy}_{count}"
+        if applied.urdf is not None:
+            contents[f"{stem}.urdf"] = applied.urdf
+        contents |= {f"{stem}_{name}": data for name, data in applied.files.items()}
+    return contents

@@ -36,13 +36,13 @@ class LeastMatter(NamedTuple):
     @property
     def proof(self) -> dict[str, object] | None:
         """The certificate against it and its check, as plain data; None without one."""
-        found, anywhere = self.found, self.anywhere
+        matter, anywhere = self.found, self.anywhere
         if anywhere is not None and anywhere.certificate and anywhere.residuals:
             matrices = [matrix.tolist() for matrix in anywhere.certificate]
             return {"matrices": matrices, "check": anywhere.residuals._asdict()}
-        if found.certificate is None or found.check is None:
+        if matter.certificate is None or matter.check is None:
             return None
-        return {"functional": found.certificate.tolist(), "check": found.check._asdict()}
+        return {"functional": matter.certificate.tolist(), "check": matter.check._asdict()}
 
 
 def least_matter(
@@ -55,11 +55,11 @@ def least_matter(
         links: links that may get matter.
         regions: where, by name of the link; see `balance.counterweights`.
     """
-    found = counterweights(space, links, regions, relax=False)
-    if found.verdict != "infeasible":
-        return LeastMatter(found, None)
+    matter = counterweights(space, links, regions, relax=False)
+    if matter.verdict != "infeasible":
+        return LeastMatter(matter, None)
     anywhere = feasible(space)
-    if anywhere.verdict == "infeasible" or not found.chosen:
-        return LeastMatter(found, anywhere)
-    wide = {name: wide_region(space, space.bodies.index(name)) for name in found.chosen}
+    if anywhere.verdict == "infeasible" or not matter.chosen:
+        return LeastMatter(matter, anywhere)
+    wide = {name: wide_region(space, space.bodies.index(name)) for name in matter.chosen}
     return LeastMatter(counterweights(space, links, {**regions, **wide}, relax=False), anywhere)

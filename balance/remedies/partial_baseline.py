@@ -29,16 +29,18 @@ def apply_partial(request: RemedyRequest) -> Iterator[AppliedRemedy]:
     """
     budget = request.given_mass if request.budget is None else request.budget
     words = f"at most {budget:.4g} kg on {', '.join(request.links)}"
-    found = partial(request.space, request.links, budget, regions=request.regions)
-    blank = AppliedRemedy("partial", words, "undecided", found.words)
-    if found.found is None or found.verdict != "optimal":
+    design = partial(request.space, request.links, budget, regions=request.regions)
+    blank = AppliedRemedy("partial", words, "undecided", design.words)
+    if design.found is None or design.verdict != "optimal":
         yield blank
         return
-    left = found.found.objective / found.given.objective if found.given.objective else 0.0
-    urdf = with_counterweights(found) if found.weights else request.base.data
+    residual = (
+        design.found.objective / design.given.objective if design.given.objective else 0.0
+    )
+    urdf = with_counterweights(design) if design.weights else request.base.data
     felt = input_inertia(
         load(Document(request.base.name, urdf), None, request.linkage.inputs,
              angles=request.angles)
     )  # fmt: skip
-    done = replace(blank, verdict="partial", residual=left, urdf=urdf)
-    yield with_cost(request, done, found.mass, felt)
+    done = replace(blank, verdict="partial", residual=residual, urdf=urdf)
+    yield with_cost(request, done, design.mass, felt)

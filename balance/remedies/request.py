@@ -109,9 +109,9 @@ class RemedyRequest:
         Loops of a YAML file, another reference pose, other formats and repaired loops are not
         in the file; the linkage is then written anew.
         """
-        own = self._own_file()
-        if own is not None:
-            return own
+        document = self._own_file()
+        if document is not None:
+            return document
         return Document(self.linkage.source, self.linkage.to_urdf().encode())
 
     def _own_file(self) -> Document | None:
@@ -121,14 +121,14 @@ class RemedyRequest:
             return None
         try:
             data, _ = read_source(linkage, "link", "")
-            own = Document(linkage.source, data)
-            read = read_unassembled(own, None, ReadOptions(angles=self.angles))
+            document = Document(linkage.source, data)
+            read = read_unassembled(document, None, ReadOptions(angles=self.angles))
         except LinkageError:
             return None
         # Links that the user declares massless have masses in the file.
         heavy = {body.name for body in linkage.bodies if body.inertia.any()}
         same = heavy == {body.name for body in read.bodies if body.inertia.any()}
-        return own if same and read.tree == linkage.tree else None
+        return document if same and read.tree == linkage.tree else None
 
     @cached_property
     def massless(self) -> tuple[str, ...]:

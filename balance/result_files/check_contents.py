@@ -82,9 +82,9 @@ def check_values(path: str, columns: Sequence[Column], rows: Sequence[tuple[Any,
         FileError: a value is not of the kind of its column.
     """
     for k, column in enumerate(columns, 1):
-        known = VALUES[column.kind]
-        if not known.issuperset(map(type, (row[k] for row in rows))):
-            row = next(row[0] for row in rows if type(row[k]) not in known)
+        types = VALUES[column.kind]
+        if not types.issuperset(map(type, (row[k] for row in rows))):
+            row = next(row[0] for row in rows if type(row[k]) not in types)
             where = "a value" if row is None else f"the value in row {row}"
             raise damaged(path, f"{where} of '{column.name}' is not of kind {column.kind}")
 

@@ -321,11 +321,11 @@ class ResultsFile:
         Raises:
             UsageError: there is none; the message lists those that there are.
         """
-        found = next((column for column in self.columns if column.name == name), None)
-        if found is None:
+        match = next((column for column in self.columns if column.name == name), None)
+        if match is None:
             names = ", ".join(column.name for column in self.columns)
             raise UsageError(f"{self.path}: no column '{name}'; the columns are {names}")
-        return found
+        return match
 
     def close(self) -> None:
         """Close the file, and let others write it.

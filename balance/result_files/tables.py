@@ -38,7 +38,7 @@ def sql_names(columns: Iterable[Column]) -> dict[str, str]:
 
     A name that is taken gets a number: ``Q2``, ``q2 (2)``.
     """
-    found: dict[str, str] = {}
+    names: dict[str, str] = {}
     taken = {ROW_NUMBER}
     for column in columns:
         name, number = column.name, 1
@@ -46,8 +46,8 @@ def sql_names(columns: Iterable[Column]) -> dict[str, str]:
             number += 1
             name = f"{column.name} ({number})"
         taken.add(name.lower())
-        found[column.name] = name
-    return found
+        names[column.name] = name
+    return names
 
 
 def create_statements(columns: Sequence[Column]) -> list[str]:
@@ -124,7 +124,7 @@ def to_arrays(
         objects.
     """
     kinds = {ROW_NUMBER: "integer", **{column.name: column.kind for column in columns}}
-    found: dict[str, NDArray[Any]] = {
+    arrays: dict[str, NDArray[Any]] = {
         name: np.empty(count, dtype=DTYPES[kind]) for name, kind in kinds.items()
     }
     done = 0
@@ -132,8 +132,8 @@ def to_arrays(
         for (name, kind), values in zip(kinds.items(), zip(*batch, strict=True), strict=True):
             missing = MISSING[kind]
             part = [missing if value is None else value for value in values]
-            found[name][done : done + len(batch)] = part
+            arrays[name][done : done + len(batch)] = part
         done += len(batch)
-    for array in found.values():
+    for array in arrays.values():
         array.flags.writeable = False
-    return {name: array[:done] for name, array in found.items()}
+    return {name: array[:done] for name, array in arrays.items()}

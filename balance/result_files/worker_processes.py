@@ -58,11 +58,11 @@ class _Worker:
         Raises:
             EOFError, OSError: the process has ended.
         """
-        found = self.pipe.recv()
-        if found == STARTED:
+        message = self.pipe.recv()
+        if message == STARTED:
             self.started = True
             return None
-        outcome: ChunkOutcome = found
+        outcome: ChunkOutcome = message
         self.chunks.remove(outcome.chunk)
         return outcome
 
@@ -140,8 +140,8 @@ class WorkerProcesses:
 
     def _ready(self) -> list[_Worker]:
         """Wait for workers that have something to tell."""
-        found = wait([worker.pipe for worker in self._workers])
-        return [worker for worker in self._workers if worker.pipe in found]
+        pipes = wait([worker.pipe for worker in self._workers])
+        return [worker for worker in self._workers if worker.pipe in pipes]
 
     def _bury(self, worker: _Worker) -> list[int]:
         """Count the death of a worker and return its chunks.

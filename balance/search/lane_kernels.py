@@ -118,7 +118,7 @@ def _reduce_transfers(count, rigid, serial, factor, place):
 
 
 @kernel(reference_counting=False)
-def _put_basis(lane, counts, serial, factor, one, basis):
+def _put_basis(lane, counts, serial, factor, lane_work, basis):
     """Write the orthonormal basis of one lane.
 
     Args:
@@ -126,19 +126,19 @@ def _put_basis(lane, counts, serial, factor, one, basis):
         counts: number of transfers, of columns, and the rank.
         serial: in: factors of the transfers.
         factor: in: factors of the conditions.
-        one: workspace, a `OneLane`.
+        lane_work: workspace, a `OneLane`.
         basis: out: rows (nullity, unknowns).
     """
     height, p, rank = counts
-    order, left, known, R = one
+    order, columns, serial_rows, R = lane_work
     for i in range(height):
-        for j in range(known.shape[0]):
-            known[i, serial.columns[j, lane]] = serial.F[i, j, lane] if j >= i else 0.0
+        for j in range(serial_rows.shape[0]):
+            serial_rows[i, serial.columns[j, lane]] = serial.F[i, j, lane] if j >= i else 0.0
     for j in range(p):
-        order[j], left[j] = j, factor.columns[j, lane]
+        order[j], columns[j] = j, factor.columns[j, lane]
         for i in range(rank):
             R[i, j] = factor.F[i, j, lane] if j >= i else 0.0
-    put_solutions(known[:height], R[:rank, :p], order[:p], left, basis)
+    put_solutions(serial_rows[:height], R[:rank, :p], order[:p], columns, basis)
 
 
 @kernel(reference_counting=False)
@@ -235,7 +235,7 @@ def lane_sweep(topology, geometries, size, results, pending, work):
     chain, links, listed, rigid = topology
     answers, lengths, count = results[0], geometries[3], 0
     screws, mimics, series, H, N, X, all_rows, radius = work[:8]
-    fresh, serial, factor, weight, ranks, state, one = work[8:]
+    fresh, serial, factor, weight, ranks, state, lane_work = work[8:]
     unknowns, active = factor.F.shape[1], factor.active
     for g in range(lengths.size):
         answers[g, 0] = -1
@@ -243,24 +243,24 @@ def lane_sweep(topology, geometries, size, results, pending, work):
             pending[count] = g
             count += 1
     # Lanes that differ from most others are tried again among their kind.
-    first, end, left = 0, count, 0
+    first, end, deferred = 0, count, 0
     while True:
         if first >= end:
-            first, end, left = 0, left, 0
+            first, end, deferred = 0, deferred, 0
         which = pending[first : min(first + VECTOR_WIDTH, end)]
         first += which.size
         if which.size < FEWEST_LANES:
-            if left == 0:
+            if deferred == 0:
                 break
             continue
         _load_lanes(geometries, which, screws, mimics, serial.limits[0])
         lane_series(0, 0, chain, screws, mimics, series)
         _find_regular(series.factor.diagonal, which.size, serial.active, state)
         fill_lane_transfers(listed, size, screws, serial.F)
-        height = _reduce_transfers(listed.shape[0], rigid, serial, factor, one.order)
+        height = _reduce_transfers(listed.shape[0], rigid, serial, factor, lane_work.order)
         p, rank, begin, open_lanes = unknowns - height, 0, 0, which.size
         for stage in range(len(EXPANSION_ORDERS)):
-            goal, known = EXPANSION_ORDERS[stage], False
+            goal, has_fresh = EXPANSION_ORDERS[stage], False
             if open_lanes == 0:
                 break
             lane_series(max(begin, 1), goal, chain, screws, mimics, series)
@@ -274,13 +274,13 @@ def lane_sweep(topology, geometries, size, results, pending, work):
                 rank = absorb_rows(factor, p, rank, rows.shape[0])
                 ranks[k] = rank
                 # A stalled rank, and that after the last order, are checked at a finite pose.
-                if rank < p and not known and (k == goal or (k > 0 and rank == before)):
+                if rank < p and not has_fresh and (k == goal or (k > 0 and rank == before)):
                     _fresh_rows(
                         chain, links, 1 if stage == 0 else FRESH_POSE_STEPS, screws, mimics,
                         series.C, goal + 1, radius[0], fresh, active,
                     )  # fmt: skip
-                    known = True
-                if rank < p and not known:
+                    has_fresh = True
+                if rank < p and not has_fresh:
                     continue
                 rows_follow_lanes(factor, p, rank, fresh.rows)
                 kmax = k
@@ -296,7 +296,7 @@ def lane_sweep(topology, geometries, size, results, pending, work):
                             state[lane] = 1
                             if results[2].shape[0] > 0:
                                 basis = results[2][g, : unknowns - rank]
-                                _put_basis(lane, counts, serial, factor, one, basis)
+                                _put_basis(lane, counts, serial, factor, lane_work, basis)
                     open_lanes += active[lane]
                 if open_lanes == 0:
                     break
@@ -306,5 +306,5 @@ def lane_sweep(topology, geometries, size, results, pending, work):
             settled += state[lane] == 1
         for lane in range(which.size if settled else 0):
             if state[lane] == 0:
-                pending[left] = which[lane]
-                left += 1
+                pending[deferred] = which[lane]
+                deferred += 1

@@ -115,7 +115,7 @@ def lane_workspace(chain: Chain, transfers: int, per: int, size: int) -> LaneSwe
         lanes(bodies, 1, 4), fresh_X, fresh_X.reshape(per, unknowns, VECTOR_WIDTH),
         lanes(4), poses_lanes(chain),
     )  # fmt: skip
-    one = OneLane(
+    lane_work = OneLane(
         np.zeros(unknowns, np.int64), np.zeros(unknowns, np.int64),
         np.zeros((unknowns, unknowns)), np.zeros((unknowns, unknowns)),
     )  # fmt: skip
@@ -125,5 +125,5 @@ def lane_workspace(chain: Chain, transfers: int, per: int, size: int) -> LaneSwe
         lanes(bodies, orders, 4), X, X.reshape(orders, per, unknowns, VECTOR_WIDTH),
         lanes(4), fresh, factor_lanes(unknowns, transfers),
         factor_lanes(unknowns, per), lanes(), np.zeros(orders, np.int64),
-        np.zeros(VECTOR_WIDTH, np.int64), one,
+        np.zeros(VECTOR_WIDTH, np.int64), lane_work,
     )  # fmt: skip

@@ -173,8 +173,8 @@ class _Sweep:
         self.near_points = np.array([joint.point for joint in linkage.joints])
         massive = [body.inertia for body in linkage.bodies if body.inertia[0] > 0.0]
         self.centres = np.array([z[1:4] / z[0] for z in massive]).reshape(-1, 3)
-        known = serial_transfers(chain, force)
-        self.rigid_transfers = known.rows[known.owner < 0]
+        transfers = serial_transfers(chain, force)
+        self.rigid_transfers = transfers.rows[transfers.owner < 0]
         # Lanes are for planar linkages of one input whose loops can determine the others.
         in_lanes = chain.planar and chain.width == 1
         in_lanes = in_lanes and chain.envelope[COUNT, ROWS] >= chain.dependent.size
@@ -263,9 +263,9 @@ class _Sweep:
         if mimics.size:
             chain = replace(chain, mimics=mimics[0])
         tolerance = float(tolerances[0])
-        known = serial_transfers(chain, self.force, tolerance)
-        found = collect_conditions(chain, known.rows, self.force, tolerance, None)
-        return square_doubt(found.conditions.decide().kept)
+        transfers = serial_transfers(chain, self.force, tolerance)
+        collected = collect_conditions(chain, transfers.rows, self.force, tolerance, None)
+        return square_doubt(collected.conditions.decide().kept)
 
     def solve_alone(self, number: int) -> tuple[str, ...]:
         """Compute one geometry by `design_space`.

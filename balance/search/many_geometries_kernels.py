@@ -58,21 +58,21 @@ def _loops_are_regular(screws, mimics, envelope, F, diagonal):
 
 
 @kernel(reference_counting=False)
-def _sort_remaining(permutation, known, place, left):
-    """Sort the entries of a permutation that follow the first ``known`` ones.
+def _sort_remaining(permutation, omitted, place, remaining):
+    """Sort the entries of a permutation that follow the first ``omitted`` ones.
 
     Args:
         permutation: in: (p,).
-        known: number of entries that are left out.
+        omitted: number of entries that are left out.
         place: workspace (≥ p,).
-        left: out: the others, ascending (≥ p - known,).
+        remaining: out: the others, ascending (≥ p - omitted,).
     """
     for k in range(permutation.size):
         place[permutation[k]] = k
     count = 0
     for j in range(permutation.size):
-        if place[j] >= known:
-            left[count] = j
+        if place[j] >= omitted:
+            remaining[count] = j
             count += 1
 
 
@@ -101,8 +101,8 @@ def _sweep_kernel(dim):
         answers, kept, bases = results
         parent, _, ends, _, columns, moves, envelope = chain
         for_orders, for_search, numbers, flat, diagonal, serial, out = workspaces
-        unknowns, found, nd = links.size * size, for_search[0], diagonal.size
-        all_columns, order, left = numbers[0], numbers[1], numbers[2]
+        unknowns, transfers, nd = links.size * size, for_search[0], diagonal.size
+        all_columns, order, remaining = numbers[0], numbers[1], numbers[2]
         ranks, permutations = numbers[3], numbers[4]
         F = for_orders[0][1][0]
         for g in range(screws.shape[0]):
@@ -122,10 +122,10 @@ def _sweep_kernel(dim):
             for j in range(unknowns):
                 all_columns[j] = j
             height, _, _ = refactor(
-                rigid, found[:count], all_columns[:unknowns], tolerance, 1.0, flat,
+                rigid, transfers[:count], all_columns[:unknowns], tolerance, 1.0, flat,
                 order[:unknowns], serial,
             )  # fmt: skip
-            _sort_remaining(order[:unknowns], height, ranks, left)
+            _sort_remaining(order[:unknowns], height, ranks, remaining)
             p = unknowns - height
             here = (parent, s, ends, m, columns, moves, envelope)
             # The conditions, up to higher orders each time until they are settled, along twice
@@ -141,14 +141,14 @@ def _sweep_kernel(dim):
                     for k in range(p):
                         permutation[k] = k
                 orders = EXPANSION_ORDERS[stage], True, 1 if stage == 0 else FRESH_POSE_STEPS
-                known = out[:rank], permutation, left[:p], scale, dropped, tolerance, done
+                lower = out[:rank], permutation, remaining[:p], scale, dropped, tolerance, done
                 if dim == 3:
                     answer = planar_conditions_up_to_order(
-                        here, links, rays[:count], orders, known, result, for_orders[stage]
+                        here, links, rays[:count], orders, lower, result, for_orders[stage]
                     )
                 else:
                     answer = spatial_conditions_up_to_order(
-                        here, links, rays[:count], orders, known, result, for_orders[stage]
+                        here, links, rays[:count], orders, lower, result, for_orders[stage]
                     )
                 rank, scale, dropped, done, settled, radius = answer[:6]
                 mismatch, slowest, enough, pose_found = answer[6:]
@@ -179,7 +179,7 @@ def _sweep_kernel(dim):
             kept[g] = least / scale if rank > 0 else 1.0
             if bases.shape[0] > 0:
                 basis = bases[g, : unknowns - rank]
-                put_solutions(serial[:height], R, permutation, left, basis)
+                put_solutions(serial[:height], R, permutation, remaining, basis)
 
     return sweep
 

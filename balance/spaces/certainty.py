@@ -54,5 +54,5 @@ class Certainty(NamedTuple):
     def to_dict(self) -> dict[str, object]:
         """Convert to the entry ``evidence`` of the report: all but level, proof and orders."""
         rest = {"level", "proof", "orders"}
-        known = {name: value for name, value in self._asdict().items() if name not in rest}
-        return known | {"doubts": list(self.doubts)}
+        entries = {name: value for name, value in self._asdict().items() if name not in rest}
+        return entries | {"doubts": list(self.doubts)}

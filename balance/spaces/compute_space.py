@@ -123,14 +123,14 @@ def _idle(linkage: Linkage, chain: Chain) -> tuple[str, ...]:
 
 def _notices(chain: Chain, settled: bool, decision: Decision) -> list[Notice]:
     """List remarks on the motion and on the decision."""
-    found = []
+    notices = []
     if max(chain.links.tolist()) < 0:
-        found.append(Notice("nothing_moves", "no body with mass moves: nothing to balance"))
+        notices.append(Notice("nothing_moves", "no body with mass moves: nothing to balance"))
     if not settled:
         text = "poses further on need more conditions than were found: the rank may be too low"
-        found.append(Notice("not_settled", text))
+        notices.append(Notice("not_settled", text))
     if decision.ill_conditioned:
         kept = size_text(decision.kept, floor=MARGIN_DETERMINED)
         text = f"the smallest singular value kept, {kept}, is near round-off"
-        found.append(Notice("thin_margin", text))
-    return found
+        notices.append(Notice("thin_margin", text))
+    return notices

@@ -104,13 +104,13 @@ class ConditionGradients:
         """
         rng = np.random.default_rng(108)
         T, V = (np.zeros_like(x) for x in (self._series.T, self._series.V))
-        found = []
+        gradients = []
         rows, count = self._range.shape
         for _ in range(RANDOM_SUMS if rows > count else 0):
             x = rng.standard_normal((*T.shape[:2], rows, T.shape[3]))
             x -= self._range @ (self._range.T @ x)
-            found.append(self._convert_to_screws(T, V, x * weights[:, None, None]))
-        return np.reshape(found, (-1, *self._chain.screws.shape))
+            gradients.append(self._convert_to_screws(T, V, x * weights[:, None, None]))
+        return np.reshape(gradients, (-1, *self._chain.screws.shape))
 
     def _carry_parameters(self, V: Array, z: Array) -> Array:
         """Compute the parameters that bodies carry along, as series (r, k, bodies, q)."""

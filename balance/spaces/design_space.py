@@ -149,24 +149,24 @@ class DesignSpace(SpaceData):
         Empty if every size that was dropped as round-off is far below the limit, and every
         size that was kept is far above it.
         """
-        found = []
+        doubts = []
         limit = DROPPED_CLEARLY * relative_tolerance(self.chain)
         if self.dropped > limit:
-            found.append(
+            doubts.append(
                 f"a singular value of {size_text(self.dropped)} counts as round-off: "
                 "ranks may be too low"
             )
         transfers = self.chain_transfers
         if transfers.kept < KEPT_CLEARLY:
-            found.append(
+            doubts.append(
                 f"a direction of size {size_text(transfers.kept)} decides about transfers"
             )
         if transfers.dropped > limit:
-            found.append(
+            doubts.append(
                 f"a direction of size {size_text(transfers.dropped)} counts as round-off: "
                 "the serial part may be wrong"
             )
-        return (*found, *square_doubt(self.kept))
+        return (*doubts, *square_doubt(self.kept))
 
     @property
     def level(self) -> str:
@@ -307,7 +307,7 @@ def residual_of(space: DesignSpace, rows: Array) -> float | None:
     z = to_chain(given, space.chain.frame, space.planar, space.balance == "force")
     by_body = np.einsum("rbp,bp->rb", rows.reshape(-1, *z.shape), z)
     total = float(np.sqrt(np.einsum("rb,rb->b", by_body, by_body)).sum())
-    left = by_body.sum(axis=1)
-    residual = float(np.sqrt(left @ left)) / total if total > 0.0 else 0.0
+    remainder = by_body.sum(axis=1)
+    residual = float(np.sqrt(remainder @ remainder)) / total if total > 0.0 else 0.0
     # Lengths that no double precision can square.
     return residual if np.isfinite(residual) else 1.0

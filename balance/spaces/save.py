@@ -65,12 +65,12 @@ def record_of(space: DesignSpace) -> SpaceRecord:
     """Make the record of a design space, without its linkage."""
     from kinematics.version import __version__
 
-    known = {item.name: getattr(space, item.name) for item in fields(SpaceData)}
+    data = {item.name: getattr(space, item.name) for item in fields(SpaceData)}
     if space.linkage.at:
         pose = Notice("reference_pose", f"the reference pose is {space.linkage.pose}")
-        known["notices"] = (*space.notices, pose)
+        data["notices"] = (*space.notices, pose)
     return SpaceRecord(
-        **known, singular_values=space.singular_values, kept=space.kept, dropped=space.dropped,
+        **data, singular_values=space.singular_values, kept=space.kept, dropped=space.dropped,
         sha256=_sha256_of(space.source), version=__version__,
     )  # fmt: skip
 

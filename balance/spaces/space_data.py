@@ -162,7 +162,7 @@ class SpaceData:
 
         Spaces are compared as such, not their bases; files are not compared.
         """
-        found = [
+        lines = [
             f"{name}: {mine} here, {its} there"
             for name in COMPARED
             if (mine := getattr(self, name)) != (its := getattr(other, name))
@@ -170,17 +170,17 @@ class SpaceData:
         if self.basis.shape == other.basis.shape:
             sine = _largest_angle_sine(self.basis, other.basis, self.labels)
             if not sine <= SPACES_EQUAL_SINE:
-                found.append(f"basis: the spaces are apart by an angle with sine {sine:.1e}")
-        return tuple(found)
+                lines.append(f"basis: the spaces are apart by an angle with sine {sine:.1e}")
+        return tuple(lines)
 
 
-def _largest_angle_sine(one: Array, other: Array, labels: Sequence[str]) -> float:
+def _largest_angle_sine(first: Array, other: Array, labels: Sequence[str]) -> float:
     """Compute the sine of the largest angle between spaces, in any unit of length."""
-    kinds = np.array([label.rstrip("xyz") for label in labels] * (len(one) // len(labels)))
-    scale = np.ones((len(one), 1))
+    kinds = np.array([label.rstrip("xyz") for label in labels] * (len(first) // len(labels)))
+    scale = np.ones((len(first), 1))
     for kind in set(kinds):
-        size = max(np.abs(basis[kinds == kind]).max(initial=0.0) for basis in (one, other))
+        size = max(np.abs(basis[kinds == kind]).max(initial=0.0) for basis in (first, other))
         scale[kinds == kind] = size or 1.0
-    P, Q = np.linalg.qr(one / scale)[0], np.linalg.qr(other / scale)[0]
+    P, Q = np.linalg.qr(first / scale)[0], np.linalg.qr(other / scale)[0]
     outside = Q - P @ (P.T @ Q)
     return float(np.linalg.norm(outside, 2)) if outside.size else 0.0

@@ -96,12 +96,12 @@ class Closer:
         q, share = np.zeros((rows, n)), np.zeros(rows)
         closed = np.zeros(rows, dtype=np.int64)
         for mode, joints in ((1, self._dependent), (2, self._coupled)):
-            left = np.flatnonzero(share < 1.0)
-            if left.size:
+            open_rows = np.flatnonzero(share < 1.0)
+            if open_rows.size:
                 # From the pose of the model anew: where inputs stop, a dead centre is near.
-                q[left], share[left] = 0.0, 0.0
-                self._follow(between, left, joints, q, share)
-            closed[left[share[left] == 1.0]] = mode
+                q[open_rows], share[open_rows] = 0.0, 0.0
+                self._follow(between, open_rows, joints, q, share)
+            closed[open_rows[share[open_rows] == 1.0]] = mode
         placed = self.placer.place(rows, values)
         s, _ = self.to_chain(placed)
         H, there = np.empty((rows, n + 1, 4, 4)), np.empty_like(s)
@@ -121,8 +121,8 @@ class Closer:
             step[rows] = np.minimum(step[rows], 1.0 - share[rows])
             ahead = share[rows] + step[rows]
             there = between(rows, ahead)
-            found, good = self._newton(self.placer.place(rows.size, there), q[rows], joints)
-            q[rows[good]] = found[good]
+            solutions, good = self._newton(self.placer.place(rows.size, there), q[rows], joints)
+            q[rows[good]] = solutions[good]
             share[rows[good]] = ahead[good]
             step[rows] = np.where(good, 2.0 * step[rows], 0.5 * step[rows])
             rows = rows[(share[rows] < 1.0) & (step[rows] >= SHORTEST)]

@@ -99,9 +99,9 @@ class StudyConstraints:
             self._point = tuple(self._expression("reach", str(x), False) for x in given)
             link = table["reach"]["link"]
             if linkage.places.get(link) is None or linkage.places[link].link < 0:
-                known = closest_names(link, [body.name for body in linkage.bodies])
+                choices = closest_names(link, [body.name for body in linkage.bodies])
                 raise _fault(
-                    source, "reach", f"no moving link '{clean(link)}'", f"take {known}"
+                    source, "reach", f"no moving link '{clean(link)}'", f"take {choices}"
                 )
 
     def check(
@@ -166,9 +166,9 @@ class StudyConstraints:
             if name in names:
                 k = names.index(name)
                 return cycle[k - 1], cycle[k], cycle[(k + 1) % len(cycle)]
-        known = closest_names(name, names_of(self._linkage.joints))
+        choices = closest_names(name, names_of(self._linkage.joints))
         problem = f"no joint '{clean(name)}' is in a loop"
-        raise _fault(self._source, "transmission", problem, f"choose from {known}")
+        raise _fault(self._source, "transmission", problem, f"choose from {choices}")
 
     def _transmission(self, points: Array) -> tuple[float, Array]:
         """Compute what is asked, and the transmission angle of each geometry, degrees."""
@@ -178,9 +178,9 @@ class StudyConstraints:
             lengths = self._four_bar.lengths(points)
             return float(wanted), FourBar.least_transmission(lengths)
         before, here, after = (points[:, j] for j in self._corner)
-        one, other = before - here, after - here
-        across = np.linalg.norm(np.cross(one, other), axis=1)
-        along = np.abs(np.sum(one * other, axis=1))
+        first, second = before - here, after - here
+        across = np.linalg.norm(np.cross(first, second), axis=1)
+        along = np.abs(np.sum(first * second, axis=1))
         return float(wanted["least"]), np.degrees(np.arctan2(across, along))
 
 

@@ -132,8 +132,8 @@ def _parts(node: ast.expr) -> list[ast.expr]:
     if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and not node.keywords:
         name = node.func.id
         if name not in FUNCTIONS:
-            known = ", ".join(sorted(FUNCTIONS))
-            raise ExpressionError(f"no function '{name}'; there are {known}")
+            choices = ", ".join(sorted(FUNCTIONS))
+            raise ExpressionError(f"no function '{name}'; there are {choices}")
         if len(node.args) == FUNCTIONS[name][1]:
             return node.args
         raise ExpressionError(f"'{name}' takes {FUNCTIONS[name][1]} arguments")

@@ -75,8 +75,8 @@ class SweptGeometry:
         Raises:
             LinkageError: it cannot be assembled.
         """
-        model, found, i = self._model, self._closed, self.row
-        H = found.H[i]
+        model, closed, i = self._model, self._closed, self.row
+        H = closed.H[i]
         joints = tuple(
             replace(
                 joint,
@@ -84,14 +84,14 @@ class SweptGeometry:
                 point=freeze(H[joint.parent, :3, :3] @ point + H[joint.parent, :3, 3]),
             )
             for joint, screw, point in zip(
-                model.joints, found.screws[i], found.placed.points[i], strict=True
+                model.joints, closed.screws[i], closed.placed.points[i], strict=True
             )
         )
         places = {
             name: LinkPose(place.link, freeze(self._moved(name) @ place.pose))
             for name, place in model.places.items()
         }
-        q = found.q[i] + (0.0 if model.displaced is None else model.displaced)
+        q = closed.q[i] + (0.0 if model.displaced is None else model.displaced)
         draft = replace(
             model, joints=joints, bodies=tuple(map(self._body, model.bodies)), places=places,
             loops=tuple(replace(loop, gap=freeze(np.eye(4))) for loop in model.loops),
@@ -108,15 +108,17 @@ class SweptGeometry:
     def _moved(self, link: str) -> Array:
         """Compute the displacement (4, 4) of a link of the file from its place in the model."""
         links = self._closed.placed.links[link]
-        own = links[self.row if len(links) > 1 else 0]
-        return np.asarray(self._closed.H[self.row, self._model.places[link].link] @ own)
+        displacement = links[self.row if len(links) > 1 else 0]
+        return np.asarray(
+            self._closed.H[self.row, self._model.places[link].link] @ displacement
+        )
 
     def _body(self, body: Body) -> Body:
         """Displace a body: the masses of all links of the file that are part of it."""
         H = self._moved(body.name)
         z = np.zeros(10)
-        for name, own in self._masses.items():
+        for name, inertia in self._masses.items():
             if self._model.places[name].link == body.link:
-                z += displace_parameters(own, self._moved(name))
+                z += displace_parameters(inertia, self._moved(name))
         frame = freeze(H @ body.frame)
         return replace(body, inertia=freeze(z), frame=frame)

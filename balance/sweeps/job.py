@@ -84,8 +84,8 @@ class SweepJob:
         stop = min(start + self.chunk_rows, self.rows)
         if not 0 <= start < stop:
             raise ValueError(f"there is no chunk {chunk}")
-        found = compute_rows(_plan_of(self.description), start, stop)
-        return {column.name: found[column.name] for column in self.columns}
+        values = compute_rows(_plan_of(self.description), start, stop)
+        return {column.name: values[column.name] for column in self.columns}
 
 
 @lru_cache(maxsize=4)

@@ -112,7 +112,7 @@ def text_of_linkage(linkage: Linkage) -> tuple[ModelText, Linkage]:
             f"{linkage.source}: it has no elements of a file whose numbers could vary; write "
             "it by to_urdf() and load that"
         )
-    known = set(names_of(linkage.bodies))
+    body_names = set(names_of(linkage.bodies))
     options: dict[str, Any] = {"inputs": linkage.inputs}
     if any(not body.inertia.any() for body in linkage.bodies):
         options["bodies"] = "all"
@@ -120,24 +120,24 @@ def text_of_linkage(linkage: Linkage) -> tuple[ModelText, Linkage]:
     tops = {place.link for place in linkage.places.values() if place.link >= 0}
     bare = tops - {body.link for body in linkage.bodies}
     options["massless"] = tuple(
-        name for name in heavy if name not in known and linkage.places[name].link in bare
+        name for name in heavy if name not in body_names and linkage.places[name].link in bare
     )
     if linkage.displaced is not None and linkage.at is not None:
         names = names_of(linkage.joints)
         options["at"] = dict(zip(names, linkage.displaced.tolist(), strict=True))
-    found, again = _text_and_linkage(linkage, options)
-    mine, its = (
+    text, again = _text_and_linkage(linkage, options)
+    before, after = (
         [*(joint.screw for joint in x.joints), *(body.inertia for body in x.bodies)]
         for x in (linkage, again)
     )
-    if len(mine) != len(its) or not all(
-        np.allclose(a, b, rtol=1e-9, atol=1e-9) for a, b in zip(mine, its, strict=True)
+    if len(before) != len(after) or not all(
+        np.allclose(a, b, rtol=1e-9, atol=1e-9) for a, b in zip(before, after, strict=True)
     ):
         raise UsageError(
             f"{linkage.source}: its file alone does not give the same linkage; name the file "
             "and its options in the [model] table of a study"
         )
-    return found, again
+    return text, again
 
 
 def _text_and_linkage(

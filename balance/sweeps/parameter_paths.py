@@ -166,8 +166,8 @@ class Sites(NamedTuple):
 
     def _length(self, link: str) -> NumberPlace:
         """Find the two ends of a link."""
-        own = self.sites_on(link)
-        ends = own if link == self.root else [-1, *own]
+        sites = self.sites_on(link)
+        ends = sites if link == self.root else [-1, *sites]
         if len(ends) != 2:
             count = f"{len(ends)} joints" if len(ends) != 1 else "one joint"
             raise PathError(
@@ -183,8 +183,8 @@ class Sites(NamedTuple):
         owners = list(dict.fromkeys(site.owner for site in self.sites))
         name = next((x for x in [*owners, *self.links] if path.startswith(f"{x}.")), None)
         if name is None:
-            known = closest_names(path.partition(".")[0], [*owners, *self.links])
-            return f"names no joint, loop or link; there are {known}"
+            choices = closest_names(path.partition(".")[0], [*owners, *self.links])
+            return f"names no joint, loop or link; there are {choices}"
         if name not in owners:
             more = ", mass, com.x|y|z, inertia.ixx|…" if name in self.inertials else ""
             return f"link '{name}' has the numbers length{more}"
@@ -212,7 +212,7 @@ def read_sites(linkage: UnassembledLinkage) -> Sites:
     children = {_link(joint, "child") for joint in joints}
     links = tuple(link.name for link in linkage.tree.every("link"))
     root = next(name for name in links if name not in children)
-    found = [*_in_order(joints, root), *_loop_sites(linkage.tree)]
+    sites = [*_in_order(joints, root), *_loop_sites(linkage.tree)]
     inertials = {
         name: np.array([
             part.mass, *part.origin[:3, 3], *part.inertia.diagonal(),
@@ -220,35 +220,35 @@ def read_sites(linkage: UnassembledLinkage) -> Sites:
         ])
         for name, part in _turned_inertials(linkage).items()
     }  # fmt: skip
-    return Sites(tuple(found), root, links, inertials)
+    return Sites(tuple(sites), root, links, inertials)
 
 
 def _turned_inertials(linkage: UnassembledLinkage) -> dict[str, Inertial]:
     """Read the inertials of all links, along the axes of the frame of the link."""
     assert linkage.tree is not None
-    found = {}
+    inertials = {}
     for name, part in describe_robot(linkage.tree).links.items():
         if part is not None:
             R = part.origin[:3, :3]
             origin = np.eye(4)
             origin[:3, 3] = part.origin[:3, 3]
-            found[name] = Inertial(part.mass, R @ part.inertia @ R.T, origin)
-    return found
+            inertials[name] = Inertial(part.mass, R @ part.inertia @ R.T, origin)
+    return inertials
 
 
 def _in_order(joints: list[Element], root: str) -> Iterator[Site]:
     """Yield the sites of the joints of the tree, parents first."""
-    reached, left = {root}, joints
-    while left:
+    reached, pending = {root}, joints
+    while pending:
         later = []
-        for joint in left:
+        for joint in pending:
             if _link(joint, "parent") not in reached:
                 later.append(joint)
                 continue
             child = _link(joint, "child")
             reached.add(child)
             yield _site(joint, joint, "", _link(joint, "parent"), child)
-        left = later
+        pending = later
 
 
 def _loop_sites(tree: Element) -> Iterator[Site]:

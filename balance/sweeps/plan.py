@@ -88,15 +88,15 @@ class Plan:
             link = self._sites.links[place.site]
             numbers = changed.setdefault(link, self._sites.inertials[link].copy())
             numbers[self._sites.inertial_entry(place)] = values[path][row]
-        found = dict(self._masses)
+        masses = dict(self._masses)
         for link, numbers in changed.items():
             pose, moments = self.linkage.places[link].pose, numbers[[4, 7, 8, 7, 5, 9, 8, 9, 6]]
             R, centre = pose[:3, :3], pose[:3, :3] @ numbers[1:4] + pose[:3, 3]
             z = parameters(numbers[0], centre, R @ moments.reshape(3, 3) @ R.T)
             if broken := violations(z):
                 raise LinkageError(f"link '{link}' cannot exist: {broken[0]}")
-            found[link] = z
-        return found
+            masses[link] = z
+        return masses
 
     def values(self, start: int, stop: int) -> dict[str, Array]:
         """Compute the values of all columns of parameters in rows ``start`` to ``stop``.
@@ -106,8 +106,8 @@ class Plan:
             stop: row after the last.
         """
         study = self.study
-        found = range_values(study.parameters, study.samples, study.seed, start, stop)
-        return self._with_relations(found, stop - start)
+        values = range_values(study.parameters, study.samples, study.seed, start, stop)
+        return self._with_relations(values, stop - start)
 
     def close(self, values: Mapping[str, Array]) -> ClosedGeometries:
         """Close the geometries of some rows.
@@ -119,11 +119,11 @@ class Plan:
         Args:
             values: of all columns of parameters (rows,); see `values`.
         """
-        own = {name: values[name] for name in self.study.parameters}
-        rows = len(next(iter(own.values())))
+        free_values = {name: values[name] for name in self.study.parameters}
+        rows = len(next(iter(free_values.values())))
         start = {
             name: np.full(len(value), self._start[name]) if name in self._start else value
-            for name, value in own.items()
+            for name, value in free_values.items()
         }
         related = self._with_relations(start, rows)
         nominal = self.closer.placer.nominal
@@ -135,35 +135,37 @@ class Plan:
                     share == 1.0, value[rows],
                     start[name][rows] + share * (value[rows] - start[name][rows]),
                 )
-                for name, value in own.items()
+                for name, value in free_values.items()
             }  # fmt: skip
-            found = self._with_relations(there, rows.size)
+            all_values = self._with_relations(there, rows.size)
             for path in self._relations.keys() & nominal.keys():
-                found[path] += (1.0 - share) * (nominal[path] - related[path][rows])
-            return {path: found[path] for path in paths}
+                all_values[path] += (1.0 - share) * (nominal[path] - related[path][rows])
+            return {path: all_values[path] for path in paths}
 
         return self.closer.close(rows, {path: values[path] for path in paths}, between)
 
     def _with_relations(self, values: dict[str, Array], rows: int) -> dict[str, Array]:
         """Add the values of all relations."""
-        known = {name: np.full(rows, value) for name, value in self._nominal.items()} | values
+        all_values = {
+            name: np.full(rows, value) for name, value in self._nominal.items()
+        } | values
         for path, expression in self._relations.items():
-            known[path] = np.broadcast_to(expression(known), rows).astype(np.float64)
-        return {name: known[name] for name in self.driven}
+            all_values[path] = np.broadcast_to(expression(all_values), rows).astype(np.float64)
+        return {name: all_values[name] for name in self.driven}
 
     def _read_relations(self) -> dict[str, Expression]:
         """Read the expressions of all relations."""
-        found = {}
+        expressions = {}
         for path, text in self.study.relations.items():
             if path in self.study.parameters:
                 problem = "has a range in [parameters], too"
                 raise self._fault("relations", path, problem, "leave out one of the two")
             try:
-                found[path] = read_expression(text)
+                expressions[path] = read_expression(text)
             except ExpressionError as error:
                 remedy = 'write "2*q2.origin.x + 0.1"'
                 raise self._fault("relations", path, str(error), remedy) from None
-        return found
+        return expressions
 
     def _ordered(self, relations: dict[str, Expression]) -> dict[str, Expression]:
         """Sort relations so that each follows those that it uses."""
@@ -203,11 +205,11 @@ class Plan:
 
         A name that is no path has the value of a path that a relation sets equal to it.
         """
-        found = dict(self.closer.placer.nominal)
+        values = dict(self.closer.placer.nominal)
         for path, expression in self._relations.items():
-            if expression.text.strip() in self.study.parameters and path in found:
-                found.setdefault(expression.text.strip(), found[path])
-        return found
+            if expression.text.strip() in self.study.parameters and path in values:
+                values.setdefault(expression.text.strip(), values[path])
+        return values
 
     def _check_names(self) -> None:
         """Refuse conditions on parameters that do not vary."""
@@ -230,10 +232,10 @@ class Plan:
                 continue
             values = {k: np.full(2, value) for k, value in middle.items()}
             values[name] = np.array([low, high])
-            found = self._with_relations(values, 2)
-            placed = self.closer.placer.place(2, {path: found[path] for path in places})
+            all_values = self._with_relations(values, 2)
+            placed = self.closer.placer.place(2, {path: all_values[path] for path in places})
             parts = (placed.screws, placed.gaps, *placed.links.values())
-            parts += tuple(found[path] for path in self._heavy if self._uses_masses)
+            parts += tuple(all_values[path] for path in self._heavy if self._uses_masses)
             if all(np.array_equal(part[0], part[-1], equal_nan=True) for part in parts):
                 problem = "moves nothing: no joint, link or loop of the model changes with it"
                 remedy = "leave it out, or use it in a relation"

@@ -99,20 +99,24 @@ def quantity_columns(quantities: Mapping[str, Options], linkage: Linkage) -> tup
         quantities: those of `read_quantities`.
         linkage: the model.
     """
-    found: tuple[Column, ...] = ()
+    columns: tuple[Column, ...] = ()
     for name, options in quantities.items():
-        found += RANK if name == "rank" else QUANTITIES[name].columns(linkage, options)
-    return found
+        columns += RANK if name == "rank" else QUANTITIES[name].columns(linkage, options)
+    return columns
 
 
 def _read_options(name: str, options: object, source: str) -> Options:
     """Check the names of the options of a quantity."""
     if not isinstance(options, Mapping):
         raise _fault(source, name, "is no table of options", f"write [compute.{name}]")
-    known = ("where", *QUANTITIES[name].options) if name in QUANTITIES else ()
+    option_names = ("where", *QUANTITIES[name].options) if name in QUANTITIES else ()
     for key in options:
-        if key not in known:
-            remedy = f"choose from {closest_names(key, known)}" if known else "leave it out"
+        if key not in option_names:
+            remedy = (
+                f"choose from {closest_names(key, option_names)}"
+                if option_names
+                else "leave it out"
+            )
             raise _fault(source, f"{name}.{key}", "no such option", remedy)
     for key, value in options.items():
         if key != "where" and (form := wrong_form(key, value)):

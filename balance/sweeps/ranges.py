@@ -80,8 +80,8 @@ def read_range(value: object) -> Range:
         return _read_grid(value)
     if isinstance(value, Mapping):
         if len(value) != 1 or next(iter(value)) not in SAMPLED:
-            found = ", ".join(map(str, value)) or "nothing"
-            raise RangeError(f"a table has one key of {', '.join(SAMPLED)}, not {found}")
+            keys = ", ".join(map(str, value)) or "nothing"
+            raise RangeError(f"a table has one key of {', '.join(SAMPLED)}, not {keys}")
         ((kind, pair),) = value.items()
         return _read_sample(kind, _numbers(pair))
     numbers = _numbers(value)
@@ -176,11 +176,11 @@ def range_values(
         Values by name (rows,).
     """
     rows = np.arange(start, stop, dtype=np.int64)
-    point, found = rows // samples, {}
+    point, values = rows // samples, {}
     for name, each in reversed(list(ranges.items())):
         if each.kind not in SAMPLED:
             point, index = np.divmod(point, each.count)
-            found[name] = _at_index(each, index)
+            values[name] = _at_index(each, index)
     names = [name for name, each in ranges.items() if each.kind == "sobol"]
     unit = _sobol(len(names), seed, start, stop) if names else np.empty((stop - start, 0))
     for name, each in ranges.items():
@@ -190,8 +190,8 @@ def range_values(
                 if each.kind == "sobol"
                 else _uniform(name, seed, start, stop)
             )
-            found[name] = _scaled(each, u)
-    return {name: found[name] for name in ranges}
+            values[name] = _scaled(each, u)
+    return {name: values[name] for name in ranges}
 
 
 def _at_index(each: Range, index: NDArray[np.int64]) -> Array:

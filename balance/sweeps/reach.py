@@ -112,12 +112,12 @@ class Reach:
             ahead = share[rows] + step[rows]
             line = start[rows] + ahead[:, None] * (goal - start[rows])
             welds[rows, 0, :3, 3] = line - here[rows]
-            found, good = q[rows], np.zeros(rows.size, dtype=np.bool_)
+            solutions, good = q[rows], np.zeros(rows.size, dtype=np.bool_)
             gaps = np.concatenate([given[1][rows], welds[rows]], axis=1)
             close_each(
-                self._topology, (given[0][rows], gaps), limits, found, good, self._workspace
+                self._topology, (given[0][rows], gaps), limits, solutions, good, self._workspace
             )
-            q[rows[good]], share[rows[good]] = found[good], ahead[good]
+            q[rows[good]], share[rows[good]] = solutions[good], ahead[good]
             step[rows] *= np.where(good, 2.0, 0.5)
             rows = rows[(share[rows] < 1.0) & (step[rows] >= SHORTEST)]
         return share == 1.0

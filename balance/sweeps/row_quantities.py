@@ -77,8 +77,10 @@ def certainty(geometry: SweptGeometry, options: Options) -> tuple[str]:
         bodies="all" if bare else "given",
     )  # fmt: skip
     space = geometry.space
-    found = design_space(again, None, space.balance, spatial=again.planar and not space.planar)
-    return (certify(found).level,)
+    exact_space = design_space(
+        again, None, space.balance, spatial=again.planar and not space.planar
+    )
+    return (certify(exact_space).level,)
 
 
 def singular_columns(linkage: Linkage, options: Options) -> tuple[Column, ...]:
@@ -110,9 +112,9 @@ def order_columns(linkage: Linkage, options: Options) -> tuple[Column, ...]:
 def orders(geometry: SweptGeometry, options: Options) -> tuple[int, ...]:
     """Compute the rank up to each order; it stays once it is that of the space."""
     space, count = geometry.space, options.get("count", ORDERS)
-    found = [order.rank for order in space.orders][:count]
-    rest = space.rank if found and found[-1] == space.rank else -1
-    return (*found, *[rest] * (count - len(found)))
+    ranks = [order.rank for order in space.orders][:count]
+    rest = space.rank if ranks and ranks[-1] == space.rank else -1
+    return (*ranks, *[rest] * (count - len(ranks)))
 
 
 def check_orders(linkage: Linkage, options: Options) -> None:
@@ -138,18 +140,18 @@ def inertia(geometry: SweptGeometry, options: Options) -> tuple[float, ...]:
 
 def design_columns(linkage: Linkage, options: Options) -> tuple[Column, ...]:
     """Name verdict, margin and objective of a design."""
-    found = Column("design", "text"), Column("margin", "real")
+    columns = Column("design", "text"), Column("margin", "real")
     if "minimise" not in options:
-        return found
+        return columns
     unit = {"mass": "kg", "change": ""}.get(options["minimise"], "kg m²")
-    return *found, Column(f"least_{options['minimise']}", "real", unit)
+    return *columns, Column(f"least_{options['minimise']}", "real", unit)
 
 
 def best_design(geometry: SweptGeometry, options: Options) -> tuple[Any, ...]:
     """Compute the verdict on designs, the margin, and the objective if there is one."""
-    found = design(geometry.space, **_design_options(options))
-    value = np.nan if found.value is None else found.value
-    return (found.verdict, found.margin, value)[: 3 if "minimise" in options else 2]
+    answer = design(geometry.space, **_design_options(options))
+    value = np.nan if answer.value is None else answer.value
+    return (answer.verdict, answer.margin, value)[: 3 if "minimise" in options else 2]
 
 
 def check_design_options(linkage: Linkage, options: Options) -> None:
@@ -164,32 +166,32 @@ def check_design_options(linkage: Linkage, options: Options) -> None:
 
 def _design_options(options: Options) -> dict[str, Any]:
     """Convert options to arguments of `balance.design`."""
-    found = {name: value for name, value in options.items() if name != "where"}
-    if "bounds" in found:
-        found["bounds"] = {
-            name: (float(low), float(high)) for name, (low, high) in found["bounds"].items()
+    arguments = {name: value for name, value in options.items() if name != "where"}
+    if "bounds" in arguments:
+        arguments["bounds"] = {
+            name: (float(low), float(high)) for name, (low, high) in arguments["bounds"].items()
         }
-    return found | ({"keep": tuple(found["keep"])} if "keep" in found else {})
+    return arguments | ({"keep": tuple(arguments["keep"])} if "keep" in arguments else {})
 
 
 def counterweight_columns(linkage: Linkage, options: Options) -> tuple[Column, ...]:
     """Name verdict, added mass and objective of counterweights."""
-    found = Column("counterweights", "text"), Column("added_mass", "real", "kg")
+    columns = Column("counterweights", "text"), Column("added_mass", "real", "kg")
     if options.get("minimise", "mass") == "mass":
-        return found
-    return *found, Column(f"added_{options['minimise']}", "real", "kg m²")
+        return columns
+    return *columns, Column(f"added_{options['minimise']}", "real", "kg m²")
 
 
 def least_counterweights(geometry: SweptGeometry, options: Options) -> tuple[Any, ...]:
     """Compute the verdict on counterweights, their mass, and the objective if it is another."""
     minimise = options.get("minimise", "mass")
-    found = counterweights(
+    answer = counterweights(
         geometry.space, options["add"], options.get("regions"), minimise, relax=False
     )
-    feasible = found.value is not None
-    mass = found.added_mass if feasible else np.nan
-    value = found.value if feasible else np.nan
-    return (found.verdict, mass, value)[: 2 if minimise == "mass" else 3]
+    feasible = answer.value is not None
+    mass = answer.added_mass if feasible else np.nan
+    value = answer.value if feasible else np.nan
+    return (answer.verdict, mass, value)[: 2 if minimise == "mass" else 3]
 
 
 def check_counterweights(linkage: Linkage, options: Options) -> None:

@@ -43,21 +43,21 @@ def compute_rows(plan: Plan, start: int, stop: int) -> dict[str, Any]:
     values = plan.values(start, stop)
     closed, reasons = _close(plan, values)
     plan.constraints.check(plan.closer, values, closed, reasons)
-    found: dict[str, Any] = {**values, "closed": closed.closed, "reason": reasons}
+    columns: dict[str, Any] = {**values, "closed": closed.closed, "reason": reasons}
     lower = any(options.get("where") == RANK_DROP for options in study.quantities.values())
     if lower or "rank" in study.quantities:
-        found |= _ranks(plan, closed.screws, reasons)
-    below = found["rank"] < _generic_rank(plan) if lower else None
+        columns |= _ranks(plan, closed.screws, reasons)
+    below = columns["rank"] < _generic_rank(plan) if lower else None
     geometries: dict[int, SweptGeometry] = {}
     for name, options in study.quantities.items():
         if name != "rank":
             chosen = reasons == ""
             if options.get("where") == RANK_DROP:
                 chosen &= below
-            found |= _by_row(plan, values, closed, name, chosen, reasons, geometries)
+            columns |= _by_row(plan, values, closed, name, chosen, reasons, geometries)
     return {
         name: column.tolist() if column.dtype == object else column
-        for name, column in found.items()
+        for name, column in columns.items()
     }
 
 
@@ -78,19 +78,21 @@ def _ranks(plan: Plan, screws: Array, reasons: Texts) -> dict[str, Any]:
     )
     integers = {"rank": many.rank, "nullity": many.nullity, "serial": many.serial_nullity,
                 "kmax": many.kmax}  # fmt: skip
-    found: dict[str, Any] = {}
+    columns: dict[str, Any] = {}
     for name, numbers in integers.items():
-        found[name] = np.full(reasons.size, -1, dtype=np.int64)
-        found[name][rows] = numbers
-    found["parallel"] = np.where(found["rank"] >= 0, found["nullity"] - found["serial"], -1)
-    found["kept_pivot"] = np.full(reasons.size, np.nan)
-    found["kept_pivot"][rows] = np.where(many.rank >= 0, many.kept, np.nan)
-    found["unsure"] = np.full(reasons.size, "", dtype=object)
+        columns[name] = np.full(reasons.size, -1, dtype=np.int64)
+        columns[name][rows] = numbers
+    columns["parallel"] = np.where(
+        columns["rank"] >= 0, columns["nullity"] - columns["serial"], -1
+    )
+    columns["kept_pivot"] = np.full(reasons.size, np.nan)
+    columns["kept_pivot"][rows] = np.where(many.rank >= 0, many.kept, np.nan)
+    columns["unsure"] = np.full(reasons.size, "", dtype=object)
     for number, text in many.unsure.items():
-        found["unsure"][rows[number]] = text
+        columns["unsure"][rows[number]] = text
     for number, text in many.refused.items():
         reasons[rows[number]] = _short(text, plan.linkage.source)
-    return found
+    return columns
 
 
 @lru_cache(maxsize=4)
@@ -114,7 +116,7 @@ def _by_row(
     columns = quantity.columns(plan.linkage, options)
     empty = {"integer": -1, "real": np.nan, "text": ""}
     types = {"integer": np.int64, "real": np.float64, "text": np.object_}
-    found: dict[str, Any] = {
+    arrays: dict[str, Any] = {
         column.name: np.full(reasons.size, empty[column.kind], dtype=types[column.kind])
         for column in columns
     }
@@ -130,8 +132,8 @@ def _by_row(
             reasons[row] = f"{name}: {_short(str(error), plan.linkage.source)}"
             continue
         for column, value in zip(columns, values, strict=True):
-            found[column.name][row] = value
-    return found
+            arrays[column.name][row] = value
+    return arrays
 
 
 def _short(text: str, source: str) -> str:

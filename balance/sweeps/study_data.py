@@ -170,8 +170,12 @@ def _stored_model(data: Tables) -> ModelText:
     if wrong or not isinstance(data["source"], str) or not isinstance(data["text"], str):
         raise _no_study("its model has other entries than texts and options")
     options = data["options"]
-    known = set(TABLES["model"]) - {"file", "loops", "fix_base"}
-    if not isinstance(options, dict) or not set(options) <= known or check_options(options):
+    option_names = set(TABLES["model"]) - {"file", "loops", "fix_base"}
+    if (
+        not isinstance(options, dict)
+        or not set(options) <= option_names
+        or check_options(options)
+    ):
         raise _no_study("the options of its model have no meaning")
     return ModelText(data["source"], data["text"], options)
 
@@ -194,10 +198,10 @@ def _table(tables: Tables, name: str, source: str) -> Tables:
     table = tables.get(name, {})
     if not isinstance(table, Mapping):
         raise FileError(source, f"[{name}]", "is no table", f"write [{name}] on a line alone")
-    known = TABLES[name]
-    for key in table if known else ():
-        if key not in known:
-            remedy = f"choose from {closest_names(key, known)}"
+    keys = TABLES[name]
+    for key in table if keys else ():
+        if key not in keys:
+            remedy = f"choose from {closest_names(key, keys)}"
             raise FileError(source, f"[{name}] {clean(key)}", "no such key", remedy)
     return table
 

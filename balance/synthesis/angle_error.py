@@ -83,12 +83,12 @@ def angle_residual(angles: ChainAngles, steps: tuple[Displacement, ...]) -> Arra
     beta = np.cumsum(angles.link_turns, axis=0)
     start = link_turn(angles.opening, angles.inertias)
     J1, J2, _ = angles.inertias
-    found = [
+    residuals = [
         (link_turn(angles.opening + turn - step.turn, angles.inertias) - start - turn)
         * ((J1 + J2) / J2)
         for turn, step in zip(beta, steps, strict=True)
     ]
-    return np.array(found)
+    return np.array(residuals)
 
 
 def angle_error(angles: ChainAngles, steps: tuple[Displacement, ...]) -> Array:
@@ -101,8 +101,8 @@ def angle_error(angles: ChainAngles, steps: tuple[Displacement, ...]) -> Array:
         steps: displacements from the first position.
     """
     beta = np.cumsum(angles.link_turns, axis=0)
-    found = []
+    errors = []
     for turn, step in zip(beta, steps, strict=True):
         end = delta_at_link_turn(angles.opening, turn, angles.inertias)
-        found.append(turn - (end - angles.opening) - step.turn)
-    return np.array(found)
+        errors.append(turn - (end - angles.opening) - step.turn)
+    return np.array(errors)

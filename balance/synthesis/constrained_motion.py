@@ -106,24 +106,24 @@ def list_defects(pantograph: BalancedPantograph) -> tuple[Defect, ...]:
     Args:
         pantograph: the pantograph.
     """
-    found = []
+    defects = []
     deltas, turns = pantograph.deltas, pantograph.chain.link_turns
     if (flat := _first_flat(deltas)) is not None:
         at = math.degrees(flat - deltas[0])
-        found.append(
+        defects.append(
             Defect("branch", f"the parallelogram is flat {number_text(at, '+.1f')}° of δ on")
         )
         if len({math.sin(each) > 0.0 for each in deltas}) > 1:
-            found.append(
+            defects.append(
                 Defect("circuit", "the elbow is on the other side at another position")
             )
     steps = np.diff(turns)
     if steps.size > 1 and not (np.all(steps > 0.0) or np.all(steps < 0.0)):
-        found.append(Defect("order", "position 2 is not between positions 1 and 3"))
+        defects.append(Defect("order", "position 2 is not between positions 1 and 3"))
     inertias = pantograph.inertias
     if inertias.coupling and link_reverses(min(deltas), max(deltas), inertias).any():
-        found.append(Defect("reversal", "the first link reverses, where J2 + C cos δ = 0"))
-    return tuple(found)
+        defects.append(Defect("reversal", "the first link reverses, where J2 + C cos δ = 0"))
+    return tuple(defects)
 
 
 def _first_flat(deltas: tuple[float, ...]) -> float | None:

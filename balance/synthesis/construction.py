@@ -53,17 +53,17 @@ def construct_chain(chain: RRChain, chosen: str) -> Construction:
     step = displacements(chain.positions[:2])[0]
     if chosen == "fixed":
         return _from_fixed(chain)
-    one = chain.moving
-    other = step.move(one)
+    start = chain.moving
+    end = step.move(start)
     beta = math.remainder(chain.link_turns[1], 2.0 * math.pi)
-    chord = (other - one) / abs(other - one)
-    bisector = ("bisector of W1 W2", 0.5 * (one + other), 1j * chord)
-    ray = ("L1", one, chord * cmath.exp(1j * (0.5 * math.pi - 0.5 * beta)))
+    chord = (end - start) / abs(end - start)
+    bisector = ("bisector of W1 W2", 0.5 * (start + end), 1j * chord)
+    ray = ("L1", start, chord * cmath.exp(1j * (0.5 * math.pi - 0.5 * beta)))
     centre = _meet(bisector, ray)
     return Construction(
-        {**_tool_points(chain), "W1": one, "W2": other, "G": centre},
+        {**_tool_points(chain), "W1": start, "W2": end, "G": centre},
         (bisector, ray),
-        (("path of W", centre, abs(one - centre)),),
+        (("path of W", centre, abs(start - centre)),),
         (
             "choose W1 and carry it with the tool to W2",
             "draw the perpendicular bisector of W1 and W2",
@@ -116,11 +116,11 @@ def _from_fixed(chain: RRChain) -> Construction:
 def _tool_points(chain: RRChain) -> dict[str, complex]:
     """Two points of the tool, D and Q, at both positions."""
     size = max(chain.length, abs(chain.reach))
-    found = {}
+    points = {}
     for k, position in enumerate(chain.positions[:2], 1):
-        found[f"D{k}"] = position.point
-        found[f"Q{k}"] = position.point + 0.3 * size * cmath.exp(1j * position.angle)
-    return found
+        points[f"D{k}"] = position.point
+        points[f"Q{k}"] = position.point + 0.3 * size * cmath.exp(1j * position.angle)
+    return points
 
 
 def _unit(z: complex) -> complex:
@@ -134,9 +134,11 @@ def _unit(z: complex) -> complex:
     return z / abs(z)
 
 
-def _meet(one: tuple[str, complex, complex], other: tuple[str, complex, complex]) -> complex:
+def _meet(
+    first_line: tuple[str, complex, complex], second_line: tuple[str, complex, complex]
+) -> complex:
     """Intersect two lines."""
-    (first, a, u), (second, b, v) = one, other
+    (first, a, u), (second, b, v) = first_line, second_line
     area = (u.conjugate() * v).imag
     if not area:
         raise SynthesisError(f"lines {first} and {second} are parallel", "give other positions")

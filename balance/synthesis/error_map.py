@@ -101,10 +101,10 @@ def offsets_without_error(
     """
 
     def angles(tau: Array) -> Array:
-        found = chain_angles(
+        chain = chain_angles(
             positions[0], (line.step,), *line.pivots(tau), masses, masses.inertia_1, s2
         )
-        return np.asarray(angle_residual(found, (line.step,))[0])
+        return np.asarray(angle_residual(chain, (line.step,))[0])
 
     tau = np.linspace(low, high, SCAN)
     values = angles(tau)

@@ -21,16 +21,16 @@ COUPLER_MASS = 1.0
 DECIMALS = 15
 
 
-def balanced_four_bar(found: FourBarDesign) -> tuple[bytes | None, Design]:
+def balanced_four_bar(four_bar: FourBarDesign) -> tuple[bytes | None, Design]:
     """Find the least masses that balance a four-bar with a coupler of 1 kg, and its file.
 
     Args:
-        found: the four-bar.
+        four_bar: the four-bar.
 
     Returns:
         The bytes of the file, None if no masses balance it, and the design.
     """
-    linkage = load(Document(found.kind, four_bar_urdf(found)), bodies="all")
+    linkage = load(Document(four_bar.kind, four_bar_urdf(four_bar)), bodies="all")
     # Exact arithmetic would see the rounding of the digits, which no design closes.
     best = design(design_space(linkage), "mass", bounds={"coupler": (COUPLER_MASS, inf)})
     if best.verdict != "feasible":
@@ -39,14 +39,14 @@ def balanced_four_bar(found: FourBarDesign) -> tuple[bytes | None, Design]:
     return replace_inertials(best.space.linkage, elements), best
 
 
-def four_bar_urdf(found: FourBarDesign) -> bytes:
+def four_bar_urdf(four_bar: FourBarDesign) -> bytes:
     """Write a four-bar without masses as a URDF file at the first position.
 
     Args:
-        found: the four-bar.
+        four_bar: the four-bar.
     """
-    at = found.pivots()
-    tool = found.positions[0]
+    at = four_bar.pivots()
+    tool = four_bar.positions[0]
     crank, tip = at["crank_base"], at["crank_tip"]
     yaw = number_words([0.0, 0.0, tool.angle])
     turned = Element("origin", {**_origin(tool.point - tip).attributes, "rpy": yaw})
@@ -63,7 +63,7 @@ def four_bar_urdf(found: FourBarDesign) -> bytes:
             ("0 0 1", ""),
         ),
     ]  # fmt: skip
-    return element_text(make_elements.robot(found.kind, parts)).encode()
+    return element_text(make_elements.robot(four_bar.kind, parts)).encode()
 
 
 def _joint(

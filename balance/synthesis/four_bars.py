@@ -76,11 +76,11 @@ class FourBarDesign:
             index: of the position.
         """
         A, B = place_four_bar(self.kind, self.ratio, self.crank_angles[index])
-        found = {
+        points = {
             "crank_base": 0j, "rocker_base": complex(self.ratio), "crank_tip": complex(A),
             "rocker_tip": complex(B),
         }  # fmt: skip
-        return {name: self.scale * z + self.fixed for name, z in found.items()}
+        return {name: self.scale * z + self.fixed for name, z in points.items()}
 
     def outline(self, index: int) -> tuple[complex, ...]:
         """Compute a line along the links: crank, coupler with the tool, rocker.
@@ -103,8 +103,8 @@ class FourBarDesign:
     @property
     def error(self) -> float:
         """Largest distance of the tool from its positions, metres."""
-        found = self.tool_points(self.crank_angles)
-        return float(np.abs(found - [each.point for each in self.positions]).max())
+        points = self.tool_points(self.crank_angles)
+        return float(np.abs(points - [each.point for each in self.positions]).max())
 
     @property
     def defects(self) -> tuple[Defect, ...]:
@@ -163,14 +163,14 @@ def four_bars_through(
         )
     if len(poles) == 2 and abs(poles[1] - poles[0]) < near:
         raise SynthesisError("both displacements have one pole", "give other positions")
-    found = [
+    designs = [
         _fit(kind, tuple(positions), ratio, angles, steps, poles, fixed, moving)
         for ratio in RATIOS
         for angles in _crank_angles(kind, ratio, steps)
     ]
     size = size_of(positions)
     good = [
-        each for each in found if 0.02 * size < abs(each.scale) and each.spread < 50.0 * size
+        each for each in designs if 0.02 * size < abs(each.scale) and each.spread < 50.0 * size
     ]
     ranks = rank_least_first([each.spread for each in good])
     return tuple(sorted((good[k] for k in ranks), key=lambda each: len(each.defects)))
@@ -208,9 +208,9 @@ def _angles_after(
     kind: str, ratio: float, angles: Array, firsts: NDArray[np.int64], turn: float
 ) -> list[list[float]]:
     """Find the angles of the crank after a turn of the coupler, for each first angle."""
-    own = _coupler_angles(kind, ratio, angles)
-    left = own - own[firsts, None] - math.remainder(turn, 2.0 * math.pi)
-    row, at = np.nonzero(left[:, :-1] * left[:, 1:] < 0.0)
+    coupler_angles = _coupler_angles(kind, ratio, angles)
+    gaps = coupler_angles - coupler_angles[firsts, None] - math.remainder(turn, 2.0 * math.pi)
+    row, at = np.nonzero(gaps[:, :-1] * gaps[:, 1:] < 0.0)
     A, B = place_four_bar(kind, ratio, angles[firsts])
     goal = ((B - A) * cmath.exp(1j * turn))[row]
     step = angles[1] - angles[0]
@@ -230,15 +230,17 @@ def _fit(
 ) -> FourBarDesign:  # fmt: skip
     """Place a four-bar so that the poles of its coupler are those of the positions."""
     A = [complex(place_four_bar(kind, ratio, angle)[0]) for angle in angles]
-    own = [
+    unit_poles = [
         (after - step.rotation * A[0]) / (1.0 - step.rotation)
         for after, step in zip(A[1:], steps, strict=True)
     ]
-    if len(own) == 2:
-        scale = (poles[1] - poles[0]) / (own[1] - own[0])
+    if len(unit_poles) == 2:
+        scale = (poles[1] - poles[0]) / (unit_poles[1] - unit_poles[0])
     elif fixed is not None:
-        scale = (poles[0] - fixed) / own[0]
+        scale = (poles[0] - fixed) / unit_poles[0]
     else:
         assert moving is not None
-        scale = (poles[0] - moving) / (own[0] - A[0])
-    return FourBarDesign(kind, positions, ratio, angles, scale, poles[0] - scale * own[0])
+        scale = (poles[0] - moving) / (unit_poles[0] - A[0])
+    return FourBarDesign(
+        kind, positions, ratio, angles, scale, poles[0] - scale * unit_poles[0]
+    )

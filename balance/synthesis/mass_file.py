@@ -36,28 +36,28 @@ def read_masses(path: str | PathLike[str]) -> PantographMasses:
     try:
         with open(path, "rb") as file:
             data = file.read(LARGEST + 1)
-        found = json.loads(data[:LARGEST].decode("utf-8"))
+        entries = json.loads(data[:LARGEST].decode("utf-8"))
     except OSError as error:
         raise FileError(name, "", f"cannot be read ({error.strerror})", "give a file") from None
     except (ValueError, RecursionError):
         raise FileError(name, "", "is no JSON", "write one object of numbers") from None
-    if not isinstance(found, dict):
+    if not isinstance(entries, dict):
         raise FileError(name, "", "is no object", "write one object of numbers")
-    known = [field.name for field in fields(PantographMasses)]
-    for key, value in found.items():
+    field_names = [field.name for field in fields(PantographMasses)]
+    for key, value in entries.items():
         if key in FOLLOWS:
             raise FileError(name, key, "follows from the balance of forces", "leave it out")
-        if key not in known:
-            near = closest_names(key, known)
+        if key not in field_names:
+            near = closest_names(key, field_names)
             raise FileError(name, clean(key), "is no mass or length", f"the names are {near}")
         number = isinstance(value, int | float) and not isinstance(value, bool)
         number = number and abs(value) <= sys.float_info.max
         if not (number or (value is None and key in OPTIONAL)):
             raise FileError(name, key, "is no number", "give a number in SI units")
-    missing = [key for key in known if key not in found and key not in OPTIONAL]
+    missing = [key for key in field_names if key not in entries and key not in OPTIONAL]
     if missing:
         raise FileError(name, "", f"lacks {', '.join(missing)}", "give all masses and lengths")
-    numbers = {key: float(value) for key, value in found.items() if value is not None}
+    numbers = {key: float(value) for key, value in entries.items() if value is not None}
     masses = PantographMasses(**{**OPTIONAL, **numbers})  # type: ignore[arg-type]
     masses.check()
     return masses

@@ -66,7 +66,7 @@ class SynthesizedMechanism:
 
     def __repr__(self) -> str:
         """Two lines: the mechanism, and what the core says."""
-        words = "; ".join(one.words for one in self.defects) or "no defects"
+        words = "; ".join(defect.words for defect in self.defects) or "no defects"
         state = "confirmed" if self.confirmation.confirmed else self.confirmation.reason
         return repr_lines(f"SynthesizedMechanism: {self.kind}, {words}", state)
 
@@ -78,7 +78,7 @@ class SynthesizedMechanism:
             "link_turns": list(self.link_turns),
             "tool_turns": list(self.tool_turns),
             "position_error": self.position_error,
-            "defects": [one._asdict() for one in self.defects],
+            "defects": [defect._asdict() for defect in self.defects],
             "relation": self.relation,
             "confirmation": self.confirmation._asdict(),
             "numbers": self.numbers,
@@ -121,9 +121,12 @@ class Synthesis:
     @property
     def verdict(self) -> str:
         """``"feasible"`` if a mechanism is confirmed and has no defects."""
-        if any(one.good for one in self.mechanisms):
+        if any(mechanism.good for mechanism in self.mechanisms):
             return "feasible"
-        unsure = any(not (one.defects or one.confirmation.confirmed) for one in self.mechanisms)
+        unsure = any(
+            not (mechanism.defects or mechanism.confirmation.confirmed)
+            for mechanism in self.mechanisms
+        )
         return "undecided" if unsure else "infeasible"
 
     @property
@@ -132,25 +135,28 @@ class Synthesis:
         if not self.mechanisms:
             return "infeasible: no such mechanism passes through the positions"
         first = self.mechanisms[0]
-        found = {
+        sentences = {
             "feasible": f"{count_noun(self.count, 'mechanism')} through the positions",
             "undecided": f"not confirmed: {first.confirmation.reason}",
-            "infeasible": "; ".join(one.words for one in first.defects),
+            "infeasible": "; ".join(defect.words for defect in first.defects),
         }
-        return f"{self.verdict}: {found[self.verdict]}"
+        return f"{self.verdict}: {sentences[self.verdict]}"
 
     def __repr__(self) -> str:
         """Up to five lines: the positions and the best mechanisms."""
         return repr_lines(
             f"Synthesis of a {self.kind} through {len(self.positions)} positions",
             f"  {self.words}",
-            *(f"  {one.kind} on {_point(z)}" for one in self.mechanisms[:3]
-              for z in list(one.pivots.values())[:1]),
+            *(f"  {mechanism.kind} on {_point(z)}" for mechanism in self.mechanisms[:3]
+              for z in list(mechanism.pivots.values())[:1]),
         )  # fmt: skip
 
     def _repr_html_(self) -> str:
         """Table of the same facts, for notebooks."""
-        rows = ((one.kind, repr(one).partition("\n")[2]) for one in self.mechanisms)
+        rows = (
+            (mechanism.kind, repr(mechanism).partition("\n")[2])
+            for mechanism in self.mechanisms
+        )
         return html_facts(f"Synthesis: {self.words}", *rows)
 
     def to_dict(self) -> dict[str, object]:
@@ -165,7 +171,7 @@ class Synthesis:
             "words": self.words,
             "remarks": list(self.remarks),
             "count": self.count,
-            "mechanisms": [one.to_dict() for one in self.mechanisms],
+            "mechanisms": [mechanism.to_dict() for mechanism in self.mechanisms],
             "contour": _contour(self.map),
         }
 
@@ -175,17 +181,17 @@ def _point(z: complex) -> str:
     return f"({number_text(z.real)}, {number_text(z.imag)}) m"
 
 
-def _contour(found: AngleErrorMap | CrossingMap | None) -> list[dict[str, float]]:
+def _contour(pivot_map: AngleErrorMap | CrossingMap | None) -> list[dict[str, float]]:
     """List the designs on the zero contour of a map over a pivot line."""
-    if not isinstance(found, AngleErrorMap):
+    if not isinstance(pivot_map, AngleErrorMap):
         return []
-    points = found.contour.points
-    fixed, moving = found.line.pivots(points[:, 0])
+    points = pivot_map.contour.points
+    fixed, moving = pivot_map.line.pivots(points[:, 0])
     return [
         {"offset": tau, "inertia_ratio": ratio, "fixed_x": G.real, "fixed_y": G.imag,
          "moving_x": W.real, "moving_y": W.imag, "error": error}
         for (tau, ratio), G, W, error in zip(
             points.tolist(), fixed.tolist(), moving.tolist(),
-            found.contour.residuals.tolist(), strict=True,
+            pivot_map.contour.residuals.tolist(), strict=True,
         )
     ]  # fmt: skip

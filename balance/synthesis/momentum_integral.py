@@ -107,12 +107,12 @@ def link_reverses(
     low, high = np.minimum(start, end), np.maximum(start, end)
     with np.errstate(divide="ignore", invalid="ignore"):
         pole = np.arccos(-J2 / C)
-    found = np.zeros(np.broadcast(low, pole).shape, dtype=np.bool_)
+    reverses = np.zeros(np.broadcast(low, pole).shape, dtype=np.bool_)
     for angle in (pole, -pole):
         # The first such value from ``low`` upwards.
         above = angle + TURN * np.ceil((low - angle) / TURN)
-        found |= above <= high
-    return found
+        reverses |= above <= high
+    return reverses
 
 
 def _way(

@@ -56,8 +56,8 @@ def through_three_positions(
     Returns:
         The pantographs, and the map with which they were found.
     """
-    found = crossing_map(positions, masses, window, progress=progress)
-    return _pantographs(positions, found.fixed, found.moving, masses), found
+    crossings = crossing_map(positions, masses, window, progress=progress)
+    return _pantographs(positions, crossings.fixed, crossings.moving, masses), crossings
 
 
 def _pantographs(
@@ -67,9 +67,9 @@ def _pantographs(
     steps, G, W = displacements(positions), np.asarray(fixed), np.asarray(moving)
     angles = chain_angles(positions[0], steps, G, W, masses)
     turns = np.cumsum(angles.link_turns, axis=0)
-    found = []
+    pantographs = []
     for k in range(len(G)):
         beta = (0.0, *turns[:, k].tolist())
         chain = RRChain(tuple(positions), complex(G[k]), complex(W[k]), beta)
-        found.append(BalancedPantograph(chain, masses))
-    return tuple(found)
+        pantographs.append(BalancedPantograph(chain, masses))
+    return tuple(pantographs)

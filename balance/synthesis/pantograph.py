@@ -171,9 +171,9 @@ def reduced_inertias(
     s5 = np.asarray(s5)
     s2 = second_centre(m, s5) if s2 is None else np.asarray(s2)
     s1 = first_centre(m, l1)
-    own = m.inertia_1 if inertia_1 is None else np.asarray(inertia_1)
+    inertia = m.inertia_1 if inertia_1 is None else np.asarray(inertia_1)
     first = (
-        own + m.m1 * s1**2 + (m.m2 + m.m5) * l1**2 + m.m3 * (l1 - m.s3) ** 2
+        inertia + m.m1 * s1**2 + (m.m2 + m.m5) * l1**2 + m.m3 * (l1 - m.s3) ** 2
         + (m.m4 + m.m6) * m.l3**2
     )  # fmt: skip
     second = (
@@ -235,8 +235,8 @@ def match_ratio(
             f"k = {ratio:g} turns both links the same way, and no masses balance that",
             "give a negative ratio",
         )
-    found = reduced_inertias(masses, l1, s5)
-    J1, J2 = float(found.first), float(found.second)
+    inertias = reduced_inertias(masses, l1, s5)
+    J1, J2 = float(inertias.first), float(inertias.second)
     if J2 > -ratio * J1:
         return replace(masses, inertia_1=masses.inertia_1 + J2 / -ratio - J1)
     return replace(masses, inertia_2=masses.inertia_2 - ratio * J1 - J2)

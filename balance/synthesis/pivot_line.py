@@ -92,13 +92,13 @@ def moving_pivot_line(positions: Sequence[Position], fixed: complex) -> PivotLin
 
 
 def _bisector(
-    one: complex, other: complex, chosen: complex, free: str, step: Displacement, size: float
+    start: complex, end: complex, chosen: complex, free: str, step: Displacement, size: float
 ) -> PivotLine:
     """Build the line between two points."""
-    chord = other - one
+    chord = end - start
     if abs(chord) < SYNTHESIS_SINGULAR * size:
         raise SynthesisError(
             "the chosen pivot is the pole of the displacement, where it stays",
             "choose a pivot away from the pole",
         )
-    return PivotLine(0.5 * (one + other), 1j * chord / abs(chord), chosen, free, step)
+    return PivotLine(0.5 * (start + end), 1j * chord / abs(chord), chosen, free, step)

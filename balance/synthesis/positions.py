@@ -68,8 +68,8 @@ class Displacement(NamedTuple):
     @property
     def pole(self) -> complex | None:
         """The point that stays, ``t / (1 - e^(iφ))``; None for a translation."""
-        left = 1.0 - self.rotation
-        return None if abs(left) < SYNTHESIS_SINGULAR else self.shift / left
+        divisor = 1.0 - self.rotation
+        return None if abs(divisor) < SYNTHESIS_SINGULAR else self.shift / divisor
 
     def move(self, point: complex) -> complex:
         """Move a point of the tool from the first position to the other."""
@@ -89,22 +89,22 @@ def check_positions(positions: Iterable[Sequence[float]]) -> tuple[Position, ...
         UsageError: there are not two or three, or a number is not finite or too large.
         SynthesisError: two of them coincide.
     """
-    found = tuple(Position(*map(float, each)) for each in positions)
-    if len(found) not in COUNTS:
-        raise UsageError(f"{len(found)} positions: give two or three")
-    for k, each in enumerate(found, 1):
+    poses = tuple(Position(*map(float, each)) for each in positions)
+    if len(poses) not in COUNTS:
+        raise UsageError(f"{len(poses)} positions: give two or three")
+    for k, each in enumerate(poses, 1):
         if not all(abs(value) <= FARTHEST for value in each):
             raise UsageError(f"position {k} is not of finite numbers up to {FARTHEST:g}")
-    size = size_of(found)
-    for k, one in enumerate(found):
-        for j, other in enumerate(found[:k]):
-            apart = abs(one.point - other.point) > SYNTHESIS_SINGULAR * size
-            turned = abs(cmath.exp(1j * (one.angle - other.angle)) - 1.0) > SYNTHESIS_SINGULAR
+    size = size_of(poses)
+    for k, pose in enumerate(poses):
+        for j, other in enumerate(poses[:k]):
+            apart = abs(pose.point - other.point) > SYNTHESIS_SINGULAR * size
+            turned = abs(cmath.exp(1j * (pose.angle - other.angle)) - 1.0) > SYNTHESIS_SINGULAR
             if not (apart or turned):
                 raise SynthesisError(
                     f"positions {j + 1} and {k + 1} coincide", "give positions that differ"
                 )
-    return found
+    return poses
 
 
 def displacements(positions: Sequence[Position]) -> tuple[Displacement, ...]:
@@ -116,12 +116,12 @@ def displacements(positions: Sequence[Position]) -> tuple[Displacement, ...]:
         positions: of the tool.
     """
     first, *others = positions
-    found = []
+    steps = []
     for each in others:
         turn = each.angle - first.angle
         shift = each.point - cmath.exp(1j * turn) * first.point
-        found.append(Displacement(turn, shift))
-    return tuple(found)
+        steps.append(Displacement(turn, shift))
+    return tuple(steps)
 
 
 def size_of(positions: Sequence[Position]) -> float:

@@ -95,8 +95,8 @@ class RRChain:
     @property
     def error(self) -> float:
         """Largest distance of the tool from its positions, metres."""
-        found = self.tool_points(self.link_turns, self.tool_turns)
-        return float(np.abs(found - [each.point for each in self.positions]).max())
+        points = self.tool_points(self.link_turns, self.tool_turns)
+        return float(np.abs(points - [each.point for each in self.positions]).max())
 
 
 def check_ratio(ratio: float) -> float:
@@ -134,16 +134,16 @@ def chain_from_fixed_pivot(positions: Positions, ratio: float, fixed: complex) -
         SynthesisError: no chain with such a pivot passes through the positions.
         UsageError: the ratio or a position is none.
     """
-    found, (step,), beta = _prepare(positions, ratio, 2)
-    own = cmath.exp(1j * beta[1])
-    left = own - step.rotation
-    if abs(left) < SYNTHESIS_SINGULAR:
+    poses, (step,), beta = _prepare(positions, ratio, 2)
+    rotation = cmath.exp(1j * beta[1])
+    divisor = rotation - step.rotation
+    if abs(divisor) < SYNTHESIS_SINGULAR:
         raise SynthesisError(
             f"with k = {ratio:g} the tool does not turn against the first link",
             "give another ratio",
         )
-    moving = (step.shift - (1.0 - own) * fixed) / left
-    return _checked(RRChain(found, fixed, moving, beta))
+    moving = (step.shift - (1.0 - rotation) * fixed) / divisor
+    return _checked(RRChain(poses, fixed, moving, beta))
 
 
 def chain_from_moving_pivot(positions: Positions, ratio: float, moving: complex) -> RRChain:
@@ -163,14 +163,14 @@ def chain_from_moving_pivot(positions: Positions, ratio: float, moving: complex)
         SynthesisError: no chain with such a pivot passes through the positions.
         UsageError: the ratio or a position is none.
     """
-    found, (step,), beta = _prepare(positions, ratio, 2)
-    own = cmath.exp(1j * beta[1])
-    if abs(1.0 - own) < SYNTHESIS_SINGULAR:
+    poses, (step,), beta = _prepare(positions, ratio, 2)
+    rotation = cmath.exp(1j * beta[1])
+    if abs(1.0 - rotation) < SYNTHESIS_SINGULAR:
         raise SynthesisError(
             f"with k = {ratio:g} the first link makes whole turns only", "give another ratio"
         )
-    fixed = (step.shift - (own - step.rotation) * moving) / (1.0 - own)
-    return _checked(RRChain(found, fixed, moving, beta))
+    fixed = (step.shift - (rotation - step.rotation) * moving) / (1.0 - rotation)
+    return _checked(RRChain(poses, fixed, moving, beta))
 
 
 def chain_from_three_positions(positions: Positions, ratio: float) -> RRChain:
@@ -187,10 +187,10 @@ def chain_from_three_positions(positions: Positions, ratio: float) -> RRChain:
         SynthesisError: no chain passes through the positions.
         UsageError: the ratio or a position is none.
     """
-    found, steps, beta = _prepare(positions, ratio, 3)
-    own = np.exp(1j * np.array(beta[1:]))
+    poses, steps, beta = _prepare(positions, ratio, 3)
+    rotations = np.exp(1j * np.array(beta[1:]))
     tool = np.array([step.rotation for step in steps])
-    matrix = np.column_stack([1.0 - own, own - tool])
+    matrix = np.column_stack([1.0 - rotations, rotations - tool])
     sizes = np.linalg.svd(matrix, compute_uv=False)
     if sizes[-1] < SYNTHESIS_SINGULAR:
         raise SynthesisError(
@@ -198,7 +198,7 @@ def chain_from_three_positions(positions: Positions, ratio: float) -> RRChain:
             "give another ratio, or two positions",
         )
     fixed, moving = np.linalg.solve(matrix, [step.shift for step in steps])
-    return _checked(RRChain(found, complex(fixed), complex(moving), beta))
+    return _checked(RRChain(poses, complex(fixed), complex(moving), beta))
 
 
 def _prepare(
@@ -206,10 +206,10 @@ def _prepare(
 ) -> tuple[tuple[Position, ...], tuple[Displacement, ...], tuple[float, ...]]:
     """Check what is given; return positions, displacements and turns of the first link."""
     check_ratio(ratio)
-    found = check_positions(positions)
-    if len(found) != count:
-        raise UsageError(f"{len(found)} positions: give {count}")
-    steps = displacements(found)
+    poses = check_positions(positions)
+    if len(poses) != count:
+        raise UsageError(f"{len(poses)} positions: give {count}")
+    steps = displacements(poses)
     for k, step in enumerate(steps, 2):
         if step.turn == 0.0:
             raise SynthesisError(
@@ -217,7 +217,7 @@ def _prepare(
                 "constant ratio",
                 "give positions that differ in angle, or the nonlinear case",
             )
-    return found, steps, (0.0, *(ratio * step.turn for step in steps))
+    return poses, steps, (0.0, *(ratio * step.turn for step in steps))
 
 
 def _checked(chain: RRChain) -> RRChain:

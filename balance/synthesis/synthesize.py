@@ -152,18 +152,18 @@ def synthesize(
     Example:
         >>> import balance
         >>> places = [(0.3, 0.1, 0.2), (0.1, 0.4, -0.7)]
-        >>> found = balance.synthesize(places, -0.5, moving=0.2 - 0.1j)
-        >>> found.verdict
+        >>> synthesis = balance.synthesize(places, -0.5, moving=0.2 - 0.1j)
+        >>> synthesis.verdict
         'feasible'
     """
     if kind not in KINDS:
         raise UsageError(f"no kind '{kind}': choose from {', '.join(KINDS)}")
     if (nonlinear or kind == "four-bar") and ratio is not None:
         raise UsageError("a ratio is for the linear case of a pantograph")
-    found = check_positions(positions)
+    poses = check_positions(positions)
     linear = kind == "pantograph" and not nonlinear
     request = SynthesisRequest(
-        found, kind, check_ratio(RATIO if ratio is None else ratio) if linear else None, fixed,
+        poses, kind, check_ratio(RATIO if ratio is None else ratio) if linear else None, fixed,
         moving, masses, None if window is None else tuple(map(float, window)), progress,
     )  # fmt: skip
     request.check()
@@ -197,12 +197,12 @@ def _changes(request: SynthesisRequest, pantograph: BalancedPantograph) -> tuple
     """Describe what the linear case changed of given masses."""
     if request.masses is None:
         return ("masses in proportion to the chain: links of 1 kg, a payload of 0.1 kg",)
-    given, own = asdict(request.masses), asdict(pantograph.masses)
+    given, masses = asdict(request.masses), asdict(pantograph.masses)
     return tuple(
         f"{name} changed from {number_text(given[name], '.6g')} to "
-        f"{number_text(own[name], '.6g')}, so that C = 0, k = -J2/J1"
-        for name in own
-        if own[name] != given[name]
+        f"{number_text(masses[name], '.6g')}, so that C = 0, k = -J2/J1"
+        for name in masses
+        if masses[name] != given[name]
     )
 
 
@@ -221,16 +221,16 @@ def _nonlinear(request: SynthesisRequest) -> Synthesis:
         return _choose(request, designs, crossings, words.format(*window))
     line, (low, high) = _line(request, size)
     designs = through_two_positions(request.positions, line, masses, low, high)
-    own = masses.inertia_1 / masses.inertia_2 if masses.inertia_2 else 0.0
-    found = angle_error_map(
+    ratio = masses.inertia_1 / masses.inertia_2 if masses.inertia_2 else 0.0
+    error_map = angle_error_map(
         request.positions, line, masses, np.linspace(low, high, GRID),
-        np.linspace(0.0, HIGHEST * own or 1.0, GRID), progress=request.progress,
+        np.linspace(0.0, HIGHEST * ratio or 1.0, GRID), progress=request.progress,
     )  # fmt: skip
     words = (
         f"{line.free} pivots up to {number_text(max(-low, high))} m from the chord "
         "were searched"
     )
-    return _choose(request, designs, found, words)
+    return _choose(request, designs, error_map, words)
 
 
 def _line(request: SynthesisRequest, size: float) -> tuple[PivotLine, tuple[float, float]]:
@@ -247,18 +247,23 @@ def _line(request: SynthesisRequest, size: float) -> tuple[PivotLine, tuple[floa
 
 
 def _choose(
-    request: SynthesisRequest, designs: Sequence[BalancedPantograph], found: object, words: str
+    request: SynthesisRequest,
+    designs: Sequence[BalancedPantograph],
+    pivot_map: object,
+    words: str,
 ) -> Synthesis:
     """Confirm the best designs: without defects, and with short first links."""
-    ranks = rank_least_first([one.chain.length for one in designs])
-    ranked = sorted((designs[k] for k in ranks), key=lambda one: len(list_defects(one)))
-    mechanisms = tuple(_pantograph(one, None) for one in ranked[:MOST])
+    ranks = rank_least_first([pantograph.chain.length for pantograph in designs])
+    ranked = sorted(
+        (designs[k] for k in ranks), key=lambda pantograph: len(list_defects(pantograph))
+    )
+    mechanisms = tuple(_pantograph(pantograph, None) for pantograph in ranked[:MOST])
     remarks = [words]
     if request.masses is None:
         remarks.append("masses in proportion to the positions: links of 1 kg, 1 kg at m6")
     return Synthesis(
         request.positions, request.kind, None, mechanisms, len(designs), tuple(remarks),
-        map=found,  # type: ignore[arg-type]
+        map=pivot_map,  # type: ignore[arg-type]
     )  # fmt: skip
 
 
@@ -305,31 +310,31 @@ def _four_bars(request: SynthesisRequest) -> Synthesis:
             request.positions, kind, fixed=request.fixed, moving=request.moving
         )
         count += len(designs)
-        for one in designs[:TRIES]:
-            mechanism = _four_bar(one)
+        for four_bar in designs[:TRIES]:
+            mechanism = _four_bar(four_bar)
             if mechanism is not None:
                 mechanisms.append(mechanism)
                 break
         if request.progress is not None:
             request.progress(done, len(FOUR_BARS))
-    ranked = sorted(mechanisms, key=lambda one: (not one.good, len(one.defects)))
+    ranked = sorted(mechanisms, key=lambda four_bar: (not four_bar.good, len(four_bar.defects)))
     return Synthesis(request.positions, request.kind, None, tuple(ranked), count)
 
 
-def _four_bar(found: FourBarDesign) -> SynthesizedMechanism | None:
+def _four_bar(four_bar: FourBarDesign) -> SynthesizedMechanism | None:
     """Write and confirm a four-bar; None if the core finds no masses."""
-    urdf, best = balanced_four_bar(found)
+    urdf, best = balanced_four_bar(four_bar)
     if urdf is None:
         return None
-    alpha = found.crank_angles
+    alpha = four_bar.crank_angles
     turns = np.linspace(min(alpha), max(alpha), 200)
     numbers = {f"{body.name}_mass": float(body.mass) for body in best.bodies}
-    numbers |= {"crank": abs(found.scale), "base": abs(found.scale) * found.ratio}
-    first = found.positions[0].angle
+    numbers |= {"crank": abs(four_bar.scale), "base": abs(four_bar.scale) * four_bar.ratio}
+    first = four_bar.positions[0].angle
     return SynthesizedMechanism(
-        found.kind, found.pivots(), tuple(angle - alpha[0] for angle in alpha),
-        tuple(each.angle - first for each in found.positions), found.error,
-        found.tool_points(turns), tuple(map(found.outline, range(len(alpha)))), found.defects,
-        urdf, None, None,
+        four_bar.kind, four_bar.pivots(), tuple(angle - alpha[0] for angle in alpha),
+        tuple(each.angle - first for each in four_bar.positions), four_bar.error,
+        four_bar.tool_points(turns), tuple(map(four_bar.outline, range(len(alpha)))),
+        four_bar.defects, urdf, None, None,
         confirm_relation(urdf, None, certified=False), numbers,
     )  # fmt: skip

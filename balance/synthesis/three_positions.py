@@ -111,11 +111,11 @@ def crossing_map(
         return _residuals(positions[0], steps, masses, W)
 
     size = x[-1] - x[0]
-    found = _newton(residual, _candidates(x, y, residuals), size)
-    inside = (abs(found.real - 0.5 * (x[0] + x[-1])) <= 0.6 * size) & (
-        abs(found.imag - 0.5 * (y[0] + y[-1])) <= 0.6 * (y[-1] - y[0])
+    roots = _newton(residual, _candidates(x, y, residuals), size)
+    inside = (abs(roots.real - 0.5 * (x[0] + x[-1])) <= 0.6 * size) & (
+        abs(roots.imag - 0.5 * (y[0] + y[-1])) <= 0.6 * (y[-1] - y[0])
     )
-    moving = _distinct(found[inside], APART * size)
+    moving = _distinct(roots[inside], APART * size)
     second, third = (
         zero_contour(
             x, y, residuals[k], lambda x, y, k=k: residual(x + 1j * y)[k],  # type: ignore[misc]
@@ -166,8 +166,8 @@ def _newton(function: Callable[[Complex], Array], start: Complex, size: float) -
 
 def _distinct(points: Complex, apart: float) -> Complex:
     """Drop points that are near others."""
-    found: list[complex] = []
+    pivots: list[complex] = []
     for point in points.tolist():
-        if all(abs(point - other) > apart for other in found):
-            found.append(point)
-    return np.array(found, dtype=np.complex128)
+        if all(abs(point - other) > apart for other in pivots):
+            pivots.append(point)
+    return np.array(pivots, dtype=np.complex128)

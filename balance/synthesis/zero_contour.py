@@ -100,10 +100,10 @@ def refine_roots(function: Callable[[Array], Array], count: int) -> Array:
 def _changes(values: Array, axis: int) -> NDArray[np.bool_]:
     """Find the edges of the grid along an axis whose ends differ in sign."""
     n = values.shape[axis]
-    one, other = (np.take(values, range(k, n - 1 + k), axis) for k in (0, 1))
+    start, end = (np.take(values, range(k, n - 1 + k), axis) for k in (0, 1))
     with np.errstate(invalid="ignore"):
-        found: NDArray[np.bool_] = np.isfinite(one * other) & ((one < 0.0) != (other < 0.0))
-    return found
+        edges: NDArray[np.bool_] = np.isfinite(start * end) & ((start < 0.0) != (end < 0.0))
+    return edges
 
 
 def _segments(
@@ -119,8 +119,8 @@ def _segments(
     middle = sum(corners).ravel()[four]  # type: ignore[union-attr]
     # A saddle: the sign in its middle says which corners are cut off.
     joined = (middle < 0.0) == (corners[0].ravel()[four] < 0.0)
-    own = sides[four]
-    for one, other in (((0, 1), (2, 3)), ((3, 0), (1, 2))):
-        mask = joined if one == (0, 1) else ~joined
-        pairs += [own[mask][:, one], own[mask][:, other]]
+    saddles = sides[four]
+    for first, second in (((0, 1), (2, 3)), ((3, 0), (1, 2))):
+        mask = joined if first == (0, 1) else ~joined
+        pairs += [saddles[mask][:, first], saddles[mask][:, second]]
     return np.concatenate(pairs)

@@ -60,21 +60,21 @@ class Curves(NamedTuple):
     target: float | None = None
 
 
-def error_curves(found: Predictions) -> list[Curves]:
+def error_curves(predictions: Predictions) -> list[Curves]:
     """Compute the errors along the line or path of the predictions.
 
     Without poses, compute them along each coordinate.
     """
-    motion = found.motion
-    if found.line and found.poses[0].distance > 0.0:
-        pose = found.poses[0]
+    motion = predictions.motion
+    if predictions.line and predictions.poses[0].distance > 0.0:
+        pose = predictions.poses[0]
         far = max(1.1 * pose.distance, _line_length(motion))
         direction = pose.y / motion.scales / pose.distance
         return [
             _line_curves(motion, "straight to the target", direction, (far,), pose.distance)
         ]
-    if found.poses and not found.line:
-        return [_path_curves(found)]
+    if predictions.poses and not predictions.line:
+        return [_path_curves(predictions)]
     far = _line_length(motion)
     directions = np.eye(motion.scales.size)[:MAX_LINES]
     return [
@@ -139,10 +139,10 @@ def _closed_poses_along(
     return np.array(s), np.array(q)
 
 
-def _path_curves(found: Predictions) -> Curves:
+def _path_curves(predictions: Predictions) -> Curves:
     """Compute errors at the rows of a path; rows without a closed pose are gaps."""
-    motion = found.motion
-    poses = found.poses[:: -(-len(found.poses) // MAX_ROWS)]
+    motion = predictions.motion
+    poses = predictions.poses[:: -(-len(predictions.poses) // MAX_ROWS)]
     points = np.array([pose.y for pose in poses])
     steps = np.linalg.norm(np.diff(points, axis=0) / motion.scales, axis=1)
     x = np.concatenate([[0.0], np.cumsum(steps)])
@@ -169,10 +169,10 @@ def _errors(motion: TaylorMotion, points: Array, q: Array) -> Array:
 
     Sums that overflow have no finite error.
     """
-    degree, sums, found = motion.exponents.sum(axis=1), np.zeros_like(q), []
+    degree, sums, errors = motion.exponents.sum(axis=1), np.zeros_like(q), []
     with np.errstate(over="ignore", invalid="ignore"):
         terms = monomial_powers(motion.exponents, points)
         for k in range(1, motion.order + 1):
             sums = sums + terms[:, degree == k] @ motion.coefficients[degree == k]
-            found.append(offset_of(motion, sums, q))
-    return np.array(found)
+            errors.append(offset_of(motion, sums, q))
+    return np.array(errors)

@@ -122,8 +122,8 @@ def offset_of(motion: TaylorMotion, q: Array, other: Array) -> Array:
         The largest difference (...), radians and characteristic lengths.
     """
     apart = (q - other)[..., motion.chain.joints] / motion.chain.units
-    found: Array = np.abs(apart).max(axis=-1, initial=0.0)
-    return found
+    offset: Array = np.abs(apart).max(axis=-1, initial=0.0)
+    return offset
 
 
 def input_values(

@@ -53,32 +53,33 @@ class Transfer(NamedTuple):
 
 
 def by_joint(
-    linkage: Linkage, chain: Chain, found: Transfers, force: bool
+    linkage: Linkage, chain: Chain, transfers: Transfers, force: bool
 ) -> tuple[Transfer, ...]:
     """Sort transfers by joint, in SI units; those of rigid parts come last.
 
     Args:
         linkage: the linkage.
         chain: the chain that the transfers are of.
-        found: the transfers.
+        transfers: those of the chain.
         force: whether they are those of force balance.
     """
     G = from_chain(chain.frame, chain.planar, force)
     all_joints = names_of(linkage.joints)
     all_bodies = names_of(linkage.bodies)
     result = []
-    for owner in dict.fromkeys([*found.owner_of_joint.tolist(), *found.owner.tolist()]):
-        rows = found.rows[found.owner == owner].reshape(-1, len(all_bodies), len(G))
+    for owner in dict.fromkeys([*transfers.owner_of_joint.tolist(), *transfers.owner.tolist()]):
+        rows = transfers.rows[transfers.owner == owner].reshape(-1, len(all_bodies), len(G))
         scaled = np.where(np.abs(rows) <= TRANSFER_ENTRY_ROUND_OFF, 0.0, rows)
         basis = np.einsum("pq,cbq->bpc", G, scaled)
-        joints = np.flatnonzero(found.owner_of_joint == owner).astype(np.int64)
+        joints = np.flatnonzero(transfers.owner_of_joint == owner).astype(np.int64)
         result.append(
             Transfer(
                 tuple(all_joints[j] for j in chain.joints[joints]),
                 tuple(
-                    all_bodies[b] for b in _participating_bodies(chain, found, joints, owner)
+                    all_bodies[b]
+                    for b in _participating_bodies(chain, transfers, joints, owner)
                 ),
-                _touches_ground(chain, found, joints, owner),
+                _touches_ground(chain, transfers, joints, owner),
                 freeze(basis.reshape(len(all_bodies) * len(G), len(rows))),
                 freeze(scaled.reshape(len(rows), len(all_bodies) * len(G)).T),
             )
@@ -87,25 +88,25 @@ def by_joint(
 
 
 def _participating_bodies(
-    chain: Chain, found: Transfers, joints: IntArray, owner: int
+    chain: Chain, transfers: Transfers, joints: IntArray, owner: int
 ) -> list[int]:
     """List one body on each rigid part at the joints; without joints all bodies of one part."""
-    part = found.rigid_part[chain.links].tolist()
+    part = transfers.rigid_part[chain.links].tolist()
     if not joints.size:
         return [b for b, p in enumerate(part) if p == -1 - owner]
     joined = {
-        *found.rigid_part[joints].tolist(),
-        *found.rigid_part[chain.parent[joints]].tolist(),
+        *transfers.rigid_part[joints].tolist(),
+        *transfers.rigid_part[chain.parent[joints]].tolist(),
     }
-    moving = joined - {found.owner_of_joint.size}
+    moving = joined - {transfers.owner_of_joint.size}
     return sorted(part.index(p) for p in moving if p in part)
 
 
-def _touches_ground(chain: Chain, found: Transfers, joints: IntArray, owner: int) -> bool:
+def _touches_ground(chain: Chain, transfers: Transfers, joints: IntArray, owner: int) -> bool:
     """Whether one of the joints is at the ground, or the rigid part is the ground."""
-    ground = found.owner_of_joint.size
+    ground = transfers.owner_of_joint.size
     around = [
-        *found.rigid_part[joints].tolist(),
-        *found.rigid_part[chain.parent[joints]].tolist(),
+        *transfers.rigid_part[joints].tolist(),
+        *transfers.rigid_part[chain.parent[joints]].tolist(),
     ]
     return ground in around or owner == -1 - ground

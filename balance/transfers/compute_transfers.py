@@ -60,8 +60,8 @@ def search_transfers(parent, screws, rigid_parts, size, rows, tolerance, workspa
         Number of transfers found, or -1 if there is too little workspace.
     """
     node, body, owner = rigid_parts
-    found, owners, gap, reached, spans, passes, twists, numbers, work, mixing = workspace
-    known_transfers = FoundTransfers(found, owners, gap)
+    transfers, owners, gap, reached, spans, passes, twists, numbers, work, mixing = workspace
+    known_transfers = FoundTransfers(transfers, owners, gap)
     n, dim = screws.shape
     joint, before, target = numbers[0], numbers[1], numbers[2]
     passed, tall, crossed, order = numbers[3], numbers[4], numbers[5], numbers[6]
@@ -99,19 +99,19 @@ def search_transfers(parent, screws, rigid_parts, size, rows, tolerance, workspa
                     )
                     tall[k] = attainable_beyond(s, V, tolerance, twists[k], gap)
                 passing += passed[k]
-            if states + joints > spans.shape[0] or count + passing >= found.shape[0]:
+            if states + joints > spans.shape[0] or count + passing >= transfers.shape[0]:
                 return -1
             for k in range(joints):
                 t, height_there = target[k], tall[k]
-                known = t < 0 or body[t] < 0
-                for other in range(0 if known else states):
-                    if known or reached[other, 0] != t:
+                covered = t < 0 or body[t] < 0
+                for other in range(0 if covered else states):
+                    if covered or reached[other, 0] != t:
                         continue
-                    known = span_contains(
+                    covered = span_contains(
                         twists[k, :height_there], spans[other, : reached[other, 2]], x, gap
                     )
                 # A new state; its span is copied (a fifth loop).
-                if not known:
+                if not covered:
                     reached[states, 0], reached[states, 1] = t, carrier
                     reached[states, 2] = height_there
                     for v in range(height_there):
@@ -210,21 +210,21 @@ def serial_transfers(
             break
         workspace = search_workspace(n, dim, unknowns, size, rows, 2 * len(workspace[3]))
     kept, dropped = workspace[2].tolist()
-    found = Transfers(
+    transfers = Transfers(
         workspace[0][:count].copy(), workspace[1][:count].copy(), joints, node, kept, dropped
     )
     chain.give_back((size,), workspace)
-    return _with_rigid_parts(found, chain.links, size)
+    return _with_rigid_parts(transfers, chain.links, size)
 
 
-def _with_rigid_parts(found: Transfers, links: IntArray, size: int) -> Transfers:
+def _with_rigid_parts(transfers: Transfers, links: IntArray, size: int) -> Transfers:
     """Add all that bodies of one rigid part can exchange, and that the ground can take."""
-    part, ground = found.rigid_part[links], found.owner_of_joint.size
+    part, ground = transfers.rigid_part[links], transfers.owner_of_joint.size
     parts = part.tolist()
     if ground not in parts and len(set(parts)) == len(parts):
-        return found
+        return transfers
     first = {p: b for b, p in reversed(list(enumerate(parts)))}
-    rows, owner = [found.rows], [found.owner]
+    rows, owner = [transfers.rows], [transfers.owner]
     for b, p in enumerate(parts):
         if p != ground and b == first[p]:
             continue
@@ -234,4 +234,4 @@ def _with_rigid_parts(found: Transfers, links: IntArray, size: int) -> Transfers
             block[:, first[p]] = -np.eye(size)
         rows.append(block.reshape(size, -1))
         owner.append(np.full(size, -1 - p))
-    return found._replace(rows=np.concatenate(rows), owner=np.concatenate(owner))
+    return transfers._replace(rows=np.concatenate(rows), owner=np.concatenate(owner))

@@ -52,7 +52,7 @@ class Cluster(NamedTuple):
 
 
 @kernel(reference_counting=False)
-def add_transfers(found, count, owner, shares, combinations, through):
+def add_transfers(transfers, count, owner, shares, combinations, through):
     """Add transfers through a cluster to those of its owner, if they are not in their span.
 
     Share k goes to the body after joint k, and the share of the first joint is taken from the
@@ -60,7 +60,7 @@ def add_transfers(found, count, owner, shares, combinations, through):
     Parlett, 1980).
 
     Args:
-        found: in, out: a `FoundTransfers`.
+        transfers: in, out: a `FoundTransfers`.
         count: number of transfers that it holds.
         owner: number of the cluster's owner.
         shares: in: parameters that pass each joint (≥ joints, ≥ combinations, size).
@@ -70,7 +70,7 @@ def add_transfers(found, count, owner, shares, combinations, through):
     Returns:
         Number of transfers after that.
     """
-    rows, owners, gap = found
+    rows, owners, gap = transfers
     start, _, target, body, joints = through
     size = shares.shape[2]
     for c in range(combinations):
@@ -94,16 +94,16 @@ def add_transfers(found, count, owner, shares, combinations, through):
                         dot += rows[r, j] * x[j]
                     for j in range(x.size):
                         x[j] -= dot * rows[r, j]
-        left = 0.0
+        remainder = 0.0
         for j in range(x.size):
-            left += x[j] * x[j]
-        left = np.sqrt(left)
-        if left <= TRANSFER_DIRECTION_EQUAL:
-            gap[1] = max(gap[1], left)
+            remainder += x[j] * x[j]
+        remainder = np.sqrt(remainder)
+        if remainder <= TRANSFER_DIRECTION_EQUAL:
+            gap[1] = max(gap[1], remainder)
         else:
-            gap[0] = min(gap[0], left)
+            gap[0] = min(gap[0], remainder)
             for j in range(x.size):
-                x[j] /= left
+                x[j] /= remainder
             owners[count] = owner
             count += 1
     return count
@@ -111,15 +111,15 @@ def add_transfers(found, count, owner, shares, combinations, through):
 
 @kernel(reference_counting=False)
 def add_shared_transfers(
-    found, known, owner, passes, passed, through, tolerance, numbers, workspace
+    transfers, transfer_count, owner, passes, passed, through, tolerance, numbers, workspace
 ):
     """Add the transfers through a cluster that leave its links without bodies empty.
 
     For every link without a body inside, ``Σ c_in pass_in - Σ c_out pass_out = 0``.
 
     Args:
-        found: in, out: a `FoundTransfers`.
-        known: number of transfers that it holds.
+        transfers: in, out: a `FoundTransfers`.
+        transfer_count: number of transfers that it holds.
         owner: number of the cluster's owner.
         passes: in: parameters that can pass each joint (≥ joints, size, size).
         passed: in: number of them for each joint (≥ joints,).
@@ -156,7 +156,7 @@ def add_shared_transfers(
                     A[row[k] + p, first[k] + c] = passes[k, c, p]
                 if before[k] >= 0:
                     A[row[before[k]] + p, first[k] + c] = -passes[k, c, p]
-    combinations = null_space(A, m, n, tolerance, order, mixed, found.gap)
+    combinations = null_space(A, m, n, tolerance, order, mixed, transfers.gap)
     out = workspace[(m + n) * n :][: count * combinations * size]
     out = out.reshape((count, combinations, size))
     # out_ki = Σ_c mixed_ic passes_kc: what combination i sends through joint k.
@@ -167,4 +167,4 @@ def add_shared_transfers(
                 for c in range(passed[k]):
                     total += mixed[i, first[k] + c] * passes[k, c, p]
                 out[k, i, p] = total
-    return add_transfers(found, known, owner, out, combinations, through)
+    return add_transfers(transfers, transfer_count, owner, out, combinations, through)

@@ -38,7 +38,7 @@ def lane_transfers(chain: Chain, force: bool) -> IntArray | None:
         have no parameters, so that the transfers depend on the geometry.
     """
     node, body, owner = chain.once(number_rigid_parts)
-    n, found = chain.parent.size, serial_transfers(chain, force)
+    n, transfers = chain.parent.size, serial_transfers(chain, force)
     if not chain.planar or parameters_per_body(True, force) != (3 if force else 4):
         return None
     if (owner[node[chain.parent] != node[:n]] <= n).any():
@@ -46,7 +46,7 @@ def lane_transfers(chain: Chain, force: bool) -> IntArray | None:
     rows = []
     for j in range(n):
         a, b = int(node[chain.parent[j]]), int(node[j])
-        count = int(np.sum(found.owner == owner[j])) if a != b else 0
+        count = int(np.sum(transfers.owner == owner[j])) if a != b else 0
         if chain.screws[j, 0] != 0.0:
             kinds = [POINT_MASS][:count]
         elif force:

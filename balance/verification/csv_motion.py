@@ -154,5 +154,5 @@ def _rounding(
     places = np.maximum(-decimals.max(axis=0), leading - significant.max(axis=0))
     places = np.where(size > 0.0, places, -decimals.max(axis=0))
     round_off = np.finfo(np.float64).eps * size.max(axis=0)
-    found = np.maximum(0.5 * 10.0 ** np.maximum(places, -300.0), round_off)
-    return np.where(np.ptp(rows, axis=0) > 0.0, found, 0.0)
+    half_units = np.maximum(0.5 * 10.0 ** np.maximum(places, -300.0), round_off)
+    return np.where(np.ptp(rows, axis=0) > 0.0, half_units, 0.0)

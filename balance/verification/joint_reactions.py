@@ -92,10 +92,10 @@ def joint_reactions(chain: Chain, loads: Loads) -> JointReactions:
     least, null = np.empty((samples, A.shape[1], flat.shape[2])), []
     for k in range(0, samples, BLOCK):
         block = slice(k, k + BLOCK)
-        least[block], own = _least_norm(
+        least[block], effect = _least_norm(
             A[block][:, :, chain.dependent], right[block], flat[block], signs
         )
-        null.append(own)
+        null.append(effect)
     least = least.reshape(samples, -1, *more)
     welds = least[:, : 6 * loops].reshape(samples, loops, 6, *more)
     joints = wrenches - np.einsum("lj,tli...->tji...", signs, welds)
@@ -154,10 +154,10 @@ def _with_range(
     preloaded = preloaded > PRELOAD_ROUND_OFF
     if joints.ndim > 3:
         return JointReactions(joints, welds, motors, rows, np.empty(0), preloaded)
-    left = joints[..., 3:]
+    remainder = joints[..., 3:]
     if rows and preloaded.any():
         U, size, _ = np.linalg.svd(forces, full_matrices=False)
         U = U * (size > PRELOAD_ROUND_OFF)[:, :, None]
-        left = left - np.einsum("tjio,tjko,tjk->tji", U, U, left)
-    least = np.linalg.norm(left, axis=2)
+        remainder = remainder - np.einsum("tjio,tjko,tjk->tji", U, U, remainder)
+    least = np.linalg.norm(remainder, axis=2)
     return JointReactions(joints, welds, motors, rows, least, preloaded)

@@ -59,7 +59,7 @@ def load_errors(
         rate = inertia_loads(chain, z, q, ud, udd).rate.sum(axis=1)
         return move_wrenches(wrench_to_si(rate, frame), point)
 
-    found = np.zeros((2, len(q)))
+    totals = np.zeros((2, len(q)))
     rates = _joint_rates(chain, q)
     for w, unit in enumerate(units):
         direction = rest + np.eye(units.size)[w]
@@ -72,8 +72,8 @@ def load_errors(
         bounds = (errors.u, errors.ud, errors.udd)
         for derivative, bound in zip(derivatives, bounds, strict=True):
             sizes = [np.linalg.norm(derivative[:, part], axis=1) for part in PARTS]
-            found += np.array(sizes) * (bound[:, w] / unit)
-    return found
+            totals += np.array(sizes) * (bound[:, w] / unit)
+    return totals
 
 
 def _joint_rates(chain: Chain, q: Array) -> Array:

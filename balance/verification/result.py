@@ -135,13 +135,13 @@ class Verification:
 
         It is relative to the peak sum of the norms of the bodies' own parts.
         """
-        found = [0.0]
+        differences = [0.0]
         for name, size in (("rate", "inertia"), ("momentum", "impulse")):
             moment = self._peak(f"{name}_difference", PARTS["moment"])
             force = self._peak(f"{name}_difference", PARTS["force"])
             if (scale := self._largest(size)) > 0.0:
-                found.append(max(moment / self.length, force) / scale)
-        return max(found)
+                differences.append(max(moment / self.length, force) / scale)
+        return max(differences)
 
     @property
     def agreed(self) -> bool:
@@ -198,7 +198,7 @@ class Verification:
     def decimals(self) -> int | None:
         """Fewest decimals of the tables that the motions come from; None if there are none."""
         errors = (run.trajectory.errors for run in self.runs)
-        return min((one.decimals for one in errors if one is not None), default=None)
+        return min((error.decimals for error in errors if error is not None), default=None)
 
     def range_text(self, part: str) -> str:
         """Write the range of the peak ``"force"`` or ``"moment"``, round-off as a bound."""
@@ -305,8 +305,8 @@ class Verification:
 
     def _largest(self, name: str) -> float:
         """Compute the largest entry of an attribute in all runs."""
-        found = (float(getattr(run, name).max(initial=0.0)) for run in self.runs)
-        return max(found, default=0.0)
+        peaks = (float(getattr(run, name).max(initial=0.0)) for run in self.runs)
+        return max(peaks, default=0.0)
 
     def _relative(self, force: float) -> float:
         """Divide a force by the peak inertia force; 0 if nothing moves."""
@@ -315,38 +315,38 @@ class Verification:
     @property
     def remarks(self) -> tuple[str, ...]:
         """Remarks on the joint forces, on singularities, and on the agreement."""
-        found = []
+        remarks = []
         if self.scale == 0.0:
-            found.append("nothing with mass moves")
+            remarks.append("nothing with mass moves")
         if self.runs and self.runs[0].open:
-            found.append(
+            remarks.append(
                 f"the linkage is overconstrained: {self.runs[0].open} components of its loop "
                 "wrenches are not determined by rigid bodies; bearing forces are those of "
                 "least norm over all joints"
             )
         if self.conditioning < CONDITIONING_NOTICE:
             way_out = "" if self.decided else "; verify motions that stay clear of it"
-            found.append(
+            remarks.append(
                 "the motion passes near a singularity, where round-off is amplified: what "
                 f"little is left to shake there may be no more than that{way_out}"
             )
         if self.balance == "dynamic" and self.decided and not self.balanced:
             if self.force_residual <= self.tolerance:
-                found.append("the forces are balanced, the moment is not (--balance force)")
+                remarks.append("the forces are balanced, the moment is not (--balance force)")
         if self.crank is not None and not self.crank.periodic:
-            found.append(
+            remarks.append(
                 f"one revolution of {self.crank.joint} does not bring all joints back: the "
                 "next one may shake otherwise"
             )
         if self.rounding_decides:
-            found.append(
+            remarks.append(
                 "the digits of the table leave open whether it is balanced: write more of them"
             )
         if not self.agreed:
-            found.append(
+            remarks.append(
                 f"Pinocchio and our series differ by {size_text(self.agreement)}: no verdict"
             )
-        return tuple(found)
+        return tuple(remarks)
 
     def to_dict(self) -> dict[str, object]:
         """Return plain data for JSON; see ``balance/schemas/verify.schema.json``."""

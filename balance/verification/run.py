@@ -64,8 +64,8 @@ class Run:
 
         Newtons or newton metres.
         """
-        found: Array = np.linalg.norm(self.about[:, PARTS[part]], axis=1)
-        return found
+        sizes: Array = np.linalg.norm(self.about[:, PARTS[part]], axis=1)
+        return sizes
 
     def peak(self, part: str) -> float:
         """Compute the peak of the shaking ``"force"`` or ``"moment"``, N or N m."""

@@ -72,11 +72,11 @@ def mass_parameters(linkage: Linkage, z: ArrayLike | None = None) -> Array:
         return np.array([body.inertia for body in linkage.bodies]).reshape(count, 10)
     given = np.asarray(z, dtype=np.float64)
     size = given.size // max(count, 1)
-    known = (3, 4, 10) if linkage.planar else (4, 10)
-    if given.size != size * count or (count and size not in known):
+    sizes = (3, 4, 10) if linkage.planar else (4, 10)
+    if given.size != size * count or (count and size not in sizes):
         raise LinkageError(
             f"{linkage.source}: got {given.size} inertial parameters for {count} bodies; "
-            f"give {' or '.join(map(str, known))} for each"
+            f"give {' or '.join(map(str, sizes))} for each"
         )
     given = given.reshape(count, -1)
     if not np.isfinite(given).all():
@@ -111,12 +111,12 @@ def inertia_loads(chain: Chain, z: Array, q: Array, ud: Array, udd: Array) -> Lo
     Returns:
         Momenta and inertia wrenches, about the origin of the chain, in its units.
     """
-    own = to_chain(z, chain.frame, False, False)
-    found = np.zeros((2, len(q), len(own), 6))
+    chain_z = to_chain(z, chain.frame, False, False)
+    loads = np.zeros((2, len(q), len(chain_z), 6))
     screws = np.empty((len(q), *chain.screws.shape))
     for k, (pose, both) in enumerate(_regressors(chain, q, ud, udd)):
-        screws[k], found[:, k] = pose, np.einsum("kibp,bp->kbi", both, own)
-    return Loads(found[0], found[1], screws)
+        screws[k], loads[:, k] = pose, np.einsum("kibp,bp->kbi", both, chain_z)
+    return Loads(loads[0], loads[1], screws)
 
 
 def load_regressors(chain: Chain, q: Array, ud: Array, udd: Array) -> Loads:
@@ -132,11 +132,11 @@ def load_regressors(chain: Chain, q: Array, ud: Array, udd: Array) -> Loads:
         Momenta and inertia wrenches per unit of each of the ten parameters of the body, all in
         the units of the chain (N, bodies, 6, 10).
     """
-    found = np.zeros((2, len(q), chain.links.size, 6, 10))
+    loads = np.zeros((2, len(q), chain.links.size, 6, 10))
     screws = np.empty((len(q), *chain.screws.shape))
     for k, (pose, both) in enumerate(_regressors(chain, q, ud, udd)):
-        screws[k], found[:, k] = pose, both.swapaxes(1, 2)
-    return Loads(found[0], found[1], screws)
+        screws[k], loads[:, k] = pose, both.swapaxes(1, 2)
+    return Loads(loads[0], loads[1], screws)
 
 
 def _regressors(chain: Chain, q: Array, ud: Array, udd: Array) -> Iterator[tuple[Array, Array]]:
@@ -236,8 +236,8 @@ def shaking(
     loads = inertia_loads(
         chain, mass_parameters(linkage, z), positions, ud / scale, udd / scale
     )
-    found = wrench_to_si(loads.rate.sum(axis=1), chain.frame)
-    return found[0] if single else found
+    wrench = wrench_to_si(loads.rate.sum(axis=1), chain.frame)
+    return wrench[0] if single else wrench
 
 
 def _check_rates(linkage: Linkage, chain: Chain, q: Array, qd: Array) -> None:

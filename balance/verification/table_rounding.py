@@ -185,12 +185,12 @@ def _errors(time: Array, fit: _Fit, other: _Fit, rounding: Array) -> Array:
 
     intervals = max(1, min(np.unique(x.spline.t).size for x in (fit, other)) - 1)
     width = 2 * -(-time.size // intervals) + 1
-    found = np.empty((3, *rounding.shape))
+    errors = np.empty((3, *rounding.shape))
     for order in range(3):
         change = CHANGE_FACTOR * np.abs(fit.spline(time, order) - other.spline(time, order))
-        found[order] = maximum_filter1d(change, width, axis=0, mode="nearest")
-        found[order] += _effect_of_rounding(time, fit, order, rounding)
-    return found
+        errors[order] = maximum_filter1d(change, width, axis=0, mode="nearest")
+        errors[order] += _effect_of_rounding(time, fit, order, rounding)
+    return errors
 
 
 def _effect_of_rounding(time: Array, fit: _Fit, order: int, rounding: Array) -> Array:
@@ -212,11 +212,11 @@ def _effect_of_rounding(time: Array, fit: _Fit, order: int, rounding: Array) -> 
         np.abs(fit.transposed(rows[k : k + BLOCK].toarray().T)).T @ rounding
         for k in range(0, at.size, BLOCK)
     ]
-    found = np.concatenate(sums)
+    effects = np.concatenate(sums)
     if at.size == time.size:
-        return found
-    found = maximum_filter1d(found, 3, axis=0, mode="nearest")
-    return np.asarray(found[np.searchsorted(at, np.arange(time.size))])
+        return effects
+    effects = maximum_filter1d(effects, 3, axis=0, mode="nearest")
+    return np.asarray(effects[np.searchsorted(at, np.arange(time.size))])
 
 
 def _differences(knots: Array, degree: int) -> Any:

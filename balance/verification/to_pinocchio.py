@@ -135,7 +135,7 @@ def _given_motions(
         along = [revolution]
     else:
         rotation = None
-    if along is not None and not any(one.moves for one in along):
+    if along is not None and not any(trajectory.moves for trajectory in along):
         raise PoseError(f"{linkage.source}: nothing moves; give inputs that change with time")
     return along, rotation
 
@@ -175,14 +175,19 @@ def verify_second(first: Verification, linkage: LinkageLike, **options: Any) -> 
         with suppress(PoseError):
             given = [run.trajectory for run in first.runs]
             along = [
-                replace(drive(linkage, one.time, one.u, one.ud, one.udd), errors=one.errors)
-                for one in given
+                replace(
+                    drive(
+                        linkage, trajectory.time, trajectory.u, trajectory.ud, trajectory.udd
+                    ),
+                    errors=trajectory.errors,
+                )
+                for trajectory in given
             ]
     if along and first.seed is not None:
-        conditioning = min(one.conditioning for one in along)
+        conditioning = min(trajectory.conditioning for trajectory in along)
         along = along if conditioning >= CONDITIONING_LEAST else None
-    found = verify(linkage, along=along, **options)
-    return found if along is None else replace(found, shown=first.plotted)
+    verification = verify(linkage, along=along, **options)
+    return verification if along is None else replace(verification, shown=first.plotted)
 
 
 def _run(
@@ -196,7 +201,7 @@ def _run(
     )  # fmt: skip
     reactions = joint_reactions(chain, loads)
     L = chain.frame.length
-    own, momentum = (
+    rate, momentum = (
         wrench_to_si(x.sum(axis=1), chain.frame) for x in (loads.rate, loads.momentum)
     )
     reaction, other = model.reactions(trajectory), model.momenta(trajectory)
@@ -209,13 +214,13 @@ def _run(
     forces = L * np.linalg.norm(reactions.joints[..., 3:], axis=2)
     return Run(
         trajectory=trajectory, shaking=freeze(reaction),
-        own=freeze(own), momentum=freeze(other),
+        own=freeze(rate), momentum=freeze(other),
         middle=freeze(move_wrenches(reaction, middle)),
         about=freeze(move_wrenches(reaction, point)),
         inertia=freeze(sizes[0]), impulse=freeze(sizes[1]),
         bearing=freeze(forces), least_bearing=freeze(L * reactions.least),
         preloaded=freeze(reactions.preloaded, np.bool_),
-        rate_difference=freeze(move_wrenches(reaction - own, middle)),
+        rate_difference=freeze(move_wrenches(reaction - rate, middle)),
         momentum_difference=freeze(move_wrenches(other - momentum, middle)),
         open=reactions.open, errors=errors,
     )  # fmt: skip
@@ -254,9 +259,9 @@ class PinocchioModel:
             before = self._points[joint.parent] if joint.parent >= 0 else np.zeros(3)
             place = pin.SE3(np.eye(3), point - before)
             self.model.addJoint(joint.parent + 1, _joint_model(pin, joint), place, joint.name)
-        for body, own in zip(linkage.bodies, z, strict=True):
+        for body, body_z in zip(linkage.bodies, z, strict=True):
             # Set the inertia itself: Pinocchio adds only bodies of positive mass.
-            inertia = self._inertia(linkage, body.name, own, self._points[body.link])
+            inertia = self._inertia(linkage, body.name, body_z, self._points[body.link])
             self.model.inertias[body.link + 1] = inertia
         self._links = {body.link for body in linkage.bodies}
         self._data = self.model.createData()
@@ -269,17 +274,20 @@ class PinocchioModel:
         """
         shift = np.eye(4)
         shift[:3, 3] = -self._origin - point
-        own = displace_parameters(z, shift)
+        local_z = displace_parameters(z, shift)
         inertia = self._pin.Inertia.Zero()
-        if np.abs(own[1:4]).max() <= MAX_CENTRE_DISTANCE * abs(own[0]) and own[0] != 0.0:
-            inertia.mass, inertia.lever, inertia.inertia = mass_properties(own)
+        if (
+            np.abs(local_z[1:4]).max() <= MAX_CENTRE_DISTANCE * abs(local_z[0])
+            and local_z[0] != 0.0
+        ):
+            inertia.mass, inertia.lever, inertia.inertia = mass_properties(local_z)
             return inertia
-        if own[1:4].any():
+        if local_z[1:4].any():
             raise LinkageError(
                 f"{linkage.source}: link '{name}' has next to no mass, but its centre is not "
                 "at the origin, which Pinocchio cannot represent; verify other parameters"
             )
-        inertia.inertia = inertia_tensor(own)
+        inertia.inertia = inertia_tensor(local_z)
         return inertia
 
     def reactions(self, trajectory: Trajectory) -> Array:
@@ -289,7 +297,7 @@ class PinocchioModel:
         ``data.f[0]``, so the wrenches of the joints on the ground are summed.
         """
         pin, model, data = self._pin, self.model, self._data
-        found = np.empty((len(trajectory.time), 6))
+        wrenches = np.empty((len(trajectory.time), 6))
         for k, (q, qd, qdd) in enumerate(
             zip(trajectory.q, trajectory.qd, trajectory.qdd, strict=True)
         ):
@@ -297,21 +305,21 @@ class PinocchioModel:
             total = pin.Force.Zero()
             for joint in model.children[0]:
                 total += data.liMi[joint].act(data.f[joint])
-            found[k] = total.vector
-        return self._to_inertial(found)
+            wrenches[k] = total.vector
+        return self._to_inertial(wrenches)
 
     def momenta(self, trajectory: Trajectory) -> Array:
         """Compute the total momentum ``[ξ; p]`` about the inertial origin (N, 6), SI units."""
         pin, model, data = self._pin, self.model, self._data
-        found = np.empty((len(trajectory.time), 6))
+        momenta = np.empty((len(trajectory.time), 6))
         bodies = [(link + 1, model.inertias[link + 1]) for link in sorted(self._links)]
         for k, (q, qd) in enumerate(zip(trajectory.q, trajectory.qd, strict=True)):
             pin.forwardKinematics(model, data, q, qd)
             total = pin.Force.Zero()
             for joint, inertia in bodies:
                 total += data.oMi[joint].act(inertia * data.v[joint])
-            found[k] = total.vector
-        return self._to_inertial(found)
+            momenta[k] = total.vector
+        return self._to_inertial(momenta)
 
     def _to_inertial(self, forces: Array) -> Array:
         """Convert wrenches of Pinocchio (N, 6) to ours about the inertial origin."""

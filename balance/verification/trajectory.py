@@ -131,11 +131,11 @@ def drive(
         )
     if not all(np.isfinite(x).all() for x in (t, *path)):
         raise PoseError(f"{linkage.source}: the motion must be of finite numbers")
-    found = _track(linkage, input_chain(linkage), (t, *path))
-    if isinstance(found, Trajectory):
-        return found
+    outcome = _track(linkage, input_chain(linkage), (t, *path))
+    if isinstance(outcome, Trajectory):
+        return outcome
     raise PoseError(
-        f"{linkage.source}: the loops cannot be closed beyond {found:.6g} s of the motion; "
+        f"{linkage.source}: the loops cannot be closed beyond {outcome:.6g} s of the motion; "
         "give smaller displacements"
     )
 
@@ -184,9 +184,9 @@ def random_motions(
         amplitude = min(FIRST_AMPLITUDE, amplitude / AMPLITUDE_FACTOR)
         while True:
             path = replace(sines, basis=basis, amplitude=amplitude)
-            found = _track(linkage, chain, (time, *path.at(time)), fastest, least)
-            if isinstance(found, Trajectory) and _returns(found, chain):
-                yield replace(found, path=path)
+            outcome = _track(linkage, chain, (time, *path.at(time)), fastest, least)
+            if isinstance(outcome, Trajectory) and _returns(outcome, chain):
+                yield replace(outcome, path=path)
                 break
             amplitude *= AMPLITUDE_FACTOR
             if amplitude * rate < LEAST_AMPLITUDE:
@@ -209,8 +209,8 @@ def loop_pivot(chain: Chain, screws: Array) -> float:
         chain: the linkage as arrays.
         screws: joint screws at the pose (n, 6 or 3).
     """
-    found = pivots(screws, chain.mimics, chain.envelope, chain.dependent.size)
-    return float(np.abs(found).min()) if found.size else 1.0
+    values = pivots(screws, chain.mimics, chain.envelope, chain.dependent.size)
+    return float(np.abs(values).min()) if values.size else 1.0
 
 
 def order_inputs(motion: Motion, linkage: Linkage) -> Array:
@@ -233,9 +233,11 @@ def order_inputs(motion: Motion, linkage: Linkage) -> Array:
     return motion.basis[[motion.inputs.index(name) for name in linkage.inputs]]
 
 
-def _returns(found: Trajectory, chain: Chain) -> bool:
+def _returns(trajectory: Trajectory, chain: Chain) -> bool:
     """Whether all joints return to their start; otherwise the branch changed."""
-    return bool(np.all(np.abs(found.q[-1] - found.q[0]) <= MOTION_RETURN * chain.units))
+    return bool(
+        np.all(np.abs(trajectory.q[-1] - trajectory.q[0]) <= MOTION_RETURN * chain.units)
+    )
 
 
 def _track(

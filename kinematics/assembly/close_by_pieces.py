@@ -75,9 +75,9 @@ def _most_shared(part: Component, held: set[int]) -> int | None:
 
 def _followers(part: Component, joint: int) -> set[int]:
     """Find a joint and those that mimic relations couple to it."""
-    found = {joint}
+    joints = {joint}
     for _ in part.draft.mimics:
         for mimic in part.draft.mimics:
-            if {mimic.joint, mimic.source} & found:
-                found |= {mimic.joint, mimic.source}
-    return found
+            if {mimic.joint, mimic.source} & joints:
+                joints |= {mimic.joint, mimic.source}
+    return joints

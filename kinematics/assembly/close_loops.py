@@ -106,11 +106,11 @@ def close_loops(
     loose = set(range(len(draft.loops))).difference(*(part.loops for part in parts))
     if any(not np.array_equal(draft.loops[k].gap, np.eye(4)) for k in loose):
         raise open_loop_error(draft, "", STARTS)
-    found = [_close_component(part, repair, preferred) for part in parts]
-    for each in found:
+    outcomes = [_close_component(part, repair, preferred) for part in parts]
+    for each in outcomes:
         if isinstance(each, str):
             raise open_loop_error(draft, each, STARTS)
-    closings = [each for each in found if isinstance(each, ClosedComponent)]
+    closings = [each for each in outcomes if isinstance(each, ClosedComponent)]
     chain = arrange_loops(draft)
     q = sum_positions(draft, chain.units, [(each.part, each.q) for each in closings])
     notices = closing_notices(max(closings, key=joint_motion))
@@ -148,11 +148,11 @@ def _close_component(
     further = [_random_starts(rng, home.size, FAR_STARTS, each) for each in FAR_DISTANCES]
     if chosen.any():
         starts += list(np.concatenate(further))
-    if found := _nearest_pose(part, loops, weights, np.array(starts)):
-        return found
+    if component := _nearest_pose(part, loops, weights, np.array(starts)):
+        return component
     there, pieces = close_by_pieces(part, partial(_close_component, repair=None))
-    if there is not None and (found := _nearest_pose(part, loops, weights, there[None])):
-        return found._replace(pieces=pieces)
+    if there is not None and (component := _nearest_pose(part, loops, weights, there[None])):
+        return component._replace(pieces=pieces)
     if repair is not None:
         repaired = _close_with_repair(part, repair)
         if not isinstance(repaired, str):
@@ -167,8 +167,8 @@ def _without_masses(part: Component) -> Component:
     Where the joints are all but in one place, masses count for the unit of length.
     """
     bare = part._replace(draft=replace(part.draft, bodies=()))
-    own = extent(bare.draft)
-    return bare.in_frame(own) if own.length > part.chain.frame.length / MOST_UNITS else part
+    frame = extent(bare.draft)
+    return bare.in_frame(frame) if frame.length > part.chain.frame.length / MOST_UNITS else part
 
 
 def _nearest_pose(
@@ -177,20 +177,20 @@ def _nearest_pose(
     """Find the closed pose of least motion from many starts; None if there is none."""
     gaps = weld_gaps(part)
     poses = closed_poses(loops, weights, starts)
-    found: list[tuple[Array, float]] = []
+    closures: list[tuple[Array, float]] = []
     for rough in poses:
         motion = float(np.linalg.norm(rough * weights))
-        if found and motion > NEARBY_MOTION_RELATIVE * found[0][1]:
+        if closures and motion > NEARBY_MOTION_RELATIVE * closures[0][1]:
             break
-        apart = [np.linalg.norm(loops.within_turn(rough - q) * weights) for q, _ in found]
-        if apart and min(apart) <= OTHER_MOTION_RELATIVE * found[0][1]:
+        apart = [np.linalg.norm(loops.within_turn(rough - q) * weights) for q, _ in closures]
+        if apart and min(apart) <= OTHER_MOTION_RELATIVE * closures[0][1]:
             continue
-        if len(found) < MAX_POSES:
+        if len(closures) < MAX_POSES:
             q = newton_closure(part.chain, gaps, rough)
-            found += [] if q is None else [(q, float(np.linalg.norm(q * weights)))]
-    if not found:
+            closures += [] if q is None else [(q, float(np.linalg.norm(q * weights)))]
+    if not closures:
         return None
-    (q, motion), *others = found
+    (q, motion), *others = closures
     return ClosedComponent(part, q, len(poses), motion, tuple(others))
 
 
@@ -237,7 +237,9 @@ def _close_with_repair(part: Component, repair: Repair) -> ClosedComponent | str
         )
         angle, distance = (float(np.abs(part).max()) for part in (D[..., :3], D[..., 3]))
         if max(angle, distance) <= ALMOST_CLOSED_RESIDUAL:
-            left = angle, distance * chain.frame.length
-            better = repair(rereference(part.draft, chain, q), range(q.size), *left)
-            return better if isinstance(better, str) else ClosedComponent(scaled, q, open=left)
+            openings = angle, distance * chain.frame.length
+            better = repair(rereference(part.draft, chain, q), range(q.size), *openings)
+            return (
+                better if isinstance(better, str) else ClosedComponent(scaled, q, open=openings)
+            )
     return ""

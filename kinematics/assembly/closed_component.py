@@ -77,8 +77,8 @@ def sum_positions(
         closings: components, and positions of their joints in their own units.
     """
     q = np.zeros(len(draft.joints))
-    for part, own in closings:
-        q += part.all_positions(own, units)
+    for part, positions in closings:
+        q += part.all_positions(positions, units)
     return q
 
 
@@ -95,16 +95,16 @@ def other_poses_of(
         units: unit of each joint, in metres or radians; `Chain.units`.
         closings: its components.
     """
-    found = []
+    nearby_poses = []
     before = 0.0 if draft.displaced is None else draft.displaced
     for number, each in enumerate(closings):
         for q, motion in each.others:
             poses = [(x.part, x.q) for x in closings]
             poses[number] = (each.part, q)
             there = freeze(sum_positions(draft, units, poses) * units + before)
-            found.append((motion / each.motion, there))
-    order = rank_least_first([motion for motion, _ in found], relative=MOTION_EQUAL)
-    return tuple(found[k][1] for k in order[:MAX_OTHER_POSES])
+            nearby_poses.append((motion / each.motion, there))
+    order = rank_least_first([motion for motion, _ in nearby_poses], relative=MOTION_EQUAL)
+    return tuple(nearby_poses[k][1] for k in order[:MAX_OTHER_POSES])
 
 
 def pose_words(draft: UnassembledLinkage, q: Array, joints: Iterable[int]) -> str:
@@ -157,21 +157,21 @@ def _degrees(count: int) -> str:
     return f"{count_noun(count, 'degree')} of freedom"
 
 
-def closing_notices(found: ClosedComponent) -> list[Notice]:
+def closing_notices(closing: ClosedComponent) -> list[Notice]:
     """Make the notice about the pose that was found."""
-    if joint_motion(found) <= UNMOVED_DISTANCE:
+    if joint_motion(closing) <= UNMOVED_DISTANCE:
         return []
-    chain, joints = found.part.chain, found.part.draft.joints
-    q, _ = wrap_turns(joints, found.q)
+    chain, joints = closing.part.chain, closing.part.draft.joints
+    q, _ = wrap_turns(joints, closing.q)
     home = forward_kinematics(chain, np.zeros(q.size))
-    opening = np.abs(loop_residual(chain, weld_gaps(found.part), home)).max()
+    opening = np.abs(loop_residual(chain, weld_gaps(closing.part), home)).max()
     furthest = first_largest(np.abs(q), relative=MOTION_EQUAL)
     joint = joints[furthest]
     how = "from the pose of the file"
-    if found.pieces > 1:
-        how = f"in {found.pieces} pieces one after another, the joints that they share held"
-    elif found.starts > 1:
-        how = f"at the nearest of the poses that {found.starts} starts led to"
+    if closing.pieces > 1:
+        how = f"in {closing.pieces} pieces one after another, the joints that they share held"
+    elif closing.starts > 1:
+        how = f"at the nearest of the poses that {closing.starts} starts led to"
     text = (
         f"the loops were open by {opening:.2g} (radians, characteristic lengths); closed "
         f"{how}; joint '{joint.name}' moved furthest, by "

@@ -137,8 +137,8 @@ def _fitted_chain(
 
 def _closes(chain: Chain, poses: list[Array], rank: int) -> bool:
     """Whether loops close to round-off next to poses."""
-    left = (np.abs(_close_at_rank(chain, q, rank)[1]).max() for q in poses)
-    return bool(max(left) <= FIT_RESIDUAL)
+    residuals = (np.abs(_close_at_rank(chain, q, rank)[1]).max() for q in poses)
+    return bool(max(residuals) <= FIT_RESIDUAL)
 
 
 def _through_one_point(chain: Chain) -> Chain | None:
@@ -168,7 +168,9 @@ def _group_parallel_joints(chain: Chain) -> list[list[int]]:
                           chain.screws[:, :3], chain.screws[:, 3:])  # fmt: skip
     return alike_groups(
         directions,
-        lambda some, one: np.linalg.norm(np.cross(some, one), axis=1) <= 2 * AXIS_ROUNDING,
+        lambda some, direction: (
+            np.linalg.norm(np.cross(some, direction), axis=1) <= 2 * AXIS_ROUNDING
+        ),
     )
 
 
@@ -222,19 +224,19 @@ def _rank_without_rounding(chain: Chain) -> int:
 def _sample_poses(chain: Chain, rank: int) -> list[Array]:
     """Find joint positions in many directions that close the loops as well as possible."""
     _, Vt = loop_singular_values(loop_matrix(chain))
-    N, rng, found = Vt[rank:].T, np.random.default_rng(SEED), []
+    N, rng, poses = Vt[rank:].T, np.random.default_rng(SEED), []
     for distance in np.linspace(
         NEAREST_POSE, FURTHEST_POSE, POSES_PER_FREEDOM * (N.shape[1] + 1)
     ):
         v = N @ rng.standard_normal(N.shape[1])
         start = distance * v / np.linalg.norm(v)
-        q, left = _close_at_rank(chain, start, rank)
+        q, residual = _close_at_rank(chain, start, rank)
         if (
-            np.abs(left).max() <= MAX_TRIED_AXIS_CHANGE
+            np.abs(residual).max() <= MAX_TRIED_AXIS_CHANGE
             and np.linalg.norm(q - start) <= 0.7 * distance
         ):
-            found.append(q)
-    return found
+            poses.append(q)
+    return poses
 
 
 def _close_at_rank(chain: Chain, q: Array, rank: int) -> tuple[Array, Array]:

@@ -176,11 +176,11 @@ def _close(loops: OpenLoops, weights: Array, starts: Array) -> Array:
     """Close the loops by damped steps (Levenberg and Marquardt), all starts together."""
     q, damping = starts, np.full(len(starts), FIRST_DAMPING)
     r, A = loops.openness(q)
-    found = [q[:0]]
+    poses = [q[:0]]
     for _ in range(CLOSING_STEPS):
         square = np.sum(r * r, axis=1)
         done = square < CLOSED_SQUARE
-        found.append(q[done])
+        poses.append(q[done])
         going = ~done & (damping < MOST_DAMPING) & np.isfinite(square)
         q, r, A, damping, square = (x[going] for x in (q, r, A, damping, square))
         if not len(q):
@@ -194,7 +194,7 @@ def _close(loops: OpenLoops, weights: Array, starts: Array) -> Array:
         A = np.where(better[:, None, None], A_ahead, A)
         less = np.maximum(damping * SHRINK, LEAST_DAMPING)
         damping = np.where(better, less, damping * GROWTH)
-    return np.concatenate(found)
+    return np.concatenate(poses)
 
 
 def _slide(loops: OpenLoops, weights: Array, q: Array, steps: int) -> Array:

@@ -73,8 +73,8 @@ def assemble_at(
         linkage, single = assemble_mode(draft, inputs, mode, exactly=exactly, optional=True)
     except (OpenLoopError, MobilityError) as error:
         named = draft.named_inputs if inputs is None else tuple(inputs)
-        known = mode is not None and isinstance(error, MobilityError)
-        if known or all(name in named for name in at):
+        mode_refused = mode is not None and isinstance(error, MobilityError)
+        if mode_refused or all(name in named for name in at):
             raise
         return _close_near(draft, _Request(at, exactly, inputs, mode), named)
     chosen = None if inputs is None else linkage.inputs
@@ -180,13 +180,13 @@ def _input_positions(linkage: Linkage, asked: Mapping[str, float]) -> dict[str, 
 
 def _moved_notices(linkage: Linkage, q: Array, at: Mapping[str, float]) -> list[Notice]:
     """Make a notice of joints that are elsewhere than their starting values."""
-    found = []
+    texts = []
     for joint, position in zip(linkage.joints, q.tolist(), strict=True):
         by, _ = wrap_turns([joint], [position - at.get(joint.name, position)])
         if abs(by[0]) > GIVEN_POSE_RESIDUAL:
             text = f"'{joint.name}' is at {position_text(joint, round(position, 9), 6)}"
-            found.append(f"{text}, {position_text(joint, by[0])} from its starting value")
-    if not found:
+            texts.append(f"{text}, {position_text(joint, by[0])} from its starting value")
+    if not texts:
         return []
     how = "positions of joints that are no inputs are starting values only: "
-    return [Notice("starting_values", how + ", ".join(found))]
+    return [Notice("starting_values", how + ", ".join(texts))]

@@ -59,11 +59,11 @@ def repair_axes(draft: UnassembledLinkage) -> UnassembledLinkage | str:
     """
     better, texts = draft, []
     for part in split_components(draft):
-        found = repair_component(better, part.joints.tolist())
-        if isinstance(found, str):
-            texts.append(found)
+        outcome = repair_component(better, part.joints.tolist())
+        if isinstance(outcome, str):
+            texts.append(outcome)
         else:
-            better = found
+            better = outcome
     return max(texts, key=len, default="") if better is draft else better
 
 

@@ -174,9 +174,9 @@ def _choose_held_directions(
     held = []
     for k in (*named, *(k for k in range(6) if k not in named)):
         rest = project_out(rates[k], basis.T)
-        left = float(np.linalg.norm(rest))
-        if left > REMAINING_FREEDOM * size:
-            basis = np.vstack([basis, rest / left])
+        rest_size = float(np.linalg.norm(rest))
+        if rest_size > REMAINING_FREEDOM * size:
+            basis = np.vstack([basis, rest / rest_size])
             if k not in named:
                 held.append(k)
         elif k in named:

@@ -74,14 +74,14 @@ def checked_array(label: str, what: str, value: ArrayLike, shape: tuple[int, ...
     """
     count = " by ".join(map(str, shape)) if shape else "one"
     try:
-        found = np.array(value, dtype=np.float64)
+        array = np.array(value, dtype=np.float64)
     except (TypeError, ValueError):
-        found = np.array(np.nan)
-    if found.shape != shape or not np.all(np.abs(found) <= MAX_NUMBER):
+        array = np.array(np.nan)
+    if array.shape != shape or not np.all(np.abs(array) <= MAX_NUMBER):
         numbers = "number" if not shape else "numbers"
         problem = f"{what} = {clean(repr(value), 60)} is not {count} finite {numbers}"
         raise Refusal(label, problem, f"give {count} finite {numbers}")
-    return found
+    return array
 
 
 def checked_direction(label: str, what: str, value: ArrayLike) -> Array:
@@ -142,7 +142,7 @@ def bodies_by_link(
     Raises:
         Refusal: there is no such link, or a number is missing or not finite.
     """
-    found = {}
+    parameters = {}
     for name, body in (bodies or {}).items():
         label = find_by_name("body", name)
         if name not in frames:
@@ -157,9 +157,9 @@ def bodies_by_link(
         if np.abs(tensor - tensor.T).max() > INERTIA_ASYMMETRY * np.abs(tensor).max():
             problem = "inertia is not symmetric"
             raise Refusal(label, problem, "give the tensor about the centre of mass")
-        found[name] = (
+        parameters[name] = (
             float(checked_array(label, "mass", mass, ())),
             checked_array(label, "com", com, (3,)),
             tensor,
         )
-    return found
+    return parameters

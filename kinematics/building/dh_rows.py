@@ -100,10 +100,10 @@ def from_dh(
         _check_option("angles", angles, ANGLE_READINGS)
         numbers = _check_rows(rows)
         titles = _joint_names(names, len(numbers))
-        numbers, found = _replace_rounded(numbers, titles, angles)
+        numbers, rounded = _replace_rounded(numbers, titles, angles)
         robot = _robot(name, numbers, convention, _joint_kinds(kinds, titles), titles, bodies)
-    text = f"{source}: {describe_rounded_angles(found, angles)}"
-    remarks = [(ROUNDED_ANGLES, text)] if found else []
+    text = f"{source}: {describe_rounded_angles(rounded, angles)}"
+    remarks = [(ROUNDED_ANGLES, text)] if rounded else []
     return assemble_elements(robot, source, titles, links_and_joints(bodies), remarks)
 
 
@@ -135,31 +135,31 @@ def _about(axis: ArrayLike, angle: float) -> Array:
     return np.where(np.abs(H - near) <= RIGHT_ANGLE_ENTRY, near, H)
 
 
-def _check_option(option: str, value: str, known: Sequence[str]) -> None:
+def _check_option(option: str, value: str, choices: Sequence[str]) -> None:
     """Reject an unknown value of an option."""
-    if value not in known:
+    if value not in choices:
         problem = f"unknown {option} '{clean(str(value))}'"
-        raise Refusal("", problem, f"choose from {', '.join(known)}")
+        raise Refusal("", problem, f"choose from {', '.join(choices)}")
 
 
 def _check_rows(rows: ArrayLike) -> Array:
     """Convert the rows to an array (n, 4), and check it."""
     try:
-        found = np.array(rows, dtype=np.float64)
+        numbers = np.array(rows, dtype=np.float64)
     except (TypeError, ValueError):
         problem, remedy = "the rows are not numbers of one length", "give θ, d, a, α of each"
         raise Refusal("", problem, remedy) from None
-    if found.ndim != 2 or found.shape[1] != 4 or not len(found):
-        shape = " by ".join(map(str, found.shape)) or "a single number"
+    if numbers.ndim != 2 or numbers.shape[1] != 4 or not len(numbers):
+        shape = " by ".join(map(str, numbers.shape)) or "a single number"
         problem = f"the rows are {shape}, not n by 4"
         raise Refusal("", problem, "give θ, d, a, α of each joint")
-    for i, row in enumerate(found):
+    for i, row in enumerate(numbers):
         for column, value in zip(COLUMNS, row.tolist(), strict=True):
             most = MAX_ANGLE if column in ("theta", "alpha") else MAX_NUMBER
             if not abs(value) <= most:
                 problem = f"{column} = {value!r} is not a finite number of at most {most:g}"
                 raise Refusal(f"row {i + 1}", problem, "give radians and metres")
-    return found
+    return numbers
 
 
 def _joint_names(names: Sequence[str] | None, count: int) -> list[str]:
@@ -174,24 +174,24 @@ def _joint_names(names: Sequence[str] | None, count: int) -> list[str]:
 
 def _joint_kinds(kinds: str | Sequence[str], titles: Sequence[str]) -> list[str]:
     """Kinds of the joints."""
-    found = [kinds] * len(titles) if isinstance(kinds, str) else list(kinds)
-    if len(found) != len(titles):
-        problem = f"{len(found)} kinds for {len(titles)} rows"
+    joint_kinds = [kinds] * len(titles) if isinstance(kinds, str) else list(kinds)
+    if len(joint_kinds) != len(titles):
+        problem = f"{len(joint_kinds)} kinds for {len(titles)} rows"
         raise Refusal("kinds", problem, "give one for each row, or one for all")
-    for title, kind in zip(titles, found, strict=True):
+    for title, kind in zip(titles, joint_kinds, strict=True):
         if kind not in KINDS:
             problem = f"unknown kind '{clean(str(kind))}'"
             raise Refusal(
                 find_by_name("joint", title), problem, f"choose from {', '.join(KINDS)}"
             )
-    return found
+    return joint_kinds
 
 
 def _replace_rounded(
     rows: Array, titles: Sequence[str], angles: str
 ) -> tuple[Array, list[Rounded]]:
     """Replace angles that look rounded, if wanted, and list them."""
-    replaced, found = rows.copy(), []
+    replaced, rounded = rows.copy(), []
     for i, title in enumerate(titles):
         for k in (COLUMNS.index("theta"), COLUMNS.index("alpha")):
             word = repr(float(rows[i, k]))
@@ -199,8 +199,8 @@ def _replace_rounded(
             angle = multiple * math.pi / 12
             if multiple and abs(rows[i, k] - angle) > ANGLE_ROUND_OFF:
                 replaced[i, k] = angle
-                found.append(Rounded(find_by_name("joint", title), COLUMNS[k], word))
-    return (replaced if angles == "nominal" else rows), found
+                rounded.append(Rounded(find_by_name("joint", title), COLUMNS[k], word))
+    return (replaced if angles == "nominal" else rows), rounded
 
 
 def _robot(

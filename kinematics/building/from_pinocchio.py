@@ -116,11 +116,11 @@ class _Model:
         for frame in model.frames:
             if frame.type.name == "BODY":
                 self.links[frame.parentJoint].append((frame.name, _pose(frame.placement)))
-        self.taken = {name for own in self.links for name, _ in own}
-        for joint, own in enumerate(self.links):
-            own.sort(key=lambda link: not _is_identity(link[1]))
-            if not own or not _is_identity(own[0][1]):
-                own.insert(0, (self._new_name(model.names[joint]), np.eye(4)))
+        self.taken = {name for frames in self.links for name, _ in frames}
+        for joint, frames in enumerate(self.links):
+            frames.sort(key=lambda link: not _is_identity(link[1]))
+            if not frames or not _is_identity(frames[0][1]):
+                frames.insert(0, (self._new_name(model.names[joint]), np.eye(4)))
         self.between: list[str] = []
 
     def _new_name(self, name: str) -> str:
@@ -133,8 +133,8 @@ class _Model:
     def robot(self, constraints: Iterable[Any]) -> Element:
         """Make the elements of the linkage, the base first."""
         model, links = self.model, []
-        for own, inertia in zip(self.links, model.inertias, strict=True):
-            (first, _), *others = own
+        for frames, inertia in zip(self.links, model.inertias, strict=True):
+            (first, _), *others = frames
             links.append(make_elements.link(first, _inertial(inertia)))
             links += [make_elements.link(name) for name, _ in others]
         joints = [each for i in range(1, len(model.joints)) for each in self._joints_of(i)]
@@ -160,23 +160,23 @@ class _Model:
 
     def _fixed_joints(self) -> Iterator[Element]:
         """Make the joints that fix further links of a body to its first."""
-        known = set(self.model.names)
+        titles = set(self.model.names)
         for (first, _), *others in self.links:
             for name, pose in others:
                 title = f"{name}_fixed"
-                while title in known:
+                while title in titles:
                     title += "_"
-                known.add(title)
+                titles.add(title)
                 origin = make_elements.origin(pose)
                 yield make_elements.joint(title, "fixed", first, name, origin)
 
     def _make_loop(self, number: int, constraint: Any) -> Element:
         """Make the ``<loop>`` of a constraint."""
-        label, known = f"constraint {number}", " or ".join(_LOOPS)
+        label, loop_types = f"constraint {number}", " or ".join(_LOOPS)
         kind = _LOOPS.get(getattr(getattr(constraint, "type", None), "name", ""))
         if kind is None:
             problem = f"a {type(constraint).__name__} of no known type"
-            raise Refusal(label, problem, f"give a RigidConstraintModel of type {known}")
+            raise Refusal(label, problem, f"give a RigidConstraintModel of type {loop_types}")
         if not _is_identity(_pose(constraint.desired_contact_placement)):
             problem = "its desired_contact_placement is not the identity"
             raise Refusal(label, problem, "put it into the placements of its joints")
@@ -199,34 +199,34 @@ def _steps(model: Any, index: int) -> list[_Step]:
     label, joint = find_by_name("joint", model.names[index]), model.joints[index]
     if joint.shortname() != "JointModelMimic":
         return _convert_joint(label, joint, np.zeros(model.nq))
-    own = joint.extract()
-    if own.scaling == 0.0:
+    mimic = joint.extract()
+    if mimic.scaling == 0.0:
         problem = "a mimic joint whose ratio is 0"
         raise Refusal(label, problem, "fix it, or give it another ratio")
     at = model.mimicking_joints.tolist().index(index)
     source = model.names[model.mimicked_joints[at]]
-    step = _single_step(_subspace(joint, np.zeros(model.nq)) / own.scaling)
-    return [step._replace(mimic=(source, own.scaling, own.offset))]
+    step = _single_step(_subspace(joint, np.zeros(model.nq)) / mimic.scaling)
+    return [step._replace(mimic=(source, mimic.scaling, mimic.offset))]
 
 
 def _convert_joint(label: str, joint: Any, q: Array) -> list[_Step]:
     """Convert a joint that is no mimic joint; ``q`` are zeros (nq of the model)."""
-    kind, own = joint.shortname(), joint.extract() if hasattr(joint, "extract") else joint
+    kind, concrete = joint.shortname(), joint.extract() if hasattr(joint, "extract") else joint
     if kind in _SEVERAL:
         return [_Step(_SEVERAL[kind], np.eye(4), ("0 0 1", ""))]
     if kind == "JointModelTranslation":
         return [_Step("prismatic", np.eye(4), (number_words(axis), "")) for axis in np.eye(3)]
     if kind == "JointModelUniversal":
-        axes = number_words(own.axis1), number_words(own.axis2)
-        if abs(own.axis1 @ own.axis2) <= PINOCCHIO_AXES_COSINE:
+        axes = number_words(concrete.axis1), number_words(concrete.axis2)
+        if abs(concrete.axis1 @ concrete.axis2) <= PINOCCHIO_AXES_COSINE:
             return [_Step("universal", np.eye(4), axes)]
         return [_Step("continuous", np.eye(4), (axis, "")) for axis in axes]
     if kind == "JointModelComposite":
-        found = []
-        for part, placement in zip(own.joints, own.jointPlacements, strict=True):
+        steps = []
+        for part, placement in zip(concrete.joints, concrete.jointPlacements, strict=True):
             first, *others = _convert_joint(label, part, q)
-            found += [first._replace(at=_pose(placement) @ first.at), *others]
-        return found
+            steps += [first._replace(at=_pose(placement) @ first.at), *others]
+        return steps
     if joint.nv == 1:
         return [_single_step(_subspace(joint, q))]
     problem = f"a {clean(kind)}, for which there is no joint of the file"

@@ -180,14 +180,14 @@ def _points(joints: Sequence[_CheckedJoint]) -> dict[str, Array]:
     carried = {each.joint.child: each.point for each in joints}
     bases = [x.joint for x in joints if x.joint.parent not in carried]
     base = bases[0].parent if bases else joints[0].joint.parent
-    known = {base: np.zeros(3), **carried}
+    origins = {base: np.zeros(3), **carried}
     for joint in bases:
         if joint.parent != base:
             problem = f"no joint carries its parent link '{clean(joint.parent)}', and the "
             problem += f"base is '{clean(base)}'"
-            remedy = f"correct the name; the links are {closest_names(joint.parent, known)}"
+            remedy = f"correct the name; the links are {closest_names(joint.parent, origins)}"
             raise Refusal(find_by_name("joint", joint.name), problem, remedy)
-    return known
+    return origins
 
 
 def _check_joint(word: str, joint: object) -> _CheckedJoint:

@@ -22,7 +22,7 @@ SERIES_ORDER = 3
 
 
 def continue_along(
-    chain: Chain, ray: Array, known: Series | None = None, longest_step: float = np.inf
+    chain: Chain, ray: Array, first_series: Series | None = None, longest_step: float = np.inf
 ) -> Iterator[Pose]:
     """Follow closed poses along a ray; the series at each pose predicts the next one.
 
@@ -31,13 +31,13 @@ def continue_along(
     Args:
         chain: the linkage at its reference pose.
         ray: direction in the coordinates of the chain (w,).
-        known: series along the ray at the reference pose, if there is one already.
+        first_series: series along the ray at the reference pose, if there is one already.
         longest_step: in the parameter of the ray.
 
     Returns:
         The poses, in order.
     """
-    series = expand(chain, ray[None], SERIES_ORDER) if known is None else known
+    series = expand(chain, ray[None], SERIES_ORDER) if first_series is None else first_series
     q = np.zeros(chain.parent.size)
     while True:
         pose, step = follow_ray(chain, q, series, ray, longest_step)
@@ -71,12 +71,12 @@ def continue_in_directions(chain: Chain, rays: Array) -> Iterator[tuple[Chain, P
         ]
     ended = 0
     for path in cycle(paths):
-        found = next(path, None)
-        ended = ended + 1 if found is None else 0
+        next_pose = next(path, None)
+        ended = ended + 1 if next_pose is None else 0
         if ended == len(paths):
             return
-        if found is not None:
-            yield found
+        if next_pose is not None:
+            yield next_pose
 
 
 def _continue_single_freedom(chain: Chain, ray: Array) -> Iterator[tuple[Chain, Pose]]:

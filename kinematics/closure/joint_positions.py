@@ -129,19 +129,19 @@ def solve_joint_positions(
     if chain.dependent.size == 0:
         return chain.columns @ point
     q, screws = np.zeros(chain.parent.size), chain.screws
-    length = left = hypot(*point)
+    length = remaining_length = hypot(*point)
     used_up = 0
     for _ in range(MAX_STEPS):
         # The remaining length is decremented, so that rounding leaves no residual step.
-        if left == 0.0:
+        if remaining_length == 0.0:
             return q
         ray = point / length
         series = expand_from(chain, screws, ray[None], SERIES_ORDER)
-        pose, step = follow_ray(chain, q, series, ray, left)
+        pose, step = follow_ray(chain, q, series, ray, remaining_length)
         if step == 0.0:
             break
-        q, screws, left = pose.q, pose.screws, left - step
+        q, screws, remaining_length = pose.q, pose.screws, remaining_length - step
     else:
         used_up = MAX_STEPS
     where = ", ".join(f"{name}={value:.4g}" for name, value in goal)
-    raise UnreachedError(source, where, 1.0 - left / length, q.tolist(), used_up)
+    raise UnreachedError(source, where, 1.0 - remaining_length / length, q.tolist(), used_up)

@@ -194,16 +194,16 @@ def _close_loops(chain, screws, mimics, factor, poses):
 
 
 @kernel(reference_counting=False)
-def radius_lanes(C, orders, found):
+def radius_lanes(C, orders, numbers):
     """Estimate the radius of convergence of every lane; see `radius_along`.
 
     Args:
         C: in; joint rates (≥ orders, n, lanes).
         orders: how many orders count.
-        found: out; the radius, and the least rate of a joint over the largest; then workspace
+        numbers: out; the radius, and the least rate of a joint over the largest; then workspace
             (4, lanes).
     """
-    zero, limit = broadcast(0.0), found[0]
+    zero, limit = broadcast(0.0), numbers[0]
     first, least, most = zero, broadcast(np.inf), zero
     store_vector(limit, 0, broadcast(1.0))
     for k in range(orders):
@@ -219,13 +219,13 @@ def radius_lanes(C, orders, found):
         # limit = max(limit, |q̇_0|, (|q̇_k| / |q̇_0|)^(1/k)): the root only where it is larger
         for _ in range(k - 1):
             power = power * load_vector(limit, 0)
-        store_vector(found[2], 0, size if k == 0 else size / first)
-        store_vector(found[3], 0, power)
+        store_vector(numbers[2], 0, size if k == 0 else size / first)
+        store_vector(numbers[3], 0, power)
         for lane in range(VECTOR_WIDTH):
-            if found[2, lane] > found[3, lane]:
-                limit[lane] = found[2, lane] ** (1.0 / max(k, 1))
+            if numbers[2, lane] > numbers[3, lane]:
+                limit[lane] = numbers[2, lane] ** (1.0 / max(k, 1))
     store_vector(limit, 0, broadcast(1.0) / load_vector(limit, 0))
-    store_vector(found[1], 0, least / most)
+    store_vector(numbers[1], 0, least / most)
 
 
 @kernel(reference_counting=False)
@@ -257,9 +257,9 @@ def follow_lanes(chain, screws, mimics, C, orders, radius, factor, poses, active
         size = size + moved * moved
     _close_loops(chain, screws, mimics, factor, poses)
     for j in range(chain[0].size):
-        left = load_vector(poses.q[j], 0) - load_vector(poses.start[j], 0)
-        left = left - load_vector(poses.predicted[j], 0)
-        off = off + left * left
+        deviation = load_vector(poses.q[j], 0) - load_vector(poses.start[j], 0)
+        deviation = deviation - load_vector(poses.predicted[j], 0)
+        off = off + deviation * deviation
     store_vector(poses.numbers[1], 0, broadcast(BRANCH_DISTANCE_SQUARED) * size - off)
     for lane in range(VECTOR_WIDTH):
         closed = poses.numbers[0, lane] < FOLLOWED_POSE_RESIDUAL

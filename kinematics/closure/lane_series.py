@@ -35,7 +35,7 @@ class LaneSeries(NamedTuple):
         S: screws (orders, n, 3, lanes).
         C: joint rates for a unit rate of the coordinate (orders, n, lanes).
         T: link twists (orders, n, 3, lanes).
-        own: part of a link's twist that its joint adds, without the unknown rate (n, 2, lanes).
+        joint_twists: what joints add to twists, without the unknown rate (n, 2, lanes).
         residual: square of the largest mismatch of the loops (lanes,).
         factor: that of the loop matrices.
     """
@@ -43,7 +43,7 @@ class LaneSeries(NamedTuple):
     S: Array
     C: Array
     T: Array
-    own: Array
+    joint_twists: Array
     residual: Array
     factor: LoopFactor
 
@@ -93,7 +93,7 @@ def _carry_screws(k, parent, screws, S, T):
 
 
 @kernel(reference_counting=False)
-def _add_known_twists(k, chain, S, C, T, own):
+def _add_known_twists(k, chain, S, C, T, joint_twists):
     """Compute order k of the link twists without the unknown rates.
 
     Args:
@@ -102,7 +102,7 @@ def _add_known_twists(k, chain, S, C, T, own):
         S: in; screws up to order k.
         C: in, lower orders; out in order 0, the rate of the independent joints.
         T: out; order k.
-        own: out; see `LaneSeries`.
+        joint_twists: out; see `LaneSeries`.
     """
     parent, columns, moves = chain[0], chain[4], chain[5]
     for j in range(parent.size):
@@ -113,8 +113,8 @@ def _add_known_twists(k, chain, S, C, T, own):
             rate = load_vector(C[k - a, j], 0)
             x = x + load_vector(S[a, j, 1], 0) * rate
             y = y + load_vector(S[a, j, 2], 0) * rate
-        store_vector(own[j, 0], 0, x)
-        store_vector(own[j, 1], 0, y)
+        store_vector(joint_twists[j, 0], 0, x)
+        store_vector(joint_twists[j, 1], 0, y)
         if k == 0:
             rate = broadcast(columns[j, 0])
             store_vector(C[0, j], 0, rate)
@@ -170,19 +170,19 @@ def lane_series(first, last, chain, screws, mimics, series):
         mimics: in; relations (g, n, lanes).
         series: in and out; a `LaneSeries`.
     """
-    S, C, T, own, residual, factor = series
+    S, C, T, joint_twists, residual, factor = series
     parent, moves, envelope = chain[0], chain[5], chain[6]
     if first == 0:
         factor_loops(screws, mimics, envelope, factor)
         store_vector(residual, 0, broadcast(0.0))
     for k in range(first, last + 1):
         _carry_screws(k, parent, screws, S, T)
-        _add_known_twists(k, chain, S, C, T, own)
+        _add_known_twists(k, chain, S, C, T, joint_twists)
         _fill_mismatch(k, chain, mimics, T, factor.b)
         solve_loops(envelope, factor, residual)
         for d in range(factor.diagonal.shape[0]):
             store_vector(C[k, envelope[JOINT, d]], 0, load_vector(factor.b[d], 0))
-        # T_j = T_parent + own_j + s_j,0 C_j,k
+        # T_j = T_parent + joint_twist_j + s_j,0 C_j,k
         for j in range(parent.size):
             if not moves[j, 0]:
                 continue
@@ -190,7 +190,7 @@ def lane_series(first, last, chain, screws, mimics, series):
             for i in range(3):
                 twist = load_vector(screws[j, i], 0) * rate
                 if i > 0:
-                    twist = twist + load_vector(own[j, i - 1], 0)
+                    twist = twist + load_vector(joint_twists[j, i - 1], 0)
                 if p >= 0:
                     twist = twist + load_vector(T[k, p, i], 0)
                 store_vector(T[k, j, i], 0, twist)

@@ -183,11 +183,11 @@ def _start_background() -> None:
     except (Timeout, OSError, NotImplementedError):  # or a file system without locks
         return
     above = [str(Path(__file__).parents[2]), os.environ.get("PYTHONPATH")]
-    own = {"PYTHONPATH": os.pathsep.join(filter(None, above)), VARIABLE: "now"}
+    variables = {"PYTHONPATH": os.pathsep.join(filter(None, above)), VARIABLE: "now"}
     try:
         subprocess.Popen(
             [sys.executable, "-P", "-c", CHILD.format(_ProcessChoice.warm_up.module)],
-            cwd=folder, env=os.environ | own | {"OPENBLAS_NUM_THREADS": "1"},
+            cwd=folder, env=os.environ | variables | {"OPENBLAS_NUM_THREADS": "1"},
             stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
             # Interrupts of the command must not reach it. In a session of its own, Linux
             # might give it as much of the processor as the command.

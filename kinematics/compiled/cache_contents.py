@@ -76,8 +76,8 @@ def cache_folder() -> Path | None:
     named = os.environ.get("NUMBA_CACHE_DIR")
     user = os.environ.get("XDG_CACHE_HOME") or os.environ.get("LOCALAPPDATA") or "~/.cache"
     beside = Path(__file__).parents[1] / "__pycache__"
-    own = Path(user).expanduser() / "screwbalance"
-    for folder in [Path(named)] if named else [beside, own]:
+    user_cache = Path(user).expanduser() / "screwbalance"
+    for folder in [Path(named)] if named else [beside, user_cache]:
         try:
             folder.mkdir(parents=True, exist_ok=True)
         except OSError:

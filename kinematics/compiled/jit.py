@@ -47,8 +47,8 @@ def kernel(
     """
     if function is None:
         return partial(kernel, inline=inline, reference_counting=reference_counting)
-    found = _Kernel(function, inline, reference_counting)
-    return found.compiled if compile_mode() == "now" else found
+    wrapper = _Kernel(function, inline, reference_counting)
+    return wrapper.compiled if compile_mode() == "now" else wrapper
 
 
 class _RunningKernel(local):
@@ -99,11 +99,11 @@ class _Kernel:
         return compile_kernel(self.py_func, *self._options)
 
 
-def _unbox_numbers(found: Any) -> Any:
+def _unbox_numbers(value: Any) -> Any:
     """Convert NumPy scalars to Python numbers, in tuples too."""
-    if isinstance(found, np.generic):
-        return found.item()
-    if isinstance(found, tuple):
-        items = map(_unbox_numbers, found)
-        return type(found)(*items) if hasattr(found, "_fields") else tuple(items)
-    return found
+    if isinstance(value, np.generic):
+        return value.item()
+    if isinstance(value, tuple):
+        items = map(_unbox_numbers, value)
+        return type(value)(*items) if hasattr(value, "_fields") else tuple(items)
+    return value

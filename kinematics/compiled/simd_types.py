@@ -72,9 +72,9 @@ def _vector_pointer(context, builder, kind, array, at):
 @intrinsic
 def _load(typing, array, at):
     def generate(context, builder, sig, args):
-        found = builder.load(_vector_pointer(context, builder, sig.args[0], *args))
-        found.align = 8
-        return found
+        vector = builder.load(_vector_pointer(context, builder, sig.args[0], *args))
+        vector.align = 8
+        return vector
 
     return _vector_type(array, types.intp), generate
 

@@ -91,18 +91,18 @@ def read_robot(
 
         document = Document(source, element_text(robot).encode())
     robot, odd = mend_oddities(robot, source)
-    found = _translate(validate_robot(robot, source), source, nominal)
-    remarks = (*remarks, *told, *odd, *found.remarks)
-    return RobotFile(found.tree, None, remarks, document, found.dialects)
+    translation = _translate(validate_robot(robot, source), source, nominal)
+    remarks = (*remarks, *told, *odd, *translation.remarks)
+    return RobotFile(translation.tree, None, remarks, document, translation.dialects)
 
 
 def _translate(tree: Element, source: str, nominal: bool) -> Translated:
     """Translate loops in the words of other tools, and check the tree again if there are."""
     with name_file(source):
-        found = translate_loops(tree, nominal)
-        if found.tree is not tree:
-            validate_tree(found.tree)
-    return found
+        translation = translate_loops(tree, nominal)
+        if translation.tree is not tree:
+            validate_tree(translation.tree)
+    return translation
 
 
 def read_files(model: Path | Document, loops: Path | None, options: ReadOptions) -> RobotFile:
@@ -124,9 +124,9 @@ def read_files(model: Path | Document, loops: Path | None, options: ReadOptions)
     search = not isinstance(model, Document)
     merged = merge_loop_file(robot.tree, source, loops, search, robot.dialects)
     tree, repeated = drop_repeated_loops(merged.tree, robot.dialects, "")
-    found = find_rounded_angles(tree)
-    text = f"{clean(source, 1000)}: {describe_rounded_angles(found, options.angles)}"
-    more = ((ROUNDED_ANGLES, text),) if found else ()
+    rounded = find_rounded_angles(tree)
+    text = f"{clean(source, 1000)}: {describe_rounded_angles(rounded, options.angles)}"
+    more = ((ROUNDED_ANGLES, text),) if rounded else ()
     if nominal:
         tree, noise = remove_axis_noise(replace_rounded_angles(tree), source)
         more = (*more, *noise)

@@ -64,7 +64,7 @@ def _packages_above(path: Path) -> dict[str, Path]:
     A package without a readable ``package.xml`` has the name of its folder. ``walk_up_from`` of
     xacrodoc takes the first folder with a ``manifest.xml`` for any package whatever.
     """
-    found: dict[str, Path] = {}
+    packages: dict[str, Path] = {}
     for folder in path.parents:
         name = ""
         if (folder / "package.xml").is_file():
@@ -75,8 +75,8 @@ def _packages_above(path: Path) -> dict[str, Path]:
         elif (folder / "manifest.xml").is_file():
             name = folder.name
         if name.strip():
-            found.setdefault(name.strip(), folder)
-    return found
+            packages.setdefault(name.strip(), folder)
+    return packages
 
 
 if __name__ == "__main__":

@@ -220,8 +220,8 @@ def absorb_rows(factor, p, rank, m):
         _swap_pivots(factor, rank, end)
         _reflect(F, rank, rank + 1, end, p, limits[3], norms)
         rank += 1
-    left, dropped = square_root(load_vector(limits[5], 0)), load_vector(limits[2], 0)
-    store_vector(limits[2], 0, choose_greater(left, dropped, left, dropped))
+    remainder, dropped = square_root(load_vector(limits[5], 0)), load_vector(limits[2], 0)
+    store_vector(limits[2], 0, choose_greater(remainder, dropped, remainder, dropped))
     return rank
 
 
@@ -245,7 +245,7 @@ def rows_follow_lanes(factor, p, rank, rows):
     for j in range(p):
         for lane in range(VECTOR_WIDTH):
             x[j, lane] = combined[columns[j, lane], lane]
-    squares, growth, left = zero, broadcast(1.0), zero
+    squares, growth, remainder = zero, broadcast(1.0), zero
     for j in range(p):
         entry = load_vector(x[j], 0)
         squares = squares + entry * entry
@@ -259,9 +259,9 @@ def rows_follow_lanes(factor, p, rank, rows):
             store_vector(x[j], 0, rest)
     for j in range(rank, p):
         entry = load_vector(x[j], 0)
-        left = left + entry * entry
+        remainder = remainder + entry * entry
     size, scale = square_root(squares), load_vector(limits[1], 0)
     limit = load_vector(limits[0], 0) * choose_greater(size, scale, size, scale)
     limit = limit + broadcast(ELIMINATION_ROUND_OFF) * growth * scale
     # Positive, not zero, where both vanish: nothing is left of rows that are 0.
-    store_vector(limits[3], 0, limit - square_root(left))
+    store_vector(limits[3], 0, limit - square_root(remainder))

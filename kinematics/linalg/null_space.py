@@ -114,13 +114,13 @@ def orthonormal(rows, count, n):
             x[j] /= np.sqrt(size)
 
 
-def extend(known: Array, without: IntArray, factor: Array, columns: IntArray) -> Array:
+def extend(known_rows: Array, without: IntArray, factor: Array, columns: IntArray) -> Array:
     """Extend rows of a factor to all unknowns, so that they vanish on rows that are known.
 
-    ``extended @ known.T = 0``. The columns ``without`` of ``known`` are upper triangular.
+    ``extended @ known_rows.T = 0``. Columns ``without`` of ``known_rows`` are upper triangular.
 
     Args:
-        known: rows, of all unknowns (s, count).
+        known_rows: rows, of all unknowns (s, count).
         without: the unknowns that the factor does not have (s,).
         factor: rows of the factor (rank, p).
         columns: the unknowns that its columns stand for (p,).
@@ -128,29 +128,29 @@ def extend(known: Array, without: IntArray, factor: Array, columns: IntArray) ->
     Returns:
         Rows of all unknowns (rank, count).
     """
-    rows = np.zeros((len(factor), known.shape[1]))
+    rows = np.zeros((len(factor), known_rows.shape[1]))
     rows[:, columns] = factor
-    for k in range(len(known) - 1, -1, -1):
-        rows[:, without[k]] = -(rows @ known[k]) / known[k, without[k]]
+    for k in range(len(known_rows) - 1, -1, -1):
+        rows[:, without[k]] = -(rows @ known_rows[k]) / known_rows[k, without[k]]
     return rows
 
 
 @kernel(reference_counting=False)
-def put_solutions(known, factor, permutation, columns, out):
+def put_solutions(solutions, factor, permutation, columns, out):
     """Solve ``R x = 0`` for a triangular factor; orthonormal solutions, after those known.
 
     Args:
-        known: in: solutions as rows (s, count).
+        solutions: in: those known, as rows (s, count).
         factor: in: R, its columns in their own order (rank, p).
         permutation: in: the order of elimination (p,).
         columns: in: the unknowns that the columns of R stand for (p,).
         out: out: the solutions as rows (s + p - rank, count); entries of round-off are 0.
     """
-    s, count = known.shape
+    s, count = solutions.shape
     rank, p = factor.shape[0], permutation.size
     for i in range(out.shape[0]):
         for j in range(count):
-            out[i, j] = known[i, j] if i < s else 0.0
+            out[i, j] = solutions[i, j] if i < s else 0.0
     # x_k = -(Σ_j R_kj x_j) / R_kk upwards, with 1 for one free unknown.
     for free in range(rank, p):
         x = out[s + free - rank]
@@ -168,12 +168,12 @@ def put_solutions(known, factor, permutation, columns, out):
 
 
 def known_and_null_space(
-    known: Array, factor: Array, permutation: IntArray, columns: IntArray
+    solutions: Array, factor: Array, permutation: IntArray, columns: IntArray
 ) -> Array:
     """Append the null space of a factor to solutions that are known; orthonormal rows.
 
     Args:
-        known: solutions as rows (s, count).
+        solutions: those known, as rows (s, count).
         factor: R, its columns in their own order (rank, p).
         permutation: the order of elimination (p,).
         columns: the unknowns that the columns of R stand for (p,).
@@ -182,6 +182,6 @@ def known_and_null_space(
         Solutions as rows (s + p - rank, count), those known first.
     """
     rank, p = factor.shape
-    out = np.empty((len(known) + p - rank, known.shape[1]))
-    put_solutions(known, factor, permutation, columns, out)
+    out = np.empty((len(solutions) + p - rank, solutions.shape[1]))
+    put_solutions(solutions, factor, permutation, columns, out)
     return out

@@ -314,10 +314,10 @@ def rows_follow(
     """
     F = factor_workspace(columns.size, 0)
     take_factor(R, permutation, F)
-    found: bool = contains_rows(
+    follows: bool = contains_rows(
         Factor(F, permutation, columns, tolerance), len(R), rows, 1.0, scale
     )
-    return found
+    return follows
 
 
 @kernel(reference_counting=False)

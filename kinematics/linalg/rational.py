@@ -95,17 +95,17 @@ def nearby_fraction(value: Fraction) -> Fraction:
 @cache
 def pi() -> Fraction:
     """Compute π to ``2**-(BITS + 100)``: ``16 arctan(1/5) - 4 arctan(1/239)`` (J. Machin)."""
-    one = 1 << (BITS + 2 * _GUARD)
+    unit = 1 << (BITS + 2 * _GUARD)
 
     def arctan(inverse: int) -> int:
-        total, power, k = 0, one // inverse, 0
+        total, power, k = 0, unit // inverse, 0
         while power:
             total += (-1) ** k * (power // (2 * k + 1))
             power //= inverse * inverse
             k += 1
         return total
 
-    return Fraction(16 * arctan(5) - 4 * arctan(239), one)
+    return Fraction(16 * arctan(5) - 4 * arctan(239), unit)
 
 
 def quarters(angle: Fraction) -> tuple[int, Fraction]:
@@ -117,10 +117,10 @@ def quarters(angle: Fraction) -> tuple[int, Fraction]:
 def tangent(angle: Fraction) -> Fraction:
     """Compute the tangent of half an angle of at most π/4 in size, to ``2**-BITS``."""
     half = angle / 2
-    one = 1 << (BITS + _GUARD)
-    x = round(half * one)
+    unit = 1 << (BITS + _GUARD)
+    x = round(half * unit)
     sine = cosine = 0
-    term, k = one, 0
+    term, k = unit, 0
     while term:
         if k % 2:
             sine += term * (-1) ** (k // 2)
@@ -128,7 +128,7 @@ def tangent(angle: Fraction) -> Fraction:
             cosine += term * (-1) ** (k // 2)
         k += 1
         # Towards zero, so that the terms of a negative angle end too.
-        size = abs(term) * abs(x) // (one * k)
+        size = abs(term) * abs(x) // (unit * k)
         term = size if (term < 0) == (x < 0) else -size
     return nearby_fraction(Fraction(sine, cosine))
 
@@ -168,36 +168,36 @@ def rational_bracket(a: Sequence[Fraction], b: Sequence[Fraction]) -> Vector:
     return cross(a[:3], b[:3]) + tuple(x + y for x, y in moments)
 
 
-def leading_entry(left: Rows, pivots: Sequence[int]) -> tuple[int, int] | None:
+def leading_entry(rows: Rows, pivots: Sequence[int]) -> tuple[int, int] | None:
     """Choose the pivot of the row echelon form: the first column that does not vanish.
 
     Args:
-        left: rows without a pivot so far.
+        rows: rows without a pivot so far.
         pivots: columns of the pivots so far.
 
     Returns:
-        Row in ``left`` and column; None if all rows vanish.
+        Row in ``rows`` and column; None if all rows vanish.
     """
     first = pivots[-1] + 1 if pivots else 0
-    columns = range(first, len(left[0]) if left else 0)
-    return next(((i, c) for c in columns for i, row in enumerate(left) if row[c]), None)
+    columns = range(first, len(rows[0]) if rows else 0)
+    return next(((i, c) for c in columns for i, row in enumerate(rows) if row[c]), None)
 
 
-def largest_entry(left: Rows, pivots: Sequence[int]) -> tuple[int, int] | None:
+def largest_entry(rows: Rows, pivots: Sequence[int]) -> tuple[int, int] | None:
     """Choose the largest entry of all (complete pivoting), which keeps the others bounded.
 
     Args:
-        left: rows without a pivot so far.
+        rows: rows without a pivot so far.
         pivots: columns of the pivots so far; not used.
 
     Returns:
-        Row in ``left`` and column; None if all rows vanish.
+        Row in ``rows`` and column; None if all rows vanish.
     """
-    sizes = [max(map(abs, row), default=0) for row in left]
+    sizes = [max(map(abs, row), default=0) for row in rows]
     if not any(sizes):
         return None
     i = sizes.index(max(sizes))
-    return i, max(range(len(left[i])), key=lambda c: abs(left[i][c]))
+    return i, max(range(len(rows[i])), key=lambda c: abs(rows[i][c]))
 
 
 def echelon(
@@ -215,13 +215,13 @@ def echelon(
         The rows with a pivot, in the order in which the pivots were chosen, and the column
         of each.
     """
-    left = [list(row) for row in rows]
+    remaining = [list(row) for row in rows]
     done: list[list[Number]] = []
     pivots: list[int] = []
-    while (found := pivot(left, pivots)) is not None:
-        row, column = left.pop(found[0]), found[1]
+    while (entry := pivot(remaining, pivots)) is not None:
+        row, column = remaining.pop(entry[0]), entry[1]
         row = [x / row[column] for x in row]
-        for group in (left, done):
+        for group in (remaining, done):
             group[:] = [
                 [x - other[column] * y for x, y in zip(other, row, strict=True)]
                 if other[column] else other
@@ -248,13 +248,13 @@ def rational_null_space(
         Vectors of ``columns`` entries with which every row has product 0.
     """
     reduced, pivots = echelon(rows, pivot)
-    found = []
+    basis = []
     for free in (c for c in range(columns) if c not in pivots):
         vector = [Fraction(int(c == free)) for c in range(columns)]
         for row, column in zip(reduced, pivots, strict=True):
             vector[column] = -row[free]
-        found.append(vector)
-    return found
+        basis.append(vector)
+    return basis
 
 
 def combination(x: Sequence[Fraction], vectors: Sequence[Sequence[Fraction]]) -> list[Fraction]:

@@ -25,16 +25,16 @@ def alike_groups(vectors: Sequence[Array] | Array, alike: Alike) -> list[list[in
         Indices of the vectors of each group, ascending; groups in the order of their first.
     """
     all_vectors = np.asarray(vectors, dtype=np.float64)
-    found: list[list[int]] = []
+    groups: list[list[int]] = []
     firsts = np.empty_like(all_vectors)
     for i, vector in enumerate(all_vectors):
-        same = np.flatnonzero(alike(firsts[: len(found)], vector))
+        same = np.flatnonzero(alike(firsts[: len(groups)], vector))
         if same.size:
-            found[same[0]].append(i)
+            groups[same[0]].append(i)
         else:
-            firsts[len(found)] = vector
-            found.append([i])
-    return found
+            firsts[len(groups)] = vector
+            groups.append([i])
+    return groups
 
 
 def distinct_vectors(vectors: Sequence[Array] | Array, alike: Alike) -> list[int]:

@@ -176,9 +176,9 @@ def _is_near(
     linkage: Linkage, screws: tuple[Vector, ...], limit: float = MEANT_DIFFERENCE
 ) -> bool:
     """Return whether screws are those of a linkage, up to a relative limit."""
-    known = np.array([joint.screw for joint in linkage.joints])
-    apart = float(np.abs(np.array([_unit_screw(screw) for screw in screws]) - known).max())
-    return apart <= limit * max(1.0, float(np.abs(known).max()))
+    as_written = np.array([joint.screw for joint in linkage.joints])
+    apart = float(np.abs(np.array([_unit_screw(screw) for screw in screws]) - as_written).max())
+    return apart <= limit * max(1.0, float(np.abs(as_written).max()))
 
 
 def _unit_screw(screw: Vector) -> Array:

@@ -114,7 +114,7 @@ def bennett_axes(screws: Sequence[Array]) -> tuple[Vector, ...] | None:
         return None
     h3 = (r1.inverse @ r0).scaled(Fraction(-1))
     h4 = h1 + h2 + h3.scaled(Fraction(-1))
-    found = [*lines]
+    axes = [*lines]
     for h, screw in ((h3, third), (h4, fourth)):
         line = h.a.v + h.b.v
         if h.b.s or not any(h.a.v):
@@ -124,8 +124,8 @@ def bennett_axes(screws: Sequence[Array]) -> tuple[Vector, ...] | None:
             if float(sum(float(x) * y for x, y in zip(h.a.v, screw[:3], strict=True))) > 0
             else -1
         )
-        found.append(tuple(sign * x for x in line))
-    return tuple(found)
+        axes.append(tuple(sign * x for x in line))
+    return tuple(axes)
 
 
 def _root(s: Fraction, scale: Fraction, line: Vector) -> _Dual:

@@ -263,16 +263,16 @@ def _bennett_figure(
         return None
     centre = np.mean([linkage.joints[j].point for j in joints], axis=0)
     size = extent(linkage).length
-    known = []
+    screws = []
     for j in around:
         screw = np.array(linkage.joints[j].screw)
         screw[3:] = (screw[3:] - np.cross(centre, screw[:3])) / size
-        known.append(screw)
-    axes = bennett_axes(known)
+        screws.append(screw)
+    axes = bennett_axes(screws)
     if axes is None:
         return None
     unit = [_floats(axis) / np.linalg.norm(_floats(axis[:3])) for axis in axes]
-    error = float(np.abs(np.array(unit) - known).max())
+    error = float(np.abs(np.array(unit) - screws).max())
     width = widths.angle + widths.place / size
     if error > MAX_BENNETT_ERROR * width:
         return None
@@ -331,10 +331,10 @@ def _members(widths: LinkWidths, joints: Sequence[int]) -> list[tuple[int, Width
 
 def _least(pairs: Iterable[tuple[int, Width]]) -> dict[int, Width]:
     """Keep the least width of each link."""
-    found: dict[int, Width] = {}
+    widths: dict[int, Width] = {}
     for key, value in pairs:
-        found[key] = min(value, found.get(key, value), key=lambda width: width.place)
-    return found
+        widths[key] = min(value, widths.get(key, value), key=lambda width: width.place)
+    return widths
 
 
 def _alike(vectors: Sequence[Array], width: float) -> list[list[int]]:
@@ -398,10 +398,10 @@ def _unit_vector(n: Array) -> Vector:
     others = [i for i in range(3) if i != k]
     u, v = (nearby_fraction(Fraction(float(n[i] / (1 + abs(n[k]))))) for i in others)
     square = 1 + u * u + v * v
-    found = [Fraction(0)] * 3
-    found[others[0]], found[others[1]] = 2 * u / square, 2 * v / square
-    found[k] = sign * (2 - square) / square
-    return tuple(found)
+    vector = [Fraction(0)] * 3
+    vector[others[0]], vector[others[1]] = 2 * u / square, 2 * v / square
+    vector[k] = sign * (2 - square) / square
+    return tuple(vector)
 
 
 def _rational(x: Array) -> Vector:

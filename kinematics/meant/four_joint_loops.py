@@ -178,14 +178,14 @@ def find_relations(
         shared = sorted(set(pins[p].links) & set(pins[q].links))
         if shared and np.linalg.norm(places[p] - places[q]) > PINS_DISTINCT * size:
             between[p, q] = between[q, p] = shared
-    found = [
+    relations = [
         relation
         for loop, links_around in _loops_of_four(len(pins), between)
         if (relation := _relation_of(figure, loop, links_around, limit))
     ]
     for k, slide in enumerate(slides):
-        found += _slider_cranks(figure, between, k, slide, limit)
-    return found
+        relations += _slider_cranks(figure, between, k, slide, limit)
+    return relations
 
 
 def _loops_of_four(

@@ -47,11 +47,11 @@ class Component(NamedTuple):
         """Choose the joints and columns that are independent in the whole chain for its own."""
         independent = np.ones(whole.parent.size, dtype=bool)
         independent[whole.dependent] = False
-        own = np.flatnonzero(independent[self.joints])
-        joints = self.joints[own]
-        ratio = whole.units[joints] / self.chain.units[own]
+        indices = np.flatnonzero(independent[self.joints])
+        joints = self.joints[indices]
+        ratio = whole.units[joints] / self.chain.units[indices]
         basis = ratio[:, None] * whole.columns[joints]
-        return move_chain(self.chain, own, basis[:, np.any(basis != 0.0, axis=0)])
+        return move_chain(self.chain, indices, basis[:, np.any(basis != 0.0, axis=0)])
 
     def in_frame(self, frame: Frame) -> Component:
         """Return the same component in other coordinates."""

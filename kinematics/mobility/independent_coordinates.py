@@ -65,14 +65,14 @@ def choose_coordinates(
 
 def _input_problem(joint: int, velocities: Array, rest: Array, taken: Sequence[str]) -> str:
     """Explain why a joint cannot be the next input; empty if it can."""
-    rate, left = (float(np.linalg.norm(v[joint])) for v in (velocities, rest))
+    rate, rest_rate = (float(np.linalg.norm(v[joint])) for v in (velocities, rest))
     fastest = float(np.linalg.norm(velocities, axis=1).max())
     if rate <= STANDSTILL_RELATIVE * fastest:
         return (
             "stands still, to first order, at the reference pose: a dead centre, if it moves "
             "at all, where it cannot drive the linkage"
         )
-    if left > max(REMAINING_FREEDOM, STANDSTILL_RELATIVE * rate):
+    if rest_rate > max(REMAINING_FREEDOM, STANDSTILL_RELATIVE * rate):
         return ""
     if len(taken) == velocities.shape[1]:
         return f"depends on the other inputs: {', '.join(taken)} take up mobility {len(taken)}"
@@ -81,10 +81,10 @@ def _input_problem(joint: int, velocities: Array, rest: Array, taken: Sequence[s
 
 def _expand_names(wanted: Sequence[str], joints: Sequence[Joint]) -> list[str]:
     """List names of coordinates; a joint of several coordinates gives all of them."""
-    found: list[str] = []
+    names: list[str] = []
     for name in wanted:
-        found += [joint.name for joint in joints if joint.whole == name] or [name]
-    return found
+        names += [joint.name for joint in joints if joint.whole == name] or [name]
+    return names
 
 
 def _candidate_inputs(draft: UnassembledLinkage, rest: Array) -> list[int]:

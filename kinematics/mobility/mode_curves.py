@@ -186,7 +186,7 @@ def _nodes(
     chain: Chain, poses: Sequence[SheetPose], values: Array, turning: NDArray[np.bool_]
 ) -> Iterator[Array]:
     """Yield the singular poses on a curve, each once."""
-    known: list[Array] = []
+    nodes: list[Array] = []
     count = len(poses)
     for k in range(count):
         before, after = values[k - 1], values[(k + 1) % count]
@@ -194,9 +194,9 @@ def _nodes(
             continue
         q = _node_near(chain, poses[k])
         if q is not None and all(
-            np.abs(within_turn(q - each, turning)).max() > 1e-3 for each in known
+            np.abs(within_turn(q - each, turning)).max() > 1e-3 for each in nodes
         ):
-            known.append(q)
+            nodes.append(q)
             yield q
 
 
@@ -220,16 +220,16 @@ def _node_near(chain: Chain, pose: SheetPose) -> Array | None:
         return here
 
     inner = [high - ratio * (high - low), low + ratio * (high - low)]
-    found = [value(s) for s in inner]
+    values = [value(s) for s in inner]
     for _ in range(NODE_STEPS):
-        if found[0] <= found[1]:
-            high, inner[1], found[1] = inner[1], inner[0], found[0]
+        if values[0] <= values[1]:
+            high, inner[1], values[1] = inner[1], inner[0], values[0]
             inner[0] = high - ratio * (high - low)
-            found[0] = value(inner[0])
+            values[0] = value(inner[0])
         else:
-            low, inner[0], found[0] = inner[0], inner[1], found[1]
+            low, inner[0], values[0] = inner[0], inner[1], values[1]
             inner[1] = low + ratio * (high - low)
-            found[1] = value(inner[1])
+            values[1] = value(inner[1])
         if best[0] <= NODE or high - low < 1e-9:
             break
     return best[1] if best[0] <= NODE else None

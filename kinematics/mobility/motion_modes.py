@@ -168,7 +168,7 @@ def find_modes(chain: Chain, N: Array, distance: float) -> ModeSearch:
 
 
 def _closed_starts(
-    chain: Chain, N: Array, distance: float, known: list[_Start], cone: tuple[Array, IntArray]
+    chain: Chain, N: Array, distance: float, starts: list[_Start], cone: tuple[Array, IntArray]
 ) -> list[_Start]:
     """Close the loops in directions of the tangent cone, and on both sides of them.
 
@@ -176,14 +176,14 @@ def _closed_starts(
         chain: the linkage as arrays.
         N: orthonormal freedoms (n, f).
         distance: of the poses from the reference pose, chain units.
-        known: poses from directions before.
+        starts: poses from directions before.
         cone: directions in the freedoms (k, f), and how many starts lead to each (k,).
 
     Returns:
-        The poses that are known, and further ones.
+        The poses of the starts, and further ones.
     """
-    poses: list[SheetPose | None] = [start.pose for start in known]
-    places, hits = [start.pose.q for start in known], [start.hits for start in known]
+    poses: list[SheetPose | None] = [start.pose for start in starts]
+    places, hits = [start.pose.q for start in starts], [start.hits for start in starts]
     directions = _both_sides(cone[0])
     weights = np.resize(cone[1], len(directions))
     for u, weight in zip(directions, weights.tolist(), strict=True):
@@ -223,10 +223,10 @@ def _group_modes(chain: Chain, N: Array, distance: float, starts: list[_Start]) 
             )
             for group in join(chain, N, distance, alike)
         ]  # fmt: skip
-    known = {id(pose) for pose in sheets}
+    sheet_ids = {id(pose) for pose in sheets}
     shaky = sum(
         not _is_regular(chain, start.pose, NEARER * distance)
-        for start in starts if id(start.pose) not in known
+        for start in starts if id(start.pose) not in sheet_ids
     )  # fmt: skip
     doubt = f"{count_noun(shaky, 'pose')} nearby cannot be told apart" if shaky else ""
     return ModeSearch(tuple(sorted(modes, key=cmp_to_key(_compare_modes))), doubt)
@@ -366,27 +366,27 @@ def _pair_half_branches(
     A pose without another one on the other side is looked for there; if there is none, as at a
     cusp, it is a curve by itself.
     """
-    known = list(poses)
+    sheets = list(poses)
     for pose in poses:
         q, residual = closest_pose(chain, N, distance, -pose.q / distance)
         if residual <= NEAR_SINGULAR_RESIDUAL and not any(
-            _are_same(each.q[None], q, distance)[0] for each in known
+            _are_same(each.q[None], q, distance)[0] for each in sheets
         ):
-            known.append(sheet_at(chain, q))
-    known = [pose for pose in known if pose.T.shape[1] == 1]
-    curves = [_tangent_and_curvature(N, pose) for pose in known]
+            sheets.append(sheet_at(chain, q))
+    sheets = [pose for pose in sheets if pose.T.shape[1] == 1]
+    curves = [_tangent_and_curvature(N, pose) for pose in sheets]
     misfits = sorted(
         (float(np.linalg.norm(u + v) + np.linalg.norm(c - d)), i, j)
         for i, (u, c) in enumerate(curves)
         for j, (v, d) in enumerate(curves[:i])
     )
     pairs: list[list[SheetPose]] = []
-    free = set(range(len(known)))
+    free = set(range(len(sheets)))
     for misfit, i, j in misfits:
         if i in free and j in free and misfit <= 1.0:
-            pairs.append([known[j], known[i]])
+            pairs.append([sheets[j], sheets[i]])
             free -= {i, j}
-    return pairs + [[known[k]] for k in sorted(free)]
+    return pairs + [[sheets[k]] for k in sorted(free)]
 
 
 def _tangent_and_curvature(N: Array, pose: SheetPose) -> tuple[Array, Array]:

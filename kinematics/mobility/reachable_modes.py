@@ -101,10 +101,10 @@ def reachable_modes(
         if not curve.ended:
             doubts.append("a mode was not followed to its end")
         for node in curve.nodes:
-            known = any(
+            visited = any(
                 np.abs(within_turn(node - x, turning)).max() <= SAME_NODE for x in nodes
             )
-            if known:
+            if visited:
                 continue
             if len(nodes) > MAX_NODES:
                 doubts.append(f"no more than {MAX_NODES} singular poses were looked at")

@@ -69,10 +69,10 @@ def _exact_rank(part: Component, rational: RationalJoints) -> int | None:
         return None
     screws = [rational.joints[joint.name][1] for joint in joints]
     lengths = [dot(n, n) for n in (s[:3] if any(s[:3]) else s[3:] for s in screws)]
-    known = np.array([joint.screw for joint in joints])
+    doubles = np.array([joint.screw for joint in joints])
     units = np.array(screws, dtype=np.float64)
     units /= np.sqrt(np.array(lengths, dtype=np.float64))[:, None]
-    if np.abs(units - known).max() > EXACT_SCREW_DIFFERENCE * max(1.0, np.abs(known).max()):
+    if np.abs(units - doubles).max() > EXACT_SCREW_DIFFERENCE * max(1.0, np.abs(doubles).max()):
         return None
     rows: list[Vector] = []
     for signs in loop_signs(part.chain.parent, part.chain.ends).astype(int).tolist():

@@ -154,11 +154,11 @@ class Chain:
             columns: joint rates of the independent joints for each column (n, w). Column by
                 column, they move no links but those in ``moves``, which stays.
         """
-        found = replace(self, columns=freeze(columns))
-        found.structure.made[_make_envelope] = self.envelope
+        chain = replace(self, columns=freeze(columns))
+        chain.structure.made[_make_envelope] = self.envelope
         if columns.shape == self.columns.shape:
-            found.structure.workspaces = self.structure.workspaces
-        return found
+            chain.structure.workspaces = self.structure.workspaces
+        return chain
 
     @cached_property
     def walked(self) -> tuple[NDArray[Any], ...]:
@@ -171,10 +171,10 @@ class Chain:
     def once(self, make: Callable[[Chain], Made]) -> Made:
         """Return the result of a function of the structure, computed once."""
         try:
-            found: Made = self.structure.made[make]
+            value: Made = self.structure.made[make]
         except KeyError:
-            found = self.structure.made[make] = make(self)
-        return found
+            value = self.structure.made[make] = make(self)
+        return value
 
     def borrow(self, purpose: tuple[object, ...], make: Callable[[], Any]) -> Any:
         """Take a workspace of kernels that belongs to the caller alone until `give_back`.

@@ -245,11 +245,11 @@ def paths(parent: Sequence[int] | IntArray) -> Array:
     Returns:
         Links by joints (n + 1, n); the last row is that of the ground, as index -1 is.
     """
-    found = np.zeros((len(parent) + 1, len(parent)))
+    incidence = np.zeros((len(parent) + 1, len(parent)))
     for j, link in enumerate(parent):
-        found[j] = found[link]
-        found[j, j] = 1.0
-    return found
+        incidence[j] = incidence[link]
+        incidence[j, j] = 1.0
+    return incidence
 
 
 def loop_signs(
@@ -281,10 +281,10 @@ def carriers(parent: Sequence[int] | IntArray, kept: Sequence[int] | IntArray) -
         the first of these joints on the path to the ground; -1 if there is none.
     """
     place = {int(joint): k for k, joint in enumerate(kept)}
-    found = np.full(len(parent) + 1, -1)
+    places = np.full(len(parent) + 1, -1)
     for j, link in enumerate(parent):
-        found[j] = place.get(j, found[link])
-    return found
+        places[j] = place.get(j, places[link])
+    return places
 
 
 def rigid_parts(count: int, welds: Iterable[tuple[int, int]] | IntArray) -> IntArray:
@@ -300,7 +300,7 @@ def rigid_parts(count: int, welds: Iterable[tuple[int, int]] | IntArray) -> IntA
     """
     part = np.arange(1, count + 2)
     part[count] = 0
-    for one, other in welds:
-        keep, drop = sorted((part[one], part[other]))
+    for link, other in welds:
+        keep, drop = sorted((part[link], part[other]))
         part[part == drop] = keep
     return np.unique(part, return_inverse=True)[1]

@@ -128,8 +128,8 @@ def _relation_row(relation: str, inputs: tuple[str, ...]) -> list[Fraction]:
 
 def _side_coefficients(relation: str, text: str, inputs: tuple[str, ...]) -> list[Fraction]:
     """Compute the coefficients of one sum of terms."""
-    known = "|".join(re.escape(name) for name in sorted(inputs, key=len, reverse=True))
-    term = re.compile(rf"\s*([+-]?)\s*(?:({_NUMBER})\s*\*\s*)?({known})(?![\w.])\s*")
+    alternatives = "|".join(re.escape(name) for name in sorted(inputs, key=len, reverse=True))
+    term = re.compile(rf"\s*([+-]?)\s*(?:({_NUMBER})\s*\*\s*)?({alternatives})(?![\w.])\s*")
     zero = re.compile(r"\s*[+-]?\s*0+(?:\.0*)?\s*$")
     row = [Fraction(0)] * len(inputs)
     if zero.match(text):
@@ -168,24 +168,24 @@ def _select_independent(rows: list[list[Fraction]]) -> list[int]:
     """Select the numbers of the rows that leave less to move than those before them."""
     units = [_scale_to_unit(row) for row in rows]
     kept: list[int] = []
-    left = len(rows[0])
+    freedoms = len(rows[0])
     for k, row in enumerate(units):
-        known = [units[i] for i in kept]
-        free = len(rational_null_space([*known, row], len(row), _largest_in_row))
-        if free < left:
+        kept_rows = [units[i] for i in kept]
+        free = len(rational_null_space([*kept_rows, row], len(row), _largest_in_row))
+        if free < freedoms:
             kept.append(k)
-            left = free
+            freedoms = free
     return kept
 
 
 def _largest_in_row(
-    left: Sequence[Sequence[Fraction]], pivots: Sequence[int]
+    rows: Sequence[Sequence[Fraction]], pivots: Sequence[int]
 ) -> tuple[int, int] | None:
     """Choose the pivot of one relation after the other: its largest coefficient.
 
     A relation repeats others if these leave nothing of it but the rounding of its decimals.
     """
-    for i, row in enumerate(left):
+    for i, row in enumerate(rows):
         column = max(range(len(row)), key=lambda c: abs(row[c]), default=0)
         if row and abs(row[column]) > RELATION_ROUND_OFF:
             return i, column

@@ -233,8 +233,8 @@ def _turning_links(chain: Chain) -> tuple[list[bool], list[bool]]:
 def _loop_joints(chain: Chain) -> tuple[list[int], list[tuple[set[int], set[int]]]]:
     """Return the joints between the loops' ends and the ground, and those on one side only."""
     paths = [[path(chain.parent, int(end)) for end in pair] for pair in chain.ends]
-    inside = sorted({j for pair in paths for one in pair for j in one})
-    return inside, [(set(one) - set(other), set(other) - set(one)) for one, other in paths]
+    inside = sorted({j for pair in paths for side in pair for j in side})
+    return inside, [(set(side) - set(other), set(other) - set(side)) for side, other in paths]
 
 
 def _needs_axis(planar: bool, revolving: bool, counts: bool) -> bool:
@@ -268,10 +268,10 @@ def _loop_terms(
         near = 0 if turns[pair[0]] else 1
         cuts.append([pair[near] if turns[pair[near]] else -1])
         for side, sign in ((0, 1), (1, -1)):
-            found = [arm[j] for j in sides[side] if j in arm]
-            found += [axis[j] - len(axis) for j in sides[side] if j in axis]
+            vectors = [arm[j] for j in sides[side] if j in arm]
+            vectors += [axis[j] - len(axis) for j in sides[side] if j in axis]
             if side != near and turns[pair[side]]:
-                found.append(len(arms) + len(last_arms))
+                vectors.append(len(arms) + len(last_arms))
                 last_arms.append([pair[side], n + loop, -1])
-            terms += [[dim * loop, sign, vector] for vector in found]
+            terms += [[dim * loop, sign, vector] for vector in vectors]
     return terms, cuts, last_arms

@@ -82,8 +82,8 @@ class ManyTaylorMotions:
         count, width = len(self.coefficients), self.exponents.shape[1]
         points = np.broadcast_to(np.asarray(u, dtype=np.float64), (count, width))
         powers = monomial_powers(self.exponents, points)
-        found: Array = np.einsum("pm,pmn->pn", powers, self.coefficients)
-        return found
+        q: Array = np.einsum("pm,pmn->pn", powers, self.coefficients)
+        return q
 
 
 def taylor_motion_many(

@@ -101,8 +101,8 @@ class TaylorMotion:
             Shape (..., n), rad and m; not finite far beyond the radius, where they overflow.
         """
         with np.errstate(over="ignore", invalid="ignore"):
-            found: Array = monomial_powers(self.exponents, self._points(u)) @ self.coefficients
-        return found
+            q: Array = monomial_powers(self.exponents, self._points(u)) @ self.coefficients
+        return q
 
     def derivatives(self, alpha: ArrayLike, u: ArrayLike | None = None) -> Array:
         """Compute the mixed partial derivative ``∂^α q`` of all joint positions.
@@ -121,13 +121,13 @@ class TaylorMotion:
         if alpha.shape != self.scales.shape or not (alpha == np.abs(alpha).astype(int)).all():
             raise ValueError(f"a multi-index is {self.scales.size} whole numbers, not {alpha}")
         above = (self.exponents >= alpha).all(axis=1)
-        left = self.exponents[above] - alpha
+        exponents = self.exponents[above] - alpha
         factorial = np.cumprod([1.0, *range(1, self.order + 1)])
-        ratio = (factorial[self.exponents[above]] / factorial[left]).prod(axis=1)
+        ratio = (factorial[self.exponents[above]] / factorial[exponents]).prod(axis=1)
         coefficients = ratio[:, None] * self.coefficients[above]
         at = np.zeros(alpha.size) if u is None else self._points(u)
-        found: Array = monomial_powers(left, at) @ coefficients
-        return found
+        derivatives: Array = monomial_powers(exponents, at) @ coefficients
+        return derivatives
 
     @cached_property
     def radius(self) -> float:
@@ -145,9 +145,9 @@ class TaylorMotion:
         for spread in DIRECTION_SPREADS[: 1 if width == 1 else None]:
             directions = worst + spread * normals
             directions /= np.linalg.norm(directions, axis=1, keepdims=True)
-            found = [_series_radius(self._term_sizes(d)) for d in directions]
-            if min(found) < least:
-                least, worst = min(found), directions[np.argmin(found)]
+            radii = [_series_radius(self._term_sizes(d)) for d in directions]
+            if min(radii) < least:
+                least, worst = min(radii), directions[np.argmin(radii)]
         return RADIUS_SAFETY * least
 
     def distance(self, u: ArrayLike) -> Array:
@@ -156,8 +156,8 @@ class TaylorMotion:
         Returns:
             Shape (...), in radians and characteristic lengths, as `radius`.
         """
-        found: Array = np.linalg.norm(self._points(u) / self.scales, axis=-1)
-        return found
+        distances: Array = np.linalg.norm(self._points(u) / self.scales, axis=-1)
+        return distances
 
     def error(self, u: ArrayLike) -> Array:
         """Estimate the largest joint error of `evaluate` at points u (..., w).
@@ -170,14 +170,14 @@ class TaylorMotion:
             convergence, where the step is no estimate.
         """
         points = self._points(u)
-        found = np.full(points.shape[:-1], np.nan)
+        errors = np.full(points.shape[:-1], np.nan)
         inside = self.distance(points) <= self.radius
         q = self._in_chain(self.evaluate(points[inside]))
         steps = np.reshape([solve_positions(self.chain, x, 1)[0] - x for x in q], q.shape)
         rounding = np.finfo(float).eps * self.condition
         sizes = rounding * np.maximum(1.0, np.abs(q).max(axis=-1, initial=0.0))
-        found[inside] = sizes + np.abs(steps).max(axis=-1, initial=0.0)
-        return found
+        errors[inside] = sizes + np.abs(steps).max(axis=-1, initial=0.0)
+        return errors
 
     def polish(self, u: ArrayLike) -> Array:
         """Compute the positions of all joints that close the loops at one point u (w,).
@@ -201,15 +201,15 @@ class TaylorMotion:
         inputs, values = self.motion.inputs, self.motion.basis @ point
         goal = zip(inputs, values, strict=True)
         q = solve_joint_positions(self.chain, point / self.scales, self.linkage.source, goal)
-        found = self.positions(q)
-        found[self.linkage.positions_of(inputs)] = values  # without the rounding of the steps
-        return found
+        pose = self.positions(q)
+        pose[self.linkage.positions_of(inputs)] = values  # without the rounding of the steps
+        return pose
 
     def positions(self, q: ArrayLike) -> Array:
         """Convert positions of the chain's joints to those of all joints (n,), SI units."""
-        found = np.zeros(len(self.joints))
-        found[self.chain.joints] = np.asarray(q) * self.chain.units
-        return found
+        positions = np.zeros(len(self.joints))
+        positions[self.chain.joints] = np.asarray(q) * self.chain.units
+        return positions
 
     def _points(self, u: ArrayLike) -> Array:
         """Convert points to an array (..., w), and check it."""
@@ -323,22 +323,26 @@ def taylor_motion(
     chain, scales = scaled_chain(moving_chain(linkage, given), linkage, motion)
     table = monomial_table(chain.width, order)
     chosen = None if equations is None else freeze(equations, np.int64)
-    found, condition = polynomials(chain.screws, packed_layout(chain, table, chosen))
+    chain_coefficients, condition = polynomials(
+        chain.screws, packed_layout(chain, table, chosen)
+    )
     if not condition < CLOSURE_CONDITION:
         raise MobilityError(
             f"{linkage.source}: the closure equations hardly determine the other joints "
             f"(condition number {condition:.1g}); choose other inputs or equations"
         )
-    coefficients = _to_si(found, chain, scales, table, len(linkage.joints))
+    coefficients = _to_si(chain_coefficients, chain, scales, table, len(linkage.joints))
     return TaylorMotion(
         linkage, motion, names_of(linkage.joints), table.exponents, coefficients,
         max(condition, 1.0), chain, scales,
     )  # fmt: skip
 
 
-def _to_si(found: Array, chain: Chain, scales: Array, table: Monomials, joints: int) -> Array:
+def _to_si(
+    chain_coefficients: Array, chain: Chain, scales: Array, table: Monomials, joints: int
+) -> Array:
     """Convert coefficients of the moving joints to those of all joints in SI units."""
-    coefficients = np.zeros((len(found), joints))
+    coefficients = np.zeros((len(chain_coefficients), joints))
     units = monomial_powers(table.exponents, 1.0 / scales)
-    coefficients[:, chain.joints] = found * units[:, None] * chain.units
+    coefficients[:, chain.joints] = chain_coefficients * units[:, None] * chain.units
     return freeze(coefficients)

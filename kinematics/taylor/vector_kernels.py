@@ -207,7 +207,7 @@ def planar_vectors(
     few, part = arms.shape[0], 1.0 / k
     for t in range(begin, end):
         here = slice(t * stride, (t + 1) * stride)
-        one, two, z = left[here], right[here], product[here]
+        speeds, two, z = left[here], right[here], product[here]
         # ω_j = ω_parent + a_j Dq_j
         for h in range(joints.shape[0]):
             j, p = joints[h, 0], joints[h, 1]
@@ -220,13 +220,13 @@ def planar_vectors(
                 rate, slide = rates[t, axes[axis, 1]], axes[axis, 4]
                 rx += starts[few + axis, 0] * rate + z[slide]
                 ry += starts[few + axis, 1] * rate + z[slide + 1]
-            one[x], one[y], two[x], two[y] = w, w, part * rx, part * ry
+            speeds[x], speeds[y], two[x], two[y] = w, w, part * rx, part * ry
         # a_k = (ω × a)_k / k, on the lanes where it is turned and where it is slid along
         for h in range(axes.shape[0]):
             w, rate = omega[axes[h, 0], 0], rates[t, axes[h, 1]]
             x, slide = axes[h, 3], axes[h, 4]
-            one[x] = one[x + 1] = w
-            one[slide] = one[slide + 1] = rate
+            speeds[x] = speeds[x + 1] = w
+            speeds[slide] = speeds[slide + 1] = rate
             two[x] = two[slide] = -part * (w * starts[few + h, 1] + z[x + 1])
             two[x + 1] = two[slide + 1] = part * (w * starts[few + h, 0] + z[x])
 

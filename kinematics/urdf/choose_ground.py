@@ -61,9 +61,9 @@ def choose_ground(robot: Element, source: str, ground: str | None) -> tuple[Elem
         problem = f"{carrier[ground].label} carries it"
         remedy = f"choose a link that no joint carries: {roots}"
         raise Refusal(f"ground '{clean(ground)}'", problem, remedy)
-    robot, left, floating = _set_ground(robot, ground)
-    if left:
-        remarks.append((LEFT_OUT, f"{file}: loose links are left out: {quoted(left)}"))
+    robot, loose, floating = _set_ground(robot, ground)
+    if loose:
+        remarks.append((LEFT_OUT, f"{file}: loose links are left out: {quoted(loose)}"))
     if floating:
         text = f"{file}: links that no joint carries float: {quoted(floating)}"
         remarks.append((LEFT_OUT, text))
@@ -101,7 +101,7 @@ def _set_ground(robot: Element, ground: str) -> tuple[Element, list[str], list[s
     carried = {_end(joint, "child") for joint in joints}
     hanging = _rigidly_hanging(joints)
     roots = [link.name for link in robot.every("link") if link.name not in carried]
-    left: list[str] = []
+    loose: list[str] = []
     floating: list[str] = []
     for root in roots:
         if root == ground:
@@ -111,10 +111,10 @@ def _set_ground(robot: Element, ground: str) -> tuple[Element, list[str], list[s
         if set(body) & set(_named_elsewhere(robot, set(body), inside)):
             floating.append(root)
         else:
-            left += body
-    if not left and not floating:
-        return robot, left, floating
-    gone = set(left)
+            loose += body
+    if not loose and not floating:
+        return robot, loose, floating
+    gone = set(loose)
     kept = [
         item for item in robot.children
         if not (item.tag == "link" and item.name in gone)
@@ -127,14 +127,14 @@ def _set_ground(robot: Element, ground: str) -> tuple[Element, list[str], list[s
             name += "_"
         sides = (Element("parent", {"link": ground}), Element("child", {"link": root}))
         kept.append(Element("joint", {"name": name, "type": "floating"}, sides))
-    return replace(robot, children=tuple(kept)), left, floating
+    return replace(robot, children=tuple(kept)), loose, floating
 
 
 def _named_elsewhere(robot: Element, body: set[str], joints: set[str]) -> Iterator[str]:
     """Yield the names that elements outside of a rigid body use."""
     for item in robot.children:
-        own = item.name in (body if item.tag == "link" else joints)
-        if item.tag in ("link", "joint") and own:
+        inside = item.name in (body if item.tag == "link" else joints)
+        if item.tag in ("link", "joint") and inside:
             continue
         for part in item.walk():
             yield part.text

@@ -38,11 +38,11 @@ def read_source(linkage: UnassembledLinkage, tag: str, purpose: str) -> tuple[by
         raise FileError(file, "", problem, "load the linkage from the path of its URDF file")
     with name_file(linkage.source):
         data = linkage.document.data if linkage.document else read_bytes(linkage.source)
-        found = build_tree(data)
-    here, known = ({x.name for x in tree.every(tag)} for tree in (found, linkage.tree))
-    if here != known:
+        root = build_tree(data)
+    here, expected = ({x.name for x in tree.every(tag)} for tree in (root, linkage.tree))
+    if here != expected:
         raise FileError(file, "", f"has other {tag}s than when it was read", "start again")
-    return data, found
+    return data, root
 
 
 class Splice(NamedTuple):
@@ -86,13 +86,13 @@ class Text:
 
     def margin(self, at: int) -> str:
         """Find the line break and blanks before an index; empty if its line has other text."""
-        width, found = self.size(" "), ""
+        width, blanks = self.size(" "), ""
         while (char := self.data[at - width : at].decode(self.codec, "replace")) in (" ", "\t"):
-            found, at = char + found, at - width
+            blanks, at = char + blanks, at - width
         if char not in ("\r", "\n"):
             return ""
         before = self.data[at - 2 * width : at].decode(self.codec, "replace")
-        return (before if before == "\r\n" else char) + found
+        return (before if before == "\r\n" else char) + blanks
 
     def size(self, text: str) -> int:
         """Count the bytes of a text."""

@@ -130,17 +130,17 @@ def _find_mechanisms(tree: Element) -> list[_Mechanism]:
     carried = {after for _, after in pairs}
     ground = {body for body in top.values() if body not in carried}
     groups = _connected([pair for pair in (*pairs, *loops) if not ground & {*pair}])
-    found: dict[int, _Mechanism] = {}
+    mechanisms: dict[int, _Mechanism] = {}
     for joint, (before, after) in zip(moving, pairs, strict=True):
         if before in ground:
             bodies = groups.setdefault(after, {after})
-            mechanism = found.setdefault(id(bodies), _Mechanism([], [], bodies))
+            mechanism = mechanisms.setdefault(id(bodies), _Mechanism([], [], bodies))
             mechanism.joints.append(joint)
     for pair in loops:
         for body in pair if ground & {*pair} else ():
-            if body in groups and id(groups[body]) in found:
-                found[id(groups[body])].loops.append(body)
-    return list(found.values())
+            if body in groups and id(groups[body]) in mechanisms:
+                mechanisms[id(groups[body])].loops.append(body)
+    return list(mechanisms.values())
 
 
 def _topmost_links(tree: Element) -> dict[str, str]:

@@ -41,35 +41,35 @@ def mend_oddities(robot: Element, source: str) -> tuple[Element, tuple[tuple[str
     Returns:
         The element, the same if there are no oddities, and code and message of the remark.
     """
-    found: list[str] = []
+    oddities: list[str] = []
     attributes = dict(robot.attributes)
     if robot.tag == "robot" and not robot.name.strip():
         stem = "".join(c for c in PurePath(source).stem if c.isprintable()).strip("<> ")
         attributes["name"] = stem or "robot"
-        found.append(f"{robot.label} has no name, that of the file is taken")
-    children = tuple(item for child in robot.children for item in _mend_child(child, found))
-    if not found:
+        oddities.append(f"{robot.label} has no name, that of the file is taken")
+    children = tuple(item for child in robot.children for item in _mend_child(child, oddities))
+    if not oddities:
         return robot, ()
-    more = f"; and {len(found) - MAX_NAMED} more" if len(found) > MAX_NAMED else ""
-    text = f"{clean(source, 1000)}: {'; '.join(found[:MAX_NAMED])}{more}"
+    more = f"; and {len(oddities) - MAX_NAMED} more" if len(oddities) > MAX_NAMED else ""
+    text = f"{clean(source, 1000)}: {'; '.join(oddities[:MAX_NAMED])}{more}"
     return replace(robot, attributes=attributes, children=children), ((ODDITIES, text),)
 
 
-def _mend_child(item: Element, found: list[str]) -> Iterator[Element]:
+def _mend_child(item: Element, oddities: list[str]) -> Iterator[Element]:
     """Yield a child of the robot as it is meant, and append what was odd about it."""
     if item.tag == "inertial":
-        found.append(f"{item.label} is in no link, and is not read")
+        oddities.append(f"{item.label} is in no link, and is not read")
         return
     if item.tag == "link":
-        yield _map_path(item, ("inertial", "inertia"), _mend_inertia, found)
+        yield _map_path(item, ("inertial", "inertia"), _mend_inertia, oddities)
     elif item.tag in ("joint", "loop"):
-        _note_empty_range(item, found)
-        yield _map_path(_mend_mark(item, found), ("axis",), _mend_axis, found)
+        _note_empty_range(item, oddities)
+        yield _map_path(_mend_mark(item, oddities), ("axis",), _mend_axis, oddities)
     else:
         yield item
 
 
-def _note_empty_range(item: Element, found: list[str]) -> None:
+def _note_empty_range(item: Element, oddities: list[str]) -> None:
     """Append that limits of one position are not read."""
     limit = item.first("limit")
     given = {} if limit is None else limit.attributes
@@ -78,53 +78,53 @@ def _note_empty_range(item: Element, found: list[str]) -> None:
     except (KeyError, ValueError):
         return
     if empty and item.attributes.get("type") in ("revolute", "prismatic"):
-        found.append(
+        oddities.append(
             f"{item.label} has limits of one position, which are not read: it moves; write "
             'type="fixed" to lock it'
         )
 
 
 def _map_path(
-    item: Element, path: Sequence[str], change: Change, found: list[str], label: str = ""
+    item: Element, path: Sequence[str], change: Change, oddities: list[str], label: str = ""
 ) -> Element:
     """Change the elements at the end of a path of tags, and keep all others."""
     label = label or item.label
     if not path:
-        return change(item, found, label)
+        return change(item, oddities, label)
     children = tuple(
-        _map_path(child, path[1:], change, found, label) if child.tag == path[0] else child
+        _map_path(child, path[1:], change, oddities, label) if child.tag == path[0] else child
         for child in item.children
     )
     same = all(a is b for a, b in zip(children, item.children, strict=True))
     return item if same else replace(item, children=children)
 
 
-def _mend_inertia(inertia: Element, found: list[str], label: str) -> Element:
+def _mend_inertia(inertia: Element, oddities: list[str], label: str) -> Element:
     """Rename the entries below the diagonal, unless they contradict those above it."""
     given = inertia.attributes
     below = {name: above for name, above in _MIRRORED.items() if name in given}
     if not below or any(given.get(above, given[name]) != given[name]
                         for name, above in below.items()):  # fmt: skip
         return inertia
-    found.append(f"{label} has {', '.join(f'{a} for {b}' for a, b in below.items())}")
+    oddities.append(f"{label} has {', '.join(f'{a} for {b}' for a, b in below.items())}")
     return replace(inertia, attributes={below.get(name, name): given[name] for name in given})
 
 
-def _mend_axis(axis: Element, found: list[str], label: str) -> Element:
+def _mend_axis(axis: Element, oddities: list[str], label: str) -> Element:
     """Drop angles of zero."""
     angles = axis.attributes.get("rpy")
     if angles is None or not set(angles.split()) <= ZEROS:
         return axis
-    found.append(f"{label} has an <axis rpy> of zeros")
+    oddities.append(f"{label} has an <axis rpy> of zeros")
     kept = {name: value for name, value in axis.attributes.items() if name != "rpy"}
     return replace(axis, attributes=kept)
 
 
-def _mend_mark(item: Element, found: list[str]) -> Element:
+def _mend_mark(item: Element, oddities: list[str]) -> Element:
     """Write the mark of inputs in lower case."""
     value = item.attributes.get("independent", "true")
     meant = value.strip().lower()
     if value in _TRUTHS or meant not in _TRUTHS:
         return item
-    found.append(f'{item.label} has independent="{clean(value)}" for "{meant}"')
+    oddities.append(f'{item.label} has independent="{clean(value)}" for "{meant}"')
     return replace(item, attributes={**item.attributes, "independent": meant})

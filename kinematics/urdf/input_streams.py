@@ -25,14 +25,14 @@ def stream_identity(model: str | os.PathLike[str]) -> Hashable | None:
     """Device and inode of the stream that a model comes through; None if it is no stream."""
     try:
         if os.fspath(model) == STANDARD_INPUT:
-            found = os.fstat(0)
+            status = os.fstat(0)
         else:
-            found = os.stat(model)
-            if not (stat.S_ISFIFO(found.st_mode) or stat.S_ISSOCK(found.st_mode)):
+            status = os.stat(model)
+            if not (stat.S_ISFIFO(status.st_mode) or stat.S_ISSOCK(status.st_mode)):
                 return None
     except (OSError, ValueError):
         return STANDARD_INPUT if os.fspath(model) == STANDARD_INPUT else None
-    return found.st_dev, found.st_ino
+    return status.st_dev, status.st_ino
 
 
 def read_stream(model: str | os.PathLike[str]) -> Document | None:

@@ -85,8 +85,8 @@ def merge_loop_file(
         FileError: the YAML file cannot be read or does not fit the tree, or both hold
             loops.
     """
-    own = (loop for loop in tree.every("loop") if loop.name not in translated)
-    side = _find_and_merge(tree, source, loops, search, next(own, None))
+    loop_elements = (loop for loop in tree.every("loop") if loop.name not in translated)
+    side = _find_and_merge(tree, source, loops, search, next(loop_elements, None))
     return side._replace(remarks=(*side.remarks, *find_unphysical(tree, source)))
 
 
@@ -153,12 +153,12 @@ def _unmatched_words(tree: Element, keys: YamlMapping) -> Iterator[tuple[str, st
 
 
 def _check_names(
-    keys: YamlMapping, key: str, names: Iterable[str], known: Collection[str]
+    keys: YamlMapping, key: str, names: Iterable[str], candidates: Collection[str]
 ) -> None:
     """Check that every name of a key is known."""
     for name in names:
-        if name not in known:
-            remedy = f"correct the name; there are {closest_names(name, known)}"
+        if name not in candidates:
+            remedy = f"correct the name; there are {closest_names(name, candidates)}"
             raise keys.wrong(key, f"'{clean(name)}' does not exist", remedy)
 
 
@@ -201,14 +201,14 @@ def _retype(joint: Element, kind: str) -> Element:
 def _inputs(tree: Element, keys: YamlMapping) -> tuple[str, ...] | None:
     """Coordinates of the joints that the file marks as inputs."""
     types = {joint.name: joint.attributes["type"] for joint in tree.every("joint")}
-    one = keys.text("name_mot") is not None
-    names = _matching_joints(tree, keys, "name_mot") if one else keys.names("name_mot")
+    is_text = keys.text("name_mot") is not None
+    names = _matching_joints(tree, keys, "name_mot") if is_text else keys.names("name_mot")
     _check_names(keys, "name_mot", names, types)
     for name in names:
         if not DEGREES_OF_FREEDOM[types[name]]:
             raise keys.wrong("name_mot", f"'{clean(name)}' is fixed", "name joints that move")
-    found = [name for joint in names for name in coordinate_names(joint, types[joint])]
-    return tuple(found) or None
+    coordinates = [name for joint in names for name in coordinate_names(joint, types[joint])]
+    return tuple(coordinates) or None
 
 
 def _add_loops(tree: Element, keys: YamlMapping) -> Element:
@@ -232,16 +232,16 @@ def _add_loops(tree: Element, keys: YamlMapping) -> Element:
             if after.get(name, frames[name]) != frames[name]:
                 problem = f"'{clean(name)}' is a link, and a joint that carries another link"
                 raise keys.wrong("closed_loop", problem, "rename one of them")
-        own = "/".join(names)
+        title = "/".join(names)
         for name in names:
-            if taken.get(frames[name], own) != own:
-                problem = f"'{clean(name)}' of '{clean(own)}' is a frame of "
+            if taken.get(frames[name], title) != title:
+                problem = f"'{clean(name)}' of '{clean(title)}' is a frame of "
                 problem += f"'{clean(taken[frames[name]])}' too"
                 remedy = "give each pair frames of its own, on links fixed in the same place"
                 raise keys.wrong("closed_loop", problem, remedy)
-            taken[frames[name]] = own
+            taken[frames[name]] = title
         roles = zip(("predecessor", "successor"), names, strict=True)
         sides = tuple(Element(role, {"link": frames[name]}) for role, name in roles)
-        attributes = {"name": own, "type": _LOOPS[kind]}
+        attributes = {"name": title, "type": _LOOPS[kind]}
         loops.append(Element("loop", attributes, sides, pair.line))
     return replace(tree, children=(*tree.children, *loops))

@@ -119,12 +119,12 @@ def move_screws(
         The screws at that pose (n, 6), in the inertial frame.
     """
     links: dict[int, RationalPose] = {GROUND: RationalPose()}
-    found = []
+    moved_screws = []
     for j, (joint, screw, q) in enumerate(zip(joints, screws, positions, strict=True)):
         before = links[joint.parent]
-        found.append(before.carry(screw))
+        moved_screws.append(before.carry(screw))
         links[j] = before @ _step(joint.kind, screw, float(q))
-    return tuple(found)
+    return tuple(moved_screws)
 
 
 def _step(kind: str, screw: Vector, q: float) -> RationalPose:

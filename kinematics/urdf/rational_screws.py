@@ -86,22 +86,22 @@ def exact_geometry(linkage: Linkage, roots: FileRoots | None = None) -> Geometry
         raise ExactError(
             f"{source}: exact arithmetic works from the decimals of a URDF file; load one"
         )
-    found = RationalJoints(linkage.tree, linkage.displaced is None, roots=roots)
-    joints = [found.joints.get(joint.name) for joint in linkage.joints]
+    rational = RationalJoints(linkage.tree, linkage.displaced is None, roots=roots)
+    joints = [rational.joints.get(joint.name) for joint in linkage.joints]
     screws = tuple(joint[1] for joint in joints if joint)
     if linkage.displaced is not None and len(screws) == len(joints):
         screws = move_screws(linkage.joints, screws, linkage.displaced.tolist())
-        found.notices += _position_notices(linkage)
+        rational.notices += _position_notices(linkage)
     if len(screws) < len(joints) or not _is_reference_pose(linkage, screws):
         raise ExactError(
             f"{source}: exact arithmetic needs the axes that are in the file: these were moved "
             "to close its loops; write axes that let them close"
         )
     ratios = tuple(
-        found.mimics[linkage.joints[mimic.joint].name][1] for mimic in linkage.mimics
+        rational.mimics[linkage.joints[mimic.joint].name][1] for mimic in linkage.mimics
     )
     squares = tuple(dot(n, n) for n in (_direction(screw) for screw in screws))
-    return Geometry(screws, squares, ratios, tuple(found.notices))
+    return Geometry(screws, squares, ratios, tuple(rational.notices))
 
 
 def rational_geometries(linkage: Linkage) -> Iterator[Geometry]:
@@ -150,25 +150,25 @@ def of_lowest_rank(
     Raises:
         ExactError: no geometry serves; the error of the first.
     """
-    meant, found = linkage.meant, list[T]()
+    meant, answers = linkage.meant, list[T]()
     first: ExactError | None = None
     for geometry in rational_geometries(linkage):
         try:
-            found.append(compute(geometry))
+            answers.append(compute(geometry))
         except ExactError as error:
             first = first or error
-        if found and (meant is None or not meant.relations):
+        if answers and (meant is None or not meant.relations):
             break
-    if not any(map(confirms, found)):
+    if not any(map(confirms, answers)):
         with suppress(ExactError):
-            found += [compute(geometry) for geometry in _geometries_of_roots(linkage)]
-    if not any(map(confirms, found)):
+            answers += [compute(geometry) for geometry in _geometries_of_roots(linkage)]
+    if not any(map(confirms, answers)):
         # Other frames have other transfers: only integers that are confirmed serve.
         with suppress(ExactError):
             turned = map(compute, _turned_geometries(linkage))
-            found += islice(filter(confirms, turned), 1)
-    if found:
-        return min(found, key=rank)
+            answers += islice(filter(confirms, turned), 1)
+    if answers:
+        return min(answers, key=rank)
     assert first is not None
     raise first
 
@@ -217,13 +217,13 @@ def change_replaced_numbers(linkage: Linkage) -> tuple[Vector, ...]:
     """
     assert linkage.tree is not None
     length, positions = Fraction(linkage.chain.frame.length), linkage.displaced
-    found = RationalJoints(linkage.tree, positions is None, CHANGE, length)
-    screws = tuple(found.joints[joint.name][1] for joint in linkage.joints)
+    rational = RationalJoints(linkage.tree, positions is None, CHANGE, length)
+    screws = tuple(rational.joints[joint.name][1] for joint in linkage.joints)
     if positions is None:
         return screws
     sizes = [length if joint.kind == "prismatic" else Fraction(1) for joint in linkage.joints]
     moved = [
-        float(found.change_number(Fraction(q), size)) if q else 0.0
+        float(rational.change_number(Fraction(q), size)) if q else 0.0
         for q, size in zip(positions.tolist(), sizes, strict=True)
     ]
     return move_screws(linkage.joints, screws, moved)
@@ -246,13 +246,13 @@ def _position_notices(linkage: Linkage) -> Iterator[Notice]:
 
 def _is_reference_pose(linkage: Linkage, screws: tuple[Vector, ...]) -> bool:
     """Whether the screws are those of the reference pose of the linkage."""
-    known = np.array([joint.screw for joint in linkage.joints])
-    found = np.array([[float(x) for x in screw] for screw in screws])
-    if found.shape != known.shape:
+    reference = np.array([joint.screw for joint in linkage.joints])
+    floats = np.array([[float(x) for x in screw] for screw in screws])
+    if floats.shape != reference.shape:
         return False  # the joints of a base that moves were added to those of the file
     lengths = [float(dot(n, n)) ** 0.5 for n in map(_direction, screws)]
-    difference = np.abs(found / np.reshape(lengths, (-1, 1)) - known)
-    return bool(difference.max() <= EXACT_SCREW_DIFFERENCE * max(1.0, np.abs(known).max()))
+    difference = np.abs(floats / np.reshape(lengths, (-1, 1)) - reference)
+    return bool(difference.max() <= EXACT_SCREW_DIFFERENCE * max(1.0, np.abs(reference).max()))
 
 
 def _direction(screw: Vector) -> Vector:

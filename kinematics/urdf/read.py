@@ -161,16 +161,16 @@ def _sort_parents_first(joints: Sequence[TreeJoint], root: str) -> list[TreeJoin
 
 def _mimic_positions(mimics: Mapping[str, Follows]) -> dict[str, float]:
     """Compute positions of mimic joints at the pose of the file: ratio × source + offset."""
-    known: dict[str, float] = {}
+    positions: dict[str, float] = {}
     for start in mimics:
         path = [start]
-        while path[-1] in mimics and path[-1] not in known:
+        while path[-1] in mimics and path[-1] not in positions:
             path.append(mimics[path[-1]].joint)
-        position = known.get(path.pop(), 0.0)
+        position = positions.get(path.pop(), 0.0)
         for name in reversed(path):
             position = mimics[name].multiplier * position + mimics[name].offset
-            known[name] = position
-    return known
+            positions[name] = position
+    return positions
 
 
 def _place_joints(
@@ -303,11 +303,11 @@ def _notices(
     if none_given:
         text = "no moving link has an <inertial>: each carries parameters, as by --bodies all"
         return (Notice("no_masses", text),)
-    known = {GROUND, *(body.link for body in bodies)}
+    links = {GROUND, *(body.link for body in bodies)}
     bare = []
     for name, place in places.items():
-        if place.link not in known:
-            known.add(place.link)
+        if place.link not in links:
+            links.add(place.link)
             bare.append(name)
     if not bare:
         return ()

@@ -90,27 +90,27 @@ def replace_rounded_angles(tree: Element) -> Element:
     return _replace_elements(tree, new) if new else tree
 
 
-def describe_rounded_angles(found: Sequence[Rounded], reading: str) -> str:
+def describe_rounded_angles(rounded: Sequence[Rounded], reading: str) -> str:
     """Compose the remark on the angles that look rounded.
 
     Args:
-        found: the angles.
+        rounded: angles that look rounded.
         reading: one of `ANGLE_READINGS`.
 
     Returns:
         Number, names and interpretation of the angles, and the alternative.
     """
     named = ", ".join(
-        f"{clean(r.word)} in {r.attribute} of {r.label}" for r in found[:MAX_NAMED]
+        f"{clean(r.word)} in {r.attribute} of {r.label}" for r in rounded[:MAX_NAMED]
     )
-    more = f" and {len(found) - MAX_NAMED} more" if len(found) > MAX_NAMED else ""
-    look = "angle looks" if len(found) == 1 else "angles look"
+    more = f" and {len(rounded) - MAX_NAMED} more" if len(rounded) > MAX_NAMED else ""
+    look = "angle looks" if len(rounded) == 1 else "angles look"
     how = "read as multiples of π/12, the default"
     choice = "--as-written (angles='as_written')"
     if reading != "nominal":
         how, choice = "taken as written", "--nominal (angles='nominal')"
     return (
-        f"{len(found)} {look} rounded, {how}: {named}{more}; "
+        f"{len(rounded)} {look} rounded, {how}: {named}{more}; "
         f"write all 16 digits, or choose {choice}"
     )
 

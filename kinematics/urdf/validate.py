@@ -71,13 +71,13 @@ def validate_tree(robot: Element) -> None:
     for item in joints + loops:
         check_type(item)
     _check_count(joints + loops)
-    known = {link.name: link for link in links}
-    carrier = _carriers(known, joints)
-    _check_tree(known, carrier)
-    _check_roots(known, joints, loops)
+    by_name = {link.name: link for link in links}
+    carrier = _carriers(by_name, joints)
+    _check_tree(by_name, carrier)
+    _check_roots(by_name, joints, loops)
     _check_mimics(joints)
     for loop in loops:
-        _check_loop(loop, known, carrier)
+        _check_loop(loop, by_name, carrier)
 
 
 def _check_xacro(robot: Element) -> None:
@@ -126,21 +126,21 @@ def _check_count(items: Sequence[Element]) -> None:
 
 
 def _check_link_name(
-    owner: Element, role: str, name: str, known: Mapping[str, Element]
+    owner: Element, role: str, name: str, links: Mapping[str, Element]
 ) -> None:
     """Check that a link exists."""
-    if name not in known:
-        remedy = f"correct the name; the links are {closest_names(name, known)}"
+    if name not in links:
+        remedy = f"correct the name; the links are {closest_names(name, links)}"
         raise Refusal(owner.label, f"{role} link '{clean(name)}' does not exist", remedy)
 
 
-def _carriers(known: Mapping[str, Element], joints: Sequence[Element]) -> dict[str, Element]:
+def _carriers(links: Mapping[str, Element], joints: Sequence[Element]) -> dict[str, Element]:
     """Find the joint that carries each link, by the link's name; a link has at most one."""
     carrier: dict[str, Element] = {}
     for joint in joints:
         parent, child = (check_needed(joint, role, "link") for role in ("parent", "child"))
-        _check_link_name(joint, "parent", parent, known)
-        _check_link_name(joint, "child", child, known)
+        _check_link_name(joint, "parent", parent, links)
+        _check_link_name(joint, "child", child, links)
         if parent == child:
             problem = f"joins link '{clean(child)}' to itself"
             raise Refusal(joint.label, problem, "correct its <parent> or its <child>")
@@ -155,10 +155,10 @@ def _parent(joint: Element) -> str:
     return check_needed(joint, "parent", "link")
 
 
-def _check_tree(known: Mapping[str, Element], carrier: Mapping[str, Element]) -> None:
+def _check_tree(links: Mapping[str, Element], carrier: Mapping[str, Element]) -> None:
     """Check that the joints form no cycles."""
     checked: set[str] = set()
-    for start in known:
+    for start in links:
         path: dict[str, None] = {}
         name = start
         while name in carrier and name not in checked:
@@ -173,10 +173,10 @@ def _check_tree(known: Mapping[str, Element], carrier: Mapping[str, Element]) ->
 
 
 def _check_roots(
-    known: Mapping[str, Element], joints: Sequence[Element], loops: Sequence[Element]
+    links: Mapping[str, Element], joints: Sequence[Element], loops: Sequence[Element]
 ) -> None:
     """Check that a single link is the ground."""
-    moved, loose = loose_links(list(known.values()), joints, loops)
+    moved, loose = loose_links(list(links.values()), joints, loops)
     if len(moved) == 1 and loose:
         problem = "a loose link: no joint connects it to the others"
         if len(loose) > 1:
@@ -185,13 +185,13 @@ def _check_roots(
             f"fix it to '{clean(moved[0])}' with a fixed joint, or leave it out with "
             f"--ground {clean(moved[0])}"
         )
-        raise Refusal(known[loose[0]].label, problem, remedy)
+        raise Refusal(links[loose[0]].label, problem, remedy)
     roots = [*moved, *loose]
     if len(roots) > 1:
         problem = f"more than one root: no joint carries the links {quoted(roots)}"
         remedy = "fix all but one of them to the ground with a fixed joint, or choose the "
         remedy += f"ground, as with --ground {clean(roots[0])}"
-        raise Refusal(known[roots[1]].label, problem, remedy)
+        raise Refusal(links[roots[1]].label, problem, remedy)
 
 
 def _check_mimics(joints: Sequence[Element]) -> None:
@@ -244,7 +244,7 @@ def _mimic_position(joint: Element, position: float) -> float:
 
 
 def _check_loop(
-    loop: Element, known: Mapping[str, Element], carrier: Mapping[str, Element]
+    loop: Element, links: Mapping[str, Element], carrier: Mapping[str, Element]
 ) -> None:
     """Check that a loop joins two links that can move relative to each other."""
     extra = [child.tag for child in loop.children if child.tag not in _LOOP_PARTS]
@@ -257,7 +257,7 @@ def _check_loop(
     ends = []
     for role in ("predecessor", "successor"):
         name = check_needed(loop, role, "link")
-        _check_link_name(loop, role, name, known)
+        _check_link_name(loop, role, name, links)
         check_origin(loop, loop.first(role) or loop)
         while name in carrier and carrier[name].attributes["type"] == "fixed":
             name = _parent(carrier[name])

@@ -58,11 +58,11 @@ def check_only(owner: Element, tag: str, inside: Element | None = None) -> Eleme
     Raises:
         Refusal: there are two.
     """
-    found = (inside or owner).every(tag)
-    if len(found) > 1:
-        problem = f"more than one <{tag}> (line {found[1].line})"
+    children = (inside or owner).every(tag)
+    if len(children) > 1:
+        problem = f"more than one <{tag}> (line {children[1].line})"
         raise Refusal(owner.label, problem, "keep one of them")
-    return found[0] if found else None
+    return children[0] if children else None
 
 
 def check_needed(owner: Element, tag: str, attribute: str) -> str:

@@ -34,13 +34,13 @@ def find_unphysical(tree: Element, source: str) -> tuple[tuple[str, str], ...]:
     Returns:
         Code and message, or nothing.
     """
-    found = [f"{link.label}: {', '.join(broken)}" for link in tree.every("link")
+    faults = [f"{link.label}: {', '.join(broken)}" for link in tree.every("link")
              if (broken := list(_broken_inequalities(link)))]  # fmt: skip
-    if not found:
+    if not faults:
         return ()
-    more = f"; and {len(found) - MAX_NAMED} more links" if len(found) > MAX_NAMED else ""
+    more = f"; and {len(faults) - MAX_NAMED} more links" if len(faults) > MAX_NAMED else ""
     text = (
-        f"{clean(source, 1000)}: {'; '.join(found[:MAX_NAMED])}{more}; correct it where the "
+        f"{clean(source, 1000)}: {'; '.join(faults[:MAX_NAMED])}{more}; correct it where the "
         "file was exported: the design space does not depend on it, but whether the linkage is "
         "balanced as given does"
     )

@@ -86,20 +86,20 @@ def check_misplaced(robot: Element) -> None:
 
 def _check_attributes(item: Element) -> None:
     """Reject attributes that are not read."""
-    known = _ATTRIBUTES.get(item.tag, ())
+    attributes = _ATTRIBUTES.get(item.tag, ())
     for name in item.attributes:
         plain = name.rpartition(":")[2]
         if item.tag in _OWN:
-            own = _OWN[item.tag]
+            allowed = _OWN[item.tag]
             namespace = item.tag == "robot" and ":" in name
-            if name in own or namespace or not (intended := _intended_word(plain, own)):
+            if name in allowed or namespace or not (intended := _intended_word(plain, allowed)):
                 continue
-        elif not known or name in known or name.startswith(("xmlns", "quat")):
+        elif not attributes or name in attributes or name.startswith(("xmlns", "quat")):
             continue
-        elif ":" in name and not _intended_word(plain, known):
+        elif ":" in name and not _intended_word(plain, attributes):
             continue
         else:
-            intended = _intended_word(plain, known) or " or ".join(known)
+            intended = _intended_word(plain, attributes) or " or ".join(attributes)
         problem = f"<{item.tag} {clean(name)}> is not read"
         raise Refusal(item.label, problem, f"write {intended}, or remove it")
 
@@ -151,9 +151,9 @@ def _check_child(host: Element, item: Element) -> None:
 
 
 @cache
-def _intended_word(word: str, known: tuple[str, ...]) -> str:
+def _intended_word(word: str, spellings: tuple[str, ...]) -> str:
     """Find the known word that another one misspells; empty if there is none."""
     if len(word) > MAX_WORD:
         return ""
-    found = get_close_matches(word.lower(), known, 1, MIN_SPELLING_RATIO)
-    return found[0] if found else ""
+    matches = get_close_matches(word.lower(), spellings, 1, MIN_SPELLING_RATIO)
+    return matches[0] if matches else ""

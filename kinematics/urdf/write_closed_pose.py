@@ -64,16 +64,16 @@ def write_at_reference_pose(linkage: Linkage) -> Posed:
             or its joints are not those of the linkage, or a universal joint has turned about
             its second axis.
     """
-    data, found = read_source(linkage, "joint", "that could be written at another pose")
+    data, tree = read_source(linkage, "joint", "that could be written at another pose")
     assert linkage.tree is not None
-    joints = {joint.name: joint for joint in found.every("joint")}
-    known = {joint.name: joint for joint in linkage.tree.every("joint")}
+    joints = {joint.name: joint for joint in tree.every("joint")}
+    original_joints = {joint.name: joint for joint in linkage.tree.every("joint")}
     positions: dict[str, float] = {}
     if linkage.displaced is not None:
         pairs = zip(linkage.joints, linkage.displaced.tolist(), strict=True)
         positions = {joint.name: q for joint, q in pairs if q and not joint.in_loop}
     text, splices = Text(data), []
-    for name, joint in known.items():
+    for name, joint in original_joints.items():
         kind = joint.attributes["type"]
         q = [positions.get(each, 0.0) for each in coordinate_names(name, kind)]
         if any(q):
@@ -83,10 +83,10 @@ def write_at_reference_pose(linkage: Linkage) -> Posed:
                 raise FileError(file, joint.label, problem, remedy)
             there = _with_digits(joint, moved_origin(joint, q), linkage)
             splices.append(_replace_origin(text, joints[name], there))
-    own = {loop.name for loop in found.every("loop")}
+    loop_names = {loop.name for loop in tree.every("loop")}
     # Loops of the file in the words of other tools have a place there.
     added = (loop for loop in linkage.tree.every("loop") if loop.span == (0, 0))
-    beside = any(loop.name not in own for loop in added)
+    beside = any(loop.name not in loop_names for loop in added)
     return Posed(text.replace(splices), positions, beside)
 
 
@@ -137,11 +137,11 @@ def _with_digits(joint: Element, there: dict[str, str], linkage: Linkage) -> dic
     if not 0 < digits < DOUBLE_DIGITS:
         return there
     old = joint.first("origin")
-    known = {"rpy": "0 0 0", "xyz": "0 0 0", **(old.attributes if old is not None else {})}
+    attributes = {"rpy": "0 0 0", "xyz": "0 0 0", **(old.attributes if old is not None else {})}
     return {
         name: " ".join(
             word if word == before else f"{float(word):.{digits}g}"
-            for word, before in zip(words.split(), known[name].split(), strict=True)
+            for word, before in zip(words.split(), attributes[name].split(), strict=True)
         )
         for name, words in there.items()
     }

@@ -153,11 +153,11 @@ def _declaration_first(data: bytes) -> bytes:
 
     All that follows keeps its place in the file.
     """
-    found = _MISPLACED.match(data[:_CHUNK])
-    if found is None:
+    match = _MISPLACED.match(data[:_CHUNK])
+    if match is None:
         return data
-    mark, before, declaration = found.groups(b"")
-    return mark + declaration + before + data[found.end() :]
+    mark, before, declaration = match.groups(b"")
+    return mark + declaration + before + data[match.end() :]
 
 
 class _Builder:

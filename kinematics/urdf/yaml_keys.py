@@ -36,12 +36,14 @@ class YamlItem(NamedTuple):
 class YamlMapping:
     """The keys of a YAML file; every error names the key and its line."""
 
-    def __init__(self, data: bytes, known: Collection[str], retired: Mapping[str, str]) -> None:
+    def __init__(
+        self, data: bytes, accepted: Collection[str], retired: Mapping[str, str]
+    ) -> None:
         """Read the bytes of a file.
 
         Args:
             data: the bytes.
-            known: accepted keys, each at most once.
+            accepted: keys that may come, each at most once.
             retired: rejected keys of old files, and the remedy for each.
 
         Raises:
@@ -57,8 +59,8 @@ class YamlMapping:
             self.items[name] = value._replace(line=key.line)
             if name in retired:
                 raise self.wrong(name, "this old key is not supported", retired[name])
-            if name not in known:
-                raise self.wrong(name, "unknown key", f"the keys are {', '.join(known)}")
+            if name not in accepted:
+                raise self.wrong(name, "unknown key", f"the keys are {', '.join(accepted)}")
 
     def wrong(self, key: str, problem: str, remedy: str) -> Refusal:
         """Compose the refusal of the value of a key.
@@ -100,29 +102,29 @@ class YamlMapping:
             raise self.wrong(key, f"'{clean(name)}' comes twice", "name each once")
         return names
 
-    def kinds(self, key: str, owner: str, known: Collection[str]) -> list[str]:
+    def kinds(self, key: str, owner: str, accepted: Collection[str]) -> list[str]:
         """Read a type for each entry of another key.
 
         Args:
             key: the key, with one type for all entries or a list of types.
             owner: the other key.
-            known: accepted types; case does not matter.
+            accepted: types to choose from; case does not matter.
 
         Raises:
             Refusal: the number of types is another one, or a type is unknown.
         """
-        count, one = len(self.entries(owner)), self.text(key)
-        if one is not None:
-            words = [one] * count
+        count, common = len(self.entries(owner)), self.text(key)
+        if common is not None:
+            words = [common] * count
         else:
             words = [part.text or "" for part in self.entries(key)]
         if len(words) != count:
             problem = f"{len(words)} types for the {count} entries of {owner}"
             raise self.wrong(key, problem, f"give a type for each entry of {owner}")
-        exact = {name.lower(): name for name in known}
+        exact = {name.lower(): name for name in accepted}
         for word in words:
             if word.lower() not in exact:
-                remedy = f"choose from {', '.join(known)}"
+                remedy = f"choose from {', '.join(accepted)}"
                 raise self.wrong(key, f"unknown type '{clean(word)}'", remedy)
         return [exact[word.lower()] for word in words]
 

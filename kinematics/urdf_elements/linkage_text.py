@@ -107,9 +107,9 @@ class _LinkageWriter:
 
     def _make_inertial(self, z: Array, name: str) -> Element:
         """Make the ``<inertial>`` of parameters (10,) about the inertial origin."""
-        own = displace_parameters(z, np.linalg.inv(self.poses[name]))
-        mass, E = float(own[0]), inertia_tensor(own)
-        c = own[1:4] / mass if mass else np.zeros(3)
+        parameters = displace_parameters(z, np.linalg.inv(self.poses[name]))
+        mass, E = float(parameters[0]), inertia_tensor(parameters)
+        c = parameters[1:4] / mass if mass else np.zeros(3)
         at = Element("origin", {"xyz": number_words(_round_to_size(c, self.size))})
         about = E - mass * (c @ c * np.eye(3) - np.outer(c, c))
         return make_elements.inertial(
@@ -152,36 +152,36 @@ class _LinkageWriter:
         axis2 = directions[1] if kind == "universal" else None
         turning = [step for step in steps if step.kind != "prismatic"]
         centre = (turning or steps)[-1].point
-        found = _FileJoint(name, kind, steps, axis, axis2, centre)
-        return found if self._fits_motions(found) else None
+        joint = _FileJoint(name, kind, steps, axis, axis2, centre)
+        return joint if self._fits_motions(joint) else None
 
-    def _fits_motions(self, found: _FileJoint) -> bool:
+    def _fits_motions(self, joint: _FileJoint) -> bool:
         """Return whether the joint of the file allows the motions of the freedoms.
 
         Its rotation axes meet in the centre. Slides are along the axis of a cylindrical joint,
         and at right angles to that of a planar one, as is the second axis of a universal one.
         """
         off = [0.0]
-        for step in found.steps:
+        for step in joint.steps:
             n, v = step.screw[:3], step.screw[3:]
             if step.kind == "revolute":
-                off.append(float(np.abs(v + np.cross(n, found.centre)).max()) / self.size)
-            elif found.kind == "cylindrical":
-                off.append(float(np.abs(np.cross(found.axis, v)).max()))
-            elif found.kind == "planar":
-                off.append(abs(float(found.axis @ v)))
-        if found.axis2 is not None:
-            off.append(abs(float(found.axis @ found.axis2)))
+                off.append(float(np.abs(v + np.cross(n, joint.centre)).max()) / self.size)
+            elif joint.kind == "cylindrical":
+                off.append(float(np.abs(np.cross(joint.axis, v)).max()))
+            elif joint.kind == "planar":
+                off.append(abs(float(joint.axis @ v)))
+        if joint.axis2 is not None:
+            off.append(abs(float(joint.axis @ joint.axis2)))
         return max(off) <= JOINT_AXES_MEET
 
     def _make_tree_joint(self, steps: Sequence[Any]) -> list[Element]:
         """Make a joint of the tree, or one for every freedom of it, with links between."""
         parent, last = steps[0].parent, self.linkage.joints.index(steps[-1])
         start, child = self.links[parent][0], self.links[last][0]
-        found = self._find_file_joint(steps[0].whole, steps)
-        if found is None:
+        joint = self._find_file_joint(steps[0].whole, steps)
+        if joint is None:
             return self._make_single_joints(steps, start, child)
-        return [self._make_joint(found, start, child)]
+        return [self._make_joint(joint, start, child)]
 
     def _make_single_joints(self, steps: Sequence[Any], start: str, end: str) -> list[Element]:
         """Make single joints from one link to another, with links of no mass between."""
@@ -194,32 +194,32 @@ class _LinkageWriter:
                 pose[:3, 3] = step.point
                 self.poses[there] = pose
                 self.links[self.linkage.joints.index(step)] = [there]
-            one = self._find_file_joint(step.name, [step])
-            assert one is not None
-            joints.append(self._make_joint(one, start, there))
+            joint = self._find_file_joint(step.name, [step])
+            assert joint is not None
+            joints.append(self._make_joint(joint, start, there))
             start = there
         return joints
 
-    def _make_joint(self, found: _FileJoint, parent: str, child: str) -> Element:
+    def _make_joint(self, joint: _FileJoint, parent: str, child: str) -> Element:
         """Make a ``<joint>``; move the frame of its child onto the axis, if it is beside it."""
-        step = found.steps[0]
-        self._centre_frame(found, child)
+        step = joint.steps[0]
+        self._centre_frame(joint, child)
         rows = self.poses[child][:3, :3].T
-        axis2 = "" if found.axis2 is None else self._direction_text(rows @ found.axis2)
+        axis2 = "" if joint.axis2 is None else self._direction_text(rows @ joint.axis2)
         pitch = float(step.screw[:3] @ step.screw[3:]) if step.kind == "helical" else 0.0
         return make_elements.joint(
-            found.name, found.kind, parent, child, self._relative_origin(parent, child),
-            (self._direction_text(rows @ found.axis), axis2), pitch, self._find_mimic(step),
+            joint.name, joint.kind, parent, child, self._relative_origin(parent, child),
+            (self._direction_text(rows @ joint.axis), axis2), pitch, self._find_mimic(step),
             independent=step.name in self.inputs,
         )  # fmt: skip
 
-    def _centre_frame(self, found: _FileJoint, child: str) -> None:
+    def _centre_frame(self, joint: _FileJoint, child: str) -> None:
         """Move the frame of a link onto the rotation axes of the joint that carries it."""
-        if found.kind == "prismatic":
+        if joint.kind == "prismatic":
             return
-        pose, point = self.poses[child], found.centre
-        if found.kind not in ("universal", "spherical", "floating"):
-            point = point + found.axis * (found.axis @ (pose[:3, 3] - point))
+        pose, point = self.poses[child], joint.centre
+        if joint.kind not in ("universal", "spherical", "floating"):
+            point = point + joint.axis * (joint.axis @ (pose[:3, 3] - point))
         if np.abs(pose[:3, 3] - point).max() > JOINT_AXES_MEET * self.size:
             pose = pose.copy()
             pose[:3, 3] = point
@@ -240,27 +240,27 @@ class _LinkageWriter:
             steps.insert(0, joints[start])
             start = joints[start].parent
         first, last = self.links[start][0], self.links[loop.successor][0]
-        found = self._find_file_joint(loop.name, steps)
-        if found is not None:
-            return [], self._make_closing_joint(found, first, last)
+        joint = self._find_file_joint(loop.name, steps)
+        if joint is not None:
+            return [], self._make_closing_joint(joint, first, last)
         added = self._make_single_joints(steps, first, "") if steps else []
         before = self.links[loop.end][0]
         sides = [(before, None), (last, self._relative_origin(last, before))]
         return added, make_elements.loop(loop.name, "fixed", sides)
 
-    def _make_closing_joint(self, found: _FileJoint, first: str, last: str) -> Element:
+    def _make_closing_joint(self, joint: _FileJoint, first: str, last: str) -> Element:
         """Make a ``<loop>`` by a joint; both frames are the predecessor's, at the centre."""
         frame = self.poses[first].copy()
-        frame[:3, 3] = found.centre
+        frame[:3, 3] = joint.centre
         rows = frame[:3, :3].T
         sides = [
             (name, self._origin_between(self.poses[name], frame)) for name in (first, last)
         ]
-        axis2 = "" if found.axis2 is None else self._direction_text(rows @ found.axis2)
-        kind = "revolute" if found.kind == "continuous" else found.kind
+        axis2 = "" if joint.axis2 is None else self._direction_text(rows @ joint.axis2)
+        kind = "revolute" if joint.kind == "continuous" else joint.kind
         return make_elements.loop(
-            found.name, kind, sides, (self._direction_text(rows @ found.axis), axis2),
-            independent=found.steps[0].name in self.inputs,
+            joint.name, kind, sides, (self._direction_text(rows @ joint.axis), axis2),
+            independent=joint.steps[0].name in self.inputs,
         )  # fmt: skip
 
     def _relative_origin(self, parent: str, child: str) -> Element:

@@ -61,18 +61,20 @@ def apply_input_relation(request: RemedyRequest) -> Iterator[AppliedRemedy]:
         )
         yield refused(KEY, reason)
         return
-    found = search_relations(request)
-    if not found.balanced:
-        verdict = "undecided" if found.undecided else "infeasible"
-        left = f"; {found.undecided} undecided" if found.undecided else ""
+    search = search_relations(request)
+    if not search.balanced:
+        verdict = "undecided" if search.undecided else "infeasible"
+        doubt = f"; {search.undecided} undecided" if search.undecided else ""
         reason = (
-            f"no masses whatever under any of {found.tried} relations with whole numbers up "
-            f"to {LARGEST}{left}"
+            f"no masses whatever under any of {search.tried} relations with whole numbers up "
+            f"to {LARGEST}{doubt}"
         )
         yield replace(refused(KEY, reason), verdict=verdict)  # type: ignore[arg-type]
         return
-    for relation in found.balanced[:MOST_JUDGED]:
-        others = [one.words for one in found.balanced if one is not relation]
+    for relation in search.balanced[:MOST_JUDGED]:
+        others = [
+            alternative.words for alternative in search.balanced if alternative is not relation
+        ]
         yield _judge(request, relation, others)
 
 
@@ -125,15 +127,17 @@ def _driven(
     if any(sum(map(bool, row)) > 2 for row in rows):
         return None
     # Each row is solved for the input that no other row has; the others are free.
-    own = [next(k for k, x in enumerate(row) if x and sum(bool(r[k]) for r in rows) == 1)
-           for row in rows]  # fmt: skip
-    rest = next(k for k in range(len(relation.names)) if k not in own)
-    found = {}
-    for row, i in zip(rows, own, strict=True):
+    driven = [next(k for k, x in enumerate(row) if x and sum(bool(r[k]) for r in rows) == 1)
+              for row in rows]  # fmt: skip
+    rest = next(k for k in range(len(relation.names)) if k not in driven)
+    sources = {}
+    for row, i in zip(rows, driven, strict=True):
         source = next((k for k, x in enumerate(row) if x and k != i), rest)
-        found[relation.names[i]] = relation.names[source], -row[source] / row[i]
+        sources[relation.names[i]] = relation.names[source], -row[source] / row[i]
     single = {x.name for x in build_tree(request.base.data).children if x.tag == "joint"}
-    return found if single >= {*found, *(source for source, _ in found.values())} else None
+    return (
+        sources if single >= {*sources, *(source for source, _ in sources.values())} else None
+    )
 
 
 def _with_mimics(document: Document, driven: dict[str, tuple[str, float]]) -> Document:
@@ -155,8 +159,8 @@ def _without_mark(text: Text, joint: Element) -> list[Splice]:
     """Remove ``independent`` from the start tag of a joint, which follows another now."""
     first = joint.span[0]
     head = text.data[first : joint.children[0].span[0]].decode(text.codec, "replace")
-    found = re.search(r"""\s+independent\s*=\s*("[^"]*"|'[^']*')""", head.partition(">")[0])
-    if found is None:
+    mark = re.search(r"""\s+independent\s*=\s*("[^"]*"|'[^']*')""", head.partition(">")[0])
+    if mark is None:
         return []
-    start = first + text.size(head[: found.start()])
-    return [Splice(start, start + text.size(found[0]), "")]
+    start = first + text.size(head[: mark.start()])
+    return [Splice(start, start + text.size(mark[0]), "")]

@@ -70,8 +70,8 @@ def candidates(inputs: int, dimension: int) -> list[Candidate]:
         At most 400 of them.
     """
     one_relation = dimension == inputs - 1 > 1
-    found = _one_relation(inputs) if one_relation else _disjoint(inputs, dimension)
-    return list(islice(found, MOST_CANDIDATES))
+    subspaces = _one_relation(inputs) if one_relation else _disjoint(inputs, dimension)
+    return list(islice(subspaces, MOST_CANDIDATES))
 
 
 def _primitive(inputs: int, largest: int) -> Iterator[Vector]:
@@ -161,13 +161,13 @@ def _relations(columns: Sequence[Vector]) -> tuple[Vector, ...]:
 
 def _null_space(rows: Sequence[Vector], inputs: int) -> tuple[Vector, ...]:
     """Whole-number basis of the vectors that some relations leave."""
-    found = []
+    basis = []
     for vector in rational_null_space([list(map(Fraction, row)) for row in rows], inputs):
         whole = 1
         for x in vector:
             whole *= x.denominator // gcd(whole, x.denominator)
-        found.append(tuple(int(x * whole) for x in vector))
-    return tuple(found)
+        basis.append(tuple(int(x * whole) for x in vector))
+    return tuple(basis)
 
 
 def _relation(row: Vector, names: Sequence[str]) -> str:

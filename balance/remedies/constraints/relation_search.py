@@ -107,15 +107,15 @@ def search_relations(request: RemedyRequest) -> RelationSearch:
     names, basis = free_inputs(request)
     lines = candidates(len(names), 1)
     tried = [_try(request, names, basis, line, (k, len(lines))) for k, line in enumerate(lines)]
-    proved = np.array([one.verdict in ("infeasible", "blocked") for one in tried])
+    proved = np.array([case.verdict in ("infeasible", "blocked") for case in tried])
     vectors = np.array([line.columns[0] for line in lines])
     count, undecided = len(lines), _undecided(tried)
     for dimension in range(len(names) - 1, 1, -1):
         wide = candidates(len(names), dimension)
-        open_ones = [one for one in wide if not one.holds(vectors[proved]).any()]
-        found = [_try(request, names, basis, one) for one in open_ones]
-        count, undecided = count + len(wide), undecided + _undecided(found)
-        if balanced := _balanced(found):
+        open_ones = [case for case in wide if not case.holds(vectors[proved]).any()]
+        trials = [_try(request, names, basis, case) for case in open_ones]
+        count, undecided = count + len(wide), undecided + _undecided(trials)
+        if balanced := _balanced(trials):
             return RelationSearch(balanced, undecided, count)
     return RelationSearch(_balanced(tried), undecided, count)
 
@@ -139,11 +139,11 @@ def _try(
     return _Trial(verdict, InputRelation(candidate, names, space, verdict))
 
 
-def _undecided(found: Sequence[_Trial]) -> int:
-    return sum(one.verdict == "undecided" for one in found)
+def _undecided(trials: Sequence[_Trial]) -> int:
+    return sum(trial.verdict == "undecided" for trial in trials)
 
 
-def _balanced(found: Sequence[_Trial]) -> tuple[InputRelation, ...]:
+def _balanced(trials: Sequence[_Trial]) -> tuple[InputRelation, ...]:
     """Relations that balance, those that need no change of masses first."""
-    good = [one.relation for one in found if one.relation is not None]
-    return tuple(sorted(good, key=lambda one: not one.space.as_given.balanced))
+    good = [case.relation for case in trials if case.relation is not None]
+    return tuple(sorted(good, key=lambda case: not case.space.as_given.balanced))

@@ -75,10 +75,10 @@ def inertia_needs(space: DesignSpace) -> tuple[InertiaNeed, ...]:
         return ()
     rows = np.linalg.svd(space.scaled_basis)[0][:, space.nullity :].T
     spins = rows[:, PLANAR - 1 :: PLANAR]
-    left, sizes, _ = np.linalg.svd(spins)
+    U, sizes, _ = np.linalg.svd(spins)
     rank = int((sizes > TERMS_RANK).sum())
     # Combinations of the conditions with moments of inertia, and those without.
-    with_spin, without = left[:, :rank].T @ rows, left[:, rank:].T @ rows
+    with_spin, without = U[:, :rank].T @ rows, U[:, rank:].T @ rows
     factors = np.empty((0, spins.shape[1]))
     if rank:
         factors = reduced_echelon(with_spin[:, PLANAR - 1 :: PLANAR])
@@ -103,15 +103,15 @@ def turning_ratios(space: DesignSpace) -> dict[str, float] | None:
     motion = space.motion
     if not space.planar or motion is None or motion.basis.shape[1] != 1:
         return None
-    found = []
+    rates = []
     for size in (0.0, STEP):
         X = momentum_regressor(space.linkage, size * motion.basis[:, 0], spatial=False)
-        found.append(motion.basis[:, 0] @ X[:, 0, PLANAR - 1 :: PLANAR])
-    if np.abs(found[0] - found[1]).max() > FRACTION_IN_TEXT * np.abs(found[0]).max():
+        rates.append(motion.basis[:, 0] @ X[:, 0, PLANAR - 1 :: PLANAR])
+    if np.abs(rates[0] - rates[1]).max() > FRACTION_IN_TEXT * np.abs(rates[0]).max():
         return None
     return {
         name: round(x, 9) + 0.0 if abs(x) > BODY_AT_REST else 0.0
-        for name, x in zip(space.bodies, found[0].tolist(), strict=True)
+        for name, x in zip(space.bodies, rates[0].tolist(), strict=True)
     }
 
 
@@ -121,25 +121,25 @@ def _constants(space: DesignSpace, rows: Array, without: Array) -> list[float | 
     z = to_chain(given, space.chain.frame, True, False)
     moments = np.einsum("bi,bi->b", z[:, 1:3], z[:, 1:3])
     about_origin = np.divide(moments, z[:, 0], where=z[:, 0] > 0.0, out=np.zeros(len(z)))
-    own = z[:, 3] - about_origin
+    about_centre = z[:, 3] - about_origin
     z[:, 3] = about_origin
     size = float(np.abs(z).sum())
     if size == 0.0 or np.abs(without @ z.ravel()).max(initial=0.0) > AS_GIVEN_RESIDUAL * size:
         return [None] * len(rows)
-    left = -(rows @ z.ravel())
-    left[np.abs(left) <= AS_GIVEN_RESIDUAL * (size + np.abs(own).sum())] = 0.0
-    return (left * space.chain.frame.length**2).tolist()
+    sides = -(rows @ z.ravel())
+    sides[np.abs(sides) <= AS_GIVEN_RESIDUAL * (size + np.abs(about_centre).sum())] = 0.0
+    return (sides * space.chain.frame.length**2).tolist()
 
 
 def _named(bodies: Sequence[str], row: Array) -> dict[str, float]:
     """Factors by body, in the smallest whole numbers if they are simple fractions."""
-    known = row[np.abs(row) > ECHELON_PIVOT]
-    fractions = [Fraction(x).limit_denominator(12) for x in known.tolist()]
-    near = np.abs(np.array([float(x) for x in fractions]) - known)
+    nonzero = row[np.abs(row) > ECHELON_PIVOT]
+    fractions = [Fraction(x).limit_denominator(12) for x in nonzero.tolist()]
+    near = np.abs(np.array([float(x) for x in fractions]) - nonzero)
     whole = 1
     if near.max(initial=0.0) <= FRACTION_IN_TEXT:
         whole = int(np.lcm.reduce([x.denominator for x in fractions]))
-    factors = [float(x) * whole for x in fractions] if whole > 1 else known.tolist()
+    factors = [float(x) * whole for x in fractions] if whole > 1 else nonzero.tolist()
     names = [name for name, x in zip(bodies, row, strict=True) if abs(x) > ECHELON_PIVOT]
     return dict(zip(names, factors, strict=True))
 

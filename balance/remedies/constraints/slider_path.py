@@ -46,9 +46,9 @@ def apply_slider_path(request: RemedyRequest) -> Iterator[AppliedRemedy]:
         yield refused(KEY, "the linkage has one freedom: its path is given")
         return
     words = "a slider along a reactionless path"
-    found = _path(request, request.linkage)
-    if found is not None:
-        yield _verified(request, request.linkage, request.base.data, found, words)
+    solution = _path(request, request.linkage)
+    if solution is not None:
+        yield _verified(request, request.linkage, request.base.data, solution, words)
         return
     if request.balance == "force":
         yield refused(KEY, "every direction of the inputs moves the centre of mass", words)
@@ -62,26 +62,30 @@ def apply_slider_path(request: RemedyRequest) -> Iterator[AppliedRemedy]:
         return
     document = Document(request.base.name, balanced.urdf)
     linkage = load(document, None, request.linkage.inputs, angles=request.angles)
-    found = _path(request, linkage)
-    if found is None:
+    solution = _path(request, linkage)
+    if solution is None:
         reason = "every direction of the inputs has angular momentum at the reference pose"
         yield refused(KEY, reason, words)
         return
-    yield _verified(request, linkage, balanced.urdf, found, words)
+    yield _verified(request, linkage, balanced.urdf, solution, words)
 
 
 def _path(request: RemedyRequest, linkage: Linkage) -> ReactionlessPaths | None:
     """Find the paths of a linkage under the relations of a request; None if there is none."""
     kept: Kept = "force" if request.balance == "force" else "all"
-    found = find_paths(linkage, kept=kept, motion=request.motion, length=LENGTH)
-    return found if found.found else None
+    solution = find_paths(linkage, kept=kept, motion=request.motion, length=LENGTH)
+    return solution if solution.found else None
 
 
 def _verified(
-    request: RemedyRequest, linkage: Linkage, urdf: bytes, found: ReactionlessPaths, words: str
+    request: RemedyRequest,
+    linkage: Linkage,
+    urdf: bytes,
+    solution: ReactionlessPaths,
+    words: str,
 ) -> AppliedRemedy:
     """Verify a linkage along the first of its paths, in 1 s, and add up its cost."""
-    path = found.paths[0]
+    path = solution.paths[0]
     checked = verify(linkage, balance=request.balance, along=[timed_path(linkage, path)])
     length = float(np.linalg.norm(np.diff(path.u, axis=0), axis=1).sum())
     residual = checked.force_residual
@@ -90,7 +94,7 @@ def _verified(
     added = sum(float(body.inertia[0]) for body in linkage.bodies) - request.given_mass
     reason = (
         f"balanced along a path of {number_text(length, '.3g')} rad of the inputs, one of "
-        f"{found.dimension} reactionless directions; a slider or cam must hold it"
+        f"{solution.dimension} reactionless directions; a slider or cam must hold it"
     )
     good = residual <= SHAKING_RELATIVE
     if not good:
@@ -100,6 +104,6 @@ def _verified(
         reason,
         lost_freedoms=request.freedoms - 1, residual=residual, urdf=urdf,
         files={"path.csv": path_table(linkage, path)},
-        details={"length": length, "choices": found.dimension},
+        details={"length": length, "choices": solution.dimension},
     )  # fmt: skip
     return with_cost(request, done, added, input_inertia(linkage))

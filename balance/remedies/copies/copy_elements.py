@@ -60,7 +60,7 @@ def copy_linkage(
     carried = {child.attributes["link"] for child in sides}
     (root,) = (link.name for link in robot.every("link") if link.name not in carried)
     elements: list[Element] = []
-    found: list[dict[str, str]] = []
+    renamings: list[dict[str, str]] = []
     for number, copy in enumerate(copies, 1):
         suffix = "_copy" if len(copies) == 1 else f"_copy{number}"
         names = {}
@@ -76,9 +76,9 @@ def copy_linkage(
         ]
         writer = _Writer(names, frozenset(driven), copy.mirrored)
         elements += [writer.element(item) for item in items if item.name != root]
-        found.append(names)
+        renamings.append(names)
     return Copied(
-        append_elements(document, elements), tuple(found),
+        append_elements(document, elements), tuple(renamings),
         tuple(item.name for item in elements if item.tag == "link"),
         tuple(item.name for item in elements if item.tag != "link"),
     )  # fmt: skip

@@ -54,14 +54,14 @@ def apply_duplicates(request: RemedyRequest) -> Iterator[AppliedRemedy]:
     except LinkageError as error:
         yield refused("duplicates", str(error))
         return
-    found = None
-    for copies in [*((one,) for one in single), four_group(place)]:
-        found = _copied(request, copies, driven)
-        if found.verdict != "undecided":
+    applied = None
+    for copies in [*((copy,) for copy in single), four_group(place)]:
+        applied = _copied(request, copies, driven)
+        if applied.verdict != "undecided":
             break
-    assert found is not None
-    yield found
-    if len(found.details["copies"]) == 3 and request.linkage.planar:  # type: ignore[arg-type]
+    assert applied is not None
+    yield applied
+    if len(applied.details["copies"]) == 3 and request.linkage.planar:  # type: ignore[arg-type]
         yield _with_counterweights(request, half_turn_in_plane(place), driven)
 
 
@@ -76,7 +76,7 @@ def _driven_joints(request: RemedyRequest) -> tuple[str, ...]:
     linkage = request.linkage
     named = {joint.name: j for j, joint in enumerate(linkage.joints)}
     source = {mimic.joint: mimic.source for mimic in linkage.mimics}
-    found = []
+    driven = []
     for name in linkage.inputs:
         j = named[name]
         while j in source:
@@ -88,8 +88,8 @@ def _driven_joints(request: RemedyRequest) -> tuple[str, ...]:
                 f"{linkage.source}: input {name}: its joint {what}, and no relation of single "
                 "joints drives that of a copy in step; name other inputs"
             )
-        found.append(joint.name)
-    return tuple(found)
+        driven.append(joint.name)
+    return tuple(driven)
 
 
 def _copy(request: RemedyRequest, copies: Sequence[Copy], driven: Sequence[str]) -> Copied:

@@ -58,11 +58,11 @@ class Copy(NamedTuple):
     @property
     def pose(self) -> Array:
         """The displacement (4, 4) ``x → Q x + t`` of the linkage, inverted if mirrored."""
-        found = np.eye(4)
+        displacement = np.eye(4)
         sign = -1.0 if self.mirrored else 1.0
-        found[:3, :3] = self.rotation
-        found[:3, 3] = self.point - sign * self.rotation @ self.point
-        return found
+        displacement[:3, :3] = self.rotation
+        displacement[:3, 3] = self.point - sign * self.rotation @ self.point
+        return displacement
 
 
 class Place(NamedTuple):
@@ -210,8 +210,8 @@ def _sample_momenta(linkage: Linkage, motion: Sequence[str], force: bool) -> _Mo
     limits = motion_of(linkage, tuple(motion) or None)
     frame = linkage.spatial_chain.frame
     runs = [
-        momentum_along(linkage, one)
-        for one in random_motions(linkage, MOTIONS, SAMPLES, SEED, motion=limits)
+        momentum_along(linkage, trajectory)
+        for trajectory in random_motions(linkage, MOTIONS, SAMPLES, SEED, motion=limits)
     ]
     total = np.concatenate([run.total for run in runs])
     size = max(float(run.size.max()) for run in runs) or 1.0
@@ -239,10 +239,10 @@ def _left_axis(momenta: _Momenta, force: bool) -> list[Array]:
     if not force:
         rows = np.vstack([rows, np.hstack([momenta.moment, -momenta.linear])])
     _, sizes, directions = np.linalg.svd(rows)
-    left = directions[sizes <= AS_GIVEN_RESIDUAL * np.sqrt(len(rows)), :3]
-    if not left.size:
+    axes = directions[sizes <= AS_GIVEN_RESIDUAL * np.sqrt(len(rows)), :3]
+    if not axes.size:
         return []
-    _, sizes, directions = np.linalg.svd(left)
+    _, sizes, directions = np.linalg.svd(axes)
     if not sizes[0] > np.sqrt(AS_GIVEN_RESIDUAL):
         return []
     equal = sizes >= (1.0 - np.sqrt(AS_GIVEN_RESIDUAL)) * sizes[0]

@@ -61,29 +61,29 @@ def apply_counter_rotary_masses(request: RemedyRequest) -> Iterator[AppliedRemed
     if why := unusable(request):
         yield refused("counter_rotary_masses", why)
         return
-    found = fewest_rotors(request.space, progress=request.progress)
-    if found.verdict != "feasible" or not found.count:
-        yield without_rotors("counter_rotary_masses", found)
+    fewest = fewest_rotors(request.space, progress=request.progress)
+    if fewest.verdict != "feasible" or not fewest.count:
+        yield without_rotors("counter_rotary_masses", fewest)
         return
     places = _counterweight_places(request)
-    for one in found.sets[:MOST_SETS]:
-        yield _built(request, found, one, places)
+    for rotor_set in fewest.sets[:MOST_SETS]:
+        yield _built(request, fewest, rotor_set, places)
 
 
 def _counterweight_places(request: RemedyRequest) -> dict[str, Array]:
     """Find where force balance puts the counterweight of each link, in its frame (3,)."""
     force = certify(design_space(request.linkage, request.motion or None, "force"))
-    found = counterweights(force, request.links, request.regions, relax=False)
-    return {weight.link: weight.com for weight in found.weights}
+    matter = counterweights(force, request.links, request.regions, relax=False)
+    return {weight.link: weight.com for weight in matter.weights}
 
 
 def _built(
-    request: RemedyRequest, found: FewestRotors, one: RotorSet, places: dict[str, Array]
+    request: RemedyRequest, fewest: FewestRotors, rotor_set: RotorSet, places: dict[str, Array]
 ) -> AppliedRemedy:
     """Judge turning counterweights on one set of joints, with the lever of the least mass."""
-    best = judge(request, _variant(request, found, one, places, LEVERS[0]))
+    best = judge(request, _variant(request, fewest, rotor_set, places, LEVERS[0]))
     for lever in LEVERS[1:]:
-        result = judge(request, _variant(request, found, one, places, lever))
+        result = judge(request, _variant(request, fewest, rotor_set, places, lever))
         if result.added_mass is None:
             continue
         if best.added_mass is not None and result.added_mass >= best.added_mass:
@@ -93,22 +93,24 @@ def _built(
 
 
 def _variant(
-    request: RemedyRequest, found: FewestRotors, one: RotorSet, places: dict[str, Array],
+    request: RemedyRequest, fewest: FewestRotors, rotor_set: RotorSet, places: dict[str, Array],
     lever: float,
 ) -> Variant:  # fmt: skip
     """Build turning counterweights at a part of the lever that force balance gives them."""
     writer, linkage = RotorWriter(request), request.linkage
     bodies = {body.link: b for b, body in enumerate(linkage.bodies)}
     links, rotors = [], []
-    for name, j in zip(one.joints, linkage.positions_of(one.joints).tolist(), strict=True):
+    for name, j in zip(
+        rotor_set.joints, linkage.positions_of(rotor_set.joints).tolist(), strict=True
+    ):
         body = linkage.bodies[bodies[j]]
         axis = np.linalg.solve(body.frame, [*linkage.joints[j].point, 1.0])[:3]
         place = axis + lever * (places.get(body.name, axis) - axis)
         rotors.append(writer.on_child(name, place, -request.gear - 1.0))
         links.append(body.name)
     number = count_noun(len(rotors), "turning counterweight")
-    words = f"{number} on {', '.join(links)}, against {', '.join(one.joints)}"
+    words = f"{number} on {', '.join(links)}, against {', '.join(rotor_set.joints)}"
     if lever < 1.0:
         words = f"{words}, at {lever:g} of the lever of force balance"
-    details = {**rotor_details(found, one), "lever": lever}
+    details = {**rotor_details(fewest, rotor_set), "lever": lever}
     return rotor_variant(request, "counter_rotary_masses", words, rotors, details)

@@ -90,7 +90,7 @@ def has_fixed_axis(linkage: Linkage, joint: int) -> bool:
         joint: index of the joint.
     """
     axis = linkage.joints[joint].screw[:3]
-    before = path([one.parent for one in linkage.joints], linkage.joints[joint].parent)
+    before = path([entry.parent for entry in linkage.joints], linkage.joints[joint].parent)
     turns = np.array([linkage.joints[j].screw[:3] for j in before]).reshape(-1, 3)
     return not np.abs(np.cross(turns, axis)).max(initial=0.0) > FIXED_RANK_RELATIVE
 

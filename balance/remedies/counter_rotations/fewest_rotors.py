@@ -142,24 +142,24 @@ def fewest_of(conditions: RotorConditions, progress: Progress | None = None) -> 
         progress: called with the number of sets decided, and of all sets.
     """
     space = conditions.space
-    found = search_sets(conditions, progress)
+    search = search_sets(conditions, progress)
     names = np.array(conditions.joints, dtype=object)
-    minimal = tuple(tuple(names[list(one)]) for one in found.minimal)
-    size = min(map(len, found.minimal), default=None)
+    minimal = tuple(tuple(names[list(rotor_set)]) for rotor_set in search.minimal)
+    size = min(map(len, search.minimal), default=None)
     sure = space.encloses and (size is None or space.sure)
-    if found.open and (size is None or min(map(len, found.open)) < size):
+    if search.open and (size is None or min(map(len, search.open)) < size):
         sure = False
-    smallest = [one for one in found.minimal if len(one) == size]
-    sets = [_rotor_set(conditions, one) for one in smallest] if sure else []
+    smallest = [rotor_set for rotor_set in search.minimal if len(rotor_set) == size]
+    sets = [_rotor_set(conditions, rotor_set) for rotor_set in smallest] if sure else []
     verdict: Verdict = "undecided"
     if sure:
         verdict = "infeasible" if size is None else "feasible"
-    sets.sort(key=lambda one: one.joints)
-    ratios = [one.ratio for one in sets]
+    sets.sort(key=lambda rotor_set: rotor_set.joints)
+    ratios = [rotor_set.ratio for rotor_set in sets]
     sets = [sets[k] for k in rank_least_first(ratios, relative=MASSES_EQUAL)]
     return FewestRotors(
         verdict, conditions.joints, size if sure else None, tuple(sets), minimal,
-        tuple(found.certificates), conditions, _words(verdict, conditions, sets),
+        tuple(search.certificates), conditions, _words(verdict, conditions, sets),
     )  # fmt: skip
 
 
@@ -196,7 +196,7 @@ class SetSearch:
 
     def feasible(self, chosen: Sequence[int]) -> bool | None:
         """Return the verdict on a set that follows from those found; None if none does."""
-        if any(set(one) <= set(chosen) for one in self.minimal):
+        if any(set(rotor_set) <= set(chosen) for rotor_set in self.minimal):
             return True
         if any(proof.excluded[list(chosen)].all() for proof in self.certificates):
             return False
@@ -230,11 +230,11 @@ def search_sets(conditions: RotorConditions, progress: Progress | None = None) -
 
 def _settle(conditions: RotorConditions, search: SetSearch, chosen: tuple[int, ...]) -> None:
     """Decide one set, all smaller sets of which are decided, and keep what is found."""
-    found = _decide(conditions, search, chosen)
-    if isinstance(found, RotorDesign):
-        search.minimal.append(tuple(np.flatnonzero(found.J).tolist()))
-    elif isinstance(found, RotorCertificate):
-        search.certificates.append(_widen(conditions, search, found))
+    decision = _decide(conditions, search, chosen)
+    if isinstance(decision, RotorDesign):
+        search.minimal.append(tuple(np.flatnonzero(decision.J).tolist()))
+    elif isinstance(decision, RotorCertificate):
+        search.certificates.append(_widen(conditions, search, decision))
     else:
         search.open.append(chosen)
 
@@ -267,8 +267,8 @@ def _rotor_set(conditions: RotorConditions, chosen: tuple[int, ...]) -> RotorSet
     """Find the least momenta of the rotors of a feasible set."""
     momenta = least_momenta(conditions, chosen)
     names = tuple(conditions.joints[j] for j in chosen)
-    own = own_inertia(conditions.space)
-    ratio = float(momenta.sum()) / own if own > 0.0 else np.inf
+    inertia = own_inertia(conditions.space)
+    ratio = float(momenta.sum()) / inertia if inertia > 0.0 else np.inf
     return RotorSet(names, tuple(momenta.tolist()), ratio)
 
 

@@ -45,5 +45,5 @@ def least_momenta(conditions: RotorConditions, chosen: Sequence[int]) -> Array:
     offset = np.concatenate([-cone.rows(least).reshape(-1), np.zeros(len(J))])
     masses = cone.blocks[:, :, -1, -1].sum(axis=0)
     parts = [cone.part] * len(file) + [ConstraintBlock("nonnegative", len(J))]
-    found = solve_conic(J.sum(axis=0) + IDLE_MASS_PRICE * masses, rows, offset, parts)
-    return np.maximum(unit * conditions.space.length**2 * (J @ found.x), 0.0)
+    solution = solve_conic(J.sum(axis=0) + IDLE_MASS_PRICE * masses, rows, offset, parts)
+    return np.maximum(unit * conditions.space.length**2 * (J @ solution.x), 0.0)

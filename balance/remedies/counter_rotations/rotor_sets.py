@@ -110,9 +110,9 @@ def decide_rotors(
     cone = cone_of_columns(conditions.space, bodies)
     for x, dual in _solutions(cone, rotors):
         if x is not None:
-            found = _design(conditions, chosen, bodies @ x, rotors @ x)
-            if found is not None and check_rotor_design(conditions, found):
-                return found
+            design = _design(conditions, chosen, bodies @ x, rotors @ x)
+            if design is not None and check_rotor_design(conditions, design):
+                return design
         for proof in _certificates(conditions, chosen, cone, rotors, dual):
             if check_rotor_certificate(conditions, proof).accepted:
                 return proof
@@ -167,11 +167,13 @@ def check_rotor_certificate(
     residual[: conditions.bodies.shape[1]] -= conditions.bodies.T @ w
     negative = max(0.0, -float(np.linalg.eigvalsh(Z)[:, 0].min()))
     negative += max(0.0, -float((conditions.rotors.T @ w)[excluded].min(initial=0.0)))
-    negative, left = negative / size, float(np.linalg.norm(residual)) / size
+    negative, mismatch = negative / size, float(np.linalg.norm(residual)) / size
     traces = float(np.einsum("bii->", Z)) / size
-    separation = (PARAMETERS_PER_TRACE * left + negative) / traces if traces > 0.0 else np.inf
+    separation = (
+        (PARAMETERS_PER_TRACE * mismatch + negative) / traces if traces > 0.0 else np.inf
+    )
     accepted = bool(separation <= CERTIFICATE_MARGIN)
-    return CertificateCheck(accepted, -negative, left, separation)
+    return CertificateCheck(accepted, -negative, mismatch, separation)
 
 
 def _solutions(cone: Cone, rotors: Array) -> Iterator[tuple[Array | None, Array]]:
@@ -186,14 +188,14 @@ def _solutions(cone: Cone, rotors: Array) -> Iterator[tuple[Array | None, Array]
         np.empty((0, n)), (), np.empty(0),
     )  # fmt: skip
     q, rows, offset, parts = least_traces(program)
-    found = solve_conic(q, rows, offset, parts)
-    yield (None if found.infeasible else found.x), found.dual
+    solution = solve_conic(q, rows, offset, parts)
+    yield (None if solution.infeasible else solution.x), solution.dual
     extended = np.block([[rows, offset[:, None]], [-q, 0.0]])
     bound = np.append(np.zeros(offset.size), 1.0)
-    found = solve_conic(
+    solution = solve_conic(
         np.append(0.0 * q, -1.0), extended, bound, [*parts, ConstraintBlock("nonnegative", 1)]
     )
-    yield found.x[:-1], found.dual[:-1]
+    yield solution.x[:-1], solution.dual[:-1]
 
 
 def _design(
@@ -229,10 +231,10 @@ def _certificates(
         more[:, 0, 0] = np.maximum(dual[split:], 0.0)
     A = np.column_stack([conditions.bodies, conditions.rotors[:, list(chosen)]])
     every = cone_of_columns(conditions.space, np.eye(conditions.bodies.shape[1]))
-    for found in refine_matrices(np.concatenate([lifted, rows]), np.concatenate([Z, more])):
-        sums = every.sums(found[:count])[: conditions.bodies.shape[1]]
-        target = np.concatenate([sums, found[count:, 0, 0]])
+    for matrices in refine_matrices(np.concatenate([lifted, rows]), np.concatenate([Z, more])):
+        sums = every.sums(matrices[:count])[: conditions.bodies.shape[1]]
+        target = np.concatenate([sums, matrices[count:, 0, 0]])
         w = np.linalg.lstsq(A.T, target, rcond=FIXED_RANK_RELATIVE)[0]
         weights = conditions.rotors.T @ w
-        size = float(np.abs(found[:count]).sum())
-        yield RotorCertificate(w, found[:count], weights >= -ROTOR_WEIGHT_ZERO * size)
+        size = float(np.abs(matrices[:count]).sum())
+        yield RotorCertificate(w, matrices[:count], weights >= -ROTOR_WEIGHT_ZERO * size)

@@ -50,17 +50,17 @@ def apply_separate_rotors(request: RemedyRequest) -> Iterator[AppliedRemedy]:
     if why := unusable(request):
         yield refused("separate_rotors", why)
         return
-    found = fewest_rotors(request.space, request.gear, request.progress)
-    if found.verdict != "feasible" or not found.count:
-        yield without_rotors("separate_rotors", found)
+    fewest = fewest_rotors(request.space, request.gear, request.progress)
+    if fewest.verdict != "feasible" or not fewest.count:
+        yield without_rotors("separate_rotors", fewest)
         return
-    for k, one in enumerate(found.sets[:MOST_SETS]):
-        grounded = [name for name in one.joints if _may_stand_on_ground(request, name)]
-        yield _built(request, found, one, grounded)
+    for k, rotor_set in enumerate(fewest.sets[:MOST_SETS]):
+        grounded = [name for name in rotor_set.joints if _may_stand_on_ground(request, name)]
+        yield _built(request, fewest, rotor_set, grounded)
         carried = [name for name in grounded if _is_carried(request, name)]
         if k == 0 and carried:
             rest = [name for name in grounded if name not in carried]
-            yield _built(request, found, one, rest)
+            yield _built(request, fewest, rotor_set, rest)
 
 
 def unusable(request: RemedyRequest) -> str:
@@ -70,22 +70,22 @@ def unusable(request: RemedyRequest) -> str:
     return ""
 
 
-def without_rotors(remedy: str, found: FewestRotors) -> AppliedRemedy:
+def without_rotors(remedy: str, fewest: FewestRotors) -> AppliedRemedy:
     """Return the result where no set of counter-rotations is to be built.
 
     Args:
         remedy: name of the remedy.
-        found: the fewest counter-rotations, none or not feasible.
+        fewest: the fewest counter-rotations, none or not feasible.
     """
-    if found.verdict == "feasible":
+    if fewest.verdict == "feasible":
         return refused(remedy, "masses of the links balance it: no counter-rotation is needed")
-    details, proof = rotor_details(found), None
-    if found.verdict == "infeasible":
-        certificate = found.certificates[0]
-        check = check_rotor_certificate(found.conditions, certificate)
+    details, proof = rotor_details(fewest), None
+    if fewest.verdict == "infeasible":
+        certificate = fewest.certificates[0]
+        check = check_rotor_certificate(fewest.conditions, certificate)
         proof = {"matrices": certificate.matrices.tolist(), "check": check._asdict()}
     return AppliedRemedy(
-        remedy, "counter-rotations", found.verdict, found.words, proof, details=details
+        remedy, "counter-rotations", fewest.verdict, fewest.words, proof, details=details
     )
 
 
@@ -111,21 +111,21 @@ def rotor_variant(
     )  # fmt: skip
 
 
-def rotor_details(found: FewestRotors, one: RotorSet | None = None) -> dict[str, object]:
+def rotor_details(fewest: FewestRotors, rotor_set: RotorSet | None = None) -> dict[str, object]:
     """Return plain data about the fewest counter-rotations.
 
     Args:
-        found: the fewest counter-rotations.
-        one: one set of them, for its momenta.
+        fewest: the fewest counter-rotations.
+        rotor_set: one set of them, for its momenta.
     """
     details: dict[str, object] = {
-        "candidates": list(found.candidates),
-        "fewest": found.count,
-        "sets": [list(each.joints) for each in found.sets],
+        "candidates": list(fewest.candidates),
+        "fewest": fewest.count,
+        "sets": [list(each.joints) for each in fewest.sets],
     }
-    if one is not None:
-        details["momenta"] = dict(zip(one.joints, one.momenta, strict=True))
-        details["momenta_ratio"] = one.ratio
+    if rotor_set is not None:
+        details["momenta"] = dict(zip(rotor_set.joints, rotor_set.momenta, strict=True))
+        details["momenta_ratio"] = rotor_set.ratio
     return details
 
 
@@ -141,21 +141,21 @@ def _is_carried(request: RemedyRequest, name: str) -> bool:
 
 
 def _built(
-    request: RemedyRequest, found: FewestRotors, one: RotorSet, grounded: Sequence[str]
+    request: RemedyRequest, fewest: FewestRotors, rotor_set: RotorSet, grounded: Sequence[str]
 ) -> AppliedRemedy:
     """Judge the linkage with rotors on one set of joints, some of them on the ground."""
     writer = RotorWriter(request)
     rotors = [
         writer.on_base(name, -request.gear)
         if name in grounded else writer.on_carrier(name, -request.gear)
-        for name in one.joints
+        for name in rotor_set.joints
     ]  # fmt: skip
-    moving = [name for name in one.joints if name not in grounded]
+    moving = [name for name in rotor_set.joints if name not in grounded]
     where = [
         f"{', '.join(names)} ({place})"
         for names, place in ((grounded, "on the ground"), (moving, "on the link before"))
         if names
     ]
     words = f"{count_noun(len(rotors), 'rotor')} against {' and '.join(where)}"
-    details = rotor_details(found, one)
+    details = rotor_details(fewest, rotor_set)
     return judge(request, rotor_variant(request, "separate_rotors", words, rotors, details))

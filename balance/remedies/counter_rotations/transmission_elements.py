@@ -79,11 +79,11 @@ def chain_to_ground(request: RemedyRequest, body: str) -> tuple[str, ...]:
         body: name of the body.
     """
     linkage = request.linkage
-    end = next(one.link for one in linkage.bodies if one.name == body)
-    found = [linkage.joints[j] for j in path([x.parent for x in linkage.joints], end)]
-    if any(one.kind != "revolute" or one.in_loop for one in found):
+    end = next(element.link for element in linkage.bodies if element.name == body)
+    joints = [linkage.joints[j] for j in path([x.parent for x in linkage.joints], end)]
+    if any(element.kind != "revolute" or element.in_loop for element in joints):
         return ()
-    return tuple(one.name for one in reversed(found))
+    return tuple(element.name for element in reversed(joints))
 
 
 def mass_per_length(request: RemedyRequest) -> float:

@@ -79,31 +79,35 @@ def _apply(
         return
     chains = {body: chain_to_ground(request, body) for body in request.space.bodies}
     links = [body for body, chain in chains.items() if chain]
-    found = fewest_of(link_rotor_conditions(request.space, links), request.progress)
-    if found.verdict != "feasible" or not found.count:
-        yield without_rotors(remedy, found)
+    fewest = fewest_of(link_rotor_conditions(request.space, links), request.progress)
+    if fewest.verdict != "feasible" or not fewest.count:
+        yield without_rotors(remedy, fewest)
         return
-    sets = [found.sets[0]]
+    sets = [fewest.sets[0]]
     if all(len(chains[name]) == 1 for name in sets[0].joints):
-        longer = (x for x in found.sets if any(len(chains[name]) > 1 for name in x.joints))
-        sets += [one for one in (next(longer, None),) if one is not None]
-    for one in sets:
+        longer = (x for x in fewest.sets if any(len(chains[name]) > 1 for name in x.joints))
+        sets += [rotor_set for rotor_set in (next(longer, None),) if rotor_set is not None]
+    for rotor_set in sets:
         out, writer = Transmission(), TransmissionWriter(request)
-        for name in one.joints:
+        for name in rotor_set.joints:
             write(writer, out, chains[name])
-        variant = _variant(request, remedy, out, found, one)
-        far = [name for name in one.joints if len(chains[name]) > 1]
+        variant = _variant(request, remedy, out, fewest, rotor_set)
+        far = [name for name in rotor_set.joints if len(chains[name]) > 1]
         driven = f", driven by {by} from {', '.join(far)}" if far else ", without transmission"
-        number = count_noun(len(one.joints), "rotor")
-        words = f"{number} on the ground against {', '.join(one.joints)}{driven}"
+        number = count_noun(len(rotor_set.joints), "rotor")
+        words = f"{number} on the ground against {', '.join(rotor_set.joints)}{driven}"
         yield judge(request, variant(words))
 
 
 def _variant(
-    request: RemedyRequest, remedy: str, out: Transmission, found: FewestRotors, one: RotorSet
+    request: RemedyRequest,
+    remedy: str,
+    out: Transmission,
+    fewest: FewestRotors,
+    rotor_set: RotorSet,
 ) -> Callable[[str], Variant]:
     """Return a function that makes the variant from its words."""
-    details = {**rotor_details(found, one), "mass_per_length": mass_per_length(request)}
+    details = {**rotor_details(fewest, rotor_set), "mass_per_length": mass_per_length(request)}
     return lambda words: Variant(
         remedy, words, append_elements(request.base, out.elements),
         (*request.links, *out.free), regions=out.free, massless=tuple(out.massless),

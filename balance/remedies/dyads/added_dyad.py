@@ -61,17 +61,17 @@ def apply_added_dyad(request: RemedyRequest) -> Iterator[AppliedRemedy]:
     seeds = list(dyad_seeds(request.linkage))
     progress = _Progress(request, len(seeds) + 2 * WALKS)
     for slides in (False, True):
-        known = [seed for seed in seeds if seed.dyad.slides == slides]
+        kind_seeds = [seed for seed in seeds if seed.dyad.slides == slides]
         members = 0
         # Walks are for linkages that no known geometry helps.
-        for geometries in (progress.of(known), _ends(request, slides, progress)):
+        for geometries in (progress.of(kind_seeds), _ends(request, slides, progress)):
             if members:
                 break
-            for found in _judge_buildable(request, geometries):
-                members += found.verdict == "feasible"
-                yield found
+            for applied in _judge_buildable(request, geometries):
+                members += applied.verdict == "feasible"
+                yield applied
         if not members:
-            yield _none(slides, len(known), progress.best)
+            yield _none(slides, len(kind_seeds), progress.best)
 
 
 def _judge_buildable(
@@ -81,9 +81,9 @@ def _judge_buildable(
     members = 0
     for seed in geometries:
         if buildable(request, seed):
-            found = _judge(request, seed)
-            yield found
-            members += found.verdict == "feasible"
+            applied = _judge(request, seed)
+            yield applied
+            members += applied.verdict == "feasible"
             if members == MEMBERS:
                 return
 
@@ -141,7 +141,7 @@ def walks_from_random(
     linkage = request.linkage
     sides = list(sides_of(linkage).values())
     pairs = list(permutations(sides, 2) if slides else combinations(sides, 2))
-    points = np.array([[one.point.real, one.point.imag] for one in hinges_of(linkage)])
+    points = np.array([[hinge.point.real, hinge.point.imag] for hinge in hinges_of(linkage)])
     spread = 1.0 + points.std(axis=0)
     rng = np.random.default_rng(seed)
     for k in range(count):
@@ -188,15 +188,15 @@ def _is_like(linkage: Linkage, given: Linkage) -> bool:
 def _walk(request: RemedyRequest, dyad: Dyad, numbers: Array) -> DyadWalk:
     """Walk in the frame of the linkage with the dyad; numbers are in that of the linkage."""
     linkage = _with_dyad(request, dyad, numbers)
-    known = {joint.name for joint in request.linkage.joints}
-    new = [k for k, j in enumerate(linkage.chain.joints) if linkage.joints[j].name not in known]
+    names = {joint.name for joint in request.linkage.joints}
+    new = [k for k, j in enumerate(linkage.chain.joints) if linkage.joints[j].name not in names]
     if not _is_like(linkage, request.linkage) or len(new) != 3:
         raise LinkageError(f"{linkage.source}: singular with this dyad")
-    given, own = request.linkage.chain.frame, linkage.chain.frame
+    given, frame = request.linkage.chain.frame, linkage.chain.frame
     turning = np.arange(len(linkage.bodies) - dyad.slides)
     relations = AngleRelations(linkage.chain, dyad, np.array(new), turning)
-    ended = walk(relations, convert_numbers(dyad, numbers, given, own))
-    return replace(ended, numbers=convert_numbers(dyad, ended.numbers, own, given))
+    ended = walk(relations, convert_numbers(dyad, numbers, given, frame))
+    return replace(ended, numbers=convert_numbers(dyad, ended.numbers, frame, given))
 
 
 def _judge(request: RemedyRequest, seed: DyadSeed) -> AppliedRemedy:

@@ -180,8 +180,8 @@ def walk(relations: AngleRelations, numbers: Array) -> DyadWalk:
         method="lm", xtol=1e-15, ftol=1e-15, gtol=1e-15, max_nfev=EVALUATIONS,
     ).x  # fmt: skip
     numbers, J = x[:size], x[size:] / np.sqrt(x[size:] @ x[size:])
-    left = _residuals(here, numbers, J)
-    return DyadWalk(numbers, J, float(left @ left))
+    residuals = _residuals(here, numbers, J)
+    return DyadWalk(numbers, J, float(residuals @ residuals))
 
 
 def _residuals(relations: AngleRelations, numbers: Array, J: Array) -> Array:

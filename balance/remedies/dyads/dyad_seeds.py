@@ -85,14 +85,14 @@ def hinges_of(linkage: Linkage) -> list[Hinge]:
     """
     welded = {loop.end: loop.successor for loop in linkage.loops}
     frame = linkage.chain.frame
-    found = []
+    hinges = []
     for j, joint in enumerate(linkage.joints):
         if joint.kind != "revolute" or joint.name in linkage.idle:
             continue
         x, y = (frame.R[:2] @ (joint.point - frame.origin)) / frame.length
         links = welded.get(joint.parent, joint.parent), welded.get(j, j)
-        found.append(Hinge(links, complex(x, y)))
-    return found
+        hinges.append(Hinge(links, complex(x, y)))
+    return hinges
 
 
 def sides_of(linkage: Linkage) -> dict[int, DyadSide]:
@@ -106,11 +106,11 @@ def sides_of(linkage: Linkage) -> dict[int, DyadSide]:
     """
     bodies = {body.name for body in linkage.bodies}
     order = sorted(linkage.places, key=lambda name: name not in bodies)
-    found: dict[int, DyadSide] = {}
+    sides: dict[int, DyadSide] = {}
     for name in order:
         place = linkage.places[name]
-        found.setdefault(place.link, DyadSide(name, place.link, place.pose))
-    return found
+        sides.setdefault(place.link, DyadSide(name, place.link, place.pose))
+    return sides
 
 
 def dyad_seeds(linkage: Linkage) -> Iterator[DyadSeed]:
@@ -135,7 +135,7 @@ def _repeats(hinges: list[Hinge], sides: dict[int, DyadSide]) -> Iterator[DyadSe
         if x > y or x not in sides or y not in sides:
             continue
         J = centre.point
-        K, L, M = (J + SIZE * (one.point - J).conjugate() for one in (first, last, middle))
+        K, L, M = (J + SIZE * (hinge.point - J).conjugate() for hinge in (first, last, middle))
         dyad = Dyad((sides[x], sides[y]), False)
         yield DyadSeed(dyad, _numbers(L, M, K), "the loop repeated, reflected")
         yield DyadSeed(dyad, _numbers(L, K + L - M, K), "its parallelogram, reflected")
@@ -144,7 +144,7 @@ def _repeats(hinges: list[Hinge], sides: dict[int, DyadSide]) -> Iterator[DyadSe
 def _is_loop(centre: Hinge, first: Hinge, middle: Hinge, last: Hinge) -> bool:
     """Whether four hinges make a loop of four rigid bodies, in this order."""
     pairs = ((centre, first), (first, middle), (middle, last), (last, centre))
-    shared = [set(one.links) & set(other.links) for one, other in pairs]
+    shared = [set(hinge.links) & set(other.links) for hinge, other in pairs]
     return all(len(links) == 1 for links in shared) and len(set().union(*shared)) == 4
 
 

@@ -80,8 +80,8 @@ def build_geared_wheel(request: RemedyRequest) -> AppliedRemedy:
         LinkageError: the linkage cannot be moved.
     """
     _refuse_several_freedoms(request)
-    found = balance_force(request)
-    linkage, normal = found.linkage, found.linkage.chain.frame.R[2]
+    balanced = balance_force(request)
+    linkage, normal = balanced.linkage, balanced.linkage.chain.frame.R[2]
     limits = motion_of(linkage, request.motion or None)
     crank, rates = _crank_rates(linkage, limits)
     sweep, turns = _sweep(linkage, limits, crank, rates)
@@ -93,13 +93,13 @@ def build_geared_wheel(request: RemedyRequest) -> AppliedRemedy:
     table = _ratio_table(request, linkage, sweep, crank, turns)
     radius, centre = request.rotor_radius, _crank_joint(linkage, crank).point
     point = centre + 2.0 * radius * linkage.chain.frame.R[0]
-    wheel = make_wheel(found.document, normal, point, table.inertia, radius)
+    wheel = make_wheel(balanced.document, normal, point, table.inertia, radius)
     words = (
         f"a wheel of {number_text(wheel.mass)} kg on the base that {crank} drives at "
         "a varying ratio"
     )
     blank = AppliedRemedy("passive_wheel", words, "undecided", "")
-    done, moved = verify_with_wheels(request, blank, found, [wheel], runs)
+    done, moved = verify_with_wheels(request, blank, balanced, [wheel], runs)
     motion = motion_columns((*linkage.inputs, wheel.joint), moved[0])
     done = replace(done, files={"motion.csv": table_bytes(motion)})
     at_start = drive(linkage, [0.0], [0.0 * rates], [rates], [0.0 * rates])
@@ -182,7 +182,7 @@ def _regular_end(linkage: Linkage, rates: Array, end: float) -> float:
 
 def _refuse_other_moments(linkage: Linkage, runs: list[Trajectory]) -> None:
     """Raise NoWheel if no moment is left, or one across the normal."""
-    momenta = [momentum_along(linkage, one) for one in runs]
+    momenta = [momentum_along(linkage, trajectory) for trajectory in runs]
     across, normal = linkage.chain.frame.R[:2], linkage.chain.frame.R[2:]
     if has_momentum(linkage, momenta, across):
         raise NoWheel(
@@ -235,17 +235,17 @@ def _pitch_curves(
 
 def _tables(table: VaryingRatio, curves: PitchCurves | None) -> dict[str, object]:
     """Describe ratio and pitch curves as plain data, by every tenth row."""
-    found: dict[str, object] = {
+    tables: dict[str, object] = {
         "ratio": {name: x[::STRIDE].tolist() for name, x in table.columns().items()},
         "pitch_curves": None,
     }
     if curves is not None:
-        found["pitch_curves"] = {
+        tables["pitch_curves"] = {
             "distance": curves.distance, "closed": curves.closed,
             "reversed": curves.reversed, "rolled": list(curves.rolled),
             **{name: x[::STRIDE].tolist() for name, x in curves.columns().items()},
         }  # fmt: skip
-    return found
+    return tables
 
 
 def _with_wheel(

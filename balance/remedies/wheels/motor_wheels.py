@@ -56,10 +56,10 @@ def build_motor_wheels(request: RemedyRequest) -> AppliedRemedy:
         NoWheel: the force cannot be balanced, or no moment is left.
         LinkageError: the linkage cannot be moved.
     """
-    found = balance_force(request)
-    limits = motion_of(found.linkage, request.motion or None)
-    runs = [*random_motions(found.linkage, MOTIONS, seed=SEED, motion=limits)]
-    wheels = _wheels(request, found, runs)
+    balanced = balance_force(request)
+    limits = motion_of(balanced.linkage, request.motion or None)
+    runs = [*random_motions(balanced.linkage, MOTIONS, seed=SEED, motion=limits)]
+    wheels = _wheels(request, balanced, runs)
     mass = sum(wheel.mass for wheel in wheels)
     count = "a wheel" if len(wheels) == 1 else f"{len(wheels)} wheels about perpendicular axes"
     blank = AppliedRemedy(
@@ -68,16 +68,19 @@ def build_motor_wheels(request: RemedyRequest) -> AppliedRemedy:
         "undecided",
         "",
     )
-    fine = fine_motion(found.linkage, limits)
-    done, (*moved, shown) = verify_with_wheels(request, blank, found, wheels, [*runs, fine])
-    first = found.linkage.mobility
+    fine = fine_motion(balanced.linkage, limits)
+    done, (*moved, shown) = verify_with_wheels(request, blank, balanced, wheels, [*runs, fine])
+    first = balanced.linkage.mobility
     peaks = [
-        [w.peaks(one.ud[:, first + k], one.udd[:, first + k]) for k, w in enumerate(wheels)]
-        for one in moved
+        [
+            w.peaks(trajectory.ud[:, first + k], trajectory.udd[:, first + k])
+            for k, w in enumerate(wheels)
+        ]
+        for trajectory in moved
     ]
     worst = max(range(len(moved)), key=lambda k: max(peak["power"] for peak in peaks[k]))
-    table = _table(found.linkage.inputs, moved[worst], wheels)
-    names = *found.linkage.inputs, *(wheel.joint for wheel in wheels)
+    table = _table(balanced.linkage.inputs, moved[worst], wheels)
+    names = *balanced.linkage.inputs, *(wheel.joint for wheel in wheels)
     motion = motion_columns(names, shown)
     return replace(
         done, files={"drive.csv": table_bytes(table), "motion.csv": table_bytes(motion)},
@@ -97,20 +100,20 @@ def build_motor_wheels(request: RemedyRequest) -> AppliedRemedy:
 
 
 def _wheels(
-    request: RemedyRequest, found: ForceBalanced, runs: Sequence[Trajectory]
+    request: RemedyRequest, balanced: ForceBalanced, runs: Sequence[Trajectory]
 ) -> list[Wheel]:
     """Make the wheels; several are at two radii from the origin, along their axes."""
-    linkage = found.linkage
-    momenta = [momentum_along(linkage, one) for one in runs]
-    known = linkage.chain.frame.R[::-1] if linkage.planar else np.eye(3)
-    axes = [axis for axis in known if has_momentum(linkage, momenta, axis[None])]
+    linkage = balanced.linkage
+    momenta = [momentum_along(linkage, trajectory) for trajectory in runs]
+    candidates = linkage.chain.frame.R[::-1] if linkage.planar else np.eye(3)
+    axes = [axis for axis in candidates if has_momentum(linkage, momenta, axis[None])]
     if not axes:
         raise NoWheel("refused", "no moment is left once counterweights balance the force")
-    radius, pace = request.rotor_radius, _pace(request, found, runs)
+    radius, pace = request.rotor_radius, _pace(request, balanced, runs)
     several = len(axes) > 1
     return [
         make_wheel(
-            found.document, axis, 2.0 * radius * axis * several,
+            balanced.document, axis, 2.0 * radius * axis * several,
             _mean_size(momenta, axis) / (pace * request.gear), radius,
             f"_{k}" if several else "",
         )
@@ -120,15 +123,17 @@ def _wheels(
 
 def _mean_size(momenta: Sequence[Momentum], axis: Array) -> float:
     """Compute the mean of ``|h|`` about an axis."""
-    return float(np.mean([np.abs(one.total[:, :3] @ axis).mean() for one in momenta]))
+    return float(np.mean([np.abs(momentum.total[:, :3] @ axis).mean() for momentum in momenta]))
 
 
-def _pace(request: RemedyRequest, found: ForceBalanced, runs: Sequence[Trajectory]) -> float:
+def _pace(request: RemedyRequest, balanced: ForceBalanced, runs: Sequence[Trajectory]) -> float:
     """Compute the mean speed of the fastest input, rad/s and characteristic lengths/s."""
-    kinds = {joint.name: joint.kind for joint in found.linkage.joints}
-    slides = [kinds[name] == "prismatic" for name in found.linkage.inputs]
+    kinds = {joint.name: joint.kind for joint in balanced.linkage.joints}
+    slides = [kinds[name] == "prismatic" for name in balanced.linkage.inputs]
     units = np.where(slides, request.space.length, 1.0)
-    return float(np.mean([np.abs(one.ud / units).max(axis=1).mean() for one in runs]))
+    return float(
+        np.mean([np.abs(trajectory.ud / units).max(axis=1).mean() for trajectory in runs])
+    )
 
 
 def _table(

@@ -152,8 +152,12 @@ def has_momentum(linkage: Linkage, momenta: Sequence[Momentum], axes: Array) -> 
         axes: unit vectors (k, 3).
     """
     length = linkage.spatial_chain.frame.length
-    most = max(float(np.abs(one.total[:, :3] @ axes.T).max(initial=0.0)) for one in momenta)
-    return most > SHAKING_RELATIVE * length * max(float(one.size.max()) for one in momenta)
+    most = max(
+        float(np.abs(momentum.total[:, :3] @ axes.T).max(initial=0.0)) for momentum in momenta
+    )
+    return most > SHAKING_RELATIVE * length * max(
+        float(momentum.size.max()) for momentum in momenta
+    )
 
 
 def balance_force(request: RemedyRequest) -> ForceBalanced:
@@ -187,22 +191,22 @@ def balance_force(request: RemedyRequest) -> ForceBalanced:
 
 
 def _drive_wheels(
-    found: ForceBalanced, whole: Linkage, trajectory: Trajectory, wheels: Sequence[Wheel]
+    balanced: ForceBalanced, whole: Linkage, trajectory: Trajectory, wheels: Sequence[Wheel]
 ) -> Trajectory:
     """Compute the motion in which wheels take the angular momentum of a linkage.
 
     A wheel about n has the speed ``-n·ξ / J`` and the acceleration ``-n·ξ̇ / J``.
 
     Args:
-        found: the linkage without wheels.
+        balanced: the linkage without wheels.
         whole: the linkage with them; their joints are inputs.
         trajectory: a motion of the linkage without them.
         wheels: the wheels.
     """
-    momentum = momentum_along(found.linkage, trajectory)
+    momentum = momentum_along(balanced.linkage, trajectory)
     columns = {
         name: (trajectory.u[:, k], trajectory.ud[:, k], trajectory.udd[:, k])
-        for k, name in enumerate(found.linkage.inputs)
+        for k, name in enumerate(balanced.linkage.inputs)
     }
     for wheel in wheels:
         speed, change = (
@@ -238,9 +242,12 @@ def motion_columns(inputs: Sequence[str], motion: Trajectory) -> dict[str, Array
 
 
 def verify_with_wheels(
-    request: RemedyRequest, blank: AppliedRemedy, found: ForceBalanced, wheels: Sequence[Wheel],
+    request: RemedyRequest,
+    blank: AppliedRemedy,
+    balanced: ForceBalanced,
+    wheels: Sequence[Wheel],
     trajectories: Sequence[Trajectory],
-) -> tuple[AppliedRemedy, tuple[Trajectory, ...]]:  # fmt: skip
+) -> tuple[AppliedRemedy, tuple[Trajectory, ...]]:
     """Write wheels into the file, verify it along motions, and add up the cost.
 
     The wheels are inputs of their own in the file, so that their motions are given.
@@ -248,7 +255,7 @@ def verify_with_wheels(
     Args:
         request: the request.
         blank: the result so far.
-        found: the linkage without wheels.
+        balanced: the linkage without wheels.
         wheels: the wheels.
         trajectories: motions of the linkage without wheels.
 
@@ -256,12 +263,14 @@ def verify_with_wheels(
         The result, with the inertia that the inputs of the file feel while the wheels stand,
         and the motions with the wheels, the last inputs.
     """
-    root = next(name for name, place in found.linkage.places.items() if place.link < 0)
+    root = next(name for name, place in balanced.linkage.places.items() if place.link < 0)
     elements = [item for wheel in wheels for item in wheel.elements(root)]
-    document = append_elements(found.document, elements)
-    inputs = (*found.linkage.inputs, *(wheel.joint for wheel in wheels))
+    document = append_elements(balanced.document, elements)
+    inputs = (*balanced.linkage.inputs, *(wheel.joint for wheel in wheels))
     whole = load(document, None, inputs, angles=request.angles)
-    moved = tuple(_drive_wheels(found, whole, one, wheels) for one in trajectories)
+    moved = tuple(
+        _drive_wheels(balanced, whole, trajectory, wheels) for trajectory in trajectories
+    )
     checked = verify(whole, along=moved)
     residual = max(checked.force_residual, checked.moment_residual)
     blank = replace(
@@ -273,8 +282,8 @@ def verify_with_wheels(
         return replace(blank, reason=reason), moved
     felt = {
         name: value for name, value in input_inertia(whole).items()
-        if name in found.linkage.inputs
+        if name in balanced.linkage.inputs
     }  # fmt: skip
-    added = found.added + sum(wheel.mass for wheel in wheels)
+    added = balanced.added + sum(wheel.mass for wheel in wheels)
     done = replace(blank, verdict="feasible", urdf=document.data)
     return with_cost(request, done, added, felt), moved

@@ -22,7 +22,7 @@ SCRIPTS = ("drawing", "masses", "additions", "weights")
 AROUND = 48
 
 
-def counterweights_page(found: Counterweights) -> str:
+def counterweights_page(counterweights: Counterweights) -> str:
     """Render counterweights as one HTML file.
 
     The page shows the linkage in 3D, with a slider for each degree of freedom of the motion,
@@ -30,36 +30,36 @@ def counterweights_page(found: Counterweights) -> str:
     element ``report`` contains `Counterweights.to_dict` as JSON.
 
     Args:
-        found: feasible counterweights.
+        counterweights: feasible counterweights.
 
     Returns:
         The text of the file.
     """
-    assert found.z is not None
-    space = found.space
+    assert counterweights.z is not None
+    space = counterweights.space
     masses = [
         {"name": body.name, "given": ellipsoid(body.inertia), "designed": ellipsoid(z)}
-        for body, z in zip(space.linkage.bodies, found.z, strict=True)
+        for body, z in zip(space.linkage.bodies, counterweights.z, strict=True)
     ]
-    weights = {weight.link: weight for weight in found.weights}
+    weights = {weight.link: weight for weight in counterweights.weights}
     additions = [
         _addition(name, region, space.frames[space.bodies.index(name)], weights.get(name))
-        for name, region in found.regions.items()
+        for name, region in counterweights.regions.items()
     ]
     wrench = "force and moment" if space.balance == "dynamic" else "force"
     return render_page(
         "counterweights.html",
         title=space.linkage.name,
         summary=f"Matter added inside regions of links that cancels the shaking {wrench}.",
-        report=found.to_dict(),
+        report=counterweights.to_dict(),
         data={
             "scene": scene(space.linkage, space.motion, space.idle),
             "masses": masses,
             "additions": additions,
         },
         scripts=SCRIPTS,
-        facts=facts_list(counterweights_facts(found)),
-        lumps=rows_table(counterweight_rows(found.weights), [1, 2, 3, 4], 0),
+        facts=facts_list(counterweights_facts(counterweights)),
+        lumps=rows_table(counterweight_rows(counterweights.weights), [1, 2, 3, 4], 0),
     )
 
 
@@ -67,7 +67,7 @@ def _addition(
     name: str, region: Region, frame: Array, weight: Counterweight | None
 ) -> dict[str, object]:
     """Build the drawing data of a region and its lumps, in the inertial frame."""
-    lumps = [(one.mass, one.position) for one in weight.lumps] if weight else []
+    lumps = [(lump.mass, lump.position) for lump in weight.lumps] if weight else []
     if weight and not lumps:
         lumps = [(weight.mass, weight.com)]
     return {

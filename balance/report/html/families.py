@@ -35,7 +35,7 @@ def families_page(
     Returns:
         The text of the file.
     """
-    scenes = [scene(_linkage(job, found)) for found in examined]
+    scenes = [scene(_linkage(job, family)) for family in examined]
     count = count_noun(len(examined), "family") if examined else "no family"
     return render_page(
         "families.html",
@@ -51,16 +51,16 @@ def families_page(
     )
 
 
-def _linkage(job: DiscoveryJob, found: FoundFamily) -> Linkage:
+def _linkage(job: DiscoveryJob, family: FoundFamily) -> Linkage:
     """Build the member to draw, driven by the joint of its range of motion if that works."""
-    if found.motion is not None:
+    if family.motion is not None:
         try:
             return to_linkage(
-                job.topology, job.structure, found.shown, inputs=[found.motion.joint]
+                job.topology, job.structure, family.shown, inputs=[family.motion.joint]
             )
         except LinkageError:
             pass
-    return to_linkage(job.topology, job.structure, found.shown)
+    return to_linkage(job.topology, job.structure, family.shown)
 
 
 def _row(entry: dict[str, Any]) -> list[str]:

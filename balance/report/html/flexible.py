@@ -97,7 +97,7 @@ def _frames(linkage: FlexibleLinkage, motion: FlexibleMotion) -> Mapping[str, ob
 def _star(linkage: FlexibleLinkage, k: int, positions: Array) -> Array:
     """Compute the points of a rigid part over time (t, points, 2), its centre last."""
     at = linkage.mechanism.slices[k]
-    points = np.array([one.at for one in linkage.outlines[k]])
+    points = np.array([marker.at for marker in linkage.outlines[k]])
     x, y, angle = positions[:, at].T[:3]
     c, s = np.cos(angle)[:, None], np.sin(angle)[:, None]
     return np.stack([
@@ -112,7 +112,7 @@ def _beam_lines(
     """Compute the line of a beam over time, deformed by a part of its deformation."""
     body, at = motion.mechanism.parts[k], motion.mechanism.slices[k]
     outline = body.outline  # type: ignore[attr-defined]
-    across, rest = (np.array([getattr(one, name) for one in outline])
+    across, rest = (np.array([getattr(marker, name) for marker in outline])
                     for name in ("across", "at"))  # fmt: skip
     lines = []
     for i in chosen:

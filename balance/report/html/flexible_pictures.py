@@ -104,10 +104,10 @@ def free_modes_picture(modes: Sequence[FreeMode], kind: str = "png") -> bytes:
 
     def draw(figure: Any) -> None:
         ax, xi = figure.subplots(), np.linspace(-0.5, 0.5, 401)
-        for k, one in enumerate(modes[:MOST_CURVES]):
-            ax.plot(xi, mode_shape(one.number, xi, one.wave_number), color=COLOURS[k],
-                    ls=STYLES[k], lw=1.2, label=f"mode {one.number}")  # fmt: skip
-            nodes = np.array([*one.zeros, *(-zero for zero in one.zeros)])
+        for k, mode in enumerate(modes[:MOST_CURVES]):
+            ax.plot(xi, mode_shape(mode.number, xi, mode.wave_number), color=COLOURS[k],
+                    ls=STYLES[k], lw=1.2, label=f"mode {mode.number}")  # fmt: skip
+            nodes = np.array([*mode.zeros, *(-zero for zero in mode.zeros)])
             ax.plot(nodes, 0.0 * nodes, "o", color=COLOURS[k], ms=4.0)
         ax.set_xlabel("distance from the middle, of the length")
         ax.set_ylabel("displacement, of the cosine's amplitude")
@@ -143,11 +143,11 @@ def supported_modes_picture(modes: SupportedModes, kind: str = "png") -> bytes:
     return image((6.5, 4.0), kind, draw)
 
 
-def supports_picture(found: SupportPoints, kind: str = "png") -> bytes:
+def supports_picture(supports: SupportPoints, kind: str = "png") -> bytes:
     """Draw supports: the weight of each point along the beam.
 
     Args:
-        found: the supports.
+        supports: the supports.
         kind: ``"png"`` or ``"svg"``.
 
     Raises:
@@ -157,8 +157,8 @@ def supports_picture(found: SupportPoints, kind: str = "png") -> bytes:
     def draw(figure: Any) -> None:
         ax = figure.subplots()
         ax.plot([-0.5, 0.5], [0.0, 0.0], color=COLOURS[2], lw=3.0)
-        ax.vlines(found.points, 0.0, found.weights, color=COLOURS[0], lw=1.5)
-        ax.plot(found.points, found.weights, "o", color=COLOURS[0], ms=5.0)
+        ax.vlines(supports.points, 0.0, supports.weights, color=COLOURS[0], lw=1.5)
+        ax.plot(supports.points, supports.weights, "o", color=COLOURS[0], ms=5.0)
         ax.set_xlabel("distance from the middle, of the length")
         ax.set_ylabel("weight")
         tidy(ax)

@@ -27,9 +27,9 @@ __all__ = ["floating_base_page", "floating_base_picture", "floating_base_table"]
 ROUND_OFF = 1e-9
 
 
-def _panels(found: FloatingBaseMotion) -> list[Panel]:
+def _panels(motion: FloatingBaseMotion) -> list[Panel]:
     """Build the panels of a simulation."""
-    of, axes, names = found.samples, ("x", "y", "z"), found.linkage.inputs
+    of, axes, names = motion.samples, ("x", "y", "z"), motion.linkage.inputs
     reach = np.abs(of.u).max(axis=0)
     shown = sorted(rank_least_first((-reach).tolist())[:MAX_LINES])
     lines = [of.rotation, of.displacement, of.turning]
@@ -43,20 +43,20 @@ def _panels(found: FloatingBaseMotion) -> list[Panel]:
     ]
 
 
-def _columns(found: Sequence[FloatingBaseMotion]) -> list[PanelColumn]:
+def _columns(motions: Sequence[FloatingBaseMotion]) -> list[PanelColumn]:
     """Build the column of panels of each simulation."""
-    names = linkage_names([one.linkage for one in found])
+    names = linkage_names([motion.linkage for motion in motions])
     return [
-        PanelColumn(f"{name}\n{one.verdict}", one.time, _panels(one))
-        for name, one in zip(names, found, strict=True)
+        PanelColumn(f"{name}\n{motion.verdict}", motion.time, _panels(motion))
+        for name, motion in zip(names, motions, strict=True)
     ]
 
 
-def floating_base_picture(found: Sequence[FloatingBaseMotion], kind: str = "png") -> bytes:
+def floating_base_picture(motions: Sequence[FloatingBaseMotion], kind: str = "png") -> bytes:
     """Draw inputs and motions of bases over time as an image, side by side.
 
     Args:
-        found: one or more simulations.
+        motions: one or more simulations.
         kind: ``"png"`` or ``"svg"``.
 
     Returns:
@@ -65,25 +65,25 @@ def floating_base_picture(found: Sequence[FloatingBaseMotion], kind: str = "png"
     Raises:
         PackageError: Matplotlib is missing.
     """
-    return panels_picture(_columns(found), kind)
+    return panels_picture(_columns(motions), kind)
 
 
-def floating_base_page(found: Sequence[FloatingBaseMotion]) -> str:
+def floating_base_page(motions: Sequence[FloatingBaseMotion]) -> str:
     """Render simulations as one HTML file."""
-    names = linkage_names([one.linkage for one in found])
+    names = linkage_names([motion.linkage for motion in motions])
     verdicts = "; ".join(
-        f"{name}: {one.verdict}" for name, one in zip(names, found, strict=True)
+        f"{name}: {motion.verdict}" for name, motion in zip(names, motions, strict=True)
     )
     return render_page(
         "floating_base.html",
         title=" and ".join(names),
-        summary=f"Motion of a base that floats, over {found[0].duration:.4g} s. {verdicts}.",
-        report=[one.to_dict() for one in found],
-        data={"figures": panels_figures(_columns(found))},
+        summary=f"Motion of a base that floats, over {motions[0].duration:.4g} s. {verdicts}.",
+        report=[motion.to_dict() for motion in motions],
+        data={"figures": panels_figures(_columns(motions))},
         scripts=["curves"],
         facts="\n".join(
-            f"<section><h2>{escape(name)}</h2>{facts_list(floating_base_facts(one))}</section>"
-            for name, one in zip(names, found, strict=True)
+            f"<section><h2>{escape(name)}</h2>{facts_list(floating_base_facts(motion))}</section>"
+            for name, motion in zip(names, motions, strict=True)
         ),
         curves="\n".join(
             f'<div class="traces" id="traces{k}" role="img" aria-label="Inputs, rotation, '
@@ -93,15 +93,15 @@ def floating_base_page(found: Sequence[FloatingBaseMotion]) -> str:
     )  # fmt: skip
 
 
-def floating_base_table(found: FloatingBaseMotion) -> bytes:
+def floating_base_table(motion: FloatingBaseMotion) -> bytes:
     """Write a simulation as comma-separated values, one line per step, SI units.
 
     Columns are ``time``, the inputs by name (displacements from the reference pose), and the
     rotation vector of the base, the displacement of its centre of mass, and the velocities of
     both, in inertial axes.
     """
-    of = found.samples
+    of = motion.samples
     parts = ("rotation", "displacement", "turning", "velocity")
     names = [f"{part}_{axis}" for part in parts for axis in "xyz"]
     values = [getattr(of, part) for part in parts]
-    return csv_table(["time", *found.linkage.inputs, *names], [found.time, of.u, *values])
+    return csv_table(["time", *motion.linkage.inputs, *names], [motion.time, of.u, *values])

@@ -55,23 +55,23 @@ class MomentumField(NamedTuple):
         }  # fmt: skip
 
 
-def momentum_field(found: ReactionlessPaths) -> MomentumField | None:
+def momentum_field(solution: ReactionlessPaths) -> MomentumField | None:
     """Compute the field around paths, or around the first start if there are none.
 
     Args:
-        found: the paths.
+        solution: the paths.
 
     Returns:
         The field; None if the linkage has not two inputs, if its base floats, if the moment is
         about another point than the origin, or if no pose is reached.
     """
-    linkage = found.linkage
-    demand = found.demand
-    if len(linkage.inputs) != 2 or demand.base is not None or found.motion is not None:
+    linkage = solution.linkage
+    demand = solution.demand
+    if len(linkage.inputs) != 2 or demand.base is not None or solution.motion is not None:
         return None
     if demand.about is not None:
         return None
-    first, second = _axes(found)
+    first, second = _axes(solution)
     grid = dict(zip(linkage.inputs, (first, second), strict=True))
     kept = demand.kept
     components: Components = kept if kept in ("moment", "force") else "both"
@@ -79,7 +79,7 @@ def momentum_field(found: ReactionlessPaths) -> MomentumField | None:
         field = momentum_map(linkage, grid, components)
     except PoseError:
         return None
-    counted = max(0, len(linkage.inputs) - 1 - found.dimension)
+    counted = max(0, len(linkage.inputs) - 1 - solution.dimension)
     size = field.singular_values[..., counted] / field.scale
     picked = (slice(None, None, APART),) * 2
     at = np.stack(np.meshgrid(first, second, indexing="ij"), axis=-1)[picked]
@@ -90,16 +90,16 @@ def momentum_field(found: ReactionlessPaths) -> MomentumField | None:
     return MomentumField(first, second, size, strokes.reshape(-1, 2))
 
 
-def _axes(found: ReactionlessPaths) -> list[Array]:
+def _axes(solution: ReactionlessPaths) -> list[Array]:
     """Choose positions of both inputs: around the paths, alike in width."""
-    linkage = found.linkage
+    linkage = solution.linkage
     units = input_chain(linkage).units[linkage.positions_of(linkage.inputs)]
-    if found.paths:
-        u = np.concatenate([path.u for path in found.paths])
+    if solution.paths:
+        u = np.concatenate([path.u for path in solution.paths])
         low, high = u.min(axis=0), u.max(axis=0)
         half = 0.6 * max(float(((high - low) / units).max()), 1e-3) * units
     else:
-        low = high = found.starts[0].u
+        low = high = solution.starts[0].u
         half = HALF_WIDTH * units
     middle, spread = 0.5 * (low + high), np.linspace(-1.0, 1.0, POSES)
     return [middle[k] + half[k] * spread for k in range(2)]

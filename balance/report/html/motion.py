@@ -55,11 +55,13 @@ def _axis_limits(panels: Sequence[Curves]) -> tuple[float, float]:
     )
 
 
-def motion_picture(found: Predictions, panels: Sequence[Curves], kind: str = "png") -> bytes:
+def motion_picture(
+    predictions: Predictions, panels: Sequence[Curves], kind: str = "png"
+) -> bytes:
     """Draw the panels as an image.
 
     Args:
-        found: the predictions.
+        predictions: the predictions.
         panels: from `balance.taylor_poses.error_curves.error_curves`.
         kind: ``"png"`` or ``"svg"``.
 
@@ -72,19 +74,19 @@ def motion_picture(found: Predictions, panels: Sequence[Curves], kind: str = "pn
     columns = min(2, len(panels))
     lines = -(-len(panels) // columns)
     size = (1.5 + 5.0 * columns, 1.2 + 3.2 * lines)
-    return image(size, kind, partial(_draw_panels, found, panels, (lines, columns)))
+    return image(size, kind, partial(_draw_panels, predictions, panels, (lines, columns)))
 
 
 def _draw_panels(
-    found: Predictions, panels: Sequence[Curves], shape: tuple[int, int], figure: Any
+    predictions: Predictions, panels: Sequence[Curves], shape: tuple[int, int], figure: Any
 ) -> None:
     """Draw the panels on a Matplotlib figure, with one legend below."""
     axes = figure.subplots(*shape, sharey=True, squeeze=False)
-    figure.suptitle(_heading(found), x=0.01, ha="left", fontsize=11)
+    figure.suptitle(_heading(predictions), x=0.01, ha="left", fontsize=11)
     for ax in axes.flat[len(panels) :]:
         ax.set_visible(False)
     for ax, panel in zip(axes.flat, panels, strict=False):
-        _draw_panel(ax, panel, f"{panel.axis} ({measure(found)})")
+        _draw_panel(ax, panel, f"{panel.axis} ({measure(predictions)})")
         ax.set_ylim(_axis_limits(panels))
     for ax in axes[:, 0]:
         ax.set_ylabel("error")
@@ -117,34 +119,34 @@ def _draw_panel(ax: Any, panel: Curves, axis: str) -> None:
     tidy(ax)
 
 
-def _heading(found: Predictions) -> str:
+def _heading(predictions: Predictions) -> str:
     """Build the heading: name, orders and radius."""
-    radius = found.motion.radius
+    radius = predictions.motion.radius
     circle = f", radius of convergence {radius:.3g}" if np.isfinite(radius) else ""
-    return f"{found.linkage.name}: orders 1 to {found.motion.order}{circle}"
+    return f"{predictions.linkage.name}: orders 1 to {predictions.motion.order}{circle}"
 
 
-def motion_page(found: Predictions, panels: Sequence[Curves]) -> str:
+def motion_page(predictions: Predictions, panels: Sequence[Curves]) -> str:
     """Render predictions of a Taylor motion as one HTML file.
 
     Args:
-        found: the predictions.
+        predictions: the predictions.
         panels: from `balance.taylor_poses.error_curves.error_curves`.
 
     Returns:
         The text of the file.
     """
-    limits, unit = _axis_limits(panels), measure(found)
+    limits, unit = _axis_limits(panels), measure(predictions)
     figures = [_figure(panel, f"{panel.axis} ({unit})", limits) for panel in panels]
     return render_page(
         "motion.html",
-        title=found.linkage.name,
-        summary=_summary(found),
-        report=found.to_dict(),
-        data={"figures": figures, "motion": motion_runs(found)},
+        title=predictions.linkage.name,
+        summary=_summary(predictions),
+        report=predictions.to_dict(),
+        data={"figures": figures, "motion": motion_runs(predictions)},
         scripts=["curves", "motion"],
-        facts=facts_list(motion_facts(found)),
-        poses=_pose_sections(found),
+        facts=facts_list(motion_facts(predictions)),
+        poses=_pose_sections(predictions),
         legend=_legend(panels),
         curves="\n".join(
             f'<div class="traces low" id="traces{k}" role="img" aria-label="Error of every '
@@ -154,24 +156,27 @@ def motion_page(found: Predictions, panels: Sequence[Curves]) -> str:
     )
 
 
-def _summary(found: Predictions) -> str:
+def _summary(predictions: Predictions) -> str:
     """Summarise the page in one sentence."""
-    count = found.motion.scales.size
+    count = predictions.motion.scales.size
     size = f"{count} coordinate{'' if count == 1 else 's'}"
-    degree = found.motion.order
+    degree = predictions.motion.order
     return f"All joints as polynomials of degree {degree} in {size}, and their error."
 
 
-def _pose_sections(found: Predictions) -> str:
+def _pose_sections(predictions: Predictions) -> str:
     """Render the joints of the one pose, or the first poses of a path and their joints."""
-    tables = motion_tables(found, MAX_POSES)
+    tables = motion_tables(predictions, MAX_POSES)
     titles = ["Joints at the target"]
-    if found.line and found.poses[0].reason:
+    if predictions.line and predictions.poses[0].reason:
         titles = ["Joints at the furthest pose on the way to the target"]
-    elif not found.line and tables:
+    elif not predictions.line and tables:
         count = len(tables[0]) - 1
-        titles = [f"Poses of the path: {count} of {len(found.poses)}", "Joints at these poses"]
-    firsts = [2] if found.line else [1, 2]
+        titles = [
+            f"Poses of the path: {count} of {len(predictions.poses)}",
+            "Joints at these poses",
+        ]
+    firsts = [2] if predictions.line else [1, 2]
     sections = zip(titles, tables, firsts, strict=False)
     return "\n".join(_section(title, table, first) for title, table, first in sections)
 

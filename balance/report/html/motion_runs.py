@@ -43,59 +43,59 @@ class _Run(NamedTuple):
     predicted: Array
 
 
-def motion_runs(found: Predictions) -> dict[str, Any]:
+def motion_runs(predictions: Predictions) -> dict[str, Any]:
     """Collect what the page of a Taylor motion moves: the scene, the tool, and the runs.
 
     A run is the way to the target, the path, or a line along each coordinate of the motion.
     """
-    linkage = found.linkage
+    linkage = predictions.linkage
     return {
         "scene": scene(linkage),
-        "tool": _tool(found),
+        "tool": _tool(predictions),
         "runs": [
             {"label": run.label, "x": short(run.x), "q": [short(q) for q in run.q],
-             "chart": _chart(found, run)}
-            for run in _runs(found) if len(run.x) > 1
+             "chart": _chart(predictions, run)}
+            for run in _runs(predictions) if len(run.x) > 1
         ],
     }  # fmt: skip
 
 
-def _tool(found: Predictions) -> dict[str, Any] | None:
+def _tool(predictions: Predictions) -> dict[str, Any] | None:
     """Place the moving point of the tool at the reference pose; None without a tool."""
-    place = found.linkage.places.get(found.tool or "")
+    place = predictions.linkage.places.get(predictions.tool or "")
     if place is None:
         return None
-    chain = found.linkage.spatial_chain
+    chain = predictions.linkage.spatial_chain
     part = rigid_parts(chain.parent.size, chain.ends)
-    point = np.zeros(3) if found.point is None else np.asarray(found.point)
+    point = np.zeros(3) if predictions.point is None else np.asarray(predictions.point)
     return {
-        "name": found.tool,
+        "name": predictions.tool,
         "part": int(part[place.link]),
         "point": (place.pose[:3, :3] @ point + place.pose[:3, 3]).tolist(),
     }
 
 
-def _runs(found: Predictions) -> list[_Run]:
+def _runs(predictions: Predictions) -> list[_Run]:
     """List the runs of a page."""
-    motion = found.motion
-    if found.poses and not found.line:
-        poses = [pose for pose in found.poses if pose.corrected is not None]
+    motion = predictions.motion
+    if predictions.poses and not predictions.line:
+        poses = [pose for pose in predictions.poses if pose.corrected is not None]
         poses = poses[:: -(-len(poses) // PATH_POSES) or 1]
         corrected = [pose.corrected for pose in poses]
         predicted = [np.full(len(motion.joints), np.nan) if pose.predicted is None
                      else pose.predicted for pose in poses]  # fmt: skip
         x = np.arange(1.0, len(poses) + 1.0)
         return [_Run("the path", "pose", x, np.array(corrected), np.array(predicted))]
-    if found.line and found.poses[0].distance > 0.0:
-        pose = found.poses[0]
+    if predictions.line and predictions.poses[0].distance > 0.0:
+        pose = predictions.poses[0]
         shares = np.linspace(0.0, pose.share, LINE_POSES)
-        return [_line(found, "the way to the target", "part of the way", shares, pose.y)]
+        return [_line(predictions, "the way to the target", "part of the way", shares, pose.y)]
     far = RADII * motion.radius if np.isfinite(motion.radius) else WITHOUT_RADIUS
     x = np.linspace(-far, far, LINE_POSES)
     count = min(motion.scales.size, MAX_LINES)
     return [
         _line(
-            found,
+            predictions,
             f"coordinate {k + 1}",
             "distance",
             x,
@@ -105,9 +105,9 @@ def _runs(found: Predictions) -> list[_Run]:
     ]
 
 
-def _line(found: Predictions, label: str, axis: str, x: Array, y: Array) -> _Run:
+def _line(predictions: Predictions, label: str, axis: str, x: Array, y: Array) -> _Run:
     """Compute the poses on a straight line, as far as the loops close."""
-    motion = found.motion
+    motion = predictions.motion
     kept, q = [], []
     for value in x:
         try:
@@ -119,9 +119,9 @@ def _line(found: Predictions, label: str, axis: str, x: Array, y: Array) -> _Run
     return _Run(label, axis, np.array(kept), np.array(q), np.array(predicted))
 
 
-def _chart(found: Predictions, run: _Run) -> dict[str, Any]:
+def _chart(predictions: Predictions, run: _Run) -> dict[str, Any]:
     """Build the curves of the joints that move most, and of the series beside them."""
-    units = np.array(found.units)
+    units = np.array(predictions.units)
     traces: list[dict[str, Any]] = []
     layout: dict[str, Any] = {"hovermode": "x", "showlegend": True,
                               "xaxis": {"title": {"text": run.axis}}}  # fmt: skip
@@ -140,7 +140,7 @@ def _chart(found: Predictions, run: _Run) -> dict[str, Any]:
         }  # fmt: skip
         for colour, j in zip(COLOURS, most, strict=False):
             line = {"color": colour, "width": 1.8}
-            name = found.motion.joints[j]
+            name = predictions.motion.joints[j]
             axis = {"type": "scatter", "mode": "lines", "x": short(run.x), "yaxis": f"y{mark}"}
             traces += [
                 {**axis, "name": name, "y": short(run.q[:, j]), "line": line},

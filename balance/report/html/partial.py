@@ -39,8 +39,8 @@ def front_picture(front: ParetoFront, kind: str = "png") -> bytes:
     Raises:
         PackageError: Matplotlib is missing.
     """
-    shown = [one for one in front.designs if one.found is not None]
-    mass = np.array([one.mass for one in shown])
+    shown = [design for design in front.designs if design.found is not None]
+    mass = np.array([design.mass for design in shown])
     left = [("shaking force (N, rms)", "force"), ("shaking moment (N m, rms)", "moment")]
     if front.frame is not None:
         left.append(("vibration of the frame (m, rms)", "vibration"))
@@ -50,7 +50,7 @@ def front_picture(front: ParetoFront, kind: str = "png") -> bytes:
     def draw(figure: Any) -> None:
         axes = figure.subplots(len(left), 2, sharex=True, squeeze=False)
         for ax, (title, name) in zip(axes[:, 0], left, strict=True):
-            ax.plot(mass, [getattr(one.found, name) for one in shown], "o-", ms=3,
+            ax.plot(mass, [getattr(design.found, name) for design in shown], "o-", ms=3,
                     color=COLOURS[0])  # fmt: skip
             _label(ax, title)
         for ax, (title, name) in zip(axes[:, 1], right, strict=False):
@@ -78,7 +78,7 @@ def _draw_inputs(ax: Any, mass: Array, shown: list[PartialBalance], name: str) -
     lines = {}
     for key, before in given.items():
         if before > 0.0:
-            lines[key] = [getattr(one.found, name)[key] / before for one in shown]
+            lines[key] = [getattr(design.found, name)[key] / before for design in shown]
     names = list(lines)
     ranks = rank_least_first([-max(line) for line in lines.values()])
     largest = [names[k] for k in ranks[:MOST_LINES]]

@@ -35,36 +35,36 @@ MAX_PATHS = 12
 COLOURS = ("#1f5a94", "#c05a10", "#3d7a3d", "#7a3d7a", "#8a6d1a", "#1b1e22")
 
 
-def paths_page(found: ReactionlessPaths) -> str:
+def paths_page(solution: ReactionlessPaths) -> str:
     """Render reactionless paths as one HTML file.
 
     Args:
-        found: the paths.
+        solution: the paths.
 
     Returns:
         The text of the file; the element ``report`` contains `ReactionlessPaths.to_dict`.
     """
-    field = momentum_field(found)
+    field = momentum_field(solution)
     return render_page(
         "paths.html",
-        title=found.linkage.name,
+        title=solution.linkage.name,
         summary="Paths along which this linkage leaves its base at rest.",
-        report=found.to_dict(),
-        data={"run": _run_data(found, field)},
+        report=solution.to_dict(),
+        data={"run": _run_data(solution, field)},
         scripts=("path_run",),
-        facts=facts_list(paths_facts(found)),
-        caption=escape(_caption(found, field is not None)),
-        paths=rows_table(path_rows(found), [3, 4]),
+        facts=facts_list(paths_facts(solution)),
+        caption=escape(_caption(solution, field is not None)),
+        paths=rows_table(path_rows(solution), [3, 4]),
     )
 
 
-def _caption(found: ReactionlessPaths, shaded: bool) -> str:
+def _caption(solution: ReactionlessPaths, shaded: bool) -> str:
     """Describe the figure of the run."""
     text = "Left: the linkage, seen along the last of its axes, and the way of its last joint. "
     text += "Right: the paths in the plane of the first two inputs"
-    if len(found.linkage.inputs) < 2:
+    if len(solution.linkage.inputs) < 2:
         text = text.partition(" Right:")[0]
-    if not found.paths:
+    if not solution.paths:
         text = "There is no path. The plane of the inputs around the pose" * shaded
     field = (
         "; strokes are the directions with the least momentum, and the shade is the smallest "
@@ -74,10 +74,12 @@ def _caption(found: ReactionlessPaths, shaded: bool) -> str:
     return f"{text}{field * shaded}."
 
 
-def _run_data(found: ReactionlessPaths, field: MomentumField | None) -> dict[str, Any]:
+def _run_data(solution: ReactionlessPaths, field: MomentumField | None) -> dict[str, Any]:
     """Compute all that the script draws."""
-    linkage = found.linkage
-    paths = [_path_data(linkage, k, path) for k, path in enumerate(found.paths[:MAX_PATHS], 1)]
+    linkage = solution.linkage
+    paths = [
+        _path_data(linkage, k, path) for k, path in enumerate(solution.paths[:MAX_PATHS], 1)
+    ]
     points = np.array([p for path in paths for f in path["frames"] for part in f for p in part])
     inputs = [*linkage.inputs, *["arc length"] * (len(linkage.inputs) < 2)]
     box = [[-1.0, 1.0]] * 2
@@ -157,20 +159,20 @@ def _frames(linkage: Linkage, q: Array) -> list[list[list[list[float]]]]:
     for p in range(1, int(part.max()) + 1):
         joints = np.flatnonzero((part[chain.parent] == p) | (part[:-1] == p))
         touching.append((int(np.flatnonzero(part[:-1] == p)[0]), points[joints]))
-    found = []
+    frames = []
     for pose in q:
         H = forward_kinematics(chain, pose).H
-        found.append([
+        frames.append([
             (at @ H[link].T[:, :3] @ axes.T).round(6).tolist() for link, at in touching
         ])  # fmt: skip
-    return found
+    return frames
 
 
-def paths_picture(found: ReactionlessPaths, kind: str = "png") -> bytes:
+def paths_picture(solution: ReactionlessPaths, kind: str = "png") -> bytes:
     """Draw the paths in the plane of the first two inputs, and the momentum along them.
 
     Args:
-        found: the paths.
+        solution: the paths.
         kind: ``"png"`` or ``"svg"``.
 
     Returns:
@@ -179,14 +181,14 @@ def paths_picture(found: ReactionlessPaths, kind: str = "png") -> bytes:
     Raises:
         PackageError: Matplotlib is missing.
     """
-    return image((9.6, 4.2), kind, partial(_draw, found))
+    return image((9.6, 4.2), kind, partial(_draw, solution))
 
 
-def _draw(found: ReactionlessPaths, figure: Any) -> None:
+def _draw(solution: ReactionlessPaths, figure: Any) -> None:
     """Draw both panels on a Matplotlib figure."""
     plane, along = figure.subplots(1, 2)
-    names = found.linkage.inputs
-    field = momentum_field(found)
+    names = solution.linkage.inputs
+    field = momentum_field(solution)
     if field is not None:
         size = field.size.T
         shade = plane.pcolormesh(field.first, field.second, size, cmap="Blues_r", vmin=0.0)
@@ -194,7 +196,7 @@ def _draw(found: ReactionlessPaths, figure: Any) -> None:
         plane.plot(*field.strokes.T, color="#5d6a76", linewidth=0.6)
         plane.set_xlim(field.first[[0, -1]])
         plane.set_ylim(field.second[[0, -1]])
-    for k, path in enumerate(found.paths):
+    for k, path in enumerate(solution.paths):
         colour = COLOURS[k % len(COLOURS)]
         second = path.u[:, 1] if len(names) > 1 else path.s
         plane.plot(path.u[:, 0], second, color=colour, linewidth=1.8)
@@ -202,11 +204,11 @@ def _draw(found: ReactionlessPaths, figure: Any) -> None:
                    label=f"path {k + 1}")  # fmt: skip
     plane.set_xlabel(f"{names[0]}")
     plane.set_ylabel(names[1] if len(names) > 1 else "arc length")
-    plane.set_title(f"{found.linkage.name}: paths in the inputs", loc="left", fontsize=9)
+    plane.set_title(f"{solution.linkage.name}: paths in the inputs", loc="left", fontsize=9)
     along.set_yscale("log")
     along.set_xlabel("arc length (radians and characteristic lengths)")
     along.set_title("momentum over the bodies' own", loc="left", fontsize=9)
-    if found.paths:
+    if solution.paths:
         along.legend(frameon=False, fontsize=8)
     for ax in (plane, along):
         tidy(ax)

@@ -14,41 +14,48 @@ __all__ = ["remedies_page"]
 SYMBOLS = ("circle", "square", "diamond", "triangle-up", "cross", "x", "star")
 
 
-def remedies_page(found: RemedyComparison) -> str:
+def remedies_page(comparison: RemedyComparison) -> str:
     """Render a comparison of remedies as one HTML file.
 
     Args:
-        found: the comparison.
+        comparison: the comparison.
 
     Returns:
         The text of the file; the element ``report`` contains `RemedyComparison.to_dict`.
     """
-    reasons = ["what and why", *(f"{one.words}; {one.reason}" for one in found.results)]
-    table = [(*row, why) for row, why in zip(remedy_rows(found), reasons, strict=True)]
+    reasons = [
+        "what and why",
+        *(f"{applied.words}; {applied.reason}" for applied in comparison.results),
+    ]
+    table = [(*row, why) for row, why in zip(remedy_rows(comparison), reasons, strict=True)]
     return render_page(
         "remedies.html",
-        title=found.request.linkage.name,
+        title=comparison.request.linkage.name,
         summary="Remedies of the literature, applied to this linkage, and what each costs.",
-        report=found.to_dict(),
-        data={"figures": [_cost_figure(found)]},
+        report=comparison.to_dict(),
+        data={"figures": [_cost_figure(comparison)]},
         scripts=("curves",),
-        facts=facts_list(remedies_facts(found)),
+        facts=facts_list(remedies_facts(comparison)),
         remedies=rows_table(table, [2, 3, 4, 5, 6, 7]),
     )
 
 
-def _cost_figure(found: RemedyComparison) -> dict[str, Any]:
+def _cost_figure(comparison: RemedyComparison) -> dict[str, Any]:
     """Build the figure of added mass against input inertia, a mark for each remedy."""
     marks: list[dict[str, Any]] = []
-    shown = [one for one in found.results if one.helps and one.inertia_ratio is not None]
-    for name in dict.fromkeys(one.remedy for one in shown):
-        own = [one for one in shown if one.remedy == name]
+    shown = [
+        applied
+        for applied in comparison.results
+        if applied.helps and applied.inertia_ratio is not None
+    ]
+    for name in dict.fromkeys(applied.remedy for applied in shown):
+        group = [applied for applied in shown if applied.remedy == name]
         k = len(marks)
         marks.append({
             "name": name,
-            "x": [one.mass_ratio for one in own],
-            "y": [one.inertia_ratio for one in own],
-            "text": [one.words for one in own],
+            "x": [applied.mass_ratio for applied in group],
+            "y": [applied.inertia_ratio for applied in group],
+            "text": [applied.words for applied in group],
             "mode": "markers", "type": "scatter",
             "marker": {"size": 11, "symbol": SYMBOLS[k % len(SYMBOLS)],
                        "color": COLOURS[k % len(COLOURS)]},

@@ -74,21 +74,23 @@ def render_page(
 
 def _in_order(scripts: Sequence[str]) -> list[str]:
     """List scripts after those that they need, each once."""
-    found: dict[str, None] = {"frame": None}
+    ordered: dict[str, None] = {"frame": None}
 
     def append(name: str) -> None:
         for needed in NEEDS.get(name, ()):
             append(needed)
-        found.setdefault(name)
+        ordered.setdefault(name)
 
     for name in scripts:
         append(name)
-    return list(found)
+    return list(ordered)
 
 
 def _fill_template(template: str, parts: Mapping[str, str]) -> str:
     """Fill the placeholders of a template in one pass; inserted text is not searched."""
-    return re.sub(r"\{\{(\w+)\}\}", lambda found: parts[found[1]], _read_static(template))
+    return re.sub(
+        r"\{\{(\w+)\}\}", lambda placeholder: parts[placeholder[1]], _read_static(template)
+    )
 
 
 def _read_static(name: str) -> str:

@@ -125,9 +125,9 @@ def _material(visual: Element, robot: Element) -> str:
     material = visual.first("material")
     if material is None:
         return ""
-    named = [one for one in robot.every("material") if one.name == material.name]
-    for one in (material, *named):
-        colour = one.first("color")
+    named = [element for element in robot.every("material") if element.name == material.name]
+    for element in (material, *named):
+        colour = element.first("color")
         if colour is not None:
             return _hex(colour.vector("rgba", "0.6 0.6 0.6 1")[:3])
     return ""
@@ -238,12 +238,12 @@ def simplified(shape: Shape, most: int) -> Shape:
         shape: the shape.
         most: number of triangles.
     """
-    found, cells = shape, CELLS
-    while len(found.faces) > most and cells > 2.0:
-        found = _clustered(shape, cells)
+    mesh, cells = shape, CELLS
+    while len(mesh.faces) > most and cells > 2.0:
+        mesh = _clustered(shape, cells)
         # The number of triangles of a surface grows as the square of that of the cells.
-        cells *= min(0.95 * float(np.sqrt(most / max(len(found.faces), 1))), 0.9)
-    return found
+        cells *= min(0.95 * float(np.sqrt(most / max(len(mesh.faces), 1))), 0.9)
+    return mesh
 
 
 def _clustered(shape: Shape, cells: float) -> Shape:

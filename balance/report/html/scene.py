@@ -102,13 +102,13 @@ def _outlines(
     outlines = []
     for p in range(int(part.max()) + 1):
         touching = (part[parent] == p) | (part[:-1] == p)
-        own = [body for body in bodies if body["part"] == p]
+        part_bodies = [body for body in bodies if body["part"] == p]
         corners = _distinct_points(points[touching], POINT_EQUAL_RELATIVE * size)
         if p and len(corners) == 1:
-            ends = [np.asarray(body["centre"]) for body in own]
+            ends = [np.asarray(body["centre"]) for body in part_bodies]
             corners = _distinct_points(np.array([*corners, *ends]), POINT_EQUAL_RELATIVE * size)
         outlines.append({
-            "names": [body["name"] for body in own],
+            "names": [body["name"] for body in part_bodies],
             "corners": _sort_around(corners, POINT_EQUAL_RELATIVE * size).round(9).tolist(),
         })  # fmt: skip
     return outlines
@@ -117,7 +117,9 @@ def _outlines(
 def _distinct_points(points: Array, apart: float) -> Array:
     """Return the points without repetitions."""
     return points[
-        distinct_vectors(points, lambda some, one: np.linalg.norm(some - one, axis=1) <= apart)
+        distinct_vectors(
+            points, lambda some, point: np.linalg.norm(some - point, axis=1) <= apart
+        )
     ]
 
 
@@ -145,10 +147,10 @@ def _joint_data(
     linkage: Linkage, part: IntArray, idle: Sequence[str]
 ) -> list[dict[str, object]]:
     """List the joints with their parts, points and directions."""
-    found = []
+    entries = []
     for j, joint in enumerate(linkage.joints):
         direction = joint.screw[3:] if joint.kind == "prismatic" else joint.screw[:3]
-        found.append({
+        entries.append({
             "name": joint.name,
             "kind": joint.kind,
             "idle": joint.name in idle,
@@ -156,7 +158,7 @@ def _joint_data(
             "point": joint.point.tolist(),
             "direction": direction.tolist(),
         })  # fmt: skip
-    return found
+    return entries
 
 
 def _mechanism(linkage: Linkage, chain: Chain, part: IntArray) -> dict[str, object]:

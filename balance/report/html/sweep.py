@@ -146,9 +146,9 @@ def _parts(linkage: Linkage, seen: Array) -> list[list[int]]:
     """List the joints on each rigid part, around their middle; the ground comes first."""
     parent = np.array([joint.parent for joint in linkage.joints])
     part = rigid_parts(parent.size, linkage.chain.ends)
-    found = []
+    parts = []
     for p in range(int(part.max()) + 1):
         joints = np.flatnonzero((part[parent] == p) | (part[:-1] == p))
         off = seen[joints] - seen[joints].mean(axis=0)
-        found.append(joints[np.argsort(np.arctan2(off[:, 1], off[:, 0]))].tolist())
-    return found
+        parts.append(joints[np.argsort(np.arctan2(off[:, 1], off[:, 0]))].tolist())
+    return parts

@@ -51,28 +51,28 @@ def sweep_picture(file: ResultsFile, names: Sequence[str], kind: str = "png") ->
     ranked = any(column.name == RANK for column in file.columns)
     table = file.read(list(dict.fromkeys([*names, *([RANK] if ranked else [])])))
     values = [_numbers(table[column.name], column) for column in columns]
-    known = np.isfinite(values[0]) & np.isfinite(values[1])
-    drops = np.zeros(known.size, dtype=bool)
+    finite = np.isfinite(values[0]) & np.isfinite(values[1])
+    drops = np.zeros(finite.size, dtype=bool)
     if ranked:
-        drops = _rank_drops(table[RANK]) & known
-    return image((6.4, 4.8), kind, partial(_draw, columns, values, known, drops))
+        drops = _rank_drops(table[RANK]) & finite
+    return image((6.4, 4.8), kind, partial(_draw, columns, values, finite, drops))
 
 
 def _numbers(values: NDArray[Any], column: Column) -> Array:
     """Convert a column to floating point, NaN for a missing value."""
-    found = values.astype(float)
+    numbers = values.astype(float)
     if column.kind == "integer":
-        found[values == -1] = np.nan
-    return found
+        numbers[values == -1] = np.nan
+    return numbers
 
 
 def _rank_drops(rank: NDArray[np.int64]) -> NDArray[np.bool_]:
     """Find the rows of lower rank than most rows have; those without a rank are none."""
-    known = rank >= 0
-    if not known.any():
-        return known
-    usual = int(np.bincount(rank[known]).argmax())
-    return known & (rank < usual)
+    ranked = rank >= 0
+    if not ranked.any():
+        return ranked
+    usual = int(np.bincount(rank[ranked]).argmax())
+    return ranked & (rank < usual)
 
 
 def is_grid(x: Array, y: Array) -> bool:
@@ -90,7 +90,7 @@ def is_grid(x: Array, y: Array) -> bool:
 
 
 def _draw(
-    columns: Sequence[Column], values: Sequence[Array], known: NDArray[np.bool_],
+    columns: Sequence[Column], values: Sequence[Array], finite: NDArray[np.bool_],
     drops: NDArray[np.bool_], figure: Any,
 ) -> None:  # fmt: skip
     """Draw the picture on a Matplotlib figure."""
@@ -98,12 +98,12 @@ def _draw(
     x, y = values[0], values[1]
     shade = values[2] if len(values) > 2 else None
     picture = None
-    if shade is not None and is_grid(x[known], y[known]):
-        picture = _draw_map(ax, x[known], y[known], shade[known])
+    if shade is not None and is_grid(x[finite], y[finite]):
+        picture = _draw_map(ax, x[finite], y[finite], shade[finite])
     else:
-        colour = "#1f5a94" if shade is None else shade[known]
+        colour = "#1f5a94" if shade is None else shade[finite]
         picture = ax.scatter(
-            x[known], y[known], c=colour, s=9, linewidths=0, rasterized=known.sum() > MANY
+            x[finite], y[finite], c=colour, s=9, linewidths=0, rasterized=finite.sum() > MANY
         )
     if shade is not None:
         figure.colorbar(picture, ax=ax, label=_label(columns[2]))

@@ -25,48 +25,48 @@ DASHES = {"line": "solid", "dash": "dash", "marks": "solid"}
 SCALE = [[0.0, "#7fa6c9"], [0.5, "#ffffff"], [1.0, "#d9a48f"]]
 
 
-def synthesis_page(found: Synthesis) -> str:
+def synthesis_page(synthesis: Synthesis) -> str:
     """Render a synthesis as one HTML file.
 
     Args:
-        found: the synthesis.
+        synthesis: the synthesis.
 
     Returns:
         The text of the file; the element ``report`` contains `Synthesis.to_dict`.
     """
-    figures = [_mechanism_figure(found)]
+    figures = [_mechanism_figure(synthesis)]
     shown = '<div id="traces1" role="img" aria-label="Map of the error"></div>'
     caption = "Colours: angle error of the tool, clipped at 0.5 rad. Lines: where it vanishes."
-    if found.map is None:
+    if synthesis.map is None:
         section = ""
     else:
-        figures.append(_map_figure(found))
+        figures.append(_map_figure(synthesis))
         section = (
             f"<figure>\n<h2>Map of the search</h2>\n{shown}\n"
             f"<figcaption><b>Figure 2.</b> {caption}</figcaption>\n</figure>"
         )
-    steps = found.construction.steps if found.construction else ()
+    steps = synthesis.construction.steps if synthesis.construction else ()
     items = "".join(f"<li>{escape(step)}</li>" for step in steps)
     drawn = f"<section><h2>Construction</h2><ol>{items}</ol></section>" if items else ""
     return render_page(
         "synthesis.html",
         title="Synthesis",
         summary="Mechanisms that are balanced and whose tool passes through given positions.",
-        report=found.to_dict(),
+        report=synthesis.to_dict(),
         data={"figures": figures},
         scripts=("curves",),
-        facts=facts_list(synthesis_facts(found)),
+        facts=facts_list(synthesis_facts(synthesis)),
         construction=drawn,
         map=section,
-        mechanisms=rows_table(mechanism_rows(found)),
+        mechanisms=rows_table(mechanism_rows(synthesis)),
     )
 
 
-def synthesis_picture(found: Synthesis, kind: str) -> bytes:
+def synthesis_picture(synthesis: Synthesis, kind: str) -> bytes:
     """Draw a synthesis with Matplotlib.
 
     Args:
-        found: the synthesis.
+        synthesis: the synthesis.
         kind: ``"png"`` or ``"svg"``.
 
     Returns:
@@ -77,8 +77,8 @@ def synthesis_picture(found: Synthesis, kind: str) -> bytes:
     """
 
     def draw(figure: Any) -> None:
-        axes = figure.subplots(1, 1 if found.map is None else 2, squeeze=False)[0]
-        curves = mechanism_curves(found)
+        axes = figure.subplots(1, 1 if synthesis.map is None else 2, squeeze=False)[0]
+        curves = mechanism_curves(synthesis)
         for curve in curves:
             _draw_curve(axes[0], curve)
         (x0, x1), (y0, y1) = limits(curves)
@@ -86,12 +86,12 @@ def synthesis_picture(found: Synthesis, kind: str) -> bytes:
         axes[0].set_aspect("equal")
         axes[0].legend(fontsize=7, frameon=False, loc="upper left", bbox_to_anchor=(0, -0.12),
                        ncols=3)  # fmt: skip
-        if found.map is not None:
-            _draw_map(axes[1], found)
+        if synthesis.map is not None:
+            _draw_map(axes[1], synthesis)
         for ax in axes:
             tidy(ax)
 
-    return image((6.5 if found.map is None else 11.0, 6.5), kind, draw)
+    return image((6.5 if synthesis.map is None else 11.0, 6.5), kind, draw)
 
 
 def _draw_curve(ax: Any, curve: Curve) -> None:
@@ -109,20 +109,20 @@ def _draw_curve(ax: Any, curve: Curve) -> None:
                     color=curve.colour)  # fmt: skip
 
 
-def _draw_map(ax: Any, found: Synthesis) -> None:
+def _draw_map(ax: Any, synthesis: Synthesis) -> None:
     """Draw the map with Matplotlib."""
-    x, y, values, labels = _grid(found)
+    x, y, values, labels = _grid(synthesis)
     clipped = np.ma.masked_invalid(np.clip(values, -CLIPPED, CLIPPED))
     ax.pcolormesh(x, y, clipped, cmap="RdBu_r", vmin=-CLIPPED, vmax=CLIPPED, alpha=0.6)
-    for curve in map_curves(found):
+    for curve in map_curves(synthesis):
         _draw_curve(ax, curve)
     ax.set(xlabel=labels[0], ylabel=labels[1], xlim=(x[0], x[-1]), ylim=(y[0], y[-1]))
     ax.legend(fontsize=7, frameon=False, loc="upper left", bbox_to_anchor=(0, -0.12), ncols=3)
 
 
-def _grid(found: Synthesis) -> tuple[Array, Array, Array, tuple[str, str]]:
+def _grid(synthesis: Synthesis) -> tuple[Array, Array, Array, tuple[str, str]]:
     """Return the axes of a map, its values, and the labels of the axes."""
-    shown = found.map
+    shown = synthesis.map
     assert shown is not None
     if isinstance(shown, AngleErrorMap):
         labels = (f"{shown.line.free} pivot from the chord (m)",
@@ -132,9 +132,9 @@ def _grid(found: Synthesis) -> tuple[Array, Array, Array, tuple[str, str]]:
     return shown.x, shown.y, shown.residuals[0], labels
 
 
-def _mechanism_figure(found: Synthesis) -> dict[str, Any]:
+def _mechanism_figure(synthesis: Synthesis) -> dict[str, Any]:
     """Build the figure of the mechanism at its positions."""
-    curves = mechanism_curves(found)
+    curves = mechanism_curves(synthesis)
     (x0, x1), (y0, y1) = limits(curves)
     axes = {
         "xaxis": {"title": {"text": "x (m)"}, "range": [x0, x1]},
@@ -143,9 +143,9 @@ def _mechanism_figure(found: Synthesis) -> dict[str, Any]:
     return {"data": [_trace(curve) for curve in curves], "layout": _layout(axes)}
 
 
-def _map_figure(found: Synthesis) -> dict[str, Any]:
+def _map_figure(synthesis: Synthesis) -> dict[str, Any]:
     """Build the figure of the map."""
-    x, y, values, labels = _grid(found)
+    x, y, values, labels = _grid(synthesis)
     colours = {
         "type": "heatmap", "x": short(x), "y": short(y), "z": [short(row) for row in values],
         "zmin": -CLIPPED, "zmax": CLIPPED, "colorscale": SCALE,
@@ -155,7 +155,7 @@ def _map_figure(found: Synthesis) -> dict[str, Any]:
         "xaxis": {"title": {"text": labels[0]}, "range": [x[0], x[-1]]},
         "yaxis": {"title": {"text": labels[1]}, "range": [y[0], y[-1]]},
     }
-    traces = [colours, *map(_trace, map_curves(found))]
+    traces = [colours, *map(_trace, map_curves(synthesis))]
     return {"data": traces, "layout": _layout(axes)}
 
 

@@ -46,22 +46,22 @@ class Curve(NamedTuple):
     labels: tuple[str, ...] = ()
 
 
-def mechanism_curves(found: Synthesis) -> list[Curve]:
+def mechanism_curves(synthesis: Synthesis) -> list[Curve]:
     """Draw the best mechanism at its positions, its path, and the construction.
 
     Args:
-        found: the synthesis.
+        synthesis: the synthesis.
     """
-    curves = [Curve("positions of the tool", _arrows(found.positions), INK, "line", True)]
-    if not found.mechanisms:
+    curves = [Curve("positions of the tool", _arrows(synthesis.positions), INK, "line", True)]
+    if not synthesis.mechanisms:
         return curves
-    best = found.mechanisms[0]
+    best = synthesis.mechanisms[0]
     for k, outline in enumerate(best.outlines):
         colour = COLOURS[k % len(COLOURS)]
         curves.append(Curve(f"position {k + 1}", np.array(outline), colour, "line", True))
     curves.append(Curve("path of the tool", best.path, INK))
-    if found.construction is not None:
-        curves += _construction(found.construction, _size(curves))
+    if synthesis.construction is not None:
+        curves += _construction(synthesis.construction, _size(curves))
     return curves
 
 
@@ -81,21 +81,21 @@ def limits(curves: list[Curve]) -> tuple[tuple[float, float], tuple[float, float
     return x, y
 
 
-def map_curves(found: Synthesis) -> list[Curve]:
+def map_curves(synthesis: Synthesis) -> list[Curve]:
     """Draw the zero contours of the map, and the designs.
 
     Args:
-        found: a synthesis with a map.
+        synthesis: a synthesis with a map.
     """
-    shown = found.map
+    shown = synthesis.map
     assert shown is not None
     if isinstance(shown, AngleErrorMap):
         line = _pieces(shown.contour)
-        masses = found.mechanisms[0].numbers if found.mechanisms else {}
+        masses = synthesis.mechanisms[0].numbers if synthesis.mechanisms else {}
         curves = [Curve("no error", line, INK)]
         if masses.get("inertia_2"):
             ratio = masses["inertia_1"] / masses["inertia_2"]
-            free = [one.pivots[shown.line.free] for one in found.mechanisms]
+            free = [mechanism.pivots[shown.line.free] for mechanism in synthesis.mechanisms]
             taus = [((z - shown.line.middle) / shown.line.direction).real for z in free]
             marks = np.array(taus) + 1j * ratio
             curves.append(Curve("designs for these masses", marks, COLOURS[1], "marks"))
@@ -133,12 +133,12 @@ def _construction(drawn: Construction, size: float) -> list[Curve]:
     for _, centre, radius in drawn.circles:
         if radius < FAR * size:
             circles += [*(centre + radius * turns), np.nan]
-    found = [Curve("construction", np.array(lines, dtype=np.complex128), GREY, "dash")]
+    curves = [Curve("construction", np.array(lines, dtype=np.complex128), GREY, "dash")]
     if circles:
-        found.append(Curve("circles", np.array(circles, dtype=np.complex128), FAINT, "dash"))
+        curves.append(Curve("circles", np.array(circles, dtype=np.complex128), FAINT, "dash"))
     points = np.array([*drawn.points.values()])
     names = tuple(drawn.points)
-    return [*found, Curve("points of the construction", points, GREY, "marks", labels=names)]
+    return [*curves, Curve("points of the construction", points, GREY, "marks", labels=names)]
 
 
 def _size(curves: list[Curve]) -> float:

@@ -29,19 +29,28 @@ __all__ = ["motion_heading", "panels", "verification_picture", "verification_tab
 Array = NDArray[np.float64]
 
 
-def panels(found: Verification, number: int | None = None) -> list[Panel]:
+def panels(verification: Verification, number: int | None = None) -> list[Panel]:
     """Build the panels of a motion of a verification.
 
     Shaking loads are those of the linkage on its base, opposite to the base reaction. Moments
     are about the point of the verification.
 
     Args:
-        found: the verification.
+        verification: the verification.
         number: index of the motion; the plotted one by default.
     """
-    run, axes = found.runs[found.plotted if number is None else number], ("x", "y", "z")
-    least, arm = found.tolerance * found.scale, found.length + found.lever
-    names = found.linkage.inputs, tuple(joint.name for joint in found.linkage.joints)
+    run, axes = (
+        verification.runs[verification.plotted if number is None else number],
+        ("x", "y", "z"),
+    )
+    least, arm = (
+        verification.tolerance * verification.scale,
+        verification.length + verification.lever,
+    )
+    names = (
+        verification.linkage.inputs,
+        tuple(joint.name for joint in verification.linkage.joints),
+    )
     inputs = _largest_columns(names[0], run.trajectory.u, range(len(names[0])))
     joints = _largest_columns(names[1], run.bearing, _distinct_columns(run.bearing))
     return [
@@ -57,22 +66,22 @@ def panels(found: Verification, number: int | None = None) -> list[Panel]:
     ]
 
 
-def _plotted_run(found: Verification) -> Run:
+def _plotted_run(verification: Verification) -> Run:
     """Return the loads along the plotted motion."""
-    return found.runs[found.plotted]
+    return verification.runs[verification.plotted]
 
 
-def verification_table(found: Verification) -> bytes:
+def verification_table(verification: Verification) -> bytes:
     """Write the plotted motion as comma-separated values, one line per sample, SI units.
 
     Columns are ``time``, the inputs by name (displacements from the reference pose), and the
     shaking force and moment of the linkage on its base, in inertial axes, moments about the
     point of the verification.
     """
-    run = _plotted_run(found)
+    run = _plotted_run(verification)
     axes = [f"{part}_{axis}" for part in ("force", "moment") for axis in "xyz"]
     loads = np.roll(-run.about, 3, axis=1)
-    names = ["time", *found.linkage.inputs, *axes]
+    names = ["time", *verification.linkage.inputs, *axes]
     return csv_table(names, [run.trajectory.time, run.trajectory.u, loads])
 
 
@@ -99,11 +108,11 @@ def _largest_columns(
     return tuple(names[k] for k in chosen), values[:, chosen].T
 
 
-def verification_picture(found: Sequence[Verification], kind: str = "png") -> bytes:
+def verification_picture(verifications: Sequence[Verification], kind: str = "png") -> bytes:
     """Draw the panels as an image; verifications are side by side with common scales.
 
     Args:
-        found: one or more verifications.
+        verifications: one or more verifications.
         kind: ``"png"`` or ``"svg"``.
 
     Returns:
@@ -112,32 +121,36 @@ def verification_picture(found: Sequence[Verification], kind: str = "png") -> by
     Raises:
         PackageError: Matplotlib is missing.
     """
-    return panels_picture(_columns(found), kind)
+    return panels_picture(_columns(verifications), kind)
 
 
-def _columns(found: Sequence[Verification]) -> list[PanelColumn]:
+def _columns(verifications: Sequence[Verification]) -> list[PanelColumn]:
     """Build the column of panels of each linkage."""
     return [
-        PanelColumn(heading, _plotted_run(one).trajectory.time, panels(one))
-        for one, heading in zip(found, _headings(found), strict=True)
+        PanelColumn(heading, _plotted_run(verification).trajectory.time, panels(verification))
+        for verification, heading in zip(verifications, _headings(verifications), strict=True)
     ]
 
 
-def _headings(found: Sequence[Verification]) -> list[str]:
+def _headings(verifications: Sequence[Verification]) -> list[str]:
     """Build the heading of each linkage: name, verdict and plotted motion, on two lines."""
     return [
-        f"{name}\n{one.verdict}, {motion_heading(one, one.plotted)}"
-        for name, one in zip(linkage_names([one.linkage for one in found]), found, strict=True)
+        f"{name}\n{verification.verdict}, {motion_heading(verification, verification.plotted)}"
+        for name, verification in zip(
+            linkage_names([verification.linkage for verification in verifications]),
+            verifications,
+            strict=True,
+        )
     ]
 
 
-def motion_heading(found: Verification, number: int) -> str:
+def motion_heading(verification: Verification, number: int) -> str:
     """Name a motion of a verification.
 
     Args:
-        found: the verification.
+        verification: the verification.
         number: index of the motion.
     """
-    if found.crank is not None:
-        return f"{found.crank.joint} at {found.crank.rpm:.6g} rpm"
-    return f"motion {number + 1} of {len(found.runs)}"
+    if verification.crank is not None:
+        return f"{verification.crank.joint} at {verification.crank.rpm:.6g} rpm"
+    return f"motion {number + 1} of {len(verification.runs)}"

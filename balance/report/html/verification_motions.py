@@ -29,42 +29,45 @@ MAX_NUMBERS = 60_000
 PLANES = ((0, 1), (0, 2), (1, 2))
 
 
-def motions_data(found: Sequence[Verification], meshes: bool) -> list[dict[str, Any]]:
+def motions_data(verifications: Sequence[Verification], meshes: bool) -> list[dict[str, Any]]:
     """Collect what the page of verifications draws: for each, its scene and its motions.
 
     Panels of one motion have one scale for all linkages. The motion that decides the verdict
     is there; of many motions, so are those that shake most.
 
     Args:
-        found: one or more verifications.
+        verifications: one or more verifications.
         meshes: whether to collect the shapes of the files.
     """
-    chosen = motion_choice(found)
-    figures = [_figures(found, k) for k in chosen]
+    chosen = motion_choice(verifications)
+    figures = [_figures(verifications, k) for k in chosen]
     return [
         {
-            "name": one.model,
-            "scene": scene(one.linkage, shapes=robot_shapes(one.linkage) if meshes else ()),
-            "least": one.tolerance * one.scale,
+            "name": verification.model,
+            "scene": scene(
+                verification.linkage,
+                shapes=robot_shapes(verification.linkage) if meshes else (),
+            ),
+            "least": verification.tolerance * verification.scale,
             "runs": [
-                _run_data(one, one.runs[k], charts[i])
+                _run_data(verification, verification.runs[k], charts[i])
                 for k, charts in zip(chosen, figures, strict=True)
             ],
         }
-        for i, one in enumerate(found)
+        for i, verification in enumerate(verifications)
     ]
 
 
-def motion_choice(found: Sequence[Verification]) -> list[int]:
+def motion_choice(verifications: Sequence[Verification]) -> list[int]:
     """List the indices of the motions on a page, in their order, with the plotted ones."""
-    count = min(len(one.runs) for one in found)
+    count = min(len(verification.runs) for verification in verifications)
     per_motion = sum(
-        min(one.runs[0].trajectory.time.size, MAX_SAMPLES)
-        * (len(one.linkage.joints) + 6 * len(panels(one)))
-        for one in found
+        min(verification.runs[0].trajectory.time.size, MAX_SAMPLES)
+        * (len(verification.linkage.joints) + 6 * len(panels(verification)))
+        for verification in verifications
     )
     most = int(np.clip(MAX_NUMBERS // per_motion, 1, count))
-    first = found[0]
+    first = verifications[0]
     peaks = [
         max(run.peak("force"), run.peak("moment") / first.length) for run in first.runs[:count]
     ]
@@ -73,14 +76,17 @@ def motion_choice(found: Sequence[Verification]) -> list[int]:
     return sorted(ranked[:most])
 
 
-def _figures(found: Sequence[Verification], number: int) -> list[dict[str, object]]:
+def _figures(verifications: Sequence[Verification], number: int) -> list[dict[str, object]]:
     """Build the curves of one motion for each linkage."""
     columns = []
-    for one in found:
-        picked = _picked(one.runs[number])
-        kept = [panel._replace(lines=panel.lines[:, picked]) for panel in panels(one, number)]
-        time = one.runs[number].trajectory.time[picked]
-        columns.append(PanelColumn(motion_heading(one, number), time, kept))
+    for verification in verifications:
+        picked = _picked(verification.runs[number])
+        kept = [
+            panel._replace(lines=panel.lines[:, picked])
+            for panel in panels(verification, number)
+        ]
+        time = verification.runs[number].trajectory.time[picked]
+        columns.append(PanelColumn(motion_heading(verification, number), time, kept))
     return panels_figures(columns)
 
 
@@ -90,23 +96,25 @@ def _picked(run: Run) -> NDArray[np.int64]:
     return np.linspace(0, size - 1, min(size, MAX_SAMPLES)).round().astype(np.int64)
 
 
-def _run_data(found: Verification, run: Run, chart: dict[str, object]) -> dict[str, Any]:
+def _run_data(verification: Verification, run: Run, chart: dict[str, object]) -> dict[str, Any]:
     """Collect poses, curves and numbers of one motion of one linkage."""
     picked = _picked(run)
     force = -run.about[picked, 3:]
     return {
         "chart": chart,
-        "polar": _polar(found, short(run.trajectory.time[picked]), force),
+        "polar": _polar(verification, short(run.trajectory.time[picked]), force),
         "time": short(run.trajectory.time[picked]),
         "q": [short(q) for q in run.trajectory.q[picked]],
         "force": [short(f) for f in force],
-        "rows": _numbers(found, run),
+        "rows": _numbers(verification, run),
     }
 
 
-def _polar(found: Verification, time: list[float | None], force: Array) -> dict[str, object]:
+def _polar(
+    verification: Verification, time: list[float | None], force: Array
+) -> dict[str, object]:
     """Build the polar plot of the shaking force: its direction and size over the motion."""
-    linkage = found.linkage
+    linkage = verification.linkage
     if linkage.planar:
         lines = [("", force @ linkage.chain.frame.R[:2].T)]
         axes = ("force along the first axis (N)", "along the second axis (N)")
@@ -115,7 +123,7 @@ def _polar(found: Verification, time: list[float | None], force: Array) -> dict[
     else:
         lines = [(f"{'xyz'[a]}, {'xyz'[b]}", force[:, [a, b]]) for a, b in PLANES]
         axes = ("first component of force (N)", "second component (N)")
-    least = found.tolerance * found.scale
+    least = verification.tolerance * verification.scale
     reach = max(1.05 * float(np.abs(force).max(initial=0.0)), least) or 1.0
     traces = [
         {
@@ -132,12 +140,12 @@ def _polar(found: Verification, time: list[float | None], force: Array) -> dict[
     return {"data": traces, "layout": layout}
 
 
-def _numbers(found: Verification, run: Run) -> list[tuple[str, str]]:
+def _numbers(verification: Verification, run: Run) -> list[tuple[str, str]]:
     """List the peaks and the root mean squares of one motion."""
     rows = []
     for part in ("force", "moment"):
-        rows.append((f"shaking {part}", found.load_text(part, run.peak(part))))
-        rows.append((f"shaking {part}, rms", found.load_text(part, run.rms(part))))
+        rows.append((f"shaking {part}", verification.load_text(part, run.peak(part))))
+        rows.append((f"shaking {part}, rms", verification.load_text(part, run.rms(part))))
     bearing = float(run.bearing.max(initial=0.0))
     rows.append(("bearing force", f"{number_text(bearing, '.3g')} N"))
     rows.append(("duration", f"{run.trajectory.duration:.4g} s"))

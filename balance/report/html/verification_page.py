@@ -16,7 +16,7 @@ from kinematics.wording import count_noun
 __all__ = ["verification_page"]
 
 
-def verification_page(found: Sequence[Verification], meshes: bool = True) -> str:
+def verification_page(verifications: Sequence[Verification], meshes: bool = True) -> str:
     """Render verifications as one HTML file.
 
     The page moves each linkage through the motion that is chosen, beside its curves, a polar
@@ -24,27 +24,30 @@ def verification_page(found: Sequence[Verification], meshes: bool = True) -> str
     `Verification.to_dict` of each.
 
     Args:
-        found: one or more verifications.
+        verifications: one or more verifications.
         meshes: whether to draw the shapes of the files that have any.
     """
-    names = linkage_names([one.linkage for one in found])
-    shown = motion_choice(found)
+    names = linkage_names([verification.linkage for verification in verifications])
+    shown = motion_choice(verifications)
     return render_page(
         "verify.html",
         title=" and ".join(names) if len(names) < 3 else f"{len(names)} linkages",
-        summary=_summary(found),
-        report=[one.to_dict() for one in found],
-        data={"models": motions_data(found, meshes)},
+        summary=_summary(verifications),
+        report=[verification.to_dict() for verification in verifications],
+        data={"models": motions_data(verifications, meshes)},
         scripts=["verify"],
-        options=_options(found[0], shown),
-        kind="one" if len(found) == 1 else "several",
-        models="\n".join(_model(k, one, name)
-                         for k, (one, name) in enumerate(zip(found, names, strict=True))),
-        facts="\n".join(
-            f"<section><h3>{escape(name)}</h3>{facts_list(verification_facts(one))}</section>"
-            for name, one in zip(names, found, strict=True)
+        options=_options(verifications[0], shown),
+        kind="one" if len(verifications) == 1 else "several",
+        models="\n".join(
+            _model(k, verification, name)
+            for k, (verification, name) in enumerate(zip(verifications, names, strict=True))
         ),
-    )  # fmt: skip
+        facts="\n".join(
+            f"<section><h3>{escape(name)}</h3>"
+            f"{facts_list(verification_facts(verification))}</section>"
+            for name, verification in zip(names, verifications, strict=True)
+        ),
+    )
 
 
 def _options(first: Verification, shown: Sequence[int]) -> str:
@@ -60,12 +63,12 @@ def _options(first: Verification, shown: Sequence[int]) -> str:
     return "".join(lines)
 
 
-def _model(k: int, found: Verification, name: str) -> str:
+def _model(k: int, verification: Verification, name: str) -> str:
     """Render the places for the figures and the numbers of one linkage."""
     label = escape(name)
     return (
         f'<section class="model">\n<h2>{label}</h2>\n'
-        f'<p class="note">{escape(found.verdict)}</p>\n'
+        f'<p class="note">{escape(verification.verdict)}</p>\n'
         f'<div class="canvas" id="plot{k}" role="group" aria-label="{label} in motion: arrow '
         f'keys turn it, plus and minus magnify"></div>\n'
         f'<div class="numbers" id="numbers{k}"></div>\n'
@@ -76,12 +79,16 @@ def _model(k: int, found: Verification, name: str) -> str:
     )
 
 
-def _summary(found: Sequence[Verification]) -> str:
+def _summary(verifications: Sequence[Verification]) -> str:
     """Summarise the verdicts in one sentence."""
-    first = found[0]
+    first = verifications[0]
     verdicts = "; ".join(
-        f"{name}: {one.verdict}"
-        for name, one in zip(linkage_names([one.linkage for one in found]), found, strict=True)
+        f"{name}: {verification.verdict}"
+        for name, verification in zip(
+            linkage_names([verification.linkage for verification in verifications]),
+            verifications,
+            strict=True,
+        )
     )
     if first.crank is not None:
         motions = f"one revolution of {first.crank.joint} at {first.crank.rpm:.6g} rpm"

@@ -76,15 +76,17 @@ def _frames(walk: WatchedWalk) -> dict[str, Any]:
 
 def _corners(drawing: dict[str, Any], points: Array, origin: list[int]) -> list[list[int]]:
     """List the joints at the corners of each part, around their middle at the end."""
-    found = []
+    corners = []
     for p in range(len(drawing["parts"])):
-        own = [j for j, joint in enumerate(drawing["joints"]) if p in joint["parts"]]
-        once = [j for k, j in enumerate(own) if origin[j] not in [origin[i] for i in own[:k]]]
+        joints = [j for j, joint in enumerate(drawing["joints"]) if p in joint["parts"]]
+        once = [
+            j for k, j in enumerate(joints) if origin[j] not in [origin[i] for i in joints[:k]]
+        ]
         off = points[once] - points[once].mean(axis=0)
         sides = np.linalg.svd(off, full_matrices=False)[2] if len(once) > 2 else np.eye(3)
         angles = np.arctan2(off @ sides[1], off @ sides[0])
-        found.append([once[k] for k in np.argsort(angles)] if len(once) > 2 else once)
-    return found
+        corners.append([once[k] for k in np.argsort(angles)] if len(once) > 2 else once)
+    return corners
 
 
 def _chart(walk: WatchedWalk) -> dict[str, Any]:

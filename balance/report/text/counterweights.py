@@ -28,41 +28,52 @@ MUCH_ADDED = 3.0
 MOST_ADDED = 100.0
 
 
-def counterweights_facts(found: Counterweights) -> list[tuple[str, str]]:
+def counterweights_facts(counterweights: Counterweights) -> list[tuple[str, str]]:
     """List the facts on counterweights as pairs of label and value.
 
     Args:
-        found: the answer.
+        counterweights: the answer.
     """
-    space = found.space
+    space = counterweights.space
     algebra = "planar" if space.planar else "spatial"
     relations = space.motion.relations if space.motion else ()
     pairs = linkage_facts(space.linkage, f"{algebra}, {space.balance} balance", relations)
-    pairs.append(("verdict", found.words))
-    if space.balance == "force" and found.value is not None:
+    pairs.append(("verdict", counterweights.words))
+    if space.balance == "force" and counterweights.value is not None:
         pairs.append(("moment", FORCE_ONLY))
-    if space.balance == "dynamic" and found.verdict == "infeasible":
+    if space.balance == "dynamic" and counterweights.verdict == "infeasible":
         pairs.append(OTHER_WAYS)
-    for name, region in found.regions.items():
+    for name, region in counterweights.regions.items():
         default = " (default: half the link's length about its joint)"
-        pairs.append((f"region {name}", region.text + default * (name in found.chosen)))
-    if found.value is not None:
-        value = number_text(found.value, f".{DIGITS}g")
-        gap = size_text(found.gap or 0.0, floor=MASSES_EQUAL)
-        value = f"{found.minimise}: {value} {UNITS[found.minimise]}"
+        pairs.append(
+            (f"region {name}", region.text + default * (name in counterweights.chosen))
+        )
+    if counterweights.value is not None:
+        value = number_text(counterweights.value, f".{DIGITS}g")
+        gap = size_text(counterweights.gap or 0.0, floor=MASSES_EQUAL)
+        value = f"{counterweights.minimise}: {value} {UNITS[counterweights.minimise]}"
         pairs.append(("minimised", f"{value}; gap to its proved bound {gap} of it"))
-        share = found.added_mass / found.given_mass if found.given_mass else 0.0
+        share = (
+            counterweights.added_mass / counterweights.given_mass
+            if counterweights.given_mass
+            else 0.0
+        )
         added = (
-            f"{number_text(found.added_mass, f'.{DIGITS}g')} kg, {number_text(share, '.3g')} "
+            f"{number_text(counterweights.added_mass, f'.{DIGITS}g')} kg, "
+            f"{number_text(share, '.3g')} "
             "times the given mass"
         )
         if share > MUCH_ADDED:
             added += " (--partial --pareto 10 weighs mass against shaking)"
-        pairs += [("added", added), ("residual", size_text(found.residual or 0.0))]
-    if found.check:
-        pairs.append(("certificate", str(found.check)))
-    most = MOST_ADDED * found.given_mass
-    pairs += [("would help", one.words) for one in found.relaxations if one.mass <= most]
+        pairs += [("added", added), ("residual", size_text(counterweights.residual or 0.0))]
+    if counterweights.check:
+        pairs.append(("certificate", str(counterweights.check)))
+    most = MOST_ADDED * counterweights.given_mass
+    pairs += [
+        ("would help", relaxation.words)
+        for relaxation in counterweights.relaxations
+        if relaxation.mass <= most
+    ]
     return pairs
 
 

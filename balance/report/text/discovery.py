@@ -26,22 +26,22 @@ Data = dict[str, Any]
 
 
 def search_data(
-    file: ResultsFile, found: Found, seconds: float | None, what: str = "run"
+    file: ResultsFile, search: Found, seconds: float | None, what: str = "run"
 ) -> Data:
     """Collect the facts on a search.
 
     Args:
         file: its file.
-        found: what it has found so far.
+        search: what it has found so far.
         seconds: duration of this run; None if nothing was run.
         what: the command.
     """
     data = {
-        "schema": SCHEMA, "what": what, "file": file.path, "topology": found.job.name,
-        "starts": file.rows, "walked": file.computed()[0], "seed": found.job.seed,
-        "buildable": found.job.buildable, "near": bool(found.job.origin),
-        "nullity": found.job.generic, "outcomes": found.outcomes,
-        "families": [_family_data(k, f) for k, f in enumerate(found.families, 1)],
+        "schema": SCHEMA, "what": what, "file": file.path, "topology": search.job.name,
+        "starts": file.rows, "walked": file.computed()[0], "seed": search.job.seed,
+        "buildable": search.job.buildable, "near": bool(search.job.origin),
+        "nullity": search.job.generic, "outcomes": search.outcomes,
+        "families": [_family_data(k, f) for k, f in enumerate(search.families, 1)],
     }  # fmt: skip
     if seconds is not None:
         data["seconds"] = seconds
@@ -78,13 +78,13 @@ def families_data(data: Data, examined: list[FoundFamily]) -> Data:
     return data
 
 
-def _range_data(found: MotionRange | None) -> Data | None:
+def _range_data(span: MotionRange | None) -> Data | None:
     """Collect the facts on a range of motion; None if there is none."""
-    if found is None:
+    if span is None:
         return None
     return {
-        "joint": found.joint, "low": found.low, "high": found.high, "full": found.full,
-        "ends": list(found.ends),
+        "joint": span.joint, "low": span.low, "high": span.high, "full": span.full,
+        "ends": list(span.ends),
     }  # fmt: skip
 
 

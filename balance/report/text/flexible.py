@@ -123,25 +123,25 @@ def similarity_body(
     return [Facts(facts), "", AnswerTable(rows)]
 
 
-def _translator_facts(found: TranslatorMotion) -> list[tuple[str, str]]:
+def _translator_facts(motion: TranslatorMotion) -> list[tuple[str, str]]:
     """List the facts on a translator and its counter-translator."""
-    one, other = found.translator, found.blocks[1]
-    low, high = (round(1e3 * y, 2) + 0.0 for y in found.displacement)
-    hubs = "half of it on each hub" if one.both else "on the lower hub"
+    translator, other = motion.translator, motion.blocks[1]
+    low, high = (round(1e3 * y, 2) + 0.0 for y in motion.displacement)
+    hubs = "half of it on each hub" if translator.both else "on the lower hub"
     return [
         ("counter-block", f"{number_text(other.mass, '.6g')} kg, length "
                           f"{number_text(other.length, '.6g')} m, breadth "
          f"{number_text(other.breadth, '.6g')} m"),
-        ("driven by", f"{one.moment:g} N m, {hubs}, within {one.rise:g} s; for "
-         f"{found.pair.times[-1]:g} s"),
+        ("driven by", f"{translator.moment:g} N m, {hubs}, within {translator.rise:g} s; for "
+         f"{motion.pair.times[-1]:g} s"),
         ("displacement", f"{number_text(low, '.2f')} to {number_text(high, '.2f')} mm"),
-        ("shaking force", f"{number_text(found.pair.peak_force)} N at most, "
-                          f"{number_text(found.reduction, '.0f')} times "
+        ("shaking force", f"{number_text(motion.pair.peak_force)} N at most, "
+                          f"{number_text(motion.reduction, '.0f')} times "
          "less than without counter-translator"),
-        ("shaking moment", f"{number_text(found.pair.peak_moment)} N m at most, about the "
+        ("shaking moment", f"{number_text(motion.pair.peak_moment)} N m at most, about the "
                            "middle "
          "between the hubs"),
-        ("energy", f"drifts by {size_text(found.pair.energy_drift)} of the largest"),
+        ("energy", f"drifts by {size_text(motion.pair.energy_drift)} of the largest"),
     ]  # fmt: skip
 
 

@@ -20,35 +20,35 @@ __all__ = ["floating_base_body", "floating_base_facts"]
 Array = NDArray[np.float64]
 
 
-def floating_base_facts(found: FloatingBaseMotion) -> list[tuple[str, str]]:
+def floating_base_facts(motion: FloatingBaseMotion) -> list[tuple[str, str]]:
     """List the facts on a simulation as pairs of label and value."""
-    of = found.samples
-    space = "planar" if found.planar else "spatial"
-    steps, fastest = found.time.size - 1, float(of.speed.max())
+    of = motion.samples
+    space = "planar" if motion.planar else "spatial"
+    steps, fastest = motion.time.size - 1, float(of.speed.max())
     return [
-        ("linkage", f"{found.model}, on a {space} base"),
-        ("file", found.linkage.source),
-        *([("pose", found.linkage.pose)] if found.linkage.at else []),
-        *_base_facts(found),
-        ("inputs", _inputs_text(found)),
-        *([("at the start", _values_text(found.initial))] if found.initial else []),
-        ("duration", f"{found.duration:.4g} s, {steps} steps"),
-        ("base turns", f"{found.rotation_text}, at most {_speed(of.turning, fastest)} rad/s"),
-        ("base moves", f"{found.displacement_text}, at most "
-                       f"{_speed(of.velocity, fastest * found.length)} m/s"),
+        ("linkage", f"{motion.model}, on a {space} base"),
+        ("file", motion.linkage.source),
+        *([("pose", motion.linkage.pose)] if motion.linkage.at else []),
+        *_base_facts(motion),
+        ("inputs", _inputs_text(motion)),
+        *([("at the start", _values_text(motion.initial))] if motion.initial else []),
+        ("duration", f"{motion.duration:.4g} s, {steps} steps"),
+        ("base turns", f"{motion.rotation_text}, at most {_speed(of.turning, fastest)} rad/s"),
+        ("base moves", f"{motion.displacement_text}, at most "
+                       f"{_speed(of.velocity, fastest * motion.length)} m/s"),
         ("at the end", f"{_vector(of.turning[-1], fastest)} rad/s, "
-                       f"{_vector(of.velocity[-1], fastest * found.length)} m/s"),
-        ("drift", f"energy {drift_text(found.energy_drift)}, momentum "
-                  f"{drift_text(found.momentum_drift)}, of their peaks"),
-        *(("note", remark) for remark in found.remarks),
-        ("verdict", f"{found.verdict} (residual {drift_text(found.residual)}, tolerance "
-                    f"{found.tolerance:.1e})"),
+                       f"{_vector(of.velocity[-1], fastest * motion.length)} m/s"),
+        ("drift", f"energy {drift_text(motion.energy_drift)}, momentum "
+                  f"{drift_text(motion.momentum_drift)}, of their peaks"),
+        *(("note", remark) for remark in motion.remarks),
+        ("verdict", f"{motion.verdict} (residual {drift_text(motion.residual)}, tolerance "
+                    f"{motion.tolerance:.1e})"),
     ]  # fmt: skip
 
 
-def _base_facts(found: FloatingBaseMotion) -> list[tuple[str, str]]:
+def _base_facts(motion: FloatingBaseMotion) -> list[tuple[str, str]]:
     """List the facts on the base and its springs."""
-    base = found.base
+    base = motion.base
     moments = ", ".join(number_text(moment) for moment in dict.fromkeys(base.moments))
     facts = [
         (
@@ -60,19 +60,19 @@ def _base_facts(found: FloatingBaseMotion) -> list[tuple[str, str]]:
         return facts
     springs = [(base.turning_stiffness, "N m/rad"), (base.stiffness, "N/m")]
     words = [f"{number_text(stiffness)} {unit}" for stiffness, unit in springs if stiffness]
-    tones = ", ".join(number_text(frequency) for frequency in found.frequencies)
+    tones = ", ".join(number_text(frequency) for frequency in motion.frequencies)
     return [
         *facts, ("springs", ", ".join(words)),
         ("frequencies", f"{tones} Hz, inputs held at the start"),
     ]  # fmt: skip
 
 
-def _inputs_text(found: FloatingBaseMotion) -> str:
+def _inputs_text(motion: FloatingBaseMotion) -> str:
     """Describe how the inputs move."""
-    names = first_names(found.linkage.inputs)
-    if found.torques is None:
+    names = first_names(motion.linkage.inputs)
+    if motion.torques is None:
         return f"{names}, prescribed"
-    given = _values_text({name: torque for name, torque in found.torques.items() if torque})
+    given = _values_text({name: torque for name, torque in motion.torques.items() if torque})
     return f"{names}, free, " + (f"torques {given}" if given else "without torques")
 
 

@@ -30,41 +30,41 @@ POSE_DECIMALS = 9
 PATH_DECIMALS = 6
 
 
-def measure(found: Predictions) -> str:
+def measure(predictions: Predictions) -> str:
     """Name the units of distances and errors."""
-    return f"radians and lengths of {number_text(found.length, '.3g')} m"
+    return f"radians and lengths of {number_text(predictions.length, '.3g')} m"
 
 
-def motion_facts(found: Predictions) -> list[tuple[str, str]]:
+def motion_facts(predictions: Predictions) -> list[tuple[str, str]]:
     """List the facts on predictions, without the tables, as pairs of label and value."""
-    motion, count = found.motion, len(found.linkage.loops)
+    motion, count = predictions.motion, len(predictions.linkage.loops)
     loops = f"{count} loop{'' if count == 1 else 's'}"
-    pairs = linkage_facts(found.linkage, f"{len(motion.joints)} joints, {loops}")
-    if found.tool is not None:
-        pairs += _tool_facts(found, found.tool)
+    pairs = linkage_facts(predictions.linkage, f"{len(motion.joints)} joints, {loops}")
+    if predictions.tool is not None:
+        pairs += _tool_facts(predictions, predictions.tool)
     if motion.motion.relations:
         pairs.append(("motion", ", ".join(motion.motion.relations)))
-    radius = f"{number_text(motion.radius, '.3g')} ({measure(found)}), estimated"
+    radius = f"{number_text(motion.radius, '.3g')} ({measure(predictions)}), estimated"
     if np.isinf(motion.radius):
         radius = "infinite: the motion is linear"
     pairs += [
         ("independent", _first_names(motion.motion.inputs)),
-        ("dependent", _first_names(found.dependent) or "none"),
+        ("dependent", _first_names(predictions.dependent) or "none"),
         ("order", f"{motion.order}, {len(motion.exponents)} terms"),
         ("radius", radius),
     ]
-    if found.line:
-        return pairs + _pose_facts(found, found.poses[0])
-    return pairs + _path_facts(found) if found.poses else pairs
+    if predictions.line:
+        return pairs + _pose_facts(predictions, predictions.poses[0])
+    return pairs + _path_facts(predictions) if predictions.poses else pairs
 
 
-def _tool_facts(found: Predictions, link: str) -> list[tuple[str, str]]:
+def _tool_facts(predictions: Predictions, link: str) -> list[tuple[str, str]]:
     """Name the moving point, and note that other postures may reach the same pose."""
     name = link
-    if found.point is not None:
-        at = ", ".join(number_text(x, ".6g") for x in found.point)
+    if predictions.point is not None:
+        at = ", ".join(number_text(x, ".6g") for x in predictions.point)
         name = f"{link}, its point ({at}) m in the frame of the link"
-    inputs = found.motion.motion.inputs
+    inputs = predictions.motion.motion.inputs
     free = [each for each in inputs if each not in tool_coordinates(link)]
     posture = (
         "the one that leads from the reference pose straight to the target; others may take "
@@ -75,10 +75,10 @@ def _tool_facts(found: Predictions, link: str) -> list[tuple[str, str]]:
     return [("tool", name), ("posture", posture)]
 
 
-def _pose_facts(found: Predictions, pose: Prediction) -> list[tuple[str, str]]:
+def _pose_facts(predictions: Predictions, pose: Prediction) -> list[tuple[str, str]]:
     """List the facts on the pose at the end of a line."""
     pairs = [
-        ("target", assign_inputs(found.motion, pose.u)),
+        ("target", assign_inputs(predictions.motion, pose.u)),
         ("distance", number_text(pose.distance, ".3g")),
     ]
     if pose.reason:
@@ -87,25 +87,25 @@ def _pose_facts(found: Predictions, pose: Prediction) -> list[tuple[str, str]]:
     return [*pairs, ("error", _error_text(pose.error, pose.difference)), ("verdict", outcome)]
 
 
-def _path_facts(found: Predictions) -> list[tuple[str, str]]:
+def _path_facts(predictions: Predictions) -> list[tuple[str, str]]:
     """List the facts on the poses of a path."""
-    count = len(found.poses)
-    unreached = [(k, pose) for k, pose in enumerate(found.poses, 1) if pose.reason]
+    count = len(predictions.poses)
+    unreached = [(k, pose) for k, pose in enumerate(predictions.poses, 1) if pose.reason]
     outcome = f"reached, {count} poses close the loops"
     if unreached:
         first, pose = unreached[0]
         outcome = f"not reached: {len(unreached)} of {count} poses; pose {first}: {pose.reason}"
-    distance = max(pose.distance for pose in found.poses)
+    distance = max(pose.distance for pose in predictions.poses)
     return [
         ("distance", f"up to {number_text(distance, '.3g')}"),
-        ("error", _largest_errors(found)),
+        ("error", _largest_errors(predictions)),
         ("verdict", outcome),
     ]
 
 
-def _largest_errors(found: Predictions) -> str:
+def _largest_errors(predictions: Predictions) -> str:
     """Describe the largest errors of a path."""
-    reached = [pose for pose in found.poses if not pose.reason]
+    reached = [pose for pose in predictions.poses if not pose.reason]
     estimates = [pose.error for pose in reached if pose.error is not None]
     true = [pose.difference for pose in reached if pose.difference is not None]
     errors = _error_text(max(estimates, default=None), max(true, default=None))
@@ -114,23 +114,25 @@ def _largest_errors(found: Predictions) -> str:
     return f"up to {errors}" if estimates else errors
 
 
-def motion_tables(found: Predictions, most: int = MAX_POSES) -> list[list[tuple[str, ...]]]:
+def motion_tables(
+    predictions: Predictions, most: int = MAX_POSES
+) -> list[list[tuple[str, ...]]]:
     """Build tables of the one pose, or of the first poses of a path, and their joints.
 
     Args:
-        found: the predictions.
+        predictions: the predictions.
         most: most poses of a path.
 
     Returns:
         Tables as lists of rows, the head first.
     """
-    if not found.poses:
+    if not predictions.poses:
         return []
-    if found.line:
-        return [_joint_table(found, found.poses[0])]
-    head = ("pose", *found.motion.motion.inputs, "distance", "estimated", "difference")
-    lines = [_pose_row(k, pose) for k, pose in enumerate(found.poses[:most], 1)]
-    return [[head, *lines], _path_joint_table(found, found.poses[:most])]
+    if predictions.line:
+        return [_joint_table(predictions, predictions.poses[0])]
+    head = ("pose", *predictions.motion.motion.inputs, "distance", "estimated", "difference")
+    lines = [_pose_row(k, pose) for k, pose in enumerate(predictions.poses[:most], 1)]
+    return [[head, *lines], _path_joint_table(predictions, predictions.poses[:most])]
 
 
 def _pose_row(number: int, pose: Prediction) -> tuple[str, ...]:
@@ -150,42 +152,44 @@ def _pose_row(number: int, pose: Prediction) -> tuple[str, ...]:
     )
 
 
-def _joint_table(found: Predictions, pose: Prediction) -> list[tuple[str, ...]]:
+def _joint_table(predictions: Predictions, pose: Prediction) -> list[tuple[str, ...]]:
     """Build the table of joint positions at one pose, or at the furthest pose reached.
 
     Predictions beyond the radius of convergence are left out.
     """
-    joints = found.motion.joints
+    joints = predictions.motion.joints
     corrected, predicted = pose.corrected, pose.predicted
     head, columns = [], []
     for name, q in (("corrected", corrected), ("furthest", pose.furthest)):
         if q is not None:
             head.append(name)
-            columns.append(_position_texts(found, q))
+            columns.append(_position_texts(predictions, q))
     if corrected is not None and predicted is not None and pose.error is not None:
         head += ["predicted", "difference"]
-        columns.append(_position_texts(found, predicted))
+        columns.append(_position_texts(predictions, predicted))
         differences = (predicted - corrected).tolist()
         columns.append([size_text(q, floor=POSE_DETERMINED) for q in differences])
-    return [("joint", "unit", *head), *zip(joints, found.units, *columns, strict=True)]
+    return [("joint", "unit", *head), *zip(joints, predictions.units, *columns, strict=True)]
 
 
 def _path_joint_table(
-    found: Predictions, poses: tuple[Prediction, ...]
+    predictions: Predictions, poses: tuple[Prediction, ...]
 ) -> list[tuple[str, ...]]:
     """Build the table of joint positions at poses of a path."""
     columns = [
-        ["-"] * len(found.units) if pose.corrected is None
-        else _position_texts(found, pose.corrected, PATH_DECIMALS)
+        ["-"] * len(predictions.units) if pose.corrected is None
+        else _position_texts(predictions, pose.corrected, PATH_DECIMALS)
         for pose in poses
     ]  # fmt: skip
     head = ("joint", "unit", *(f"pose {k}" for k in range(1, len(poses) + 1)))
-    return [head, *zip(found.motion.joints, found.units, *columns, strict=True)]
+    return [head, *zip(predictions.motion.joints, predictions.units, *columns, strict=True)]
 
 
-def _position_texts(found: Predictions, q: Array, decimals: int = POSE_DECIMALS) -> list[str]:
+def _position_texts(
+    predictions: Predictions, q: Array, decimals: int = POSE_DECIMALS
+) -> list[str]:
     """Format positions within one turn, with the number of full turns."""
-    within, turns = wrap_turns(found.linkage.joints, q)
+    within, turns = wrap_turns(predictions.linkage.joints, q)
     numbers = [f"{x + 0.0:.{decimals}f}" for x in np.round(within, decimals)]
     ends = [
         f" {'+' if n > 0 else '-'} {abs(n)} turn{'s' if abs(n) > 1 else ''}" if n else ""

@@ -97,19 +97,19 @@ def front_rows(front: ParetoFront) -> list[tuple[str, ...]]:
     head = ("added (kg)", f"{front.objective} ({unit})", "force (N)", "moment (N m)",
             "largest torque", "verdict")  # fmt: skip
     rows: list[tuple[str, ...]] = [head]
-    for one in front.designs:
-        if one.found is None:
+    for design in front.designs:
+        if design.found is None:
             rows.append(
-                (number_text(one.budget, f".{DIGITS}g"), "-", "-", "-", "-", one.verdict)
+                (number_text(design.budget, f".{DIGITS}g"), "-", "-", "-", "-", design.verdict)
             )
             continue
-        given, torque = one.given, max(one.found.torque.values(), default=0.0)
+        given, torque = design.given, max(design.found.torque.values(), default=0.0)
         loads = (
-            _remaining_load_text(getattr(one.found, name), getattr(given, name))
+            _remaining_load_text(getattr(design.found, name), getattr(given, name))
             for name in ("objective", "force", "moment")
         )
-        mass, torque_text = (number_text(x, f".{DIGITS}g") for x in (one.mass, torque))
-        rows.append((mass, *loads, torque_text, one.verdict))
+        mass, torque_text = (number_text(x, f".{DIGITS}g") for x in (design.mass, torque))
+        rows.append((mass, *loads, torque_text, design.verdict))
     return rows
 
 

@@ -32,71 +32,71 @@ KINDS = {
 HEAD = ("path", "through", "direction", "length", "momentum", "ends")
 
 
-def paths_facts(found: ReactionlessPaths) -> list[tuple[str, str]]:
+def paths_facts(solution: ReactionlessPaths) -> list[tuple[str, str]]:
     """List the facts on paths as pairs of label and value.
 
     Args:
-        found: the paths.
+        solution: the paths.
     """
-    linkage = found.linkage
+    linkage = solution.linkage
     unit = linkage.spatial_chain.frame.length
     pairs = linkage_facts(linkage, f"inputs {', '.join(linkage.inputs)}")
-    pairs.append(("at rest", found.demand.words))
-    if found.motion is not None:
-        pairs.append(("motion", ", ".join(found.motion.relations)))
-    width = len(found.starts[0].values)
+    pairs.append(("at rest", solution.demand.words))
+    if solution.motion is not None:
+        pairs.append(("motion", ", ".join(solution.motion.relations)))
+    width = len(solution.starts[0].values)
     pairs += [
-        ("null space", f"{found.dimension} of {width} rates in general, by "
-                       f"{found.poses} poses"),
+        ("null space", f"{solution.dimension} of {width} rates in general, by "
+                       f"{solution.poses} poses"),
         ("lengths", f"radians and lengths of {number_text(unit, '.3g')} m, in all joints"),
     ]  # fmt: skip
-    for number, start in enumerate(found.starts[:MAX_ROWS], 1):
-        pairs.append((f"pose {number}", _start_words(found, start)))
-    for start in found.meetings:
-        if not any(np.abs(start.q - own.q).max() < 1e-6 for own in found.starts):
-            pairs.append(("meeting", _meeting_words(found, start)))
-    if not found.paths:
-        pairs.append(("no path", found.reason))
+    for number, start in enumerate(solution.starts[:MAX_ROWS], 1):
+        pairs.append((f"pose {number}", _start_words(solution, start)))
+    for start in solution.meetings:
+        if not any(np.abs(start.q - pose.q).max() < 1e-6 for pose in solution.starts):
+            pairs.append(("meeting", _meeting_words(solution, start)))
+    if not solution.paths:
+        pairs.append(("no path", solution.reason))
     return pairs
 
 
-def _named(found: ReactionlessPaths, values: Array, digits: int = 4) -> str:
+def _named(solution: ReactionlessPaths, values: Array, digits: int = 4) -> str:
     """Format values of the inputs: ``u1=0.3, u2=-0.1``."""
-    pairs = zip(found.linkage.inputs, values.tolist(), strict=True)
+    pairs = zip(solution.linkage.inputs, values.tolist(), strict=True)
     texts = [f"{name}={number_text(value, f'.{digits}g', 1.0)}" for name, value in pairs]
     return ", ".join([*texts[:MAX_INPUTS], *["…"] * (len(texts) > MAX_INPUTS)])
 
 
-def _start_words(found: ReactionlessPaths, start: StartPose) -> str:
+def _start_words(solution: ReactionlessPaths, start: StartPose) -> str:
     """Describe a start: where it is, and what kind of pose."""
-    words = f"{_named(found, start.u)}: {KINDS[start.kind]}, null space {start.dimension}"
+    words = f"{_named(solution, start.u)}: {KINDS[start.kind]}, null space {start.dimension}"
     if start.distance > LOCAL_CURVE_STEP:
         words += f" ({number_text(start.distance, '.2g')} from the pose asked for)"
     return words
 
 
-def _meeting_words(found: ReactionlessPaths, start: StartPose) -> str:
+def _meeting_words(solution: ReactionlessPaths, start: StartPose) -> str:
     """Describe a meeting of paths: where it is, and the directions."""
-    ways = " | ".join(_named(found, way, 3) for way in start.directions)
-    where = f"{_named(found, start.u)}: {KINDS[start.kind]}"
+    ways = " | ".join(_named(solution, way, 3) for way in start.directions)
+    where = f"{_named(solution, start.u)}: {KINDS[start.kind]}"
     return f"{where} along {ways}" if ways else where
 
 
-def path_rows(found: ReactionlessPaths) -> list[tuple[str, ...]]:
+def path_rows(solution: ReactionlessPaths) -> list[tuple[str, ...]]:
     """Build the table of paths, its head first.
 
     Args:
-        found: the paths.
+        solution: the paths.
     """
-    return [HEAD, *(_row(found, k, path) for k, path in enumerate(found.paths, 1))]
+    return [HEAD, *(_row(solution, k, path) for k, path in enumerate(solution.paths, 1))]
 
 
-def _row(found: ReactionlessPaths, number: int, path: ReactionlessPath) -> tuple[str, ...]:
+def _row(solution: ReactionlessPaths, number: int, path: ReactionlessPath) -> tuple[str, ...]:
     """Build the row of one path."""
     ends = " | ".join(f"{event.text} at {number_text(event.s)}" for event in path.events)
     direction = path.direction / (np.linalg.norm(path.direction) or 1.0)
     return (
-        str(number), f"pose {path.start + 1}", _named(found, direction, 3),
+        str(number), f"pose {path.start + 1}", _named(solution, direction, 3),
         number_text(path.length), path.residual_text, ends,
     )  # fmt: skip
 

@@ -20,49 +20,54 @@ HEAD = ("remedy", "verdict", "added (kg)", "of its mass", "input inertia", "link
         "freedoms", "shaking")  # fmt: skip
 
 
-def remedies_facts(found: RemedyComparison) -> list[tuple[str, str]]:
+def remedies_facts(comparison: RemedyComparison) -> list[tuple[str, str]]:
     """List the facts on a comparison as pairs of label and value.
 
     Args:
-        found: the comparison.
+        comparison: the comparison.
     """
-    request = found.request
+    request = comparison.request
     pairs = linkage_facts(request.linkage, f"{request.balance} balance", request.motion)
     pairs += [
         ("mobility", str(request.freedoms)),
         ("mass", f"{number_text(request.given_mass, f'.{DIGITS}g')} kg in moving links"),
-        ("own masses", found.own.words),
+        ("own masses", comparison.own.words),
         (
             "rotors",
             f"radius {number_text(request.rotor_radius, f'.{DIGITS}g')} m, "
             f"gear {request.gear:g}",
         ),
     ]
-    for one in found.balanced[:1]:
-        pairs.append(("lightest", f"{one.words}: {one.reason}"))
+    for applied in comparison.balanced[:1]:
+        pairs.append(("lightest", f"{applied.words}: {applied.reason}"))
     return pairs
 
 
-def remedy_rows(found: RemedyComparison) -> list[tuple[str, ...]]:
+def remedy_rows(comparison: RemedyComparison) -> list[tuple[str, ...]]:
     """Build the table of remedies, its head first.
 
     Args:
-        found: the comparison.
+        comparison: the comparison.
     """
-    return [HEAD, *(_row(one, found.request.given_mass) for one in found.results)]
+    return [
+        HEAD,
+        *(_row(applied, comparison.request.given_mass) for applied in comparison.results),
+    ]
 
 
-def _row(one: AppliedRemedy, given_mass: float) -> tuple[str, ...]:
+def _row(applied: AppliedRemedy, given_mass: float) -> tuple[str, ...]:
     """Build the row of one result."""
-    if not one.helps:
-        return (one.remedy, one.verdict, *[NONE] * (len(HEAD) - 2))
+    if not applied.helps:
+        return (applied.remedy, applied.verdict, *[NONE] * (len(HEAD) - 2))
     numbers = (
         NONE if value is None else number_text(value, f".{DIGITS}g", given_mass)
-        for value in (one.added_mass, one.mass_ratio, one.inertia_ratio)
+        for value in (applied.added_mass, applied.mass_ratio, applied.inertia_ratio)
     )  # fmt: skip
-    counts = len(one.new_links), len(one.new_joints), -one.lost_freedoms
-    shaking = NONE if one.residual is None else size_text(one.residual, floor=POSE_DETERMINED)
-    return (one.remedy, one.verdict, *numbers, *map(str, counts), shaking)
+    counts = len(applied.new_links), len(applied.new_joints), -applied.lost_freedoms
+    shaking = (
+        NONE if applied.residual is None else size_text(applied.residual, floor=POSE_DETERMINED)
+    )
+    return (applied.remedy, applied.verdict, *numbers, *map(str, counts), shaking)
 
 
 def remedies_body(found: RemedyComparison) -> AnswerBody:

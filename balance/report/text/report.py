@@ -120,10 +120,10 @@ def report_table(space: DesignSpace, exact: Exact | None = None) -> list[tuple[s
     if exact is None:
         rows = ((str(o.order), str(o.rank), str(o.nullity)) for o in space.orders)
         return [("order", "rank", "nullity"), *rows]
-    known = {o.order: (str(o.rank), str(o.nullity)) for o in space.orders}
+    counts = {o.order: (str(o.rank), str(o.nullity)) for o in space.orders}
     return [
         ("order", "rank", "nullity", "exact"),
-        *((str(k), *known.get(k, ("", "")), str(rank)) for k, rank in enumerate(exact.ranks)),
+        *((str(k), *counts.get(k, ("", "")), str(rank)) for k, rank in enumerate(exact.ranks)),
     ]
 
 
@@ -163,44 +163,49 @@ def _explanation_sections(explanation: Explanation) -> list[AnswerSection]:
     return [section for section in sections if section.pairs]
 
 
-def decoupling_facts(found: Decoupling) -> list[tuple[str, str]]:
+def decoupling_facts(decoupling: Decoupling) -> list[tuple[str, str]]:
     """List the facts on decoupling, as pairs of label and value.
 
     Args:
-        found: result of `balance.decoupling`.
+        decoupling: result of `balance.decoupling`.
     """
-    residual = "" if found.residual is None else f" (residual {size_text(found.residual)})"
-    ranks = " ".join(str(order.rank) for order in found.orders)
+    residual = (
+        "" if decoupling.residual is None else f" (residual {size_text(decoupling.residual)})"
+    )
+    ranks = " ".join(str(order.rank) for order in decoupling.orders)
     return [
-        ("as given", f"{found.words}{residual}"),
-        ("design space", found.parts),
+        ("as given", f"{decoupling.words}{residual}"),
+        ("design space", decoupling.parts),
         ("rank by order", ranks),
-        ("certainty", found.freed.assurance),
-        *(("in doubt", doubt) for doubt in found.freed.doubts),
+        ("certainty", decoupling.freed.assurance),
+        *(("in doubt", doubt) for doubt in decoupling.freed.doubts),
     ]
 
 
-def inertia_sections(found: PureInertia) -> list[AnswerSection]:
+def inertia_sections(pure_inertia: PureInertia) -> list[AnswerSection]:
     """List the sections on pure inertias that say something.
 
     Args:
-        found: result of `balance.pure_inertia`.
+        pure_inertia: result of `balance.pure_inertia`.
     """
-    stay = {item.body for item in found.left}
+    stay = {item.body for item in pure_inertia.left}
     inertias = [
         (name, "mass stays" if name in stay else f"{number_text(value, '.6g')} kg m²")
-        for name, value in zip(found.space.bodies, found.inertias.tolist(), strict=True)
+        for name, value in zip(
+            pure_inertia.space.bodies, pure_inertia.inertias.tolist(), strict=True
+        )
     ]
-    moved = [(", ".join(item.joints), item.gains_text) for item in found.moved]
-    left = [
-        (item.body, f"{number_text(item.mass, '.6g')} kg: {item.reason}") for item in found.left
+    moved = [(", ".join(item.joints), item.gains_text) for item in pure_inertia.moved]
+    unmoved = [
+        (item.body, f"{number_text(item.mass, '.6g')} kg: {item.reason}")
+        for item in pure_inertia.left
     ]
-    related = [(str(k), text) for k, text in enumerate(found.relation_words, 1)]
-    asked = [(str(k), text) for k, text in enumerate(found.condition_words, 1)]
+    related = [(str(k), text) for k, text in enumerate(pure_inertia.relation_words, 1)]
+    asked = [(str(k), text) for k, text in enumerate(pure_inertia.condition_words, 1)]
     sections = [
         AnswerSection("pure inertias, of equal momentum", inertias),
         AnswerSection("point masses that bodies gain on the way there, by joint", moved),
-        AnswerSection("masses that cannot be moved", left),
+        AnswerSection("masses that cannot be moved", unmoved),
         AnswerSection("relations of angular velocities", related),
         AnswerSection("conditions on pure inertias", asked),
     ]

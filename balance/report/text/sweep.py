@@ -72,16 +72,16 @@ def run_body(found: Data) -> AnswerBody:
     return [Facts([*file_facts(found), *pairs])]
 
 
-def file_facts(found: Data) -> list[tuple[str, str]]:
+def file_facts(data: Data) -> list[tuple[str, str]]:
     """List the facts on a file as pairs of label and value.
 
     Args:
-        found: any data of a file.
+        data: any data of a file.
     """
-    done = f"{found['covered']:,} of {found['rows']:,} geometries"
-    state = "complete" if found["covered"] == found["rows"] else f"{done} so far"
-    pairs = [("file", f"{found['file']}, {state}"), ("results", f"{found['results']:,} rows")]
-    for reason in found["reasons"]:
+    done = f"{data['covered']:,} of {data['rows']:,} geometries"
+    state = "complete" if data["covered"] == data["rows"] else f"{done} so far"
+    pairs = [("file", f"{data['file']}, {state}"), ("results", f"{data['results']:,} rows")]
+    for reason in data["reasons"]:
         pairs.append(("no answer", f"{reason['count']:,} rows: {reason['reason']}"))
     return pairs
 

@@ -19,37 +19,41 @@ HEAD = ("mechanism", "pivots (m)", "turns (deg)", "misses (m)", "momentum", "sha
 NONE = "-"
 
 
-def synthesis_facts(found: Synthesis) -> list[tuple[str, str]]:
+def synthesis_facts(synthesis: Synthesis) -> list[tuple[str, str]]:
     """List the facts on a synthesis as pairs of label and value.
 
     Args:
-        found: the synthesis.
+        synthesis: the synthesis.
     """
     places = "; ".join(
         f"({number_text(each.x, '.6g')}, {number_text(each.y, '.6g')}) at "
         f"{number_text(math.degrees(each.angle), '.6g')}°"
-        for each in found.positions
+        for each in synthesis.positions
     )
-    kind = found.kind if found.kind == "four-bar" else f"{found.kind}, {found.case}"
+    kind = (
+        synthesis.kind
+        if synthesis.kind == "four-bar"
+        else f"{synthesis.kind}, {synthesis.case}"
+    )
     pairs = [("positions", places), ("mechanism", kind)]
-    if found.ratio is not None:
-        pairs.append(("ratio", f"k = {number_text(found.ratio, '.6g')}"))
-    pairs += [("verdict", found.words), *(("remark", words) for words in found.remarks)]
-    for one in found.mechanisms[:1]:
-        pairs += _best(one)
+    if synthesis.ratio is not None:
+        pairs.append(("ratio", f"k = {number_text(synthesis.ratio, '.6g')}"))
+    pairs += [("verdict", synthesis.words), *(("remark", words) for words in synthesis.remarks)]
+    for mechanism in synthesis.mechanisms[:1]:
+        pairs += _best(mechanism)
     return pairs
 
 
-def _best(one: SynthesizedMechanism) -> list[tuple[str, str]]:
+def _best(mechanism: SynthesizedMechanism) -> list[tuple[str, str]]:
     """List the facts on the best mechanism."""
     pairs = []
-    if one.relation is not None:
-        pairs.append(("motion", f"--motion {one.relation}"))
-    if one.first_position:
-        inputs = one.first_position.items()
+    if mechanism.relation is not None:
+        pairs.append(("motion", f"--motion {mechanism.relation}"))
+    if mechanism.first_position:
+        inputs = mechanism.first_position.items()
         at = ", ".join(f"{name}={number_text(x, '.9g')} rad" for name, x in inputs)
         pairs.append(("file pose", f"away from position 1, which is nearly flat, at {at}"))
-    numbers = one.numbers
+    numbers = mechanism.numbers
     if "J1" in numbers:
         lengths = ", ".join(
             f"{name} {number_text(numbers[name], '.6g')}" for name in ("l1", "l2", "l3")
@@ -65,32 +69,42 @@ def _best(one: SynthesizedMechanism) -> list[tuple[str, str]]:
     return pairs
 
 
-def mechanism_rows(found: Synthesis) -> list[tuple[str, ...]]:
+def mechanism_rows(synthesis: Synthesis) -> list[tuple[str, ...]]:
     """Build the table of mechanisms, its head first.
 
     Args:
-        found: the synthesis.
+        synthesis: the synthesis.
     """
-    return [HEAD, *map(_row, found.mechanisms)]
+    return [HEAD, *map(_row, synthesis.mechanisms)]
 
 
-def _row(one: SynthesizedMechanism) -> tuple[str, ...]:
+def _row(mechanism: SynthesizedMechanism) -> tuple[str, ...]:
     """Build the row of a mechanism."""
     pivots = "  ".join(
         f"{name} ({number_text(z.real, '.5g')}, {number_text(z.imag, '.5g')})"
-        for name, z in one.pivots.items()
+        for name, z in mechanism.pivots.items()
     )
-    turns = ", ".join(number_text(math.degrees(turn), ".5g") for turn in one.link_turns[1:])
+    turns = ", ".join(
+        number_text(math.degrees(turn), ".5g") for turn in mechanism.link_turns[1:]
+    )
     sizes = (
         NONE if value is None else size_text(value, floor=floor)
         for value, floor in (
-            (one.confirmation.momentum, SYNTHESIS_MOMENTUM),
-            (one.confirmation.shaking, SYNTHESIS_SHAKING),
+            (mechanism.confirmation.momentum, SYNTHESIS_MOMENTUM),
+            (mechanism.confirmation.shaking, SYNTHESIS_SHAKING),
         )
     )
-    defects = "; ".join(f"{each.kind}: {each.words}" for each in one.defects) or "none"
-    space = one.confirmation.space or one.confirmation.reason
-    return (one.kind, pivots, turns, size_text(one.position_error), *sizes, space, defects)
+    defects = "; ".join(f"{each.kind}: {each.words}" for each in mechanism.defects) or "none"
+    space = mechanism.confirmation.space or mechanism.confirmation.reason
+    return (
+        mechanism.kind,
+        pivots,
+        turns,
+        size_text(mechanism.position_error),
+        *sizes,
+        space,
+        defects,
+    )
 
 
 def synthesis_body(found: Synthesis) -> AnswerBody:

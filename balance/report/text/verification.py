@@ -18,119 +18,120 @@ from kinematics.wording import first_names, number_text, size_text, vector_text
 __all__ = ["verification_body", "verification_facts"]
 
 
-def verification_facts(found: Verification) -> list[tuple[str, str]]:
+def verification_facts(check: Verification) -> list[tuple[str, str]]:
     """List the facts on a verification as pairs of label and value."""
     force_ratio, moment_ratio, force_residual, moment_residual, agreement = (
-        size_text(size, floor=found.round_off)
-        for size in (found.force_ratio, found.moment_ratio, found.force_residual,
-                     found.moment_residual, found.agreement)
+        size_text(size, floor=check.round_off)
+        for size in (check.force_ratio, check.moment_ratio, check.force_residual,
+                     check.moment_residual, check.agreement)
     )  # fmt: skip
-    joint = found.most_loaded()
-    force, moment = (_peak_text(found, part) for part in ("force", "moment"))
+    joint = check.most_loaded()
+    force, moment = (_peak_text(check, part) for part in ("force", "moment"))
     return [
-        ("linkage", f"{found.model}, {found.balance} balance"),
-        ("file", found.linkage.source),
-        *([("pose", found.linkage.pose)] if found.linkage.at else []),
-        ("inputs", first_names(found.linkage.inputs)),
-        *_motion_facts(found),
+        ("linkage", f"{check.model}, {check.balance} balance"),
+        ("file", check.linkage.source),
+        *([("pose", check.linkage.pose)] if check.linkage.at else []),
+        ("inputs", first_names(check.linkage.inputs)),
+        *_motion_facts(check),
         ("shaking force", f"{force}; {force_residual} of inertia"),
-        ("shaking moment", f"{moment}; {moment_residual} of inertia{_own_middle(found)}"),
-        ("about", f"{vector_text(found.point)} m{_middle(found)}"),
-        *_table_facts(found),
-        ("inertia force", f"{number_text(found.scale, '.3g')} N, the bodies' own at its peak"),
+        ("shaking moment", f"{moment}; {moment_residual} of inertia{_own_middle(check)}"),
+        ("about", f"{vector_text(check.point)} m{_middle(check)}"),
+        *_table_facts(check),
+        ("inertia force", f"{number_text(check.scale, '.3g')} N, the bodies' own at its peak"),
         (
             "bearing force",
-            f"{number_text(found.bearing, '.3g')} N"
+            f"{number_text(check.bearing, '.3g')} N"
             + (f" in {joint}" if joint else "")
-            + _preload_text(found),
+            + _preload_text(check),
         ),
         ("to bearing", f"{force_ratio} (force), {moment_ratio} (moment)"),
         ("agreement", f"{agreement}, Pinocchio and our series"),
-        ("closure", f"{size_text(found.closure)} radians, characteristic lengths"),
-        *(("note", remark) for remark in found.remarks),
-        ("verdict", f"{_verdict(found)} (tolerance {found.tolerance:.1e})"),
+        ("closure", f"{size_text(check.closure)} radians, characteristic lengths"),
+        *(("note", remark) for remark in check.remarks),
+        ("verdict", f"{_verdict(check)} (tolerance {check.tolerance:.1e})"),
     ]
 
 
-def _preload_text(found: Verification) -> str:
+def _preload_text(verification: Verification) -> str:
     """Say in which range preload lets the largest bearing force be."""
-    if not found.preload:
+    if not verification.preload:
         return ""
-    least = found.least_bearing
-    if least <= SIZE_DETERMINED * found.scale:
+    least = verification.least_bearing
+    if least <= SIZE_DETERMINED * verification.scale:
         return "; with preload it can be any"
-    if least >= found.bearing * (1.0 - TIE_RELATIVE):
+    if least >= verification.bearing * (1.0 - TIE_RELATIVE):
         return "; preload adds to it"
     return f"; from {number_text(least, '.3g')} N up with preload"
 
 
-def _middle(found: Verification) -> str:
+def _middle(verification: Verification) -> str:
     """Name the point of the moments if it is the middle of the mechanism."""
-    return ", the middle of the mechanism" if found.about_middle else ""
+    return ", the middle of the mechanism" if verification.about_middle else ""
 
 
-def _own_middle(found: Verification) -> str:
+def _own_middle(verification: Verification) -> str:
     """Say that the part of the inertia is for moments about another point than the load."""
-    return "" if found.about_middle else " about its middle"
+    return "" if verification.about_middle else " about its middle"
 
 
-def _table_facts(found: Verification) -> list[tuple[str, str]]:
+def _table_facts(verification: Verification) -> list[tuple[str, str]]:
     """Say how far the peaks can be off if the motions are from a rounded table."""
-    if found.decimals is None:
+    if verification.decimals is None:
         return []
-    force, moment = (found.range_text(part) for part in ("force", "moment"))
+    force, moment = (verification.range_text(part) for part in ("force", "moment"))
     return [("table", f"decimals and samples allow a force of {force}, a moment of {moment}")]
 
 
-def _verdict(found: Verification) -> str:
+def _verdict(verification: Verification) -> str:
     """Return the verdict; of forces alone, if nothing else counts."""
-    if found.balance == "force" and found.decided:
-        return f"forces {found.verdict}; the moment does not count"
-    return found.verdict
+    if verification.balance == "force" and verification.decided:
+        return f"forces {verification.verdict}; the moment does not count"
+    return verification.verdict
 
 
-def _motion_facts(found: Verification) -> list[tuple[str, str]]:
+def _motion_facts(verification: Verification) -> list[tuple[str, str]]:
     """List the facts on the motions: number, duration, amplitude, and the plotted one."""
-    samples = sum(run.trajectory.time.size for run in found.runs)
-    if found.crank is not None:
-        crank = found.crank
+    samples = sum(run.trajectory.time.size for run in verification.runs)
+    if verification.crank is not None:
+        crank = verification.crank
         return [
             ("motion", f"one revolution of {crank.joint} at {crank.rpm:.6g} rpm "
                        f"({number_text(crank.speed, '.6g')} rad/s), {samples - 1} steps"),
-            ("duration", f"{found.duration:.4g} s"),
+            ("duration", f"{verification.duration:.4g} s"),
         ]  # fmt: skip
-    count, number = len(found.runs), found.plotted
-    origin = "given" if found.seed is None else f"random, seed {found.seed}"
+    count, number = len(verification.runs), verification.plotted
+    origin = "given" if verification.seed is None else f"random, seed {verification.seed}"
     units = {joint.name: "m" if joint.kind == "prismatic" else "rad"
-             for joint in found.linkage.joints}  # fmt: skip
+             for joint in verification.linkage.joints}  # fmt: skip
     amplitudes = [
         f"{name} {number_text(size, '.3g')} {units[name]}"
-        for name, size in found.amplitude.items()
+        for name, size in verification.amplitude.items()
     ]
     loads = ", ".join(
-        found.load_text(part, found.runs[number].peak(part)) for part in ("force", "moment")
+        verification.load_text(part, verification.runs[number].peak(part))
+        for part in ("force", "moment")
     )
     return [
         ("motions", f"{count} {origin}; {samples} samples"),
-        ("duration", f"{found.duration:.4g} s" + (" each" if count > 1 else "")),
+        ("duration", f"{verification.duration:.4g} s" + (" each" if count > 1 else "")),
         ("amplitude", first_names(amplitudes)),
         ("plotted", f"motion {number + 1} of {count}: {loads}"),
     ]
 
 
-def _peak_text(found: Verification, part: str) -> str:
+def _peak_text(verification: Verification, part: str) -> str:
     """Describe the peak of the shaking force or moment, and where it occurs."""
-    number = found.worst(part)
-    run = found.runs[number]
-    peak = found.load_text(part, run.peak(part))
-    if found.crank is None:
+    number = verification.worst(part)
+    run = verification.runs[number]
+    peak = verification.load_text(part, run.peak(part))
+    if verification.crank is None:
         return f"{peak} in motion {number + 1}"
-    at = found.linkage.inputs.index(found.crank.joint)
-    sample = first_largest(run.sizes(part), found.part_scale(part))
+    at = verification.linkage.inputs.index(verification.crank.joint)
+    sample = first_largest(run.sizes(part), verification.part_scale(part))
     angle = np.degrees(run.trajectory.u[sample, at])
     return (
         f"peak {peak} at {number_text(angle, '.1f')}°, "
-        f"rms {found.load_text(part, run.rms(part))}"
+        f"rms {verification.load_text(part, run.rms(part))}"
     )
 
 
@@ -139,9 +140,9 @@ def _ratios(first: Verification, second: Verification) -> str:
     words = []
     for part in ("force", "moment"):
         (peak, other), (mean, others) = (
-            (max(run.peak(part) for run in one.runs) for one in (first, second)),
-            (np.sqrt(np.mean([run.rms(part) ** 2 for run in one.runs]))
-             for one in (first, second)),
+            (max(run.peak(part) for run in check.runs) for check in (first, second)),
+            (np.sqrt(np.mean([run.rms(part) ** 2 for run in check.runs]))
+             for check in (first, second)),
         )  # fmt: skip
         if getattr(second, f"{part}_residual") > second.tolerance:
             ratios = (size_text(ratio, ".3g") for ratio in (peak / other, mean / others))

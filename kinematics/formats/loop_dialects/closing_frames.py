@@ -29,19 +29,19 @@ def translate_closing_frames(draft: Draft) -> None:
     """
     pairs: dict[str, dict[str, Element]] = {}
     for link in draft.tree.every("link"):
-        if found := _FRAME.fullmatch(link.name):
-            pairs.setdefault(found[1], {})[found[2]] = link
+        if match := _FRAME.fullmatch(link.name):
+            pairs.setdefault(match[1], {})[match[2]] = link
     closed = []
     for name, frames in pairs.items():
-        one = next(iter(frames.values()))
+        frame = next(iter(frames.values()))
         if len(frames) < 2:
-            text = f"its partner '{clean(_partner(one.name))}' is missing: no loop is closed"
-            draft.tell("unread_closure", one, text)
+            text = f"its partner '{clean(_partner(frame.name))}' is missing: no loop is closed"
+            draft.tell("unread_closure", frame, text)
             continue
         first, second = (frames[digit].name for digit in "12")
         if draft.body(first) != draft.body(second):
             attributes = {"name": f"{CLOSING_PREFIX}{name}"}
-            item = Element("loop", attributes, (), one.line, "", one.span)
+            item = Element("loop", attributes, (), frame.line, "", frame.span)
             sides = [(first, None), (second, None)]
             draft.add_loop(item, "closing frames", "spherical", sides, {})
             closed.append(f"{CLOSING_PREFIX}{name}")

@@ -56,24 +56,24 @@ def end_name(item: Element, role: str) -> str:
     return (inner.attributes.get("link", "") or inner.name or inner.text).strip()
 
 
-def check_spelling(owner: Element, item: Element, *known: str) -> None:
+def check_spelling(owner: Element, item: Element, *spellings: str) -> None:
     """Reject children and attributes that misspell a known one and would be lost.
 
     Args:
         owner: element in messages.
         item: the element that holds them.
-        known: tags and names of attributes; others are those of another program.
+        spellings: tags and names of attributes; others are those of another program.
 
     Raises:
         Refusal: there is one.
     """
     for word in (*(child.tag for child in item.children), *item.attributes):
         plain = word.rpartition(":")[2].lower()
-        if word in known or len(plain) > MAX_WORD:
+        if word in spellings or len(plain) > MAX_WORD:
             continue
-        if found := get_close_matches(plain, known, 1, MIN_SPELLING_RATIO):
+        if matches := get_close_matches(plain, spellings, 1, MIN_SPELLING_RATIO):
             problem = f"'{clean(word)}' in <{clean(item.tag)}> (line {item.line}) is not read"
-            raise Refusal(owner.label, problem, f"write {found[0]}, or remove it")
+            raise Refusal(owner.label, problem, f"write {matches[0]}, or remove it")
 
 
 def read_numbers(owner: Element, item: Element, text: str, count: int) -> list[str]:

@@ -94,13 +94,13 @@ def _plain(draft: Draft, name: str) -> str:
 
 def _repeats(draft: Draft, joint: Element, parent: str, child: str) -> bool:
     """Return whether a joint of the tree is the same joint; tell of it."""
-    known = draft.joints.get(joint.name)
-    if known is None or [parent, child] != [end_name(known, r) for r in ("parent", "child")]:
+    twin = draft.joints.get(joint.name)
+    if twin is None or [parent, child] != [end_name(twin, r) for r in ("parent", "child")]:
         return False
-    if known.attributes["type"] != joint.attributes["type"].strip():
-        problem = f"it has another type than {known.label}"
+    if twin.attributes["type"] != joint.attributes["type"].strip():
+        problem = f"it has another type than {twin.label}"
         raise Refusal(joint.label, problem, "keep one of the two joints")
-    draft.tell("loops_repeated", joint, f"the same as {known.label}: counted once")
+    draft.tell("loops_repeated", joint, f"the same as {twin.label}: counted once")
     return True
 
 
@@ -129,8 +129,8 @@ def _base(draft: Draft, joint: Element, name: str) -> str:
         return draft.root
     if plain in draft.joints:
         return end_name(draft.joints[plain], "child")
-    known = sorted({*draft.links, *draft.joints, _MODEL})
-    remedy = f"name a link or a joint of the file: {closest_names(name, known)}"
+    names = sorted({*draft.links, *draft.joints, _MODEL})
+    remedy = f"name a link or a joint of the file: {closest_names(name, names)}"
     raise Refusal(joint.label, f"the frame '{clean(name)}' does not exist", remedy)
 
 

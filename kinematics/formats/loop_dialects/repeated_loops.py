@@ -98,15 +98,15 @@ def _closure(loop: Element, place: Place) -> _Closure:
     )
 
 
-def _implies(one: _Closure, other: _Closure) -> bool:
+def _implies(closure: _Closure, other: _Closure) -> bool:
     """Return whether a loop implies another loop between the same bodies."""
-    frames = (*one.frames, *other.frames)
+    frames = (*closure.frames, *other.frames)
     size = max(float(np.abs(frame[:3, 3]).max()) for frame in frames) or 1.0
     rng = np.random.default_rng(0)
     for _ in range(SAMPLES):
-        start, end = one.frames
-        X = start @ _displacement(one, rng, size) @ np.linalg.inv(end)
-        if one.bodies != other.bodies:
+        start, end = closure.frames
+        X = start @ _displacement(closure, rng, size) @ np.linalg.inv(end)
+        if closure.bodies != other.bodies:
             X = np.linalg.inv(X)
         M = np.linalg.inv(other.frames[0]) @ X @ other.frames[1]
         if _residual(other, M, size) > REPEATED_LOOP:

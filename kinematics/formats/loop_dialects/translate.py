@@ -98,12 +98,12 @@ def translate_loops(tree: Element, nominal: bool = True) -> Translated:
 
 def _unusual(item: Element) -> list[Element]:
     """List the topmost elements of other tools inside a link or a joint."""
-    found: list[Element] = []
+    elements: list[Element] = []
     pending = [item]
     while pending:
         for part in pending.pop().children:
-            (pending if part.tag in _PARTS else found).append(part)
-    return found
+            (pending if part.tag in _PARTS else elements).append(part)
+    return elements
 
 
 def _translate(draft: Draft, item: Element) -> None:
@@ -120,8 +120,8 @@ def _translate(draft: Draft, item: Element) -> None:
     elif item.tag in _DIALECTS and _has_ends(item):
         _DIALECTS[item.tag](draft, item)
         return
-    known = item.tag in ("gazebo", "mujoco")
-    tell_unread_closures(draft, item, frozenset(_read_parts(item) if known else ()))
+    partly_read = item.tag in ("gazebo", "mujoco")
+    tell_unread_closures(draft, item, frozenset(_read_parts(item) if partly_read else ()))
 
 
 def _has_ends(item: Element) -> bool:

@@ -33,9 +33,9 @@ def tell_unread_closures(draft: Draft, item: Element, done: frozenset[int]) -> N
         item: an element of another tool, in ``<robot>``.
         done: identities of the elements inside that were read.
     """
-    for found, names in _search(draft.links, item, done)[1][:MAX_TOLD]:
+    for element, names in _search(draft.links, item, done)[1][:MAX_TOLD]:
         text = f"it names the links {quoted(sorted(names))}, and is not read; if it closes a "
-        draft.tell("unread_closure", found, f"{text}loop, write a <loop>")
+        draft.tell("unread_closure", element, f"{text}loop, write a <loop>")
 
 
 def _search(
@@ -45,15 +45,15 @@ def _search(
     word = item.tag.rpartition(":")[2]
     if id(item) in done or word in _HARMLESS or "collision" in word:
         return set(), []
-    names, found = set(_named(links, item)), []
+    names, closures = set(_named(links, item)), []
     for child in item.children:
         inner, below = _search(links, child, done)
-        found += below
+        closures += below
         if word not in _HOLDERS:
             names |= inner
-    if len(names) > 1 and not found:
-        found = [(item, names)]
-    return names, found
+    if len(names) > 1 and not closures:
+        closures = [(item, names)]
+    return names, closures
 
 
 def _named(links: set[str], item: Element) -> Iterator[str]:

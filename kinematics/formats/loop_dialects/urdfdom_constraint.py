@@ -67,21 +67,21 @@ def _axes(item: Element, kind: str) -> dict[str, str]:
     """Find the axes of parent and child; one that is missing is that of the other."""
     if kind in ("fixed", "spherical"):
         return {}
-    found: dict[str, str] = {}
+    axes: dict[str, str] = {}
     for tag, role in (("axis", "parent_axis"), ("axis2", "child_axis")):
         axis = check_only(item, role)
         if axis is not None:
             text = " ".join(read_numbers(item, axis, axis.attributes.get("xyz", ""), 3))
-            found[tag] = text
+            axes[tag] = text
             if not any(float(word) for word in text.split()):
                 problem = f"<{role}> (line {axis.line}) is zero"
                 raise Refusal(item.label, problem, 'give it a direction, such as "0 0 1"')
-    if not found or (kind == "universal" and len(found) < 2):
+    if not axes or (kind == "universal" and len(axes) < 2):
         problem = f"a {kind} constraint without <parent_axis> or <child_axis>"
         raise Refusal(item.label, problem, "add both axes")
-    if kind != "universal" and "axis" not in found:
-        found["axis"] = found["axis2"]
-    return found
+    if kind != "universal" and "axis" not in axes:
+        axes["axis"] = axes["axis2"]
+    return axes
 
 
 def _turn(

@@ -117,14 +117,14 @@ class BodyTree:
         Returns:
             Name of the link with the frame of the body after the joint.
         """
-        model, own = self.model, self.joints[joint]
+        model, name = self.model, self.joints[joint]
         point = model.jnt_pos[joint]
         beside = _TYPES[model.jnt_type[joint]] != "floating" and bool(np.abs(point).max())
         if beside and not is_identity(at):
-            before = free_name(f"{own}_base", self.links)
-            yield from self._fix(f"{own}_fixed", start, before, at)
+            before = free_name(f"{name}_base", self.links)
+            yield from self._fix(f"{name}_fixed", start, before, at)
             start = before
-        there = self.bodies[end] if end else free_name(f"{own}_link", self.links)
+        there = self.bodies[end] if end else free_name(f"{name}_link", self.links)
         mass = self._inertial(end) if end else None
         place = write_origin(point, _NO_TURN, self.size) if beside else at
         yield self._joint(joint, start, there, place)

@@ -125,18 +125,18 @@ class EqualityReader:
         """Find pairs of connects of the same two bodies at two points: first to second."""
         model: Any = self.model
         first: dict[tuple[int, int], int] = {}
-        found: dict[int, int] = {}
+        hinges: dict[int, int] = {}
         for e in self.active:
             if model.eq_type[e] != _CONNECT or model.eq_objtype[e] == _SITE:
                 continue
-            one, other = self._bodies(e)
-            before = first.setdefault((one, other), e)
-            if before in found or before == e:
+            body, other = self._bodies(e)
+            before = first.setdefault((body, other), e)
+            if before in hinges or before == e:
                 continue
             apart = model.eq_data[e][:6] - model.eq_data[before][:6]
             if min(np.linalg.norm(apart[:3]), np.linalg.norm(apart[3:])) > 0.0:
-                found[before] = e
-        return found
+                hinges[before] = e
+        return hinges
 
     def _hinge(self, e: int, second: int) -> Element:
         """Make the revolute ``<loop>`` of two connects: its axis goes through both points.

@@ -48,8 +48,8 @@ def find_file(folder: str | None, names: list[str], item: Element) -> str:
         problem = f"names the file '{clean(names[0])}', and a stream has no folder"
         raise Refusal(item.label, problem, "give the path of the file")
     for name in names:
-        if "\0" not in name and os.path.exists(found := os.path.join(folder, name)):
-            return found
+        if "\0" not in name and os.path.exists(path := os.path.join(folder, name)):
+            return path
     problem = f"there is no file '{clean(names[0])}'"
     raise Refusal(item.label, problem, "put it beside the file, or correct its name")
 
@@ -80,20 +80,20 @@ class _Expansion:
         name = child.attributes.get("file", "")
         if not name or child.children:
             raise Refusal(child.label, "an include without a file", 'write <include file="…"/>')
-        found = find_file(self.folder, [name, os.path.join(nearby, name)], child)
-        folder = os.path.relpath(os.path.dirname(found) or ".", self.folder or ".")
-        for item in self._read(found, child).children:
+        path = find_file(self.folder, [name, os.path.join(nearby, name)], child)
+        folder = os.path.relpath(os.path.dirname(path) or ".", self.folder or ".")
+        for item in self._read(path, child).children:
             yield from self._expand_child(item, folder, depth)
 
-    def _read(self, found: str, child: Element) -> Element:
+    def _read(self, path: str, child: Element) -> Element:
         """Read an included file, without the lines of its elements."""
-        where = os.path.realpath(found)
+        where = os.path.realpath(path)
         if where in self.seen:
             remedy = "include each file once"
             raise Refusal(child.label, "includes a file for the second time", remedy)
         self.seen.add(where)
         try:
-            data = read_bytes(found)
+            data = read_bytes(path)
             self.bytes += len(data)
             if self.bytes > MAX_INCLUDED:
                 problem = f"more than {MAX_INCLUDED // 2**20} MB of included files"
@@ -101,7 +101,7 @@ class _Expansion:
             return _without_lines(build_tree(data))
         except Refusal as refusal:
             element, problem, remedy = refusal.args
-            text = ": ".join(part for part in (clean(found), element, problem) if part)
+            text = ": ".join(part for part in (clean(path), element, problem) if part)
             raise Refusal(child.label, text, remedy) from None
 
 

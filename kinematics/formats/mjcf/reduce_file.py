@@ -143,8 +143,8 @@ class _Reduction:
     def _body(self, body: Element, moving: bool) -> Element:
         parts = list(_inside(body))
         moving = moving or any(item.tag in _JOINTS for item in parts)
-        own = any(item.tag == "inertial" for item in parts)
-        geoms = self.from_geoms != "false" and (self.from_geoms == "true" or not own)
+        has_inertial = any(item.tag == "inertial" for item in parts)
+        geoms = self.from_geoms != "false" and (self.from_geoms == "true" or not has_inertial)
         return replace(body, children=tuple(self._parts(body, moving, geoms)))
 
 

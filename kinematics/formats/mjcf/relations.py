@@ -45,25 +45,25 @@ def follow_relations(relations: Iterable[Relation]) -> dict[str, tuple[str, floa
     waiting: list[Relation] = []
     groups: dict[str, set[str]] = {}
     for relation in relations:
-        one, other = (groups.setdefault(end, {end}) for end in relation[:2])
-        if one is other:
+        group, other = (groups.setdefault(end, {end}) for end in relation[:2])
+        if group is other:
             problem = "it couples joints that other constraints couple already"
             raise Refusal(relation.label, problem, "remove one of them")
-        one |= other
-        groups.update(dict.fromkeys(other, one))
+        group |= other
+        groups.update(dict.fromkeys(other, group))
         waiting.append(relation)
     firsts = {relation.first for relation in waiting}
-    known: set[str] = set()
+    reached: set[str] = set()
     follows: dict[str, tuple[str, float, float]] = {}
     while waiting:
-        r = next((r for r in waiting if r.first in known or r.second in known), None)
+        r = next((r for r in waiting if r.first in reached or r.second in reached), None)
         if r is None:
-            known.add(next((r for r in waiting if r.second not in firsts), waiting[0]).second)
+            reached.add(next((r for r in waiting if r.second not in firsts), waiting[0]).second)
             continue
         waiting.remove(r)
-        if r.second in known:
+        if r.second in reached:
             follows[r.first] = (r.second, r.multiplier, r.offset)
         else:
             follows[r.second] = (r.first, 1.0 / r.multiplier, -r.offset / r.multiplier)
-        known |= {r.first, r.second}
+        reached |= {r.first, r.second}
     return follows

@@ -113,8 +113,8 @@ def _still_links(joints: Sequence[ModelJoint], ground: str) -> set[str]:
     """Find the links that fixed joints connect to the ground."""
     pairs = [(joint.parent, joint.child) for joint in joints if joint.kind == "fixed"]
     beside: dict[str, list[str]] = {}
-    for one, other in (*pairs, *((child, parent) for parent, child in pairs)):
-        beside.setdefault(one, []).append(other)
+    for start, other in (*pairs, *((child, parent) for parent, child in pairs)):
+        beside.setdefault(start, []).append(other)
     still, ready = {ground}, [ground]
     while ready:
         for link in beside.get(ready.pop(), ()):

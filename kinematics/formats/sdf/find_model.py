@@ -25,12 +25,12 @@ def version_of(root: Element) -> int:
         Refusal: it is missing, or not one that is read.
     """
     text = root.attributes.get("version", "")
-    found = re.fullmatch(r"1\.(\d{1,3})(\.\d{1,3})?", text, re.ASCII)
-    if found is None or not FIRST <= int(found[1]) <= LAST:
+    version = re.fullmatch(r"1\.(\d{1,3})(\.\d{1,3})?", text, re.ASCII)
+    if version is None or not FIRST <= int(version[1]) <= LAST:
         problem = f"version '{clean(text)}' of SDF" if text else "no version"
         remedy = f"give SDF 1.{FIRST} to 1.{LAST}; 'gz sdf -p FILE' converts older files"
         raise Refusal(root.label, problem, remedy)
-    return int(found[1])
+    return int(version[1])
 
 
 def find_model(root: Element) -> Element:

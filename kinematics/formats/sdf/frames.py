@@ -75,10 +75,10 @@ class FrameTree:
         back: list[Steps] = []
         forth: list[Steps] = []
         while start != end:
-            one, other = self.frames[start], self.frames[end]
-            if one.depth >= other.depth:
-                back.append(inverse_steps(one.steps))
-                start = one.base
+            start_frame, other = self.frames[start], self.frames[end]
+            if start_frame.depth >= other.depth:
+                back.append(inverse_steps(start_frame.steps))
+                start = start_frame.base
             else:
                 forth.append(other.steps)
                 end = other.base
@@ -120,16 +120,16 @@ def read_frames(model: Element) -> FrameTree:
     items: dict[str, Element] = {}
     for tag in ("joint", "frame", "link"):
         items |= {item.name: item for item in model.every(tag)}
-    known = {MODEL, *items}
-    found = {}
+    names = {MODEL, *items}
+    frames = {}
     for name, item in items.items():
         pose = check_only(item, "pose")
         given = ""
         if pose is not None:
             given = pose.attributes.get("relative_to", "") or pose.attributes.get("frame", "")
-        base = _known(item, given or _default(item), pose or item, known)
-        found[name] = SdfFrame(item, base, pose_steps(item, pose))
-    return FrameTree(model, found)
+        base = _known(item, given or _default(item), pose or item, names)
+        frames[name] = SdfFrame(item, base, pose_steps(item, pose))
+    return FrameTree(model, frames)
 
 
 def _default(item: Element) -> str:
@@ -140,12 +140,12 @@ def _default(item: Element) -> str:
     return item.attributes.get("attached_to", "") or MODEL
 
 
-def _known(owner: Element, name: str, item: Element, known: Collection[str]) -> str:
+def _known(owner: Element, name: str, item: Element, names: Collection[str]) -> str:
     """Return the key of a frame; the world is where the model is."""
-    if name == WORLD and name not in known:
+    if name == WORLD and name not in names:
         return MODEL
-    if name not in known:
+    if name not in names:
         problem = f"<{item.tag}> (line {item.line}): no frame is called '{clean(name)}'"
-        remedy = f"correct the name; there are {closest_names(name, sorted(known))}"
+        remedy = f"correct the name; there are {closest_names(name, sorted(names))}"
         raise Refusal(owner.label, problem, remedy)
     return name

@@ -176,10 +176,10 @@ def _pitch(joint: Element, kind: str) -> tuple[Element, ...]:
 def _mimic(joint: Element, kind: str) -> tuple[Element, ...]:
     """Position of the follower: multiplier × (position of the leader - reference) + offset."""
     axes = [axis for tag in ("axis2", "axis") for axis in joint.every(tag)]
-    found = [(axis, item) for axis in axes if (item := check_only(joint, "mimic", axis))]
-    if not found or kind == "fixed":
+    mimics = [(axis, item) for axis in axes if (item := check_only(joint, "mimic", axis))]
+    if not mimics or kind == "fixed":
         return ()
-    axis, mimic = found[0]
+    axis, mimic = mimics[0]
     if axis.tag == "axis2" or mimic.attributes.get("axis", "axis") != "axis":
         problem = f"<mimic> (line {mimic.line}) of a second axis is not supported"
         raise Refusal(joint.label, problem, "use joints with one axis")

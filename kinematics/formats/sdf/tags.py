@@ -98,13 +98,13 @@ def check_plugin(plugin: Element) -> None:
 
 
 def _check_attributes(item: Element) -> None:
-    known = _ATTRIBUTES.get(item.tag)
-    for name in item.attributes if known else ():
-        if ":" not in name and name != "xmlns" and name not in (known or ()):
+    attributes = _ATTRIBUTES.get(item.tag)
+    for name in item.attributes if attributes else ():
+        if ":" not in name and name != "xmlns" and name not in (attributes or ()):
             problem = f"<{item.tag} {clean(name)}> is not read"
-            close = _intended(name, known or ())
+            close = _intended(name, attributes or ())
             if item.tag != "joint" or close:
-                remedy = f"write {close or ' or '.join(known or ())}, or remove it"
+                remedy = f"write {close or ' or '.join(attributes or ())}, or remove it"
                 raise Refusal(item.label, problem, remedy)
 
 
@@ -124,13 +124,13 @@ def _check_unknown(host: Element, item: Element, links: set[str]) -> None:
                 remedy = "write a <mimic> of SDF into the <axis>, or remove it"
             raise Refusal(item.label, f"{where} is not read", remedy)
         return
-    known = _READ.get(host.tag, ())
-    if not known:
+    tags = _READ.get(host.tag, ())
+    if not tags:
         remedy = f"remove it: <{host.tag}> holds a text only"
         raise Refusal(item.label, f"{where} is not read", remedy)
-    close = _intended(item.tag, known)
+    close = _intended(item.tag, tags)
     if close or host.tag not in _OPEN:
-        remedy = f"write {f'<{close}>' if close else ' or '.join(known)}, or remove it"
+        remedy = f"write {f'<{close}>' if close else ' or '.join(tags)}, or remove it"
         raise Refusal(item.label, f"{where} is not read", remedy)
     inner = next(
         (i for i in item.walk() if i.tag in ("link", "joint", "inertial", "pose")), None
@@ -146,9 +146,9 @@ def _names(item: Element) -> Iterator[str]:
     yield from item.attributes.values()
 
 
-def _intended(word: str, known: tuple[str, ...]) -> str:
+def _intended(word: str, spellings: tuple[str, ...]) -> str:
     """Find the known word that another one misspells; empty if there is none."""
-    found: list[str] = []
+    matches: list[str] = []
     if len(word) <= MAX_WORD:
-        found = get_close_matches(word.lower(), known, 1, MIN_SPELLING_RATIO)
-    return found[0] if found else ""
+        matches = get_close_matches(word.lower(), spellings, 1, MIN_SPELLING_RATIO)
+    return matches[0] if matches else ""

@@ -162,12 +162,12 @@ class ModelWriter:
 
     def _free_name(self, name: str) -> str:
         """Find a name that no link or joint has."""
-        found, k = name, 1
-        while found in self.taken:
+        candidate, k = name, 1
+        while candidate in self.taken:
             k += 1
-            found = f"{name}{k}"
-        self.taken.add(found)
-        return found
+            candidate = f"{name}{k}"
+        self.taken.add(candidate)
+        return candidate
 
     def _axis_texts(self, joint: ModelJoint, sign: int) -> list[str]:
         """Write the axes; those of a joint that is turned round change places and signs.

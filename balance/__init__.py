@@ -178,58 +178,78 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 from balance.public_names import MODULES_OF_NAMES
-from kinematics.compiled.background import register_warm_up
+from kinematics.numerics.compiled.background import register_warm_up
 
 if TYPE_CHECKING:
-    from balance.added_masses.answer import Counterweights
-    from balance.added_masses.counterweights import counterweights
-    from balance.added_masses.regions import Region
-    from balance.certification.certified_space import CertifiedSpace
-    from balance.certification.certify_space import certify
-    from balance.certification.exact_ranks import exact_ranks
-    from balance.decoupled.decoupling import Decoupling, decoupling
-    from balance.decoupled.locked_inertia import locked_inertia
-    from balance.designs.best_design import Design, design
-    from balance.designs.certificate import CertificateCheck, check_certificate
-    from balance.designs.design_check import DesignCheck, check_design
-    from balance.designs.feasibility import Feasibility, feasible
-    from balance.dynamic_equivalence.buildable_masses import BuildableMasses, buildable_masses
-    from balance.dynamic_equivalence.pure_inertia import PureInertia, pure_inertia
-    from balance.exact.modular_ranks import Exact
-    from balance.exact.proof import Proof
-    from balance.flexible.beam import Beam
-    from balance.flexible.free_modes import FreeMode, free_modes
-    from balance.flexible.linkage_motion import FlexibleSimulation, simulate_flexible
-    from balance.flexible.similarity import Arm, Similarity, compare_arms, similar_arm
-    from balance.flexible.support_points import SupportPoints, support_points
-    from balance.flexible.supported_modes import (
+    from balance.masses.counterweights.answer import Counterweights
+    from balance.masses.counterweights.counterweights import counterweights
+    from balance.masses.counterweights.regions import Region
+    from balance.masses.designs.best_design import Design, design
+    from balance.masses.designs.certificate import CertificateCheck, check_certificate
+    from balance.masses.designs.design_check import DesignCheck, check_design
+    from balance.masses.designs.feasibility import Feasibility, feasible
+    from balance.masses.modes.mode_answers import ModeAnswer, ModeAnswers, motion_modes
+    from balance.masses.partial.budgets import pareto, partial
+    from balance.masses.partial.elastic_frame import ElasticFrame
+    from balance.masses.partial.results import ParetoFront, PartialBalance
+    from balance.masses.pure_inertias.buildable_masses import BuildableMasses, buildable_masses
+    from balance.masses.pure_inertias.pure_inertia import PureInertia, pure_inertia
+    from balance.masses.remedies.applied import AppliedRemedy
+    from balance.masses.remedies.compare import RemedyComparison, compare_remedies
+    from balance.masses.remedies.counter_rotations.fewest_rotors import (
+        FewestRotors,
+        RotorSet,
+        fewest_rotors,
+    )
+    from balance.motion.flexible.beam import Beam
+    from balance.motion.flexible.free_modes import FreeMode, free_modes
+    from balance.motion.flexible.linkage_motion import FlexibleSimulation, simulate_flexible
+    from balance.motion.flexible.similarity import Arm, Similarity, compare_arms, similar_arm
+    from balance.motion.flexible.support_points import SupportPoints, support_points
+    from balance.motion.flexible.supported_modes import (
         Clamp,
         EndBody,
         Support,
         SupportedModes,
         supported_modes,
     )
-    from balance.floating_base.base import FloatingBase
-    from balance.floating_base.result import FloatingBaseMotion
-    from balance.floating_base.simulate import simulate_floating_base
-    from balance.inertial_parameters.body_inertia import BodyInertia
-    from balance.inertial_parameters.conversions import (
+    from balance.motion.floating_base.base import FloatingBase
+    from balance.motion.floating_base.result import FloatingBaseMotion
+    from balance.motion.floating_base.simulate import simulate_floating_base
+    from balance.motion.paths.demand import Base
+    from balance.motion.paths.found_paths import ReactionlessPaths
+    from balance.motion.paths.path import ReactionlessPath, timed_path
+    from balance.motion.paths.path_search import find_paths
+    from balance.motion.pose.body_family import BalancingFamily, balancing_family
+    from balance.motion.pose.momentum_of_masses import momentum_matrix
+    from balance.motion.pose.null_space import ReactionNullSpace, reaction_null_space
+    from balance.motion.pose.proximal_bodies import PoseBalance, balance_pose
+    from balance.motion.pose.workspace_map import MomentumMap, momentum_map
+    from balance.motion.verification.result import Verification
+    from balance.motion.verification.shaking_wrench import shaking
+    from balance.motion.verification.to_pinocchio import verify
+    from balance.motion.verification.trajectory import Trajectory
+    from balance.space.certification.certified_space import CertifiedSpace
+    from balance.space.certification.certify_space import certify
+    from balance.space.certification.exact_ranks import exact_ranks
+    from balance.space.decoupled.decoupling import Decoupling, decoupling
+    from balance.space.decoupled.locked_inertia import locked_inertia
+    from balance.space.exact.modular_ranks import Exact
+    from balance.space.exact.proof import Proof
+    from balance.space.inertial_parameters.body_inertia import BodyInertia
+    from balance.space.inertial_parameters.conversions import (
         mass_properties,
         parameters,
         pseudo_inertia,
         violations,
     )
-    from balance.inertial_parameters.multipole import Primitive
-    from balance.instantaneous.body_family import BalancingFamily, balancing_family
-    from balance.instantaneous.momentum_of_masses import momentum_matrix
-    from balance.instantaneous.null_space import ReactionNullSpace, reaction_null_space
-    from balance.instantaneous.proximal_bodies import PoseBalance, balance_pose
-    from balance.instantaneous.workspace_map import MomentumMap, momentum_map
-    from balance.interpretation.explain import Explanation, explain
-    from balance.interpretation.freedoms import Freedom
-    from balance.modes.mode_answers import ModeAnswer, ModeAnswers, motion_modes
-    from balance.momentum.momentum_figure import screw_figure
-    from balance.momentum.momentum_lines import (
+    from balance.space.inertial_parameters.multipole import Primitive
+    from balance.space.interpretation.explain import Explanation, explain
+    from balance.space.interpretation.freedoms import Freedom
+    from balance.space.many.many_geometries import design_space_many
+    from balance.space.many.many_spaces import ManySpaces
+    from balance.space.momentum.momentum_figure import screw_figure
+    from balance.space.momentum.momentum_lines import (
         Meeting,
         ScrewLine,
         common_normal,
@@ -237,40 +257,20 @@ if TYPE_CHECKING:
         momentum_lines,
         momentum_wrenches,
     )
-    from balance.momentum.momentum_taylor_series import MomentumTaylor, momentum_taylor
-    from balance.momentum.regressor import momentum_regressor
-    from balance.partial_balance.budgets import pareto, partial
-    from balance.partial_balance.elastic_frame import ElasticFrame
-    from balance.partial_balance.results import ParetoFront, PartialBalance
-    from balance.reactionless_paths.demand import Base
-    from balance.reactionless_paths.found_paths import ReactionlessPaths
-    from balance.reactionless_paths.path import ReactionlessPath, timed_path
-    from balance.reactionless_paths.path_search import find_paths
-    from balance.remedies.applied import AppliedRemedy
-    from balance.remedies.compare import RemedyComparison, compare_remedies
-    from balance.remedies.counter_rotations.fewest_rotors import (
-        FewestRotors,
-        RotorSet,
-        fewest_rotors,
-    )
-    from balance.search.many_geometries import design_space_many
-    from balance.search.many_spaces import ManySpaces
-    from balance.spaces.certainty import Certainty
-    from balance.spaces.compute_space import design_space
-    from balance.spaces.design_space import DesignSpace
-    from balance.spaces.distance_to_rank_drop import distance_to_rank_drop
-    from balance.spaces.save import SpaceRecord, load_space, save_space
-    from balance.sweeps.study import Study, read_study
-    from balance.sweeps.sweep import sweep
-    from balance.sweeps.sweep_table import SweepTable
-    from balance.synthesis.mechanism import Synthesis, SynthesizedMechanism
-    from balance.synthesis.pantograph import PantographMasses
-    from balance.synthesis.synthesize import synthesize
-    from balance.transfers.by_joint import Transfer
-    from balance.verification.result import Verification
-    from balance.verification.shaking_wrench import shaking
-    from balance.verification.to_pinocchio import verify
-    from balance.verification.trajectory import Trajectory
+    from balance.space.momentum.momentum_taylor_series import MomentumTaylor, momentum_taylor
+    from balance.space.momentum.regressor import momentum_regressor
+    from balance.space.spaces.certainty import Certainty
+    from balance.space.spaces.compute_space import design_space
+    from balance.space.spaces.design_space import DesignSpace
+    from balance.space.spaces.distance_to_rank_drop import distance_to_rank_drop
+    from balance.space.spaces.save import SpaceRecord, load_space, save_space
+    from balance.space.transfers.by_joint import Transfer
+    from balance.studies.sweeps.study import Study, read_study
+    from balance.studies.sweeps.sweep import sweep
+    from balance.studies.sweeps.sweep_table import SweepTable
+    from balance.studies.synthesis.mechanism import Synthesis, SynthesizedMechanism
+    from balance.studies.synthesis.pantograph import PantographMasses
+    from balance.studies.synthesis.synthesize import synthesize
 
 __all__ = [
     "AppliedRemedy", "Arm", "BalancingFamily", "Base", "Beam", "BodyInertia", "BuildableMasses",
@@ -318,7 +318,7 @@ def __dir__() -> list[str]:
 
 def _warm_up() -> Iterator[None]:
     """Run all kernels of this package and of `kinematics`, stage by stage."""
-    from balance.warmup import warm_up_balance
+    from balance.app.warmup import warm_up_balance
 
     yield from warm_up_balance()
 

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-from balance.cli.main import main
-from kinematics.compiled.background import begin_command
-
-__all__ = ["command"]
+from balance.app.cli.main import main
+from kinematics.numerics.compiled.background import begin_command
 
 
 def command() -> int:

@@ -18,8 +18,6 @@ from time import perf_counter
 
 from benchmarks.__main__ import classes
 
-__all__ = ["main"]
-
 # Seconds of each profile.
 SECONDS = 0.5
 # Number of functions in a list.

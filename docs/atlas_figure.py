@@ -5,11 +5,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from balance.discovery.structure import LaneGeometry, TopologyArrays
-from balance.discovery.to_linkage import joint_places
-from balance.discovery.topologies import Topology
-
-__all__ = ["member_figure"]
+from balance.studies.discovery.structure import LaneGeometry, TopologyArrays
+from balance.studies.discovery.to_linkage import joint_places
+from balance.studies.discovery.topologies import Topology
 
 Array = NDArray[np.float64]
 

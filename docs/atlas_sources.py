@@ -1,7 +1,5 @@
 """What the atlas says beside its searches: introduction, sources, and who described what."""
 
-__all__ = ["FIRST", "HEAD", "SOURCES"]
-
 HEAD = """# Atlas of special geometries
 
 Linkages that balance by their geometry: families of geometries whose design space is larger

@@ -17,17 +17,17 @@ import numpy as np
 from atlas_figure import member_figure
 from atlas_sources import FIRST, HEAD, SOURCES
 
-from balance.atomic_files import write_all_atomic
-from balance.designs.best_design import design
-from balance.discovery.families import Family
-from balance.discovery.job import DiscoveryJob
-from balance.discovery.results import Found, FoundFamily, examine, found_in
-from balance.discovery.to_linkage import to_linkage
-from balance.discovery.topologies import Topology
-from balance.report.text.discovery import families_data, range_words
-from balance.result_files.chunk_runs import run_chunks
-from balance.result_files.results_file import ResultsFile
-from balance.spaces.compute_space import design_space
+from balance.app.answers.text.discovery import families_data, range_words
+from balance.masses.designs.best_design import design
+from balance.space.spaces.compute_space import design_space
+from balance.studies.discovery.families import Family
+from balance.studies.discovery.job import DiscoveryJob
+from balance.studies.discovery.results import Found, FoundFamily, examine, found_in
+from balance.studies.discovery.to_linkage import to_linkage
+from balance.studies.discovery.topologies import Topology
+from balance.studies.runs.chunk_runs import run_chunks
+from balance.studies.runs.results_file import ResultsFile
+from balance.support.atomic_files import write_all_atomic
 from kinematics.errors import LinkageError
 from kinematics.wording import count_noun
 

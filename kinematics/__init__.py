@@ -28,18 +28,18 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
-from kinematics.compiled.background import compile, register_warm_up
+from kinematics.numerics.compiled.background import compile, register_warm_up
 
 if TYPE_CHECKING:
-    from kinematics.assembly.tool_frame import tool
-    from kinematics.building.dh_rows import from_dh
-    from kinematics.building.from_pinocchio import from_pinocchio
-    from kinematics.building.screw_joints import ScrewJoint, from_screws
+    from kinematics.closure.assembly.tool_frame import tool
+    from kinematics.closure.taylor.many_poses import ManyTaylorMotions, taylor_motion_many
+    from kinematics.closure.taylor.taylor_motion import TaylorMotion, taylor_motion
+    from kinematics.loading.building.dh_rows import from_dh
+    from kinematics.loading.building.from_pinocchio import from_pinocchio
+    from kinematics.loading.building.screw_joints import ScrewJoint, from_screws
+    from kinematics.loading.model_gallery import gallery, load
     from kinematics.model.linkage import Body, Joint, Linkage, Loop, Notice
     from kinematics.model.motion import Motion
-    from kinematics.model_gallery import gallery, load
-    from kinematics.taylor.many_poses import ManyTaylorMotions, taylor_motion_many
-    from kinematics.taylor.taylor_motion import TaylorMotion, taylor_motion
 
 __all__ = [
     "Body",
@@ -64,15 +64,15 @@ __all__ = [
 
 _HOMES = {
     **dict.fromkeys(["Body", "Joint", "Linkage", "Loop", "Notice"], "model.linkage"),
-    **dict.fromkeys(["ScrewJoint", "from_screws"], "building.screw_joints"),
-    **dict.fromkeys(["gallery", "load"], "model_gallery"),
-    **dict.fromkeys(["TaylorMotion", "taylor_motion"], "taylor.taylor_motion"),
-    **dict.fromkeys(["ManyTaylorMotions", "taylor_motion_many"], "taylor.many_poses"),
+    **dict.fromkeys(["ScrewJoint", "from_screws"], "loading.building.screw_joints"),
+    **dict.fromkeys(["gallery", "load"], "loading.model_gallery"),
+    **dict.fromkeys(["TaylorMotion", "taylor_motion"], "closure.taylor.taylor_motion"),
+    **dict.fromkeys(["ManyTaylorMotions", "taylor_motion_many"], "closure.taylor.many_poses"),
     "Motion": "model.motion",
     "__version__": "version",
-    "from_dh": "building.dh_rows",
-    "from_pinocchio": "building.from_pinocchio",
-    "tool": "assembly.tool_frame",
+    "from_dh": "loading.building.dh_rows",
+    "from_pinocchio": "loading.building.from_pinocchio",
+    "tool": "closure.assembly.tool_frame",
 }
 
 
@@ -94,7 +94,7 @@ def __dir__() -> list[str]:
 
 def _warm_up() -> Iterator[None]:
     """Run all kernels of this package, step by step."""
-    from kinematics.warmup import warm_up_kinematics
+    from kinematics.loading.warmup import warm_up_kinematics
 
     yield from warm_up_kinematics()
 

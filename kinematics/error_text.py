@@ -5,19 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterable
 from difflib import get_close_matches
 
-__all__ = ["closest_names", "clean", "quoted"]
-
 # Most names in a list.
 MAX_NAMES = 8
 
 
 def clean(text: str, limit: int = 80) -> str:
-    """Put a text on one line, without control characters, and shorten it.
-
-    Args:
-        text: any text.
-        limit: most characters.
-    """
+    """Put a text on one line, without control characters, and shorten it."""
     line = "".join(c if c.isprintable() else " " for c in text)
     return line if len(line) <= limit else line[:limit] + "…"
 

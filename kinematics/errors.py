@@ -9,27 +9,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-__all__ = [
-    "BodyError",
-    "CoordinateError",
-    "ExactError",
-    "FileError",
-    "InexactClosureError",
-    "InexactPlaneError",
-    "LinkageError",
-    "MeetingModesError",
-    "MobilityError",
-    "MotionError",
-    "OpenLoopError",
-    "PackageError",
-    "PoseError",
-    "SynthesisError",
-    "UnreachedError",
-    "UsageError",
-    "WorkerError",
-]
-
-
 # Modes that a message describes.
 MAX_LISTED_MODES = 8
 

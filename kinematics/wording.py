@@ -12,20 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from kinematics.tolerances import NUMBER_DETERMINED, SIZE_DETERMINED, WRITTEN_AS_ZERO
-
-__all__ = [
-    "check_summary",
-    "count_noun",
-    "first_names",
-    "html_facts",
-    "number_text",
-    "outward_text",
-    "repr_lines",
-    "size_text",
-    "round_to_ten_digits",
-    "vector_text",
-]
+from kinematics.numerics.tolerances import NUMBER_DETERMINED, SIZE_DETERMINED, WRITTEN_AS_ZERO
 
 # Most names in a list.
 MAX_NAMES = 6
@@ -104,8 +91,6 @@ def number_text(
     See `round_to_ten_digits`.
 
     Args:
-        value: the number.
-        form: its format.
         scale: a size in the unit of the number.
         floor: part of the scale up to which a number is round-off, and written as 0.
     """
@@ -116,8 +101,6 @@ def outward_text(least: float, most: float, digits: int = 4) -> str:
     """Write a range whose ends are rounded outwards: ``5.213 to 5.302``.
 
     Args:
-        least: its least number.
-        most: its greatest number.
         digits: significant digits of each.
     """
     from decimal import ROUND_CEILING, ROUND_FLOOR, Context, Decimal
@@ -133,7 +116,6 @@ def count_noun(number: int, noun: str) -> str:
     """Write a number of things: ``1 loop``, ``2 loops``, ``3 bodies``.
 
     Args:
-        number: how many.
         noun: in the singular.
     """
     plural = f"{noun[:-1]}ies" if noun.endswith("y") else f"{noun}s"

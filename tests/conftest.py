@@ -27,7 +27,7 @@ PLAIN = (
 COMPILE = """
 import pathlib, sys, balance, kinematics
 from filelock import FileLock
-from kinematics.compiled.cache_contents import ALL, cache_folder, ready_kernels
+from kinematics.numerics.compiled.cache_contents import ALL, cache_folder, ready_kernels
 folder = cache_folder()
 if folder is not None:
     with FileLock(folder / "kernels.lock"):
@@ -36,8 +36,8 @@ if folder is not None:
             if sys.argv[1] == "all":
                 kinematics.compile()
             else:
-                from balance.warmup import warm_up_single
-                from kinematics.warmup import smallest_linkages
+                from balance.app.warmup import warm_up_single
+                from kinematics.loading.warmup import smallest_linkages
                 for _ in warm_up_single(smallest_linkages()):
                     pass
 """
@@ -127,7 +127,7 @@ def wait_for_kernels():
     """Wait until the process that compiles kernels has ended."""
     from filelock import FileLock
 
-    from kinematics.compiled.cache_contents import cache_folder
+    from kinematics.numerics.compiled.cache_contents import cache_folder
 
     folder = cache_folder()
     if folder is not None:
@@ -157,7 +157,7 @@ def select_left_out(items):
     A table keeps its first case, and others by the hash of their names, so that no type of
     case is left out because it comes at regular intervals.
     """
-    from kinematics.compiled.background import compile_mode
+    from kinematics.numerics.compiled.background import compile_mode
 
     marks = [*LEFT_OUT] if compile_mode() == "never" else [*LEFT_OUT, LANES]
     rest = {item for item in items if any(map(item.get_closest_marker, marks))}
@@ -195,7 +195,7 @@ def pytest_collection_finish():
 
     Let a fixture or a cached function do what they do.
     """
-    compiler = sys.modules.get("kinematics.compiled.numba_compiler")
+    compiler = sys.modules.get("kinematics.numerics.compiled.numba_compiler")
     if found := compiler and compiler.compiled_kernels():
         raise pytest.UsageError(f"these kernels run when tests are imported: {found}")
 
@@ -220,7 +220,7 @@ def robot(tmp_path):
 @pytest.fixture
 def read(robot):
     """Write elements to a file and read it."""
-    from kinematics.formats.robot_files import read_unassembled
+    from kinematics.files.formats.robot_files import read_unassembled
 
     return lambda *elements: read_unassembled(
         robot(f'<robot name="r">{"".join(elements)}</robot>')
@@ -229,7 +229,7 @@ def read(robot):
 
 @pytest.fixture
 def copy(tmp_path):
-    """A copy of what is behind `kinematics.compiled.jit`, with kernels of one line."""
+    """A copy of what is behind `kinematics.numerics.compiled.jit`, with kernels of one line."""
     from tests.support.small_package import make_packages
 
     return make_packages(tmp_path / "site")

@@ -8,10 +8,10 @@ from __future__ import annotations
 from itertools import cycle
 
 from balance import design_space
-from balance.certification.exact_ranks import exact_ranks
+from balance.space.certification.exact_ranks import exact_ranks
 from benchmarks.claims.kernel_costs_less_than_a_qr import KernelCostsLessThanAQr
 from benchmarks.inputs.geometry import variants
-from kinematics.model_gallery import load
+from kinematics.loading.model_gallery import load
 
 
 class AnswerCostsFewQr(KernelCostsLessThanAQr):

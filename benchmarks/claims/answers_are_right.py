@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from balance import design_space, momentum_regressor
-from balance.certification.exact_ranks import exact_ranks
-from kinematics.model_gallery import gallery, load
+from balance.space.certification.exact_ranks import exact_ranks
+from kinematics.loading.model_gallery import gallery, load
 
 
 class AnswersAreRight:

@@ -9,10 +9,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from balance.momentum.regressor import body_regressors, regressor_workspace
+from balance.space.momentum.regressor import body_regressors, regressor_workspace
 from benchmarks.references import compiled, reference
 from kinematics.closure.series import expand
-from kinematics.model_gallery import load
+from kinematics.loading.model_gallery import load
 
 
 class CloseToTheLimit:

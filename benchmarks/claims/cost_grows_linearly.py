@@ -14,7 +14,7 @@ from time import perf_counter
 
 import numpy as np
 
-from balance.momentum.regressor import RegressorSeries
+from balance.space.momentum.regressor import RegressorSeries
 from benchmarks.harness.processes import python
 from benchmarks.inputs.rows import coupled_four_bars, serial
 from benchmarks.references import reference

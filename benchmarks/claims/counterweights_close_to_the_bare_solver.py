@@ -16,10 +16,10 @@ import clarabel
 from scipy.sparse import csc_matrix
 
 from balance import counterweights, design_space
-from balance.added_masses.added_matter import moment_cone
-from balance.added_masses.link_regions import regions_of
-from balance.added_masses.program import build_added_program, conic_arguments
-from balance.spaces.design_space import DesignSpace
+from balance.masses.counterweights.added_matter import moment_cone
+from balance.masses.counterweights.link_regions import regions_of
+from balance.masses.counterweights.program import build_added_program, conic_arguments
+from balance.space.spaces.design_space import DesignSpace
 from benchmarks.claims.verdict_close_to_the_bare_solver import _arm
 
 KINDS = {

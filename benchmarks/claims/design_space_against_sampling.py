@@ -15,10 +15,10 @@ from time import perf_counter
 import numpy as np
 
 from balance import design_space
-from balance.certification.exact_ranks import exact_ranks
+from balance.space.certification.exact_ranks import exact_ranks
 from benchmarks.inputs.geometry import resized
 from benchmarks.inputs.sampling import Sampling
-from kinematics.model_gallery import load
+from kinematics.loading.model_gallery import load
 
 # Largest number of poses of the peer.
 MAX_POSES = 64

@@ -11,9 +11,12 @@ from itertools import cycle
 import numpy as np
 
 from balance import design_space
-from balance.remedies.counter_rotations.counter_rotors import RotorConditions, rotor_conditions
-from balance.remedies.counter_rotations.fewest_rotors import search_sets
-from balance.remedies.counter_rotations.rotor_sets import decide_rotors
+from balance.masses.remedies.counter_rotations.counter_rotors import (
+    RotorConditions,
+    rotor_conditions,
+)
+from balance.masses.remedies.counter_rotations.fewest_rotors import search_sets
+from balance.masses.remedies.counter_rotations.rotor_sets import decide_rotors
 from benchmarks.inputs.geometry import two_loops
 
 # Programs that the search must undercut, an eighth of all sets.

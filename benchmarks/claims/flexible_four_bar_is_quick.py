@@ -8,15 +8,15 @@ from __future__ import annotations
 
 import numpy as np
 
-from balance.flexible.beam import Beam
-from balance.flexible.build_beam import BeamOptions
-from balance.flexible.drives import spin_up
-from balance.flexible.flex_links import parse_flex_link
-from balance.flexible.free_modes import free_modes
-from balance.flexible.from_linkage import flexible_linkage
-from balance.flexible.simulate import simulate
-from balance.flexible.support_points import support_points
-from balance.flexible.supported_modes import Support, supported_modes
+from balance.motion.flexible.beam import Beam
+from balance.motion.flexible.build_beam import BeamOptions
+from balance.motion.flexible.drives import spin_up
+from balance.motion.flexible.flex_links import parse_flex_link
+from balance.motion.flexible.free_modes import free_modes
+from balance.motion.flexible.from_linkage import flexible_linkage
+from balance.motion.flexible.simulate import simulate
+from balance.motion.flexible.support_points import support_points
+from balance.motion.flexible.supported_modes import Support, supported_modes
 from benchmarks.peers import library
 from benchmarks.peers.exudyn_four_bar import peak_force
 from kinematics import ScrewJoint, from_screws

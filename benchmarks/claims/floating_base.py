@@ -5,9 +5,9 @@ The error is the larger drift of energy and momentum, relative to their peaks.
 
 from __future__ import annotations
 
-from balance.floating_base.base import FloatingBase
-from balance.floating_base.simulate import simulate_floating_base
-from kinematics.model_gallery import load
+from balance.motion.floating_base.base import FloatingBase
+from balance.motion.floating_base.simulate import simulate_floating_base
+from kinematics.loading.model_gallery import load
 
 BASE = FloatingBase(4.0, (0.5, 0.7, 0.9), (0.1, -0.2, 0.05), 40.0, 900.0)
 

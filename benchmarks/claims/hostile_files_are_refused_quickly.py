@@ -20,8 +20,8 @@ from time import process_time
 import numpy as np
 
 from benchmarks.harness.processes import ROOT
-from kinematics.formats.robot_files import read_unassembled
-from kinematics.model_gallery import gallery
+from kinematics.files.formats.robot_files import read_unassembled
+from kinematics.loading.model_gallery import gallery
 
 INERTIAL = (
     '<inertial><mass value="1"/>'

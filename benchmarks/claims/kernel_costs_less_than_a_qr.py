@@ -11,7 +11,7 @@ from math import comb
 import numpy as np
 import scipy.linalg
 
-from balance.momentum.regressor import RegressorSeries
+from balance.space.momentum.regressor import RegressorSeries
 from benchmarks.inputs.geometry import variants
 from benchmarks.references import reference
 from kinematics.closure.series import expand

@@ -15,10 +15,10 @@ from time import process_time
 import numpy as np
 
 from balance import design_space_many, momentum_regressor
-from balance.certification.exact_ranks import exact_ranks
+from balance.space.certification.exact_ranks import exact_ranks
 from benchmarks.inputs.geometry import resized, variants
 from benchmarks.references import compiled
-from kinematics.model_gallery import load
+from kinematics.loading.model_gallery import load
 
 COUNT = 200_000
 SIX_BARS = 20_000

@@ -8,7 +8,7 @@ from __future__ import annotations
 import numpy as np
 
 from balance import momentum_map, reaction_null_space
-from kinematics.model_gallery import load
+from kinematics.loading.model_gallery import load
 
 
 class MomentumMap:

@@ -12,10 +12,10 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from balance import design_space
-from balance.certification.exact_ranks import exact_ranks
+from balance.space.certification.exact_ranks import exact_ranks
 from benchmarks.inputs.geometry import four_bar_chain
+from kinematics.loading.model_gallery import load
 from kinematics.model.linkage import Linkage
-from kinematics.model_gallery import load
 
 ORDERS = (10, 20, 50)
 LONGEST = 20

@@ -18,8 +18,8 @@ from typing import Any
 import numpy as np
 
 from balance import design_space, explain
-from balance.report.data import Report
-from balance.report.html.report import report_page
+from balance.app.answers.data import Report
+from balance.app.answers.html.report import report_page
 
 # Slower than the machine by this factor.
 SLOWER = 4.0

@@ -10,14 +10,14 @@ from itertools import cycle
 import numpy as np
 
 from balance import design_space
-from balance.certification.exact_ranks import exact_ranks
-from balance.spaces import compute_space
-from balance.spaces.design_space import DesignSpace
-from balance.transfers.compute_transfers import Transfers, serial_transfers
+from balance.space.certification.exact_ranks import exact_ranks
+from balance.space.spaces import compute_space
+from balance.space.spaces.design_space import DesignSpace
+from balance.space.transfers.compute_transfers import Transfers, serial_transfers
 from benchmarks.inputs.geometry import resized
+from kinematics.loading.model_gallery import gallery, load
 from kinematics.model.arrays import Chain
 from kinematics.model.linkage import Linkage
-from kinematics.model_gallery import gallery, load
 
 
 def _none(chain: Chain, force: bool, tolerance: float) -> Transfers:

@@ -8,7 +8,7 @@ from __future__ import annotations
 import json
 
 from balance import certify, design_space
-from kinematics.model_gallery import gallery, load
+from kinematics.loading.model_gallery import gallery, load
 from tests.independent.checker import Rejected, check
 
 LEVELS = ("proved", "verified", "estimated")

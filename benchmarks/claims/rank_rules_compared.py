@@ -23,15 +23,15 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from balance import design_space
-from balance.certification.exact_ranks import exact_ranks
-from balance.exact.modular_ranks import Exact
-from balance.momentum.regressor import RegressorSeries
+from balance.space.certification.exact_ranks import exact_ranks
+from balance.space.exact.modular_ranks import Exact
+from balance.space.momentum.regressor import RegressorSeries
 from benchmarks.inputs.geometry import placed
 from kinematics.closure.joint_positions import si_chain
 from kinematics.closure.series import expand
 from kinematics.errors import LinkageError
+from kinematics.loading.model_gallery import gallery, load
 from kinematics.model.linkage import Joint, Linkage
-from kinematics.model_gallery import gallery, load
 
 Array = NDArray[np.float64]
 

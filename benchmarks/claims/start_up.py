@@ -20,21 +20,21 @@ import numpy as np
 from filelock import FileLock
 
 import balance
-from balance.certification.exact_ranks import exact_ranks
+from balance.space.certification.exact_ranks import exact_ranks
 from benchmarks.harness.processes import ROOT, python
 from benchmarks.references import reference
 from kinematics.closure.joint_positions import si_chain
-from kinematics.compiled.cache_contents import ALL, ready_kernels
-from kinematics.model_gallery import load
+from kinematics.loading.model_gallery import load
+from kinematics.numerics.compiled.cache_contents import ALL, ready_kernels
 
 # Runs a command, and prints the loaded libraries.
 LIST = """
 import io, json, sys
 from contextlib import redirect_stdout
 from importlib.metadata import packages_distributions
-from kinematics.compiled.background import begin_command
+from kinematics.numerics.compiled.background import begin_command
 begin_command()
-from balance.cli.main import main
+from balance.app.cli.main import main
 with redirect_stdout(io.StringIO()):
     main(sys.argv[1:])
 ours = {"balance", "kinematics", "urdf_models"}

@@ -12,13 +12,13 @@ import math
 
 import numpy as np
 
-from balance.synthesis.error_map import angle_error_map
-from balance.synthesis.four_bars import four_bars_through
-from balance.synthesis.momentum_integral import delta_at_link_turn
-from balance.synthesis.pantograph import PantographMasses, reduced_inertias
-from balance.synthesis.pivot_line import fixed_pivot_line
-from balance.synthesis.positions import Position
-from balance.synthesis.rr_chain import chain_from_three_positions
+from balance.studies.synthesis.error_map import angle_error_map
+from balance.studies.synthesis.four_bars import four_bars_through
+from balance.studies.synthesis.momentum_integral import delta_at_link_turn
+from balance.studies.synthesis.pantograph import PantographMasses, reduced_inertias
+from balance.studies.synthesis.pivot_line import fixed_pivot_line
+from balance.studies.synthesis.positions import Position
+from balance.studies.synthesis.rr_chain import chain_from_three_positions
 
 MASSES = PantographMasses(
     l2=0.05, l3=0.05, m1=0.12, m2=0.3, m3=0.15, m4=0.024, m5=0.067, m6=0.78, s3=0.097,

@@ -12,12 +12,12 @@ from __future__ import annotations
 import numpy as np
 
 from benchmarks.references.reference import gap
-from kinematics.assembly.tool_frame import tool
+from kinematics.closure.assembly.tool_frame import tool
 from kinematics.closure.newton import forward_kinematics, solve_positions
 from kinematics.closure.series import expand_from
+from kinematics.closure.taylor.taylor_motion import taylor_motion
+from kinematics.loading.model_gallery import load
 from kinematics.model.linkage import Linkage
-from kinematics.model_gallery import load
-from kinematics.taylor.taylor_motion import taylor_motion
 
 # Number of points, their largest distance in parts of the radius, and the random seed.
 POINTS, SHARE, SEED = 200, 0.25, 2

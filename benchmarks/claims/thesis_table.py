@@ -21,12 +21,12 @@ from benchmarks.peers.measured import times
 from benchmarks.peers.ours import LINE, linkage
 from benchmarks.references.reference import off, positions
 from kinematics import load, taylor_motion
+from kinematics.closure.taylor.expansion_kernels import polynomials
+from kinematics.closure.taylor.layout import packed_layout
+from kinematics.closure.taylor.monomials import monomial_powers, monomial_table
+from kinematics.closure.taylor.taylor_motion import TaylorMotion
 from kinematics.model.arrays import freeze
 from kinematics.model.linkage import Linkage
-from kinematics.taylor.expansion_kernels import polynomials
-from kinematics.taylor.layout import packed_layout
-from kinematics.taylor.monomials import monomial_powers, monomial_table
-from kinematics.taylor.taylor_motion import TaylorMotion
 
 # Seconds, by order; the Bennett linkage with the closure of rotations only, and with all.
 PRINTED = {

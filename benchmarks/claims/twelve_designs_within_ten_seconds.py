@@ -10,7 +10,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from balance import design_space, pareto
-from balance.verification.given_motions import from_csv
+from balance.motion.verification.given_motions import from_csv
 from tests.support.pick_and_place import robot_arm, write_cycle
 
 

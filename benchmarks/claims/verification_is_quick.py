@@ -5,8 +5,8 @@ The error is the largest difference of the shaking loads by Pinocchio and by our
 
 from __future__ import annotations
 
-from balance.verification.to_pinocchio import verify
-from kinematics.model_gallery import load
+from balance.motion.verification.to_pinocchio import verify
+from kinematics.loading.model_gallery import load
 
 
 class VerificationIsQuick:

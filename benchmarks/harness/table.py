@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import NamedTuple
 
-__all__ = ["LINES", "Line", "Verdict", "answered", "modules"]
-
 
 class Verdict(NamedTuple):
     """The result of a claim.

@@ -7,12 +7,10 @@ from dataclasses import replace
 import numpy as np
 
 from kinematics import ScrewJoint, from_screws
-from kinematics.assembly.assemble import assemble
+from kinematics.closure.assembly.assemble import assemble
+from kinematics.loading.model_gallery import load
 from kinematics.model.arrays import freeze
 from kinematics.model.linkage import Linkage
-from kinematics.model_gallery import load
-
-__all__ = ["four_bar_chain", "placed", "resized", "two_loops", "variants"]
 
 
 def variants(model: str, count: int, seed: int = 0, size: float = 0.02) -> list[Linkage]:

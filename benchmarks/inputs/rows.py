@@ -6,8 +6,6 @@ import numpy as np
 
 from kinematics.model.arrays import Chain, Frame, freeze
 
-__all__ = ["coupled_four_bars", "serial"]
-
 
 def serial(bodies: int, width: int = 1, seed: int = 0) -> Chain:
     """Make a spatial chain of revolute joints with ``width`` coordinates."""

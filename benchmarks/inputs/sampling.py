@@ -5,10 +5,8 @@ from __future__ import annotations
 import numpy as np
 import scipy.linalg
 
-from balance.verification.shaking_wrench import mass_parameters
+from balance.motion.verification.shaking_wrench import mass_parameters
 from kinematics.model.linkage import Linkage
-
-__all__ = ["Sampling"]
 
 # Largest pivot that counts as zero in figaroh.
 ZERO_PIVOT = 1e-8
@@ -22,7 +20,7 @@ class Sampling:
         try:
             import pinocchio as pin
 
-            from balance.verification.to_pinocchio import PinocchioModel
+            from balance.motion.verification.to_pinocchio import PinocchioModel
         except ImportError:
             raise NotImplementedError("Pinocchio is not installed") from None
         self.pin, self.linkage = pin, linkage

@@ -9,8 +9,6 @@ from __future__ import annotations
 from importlib import import_module
 from types import ModuleType
 
-__all__ = ["library"]
-
 
 def library(name: str) -> ModuleType:
     """Import a library; NotImplementedError if it is not installed."""

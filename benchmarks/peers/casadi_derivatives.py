@@ -13,8 +13,6 @@ import numpy as np
 
 from benchmarks.peers import jobs, library
 
-__all__ = ["five_bar"]
-
 HIGHEST = 5
 
 

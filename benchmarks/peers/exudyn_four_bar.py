@@ -10,8 +10,6 @@ import numpy as np
 
 from benchmarks.peers import library
 
-__all__ = ["peak_force"]
-
 AXIAL, WHEEL, SHARE, MASS = 1e6, 0.6875, 0.1, 5.0
 CRANK, COUPLER, PIVOT = np.array([0.0, 0.5]), np.array([1.0, 0.5]), np.array([1.5, -0.5])
 

@@ -14,8 +14,6 @@ import numpy as np
 
 from benchmarks.peers import jobs, library
 
-__all__ = ["five_bar", "six_r"]
-
 
 def _heyoka():
     hk = library("heyoka")

@@ -13,8 +13,6 @@ import numpy as np
 
 from benchmarks.peers import jobs, library
 
-__all__ = ["five_bar"]
-
 
 def five_bar(order: int) -> tuple[Callable, Callable]:
     """Inverse kinematics of the five-bar."""

@@ -15,11 +15,6 @@ import numpy as np
 
 from benchmarks.peers import library
 
-__all__ = [
-    "ANGLES", "AXES", "BASES", "DIRECTION", "FLANGE", "LOWER", "POINTS", "POSE", "TIP", "UPPER",
-    "cross_matrix", "degrees", "error", "exact", "exponents",
-]  # fmt: skip
-
 # Five-bar: lengths of the links, pivots, sides of the elbows, and the tip; metres.
 LOWER, UPPER = 0.19, 0.18
 BASES, ELBOWS = (-0.2, 0.2), (-1, 1)

@@ -16,8 +16,6 @@ import numpy as np
 
 from benchmarks.peers import jobs
 
-__all__ = ["five_bar", "jacobian"]
-
 Tensors = list[np.ndarray]
 
 

@@ -11,8 +11,6 @@ import numpy as np
 from benchmarks.harness.show import seconds
 from benchmarks.peers import jobs, library
 
-__all__ = ["Against", "Rows", "start", "times"]
-
 # Number of batches of a row, and seconds of each.
 BATCHES, BATCH = 15, 0.005
 

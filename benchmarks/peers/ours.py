@@ -11,19 +11,17 @@ from itertools import cycle
 import numpy as np
 
 from benchmarks.peers import jobs
-from kinematics.assembly.assemble import assemble, moving_chain
-from kinematics.assembly.tool_frame import tool
+from kinematics.closure.assembly.assemble import assemble, moving_chain
+from kinematics.closure.assembly.tool_frame import tool
+from kinematics.closure.taylor.expansion_kernels import polynomials
+from kinematics.closure.taylor.layout import packed_layout
+from kinematics.closure.taylor.many_poses import taylor_motion_many
+from kinematics.closure.taylor.monomials import monomial_powers, monomial_table
+from kinematics.closure.taylor.taylor_motion import scaled_chain, taylor_motion
 from kinematics.model.arrays import freeze
 from kinematics.model.linkage import Body, Joint, Linkage, Loop, UnassembledLinkage
 from kinematics.model.motion import Motion, motion_of
-from kinematics.spatial.screws import revolute
-from kinematics.taylor.expansion_kernels import polynomials
-from kinematics.taylor.layout import packed_layout
-from kinematics.taylor.many_poses import taylor_motion_many
-from kinematics.taylor.monomials import monomial_powers, monomial_table
-from kinematics.taylor.taylor_motion import scaled_chain, taylor_motion
-
-__all__ = ["LINE", "five_bar", "linkage", "many_poses", "six_r"]
+from kinematics.model.spatial.screws import revolute
 
 # Number of geometries, their standard deviation (metres), and the random seed.
 COUNT, SIZE, SEED = 24, 0.01, 5

@@ -14,8 +14,6 @@ import numpy as np
 from benchmarks.harness.processes import python
 from kinematics.model.arrays import Chain
 
-__all__ = ["both_kernels", "momentum", "operations_here", "operations_in_c"]
-
 SOURCE = Path(__file__).with_name("kernels.c")
 LIMIT = ("-O3", "-march=native")
 COUNTING = ("-x", "c++", "-DCOUNT", "-O1")
@@ -23,9 +21,9 @@ COUNTING = ("-x", "c++", "-DCOUNT", "-O1")
 COUNT_HERE = """
 import sys
 import numpy as np
-from balance.momentum.regressor import body_regressors, regressor_workspace
+from balance.space.momentum.regressor import body_regressors, regressor_workspace
 from kinematics.closure.series import expand
-from kinematics.model_gallery import load
+from kinematics.loading.model_gallery import load
 
 counts = [0, 0, 0]
 
@@ -94,7 +92,7 @@ def _call(function: ctypes._CFuncPtr, *arguments: int | np.ndarray) -> None:
 def momentum(
     chain: Chain, V: np.ndarray, T: np.ndarray, X: np.ndarray, options: tuple[str, ...] = LIMIT
 ) -> None:
-    """Add the rows of all orders to X, like `balance.momentum.regressor.body_regressors`."""
+    """Add the rows of all orders to X, like `momentum.regressor.body_regressors`."""
     library = _library(options)
     function = library.momentum_planar if chain.planar else library.momentum_spatial
     rays, orders, n = V.shape[:3]

@@ -1,4 +1,4 @@
-/* The kernels of kinematics/closure/series.py and balance/momentum/regressor.py in C, loop by loop.
+/* The kernels of kinematics/closure/series.py and balance/space/momentum/regressor.py in C, loop by loop.
  *
  * Compiled as C it is the reference for run time; compiled as C++ with -DCOUNT it counts its
  * additions, multiplications and divisions. Arrays are contiguous, in the shapes of the Python
@@ -40,7 +40,7 @@ typedef double real;
 #define X(k) (X + ((((long)(k) * rays + ray) * width + w) * PER) * columns + b * SIZE)
 #define x(i, c) x[(i) * columns + (c)]
 
-/* balance.momentum.regressor._spatial at the reference pose, all orders, dynamic balance */
+/* balance.space.momentum.regressor._spatial at the reference pose, all orders, dynamic balance */
 #define DIM 6
 #define HSIZE 12
 #define NSIZE 15
@@ -137,7 +137,7 @@ API void momentum_spatial(
     }
 }
 
-/* balance.momentum.regressor._planar, likewise */
+/* balance.space.momentum.regressor._planar, likewise */
 #undef DIM
 #undef HSIZE
 #undef NSIZE

@@ -17,8 +17,6 @@ from benchmarks.peers import library
 from kinematics.closure.series import loop_matrix
 from kinematics.model.arrays import Chain
 
-__all__ = ["gap", "momentum", "off", "positions"]
-
 # Radius of the circle as a power of ten; digits beyond those that its powers take; terms of
 # an exponential, enough for displacements of 1.
 RADIUS, DIGITS, TERMS = -6, 30, 30

@@ -30,9 +30,7 @@ from math import isclose
 from pathlib import Path
 from xml.etree import ElementTree
 
-from balance.cli.main import main
-
-__all__ = ["Block", "code_blocks", "produced", "run_page"]
+from balance.app.cli.main import main
 
 FENCE = re.compile(
     r"(?:^<!-- (?:not run: (?P<reason>[^\n]+)|(?P<long>long)) -->\n)?"

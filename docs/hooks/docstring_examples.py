@@ -6,9 +6,6 @@ import re
 
 from griffe import Extension
 
-__all__ = ["DocstringsOfTheSite"]
-
-
 PAGE = re.compile(r"docs/theory/(\w+)\.md")
 
 

@@ -6,8 +6,6 @@ import re
 
 from latex2mathml.converter import convert
 
-__all__ = ["with_formulas"]
-
 # What `pymdownx.arithmatex` writes for $…$ and $$…$$.
 INLINE = re.compile(r'<span class="arithmatex">\\\((.*?)\\\)</span>', re.DOTALL)
 DISPLAY = re.compile(r'<div class="arithmatex">\\\[(.*?)\\\]</div>', re.DOTALL)

@@ -11,11 +11,9 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import kinematics
-from balance.cli import exit_codes
-from balance.cli.main import COMMANDS, command_parser
+from balance.app.cli import exit_codes
+from balance.app.cli.main import COMMANDS, command_parser
 from balance.public_names import MODULES_OF_NAMES
-
-__all__ = ["api_pages", "command_pages", "copied_pages", "exit_code_page", "json_pages"]
 
 ROOT = Path(__file__).parents[2]
 Field = tuple[str, str]
@@ -69,9 +67,11 @@ def json_pages() -> dict[str, str]:
     page += (
         "its field `schema` names the schema and its version, which changes when the meaning "
     )
-    page += "of a field changes. The schemas come with the package, in `balance/schemas/`.\n"
+    page += (
+        "of a field changes. The schemas come with the package, in `balance/app/schemas/`.\n"
+    )
     files = {}
-    for path in sorted((ROOT / "balance" / "schemas").glob("*.json")):
+    for path in sorted((ROOT / "balance" / "app" / "schemas").glob("*.json")):
         text = path.read_text(encoding="utf-8")
         files[f"reference/{path.name}"] = text
         page += _schema_section(path.name, json.loads(text))
@@ -111,28 +111,30 @@ def _cell(text: str) -> str:
 
 
 def api_pages() -> dict[str, str]:
-    """List the public names of both packages, a page for each of their parts."""
+    """List the public names of both packages, a page for each of their folders."""
     names = {name: f"balance.{home}" for name, home in MODULES_OF_NAMES.items()}
     names |= {
         name: f"kinematics.{home}" for name, home in kinematics._HOMES.items() if name[0] != "_"
     }
-    names["compile"] = "kinematics.compiled.background"
+    names["compile"] = "kinematics.numerics.compiled.background"
     parts = defaultdict(list)
     for name, module in sorted(names.items(), key=lambda item: item[0].lower()):
-        package, part = module.split(".")[:2]
-        parts[package, part].append(f"{module}.{name}")
+        package, *folders, _ = module.split(".")
+        parts[package, "/".join(folders[:2])].append(f"{module}.{name}")
     return {
-        f"reference/api/{package}_{part}.md": _api_page(package, part, members)
+        f"reference/api/{package}_{part.replace('/', '_')}.md": _api_page(
+            package, part, members
+        )
         for (package, part), members in sorted(parts.items())
     }
 
 
 def _api_page(package: str, part: str, members: list[str]) -> str:
-    """Title, first line of the part's docstring, and the public names."""
+    """Title, first line of the folder's docstring, and the public names."""
     path = ROOT / package / part / "__init__.py"
-    path = path if path.exists() else path.parent.with_suffix(".py")
     words = ast.get_docstring(ast.parse(path.read_text(encoding="utf-8"))) or ""
     imported = ", ".join(sorted(member.split(".")[-1] for member in members))
-    page = f"# {part.replace('_', ' ').capitalize()}\n\n{words.splitlines()[0]}\n\n"
+    title = part.rpartition("/")[2].replace("_", " ").capitalize()
+    page = f"# {title}\n\n{words.splitlines()[0]}\n\n"
     page += f"`from {package} import {imported}`\n"
     return page + "".join(f"\n::: {member}\n" for member in members)

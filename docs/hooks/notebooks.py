@@ -7,8 +7,6 @@ import re
 import jupytext
 from code_blocks import FENCE
 
-__all__ = ["notebook"]
-
 
 def notebook(markdown: str) -> str:
     """Convert a tutorial to the text of a notebook.

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 import balance
-from balance.report.html.plot_style import image, tidy
+from balance.app.answers.html.plot_style import image, tidy
 
 HERE = Path(__file__).resolve().parent
 SHOWN = ("base", "left_lower.length", "left_upper.length", "added_mass", "inertia_u1")

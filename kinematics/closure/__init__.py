@@ -1,1 +1,1 @@
-"""Loop closure: power series at a pose, and Newton's method at finite poses."""
+"""Loop closure: power series at a pose, Newton's method at finite poses, mobility."""

@@ -13,8 +13,6 @@ from kinematics.closure.series import Series, expand, expand_from
 from kinematics.model.arrays import Chain
 from kinematics.model.chain import move_chain
 
-__all__ = ["continue_along", "continue_in_directions"]
-
 Array = NDArray[np.float64]
 
 # Order of the series that predict the next pose.

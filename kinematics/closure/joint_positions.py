@@ -15,9 +15,7 @@ from kinematics.model.arrays import Chain, Frame
 from kinematics.model.chain import arrange_loops, lock_joints, move_chain
 from kinematics.model.linkage import Linkage, names_of
 from kinematics.model.plane import flatten
-from kinematics.tolerances import GIVEN_POSE_RESIDUAL
-
-__all__ = ["solve_joint_positions", "input_chain", "joint_positions", "si_chain"]
+from kinematics.numerics.tolerances import GIVEN_POSE_RESIDUAL
 
 Array = NDArray[np.float64]
 
@@ -31,7 +29,6 @@ def joint_positions(linkage: Linkage, q: ArrayLike | Mapping[str, float]) -> Arr
     """Compute the positions of all joints that close the loops (finite position analysis).
 
     Args:
-        linkage: an assembled linkage.
         q: displacements from the reference pose, in radians and metres: of the inputs, in their
             order (mobility,), or by name, where inputs that are not named stay at 0: the other
             joints then follow along the straight line of input displacements, without a
@@ -72,7 +69,6 @@ def input_chain(linkage: Linkage, frame: Frame | None = None) -> Chain:
     """Make the spatial chain of all joints whose columns are the inputs.
 
     Args:
-        linkage: an assembled linkage.
         frame: coordinates to use; by default those of `kinematics.model.chain.arrange_loops`.
     """
     independent = linkage.positions_of(linkage.inputs)
@@ -83,7 +79,6 @@ def si_chain(linkage: Linkage, spatial: bool) -> Chain:
     """Make the chain of all joints in SI units about the inertial origin.
 
     Args:
-        linkage: an assembled linkage.
         spatial: whether to keep all components of a planar linkage. Otherwise it is reduced to
             its plane, in the axes of the plane, without idle joints.
     """

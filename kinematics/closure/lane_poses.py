@@ -12,8 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinematics.closure.newton_kernels import MAX_NEWTON_STEPS, RADIUS_SHARE
-from kinematics.compiled.jit import kernel
-from kinematics.compiled.simd import (
+from kinematics.model.arrays import Chain
+from kinematics.numerics.compiled.jit import kernel
+from kinematics.numerics.compiled.simd import (
     VECTOR_WIDTH,
     broadcast,
     choose_greater,
@@ -22,18 +23,15 @@ from kinematics.compiled.simd import (
     square_root,
     store_vector,
 )
-from kinematics.linalg.lane_loop_qr import factor_loops, solve_loops
-from kinematics.linalg.skyline_qr import JOINT, ROW
-from kinematics.model.arrays import Chain
-from kinematics.tolerances import (
+from kinematics.numerics.linalg.lane_loop_qr import factor_loops, solve_loops
+from kinematics.numerics.linalg.skyline_qr import JOINT, ROW
+from kinematics.numerics.tolerances import (
     BRANCH_DISTANCE_SQUARED,
     FOLLOWED_POSE_RESIDUAL,
     NEWTON_DIVERGED,
     NEWTON_ROUND_OFF,
     NEWTON_STALL_RESIDUAL,
 )
-
-__all__ = ["LanePoses", "follow_lanes", "poses_lanes", "radius_lanes"]
 
 Array = NDArray[np.float64]
 

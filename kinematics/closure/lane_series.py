@@ -12,18 +12,16 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from kinematics.compiled.jit import kernel
-from kinematics.compiled.simd import broadcast, lanes, load_vector, store_vector
-from kinematics.linalg.lane_loop_qr import (
+from kinematics.model.arrays import Chain
+from kinematics.numerics.compiled.jit import kernel
+from kinematics.numerics.compiled.simd import broadcast, lanes, load_vector, store_vector
+from kinematics.numerics.linalg.lane_loop_qr import (
     LoopFactor,
     factor_loops,
     loop_factor,
     solve_loops,
 )
-from kinematics.linalg.skyline_qr import COUNT, JOINT, ROW, ROWS
-from kinematics.model.arrays import Chain
-
-__all__ = ["LaneSeries", "lane_series", "series_lanes"]
+from kinematics.numerics.linalg.skyline_qr import COUNT, JOINT, ROW, ROWS
 
 Array = NDArray[np.float64]
 

@@ -19,17 +19,7 @@ from kinematics.closure.newton_kernels import (
 )
 from kinematics.closure.series import Series, expand_from
 from kinematics.model.arrays import Chain
-from kinematics.spatial.displacements import place_links
-
-__all__ = [
-    "Pose",
-    "expand_at",
-    "follow_ray",
-    "forward_kinematics",
-    "mismatch",
-    "solve_positions",
-    "radius_of_convergence",
-]
+from kinematics.model.spatial.displacements import place_links
 
 Array = NDArray[np.float64]
 

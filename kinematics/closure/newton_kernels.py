@@ -9,8 +9,14 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from kinematics.compiled.jit import kernel
-from kinematics.linalg.skyline_qr import (
+from kinematics.model.arrays import Chain
+from kinematics.model.spatial.displacements import (
+    invert_displacement,
+    multiply_displacements,
+    place_links,
+)
+from kinematics.numerics.compiled.jit import kernel
+from kinematics.numerics.linalg.skyline_qr import (
     COUNT,
     HEIGHT,
     JOINT,
@@ -20,29 +26,13 @@ from kinematics.linalg.skyline_qr import (
     fill_envelope,
     solve_least_norm,
 )
-from kinematics.model.arrays import Chain
-from kinematics.spatial.displacements import (
-    invert_displacement,
-    multiply_displacements,
-    place_links,
-)
-from kinematics.tolerances import (
+from kinematics.numerics.tolerances import (
     BRANCH_DISTANCE_SQUARED,
     FOLLOWED_POSE_RESIDUAL,
     NEWTON_DIVERGED,
     NEWTON_ROUND_OFF,
     NEWTON_STALL_RESIDUAL,
 )
-
-__all__ = [
-    "MAX_NEWTON_STEPS",
-    "fill_loop_mismatch",
-    "follow_series",
-    "newton_workspace",
-    "place_poses",
-    "radius_along",
-    "solve_closure",
-]
 
 Array = NDArray[np.float64]
 
@@ -68,7 +58,6 @@ def fill_loop_mismatch(H, ends, gaps, b, dim, scratch):
             array of length 0 if the loops are closed there.
         b: out; the twists, one loop below the other (dim L or more,), chain units.
         dim: components of a twist, 6 or 3.
-        scratch: workspace; four displacements.
     """
     m = H.shape[1]
     identity, inverse, product, D = scratch[0], scratch[1], scratch[2], scratch[3]
@@ -133,7 +122,7 @@ def _negate_by_envelope(b, dim, loops, envelope, out):
         b: in; rows of loops, then of relations.
         dim: components of a twist, 6 or 3.
         loops: how many there are.
-        envelope: in; the table of `kinematics.linalg.skyline_qr`.
+        envelope: in; the table of `kinematics.numerics.linalg.skyline_qr`.
         out: out; ``-b`` by rows of the envelope.
     """
     for i in range(b.size):
@@ -234,7 +223,6 @@ def follow_series(chain, start, C, ray, longest, q, H, s, workspace):
         start: in; joint positions from which to start (n,).
         C: in; the series there, of one ray (orders, n, width).
         ray: in; its direction (width,).
-        longest: longest step.
         q: out; joint positions (n,).
         H: out; displacements of the links.
         s: out; joint screws (n, 6 or 3).

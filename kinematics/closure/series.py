@@ -34,8 +34,9 @@ from kinematics.closure.series_steps import (
     fill_mismatch,
     sum_columns,
 )
-from kinematics.compiled.jit import kernel
-from kinematics.linalg.skyline_qr import (
+from kinematics.model.arrays import Chain, freeze, read_only
+from kinematics.numerics.compiled.jit import kernel
+from kinematics.numerics.linalg.skyline_qr import (
     COUNT,
     HEIGHT,
     JOINT,
@@ -44,19 +45,6 @@ from kinematics.linalg.skyline_qr import (
     fill_envelope,
     solve_least_norm,
 )
-from kinematics.model.arrays import Chain, freeze, read_only
-
-__all__ = [
-    "Series",
-    "add_bracket",
-    "expand",
-    "expand_from",
-    "fill_loop_matrix",
-    "loop_matrix",
-    "planar_series",
-    "series_workspace",
-    "spatial_series",
-]
 
 Array = NDArray[np.float64]
 
@@ -169,7 +157,6 @@ def series_workspace(chain: Chain, rays: int, order: int) -> tuple[Array, ...]:
     Args:
         chain: the linkage as arrays.
         rays: how many there are at most.
-        order: the highest one.
 
     Returns:
         Scratch arrays F (dependent joints, height of the envelope), numbers (dependent joints

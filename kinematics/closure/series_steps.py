@@ -18,13 +18,8 @@ and of the chain, see `kinematics.model.arrays.Chain`: ``parent`` (n,), ``ends``
 
 from __future__ import annotations
 
-from kinematics.compiled.jit import kernel
-from kinematics.linalg.skyline_qr import ROW
-
-__all__ = [
-    "add_known_twists", "bracket", "carry_screws", "complete_twists", "copy_order_0",
-    "fill_mismatch", "sum_columns",
-]  # fmt: skip
+from kinematics.numerics.compiled.jit import kernel
+from kinematics.numerics.linalg.skyline_qr import ROW
 
 
 @kernel(inline=True, reference_counting=False)
@@ -145,7 +140,7 @@ def fill_mismatch(dim, k, w, ends, mimics, columns, envelope, t, b):
         ends: in; links on side A and side B of each weld (L, 2).
         mimics: in; relations (g, n).
         columns: in; rates of the independent joints (n, width).
-        envelope: in; the table of `kinematics.linalg.skyline_qr`.
+        envelope: in; the table of `kinematics.numerics.linalg.skyline_qr`.
         t: in; known part of the link twists of order k.
         b: out; the right-hand side (rows,), chain units.
     """

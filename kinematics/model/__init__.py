@@ -1,1 +1,1 @@
-"""The linkage as data, its arrays, and the relations between its inputs."""
+"""The linkage as data: screws, the elements of its file, arrays, relations of its inputs."""

@@ -11,10 +11,8 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from kinematics.linalg.skyline_qr import envelope_table
+from kinematics.numerics.linalg.skyline_qr import envelope_table
 from kinematics.wording import count_noun, number_text, vector_text
-
-__all__ = ["Chain", "Frame", "IntArray", "Structure", "freeze", "read_only"]
 
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -142,7 +140,7 @@ class Chain:
 
     @property
     def envelope(self) -> IntArray:
-        """Envelope table of the loop matrix; see `kinematics.linalg.skyline_qr`."""
+        """Envelope table of the loop matrix; see `kinematics.numerics.linalg.skyline_qr`."""
         return self.once(_make_envelope)
 
     def with_columns(self, columns: Array) -> Chain:

@@ -14,25 +14,11 @@ from numpy.typing import NDArray
 
 from kinematics.model.arrays import Chain, Frame, freeze
 from kinematics.model.linkage import UnassembledLinkage
-from kinematics.tolerances import (
+from kinematics.numerics.tolerances import (
     AXIS_ROUNDING,
     MEETING_AXES_COORDINATE,
     MEETING_AXES_SIZE,
 )
-
-__all__ = [
-    "arrange_loops",
-    "carriers",
-    "clusters",
-    "extent",
-    "lock_joints",
-    "loop_joints",
-    "loop_signs",
-    "move_chain",
-    "path",
-    "paths",
-    "rigid_parts",
-]
 
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -42,7 +28,6 @@ def arrange_loops(draft: UnassembledLinkage, frame: Frame | None = None) -> Chai
     """Make the spatial chain of all joints of a linkage, with no independent coordinates.
 
     Args:
-        draft: the linkage.
         frame: coordinates to use; by default amid the mechanism, in units of its size.
 
     Returns:
@@ -217,7 +202,6 @@ def loop_joints(parent: Sequence[int] | IntArray, end: int, successor: int) -> s
     Args:
         parent: link that carries each joint, -1 for the ground (n,).
         end: one link of the loop's weld.
-        successor: the other link.
     """
     return set(path(parent, end)) ^ set(path(parent, successor))
 

@@ -9,9 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from kinematics.model.arrays import IntArray
 from kinematics.model.linkage import Joint
-from kinematics.tolerances import HALF_TURN_ROUND_OFF
-
-__all__ = ["position_text", "unit_of_joint", "wrap_turns"]
+from kinematics.numerics.tolerances import HALF_TURN_ROUND_OFF
 
 Array = NDArray[np.float64]
 
@@ -25,7 +23,6 @@ def wrap_turns(joints: Sequence[Joint], q: ArrayLike) -> tuple[Array, IntArray]:
     helical one is elsewhere after a turn: they count none, and keep their positions.
 
     Args:
-        joints: the joints (n).
         q: their positions (..., n), radians, and lengths in any unit.
 
     Returns:
@@ -47,7 +44,6 @@ def position_text(joint: Joint, q: float, digits: int = 3) -> str:
     """Format the position of a joint within one turn, with its unit: ``0.5 rad``.
 
     Args:
-        joint: the joint.
         q: its position, radians or metres.
         digits: how many significant digits.
     """

@@ -27,21 +27,8 @@ from kinematics.wording import (
 )
 
 if TYPE_CHECKING:
-    from kinematics.urdf_elements.element import Document, Element
+    from kinematics.model.document.element import Document, Element
 
-__all__ = [
-    "GROUND",
-    "Body",
-    "UnassembledLinkage",
-    "Joint",
-    "Linkage",
-    "Loop",
-    "Mimic",
-    "Notice",
-    "LinkPose",
-    "MeantGeometry",
-    "names_of",
-]
 
 GROUND = -1
 Array = NDArray[np.float64]
@@ -176,8 +163,8 @@ class LinkPose(NamedTuple):
 class MeantGeometry(NamedTuple):
     """Rational screws of a linkage inside the intervals of the digits of its file.
 
-    Screws are those of `Geometry.screws` in `kinematics.urdf.rational_screws`. In all of them
-    the axes of planar and of spherical loops are exactly parallel, and exactly meet.
+    Screws are those of `Geometry.screws` in `kinematics.files.urdf.rational_screws`. In all of
+    them the axes of planar and of spherical loops are exactly parallel, and exactly meet.
 
     Attributes:
         screws: of the linkage as it is meant, with the relations that hold inside all
@@ -355,7 +342,7 @@ class Linkage(UnassembledLinkage):
             >>> '<origin xyz="0.5 0 0"/>' in arm.to_urdf()
             True
         """
-        from kinematics.urdf_elements.linkage_text import urdf_text
+        from kinematics.model.document.linkage_text import urdf_text
 
         return urdf_text(self)
 

@@ -7,10 +7,8 @@ from typing import NamedTuple
 
 from kinematics.errors import LinkageError
 from kinematics.model.linkage import Linkage
-from kinematics.tolerances import NAMED_POSITION
+from kinematics.numerics.tolerances import NAMED_POSITION
 from kinematics.wording import number_text
-
-__all__ = ["ModeOfMotion"]
 
 
 class ModeOfMotion(NamedTuple):

@@ -11,13 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinematics.errors import MotionError
-from kinematics.linalg.rational import MAX_DIGITS, decimal, rational_null_space
 from kinematics.model.arrays import freeze
 from kinematics.model.linkage import Linkage
-from kinematics.tolerances import RELATION_ROUND_OFF
+from kinematics.numerics.linalg.rational import MAX_DIGITS, decimal, rational_null_space
+from kinematics.numerics.tolerances import RELATION_ROUND_OFF
 from kinematics.wording import first_names
-
-__all__ = ["Motion", "motion_of"]
 
 Array = NDArray[np.float64]
 
@@ -103,7 +101,6 @@ def motion_of(
     """Make the motion of a linkage from relations of its inputs; None if it is free.
 
     Args:
-        linkage: an assembled linkage.
         relations: as for `Motion.parse`; a motion, or None, is returned as it is.
 
     Raises:

@@ -7,13 +7,11 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from kinematics.linalg.ties import first_largest
-from kinematics.linalg.vectors import project_out
 from kinematics.model.arrays import Chain, freeze
 from kinematics.model.chain import lock_joints
-from kinematics.tolerances import PLANAR_DEVIATION
-
-__all__ = ["flatten", "plane_axes", "plane_normal", "reduce_to_plane"]
+from kinematics.numerics.linalg.ties import first_largest
+from kinematics.numerics.linalg.vectors import project_out
+from kinematics.numerics.tolerances import PLANAR_DEVIATION
 
 Array = NDArray[np.float64]
 

@@ -12,11 +12,11 @@ import pytest
 
 import kinematics
 from balance import screw_figure
-from balance.atomic_files import open_atomic, write_all_atomic
-from balance.cli.main import main
-from balance.cli.outputs import page_path
+from balance.app.cli.main import main
+from balance.app.cli.outputs import page_path
+from balance.support.atomic_files import open_atomic, write_all_atomic
 from kinematics.errors import FileError, LinkageError, PackageError, UsageError
-from kinematics.model_gallery import gallery
+from kinematics.loading.model_gallery import gallery
 
 
 def write(path, content=b"new"):

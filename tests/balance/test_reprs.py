@@ -9,10 +9,10 @@ import pytest
 
 import balance
 import kinematics
-from balance.spaces.save import record_of
-from balance.taylor_poses.prediction import Predictions, predict
-from kinematics.assembly.tool_frame import tool
-from kinematics.spatial.screws import twist_axis
+from balance.motion.taylor_poses.prediction import Predictions, predict
+from balance.space.spaces.save import record_of
+from kinematics.closure.assembly.tool_frame import tool
+from kinematics.model.spatial.screws import twist_axis
 from tests.support.laws import coordinates
 
 

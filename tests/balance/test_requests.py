@@ -11,7 +11,7 @@ import pytest
 import balance
 import kinematics
 from balance import design_space
-from balance.report.text.report import report_facts
+from balance.app.answers.text.report import report_facts
 from kinematics import Motion
 from kinematics.closure.joint_positions import joint_positions
 from kinematics.errors import CoordinateError, FileError, MotionError, PoseError

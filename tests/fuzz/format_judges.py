@@ -11,15 +11,13 @@ from collections.abc import Callable
 from xml.etree import ElementTree
 
 from kinematics.errors import FileError
-from kinematics.formats.robot_files import read_robot, read_unassembled
+from kinematics.files.formats.robot_files import read_robot, read_unassembled
+from kinematics.files.urdf.read_options import ReadOptions, RobotFile
+from kinematics.model.document.element import Document, Element
 from kinematics.model.linkage import UnassembledLinkage
-from kinematics.urdf.read_options import ReadOptions, RobotFile
-from kinematics.urdf_elements.element import Document, Element
 from tests.fuzz.dialect_mutants import dialect_mutant
 from tests.fuzz.mjcf_mutants import mjcf_mutant
 from tests.fuzz.sdf_mutants import sdf_mutant
-
-__all__ = ["JUDGES", "judge_dialect", "judge_mjcf", "judge_sdf"]
 
 TOLD = {
     "closing_frames", "loops_inactive", "loops_repeated", "springs_ignored", "unread_closure",

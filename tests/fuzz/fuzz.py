@@ -18,10 +18,10 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from balance import design_space
-from kinematics.assembly.assemble import assemble
+from kinematics.closure.assembly.assemble import assemble
 from kinematics.errors import FileError, LinkageError
-from kinematics.formats.robot_files import read_unassembled
-from kinematics.urdf.read_options import ReadOptions
+from kinematics.files.formats.robot_files import read_unassembled
+from kinematics.files.urdf.read_options import ReadOptions
 from tests.fuzz.mutants import Mutant, mutant
 from tests.independent.second_reading import read
 from tests.independent.second_words import Strange

@@ -17,8 +17,6 @@ from pathlib import Path
 from tests.fuzz.format_judges import JUDGES
 from tests.support.time_limit import time_limit
 
-__all__ = ["run"]
-
 # Seconds after which a case hangs.
 LIMIT = 300.0
 

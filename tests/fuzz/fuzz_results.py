@@ -16,16 +16,14 @@ from itertools import islice
 from pathlib import Path
 from typing import Any
 
-from balance.result_files import chunk_runs
-from balance.result_files.results_file import ResultsFile
+from balance.studies.runs import chunk_runs
+from balance.studies.runs.results_file import ResultsFile
 from tests.fuzz.random_requests import check, run_from_command_line
 from tests.fuzz.results_mutants import SEARCH, write_mutant
 from tests.fuzz.study_mutants import random_topology, study_text
 from tests.fuzz.sweep_words import STUDY
 from tests.support.command_runs import asked
 from tests.support.time_limit import time_limit
-
-__all__ = ["run"]
 
 # Seconds after which a case hangs.
 LIMIT = 120.0

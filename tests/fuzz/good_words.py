@@ -4,10 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Collection
 
-__all__ = [
-    "ARMS", "BLOCK", "GOOD", "MASSES", "POSITIONS", "WITHOUT_MODEL", "needed",
-]  # fmt: skip
-
 # Lengths and masses of a pantograph.
 MASSES = {
     "l2": 0.1, "l3": 0.1, "m1": 1, "m2": 1, "m3": 1, "m4": 1, "m5": 0.1, "m6": 0.5, "s3": 0.05,

@@ -8,8 +8,6 @@ from collections.abc import Iterator
 from copy import deepcopy
 from typing import Any
 
-__all__ = ["ODD_VALUES", "changed", "odd_value"]
-
 ODD_VALUES: tuple[Any, ...] = (
     None, True, False, 0, 1, -1, 2, 3, 7, 10**6, 2**62, 2**63, 10**30, 0.0, 0.5, -0.5, 1e300,
     -1e-300, float("nan"), float("inf"), "", "x", "0", "nan", "1e400", "rank",

@@ -12,8 +12,8 @@ from fractions import Fraction
 
 import numpy as np
 
-from balance.exact.chain import ExactChain, loops_are_regular
-from balance.exact.modular import eliminate
+from balance.space.exact.chain import ExactChain, loops_are_regular
+from balance.space.exact.modular import eliminate
 from tests.independent.exactly import determinant, modulo
 from tests.support.modular_rows import conditions
 

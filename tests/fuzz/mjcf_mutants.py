@@ -11,8 +11,6 @@ from xml.etree import ElementTree
 from kinematics import gallery
 from tests.support.mjcf_text import STYLES, Unwritable, four_bar, mjcf_text, random_tree
 
-__all__ = ["mjcf_mutant"]
-
 NUMBERS = ("0", "-0", "1", "-1", "nan", "inf", "1e308", "-1e308", "1e-320", "1e30", "2,5", "",
     "x", "1e9", "2147483648", "99999999999999999999", "0 0 0", "1 2", "0 0 0 0", "0 " * 12,
     "1e-16", "1 2 3", "10 10 10", "0.1 0.2 0.3 0.4")  # fmt: skip

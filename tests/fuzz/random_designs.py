@@ -24,7 +24,7 @@ import numpy as np
 
 import kinematics
 from balance import design_space
-from balance.designs.best_design import Design, design
+from balance.masses.designs.best_design import Design, design
 from kinematics.errors import LinkageError
 from tests.independent import reference
 from tests.independent.second_solvers import second_opinion

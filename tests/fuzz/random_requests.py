@@ -24,15 +24,13 @@ from jsonschema import Draft202012Validator
 import balance
 from kinematics import gallery
 from tests.fuzz.fuzz import written
+from tests.fuzz.good_words import POSITIONS, WITHOUT_MODEL, needed
 from tests.fuzz.mutants import mutant
 from tests.fuzz.request_words import (
     ODD,
-    POSITIONS,
-    WITHOUT_MODEL,
     WORDS,
     Place,
     names_of,
-    needed,
     options,
     parsers,
 )
@@ -54,7 +52,7 @@ LARGE = ("delta", "stewart_6ups", "three_rsr", "three_rsr_rational", "four_bar_c
 def validator(verb: str) -> Draft202012Validator:
     """The schema of what a command prints."""
     name = verb.partition(" ")[0]
-    path = Path(balance.__file__).with_name("schemas") / f"{name}.schema.json"
+    path = Path(balance.__file__).with_name("app") / "schemas" / f"{name}.schema.json"
     return Draft202012Validator(json.loads(path.read_text(encoding="utf-8")))
 
 

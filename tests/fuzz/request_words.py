@@ -14,23 +14,13 @@ from pathlib import Path
 from typing import NamedTuple
 
 import kinematics
-from balance.cli.main import COMMANDS, command_parser
+from balance.app.cli.main import COMMANDS, command_parser
 from kinematics.errors import LinkageError
-from tests.fuzz.good_words import ARMS, BLOCK, GOOD, MASSES, POSITIONS, WITHOUT_MODEL, needed
-
-__all__ = [
-    "GOOD",
-    "MASSES",
-    "POSITIONS",
-    "WITHOUT_MODEL",
-    "WORDS",
-    "Names",
-    "Place",
-    "names_of",
-    "needed",
-    "options",
-    "parsers",
-]
+from tests.fuzz.good_words import (
+    ARMS,
+    BLOCK,
+    MASSES,
+)
 
 NUMBERS = (
     "0 1 -1 2 3 0.5 1e-3 -0.0 1e308 1e-308 1e400 -1e300 1e-13 nan inf -inf 0x10 1_0 ٣ ½ 7e7 "

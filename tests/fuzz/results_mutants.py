@@ -12,14 +12,12 @@ from pathlib import Path
 from typing import Any
 
 import balance
-from balance.discovery.job import DiscoveryJob
-from balance.result_files.chunk_runs import run_chunks
-from balance.result_files.results_file import ResultsFile
+from balance.studies.discovery.job import DiscoveryJob
+from balance.studies.runs.chunk_runs import run_chunks
+from balance.studies.runs.results_file import ResultsFile
 from tests.fuzz.json_mutants import changed, odd_value
 from tests.fuzz.mutant_bytes import cut, cut_out, insert, repeat_span
 from tests.fuzz.sweep_words import STUDY
-
-__all__ = ["SEARCH", "good_file", "write_mutant"]
 
 SEARCH = DiscoveryJob("slider-crank", 30)
 TABLES = ("about", "columns", "chunks", "results")

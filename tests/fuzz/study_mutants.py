@@ -8,11 +8,9 @@ import math
 import random
 from typing import Any
 
-from balance.discovery.topologies import TOPOLOGIES
+from balance.studies.discovery.topologies import TOPOLOGIES
 from tests.fuzz.json_mutants import changed
 from tests.fuzz.mutant_bytes import cut, cut_out, insert, repeat_span
-
-__all__ = ["random_topology", "study_text"]
 
 # Studies of few geometries that use all tables, and most kinds of values.
 STUDIES: tuple[dict[str, Any], ...] = (

@@ -9,11 +9,9 @@ from pathlib import Path
 from typing import Any
 
 import balance
-from balance.discovery.job import DiscoveryJob
-from balance.result_files.chunk_runs import run_chunks
-from balance.result_files.results_file import ResultsFile
-
-__all__ = ["LENGTHS", "STUDY", "sweep_files", "sweep_words"]
+from balance.studies.discovery.job import DiscoveryJob
+from balance.studies.runs.chunk_runs import run_chunks
+from balance.studies.runs.results_file import ResultsFile
 
 # The kite itself, general four-bars beside it, and one that does not close.
 LENGTHS = (0.8, 0.9, 1.0, 1.1, 3.0)

@@ -9,8 +9,8 @@ from pathlib import Path
 import pytest
 
 from kinematics import gallery
-from kinematics.formats.robot_files import read_unassembled
-from kinematics.urdf.read_options import ReadOptions
+from kinematics.files.formats.robot_files import read_unassembled
+from kinematics.files.urdf.read_options import ReadOptions
 from tests.fuzz.fuzz import run, written
 from tests.fuzz.mutants import mutant
 from tests.independent.second_reading import read

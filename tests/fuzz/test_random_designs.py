@@ -9,11 +9,11 @@ import pytest
 
 import kinematics
 from balance import check_certificate, design_space
-from balance.designs.best_design import design
-from balance.designs.certificate import _split_known_terms
-from balance.designs.certificate_search import conflict_certificate
-from balance.designs.constraints import build_program, constraints_of
-from balance.designs.pseudo_inertia_cone import matrices_of
+from balance.masses.designs.best_design import design
+from balance.masses.designs.certificate import _split_known_terms
+from balance.masses.designs.certificate_search import conflict_certificate
+from balance.masses.designs.constraints import build_program, constraints_of
+from balance.masses.designs.pseudo_inertia_cone import matrices_of
 from tests.fuzz.random_designs import Question, asked, check, matrix, question, run
 from tests.independent.second_solvers import SETTLED
 from tests.support.laws import bounded_cloud

@@ -1,4 +1,4 @@
-"""The architecture: rooms in layers, names that are used once, arguments that are documented.
+"""The architecture: groups in layers, names that are used once, arguments that are documented.
 
 Sources are parsed, not imported, so that a rule is checked on every path through them.
 """
@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import ast
 import importlib
+import re
 from collections import defaultdict
 from collections.abc import Iterator
 from graphlib import TopologicalSorter
@@ -16,62 +17,41 @@ import pytest
 
 from tests.support.source_files import MODULES, PACKAGES, PRODUCT, ROOT, imports, label, tree
 
-# Rooms of a package, lowest first: a module imports from its own room and from those before it.
-# Rooms on one line do not import each other.
+# Groups of a package, lowest first: a module imports from its own group and from those before
+# it. What stands at the top of a package, or below a group, has a line of its own.
 LAYERS = """
-kinematics.tolerances
+kinematics.numerics.tolerances
 kinematics.version kinematics.errors kinematics.error_text kinematics.wording
-kinematics.compiled
-kinematics.linalg kinematics.spatial
-kinematics.urdf_elements
+kinematics.numerics
 kinematics.model
-kinematics.urdf kinematics.closure
-kinematics.formats kinematics.mobility
-kinematics.assembly
-kinematics.meant
-kinematics.model_gallery kinematics.taylor kinematics.building
-kinematics.warmup
+kinematics.files
+kinematics.closure
+kinematics.loading
 
-balance.tolerances balance.motion_tolerances balance.public_names
-balance.options balance.atomic_files balance.json_text balance.csv_text
-balance.result_files
-balance.flexible
-balance.inertial_parameters
-balance.momentum
-balance.conditions balance.transfers balance.exact
-balance.spaces
-balance.search balance.interpretation
-balance.certification
-balance.decoupled
-balance.designs balance.verification balance.taylor_poses
-balance.added_masses balance.dynamic_equivalence balance.floating_base balance.modes
-balance.instantaneous
-balance.partial_balance
-balance.sweeps balance.discovery
-balance.reactionless_paths
-balance.remedies balance.synthesis
-balance.report
-balance.report.text
-balance.report.html
-balance.cli
-balance.warmup balance.__main__
+balance.public_names
+balance.support
+balance.space
+balance.motion
+balance.masses
+balance.studies
+balance.app
+balance.__main__
 """
 LEVEL = {room: k for k, line in enumerate(LAYERS.splitlines()) for room in line.split()}
 
 
 def room_of(module: str) -> str:
-    """The longest name of a room that a module is, or is in."""
+    """The group that a module is in, or its own line in ``LAYERS``: the longest name there."""
     parts = module.split(".")
     names = (".".join(parts[:count]) for count in range(len(parts), 0, -1))
     return next((name for name in names if name in LEVEL), "")
 
 
-def public_names(path: Path) -> list[str]:
-    """The names in ``__all__`` of a file."""
-    for node in tree(path).body:
-        if isinstance(node, ast.Assign) and ast.unparse(node.targets[0]) == "__all__":
-            return [ast.literal_eval(item) for item in node.value.elts]
-    return []
+def folder_of(module: str) -> str:
+    """The folder of a group that a module is in, or the group; nothing at a package's top."""
+    path = MODULES.get(module)
+    parts = path.relative_to(ROOT).parts[:-1] if path else ()
+    return ".".join(parts[:3]) if len(parts) > 1 else ""
 
 
 def defined_names(path: Path) -> set[str]:
@@ -88,25 +68,26 @@ def defined_names(path: Path) -> set[str]:
     return found
 
 
-def public_functions(path: Path) -> Iterator[ast.FunctionDef]:
-    """The functions in ``__all__`` of a file, and the public methods of the classes in it."""
-    names = set(public_names(path))
-    for node in tree(path).body:
-        if isinstance(node, ast.FunctionDef) and node.name in names:
-            yield node
-        elif isinstance(node, ast.ClassDef) and node.name in names:
-            yield from (
-                item for item in node.body
-                if isinstance(item, ast.FunctionDef) and not item.name.startswith("_")
-            )  # fmt: skip
+def public_functions() -> Iterator[tuple[Path, ast.FunctionDef]]:
+    """The functions that the packages show, and public methods of their classes, with files."""
+    for package in PACKAGES:
+        root = importlib.import_module(package)
+        for name in root.__all__:
+            path = MODULES[getattr(root, name).__module__]
+            for node in tree(path).body:
+                if isinstance(node, ast.FunctionDef) and node.name == name:
+                    yield path, node
+                elif isinstance(node, ast.ClassDef) and node.name == name:
+                    methods = (item for item in node.body if isinstance(item, ast.FunctionDef))
+                    yield from ((path, m) for m in methods if not m.name.startswith("_"))
 
 
-def test_every_module_is_in_a_room():
+def test_every_module_is_in_a_group():
     assert not [name for name in MODULES if not room_of(name) and name not in PACKAGES]
 
 
 def test_imports_point_down():
-    """Also those for type checkers only, so that no two rooms know each other."""
+    """Also those for type checkers only, so that no two groups know each other."""
     wrong = []
     for name, path in MODULES.items():
         here = room_of(name)
@@ -118,11 +99,13 @@ def test_imports_point_down():
 
 
 @pytest.mark.slow
-def test_rooms_have_no_circle():
+def test_folders_have_no_circle():
+    """Nor have the groups, whose order `test_imports_point_down` checks."""
     arrows = defaultdict(set)
     for name, path in MODULES.items():
-        rooms = {room_of(found.module) for found in imports(path)} - {"", room_of(name)}
-        arrows[room_of(name)] |= rooms
+        here = folder_of(name)
+        arrows[here] |= {folder_of(found.module) for found in imports(path)} - {"", here}
+    arrows.pop("")
     TopologicalSorter(arrows).prepare()  # raises CycleError, which names the circle
 
 
@@ -133,23 +116,33 @@ def test_no_module_hides_a_public_function(package: str):
     assert not found & set(importlib.import_module(package).__all__)
 
 
-def test_a_public_name_stands_for_one_thing():
-    places = defaultdict(list)
+def test_a_shared_name_stands_for_one_thing():
+    """Functions and classes that a module imports from another are defined in one place."""
+    places = defaultdict(set)
     for path in PRODUCT:
-        if path.name != "__init__.py":
-            for name in set(public_names(path)) & defined_names(path):
-                places[name].append(label(path))
+        for node in ast.walk(tree(path)):
+            home = MODULES.get(str(node.module)) if isinstance(node, ast.ImportFrom) else None
+            for alias in node.names if home else ():
+                if alias.name in defined_names(home) and not alias.name.isupper():
+                    places[alias.name].add(label(home))
+    assert len(places) > 500
     assert not {name: files for name, files in places.items() if len(files) > 1}
 
 
 def test_public_functions_document_their_arguments():
-    """Those that take two or more."""
-    wrong = []
-    for path in PRODUCT:
-        for function in public_functions(path):
-            arguments = function.args
-            taken = [*arguments.posonlyargs, *arguments.args, *arguments.kwonlyargs]
-            count = sum(argument.arg not in ("self", "cls") for argument in taken)
-            if count > 1 and "Args:" not in (ast.get_docstring(function) or ""):
-                wrong.append(f"{label(path)}:{function.lineno}: {function.name}")
+    """Those that take two or more document each of them."""
+    wrong, seen = [], 0
+    for path, function in public_functions():
+        arguments = function.args
+        taken = [*arguments.posonlyargs, *arguments.args, *arguments.kwonlyargs]
+        names = [argument.arg for argument in taken if argument.arg not in ("self", "cls")]
+        text = (ast.get_docstring(function) or "").partition("Args:")[2]
+        told = set(re.findall(r"^    \*{0,2}(\w+)(?: \([^)]*\))?:", text, re.MULTILINE))
+        for line in re.findall(r"^    ([\w, *]+):", text, re.MULTILINE):
+            told |= set(re.findall(r"\w+", line))
+        seen += 1
+        if len(names) > 1 and not set(names) <= told:
+            missing = ", ".join(name for name in names if name not in told)
+            wrong.append(f"{label(path)}:{function.lineno}: {function.name}: {missing}")
+    assert seen > 50
     assert not wrong

@@ -9,7 +9,7 @@ from xml.etree import ElementTree
 
 import pytest
 
-from balance.discovery.topologies import TOPOLOGIES
+from balance.studies.discovery.topologies import TOPOLOGIES
 
 DOCS = Path(__file__).parents[2] / "docs"
 

@@ -17,14 +17,14 @@ from tests.support.kernel_sources import (
 from tests.support.small_package import run
 from tests.support.source_files import PRODUCT, ROOT, tree
 
-NUMBA = ROOT / "kinematics" / "compiled" / "numba_compiler.py"
+NUMBA = ROOT / "kinematics" / "numerics" / "compiled" / "numba_compiler.py"
 # Private names that Numba has for the cache, the compiler and the types of its objects.
 KNOWN = {
     "_cache", "_cache_file", "_cache_path", "_compile_for_args", "_compiler", "_data_name",
     "_impl", "_insert", "_load_data", "_nrt", "_numba_type_", "_rebuild", "_reduce",
     "_save_data", "_source_stamp",
 }  # fmt: skip
-HEAD = "import numpy as np\nfrom kinematics.compiled.jit import kernel\n"
+HEAD = "import numpy as np\nfrom kinematics.numerics.compiled.jit import kernel\n"
 # Kernels that are refused, and what the message says of them.
 REFUSED = {
     """
@@ -103,11 +103,11 @@ def test_kernels_without_counts_are_refused_where_they_would_need_them(copy):
 @pytest.mark.compile
 def test_references_are_not_counted_in_sweeps_alone():
     """In kernels for many geometries or poses, if they make no arrays."""
-    search = ROOT / "balance" / "search"
+    search = ROOT / "balance" / "space" / "many"
     swept = reached(search / "many_geometries_kernels.py")
-    swept |= reached(ROOT / "balance" / "sweeps" / "closing_kernels.py")
+    swept |= reached(ROOT / "balance" / "studies" / "sweeps" / "closing_kernels.py")
     swept |= reached(search / "placing_kernels.py") | reached(search / "lane_kernels.py")
-    swept |= reached(ROOT / "kinematics" / "taylor" / "lane_expansion.py")
+    swept |= reached(ROOT / "kinematics" / "closure" / "taylor" / "lane_expansion.py")
     wrong = [
         f"{path.name}: {kernel.name}"
         for path, kernel in all_kernels()
@@ -140,7 +140,9 @@ def test_every_kernel_is_seen():
         nodes = list(ast.walk(tree(path)))
         imports = [node for node in nodes if isinstance(node, ast.Import | ast.ImportFrom)]
         aliases = [alias for node in imports for alias in node.names]
-        assert not [alias for alias in aliases if alias.name == "kinematics.compiled.jit"]
+        assert not [
+            alias for alias in aliases if alias.name == "kinematics.numerics.compiled.jit"
+        ]
         of_kernels = [a for a in aliases if a.name == "kernel"]
         assert all(alias.asname is None for alias in of_kernels)
         names = [node.id for node in nodes if isinstance(node, ast.Name)]
@@ -165,9 +167,9 @@ def private(path: Path) -> set[str]:
 
 
 def test_private_names_of_numba_stand_in_one_file():
-    from kinematics.compiled.numba_compiler import PRIVATE
+    from kinematics.numerics.compiled.numba_compiler import PRIVATE
 
     others = {path: private(path) & KNOWN for path in PRODUCT if path != NUMBA}
     assert not {path: names for path, names in others.items() if names}
     assert private(NUMBA) == set(PRIVATE)
-    assert not private(ROOT / "kinematics" / "compiled" / "simd_types.py")
+    assert not private(ROOT / "kinematics" / "numerics" / "compiled" / "simd_types.py")

@@ -11,13 +11,13 @@ from pathlib import Path
 ROOT = Path(__file__).parents[2]
 # Folders with tests of the mark `lanes`.
 FOLDERS = (
-    "tests/balance/cli",
-    "tests/balance/discovery",
-    "tests/balance/instantaneous",
-    "tests/balance/search",
-    "tests/balance/sweeps",
+    "tests/balance/app/cli",
+    "tests/balance/studies/discovery",
+    "tests/balance/motion/pose",
+    "tests/balance/space/many",
+    "tests/balance/studies/sweeps",
     "tests/fuzz/test_fuzz_results.py",
-    "tests/kinematics/taylor",
+    "tests/kinematics/closure/taylor",
 )
 
 

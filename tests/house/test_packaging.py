@@ -1,7 +1,7 @@
 """What is installed holds: the kernels' disk cache, the wheel, calls that every system has.
 
-The cache is tried on a copy of what is behind `kinematics.compiled.jit`, in a package with
-kernels of one line.
+The cache is tried on a copy of what is behind `kinematics.numerics.compiled.jit`, in a package
+with kernels of one line.
 """
 
 from __future__ import annotations
@@ -41,7 +41,9 @@ def test_a_change_in_another_file_is_seen(copy):
     assert len(told) == 1 and told[0].startswith("compiling kernels")
     (copy / "kinematics" / "other.py").write_text("colour = 'red'\n", encoding="utf-8")
     (copy / "kinematics" / ".#lock.py").symlink_to("nowhere")
-    (copy / "beside.py").write_text("import kinematics.compiled.jit\n", encoding="utf-8")
+    (copy / "beside.py").write_text(
+        "import kinematics.numerics.compiled.jit\n", encoding="utf-8"
+    )
     assert run(copy, code) == (first, []), "neither files without kernels nor those of others"
 
     for file in (copy / "kinematics" / "below.py", copy / "balance" / "deep" / "below.py"):
@@ -125,7 +127,7 @@ RACE = """
 import pathlib, time
 import numpy as np
 from kinematics.below import inner
-from kinematics.compiled import numba_compiler
+from kinematics.numerics.compiled import numba_compiler
 
 def meet(where):
     pathlib.Path(f"{where}-ASKED").touch()
@@ -214,12 +216,12 @@ def borrowed(module: ast.Module) -> Iterator[tuple[str, str]]:
 
 @pytest.mark.compile
 def test_kernels_use_only_files_whose_change_is_seen():
-    """`kinematics.compiled.jit` looks at the files that mention it, and at no others."""
+    """`compiled.jit` looks at the files that mention it, and at no others."""
     homes = {path: ".".join(path.relative_to(ROOT).parts[:-1]) for path in PRODUCT}
     seen = {
         f"{homes[path]}.{path.stem}"
         for path in PRODUCT
-        if "kinematics.compiled.jit" in path.read_text(encoding="utf-8")
+        if "kinematics.numerics.compiled.jit" in path.read_text(encoding="utf-8")
     }
     uses = [(path, name, at) for path in PRODUCT for name, at in borrowed(tree(path))]
     assert any(at.startswith("kinematics.") for _, _, at in uses)
@@ -302,7 +304,7 @@ def test_the_wheel_holds_what_it_needs_and_no_more(tmp_path):
         commands = wheel.read(f"{info}/entry_points.txt").decode()
     wanted = {"balance/py.typed", "kinematics/py.typed"}
     wanted |= {path.relative_to(ROOT).as_posix() for path in PRODUCT}
-    for data in ("balance/report/html/static/*.*", "balance/schemas/*.json"):
+    for data in ("balance/app/answers/html/static/*.*", "balance/app/schemas/*.json"):
         wanted |= {path.relative_to(ROOT).as_posix() for path in ROOT.glob(data)}
     wanted |= {f"urdf_models/{path.name}" for path in ROOT.glob("urdf_models/*.*")}
     assert wanted <= names

@@ -8,7 +8,7 @@ import re
 import shlex
 from pathlib import Path
 
-from balance.cli.main import main
+from balance.app.cli.main import main
 
 ROOT = Path(__file__).parents[2]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
@@ -60,3 +60,14 @@ def test_links_of_the_documents_lead_to_files():
     for path in (ROOT / "README.md", *(ROOT / "docs").glob("*.md"), ROOT / "tests/README.md"):
         for link in re.findall(r"\]\(([^)#:]+)\)", path.read_text(encoding="utf-8")):
             assert (path.parent / link).exists(), f"{path.name}: {link}"
+
+
+def test_each_verb_has_a_folder(capsys):
+    """The table from verbs to folders names all verbs, and folders that exist."""
+    rows = re.findall(r"^\| `balance (\w+)[^|]*\| ([^|]*) \|$", README, re.MULTILINE)
+    assert main(["--help"]) == 0
+    verbs = re.findall(r"^    (\w+)(?:  |$)", capsys.readouterr().out, re.MULTILINE)
+    assert len(verbs) > 5 and [verb for verb, _ in rows] == verbs
+    for verb, places in rows:
+        folders = re.findall(r"`([\w/]+/)`", places)
+        assert folders and all((ROOT / folder).is_dir() for folder in folders), verb

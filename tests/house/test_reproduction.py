@@ -25,8 +25,8 @@ from tests.support.source_files import ROOT
 DOCUMENT = ROOT / "docs" / "reproduction.md"
 # Other files all of whose tests the document names.
 REPRODUCING = (
-    "tests/balance/added_masses/test_four_rrr_figures.py",
-    "tests/kinematics/taylor/test_thesis_motions.py",
+    "tests/balance/masses/counterweights/test_four_rrr_figures.py",
+    "tests/kinematics/closure/taylor/test_thesis_motions.py",
 )
 # The platform of a planar RRR robot does not rotate; inputs are the joints of leg 1.
 STRAIGHT = "c1=-a1-b1"

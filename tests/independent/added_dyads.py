@@ -2,9 +2,10 @@
 
 ``python -m tests.independent.added_dyads --cases 200 --seed 0 --out DIR`` draws four-bars with
 hinges at random decimals, none of which masses of its own balance, tries the known dyads of
-`balance.remedies.dyads.dyad_seeds` on each, and walks from random ones with ``--walks N``. The
-first dyad with buildable masses is written to DIR, with masses, and read again. Pinocchio must
-confirm the file to 1e-9; how sure the rank of its conditions is, is counted.
+`balance.masses.remedies.dyads.dyad_seeds` on each, and walks from random ones with
+``--walks N``. The first dyad with buildable masses is written to DIR, with masses, and read
+again. Pinocchio must confirm the file to 1e-9; how sure the rank of its conditions is, is
+counted.
 """
 
 from __future__ import annotations
@@ -19,17 +20,15 @@ from typing import NamedTuple
 import numpy as np
 
 from balance import certify, design_space, feasible, verify
-from balance.designs.write_urdf import replace_inertials
-from balance.remedies.dyads.added_dyad import buildable, walks_from_random
-from balance.remedies.dyads.dyad_geometry import dyad_document
-from balance.remedies.dyads.dyad_seeds import DyadSeed, dyad_seeds
-from balance.remedies.request import RemedyRequest
+from balance.masses.designs.write_urdf import replace_inertials
+from balance.masses.remedies.dyads.added_dyad import buildable, walks_from_random
+from balance.masses.remedies.dyads.dyad_geometry import dyad_document
+from balance.masses.remedies.dyads.dyad_seeds import DyadSeed, dyad_seeds
+from balance.masses.remedies.request import RemedyRequest
 from kinematics import ScrewJoint, from_screws, load
 from kinematics.errors import LinkageError
+from kinematics.model.document.element import Document
 from kinematics.model.linkage import Linkage
-from kinematics.urdf_elements.element import Document
-
-__all__ = ["Member", "find_member", "four_bar", "main", "random_four_bars"]
 
 VERIFIED = 1e-9
 

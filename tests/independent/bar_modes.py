@@ -12,8 +12,6 @@ from itertools import combinations
 
 import numpy as np
 
-__all__ = ["bars_of", "freedoms", "poses_near"]
-
 
 def bars_of(pins: Sequence[tuple[str, str, str, float]]) -> tuple[list[float], list[list[int]]]:
     """Places of the points on the line, and the points of each link; the ground first.

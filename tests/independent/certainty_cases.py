@@ -22,8 +22,6 @@ from tests.independent.hard_families import coupled, related, special_joints, yo
 from tests.independent.plain_linkage import AXES, Joint, Linkage, cross, urdf, vector
 from tests.independent.turned_files import turned_text
 
-__all__ = ["FAMILIES", "Case", "certainty_case"]
-
 # Digits of files in rounded numbers, most often those of a double.
 DIGITS, ODDS = (17, 16, 15, 14, 12, 10, 9, 8, 7, 6, 5, 4, 3), (0.3, *[0.7 / 12] * 12)
 # Digits below which the numbers of a file count as design values: exit 4, or a refusal, is

@@ -30,8 +30,6 @@ from tests.independent.judging import SURE, Answer, ask, compare
 from tests.independent.true_ranks import CLOSED, truth
 from tests.support.time_limit import time_limit
 
-__all__ = ["judge_case", "main", "table"]
-
 # Seconds on the clock after which a case hangs, on a machine that others use too.
 LIMIT = 1800
 COLUMNS = (

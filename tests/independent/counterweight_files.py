@@ -16,11 +16,9 @@ from pathlib import Path
 import numpy as np
 
 import balance
-from balance.added_masses.write_counterweights import with_counterweights
-from balance.cli.main import main as main_of_balance
+from balance.app.cli.main import main as main_of_balance
+from balance.masses.counterweights.write_counterweights import with_counterweights
 from tests.independent.counterweight_requests import random_request
-
-__all__ = ["check_exports", "export_fault"]
 
 
 def export_fault(found, path: Path, merge: bool) -> str:

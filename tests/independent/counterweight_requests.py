@@ -9,8 +9,6 @@ from pathlib import Path
 import balance
 from tests.support.small_linkages import small_linkage
 
-__all__ = ["random_region", "random_request"]
-
 
 def random_request(seed: int, path: Path, balanced: str = "force"):
     """A space, links to add matter to, and texts of regions; all of them follow from a seed.

@@ -13,8 +13,6 @@ from tests.independent import spatial_families as spatial
 from tests.independent.plain_linkage import Linkage, edges
 from tests.independent.true_ranks import independent
 
-__all__ = ["FAMILIES", "linkage"]
-
 FAMILIES = {
     "grid": planar.grid, "single": planar.single, "small_loop": planar.small_loop,
     "mimic": planar.mimic, "embedded": spatial.embedded,

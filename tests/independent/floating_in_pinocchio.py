@@ -15,8 +15,6 @@ import pinocchio as pin
 from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 
-__all__ = ["FloatingModel"]
-
 
 class FloatingModel:
     """The model; coordinates are those of Pinocchio."""

@@ -22,8 +22,6 @@ from tests.independent.planar_families import chained, corners, ring
 from tests.independent.spatial_families import _bennett, _spherical
 from tests.independent.true_ranks import independent
 
-__all__ = ["add_yoke", "coupled", "loops_last", "related", "special_joints", "yokes"]
-
 Z = AXES[2]
 # Directions whose lengths are irrational, and some whose are not.
 OBLIQUE = [vector(*x) for x in (

@@ -17,8 +17,6 @@ from tests.independent.plain_linkage import urdf
 from tests.independent.true_ranks import Truth, truth
 from tests.support.time_limit import time_limit
 
-__all__ = ["LIMIT", "SURE", "Answer", "ask", "compare", "judge"]
-
 # Seconds after which a case hangs.
 LIMIT = 300
 # Warnings of the product that say that the answer is that of another pose, or other axes.
@@ -94,7 +92,7 @@ def judge(family: str, seed: int, folder: Path) -> Verdict:
 
 def ask(text: str, options: list[str], path: Path) -> Answer:
     """The report of the product on a file."""
-    from balance.cli.main import main
+    from balance.app.cli.main import main
 
     if not logging.getLogger().handlers:
         logging.getLogger().addHandler(logging.NullHandler())

@@ -12,11 +12,6 @@ from typing import NamedTuple
 import numpy as np
 from mpmath import mp, mpf
 
-__all__ = [
-    "FAMILIES", "MeantJoint", "MeantLinkage", "angles_of", "meant_linkage", "meant_text",
-    "written",
-]  # fmt: skip
-
 mp.dps = 60
 
 

@@ -19,11 +19,9 @@ from collections import Counter
 from functools import cache
 from pathlib import Path
 
-from balance.cli.main import main
+from balance.app.cli.main import main
 from tests.independent.meant_linkages import FAMILIES, meant_linkage, meant_text
 from tests.independent.sixty_digits import true_ranks
-
-__all__ = ["PLANAR", "answer", "truth"]
 
 PLANAR = ("kite", "parallelogram", "antiparallelogram", "slider_crank", "pantograph")
 FRAMES = (("turned", "any"), ("axes", "any"), ("plain", "any"), ("turned", "xy"))

@@ -13,8 +13,6 @@ import numpy as np
 
 from tests.support.shapes import conditions, matrix, units
 
-__all__ = ["Model"]
-
 PRECISE = {"tol_gap_rel": 1e-10, "tol_gap_abs": 1e-10, "tol_feas": 1e-10}
 
 

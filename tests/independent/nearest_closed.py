@@ -21,12 +21,10 @@ from scipy.spatial.transform import Rotation
 
 import kinematics
 from kinematics.errors import LinkageError, MobilityError
-from kinematics.formats.robot_files import read_unassembled
-from kinematics.urdf.read_options import ReadOptions
+from kinematics.files.formats.robot_files import read_unassembled
+from kinematics.files.urdf.read_options import ReadOptions
 from tests.independent.families import linkage as generated
 from tests.independent.plain_linkage import urdf
-
-__all__ = ["Compared", "cases", "compare", "opened"]
 
 MODELS = (
     "five_bar", "four_bar_general", "three_rrr", "six_bar_watt", "rusr", "slider_crank",

@@ -18,8 +18,6 @@ from itertools import combinations
 import numpy as np
 from scipy.linalg import svd
 
-__all__ = ["Graph", "gapped", "nullspace", "openings", "serial", "serials", "union"]
-
 GROUND = -1
 # Random poses are far apart and lengths near 1: what is not below round-off is far above.
 ZERO, SURE = 1e-12, 1e-8

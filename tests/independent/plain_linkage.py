@@ -13,9 +13,6 @@ from fractions import Fraction
 from math import isqrt
 from typing import NamedTuple
 
-__all__ = ["AXES", "Edge", "Joint", "Linkage", "Mimic", "Vector", "cross", "edges", "urdf",
-           "vector"]  # fmt: skip
-
 Vector = tuple[Fraction, ...]
 
 # Turns and slides of a joint about or along its axes: the first, the second, their product.

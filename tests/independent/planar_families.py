@@ -6,8 +6,6 @@ from fractions import Fraction
 
 from tests.independent.plain_linkage import AXES, Joint, Mimic, Vector, vector
 
-__all__ = ["chained", "corners", "grid", "mimic", "nudged", "ring", "single", "small_loop"]
-
 Z = AXES[2]
 # Directions along which planar joints slide.
 SLIDES = (AXES[0], AXES[1], vector(3, 4, 0), vector(1, 1, 0), vector(1, -2, 0))

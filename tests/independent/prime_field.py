@@ -14,8 +14,6 @@ from __future__ import annotations
 import numba
 import numpy as np
 
-__all__ = ["PRIMES", "absorb", "free_momentum", "momentum", "motion", "reduced"]
-
 PRIMES = (998244353, 1000000007)
 kernel = numba.njit(cache=True)
 

@@ -6,8 +6,6 @@ from collections.abc import Sequence
 from fractions import Fraction
 from math import isqrt
 
-__all__ = ["prime_with_roots", "root_of_fraction"]
-
 # Divisors that are split off, so that roots of 2, 8 and 18 are multiples of each other.
 SMALL = [q for q in range(2, 1000) if all(q % d for d in range(2, isqrt(q) + 1))]
 

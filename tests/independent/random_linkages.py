@@ -20,8 +20,6 @@ from tests.independent.judging import SURE, Verdict, judge
 from tests.independent.plain_linkage import urdf
 from tests.independent.true_ranks import truth
 
-__all__ = ["cases", "main"]
-
 COLUMNS = (
     "cases", "regular", "right", "moved", "proved", "verified", "estimated", "sure, wrong",
     "exit 0, wrong", "exit 4, wrong", "exit 4", "refused", "irregular", "shaky", "crash", "s",

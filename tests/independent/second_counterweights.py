@@ -1,7 +1,7 @@
 """Counterweights by second routes: cvxpy, plain linear programs over points, own certificates.
 
-Nothing here uses `balance.added_masses` beyond the data of a region: point masses, cones and
-conditions are written anew.
+Nothing here uses `balance.masses.counterweights` beyond the data of a region: point masses,
+cones and conditions are written anew.
 ``python -m tests.independent.second_counterweights --cases 120`` compares that many random
 requests; with ``--balance dynamic``, of dynamic balance.
 """
@@ -20,10 +20,6 @@ from scipy.spatial import Delaunay
 
 import balance
 from tests.independent.counterweight_requests import random_request
-
-__all__ = [
-    "answer_fault", "by_cvxpy", "by_points", "certificate_fault", "samples",
-]  # fmt: skip
 
 
 def conditions(space):

@@ -9,8 +9,6 @@ import numpy as np
 
 from tests.support.shapes import matrix
 
-__all__ = ["SETTLED", "second_opinion"]
-
 # The margin with which another solver settles what was left undecided.
 SETTLED = 1e-9
 

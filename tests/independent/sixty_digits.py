@@ -15,8 +15,6 @@ from mpmath import matrix, mp, mpf
 
 from tests.independent.meant_linkages import MeantLinkage, add, cross
 
-__all__ = ["true_ranks"]
-
 ZERO = mpf("1e-40")
 
 

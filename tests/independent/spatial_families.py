@@ -7,8 +7,6 @@ from fractions import Fraction
 from tests.independent.plain_linkage import AXES, Joint, Vector, cross, vector
 from tests.independent.planar_families import chained, corners, grid, nudged, ring
 
-__all__ = ["embedded", "general", "overconstrained", "tilted_arm", "tilted_loop"]
-
 # Right-handed axes at right angles, of one length, in whole numbers.
 FRAMES = (
     AXES, (AXES[1], AXES[2], AXES[0]),

@@ -19,8 +19,6 @@ import numpy as np
 
 from tests.independent.prime_field import absorb, free_momentum
 
-__all__ = ["Graph", "Serial", "serial"]
-
 # Ways tried if they are too many; and fruitless ones after which no more are tried.
 ALL, FRUITLESS = 60, 30
 

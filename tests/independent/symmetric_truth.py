@@ -9,8 +9,6 @@ from tests.independent.prime_field import PRIMES
 from tests.independent.true_ranks import Truth, truth
 from tests.support.symmetric_platforms import platform_legs
 
-__all__ = ["platform_truth"]
-
 LETTERS = {"revolute": "R", "universal": "U", "spherical": "S", "prismatic": "P"}
 # The prime of odd seeds is 3 modulo 4, and 3 is a square there.
 P = PRIMES[1]

@@ -183,7 +183,7 @@ def test_the_oracle_shares_no_code_with_the_product():
             for module in modules:
                 ours = module.partition(".")[0] in ("balance", "kinematics", "urdf_models")
                 runs = path.name in ("judging.py", "meant_run.py")
-                assert not ours or (runs and module == "balance.cli.main")
+                assert not ours or (runs and module == "balance.app.cli.main")
 
 
 @pytest.mark.parametrize("family", FAMILIES)

@@ -15,11 +15,9 @@ import pytest
 
 from tests.independent.reference import (
     Decision,
-    Mechanism,
     closure,
     displacements,
     follow,
-    hat,
     load,
     motion_basis,
     rank_over_poses,
@@ -27,6 +25,7 @@ from tests.independent.reference import (
     regressor,
     velocities,
 )
+from tests.independent.reference_model import Mechanism, hat
 from tests.support.covering import spread
 from tests.support.figures import DESIGNS, FIGURES, Figure
 

@@ -17,8 +17,6 @@ from tests.independent.prime_field import PRIMES, absorb, momentum, motion, redu
 from tests.independent.prime_roots import prime_with_roots, root_of_fraction
 from tests.independent.split_bodies import Graph, serial
 
-__all__ = ["CLOSED", "Truth", "independent", "truth"]
-
 # Orders without a new condition after which, from a least order on, the rank counts as final;
 # the least is for one degree of freedom. No more orders than HIGHEST are computed.
 PLATEAU, LEAST, HIGHEST = 12, 30, 250

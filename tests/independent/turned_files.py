@@ -22,8 +22,6 @@ from tests.independent.meant_linkages import (
 )
 from tests.independent.plain_linkage import TYPES, Joint, Linkage
 
-__all__ = ["turned_text"]
-
 mp.dps = 60
 ZERO = mpf("1e-45")
 IDENTITY = tuple(tuple(mpf(int(i == j)) for j in range(3)) for i in range(3))

@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 
 import kinematics
-from balance.cli.main import main
+from balance.app.cli.main import main
 from kinematics import gallery
-from kinematics import model_gallery as models
 from kinematics.errors import FileError, LinkageError
-from kinematics.urdf import read as urdf
-from kinematics.urdf.read_options import ReadOptions
+from kinematics.files.urdf import read as urdf
+from kinematics.files.urdf.read_options import ReadOptions
+from kinematics.loading import model_gallery as models
 from tests.support.urdf_text import (
     EYE,
     UNIT_INERTIA,

@@ -6,10 +6,7 @@ from itertools import combinations
 
 import numpy as np
 
-from balance.designs.mass_regions import Ball
-
-__all__ = ["ball", "cloud", "inside", "moments", "places", "point_masses_of", "random_ball",
-           "smallest_ball", "still"]  # fmt: skip
+from balance.masses.designs.mass_regions import Ball
 
 
 def smallest_ball(points):

@@ -8,9 +8,7 @@ import warnings
 from contextlib import redirect_stderr, redirect_stdout
 from typing import NamedTuple
 
-from balance.cli.main import main as run_command
-
-__all__ = ["Outcome", "asked"]
+from balance.app.cli.main import main as run_command
 
 
 class Outcome(NamedTuple):

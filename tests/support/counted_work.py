@@ -6,8 +6,6 @@ import sys
 from collections.abc import Callable
 from types import FrameType
 
-__all__ = ["instructions"]
-
 
 def instructions(function: Callable[[], object]) -> int:
     """Count the instructions of Python code in a call, the same on every machine.

@@ -8,8 +8,6 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TypeVar
 
-__all__ = ["ALL_CASES", "covering_pairs", "joint_types", "number_of_cases", "spread"]
-
 Case = TypeVar("Case")
 ALL_CASES = os.environ.get("ALL_CASES", "0") not in ("", "0")
 

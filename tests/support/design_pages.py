@@ -6,8 +6,8 @@ from functools import cache
 
 import kinematics
 from balance import design_space
-from balance.designs.best_design import design
-from balance.report.html.design import design_page
+from balance.app.answers.html.design import design_page
+from balance.masses.designs.best_design import design
 
 FOUR_BAR = "four_bar_antiparallelogram"
 

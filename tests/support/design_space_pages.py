@@ -8,10 +8,10 @@ from scipy.linalg import expm
 
 import kinematics
 from balance import design_space
-from balance.interpretation.explain import explain
-from balance.report.data import Report
-from balance.report.html.report import report_page
-from kinematics.spatial.screws import hat
+from balance.app.answers.data import Report
+from balance.app.answers.html.report import report_page
+from balance.space.interpretation.explain import explain
+from kinematics.model.spatial.screws import hat
 from tests.support.browser import Select, one, settle
 
 FOUR_BAR, PARALLEL = "four_bar_antiparallelogram", "three_rsr"

@@ -4,7 +4,7 @@ import numpy as np
 
 import kinematics
 from balance import certify, design_space
-from kinematics.formats.robot_files import read_unassembled
+from kinematics.files.formats.robot_files import read_unassembled
 from tests.support.urdf_text import INERTIAL, refusal
 
 # Turned links, one by a rounded angle: a frame of b is not a frame of the base.

@@ -11,8 +11,6 @@ from kinematics.model.arrays import freeze
 from kinematics.model.linkage import GROUND, Body, Joint, Loop, UnassembledLinkage
 from tests.support.laws import point_masses, sums, unit_vector
 
-__all__ = ["Edge", "axis_edge", "linked", "planar_edge", "spatial_edge"]
-
 
 class Edge(NamedTuple):
     """A joint of one degree of freedom between two rigid parts.

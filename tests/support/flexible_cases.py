@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from balance.flexible.beam import rectangular_beam
-from balance.flexible.similarity import Arm
+from balance.motion.flexible.beam import rectangular_beam
+from balance.motion.flexible.similarity import Arm
 
 SHARE = 0.1  # distance of the balance masses from the pivots, over the lengths of the links
 

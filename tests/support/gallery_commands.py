@@ -9,15 +9,6 @@ import kinematics
 from tests.fuzz.sweep_words import STUDY
 from tests.support.meeting_linkages import FLAT
 
-__all__ = [
-    "SAMPLE",
-    "all_commands",
-    "file_commands",
-    "model_commands",
-    "prepare_folder",
-    "words_of",
-]
-
 ROOT = Path(__file__).parents[2]
 DATA = ROOT / "tests" / "data"
 FOLDERS = ("near_special", "digits", "dialects")

@@ -23,8 +23,6 @@ from typing import NamedTuple
 
 from tests.support.rounding import VARIANTS, perturb_rounding
 
-__all__ = ["Printed", "changed_commands", "run_commands"]
-
 ROOT = Path(__file__).parents[2]
 # What a command prints of time, and of kernels that it had to compile.
 OF_TIME = re.compile(
@@ -135,7 +133,7 @@ def main() -> None:
 
 def _stay_in_this_process() -> None:
     """Let studies use no processes of their own, whose rounding would not be perturbed."""
-    from balance.result_files import chunk_runs
+    from balance.studies.runs import chunk_runs
 
     plain = chunk_runs.run_chunks
 

@@ -11,9 +11,7 @@ import sys
 from collections.abc import Mapping
 
 from balance.__main__ import command
-from balance.result_files.results_file import ResultsFile
-
-__all__ = ["hold_at"]
+from balance.studies.runs.results_file import ResultsFile
 
 
 def hold_at(rows: int) -> None:

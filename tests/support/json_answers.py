@@ -8,15 +8,13 @@ from importlib.resources import files
 
 from jsonschema import Draft202012Validator
 
-from balance.cli.main import main
-
-__all__ = ["json_answer", "read_schema"]
+from balance.app.cli.main import main
 
 
 @cache
 def read_schema(name):
     """Read the schema of what a command prints."""
-    path = files("balance").joinpath("schemas", f"{name}.schema.json")
+    path = files("balance").joinpath("app", "schemas", f"{name}.schema.json")
     return json.loads(path.read_text("utf-8"))
 
 

@@ -14,8 +14,6 @@ from pathlib import Path
 
 from tests.support.waiting import HANGS, wait_until_true
 
-__all__ = ["kill_and_resume", "paths_of", "start_held"]
-
 
 def kill_and_resume(
     module: str, words: Sequence[str], covered: Callable[[], int], rows: int, kills: int,

@@ -7,8 +7,6 @@ import resource
 import subprocess
 import sys
 
-__all__ = ["run_limited"]
-
 # Address space, bytes, and processor time, seconds. What runs here needs a tenth of either.
 MEMORY = 2**30
 SECONDS = 300

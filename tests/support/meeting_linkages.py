@@ -10,18 +10,6 @@ import numpy as np
 
 from tests.support.urdf_text import along, joint, link, loop, saved
 
-__all__ = [
-    "FLAT",
-    "FlatLinkage",
-    "folded_sarrus",
-    "limit_pose",
-    "parallel_cells",
-    "slider_crank",
-    "spherical",
-    "three_upu",
-    "wunderlich",
-]
-
 Z = (0.0, 0.0, 1.0)
 MASS = dict(mass=1.3, inertia=np.diag([0.1, 0.2, 0.3]), origin=along([0.2, 0.1, 0.0]))
 SLIDE = '<limit lower="-3" upper="3" effort="1" velocity="1"/>'

@@ -14,7 +14,7 @@ from xml.etree import ElementTree
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from kinematics.urdf_elements.element import Document
+from kinematics.model.document.element import Document
 
 STYLES = ("degrees", "quats", "classes", "frames", "geoms")
 TYPES = {"continuous": "hinge", "revolute": "hinge", "prismatic": "slide"}

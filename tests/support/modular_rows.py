@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from balance.exact.modular_series import Momenta, chain_modulo
+from balance.space.exact.modular_series import Momenta, chain_modulo
 
 
 def conditions(chain, rays, order, p):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from balance.cli.main import main
+from balance.app.cli.main import main
 from tests.support.json_answers import json_answer
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 import kinematics
-from balance.verification.trajectory import Trajectory, drive, random_motions
+from balance.motion.verification.trajectory import Trajectory, drive, random_motions
 from kinematics.model.linkage import Linkage
 from tests.independent import reference
 from tests.support.laws import point_masses, sums

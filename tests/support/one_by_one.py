@@ -8,12 +8,10 @@ from dataclasses import replace
 import numpy as np
 
 import balance
-from balance.spaces.design_space import DesignSpace
-from kinematics.assembly.assemble import assemble
+from balance.space.spaces.design_space import DesignSpace
+from kinematics.closure.assembly.assemble import assemble
 from kinematics.model.arrays import freeze
 from kinematics.model.linkage import Linkage
-
-__all__ = ["integers", "one_by_one"]
 
 
 def one_by_one(

@@ -11,8 +11,12 @@ from dataclasses import replace
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from balance.synthesis.pantograph import PantographMasses, default_masses, reduced_inertias
-from balance.synthesis.positions import Position
+from balance.studies.synthesis.pantograph import (
+    PantographMasses,
+    default_masses,
+    reduced_inertias,
+)
+from balance.studies.synthesis.positions import Position
 
 # [B] table 1, with I2 + I4 + I5 = 5e-3 kg m² and R = 0.326 of the issue: chosen, not printed.
 TABLE = PantographMasses(

@@ -34,8 +34,6 @@ from zlib import crc32
 
 import numpy as np
 
-__all__ = ["PERTURBED", "RandomRounding", "perturb_last_bits", "perturbed", "rounding"]
-
 # Half a unit in the last place of 1.
 HALF_UNIT = 2.0**-53
 # Bits of the mantissa of a double, and those after its leading 26: a product of two numbers

@@ -6,8 +6,6 @@ import numpy as np
 
 from tests.support.robots import arm
 
-__all__ = ["robot_arm", "write_cycle"]
-
 # Stops of the cycle: above the part, at it, above it, above the place, at it, above it.
 STOPS = [
     (0, -0.4, 0.7, -0.3, 0, 0), (0, -0.2, 0.9, -0.7, 0, 0), (0, -0.4, 0.7, -0.3, 0, 0),

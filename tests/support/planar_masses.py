@@ -9,8 +9,6 @@ import numpy as np
 from balance import momentum_regressor
 from kinematics.errors import PoseError
 
-__all__ = ["in_plane", "momentum", "with_masses"]
-
 
 def in_plane(z):
     """The planar parameters of (bodies, 10)."""

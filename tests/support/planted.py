@@ -8,13 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from balance.discovery.structure import LaneGeometry, TopologyArrays
-from balance.discovery.topologies import Topology, topology
-
-__all__ = [
-    "FAMILIES", "four_bar_lanes", "lanes_of", "mirrored", "planted_corners",
-    "similar_ternaries",
-]  # fmt: skip
+from balance.studies.discovery.structure import LaneGeometry, TopologyArrays
+from balance.studies.discovery.topologies import Topology, topology
 
 Points = NDArray[np.complex128]
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from balance.cli.main import main
+from balance.app.cli.main import main
 
 
 def said_of(path: Path, capsys: object, *options: str) -> str:

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import kinematics
-from balance.remedies.request import RemedyRequest
-from kinematics.urdf_elements.element import Document
+from balance.masses.remedies.request import RemedyRequest
+from kinematics.model.document.element import Document
 
 
 def rod(name, parent, place, mass, com, inertia, kind="continuous", axis="0 0 1", joint=""):

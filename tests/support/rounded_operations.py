@@ -16,8 +16,6 @@ import numpy as np
 
 from tests.support.perturbed_functions import perturb_last_bits, rounding
 
-__all__ = ["OPERATIONS", "operation"]
-
 # An odd factor, and the bits of a word.
 FACTOR, WORD = 0x9E3779B97F4A7C15, 2**64 - 1
 

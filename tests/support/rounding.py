@@ -34,8 +34,6 @@ from tests.support.perturbed_functions import (
 )
 from tests.support.rounded_operations import OPERATIONS, operation
 
-__all__ = ["COMPILED", "VARIANTS", "perturb_rounding"]
-
 PACKAGES = ("kinematics", "balance")
 # Names by which rewritten modules call what is perturbed.
 FUNCTION, OPERATION = "__perturbed_function__", "__perturbed_operation__"
@@ -133,7 +131,7 @@ class _Rewriter(ast.NodeTransformer):
         """Learn whether a module has kernels, and whether they are compiled."""
         text = ast.unparse(tree)
         self._compiled = compiled
-        self._has_kernels = "from kinematics.compiled.jit import kernel" in text
+        self._has_kernels = "from kinematics.numerics.compiled.jit import kernel" in text
         self._in_kernel = False
 
     def visit_FunctionDef(self, node: ast.FunctionDef) -> ast.AST:
@@ -265,10 +263,10 @@ def _perturb_kernels(module: ModuleType, variant: str) -> None:
 
 # What is changed of a module after its import.
 CHANGES = {
-    "kinematics.compiled.cache_contents": _separate_cache,
-    "kinematics.compiled.background": _choose_mode,
-    "kinematics.compiled.jit": _perturb_kernels,
-    "kinematics.compiled.numba_compiler": _compile_otherwise,
+    "kinematics.numerics.compiled.cache_contents": _separate_cache,
+    "kinematics.numerics.compiled.background": _choose_mode,
+    "kinematics.numerics.compiled.jit": _perturb_kernels,
+    "kinematics.numerics.compiled.numba_compiler": _compile_otherwise,
 }
 
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import sys
 
-from balance.result_files.chunk_runs import run_chunks
-from balance.result_files.results_file import ResultsFile
+from balance.studies.runs.chunk_runs import run_chunks
+from balance.studies.runs.results_file import ResultsFile
 from tests.support.held_runs import hold_at
 from tests.support.squares import Squares
 

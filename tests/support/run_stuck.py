@@ -8,9 +8,9 @@ from __future__ import annotations
 
 import sys
 
-from balance.result_files.chunk_runs import run_chunks
-from balance.result_files.results_file import ResultsFile
-from balance.sweeps.sweep_table import compute_table
+from balance.studies.runs.chunk_runs import run_chunks
+from balance.studies.runs.results_file import ResultsFile
+from balance.studies.sweeps.sweep_table import compute_table
 from tests.support.squares import Squares
 
 if __name__ == "__main__":

@@ -5,14 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from balance import momentum_regressor
-from kinematics.assembly.assemble import assemble
+from kinematics.closure.assembly.assemble import assemble
 from tests.support.drafts import axis_edge, linked, spatial_edge
 from tests.support.laws import unit_vector
-
-__all__ = [
-    "antiparallelogram", "arm", "bennett", "conditions", "functional", "general", "kite",
-    "matrix", "outside", "quadrilateral", "spherical", "units",
-]  # fmt: skip
 
 Z_AXIS = np.array([0.0, 0.0, 1.0])
 

@@ -10,8 +10,6 @@ import random
 import re
 from pathlib import Path
 
-__all__ = ["small_linkage"]
-
 Z = (0.0, 0.0, 1.0)
 
 

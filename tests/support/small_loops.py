@@ -7,8 +7,6 @@ import numpy as np
 
 from tests.independent.checker import echelon
 
-__all__ = ["NAMES", "freedom", "small_loop"]
-
 # Hinges of a four-bar: two on the arm, at its ends, and the two of the coupler between them.
 FOUR_BARS = {
     "general": ((0, 0), (0.3, 0.7), (2.0, 1.5), (2.2, 0)),

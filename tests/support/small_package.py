@@ -1,4 +1,4 @@
-"""Two small packages around a copy of what is behind `kinematics.compiled.jit`."""
+"""Two small packages around a copy of what is behind `kinematics.numerics.compiled.jit`."""
 
 from __future__ import annotations
 
@@ -12,11 +12,16 @@ from tests.support.waiting import HANGS
 
 ROOT = Path(__file__).resolve().parents[2]
 MODULES = (
-    "errors", "compiled/jit", "compiled/background", "compiled/numba_compiler",
-    "compiled/cache_contents", "compiled/simd", "compiled/simd_types",
-)  # fmt: skip
+    "errors",
+    "numerics/compiled/jit",
+    "numerics/compiled/background",
+    "numerics/compiled/numba_compiler",
+    "numerics/compiled/cache_contents",
+    "numerics/compiled/simd",
+    "numerics/compiled/simd_types",
+)
 BELOW = """
-from kinematics.compiled.jit import kernel
+from kinematics.numerics.compiled.jit import kernel
 
 @kernel
 def inner(x):
@@ -24,7 +29,7 @@ def inner(x):
 """
 ABOVE = """
 from kinematics.below import inner
-from kinematics.compiled.jit import kernel
+from kinematics.numerics.compiled.jit import kernel
 
 @kernel
 def outer(x):
@@ -39,7 +44,8 @@ def make_packages(site: Path) -> Path:
     """Write the packages into a folder."""
     for package, files in {
         "kinematics": {"__init__": "", "below": BELOW, "above": ABOVE, "plain": PLAIN},
-        "kinematics/compiled": {"__init__": ""},
+        "kinematics/numerics": {"__init__": ""},
+        "kinematics/numerics/compiled": {"__init__": ""},
         "balance": {"__init__": "", "above": ABOVE.replace("kinematics.b", "balance.deep.b")},
         "balance/deep": {"__init__": "", "below": BELOW},
     }.items():

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
-from balance.result_files.chunk_job import Column, chunk_size
+from balance.studies.runs.chunk_job import Column, chunk_size
 from kinematics.errors import LinkageError
 from tests.support.waiting import HANGS
 

@@ -15,7 +15,7 @@ import numpy as np
 
 import balance
 import kinematics
-from kinematics.urdf_elements.element import Document
+from kinematics.model.document.element import Document
 
 AXES = "xyz"
 ANGLES = ("roll", "pitch", "yaw")

@@ -14,8 +14,6 @@ from typing import NamedTuple
 
 from mpmath import cos, mpf, pi, sin, sqrt, workdps
 
-__all__ = ["STYLES", "LegJoint", "platform_legs", "platform_text"]
-
 X, Y = (tuple(Fraction(int(i == j)) for j in range(3)) for i in range(2))
 STYLES = ("vectors", "frames")
 INERTIAL = (

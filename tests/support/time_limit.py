@@ -6,8 +6,6 @@ import signal
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-__all__ = ["Hang", "time_limit"]
-
 
 class Hang(Exception):
     """A case took longer than it may."""

@@ -5,7 +5,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from kinematics.errors import FileError
-from kinematics.formats.robot_files import read_robot
+from kinematics.files.formats.robot_files import read_robot
 from tests.support.laws import sums
 
 INERTIAL = (

@@ -5,8 +5,6 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 
-__all__ = ["HANGS", "wait_until_true"]
-
 # Seconds after which nothing will happen any more.
 HANGS = 1500.0
 

@@ -8,8 +8,6 @@ import math
 
 from tests.support.urdf_text import INERTIAL
 
-__all__ = ["walking_legs"]
-
 # Bars of a leg: parent, the way to its joint in the frame of the parent, along x and z.
 BARS = {
     "j": ("crank", None), "k": ("j", (0.0, 0.0)), "c": ("k", (0.0, 0.619)),

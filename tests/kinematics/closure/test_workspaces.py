@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import kinematics
-from balance.momentum.regressor import RegressorSeries, rows_at
+from balance.space.momentum.regressor import RegressorSeries, rows_at
 from kinematics.closure.newton import expand_at, forward_kinematics
 from kinematics.closure.series import expand
 from kinematics.model.arrays import freeze

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import kinematics
-from balance.cli.main import main
+from balance.app.cli.main import main
 from kinematics.model.arrays import freeze
 from kinematics.model.full_turns import position_text, unit_of_joint, wrap_turns
 from kinematics.model.linkage import Joint

@@ -1,0 +1,1 @@
+"""Commands and their answers: as text, HTML and JSON."""

@@ -1,0 +1,84 @@
+"""Picture of partial balance: what is left, and what the motors feel, by added mass."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from balance.app.answers.html.plot_style import image, tidy
+from balance.app.answers.html.time_panels import COLOURS
+from balance.masses.partial.results import ParetoFront, PartialBalance
+from kinematics.numerics.linalg.ties import rank_least_first
+
+Array = NDArray[np.float64]
+
+# Most inputs with a line of their own; of more, those with the largest values.
+MOST_LINES = 6
+# Height of the axes over the largest value.
+HEADROOM = 1.1
+
+
+def front_picture(front: ParetoFront, kind: str = "png") -> bytes:
+    """Draw a front as an image.
+
+    The panels on the left show the root mean square of the shaking force, the shaking moment
+    and, with an elastic frame, the vibration. Those on the right show the inertia and the peak
+    drive torque of each input, relative to those of the file.
+
+    Args:
+        kind: ``"png"`` or ``"svg"``.
+
+    Returns:
+        The bytes of the image.
+
+    Raises:
+        PackageError: Matplotlib is missing.
+    """
+    shown = [design for design in front.designs if design.found is not None]
+    mass = np.array([design.mass for design in shown])
+    left = [("shaking force (N, rms)", "force"), ("shaking moment (N m, rms)", "moment")]
+    if front.frame is not None:
+        left.append(("vibration of the frame (m, rms)", "vibration"))
+    right = [("inertia felt, of that in the file", "inertia"),
+             ("peak torque, of that in the file", "torque")]  # fmt: skip
+
+    def draw(figure: Any) -> None:
+        axes = figure.subplots(len(left), 2, sharex=True, squeeze=False)
+        for ax, (title, name) in zip(axes[:, 0], left, strict=True):
+            ax.plot(mass, [getattr(design.found, name) for design in shown], "o-", ms=3,
+                    color=COLOURS[0])  # fmt: skip
+            _label(ax, title)
+        for ax, (title, name) in zip(axes[:, 1], right, strict=False):
+            _draw_inputs(ax, mass, shown, name)
+            _label(ax, title)
+        for ax in axes[len(right) :, 1]:
+            ax.set_axis_off()
+        for ax in axes[-1]:
+            ax.set_xlabel("added mass (kg)")
+        axes[0, 0].set_title(front.designs[0].space.linkage.name, loc="left")
+
+    return image((9.0, 2.8 * len(left)), kind, draw)
+
+
+def _label(ax: Any, title: str) -> None:
+    """Give axes a title, a grid and a scale from zero."""
+    tidy(ax)
+    ax.set_ylabel(title)
+    ax.set_ylim(0.0, HEADROOM * ax.dataLim.y1 or None)
+
+
+def _draw_inputs(ax: Any, mass: Array, shown: list[PartialBalance], name: str) -> None:
+    """Draw a line for each input, relative to the value of the file."""
+    given = getattr(shown[0].given, name)
+    lines = {}
+    for key, before in given.items():
+        if before > 0.0:
+            lines[key] = [getattr(design.found, name)[key] / before for design in shown]
+    names = list(lines)
+    ranks = rank_least_first([-max(line) for line in lines.values()])
+    largest = [names[k] for k in ranks[:MOST_LINES]]
+    for key, colour in zip(largest, COLOURS * MOST_LINES, strict=False):
+        ax.plot(mass, lines[key], "o-", ms=3, color=colour, label=key)
+    ax.legend(fontsize=8, frameon=False)

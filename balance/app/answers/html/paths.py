@@ -1,0 +1,212 @@
+"""Page and picture of reactionless paths: the linkage on them, and what it shakes."""
+
+from __future__ import annotations
+
+from functools import partial
+from html import escape
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from balance.app.answers.html.momentum_field import MomentumField, momentum_field
+from balance.app.answers.html.plot_style import image, short, tidy
+from balance.app.answers.html.render import facts_list, render_page, rows_table
+from balance.app.answers.text.paths import path_rows, paths_facts
+from balance.motion.motion_tolerances import CONDITIONING_NOTICE
+from balance.motion.paths.found_paths import ReactionlessPaths
+from balance.motion.paths.path import ReactionlessPath, timed_path
+from balance.motion.verification.given_motions import rest_to_rest
+from balance.motion.verification.shaking_wrench import (
+    inertia_loads,
+    mass_parameters,
+    wrench_to_si,
+)
+from balance.motion.verification.trajectory import Trajectory
+from kinematics.closure.joint_positions import input_chain, si_chain
+from kinematics.closure.newton import forward_kinematics
+from kinematics.errors import PoseError
+from kinematics.model.chain import rigid_parts
+from kinematics.model.linkage import Linkage
+
+Array = NDArray[np.float64]
+
+# Frames of a run, most paths on a page, and colours of paths.
+FRAMES = 61
+MAX_PATHS = 12
+COLOURS = ("#1f5a94", "#c05a10", "#3d7a3d", "#7a3d7a", "#8a6d1a", "#1b1e22")
+
+
+def paths_page(solution: ReactionlessPaths) -> str:
+    """Render reactionless paths as one HTML file.
+
+    Returns:
+        The text of the file; the element ``report`` contains `ReactionlessPaths.to_dict`.
+    """
+    field = momentum_field(solution)
+    return render_page(
+        "paths.html",
+        title=solution.linkage.name,
+        summary="Paths along which this linkage leaves its base at rest.",
+        report=solution.to_dict(),
+        data={"run": _run_data(solution, field)},
+        scripts=("path_run",),
+        facts=facts_list(paths_facts(solution)),
+        caption=escape(_caption(solution, field is not None)),
+        paths=rows_table(path_rows(solution), [3, 4]),
+    )
+
+
+def _caption(solution: ReactionlessPaths, shaded: bool) -> str:
+    """Describe the figure of the run."""
+    text = "Left: the linkage, seen along the last of its axes, and the way of its last joint. "
+    text += "Right: the paths in the plane of the first two inputs"
+    if len(solution.linkage.inputs) < 2:
+        text = text.partition(" Right:")[0]
+    if not solution.paths:
+        text = "There is no path. The plane of the inputs around the pose" * shaded
+    field = (
+        "; strokes are the directions with the least momentum, and the shade is the smallest "
+        "singular value of the momentum matrix over the bodies' own momenta, of those that do "
+        "not vanish everywhere (scale on the right): 0 means that there is a path"
+    )
+    return f"{text}{field * shaded}."
+
+
+def _run_data(solution: ReactionlessPaths, field: MomentumField | None) -> dict[str, Any]:
+    """Compute all that the script draws."""
+    linkage = solution.linkage
+    paths = [
+        _path_data(linkage, k, path) for k, path in enumerate(solution.paths[:MAX_PATHS], 1)
+    ]
+    points = np.array([p for path in paths for f in path["frames"] for part in f for p in part])
+    inputs = [*linkage.inputs, *["arc length"] * (len(linkage.inputs) < 2)]
+    box = [[-1.0, 1.0]] * 2
+    if len(points):
+        low, high = points.min(axis=0), points.max(axis=0)
+        margin = 0.08 * float((high - low).max() or 1.0)
+        box = np.column_stack([low - margin, high + margin]).tolist()
+    return {
+        "paths": paths, "inputs": inputs[:2], "box": box, "axes": ["x (m)", "y (m)"],
+        "field": None if field is None else field.to_dict(),
+    }  # fmt: skip
+
+
+def _path_data(linkage: Linkage, number: int, path: ReactionlessPath) -> dict[str, Any]:
+    """Compute frames, inputs and loads of one path."""
+    try:
+        along = timed_path(linkage, path)
+    except PoseError:
+        along = None
+    picked = np.linspace(0, len(path.s) - 1, FRAMES).round().astype(int)
+    q, u, time = path.q[picked], path.u[picked], np.linspace(0.0, 1.0, FRAMES)
+    loads: dict[str, list[float | None]] = {"force": [], "moment": []}
+    if along is not None:
+        picked = np.linspace(0, len(along.time) - 1, FRAMES).round().astype(int)
+        q, u, time = along.q[picked], along.u[picked], along.time[picked]
+        loads = _loads(linkage, along, picked)
+    frames = _frames(linkage, q)
+    last = np.array([[p for part in frame for p in part][-1] for frame in frames])
+    second = u[:, 1] if u.shape[1] > 1 else np.linspace(path.s[0], path.s[-1], FRAMES)
+    return {
+        "label": f"{number}: {path.length:.3g} long, momentum {path.residual_text}",
+        "frames": frames, "trace": {"x": short(last[:, 0]), "y": short(last[:, 1])},
+        "u": [short(u[:, 0]), short(second)], "time": short(time), "loads": loads,
+        "straight": _straight_loads(linkage, path),
+    }  # fmt: skip
+
+
+def _straight_loads(
+    linkage: Linkage, path: ReactionlessPath
+) -> dict[str, list[float | None]] | None:
+    """Compute the loads on a straight line between the ends; None if it cannot be followed."""
+    try:
+        straight = rest_to_rest(linkage, path.u[[0, -1]], samples=FRAMES)
+    except PoseError:
+        return None
+    if straight.conditioning < CONDITIONING_NOTICE:
+        return None
+    return _loads(linkage, straight, np.arange(FRAMES))
+
+
+def _loads(
+    linkage: Linkage, along: Trajectory, picked: NDArray[np.int64]
+) -> dict[str, list[float | None]]:
+    """Compute sizes of shaking force and moment at samples of a motion."""
+    chain = input_chain(linkage)
+    scale = chain.units[linkage.positions_of(linkage.inputs)]
+    loads = inertia_loads(
+        chain, mass_parameters(linkage), along.q[picked] / chain.units,
+        along.ud[picked] / scale, along.udd[picked] / scale,
+    )  # fmt: skip
+    wrench = wrench_to_si(loads.rate.sum(axis=1), chain.frame)
+    force = wrench[:, 3:]
+    moment = wrench[:, :3] - np.cross(chain.frame.origin, force)
+    return {
+        "force": short(np.linalg.norm(force, axis=1)),
+        "moment": short(np.linalg.norm(moment, axis=1)),
+    }
+
+
+def _frames(linkage: Linkage, q: Array) -> list[list[list[list[float]]]]:
+    """Compute the points of all moving parts, in the plane of the drawing, at each pose."""
+    chain = si_chain(linkage, spatial=True)
+    part = rigid_parts(chain.parent.size, chain.ends)
+    points = np.array([[*joint.point, 1.0] for joint in linkage.joints])
+    axes = linkage.chain.frame.R[:2]
+    touching = []
+    for p in range(1, int(part.max()) + 1):
+        joints = np.flatnonzero((part[chain.parent] == p) | (part[:-1] == p))
+        touching.append((int(np.flatnonzero(part[:-1] == p)[0]), points[joints]))
+    frames = []
+    for pose in q:
+        H = forward_kinematics(chain, pose).H
+        frames.append([
+            (at @ H[link].T[:, :3] @ axes.T).round(6).tolist() for link, at in touching
+        ])  # fmt: skip
+    return frames
+
+
+def paths_picture(solution: ReactionlessPaths, kind: str = "png") -> bytes:
+    """Draw the paths in the plane of the first two inputs, and the momentum along them.
+
+    Args:
+        kind: ``"png"`` or ``"svg"``.
+
+    Returns:
+        The bytes of the image.
+
+    Raises:
+        PackageError: Matplotlib is missing.
+    """
+    return image((9.6, 4.2), kind, partial(_draw, solution))
+
+
+def _draw(solution: ReactionlessPaths, figure: Any) -> None:
+    """Draw both panels on a Matplotlib figure."""
+    plane, along = figure.subplots(1, 2)
+    names = solution.linkage.inputs
+    field = momentum_field(solution)
+    if field is not None:
+        size = field.size.T
+        shade = plane.pcolormesh(field.first, field.second, size, cmap="Blues_r", vmin=0.0)
+        figure.colorbar(shade, ax=plane, label="smallest singular value over the own momenta")
+        plane.plot(*field.strokes.T, color="#5d6a76", linewidth=0.6)
+        plane.set_xlim(field.first[[0, -1]])
+        plane.set_ylim(field.second[[0, -1]])
+    for k, path in enumerate(solution.paths):
+        colour = COLOURS[k % len(COLOURS)]
+        second = path.u[:, 1] if len(names) > 1 else path.s
+        plane.plot(path.u[:, 0], second, color=colour, linewidth=1.8)
+        along.plot(path.s, np.maximum(path.momentum, 1e-18), color=colour, linewidth=1.2,
+                   label=f"path {k + 1}")  # fmt: skip
+    plane.set_xlabel(f"{names[0]}")
+    plane.set_ylabel(names[1] if len(names) > 1 else "arc length")
+    plane.set_title(f"{solution.linkage.name}: paths in the inputs", loc="left", fontsize=9)
+    along.set_yscale("log")
+    along.set_xlabel("arc length (radians and characteristic lengths)")
+    along.set_title("momentum over the bodies' own", loc="left", fontsize=9)
+    if solution.paths:
+        along.legend(frameon=False, fontsize=8)
+    for ax in (plane, along):
+        tidy(ax)

@@ -1,0 +1,152 @@
+"""Plots of a verification: inputs, shaking loads and joint forces over time.
+
+They show the motion that decides the verdict, with a second linkage next to the first one. The
+output is a Matplotlib image or a table.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from balance.app.answers.html.time_panels import (
+    MAX_LINES,
+    Panel,
+    PanelColumn,
+    linkage_names,
+    panels_picture,
+)
+from balance.motion.verification.result import Verification
+from balance.motion.verification.run import Run
+from balance.support.csv_text import csv_table
+from balance.support.tolerances import FORCE_EQUAL_RELATIVE
+from kinematics.numerics.linalg.ties import rank_least_first
+
+Array = NDArray[np.float64]
+
+
+def panels(verification: Verification, number: int | None = None) -> list[Panel]:
+    """Build the panels of a motion of a verification.
+
+    Shaking loads are those of the linkage on its base, opposite to the base reaction. Moments
+    are about the point of the verification.
+
+    Args:
+        number: index of the motion; the plotted one by default.
+    """
+    run, axes = (
+        verification.runs[verification.plotted if number is None else number],
+        ("x", "y", "z"),
+    )
+    least, arm = (
+        verification.tolerance * verification.scale,
+        verification.length + verification.lever,
+    )
+    names = (
+        verification.linkage.inputs,
+        tuple(joint.name for joint in verification.linkage.joints),
+    )
+    inputs = _largest_columns(names[0], run.trajectory.u, range(len(names[0])))
+    joints = _largest_columns(names[1], run.bearing, _distinct_columns(run.bearing))
+    return [
+        Panel("inputs (rad or m)", *inputs),
+        Panel("shaking force (N)", axes, -run.about[:, 3:].T, least),
+        Panel(
+            "shaking moment (N m)",
+            axes,
+            -run.about[:, :3].T,
+            least * arm,
+        ),
+        Panel("bearing force (N)", *joints),
+    ]
+
+
+def _plotted_run(verification: Verification) -> Run:
+    """Return the loads along the plotted motion."""
+    return verification.runs[verification.plotted]
+
+
+def verification_table(verification: Verification) -> bytes:
+    """Write the plotted motion as comma-separated values, one line per sample, SI units.
+
+    Columns are ``time``, the inputs by name (displacements from the reference pose), and the
+    shaking force and moment of the linkage on its base, in inertial axes, moments about the
+    point of the verification.
+    """
+    run = _plotted_run(verification)
+    axes = [f"{part}_{axis}" for part in ("force", "moment") for axis in "xyz"]
+    loads = np.roll(-run.about, 3, axis=1)
+    names = ["time", *verification.linkage.inputs, *axes]
+    return csv_table(names, [run.trajectory.time, run.trajectory.u, loads])
+
+
+def _distinct_columns(forces: Array) -> list[int]:
+    """Select columns (N, n) that do not repeat an earlier one.
+
+    Axes of one joint and joints of massless rods have equal forces.
+    """
+    kept: list[int] = []
+    near = FORCE_EQUAL_RELATIVE * forces.max(initial=0.0)
+    for k, column in enumerate(forces.T):
+        if all(np.abs(column - forces[:, j]).max() > near for j in kept):
+            kept.append(k)
+    return kept
+
+
+def _largest_columns(
+    names: Sequence[str], values: Array, among: Sequence[int]
+) -> tuple[tuple[str, ...], Array]:
+    """Select the columns (N, n) of the largest values, in their order."""
+    reach = np.abs(values).max(axis=0)
+    ranked = rank_least_first([-reach[k] for k in among])
+    chosen = sorted(among[i] for i in ranked[:MAX_LINES])
+    return tuple(names[k] for k in chosen), values[:, chosen].T
+
+
+def verification_picture(verifications: Sequence[Verification], kind: str = "png") -> bytes:
+    """Draw the panels as an image; verifications are side by side with common scales.
+
+    Args:
+        verifications: one or more verifications.
+        kind: ``"png"`` or ``"svg"``.
+
+    Returns:
+        The bytes of the image.
+
+    Raises:
+        PackageError: Matplotlib is missing.
+    """
+    return panels_picture(_columns(verifications), kind)
+
+
+def _columns(verifications: Sequence[Verification]) -> list[PanelColumn]:
+    """Build the column of panels of each linkage."""
+    return [
+        PanelColumn(heading, _plotted_run(verification).trajectory.time, panels(verification))
+        for verification, heading in zip(verifications, _headings(verifications), strict=True)
+    ]
+
+
+def _headings(verifications: Sequence[Verification]) -> list[str]:
+    """Build the heading of each linkage: name, verdict and plotted motion, on two lines."""
+    return [
+        f"{name}\n{verification.verdict}, {motion_heading(verification, verification.plotted)}"
+        for name, verification in zip(
+            linkage_names([verification.linkage for verification in verifications]),
+            verifications,
+            strict=True,
+        )
+    ]
+
+
+def motion_heading(verification: Verification, number: int) -> str:
+    """Name a motion of a verification.
+
+    Args:
+        number: index of the motion.
+    """
+    if verification.crank is not None:
+        return f"{verification.crank.joint} at {verification.crank.rpm:.6g} rpm"
+    return f"motion {number + 1} of {len(verification.runs)}"

@@ -1,0 +1,181 @@
+"""Text of a design for ``balance design``.
+
+`Design.to_dict` has the same content as data for ``--json``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from balance.app.answers.answer import AnswerBody, AnswerPart, AnswerTable, Facts
+from balance.app.answers.text.linkage import linkage_facts
+from balance.app.answers.text.report import distance_text
+from balance.masses.designs.best_design import Design
+from balance.space.inertial_parameters.body_inertia import BodyInertia
+from balance.space.spaces.distance_to_rank_drop import distance_to_rank_drop
+from kinematics.numerics.linalg.ties import round_decimals
+from kinematics.numerics.tolerances import WRITTEN_AS_ZERO
+from kinematics.wording import number_text, round_to_ten_digits, size_text
+
+Array = NDArray[np.float64]
+
+UNITS = {"mass": " kg", "inertia": " kg m²", "rotor": " kg m²", "change": ""}
+# What is left to try where no masses balance the forces and the moment.
+OTHER_WAYS = (
+    "other ways",
+    "--balance force: the forces alone; --add LINKS --partial --budget KG: the least shaking; "
+    "balance remedies: what to build in",
+)
+FORCE_ONLY = "not balanced: compare it by balance verify FILE --against MODEL"
+# Distance to a rank drop, in characteristic lengths, below which a geometry may be a rounded
+# special one.
+NEAR_SPECIAL = 1e-2
+# Digits of masses, and of the largest component of a vector: the conic solver finds an optimum
+# to about six, and those of other processors may differ in the last of them.
+DIGITS = 4
+# Digits of moments of inertia: objectives determine them less well than masses.
+MOMENT_DIGITS = 2
+
+
+def design_facts(design: Design) -> list[tuple[str, str]]:
+    """List the facts on a design, without the table of bodies, as pairs of label and value."""
+    space = design.space
+    algebra = "planar" if space.planar else "spatial"
+    relations = space.motion.relations if space.motion else ()
+    pairs = linkage_facts(space.linkage, f"{algebra}, {space.balance} balance", relations)
+    count = space.rank + space.nullity
+    size = f"{space.nullity} of {count} dimensions, {space.level}"
+    pairs.append(("design space", size))
+    pairs += [("reading", reading.words) for reading in space.readings]
+    pairs.append(("verdict", design.words))
+    pairs += _what_else(design)
+    if design.minimise:
+        value = "" if design.value is None else f": {_objective_text(design.value)}"
+        unit = _unit(design) if value else ""
+        pairs.append(("minimised", f"{design.minimise}{value}{unit}"))
+    if design.floor:
+        pairs.append(("floor", _floor_text(design)))
+    if design.keep:
+        pairs.append(("kept", ", ".join(design.keep)))
+    if design.bounds:
+        limits = (f"{name} {_mass_range(*pair)} kg" for name, pair in design.bounds.items())
+        pairs.append(("bounds", ", ".join(limits)))
+    pairs.append(("limits", _region_text(design)))
+    if design.residuals:
+        named = [item for item in design.residuals._asdict().items() if item[0] != "accepted"]
+        pairs.append(("residuals", ", ".join(f"{name} {size_text(x)}" for name, x in named)))
+    return pairs
+
+
+def body_rows(bodies: Sequence[BodyInertia], length: float) -> list[tuple[str, ...]]:
+    """Build the table of bodies, its head first.
+
+    Args:
+        length: characteristic length, m; shorter coordinates by ten decades are zero.
+    """
+    head = ("body", "mass (kg)", "centre of mass, link frame (m)", "principal moments (kg m²)")
+    return [head, *(_row(body, length) for body in bodies)]
+
+
+def design_body(design: Design) -> AnswerBody:
+    """Build what is printed on a design."""
+    body: list[AnswerPart] = [Facts(design_facts(design), least=13)]
+    if design.bodies:
+        body += ["", AnswerTable(body_rows(design.bodies, design.space.length))]
+    return body
+
+
+def _what_else(design: Design) -> list[tuple[str, str]]:
+    """List what a verdict leaves open: other ways, a special geometry near, the moment."""
+    space = design.space
+    if space.balance == "force":
+        return [("moment", FORCE_ONLY)] if design.z is not None else []
+    if design.verdict != "infeasible":
+        return []
+    pairs, change = [OTHER_WAYS], distance_to_rank_drop(space)
+    if change < NEAR_SPECIAL:
+        pairs.append(("near-special", f"{distance_text(change)}: were coordinates rounded?"))
+    return pairs
+
+
+def _floor_text(design: Design) -> str:
+    """Describe the least mass and extent of a link, and what sets the size of the design."""
+    assert design.floor is not None
+    mass, moment = design.floor
+    text = (
+        f"each link at least {number_text(mass, '.3g')} kg, with second moments of at least "
+        f"{number_text(moment, '.3g')} kg m²"
+    )
+    if design.keep or any(low > 0.0 for low, _ in design.bounds.values()):
+        return text
+    return (
+        f"{text}; nothing else sets the size of the masses: --keep a link, or give one a least "
+        f"mass, such as --bounds {design.space.bodies[0]}=0.1:"
+    )
+
+
+def _region_text(design: Design) -> str:
+    """Describe the balls that must contain the masses."""
+    if design.within is None:
+        return "none: masses may be anywhere"
+    flat = ", seen in the plane" if design.space.planar else ""
+    return (
+        f"the mass of each link within {design.within:g} lengths of the link from the middle "
+        f"of its joints{flat} (--anywhere lifts this)"
+    )
+
+
+def _objective_text(value: float) -> str:
+    """Write the value of an objective; a change that is round-off as a bound."""
+    return size_text(value, f".{DIGITS}g")
+
+
+def _unit(design: Design) -> str:
+    """Return the unit of the objective, after a blank."""
+    assert design.minimise is not None
+    space, unit = design.space, UNITS[design.minimise]
+    slides = [
+        joint.name
+        for joint in space.linkage.joints
+        if joint.kind == "prismatic" and joint.name in {*space.inputs} - {*space.idle}
+    ]
+    if design.minimise == "rotor" and slides:
+        length = number_text(space.length, f".{DIGITS}g")
+        return f"{unit}, {', '.join(slides)} in lengths of {length} m"
+    return unit
+
+
+def _mass_range(low: float, high: float) -> str:
+    """Describe the limits of a mass, kg."""
+    if np.isinf(high):
+        return f"at least {low:g}"
+    return f"{low:g} to {high:g}" if low else f"at most {high:g}"
+
+
+def _row(body: BodyInertia, length: float) -> tuple[str, ...]:
+    """Build the row of one body, with principal moments about its centre of mass."""
+    com = "" if body.link_com is None else vector_digits(body.link_com, DIGITS, length)
+    inertia = body.link_inertia
+    moments = (
+        ""
+        if inertia is None
+        else vector_digits(np.asarray(np.linalg.eigvalsh(inertia)), MOMENT_DIGITS)
+    )
+    return body.name, number_text(body.mass, f".{DIGITS}g"), com, moments
+
+
+def vector_digits(vector: Array, digits: int = DIGITS, scale: float = 0.0) -> str:
+    """Format numbers to the last decimal place of the largest one.
+
+    Args:
+        vector: the numbers (n,).
+        digits: significant digits of the largest one.
+        scale: a size in the unit of the numbers; those below `WRITTEN_AS_ZERO` of it are 0.
+    """
+    vector = np.where(np.abs(vector) > WRITTEN_AS_ZERO * scale, vector, 0.0)
+    largest = round_to_ten_digits(float(np.abs(vector).max()))
+    place = digits - 1 - int(np.floor(np.log10(largest))) if largest else 0
+    return ", ".join(f"{x + 0.0:.{digits}g}" for x in round_decimals(vector, place).tolist())

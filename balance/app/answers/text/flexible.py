@@ -1,0 +1,167 @@
+"""Text of results on flexible links for ``balance flex``."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from balance.app.answers.answer import AnswerBody, AnswerTable, Facts
+from balance.motion.flexible.flex_data import beam_deflection, moment_about
+from balance.motion.flexible.free_modes import FreeMode
+from balance.motion.flexible.from_linkage import FlexibleLinkage
+from balance.motion.flexible.similarity import Arm, Similarity
+from balance.motion.flexible.simulate import FlexibleMotion
+from balance.motion.flexible.support_points import STATIC_POINT, SupportPoints
+from balance.motion.flexible.supported_modes import SupportedModes
+from balance.motion.flexible.translators import TranslatorMotion
+from kinematics.wording import number_text, size_text
+
+# Most digits of a frequency.
+MOST_DIGITS = 5
+
+
+def free_modes_table(modes: Sequence[FreeMode]) -> AnswerTable:
+    """Build the table of modes of a free beam: λ², and zeros over the length."""
+    rows = [("mode", "λ² = ω √(ρA l⁴ / EI)", "zeros ± ξ from the middle")]
+    for one in modes:
+        zeros = " ".join(f"{zero:.12g}" for zero in one.zeros)
+        rows.append((str(one.number), f"{one.frequency:.9f}", zeros))
+    return AnswerTable(rows)
+
+
+def supported_modes_table(modes: SupportedModes) -> AnswerTable:
+    """Build the table of frequencies of a beam on supports, with the digits that hold."""
+    rows = [("mode", "frequency (Hz)", "ω (rad/s)")]
+    pairs = zip(modes.frequencies.tolist(), modes.errors.tolist(), strict=True)
+    for number, (omega, error) in enumerate(pairs, 1):
+        form = f".{_digits_that_hold(error)}g"
+        hertz = number_text(omega / (2.0 * np.pi), form)
+        rows.append((str(number), hertz, number_text(omega, form)))
+    return AnswerTable(rows)
+
+
+def _digits_that_hold(error: float) -> int:
+    """Count the significant digits of a number with a relative error, at most `MOST_DIGITS`."""
+    digits = math.floor(-math.log10(error)) if error > 0.0 else MOST_DIGITS
+    return min(max(digits, 1), MOST_DIGITS)
+
+
+def supports_body(found: SupportPoints) -> AnswerBody:
+    """Build what is printed on supports, their weights and the whippletree of one half."""
+    rows = [("point ξ", "weight")]
+    pairs = zip(found.points.tolist(), found.weights.tolist(), strict=True)
+    rows += [(f"{x:+.9f}", f"{w:.9f}") for x, w in pairs]
+    modes = ", ".join(map(str, found.modes)) or "none"
+    facts = [
+        ("balanced", f"symmetric modes {modes}, and all antisymmetric ones"),
+        ("residual", size_text(found.residual)),
+        ("hinge", f"ξ = ±{found.hinge:.9f}"),
+        ("static", f"two points at ξ = ±{STATIC_POINT:.9f} for a uniform load"),
+    ]
+    facts += [
+        (f"bar {k}", f"ends at {one.ends[0]:.9f} and {one.ends[1]:.9f}, pivot at "
+         f"{one.pivot:.9f}: arms {one.arms[0]:.9f} and {one.arms[1]:.9f}")
+        for k, one in enumerate(found.bars, 1)
+    ]  # fmt: skip
+    return [AnswerTable(rows), "", Facts(facts)]
+
+
+def similarity_body(
+    second: Arm,
+    found: Similarity,
+    motion: FlexibleMotion | None = None,
+    translator: TranslatorMotion | None = None,
+) -> AnswerBody:
+    """Build what is printed on a counter-arm, its similarity, and the peaks of a simulation.
+
+    Args:
+        found: the comparison with the arm that it balances.
+        motion: a simulation of both on one hub, if there is one.
+        translator: that of translators on two of each, if there is one.
+    """
+    beam = second.beam
+    facts = [
+        ("counter-arm", f"length {number_text(beam.length, '.6g')} m, EI "
+                        f"{number_text(beam.bending, '.6g')} N m², "
+         f"ρA {number_text(beam.line_mass, '.6g')} kg/m, tip "
+         f"{number_text(second.tip_mass, '.6g')} kg"),
+        ("", f"tip radius {number_text(second.tip_radius, '.6g')} m, tip inertia "
+             f"{number_text(second.tip_inertia, '.6g')} "
+         f"kg m², hub radius {number_text(second.hub_radius, '.6g')} m"),
+        ("scale", number_text(found.scale, ".6g")),
+        ("same material", f"thickness × {number_text(found.scale**2, '.6g')}, width × "
+                          f"{number_text(found.scale**-4, '.6g')}, "
+         f"width of rigid parts × {number_text(found.scale**-3, '.6g')}"),
+        ("frequencies", " and ".join(f"{number_text(f, '.6g')} Hz" for f in found.frequencies)),
+        ("similar", "yes" if found.similar else "no"),
+    ]  # fmt: skip
+    if motion is not None:
+        facts.append(("shaking force", f"{number_text(motion.peak_force)} N at most"))
+        facts.append(("shaking moment", f"{number_text(motion.peak_moment)} N m at most"))
+    if translator is not None:
+        facts += _translator_facts(translator)
+    rows = [("condition", "equal", "arm", "counter-arm", "difference")]
+    for one in found.conditions:
+        state = "holds" if one.holds else f"{one.difference:+.3%}"
+        rows.append(
+            (
+                one.name,
+                one.words,
+                number_text(one.left, ".6g"),
+                number_text(one.right, ".6g"),
+                state,
+            )
+        )
+    return [Facts(facts), "", AnswerTable(rows)]
+
+
+def _translator_facts(motion: TranslatorMotion) -> list[tuple[str, str]]:
+    """List the facts on a translator and its counter-translator."""
+    translator, other = motion.translator, motion.blocks[1]
+    low, high = (round(1e3 * y, 2) + 0.0 for y in motion.displacement)
+    hubs = "half of it on each hub" if translator.both else "on the lower hub"
+    return [
+        ("counter-block", f"{number_text(other.mass, '.6g')} kg, length "
+                          f"{number_text(other.length, '.6g')} m, breadth "
+         f"{number_text(other.breadth, '.6g')} m"),
+        ("driven by", f"{translator.moment:g} N m, {hubs}, within {translator.rise:g} s; for "
+         f"{motion.pair.times[-1]:g} s"),
+        ("displacement", f"{number_text(low, '.2f')} to {number_text(high, '.2f')} mm"),
+        ("shaking force", f"{number_text(motion.pair.peak_force)} N at most, "
+                          f"{number_text(motion.reduction, '.0f')} times "
+         "less than without counter-translator"),
+        ("shaking moment", f"{number_text(motion.pair.peak_moment)} N m at most, about the "
+                           "middle "
+         "between the hubs"),
+        ("energy", f"drifts by {size_text(motion.pair.energy_drift)} of the largest"),
+    ]  # fmt: skip
+
+
+def flexible_motion_facts(
+    linkage: FlexibleLinkage, motion: FlexibleMotion
+) -> list[tuple[str, str]]:
+    """List the facts on a simulation as pairs of label and value."""
+    x, y = linkage.point
+    moment = float(np.abs(moment_about(motion, linkage.point)).max())
+    centre = "the centre of mass at the start, " if linkage.about is None else ""
+    pairs = [
+        ("linkage", linkage.linkage.name),
+        ("duration", f"{motion.times[-1]:g} s"),
+        ("shaking force", f"{number_text(motion.peak_force)} N at most"),
+        ("shaking moment", f"{number_text(moment)} N m at most, about {centre}"
+         f"({number_text(x)}, {number_text(y)}) m in the plane"),
+    ]  # fmt: skip
+    for name, model in linkage.beams.items():
+        peak = float(beam_deflection(motion, linkage, name).max())
+        line = "its tangent at the drive" if name in linkage.tangents else (
+            "the line through its joints"
+        )  # fmt: skip
+        pairs.append((name, f"beam of {number_text(model.part.length)} m and "
+                            f"{number_text(model.mesh.beam.mass)} "
+                      f"kg, {len(model.mesh.nodes) - 1} elements, {model.part.size} modes: "
+                      f"bends by {number_text(peak, '.3g')} m from {line}"))  # fmt: skip
+    pairs.append(("energy", f"drifts by {size_text(motion.energy_drift)} of the largest"))
+    pairs.append(("integrator", f"{motion.method}, {motion.steps} steps"))
+    return pairs

@@ -1,0 +1,113 @@
+"""Text of partial balance for ``balance design --partial``.
+
+`ParetoFront.to_dict` has the same content as data for ``--json``.
+"""
+
+from __future__ import annotations
+
+from math import inf
+
+from balance.app.answers.answer import AnswerBody, AnswerPart, AnswerTable, Facts
+from balance.app.answers.text.counterweights import counterweight_rows
+from balance.app.answers.text.linkage import linkage_facts
+from balance.masses.partial.results import ParetoFront, PartialBalance
+from balance.support.tolerances import SHAKING_GAP_PROVED
+from kinematics.wording import number_text, size_text, vector_text
+
+DIGITS = 4
+
+
+def partial_facts(front: ParetoFront) -> list[tuple[str, str]]:
+    """List the facts on designs as pairs of label and value."""
+    best, weight = front.designs[-1], front.weight_moment
+    space, given = best.space, best.given
+    relations = space.motion.relations if space.motion else ()
+    pairs = linkage_facts(space.linkage, f"{space.balance} balance", relations)
+    point = f"{vector_text(front.point)} m"
+    counts = f"{number_text(weight)} N m about {point} count as 1 N"
+    if weight == inf:
+        counts = f"forces alone; moments are about {point}"
+    pairs.append(("minimised", f"root mean square of the {front.objective}, {counts}"))
+    if front.frame is not None:
+        pairs.append(("frame", f"natural frequency {number_text(front.frame.frequency)} Hz"))
+    pairs.append(("verdict", best.words))
+    if best.found is not None:
+        for label, name, unit in (("force", "force", "N"), ("moment", "moment", "N m")):
+            before, after = getattr(given, name), getattr(best.found, name)
+            pairs.append(
+                (
+                    label,
+                    f"{number_text(before)} {unit} before, "
+                    f"{_remaining_load_text(after, before)} {unit} after (rms)",
+                )
+            )
+        if given.force_off > 0.0 or best.found.force_off > 0.0:
+            pairs.append(("tables", _rounding_text(best)))
+        pairs += _drives(best)
+    return pairs
+
+
+def _rounding_text(best: PartialBalance) -> str:
+    """Say how far the loads before and after can be off, since tables are rounded."""
+    assert best.found is not None
+    words = []
+    for name, unit in (("force", "N"), ("moment", "N m")):
+        before, after = (
+            size_text(getattr(figures, f"{name}_off"), ".2g", getattr(best.given, name))
+            for figures in (best.given, best.found)
+        )
+        words.append(f"{name} off by up to {before} {unit} before, {after} {unit} after")
+    return f"by decimals and samples, {'; '.join(words)}"
+
+
+def _remaining_load_text(after: float, before: float) -> str:
+    """Write what is left of a load, as a bound if it is less than the solver's accuracy."""
+    return size_text(after, f".{DIGITS}g", before, SHAKING_GAP_PROVED)
+
+
+def _drives(best: PartialBalance) -> list[tuple[str, str]]:
+    """List what the motors feel, before and after."""
+    assert best.found is not None
+    inertia, torque = best.given.inertia, best.given.torque
+    return [
+        (
+            f"input {name}",
+            f"inertia {number_text(inertia[name])} before, "
+            f"{number_text(best.found.inertia[name])} after; peak "
+            f"torque {number_text(torque[name])} before, "
+            f"{number_text(best.found.torque[name])} after",
+        )
+        for name in inertia
+    ]
+
+
+def front_rows(front: ParetoFront) -> list[tuple[str, ...]]:
+    """Build the table of designs, its head first."""
+    unit = "N" if front.frame is None else "m"
+    head = ("added (kg)", f"{front.objective} ({unit})", "force (N)", "moment (N m)",
+            "largest torque", "verdict")  # fmt: skip
+    rows: list[tuple[str, ...]] = [head]
+    for design in front.designs:
+        if design.found is None:
+            rows.append(
+                (number_text(design.budget, f".{DIGITS}g"), "-", "-", "-", "-", design.verdict)
+            )
+            continue
+        given, torque = design.given, max(design.found.torque.values(), default=0.0)
+        loads = (
+            _remaining_load_text(getattr(design.found, name), getattr(given, name))
+            for name in ("objective", "force", "moment")
+        )
+        mass, torque_text = (number_text(x, f".{DIGITS}g") for x in (design.mass, torque))
+        rows.append((mass, *loads, torque_text, design.verdict))
+    return rows
+
+
+def partial_body(front: ParetoFront) -> AnswerBody:
+    """Build what is printed on designs, of which the last one is described in full."""
+    body: list[AnswerPart] = [Facts(partial_facts(front))]
+    if len(front.designs) > 1:
+        body += ["", AnswerTable(front_rows(front))]
+    if front.designs[-1].weights:
+        body += ["", AnswerTable(counterweight_rows(front.designs[-1].weights, DIGITS))]
+    return body

@@ -1,0 +1,66 @@
+"""Text of remedies for ``balance remedies``.
+
+`RemedyComparison.to_dict` has the same content as data for ``--json``.
+"""
+
+from __future__ import annotations
+
+from balance.app.answers.answer import AnswerBody, AnswerTable, Facts
+from balance.app.answers.text.linkage import linkage_facts
+from balance.masses.remedies.applied import AppliedRemedy
+from balance.masses.remedies.compare import RemedyComparison
+from kinematics.numerics.tolerances import POSE_DETERMINED
+from kinematics.wording import number_text, size_text
+
+DIGITS = 4
+NONE = "-"
+HEAD = ("remedy", "verdict", "added (kg)", "of its mass", "input inertia", "links", "joints",
+        "freedoms", "shaking")  # fmt: skip
+
+
+def remedies_facts(comparison: RemedyComparison) -> list[tuple[str, str]]:
+    """List the facts on a comparison as pairs of label and value."""
+    request = comparison.request
+    pairs = linkage_facts(request.linkage, f"{request.balance} balance", request.motion)
+    pairs += [
+        ("mobility", str(request.freedoms)),
+        ("mass", f"{number_text(request.given_mass, f'.{DIGITS}g')} kg in moving links"),
+        ("own masses", comparison.own.words),
+        (
+            "rotors",
+            f"radius {number_text(request.rotor_radius, f'.{DIGITS}g')} m, "
+            f"gear {request.gear:g}",
+        ),
+    ]
+    for applied in comparison.balanced[:1]:
+        pairs.append(("lightest", f"{applied.words}: {applied.reason}"))
+    return pairs
+
+
+def remedy_rows(comparison: RemedyComparison) -> list[tuple[str, ...]]:
+    """Build the table of remedies, its head first."""
+    return [
+        HEAD,
+        *(_row(applied, comparison.request.given_mass) for applied in comparison.results),
+    ]
+
+
+def _row(applied: AppliedRemedy, given_mass: float) -> tuple[str, ...]:
+    """Build the row of one result."""
+    if not applied.helps:
+        return (applied.remedy, applied.verdict, *[NONE] * (len(HEAD) - 2))
+    numbers = (
+        NONE if value is None else number_text(value, f".{DIGITS}g", given_mass)
+        for value in (applied.added_mass, applied.mass_ratio, applied.inertia_ratio)
+    )  # fmt: skip
+    counts = len(applied.new_links), len(applied.new_joints), -applied.lost_freedoms
+    shaking = (
+        NONE if applied.residual is None else size_text(applied.residual, floor=POSE_DETERMINED)
+    )
+    return (applied.remedy, applied.verdict, *numbers, *map(str, counts), shaking)
+
+
+def remedies_body(found: RemedyComparison) -> AnswerBody:
+    """Build what is printed on a comparison."""
+    reasons = [f"{each.remedy}: {each.words}; {each.reason}" for each in found.results]
+    return [Facts(remedies_facts(found)), "", AnswerTable(remedy_rows(found)), "", *reasons]

@@ -1,0 +1,167 @@
+"""Data and text of ``balance sweep``: what a run did, and what a file of results holds."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from balance.app.answers.answer import AnswerBody, AnswerPart, AnswerTable, Facts
+from balance.studies.runs.chunk_runs import RunSummary
+from balance.studies.runs.results_file import ResultsFile
+from kinematics.wording import count_noun, number_text
+
+SCHEMA = "balance.sweep/1"
+REASON = "reason"
+"""The column in which a sweep says why a row has no answer; empty if it has one."""
+# Most characters of a text in a table.
+WIDEST = 40
+
+Data = dict[str, Any]
+
+
+def run_data(file: ResultsFile, summary: RunSummary) -> Data:
+    """Collect what a run has done."""
+    return {
+        "schema": SCHEMA, "what": "run", **_file_data(file),
+        "chunks": summary.chunks, "computed": summary.rows, "kept": summary.kept,
+        "seconds": summary.seconds, "rate": summary.rate,
+        "lost_workers": summary.lost_workers,
+    }  # fmt: skip
+
+
+def _file_data(file: ResultsFile) -> Data:
+    """Collect the facts on a file that all answers have."""
+    covered, results = file.computed()
+    reasons = []
+    if any(column.name == REASON for column in file.columns):
+        counts = file.counts(REASON)
+        reasons = [{"reason": k, "count": n} for k, n in counts.items() if k is not None]
+    return {
+        "file": file.path, "kind": file.about["kind"], "program": file.about["program"],
+        "rows": file.rows, "covered": covered, "results": results, "reasons": reasons,
+    }  # fmt: skip
+
+
+def run_body(found: Data) -> AnswerBody:
+    """Build what is printed on a run.
+
+    Args:
+        found: from `run_data`.
+    """
+    rate = f"{found['seconds']:.1f} s, {found['rate']:,.0f} geometries a second"
+    pairs = [("computed", f"{found['computed']:,} geometries in {rate}")]
+    if not found["computed"]:
+        pairs = [("computed", "nothing was left to compute")]
+    if found["kept"]:
+        pairs.append(("kept", f"{found['kept']:,} geometries of an earlier run"))
+    if found["lost_workers"]:
+        again = f"{count_noun(found['lost_workers'], 'process')} ended, and others went on"
+        pairs.append(("workers", again))
+    return [Facts([*file_facts(found), *pairs])]
+
+
+def file_facts(data: Data) -> list[tuple[str, str]]:
+    """List the facts on a file as pairs of label and value.
+
+    Args:
+        data: any data of a file.
+    """
+    done = f"{data['covered']:,} of {data['rows']:,} geometries"
+    state = "complete" if data["covered"] == data["rows"] else f"{done} so far"
+    pairs = [("file", f"{data['file']}, {state}"), ("results", f"{data['results']:,} rows")]
+    for reason in data["reasons"]:
+        pairs.append(("no answer", f"{reason['count']:,} rows: {reason['reason']}"))
+    return pairs
+
+
+def export_data(file: ResultsFile, path: str, rows: int) -> Data:
+    """Collect what was exported.
+
+    Args:
+        path: path of the file that was written.
+        rows: its rows.
+    """
+    return {"schema": SCHEMA, "what": "export", **_file_data(file), "out": path, "lines": rows}
+
+
+def export_body(found: Data) -> AnswerBody:
+    """Build what is printed on an export.
+
+    Args:
+        found: from `export_data`.
+    """
+    written = ("written", f"{found['out']}, {found['lines']:,} rows")
+    return [Facts([*file_facts(found), written])]
+
+
+def show_data(file: ResultsFile, order: str, descending: bool, count: int) -> Data:
+    """Collect what a file holds: its columns, and its first rows.
+
+    Args:
+        order: column to sort by; empty for the order of the job.
+        descending: whether the largest comes first.
+        count: number of rows.
+
+    Raises:
+        UsageError: there is no such column.
+    """
+    table = file.read(order=order, descending=descending, limit=count)
+    columns = [
+        {"name": column.name, "kind": column.kind, "unit": column.unit or None,
+         **dict(zip(("least", "most", "missing"), file.extent(column.name), strict=True))}
+        for column in file.columns
+    ]  # fmt: skip
+    rows = [
+        [_plain(value) for value in values]
+        for values in zip(*(array.tolist() for array in table.values()), strict=True)
+    ]
+    return {
+        "schema": SCHEMA, "what": "show", **_file_data(file), "columns": columns,
+        "sort": order or None, "descending": descending, "head": list(table), "table": rows,
+    }  # fmt: skip
+
+
+def _plain(value: Any) -> Any:
+    """Return a value, or None for a missing one."""
+    missing = value == "" or (isinstance(value, int) and value == -1) or value != value
+    return None if missing else value
+
+
+def show_body(found: Data) -> AnswerBody:
+    """Build what is printed on a file: facts, ranges of the columns, and a table.
+
+    Args:
+        found: from `show_data`.
+    """
+    ranges = [
+        (_headed(column), *(cell_text(column[key]) for key in ("least", "most")),
+         f"{column['missing']:,}" if column["missing"] else "")
+        for column in found["columns"] if column["kind"] != "text"
+    ]  # fmt: skip
+    ranges.insert(0, ("column", "least", "most", "missing"))
+    body: list[AnswerPart] = [Facts(file_facts(found)), "", AnswerTable(ranges, "<>")]
+    if found["table"]:
+        rows = [[cell_text(value) for value in row] for row in found["table"]]
+        kept = [k for k in range(len(found["head"])) if k == 0 or any(row[k] for row in rows)]
+        body += [
+            "",
+            AnswerTable([[row[k] for k in kept] for row in (found["head"], *rows)], "<>"),
+        ]
+    return body
+
+
+def _headed(column: Mapping[str, Any]) -> str:
+    """Name a column and its unit."""
+    return f"{column['name']} ({column['unit']})" if column["unit"] else str(column["name"])
+
+
+def cell_text(value: Any) -> str:
+    """Format a value for a table; a missing one is empty."""
+    if value is None:
+        return ""
+    if isinstance(value, float | np.floating):
+        return number_text(float(value), ".6g")
+    text = str(value)
+    return text if len(text) <= WIDEST else f"{text[: WIDEST - 1]}…"

@@ -1,0 +1,106 @@
+"""Text of a synthesis for ``balance synthesize``.
+
+`Synthesis.to_dict` has the same content as data for ``--json``.
+"""
+
+from __future__ import annotations
+
+import math
+
+from balance.app.answers.answer import AnswerBody, AnswerPart, Facts
+from balance.motion.motion_tolerances import SYNTHESIS_MOMENTUM, SYNTHESIS_SHAKING
+from balance.studies.synthesis.mechanism import Synthesis, SynthesizedMechanism
+from kinematics.wording import number_text, size_text
+
+HEAD = ("mechanism", "pivots (m)", "turns (deg)", "misses (m)", "momentum", "shaking",
+        "design space", "defects")  # fmt: skip
+NONE = "-"
+
+
+def synthesis_facts(synthesis: Synthesis) -> list[tuple[str, str]]:
+    """List the facts on a synthesis as pairs of label and value."""
+    places = "; ".join(
+        f"({number_text(each.x, '.6g')}, {number_text(each.y, '.6g')}) at "
+        f"{number_text(math.degrees(each.angle), '.6g')}°"
+        for each in synthesis.positions
+    )
+    kind = (
+        synthesis.kind
+        if synthesis.kind == "four-bar"
+        else f"{synthesis.kind}, {synthesis.case}"
+    )
+    pairs = [("positions", places), ("mechanism", kind)]
+    if synthesis.ratio is not None:
+        pairs.append(("ratio", f"k = {number_text(synthesis.ratio, '.6g')}"))
+    pairs += [("verdict", synthesis.words), *(("remark", words) for words in synthesis.remarks)]
+    for mechanism in synthesis.mechanisms[:1]:
+        pairs += _best(mechanism)
+    return pairs
+
+
+def _best(mechanism: SynthesizedMechanism) -> list[tuple[str, str]]:
+    """List the facts on the best mechanism."""
+    pairs = []
+    if mechanism.relation is not None:
+        pairs.append(("motion", f"--motion {mechanism.relation}"))
+    if mechanism.first_position:
+        inputs = mechanism.first_position.items()
+        at = ", ".join(f"{name}={number_text(x, '.9g')} rad" for name, x in inputs)
+        pairs.append(("file pose", f"away from position 1, which is nearly flat, at {at}"))
+    numbers = mechanism.numbers
+    if "J1" in numbers:
+        lengths = ", ".join(
+            f"{name} {number_text(numbers[name], '.6g')}" for name in ("l1", "l2", "l3")
+        )
+        centres = ", ".join(
+            f"{name} {number_text(numbers[name], '.6g')}" for name in ("s1", "s2", "s3", "s4")
+        )
+        inertias = ", ".join(
+            f"{name} {number_text(numbers[name], '.6g')}" for name in ("J1", "J2", "C")
+        )
+        pairs += [("lengths", f"{lengths} m"), ("centres", f"{centres} m"),
+                  ("inertias", f"{inertias} kg m²")]  # fmt: skip
+    return pairs
+
+
+def mechanism_rows(synthesis: Synthesis) -> list[tuple[str, ...]]:
+    """Build the table of mechanisms, its head first."""
+    return [HEAD, *map(_row, synthesis.mechanisms)]
+
+
+def _row(mechanism: SynthesizedMechanism) -> tuple[str, ...]:
+    """Build the row of a mechanism."""
+    pivots = "  ".join(
+        f"{name} ({number_text(z.real, '.5g')}, {number_text(z.imag, '.5g')})"
+        for name, z in mechanism.pivots.items()
+    )
+    turns = ", ".join(
+        number_text(math.degrees(turn), ".5g") for turn in mechanism.link_turns[1:]
+    )
+    sizes = (
+        NONE if value is None else size_text(value, floor=floor)
+        for value, floor in (
+            (mechanism.confirmation.momentum, SYNTHESIS_MOMENTUM),
+            (mechanism.confirmation.shaking, SYNTHESIS_SHAKING),
+        )
+    )
+    defects = "; ".join(f"{each.kind}: {each.words}" for each in mechanism.defects) or "none"
+    space = mechanism.confirmation.space or mechanism.confirmation.reason
+    return (
+        mechanism.kind,
+        pivots,
+        turns,
+        size_text(mechanism.position_error),
+        *sizes,
+        space,
+        defects,
+    )
+
+
+def synthesis_body(found: Synthesis) -> AnswerBody:
+    """Build what is printed on a synthesis."""
+    head, *rows = mechanism_rows(found)
+    body: list[AnswerPart] = [Facts(synthesis_facts(found))]
+    for row in rows:
+        body += ["", Facts(list(zip(head, row, strict=True)))]
+    return body

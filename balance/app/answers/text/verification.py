@@ -1,0 +1,158 @@
+"""Text of a verification for ``balance verify``.
+
+`Verification.to_dict` has the same content as data for ``--json``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from balance.app.answers.answer import AnswerBody, Facts, joined_facts
+from balance.motion.verification.result import Verification
+from kinematics.numerics.linalg.ties import first_largest
+from kinematics.numerics.tolerances import SIZE_DETERMINED, TIE_RELATIVE
+from kinematics.wording import first_names, number_text, size_text, vector_text
+
+
+def verification_facts(check: Verification) -> list[tuple[str, str]]:
+    """List the facts on a verification as pairs of label and value."""
+    force_ratio, moment_ratio, force_residual, moment_residual, agreement = (
+        size_text(size, floor=check.round_off)
+        for size in (check.force_ratio, check.moment_ratio, check.force_residual,
+                     check.moment_residual, check.agreement)
+    )  # fmt: skip
+    joint = check.most_loaded()
+    force, moment = (_peak_text(check, part) for part in ("force", "moment"))
+    return [
+        ("linkage", f"{check.model}, {check.balance} balance"),
+        ("file", check.linkage.source),
+        *([("pose", check.linkage.pose)] if check.linkage.at else []),
+        ("inputs", first_names(check.linkage.inputs)),
+        *_motion_facts(check),
+        ("shaking force", f"{force}; {force_residual} of inertia"),
+        ("shaking moment", f"{moment}; {moment_residual} of inertia{_own_middle(check)}"),
+        ("about", f"{vector_text(check.point)} m{_middle(check)}"),
+        *_table_facts(check),
+        ("inertia force", f"{number_text(check.scale, '.3g')} N, the bodies' own at its peak"),
+        (
+            "bearing force",
+            f"{number_text(check.bearing, '.3g')} N"
+            + (f" in {joint}" if joint else "")
+            + _preload_text(check),
+        ),
+        ("to bearing", f"{force_ratio} (force), {moment_ratio} (moment)"),
+        ("agreement", f"{agreement}, Pinocchio and our series"),
+        ("closure", f"{size_text(check.closure)} radians, characteristic lengths"),
+        *(("note", remark) for remark in check.remarks),
+        ("verdict", f"{_verdict(check)} (tolerance {check.tolerance:.1e})"),
+    ]
+
+
+def _preload_text(verification: Verification) -> str:
+    """Say in which range preload lets the largest bearing force be."""
+    if not verification.preload:
+        return ""
+    least = verification.least_bearing
+    if least <= SIZE_DETERMINED * verification.scale:
+        return "; with preload it can be any"
+    if least >= verification.bearing * (1.0 - TIE_RELATIVE):
+        return "; preload adds to it"
+    return f"; from {number_text(least, '.3g')} N up with preload"
+
+
+def _middle(verification: Verification) -> str:
+    """Name the point of the moments if it is the middle of the mechanism."""
+    return ", the middle of the mechanism" if verification.about_middle else ""
+
+
+def _own_middle(verification: Verification) -> str:
+    """Say that the part of the inertia is for moments about another point than the load."""
+    return "" if verification.about_middle else " about its middle"
+
+
+def _table_facts(verification: Verification) -> list[tuple[str, str]]:
+    """Say how far the peaks can be off if the motions are from a rounded table."""
+    if verification.decimals is None:
+        return []
+    force, moment = (verification.range_text(part) for part in ("force", "moment"))
+    return [("table", f"decimals and samples allow a force of {force}, a moment of {moment}")]
+
+
+def _verdict(verification: Verification) -> str:
+    """Return the verdict; of forces alone, if nothing else counts."""
+    if verification.balance == "force" and verification.decided:
+        return f"forces {verification.verdict}; the moment does not count"
+    return verification.verdict
+
+
+def _motion_facts(verification: Verification) -> list[tuple[str, str]]:
+    """List the facts on the motions: number, duration, amplitude, and the plotted one."""
+    samples = sum(run.trajectory.time.size for run in verification.runs)
+    if verification.crank is not None:
+        crank = verification.crank
+        return [
+            ("motion", f"one revolution of {crank.joint} at {crank.rpm:.6g} rpm "
+                       f"({number_text(crank.speed, '.6g')} rad/s), {samples - 1} steps"),
+            ("duration", f"{verification.duration:.4g} s"),
+        ]  # fmt: skip
+    count, number = len(verification.runs), verification.plotted
+    origin = "given" if verification.seed is None else f"random, seed {verification.seed}"
+    units = {joint.name: "m" if joint.kind == "prismatic" else "rad"
+             for joint in verification.linkage.joints}  # fmt: skip
+    amplitudes = [
+        f"{name} {number_text(size, '.3g')} {units[name]}"
+        for name, size in verification.amplitude.items()
+    ]
+    loads = ", ".join(
+        verification.load_text(part, verification.runs[number].peak(part))
+        for part in ("force", "moment")
+    )
+    return [
+        ("motions", f"{count} {origin}; {samples} samples"),
+        ("duration", f"{verification.duration:.4g} s" + (" each" if count > 1 else "")),
+        ("amplitude", first_names(amplitudes)),
+        ("plotted", f"motion {number + 1} of {count}: {loads}"),
+    ]
+
+
+def _peak_text(verification: Verification, part: str) -> str:
+    """Describe the peak of the shaking force or moment, and where it occurs."""
+    number = verification.worst(part)
+    run = verification.runs[number]
+    peak = verification.load_text(part, run.peak(part))
+    if verification.crank is None:
+        return f"{peak} in motion {number + 1}"
+    at = verification.linkage.inputs.index(verification.crank.joint)
+    sample = first_largest(run.sizes(part), verification.part_scale(part))
+    angle = np.degrees(run.trajectory.u[sample, at])
+    return (
+        f"peak {peak} at {number_text(angle, '.1f')}°, "
+        f"rms {verification.load_text(part, run.rms(part))}"
+    )
+
+
+def _ratios(first: Verification, second: Verification) -> str:
+    """Compare peak and root mean square of the loads of a linkage with those of a second."""
+    words = []
+    for part in ("force", "moment"):
+        (peak, other), (mean, others) = (
+            (max(run.peak(part) for run in check.runs) for check in (first, second)),
+            (np.sqrt(np.mean([run.rms(part) ** 2 for run in check.runs]))
+             for check in (first, second)),
+        )  # fmt: skip
+        if getattr(second, f"{part}_residual") > second.tolerance:
+            ratios = (size_text(ratio, ".3g") for ratio in (peak / other, mean / others))
+            words.append("{} {} (peak), {} (rms)".format(part, *ratios))
+    return "; ".join(words) or "the second does not shake"
+
+
+def verification_body(results: Sequence[Verification]) -> AnswerBody:
+    """Build what is printed on the verification of a linkage, or of two beside each other."""
+    facts = [verification_facts(each) for each in results]
+    if len(results) == 1:
+        return [Facts(facts[0], least=15)]
+    notes = [("note", f"{each.model}: {note}") for each in results for note in each.remarks]
+    rows = joined_facts([[pair for pair in pairs if pair[0] != "note"] for pairs in facts])
+    return [Facts([*rows, ("first/second", _ratios(*results)), *notes], least=15)]

@@ -1,0 +1,220 @@
+"""The command ``balance flex``: modes, supports, similar arms, simulation of flexible links."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Sequence
+from functools import partial
+from typing import TYPE_CHECKING
+
+from balance.app.answers.answer import Answer, Facts, Files
+from balance.app.cli.arguments import Parser, Verbs, add_json_option
+from balance.app.cli.exit_codes import DONE
+from balance.app.cli.flex_arguments import beam_of, drive_of, support_position, tip_of
+from balance.app.cli.flex_similar import add_similar
+from balance.app.cli.model_options import add_model_options, load_model
+from balance.app.cli.number_arguments import (
+    add_about,
+    finite_number,
+    positive_number,
+    whole_number,
+)
+from balance.app.cli.outputs import add_page_option, add_picture_option, kind_of
+from balance.app.cli.progress_bar import progress_bar
+
+if TYPE_CHECKING:
+    from balance.motion.flexible.free_modes import FreeMode
+    from balance.motion.flexible.linkage_motion import FlexibleSimulation
+
+
+def add_flex(parser: Parser) -> None:
+    """Add the commands below ``flex``."""
+    parser.description = "Dynamic balance of mechanisms with links that bend, in the plane."
+    kinds = parser.add_subparsers(metavar="what", required=True)
+    _add_modes(kinds)
+    _add_supports(kinds)
+    add_similar(kinds)
+    _add_simulate(kinds)
+
+
+def _add_modes(kinds: Verbs) -> None:
+    """Add ``flex modes``."""
+    parser = kinds.add_parser("modes", help="modes of a beam, free or on supports")
+    parser.add_argument(
+        "--count", type=whole_number(1, 500), default=12, metavar="N",
+        help="number of modes (default 12)",
+    )  # fmt: skip
+    parser.add_argument(
+        "--beam", type=beam_of, metavar="length:…,EI:…,rhoA:…",
+        help="a beam in SI units (default: a free beam without dimensions)",
+    )  # fmt: skip
+    parser.add_argument(
+        "--pin", type=support_position, action="append", default=[], metavar="S[+S…]",
+        help="a pin at S metres along the beam, or a whippletree at several points with "
+        "weights (0.1*0.5+0.3*0.5); repeatable",
+    )  # fmt: skip
+    parser.add_argument(
+        "--clamp", type=finite_number, action="append", default=[], metavar="S",
+        help="a clamp at S metres along the beam; repeatable",
+    )  # fmt: skip
+    parser.add_argument(
+        "--tip", type=tip_of, metavar="MASS[,INERTIA[,OFFSET]]",
+        help="a rigid body fixed to the far end of the beam: kg, kg m² about its centre of "
+        "mass, and metres from the end to that centre",
+    )  # fmt: skip
+    add_json_option(parser, _modes)
+    add_picture_option(parser, kinds="")
+
+
+def _modes(arguments: argparse.Namespace) -> Answer:
+    """Compute the modes of the options."""
+    if arguments.beam is None:
+        if arguments.pin or arguments.clamp or arguments.tip:
+            arguments.refuse("--pin, --clamp and --tip need --beam")
+        from balance.motion.flexible.free_modes import free_modes
+
+        return _free_modes(free_modes(arguments.count), kind_of(arguments.plot))
+    from balance.app.answers.text.flexible import supported_modes_table
+    from balance.motion.flexible.flex_data import supported_modes_data
+    from balance.motion.flexible.supported_modes import Clamp, Support, supported_modes
+
+    supports = [Support(*points) for points in arguments.pin]
+    clamps = [Clamp(s) for s in arguments.clamp]
+    modes = supported_modes(
+        arguments.beam, [*supports, *clamps], arguments.count, end_body=arguments.tip
+    )
+
+    def files() -> Files:
+        from balance.app.answers.html.flexible_pictures import supported_modes_picture
+
+        return {"plot": partial(supported_modes_picture, modes, kind_of(arguments.plot))}
+
+    return Answer(
+        DONE, lambda: supported_modes_data(modes), lambda: [supported_modes_table(modes)],
+        files=files,
+    )  # fmt: skip
+
+
+def _free_modes(modes: Sequence[FreeMode], kind: str) -> Answer:
+    """Answer with the modes of a free beam."""
+    from balance.app.answers.text.flexible import free_modes_table
+    from balance.motion.flexible.flex_data import modes_data
+
+    def files() -> Files:
+        from balance.app.answers.html.flexible_pictures import free_modes_picture
+
+        return {"plot": partial(free_modes_picture, modes, kind)}
+
+    return Answer(
+        DONE, lambda: modes_data(modes), lambda: [free_modes_table(modes)], files=files
+    )
+
+
+def _add_supports(kinds: Verbs) -> None:
+    """Add ``flex supports``."""
+    parser = kinds.add_parser(
+        "supports",
+        help="points and weights on which a free beam shakes its mount in no low mode",
+    )
+    parser.add_argument("count", type=whole_number(1, 40), help="number of points, 1 to 40")
+    add_json_option(parser, _supports)
+    add_picture_option(parser, kinds="")
+
+
+def _supports(arguments: argparse.Namespace) -> Answer:
+    """Compute the supports of the options."""
+    from balance.app.answers.text.flexible import supports_body
+    from balance.motion.flexible.flex_data import supports_data
+    from balance.motion.flexible.support_points import support_points
+
+    supports = support_points(arguments.count)
+
+    def files() -> Files:
+        from balance.app.answers.html.flexible_pictures import supports_picture
+
+        return {"plot": partial(supports_picture, supports, kind_of(arguments.plot))}
+
+    return Answer(
+        DONE, lambda: supports_data(supports), lambda: supports_body(supports), files=files
+    )
+
+
+def _add_simulate(kinds: Verbs) -> None:
+    """Add ``flex simulate``."""
+    parser = kinds.add_parser("simulate", help="a planar linkage of which named links bend")
+    add_model_options(parser)
+    parser.add_argument(
+        "--flex", action="append", required=True, metavar="LINK=…",
+        help="a link that bends: LINK=EI:…,rhoA:… in SI units, or LINK=rect(WIDTH,THICKNESS),"
+        "steel; further items: EA:, GA:, rhoI:, length:, supports:, timoshenko; repeatable",
+    )  # fmt: skip
+    parser.add_argument(
+        "--drive", type=drive_of, action="append", default=[], metavar="JOINT=spin:SPEED,RISE",
+        help="an input: spin:SPEED,RISE, speed:SPEED, or moment:VALUE,RISE, in SI units "
+        "(default: the first input spins up to 1 rad/s in 1 s); other inputs stay; repeatable",
+    )  # fmt: skip
+    for name, kind, default, metavar, text in (
+        ("--duration", positive_number, 5.0, "SECONDS", "duration (default 5)"),
+        ("--elements", whole_number(1, 400), None, "N",
+         "elements of a beam (default 16, or twice the modes)"),
+        ("--modes", whole_number(1, 400), None, "N",
+         "modes of a beam that are kept (default 6, or 2 N + 2 on N > 2 supports)"),
+        ("--samples", whole_number(2, 100_000), 501, "N",
+         "instants of the answer (default 501)"),
+        ("--damping", positive_number, 0.0, "BETA",
+         "damping BETA × stiffness, in seconds (default none)"),
+    ):  # fmt: skip
+        parser.add_argument(name, type=kind, default=default, metavar=metavar, help=text)
+    parser.add_argument(
+        "--linear", action="store_true", help="leave out centrifugal and axial stiffening"
+    )
+    parser.add_argument(
+        "--from-rest", action="store_true",
+        help="start with all bodies at rest under an input at speed, which hits them",
+    )  # fmt: skip
+    add_about(parser, "the centre of mass at the start")
+    add_picture_option(parser, "write a picture of the shaking", "")
+    parser.add_argument(
+        "--table", metavar="FILE.csv",
+        help="write time, shaking force and moment, energy, and the bending of each link",
+    )  # fmt: skip
+    add_page_option(parser, "in which the links bend")
+    parser.set_defaults(run=_simulate)
+
+
+def _simulate(arguments: argparse.Namespace) -> Answer:
+    """Simulate the linkage of the options."""
+    from balance.app.answers.text.flexible import flexible_motion_facts
+    from balance.motion.flexible.flex_links import parse_flex_link
+    from balance.motion.flexible.linkage_motion import simulate_flexible
+
+    if arguments.motion or arguments.spatial or arguments.balance != "dynamic":
+        arguments.refuse("--motion, --spatial and --balance are not for flex simulate")
+    flex = [parse_flex_link(text) for text in arguments.flex]  # before the file is read
+    linkage = load_model(arguments, arguments.angles)
+    with progress_bar("instants") as advance:
+        run = simulate_flexible(
+            linkage, flex, dict(arguments.drive), arguments.duration,
+            samples=arguments.samples, elements=arguments.elements, modes=arguments.modes,
+            damping=arguments.damping, geometric=not arguments.linear,
+            from_rest=arguments.from_rest, about=arguments.about, progress=advance,
+        )  # fmt: skip
+    return Answer(
+        DONE, run.to_dict,
+        lambda: [Facts(flexible_motion_facts(run.flexible, run.motion))],
+        run.notices, files=lambda: _simulation_files(run, kind_of(arguments.plot)),
+    )  # fmt: skip
+
+
+def _simulation_files(found: FlexibleSimulation, kind: str) -> Files:
+    """Find what makes the files of a simulation."""
+    from balance.app.answers.html.flexible import flexible_page
+    from balance.app.answers.html.flexible_pictures import shaking_picture
+    from balance.motion.flexible.flex_data import motion_table
+
+    flexible, motion = found.flexible, found.motion
+    return {
+        "plot": partial(shaking_picture, motion, flexible.point, kind),
+        "table": partial(motion_table, flexible, motion),
+        "html": partial(flexible_page, flexible, motion),
+    }

@@ -1,0 +1,208 @@
+"""Options of ``balance verify`` for a base that floats or stands on springs, and the answer."""
+
+from __future__ import annotations
+
+import argparse
+import re
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from functools import partial
+from typing import TYPE_CHECKING, Any
+
+from balance.app.answers.answer import Answer, Files
+from balance.app.cli.arguments import refuse_given
+from balance.app.cli.both_readings import solve_both_readings
+from balance.app.cli.exit_codes import DONE, NEGATIVE, UNDECIDED
+from balance.app.cli.model_options import load_model, parse_coordinates
+from balance.app.cli.number_arguments import number_between, point
+from balance.app.cli.outputs import kind_of
+from balance.app.cli.progress_bar import progress_bar
+from balance.app.cli.several_models import data_against
+
+if TYPE_CHECKING:
+    from balance.motion.floating_base.base import FloatingBase
+    from balance.motion.floating_base.result import FloatingBaseMotion
+
+
+NUMBER = r"[+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?"
+# Largest numbers that describe a base, and their inverses: squares do not overflow.
+MAX_NUMBER = 1e12
+_SIZE = number_between(1.0 / MAX_NUMBER, MAX_NUMBER)
+# Options that need a base.
+OWN = (
+    "base_mass", "base_inertia", "base_com", "stiffness", "initial", "torque", "duration",
+)  # fmt: skip
+
+
+def add_base_options(parser: argparse.ArgumentParser) -> None:
+    """Add the options of a base to the command ``verify``."""
+    parser.add_argument(
+        "--base", choices=("fixed", "free", "spring"), default="fixed",
+        help="free: the base floats; spring: it stands on springs. Its motion is simulated; "
+        "the exit code is 0 if it stays at rest, 1 if it moves",
+    )  # fmt: skip
+    parser.add_argument("--base-mass", type=_SIZE, metavar="KG", help="mass of that base")
+    parser.add_argument(
+        "--base-inertia", type=_inertia, metavar="I|IX,IY,IZ",
+        help="moment of inertia of that base about its centre of mass, kg m²; or three, about "
+        "the axes parallel to the inertial ones",
+    )  # fmt: skip
+    parser.add_argument(
+        "--base-com", type=point, metavar="X,Y,Z",
+        help="its centre of mass, metres, in the inertial frame (default 0,0,0)",
+    )  # fmt: skip
+    parser.add_argument(
+        "--stiffness", type=_stiffness, action="append", metavar="K[Nm/rad|N/m]",
+        help="with --base spring: stiffness of a rotational spring (1e4 or 1e4Nm/rad), or of a "
+        "translational one at the centre of mass of the base (2e5N/m); repeatable",
+    )  # fmt: skip
+    parser.add_argument(
+        "--initial", type=parse_coordinates, metavar="NAME=VALUE,…",
+        help="velocities at the start: wx, wy, wz (rad/s), vx, vy, vz (m/s) of the base, and "
+        "of inputs that --torque frees",
+    )  # fmt: skip
+    parser.add_argument(
+        "--torque", type=parse_coordinates, metavar="J1=VALUE,…",
+        help="with --base: the inputs move freely, under these constant torques and forces "
+        "(others 0)",
+    )  # fmt: skip
+    parser.add_argument(
+        "--duration", type=_SIZE, metavar="S",
+        help="with --base: duration, seconds (default: that of the table of --csv, or 10)",
+    )  # fmt: skip
+
+
+def check_base_options(arguments: argparse.Namespace) -> None:
+    """End the command with code 2 if options of a base contradict others."""
+    if arguments.base == "fixed":
+        refuse_given(arguments, OWN, "{}: only with --base free or --base spring")
+        return
+    both = f"--base {arguments.base}: give --base-mass and --base-inertia"
+    refuse_given(arguments, ("base_mass", "base_inertia"), both, given=False)
+    if (arguments.base == "spring") != bool(arguments.stiffness):
+        arguments.refuse("--stiffness belongs to --base spring: give both or neither")
+    kinds = [kind for kind, _ in arguments.stiffness or ()]
+    if len(set(kinds)) < len(kinds):
+        arguments.refuse("--stiffness: give one rotational and one translational at most")
+    if arguments.balance == "force":
+        arguments.refuse("--base: not with --balance force, for a base turns too")
+    if (arguments.trajectories or 1) > 1:
+        arguments.refuse("--trajectories: there is one motion with --base")
+    if arguments.torque is not None:
+        moved = "--torque: frees the inputs that {} moves"
+        refuse_given(arguments, ("csv", "speed", "seed"), moved)
+
+
+def run_floating_base(arguments: argparse.Namespace) -> Answer:
+    """Simulate one or two linkages on a base.
+
+    Raises:
+        LinkageError: a linkage, a motion, the base, a file or a library cannot be used.
+    """
+    with progress_bar("hundredths") as advance:
+        results = _simulate(arguments, advance)
+    from balance.app.answers.text.floating_base import floating_base_body
+
+    code = DONE if results[0].undisturbed else NEGATIVE
+    return Answer(
+        code if results[0].agreed else UNDECIDED, lambda: data_against(*results),
+        lambda: floating_base_body(results),
+        [notice for result in results for notice in result.notices],
+        files=lambda: _files(results, kind_of(arguments.plot)),
+    )  # fmt: skip
+
+
+def _simulate(
+    arguments: argparse.Namespace, advance: Callable[[int, int], None]
+) -> list[FloatingBaseMotion]:
+    """Simulate the linkages of the options, one or two."""
+    base = _base(arguments)
+    base.check()
+
+    def simulate_first(angles: str) -> FloatingBaseMotion:
+        linkage = load_model(arguments, angles)
+        # Load the kernels only after the file is accepted.
+        from balance.motion.floating_base.simulate import simulate_floating_base
+        from balance.motion.verification.crank_revolution import revolve_crank
+        from balance.motion.verification.given_motions import from_csv, rounding_notice
+        from kinematics.model.motion import motion_of
+
+        motion, along = motion_of(linkage, arguments.motion), None
+        if arguments.csv:
+            along = from_csv(linkage, arguments.csv, motion)
+        if arguments.speed is not None:
+            crank, speed = arguments.speed
+            along, _ = revolve_crank(linkage, speed, crank, motion)
+        simulation = simulate_floating_base(
+            linkage, base, along=along, **_options(arguments), progress=advance
+        )
+        if along is None:
+            return simulation
+        return replace(simulation, notices=(*simulation.notices, *rounding_notice(along)))
+
+    def simulate_second(angles: str) -> FloatingBaseMotion:
+        from balance.motion.floating_base.simulate import simulate_second
+
+        other = load_model(arguments, angles, arguments.against)
+        return simulate_second(first, other, **_options(arguments), progress=advance)
+
+    first = solve_both_readings(simulate_first, arguments.angles)
+    if not arguments.against:
+        return [first]
+    return [first, solve_both_readings(simulate_second, arguments.angles)]
+
+
+def _base(arguments: argparse.Namespace) -> FloatingBase:
+    """Make the base of the options."""
+    from balance.motion.floating_base.base import FloatingBase
+
+    return FloatingBase(
+        arguments.base_mass, arguments.base_inertia, arguments.base_com or (0.0, 0.0, 0.0),
+        **dict(arguments.stiffness or ()),
+    )  # fmt: skip
+
+
+def _options(arguments: argparse.Namespace) -> dict[str, Any]:
+    """Return the keyword arguments of `simulate_floating_base` from the options."""
+    options = {
+        "torques": arguments.torque, "initial": arguments.initial, "motion": arguments.motion,
+        "duration": arguments.duration, "seed": arguments.seed or 0,
+        "spatial": arguments.spatial,
+    }  # fmt: skip
+    if arguments.tolerance is not None:
+        options["tolerance"] = arguments.tolerance
+    return options
+
+
+def _files(results: Sequence[FloatingBaseMotion], kind: str) -> Files:
+    """Find what makes the files of simulations."""
+    from balance.app.answers.html.floating_base import (
+        floating_base_page,
+        floating_base_picture,
+        floating_base_table,
+    )
+
+    return {
+        "plot": partial(floating_base_picture, results, kind),
+        "html": partial(floating_base_page, results),
+        "table": partial(floating_base_table, results[0]),
+    }
+
+
+def _inertia(text: str) -> float | tuple[float, ...]:
+    """Parse a moment of inertia, or three."""
+    values = tuple(_SIZE(word) for word in text.split(","))
+    if len(values) not in (1, 3):
+        raise argparse.ArgumentTypeError(f"'{text}' is not a moment of inertia, nor three")
+    return values if len(values) == 3 else values[0]
+
+
+def _stiffness(text: str) -> tuple[str, float]:
+    """Parse ``1e4Nm/rad`` or ``2e5N/m``: name of the spring, and its stiffness."""
+    match = re.fullmatch(rf"\s*({NUMBER})\s*(N\s?m/rad|N/m)?\s*", text)
+    if match is None:
+        raise argparse.ArgumentTypeError(
+            f"'{text}' is not a stiffness: write 1e4Nm/rad or 2e5N/m"
+        )
+    name = "stiffness" if match[2] == "N/m" else "turning_stiffness"
+    return name, _SIZE(match[1])

@@ -1,0 +1,199 @@
+"""Options that name output files, checks of their paths, and the writing of all of them."""
+
+from __future__ import annotations
+
+import argparse
+import os
+from collections.abc import Mapping
+from contextlib import suppress
+from typing import TYPE_CHECKING
+
+from balance.support.atomic_files import check_outputs, is_stream, write_all_atomic
+from kinematics.errors import FileError, LinkageError, UsageError
+
+if TYPE_CHECKING:
+    from balance.app.answers.answer import Answer
+
+
+# Options of all commands that name output files.
+OUTPUTS = {
+    "write_closed": "--write-closed", "out": "--out", "motion_table": "--csv",
+    "plot": "--plot", "html": "--html", "table": "--table",
+}  # fmt: skip
+# Options that name models.
+MODELS = ("model", "against")
+# Options that name other input files.
+INPUTS = ("loops", "csv", "path", "masses", "study", "results")
+
+
+def add_page_option(parser: argparse.ArgumentParser, what: str) -> None:
+    """Add the option ``--html``.
+
+    Args:
+        parser: the parser of a command.
+        what: what the page shows, for the help: ``write a page …``.
+    """
+    parser.add_argument(
+        "--html", type=page_path, metavar="FILE.html",
+        help=f"write a page {what}; it needs no network",
+    )  # fmt: skip
+
+
+def add_picture_option(
+    parser: argparse.ArgumentParser, purpose: str = "write a picture", kinds: str = ".png|.svg"
+) -> None:
+    """Add the option ``--plot``.
+
+    Args:
+        parser: the parser of a command.
+        kinds: endings of the file, for the help.
+    """
+    parser.add_argument("--plot", type=picture_path, metavar=f"FILE{kinds}", help=purpose)
+
+
+def add_meshes_option(parser: argparse.ArgumentParser) -> None:
+    """Add the option that leaves the shapes of the file out of a page."""
+    parser.add_argument(
+        "--no-meshes", action="store_true",
+        help="leave the shapes of the file (<visual>) out of the page, which is smaller then",
+    )  # fmt: skip
+
+
+def picture_path(text: str) -> str:
+    """Check that a word names a picture.
+
+    Raises:
+        ArgumentTypeError: it ends neither in .png nor in .svg.
+    """
+    if not text.lower().endswith((".png", ".svg")):
+        raise argparse.ArgumentTypeError(f"'{text}' ends neither in .png nor in .svg")
+    return text
+
+
+def page_path(text: str) -> str:
+    """Check that a word names a page, a pipe or a device.
+
+    Raises:
+        ArgumentTypeError: it ends neither in .html nor in .htm, and is no stream.
+    """
+    if not (text.lower().endswith((".html", ".htm")) or is_stream(text)):
+        raise argparse.ArgumentTypeError(f"'{text}' ends neither in .html nor in .htm")
+    return text
+
+
+def kind_of(path: str | None) -> str:
+    """Return the kind of a picture, ``png`` or ``svg``."""
+    return (path or "png")[-3:].lower()
+
+
+def _output_paths(arguments: argparse.Namespace) -> dict[str, str]:
+    """Return the paths of output files by the names of their options."""
+    given = vars(arguments).items()
+    return {name: path for name, path in given if name in OUTPUTS and isinstance(path, str)}
+
+
+def describe_written(arguments: argparse.Namespace, designed: bool) -> str:
+    """Say which files are written.
+
+    Args:
+        designed: whether there is a design; without one, no file is written.
+    """
+    given = _output_paths(arguments)
+    paths = ", ".join(given[name] for name in OUTPUTS if name in given)
+    if not paths:
+        return ""
+    return f"written: {paths}" if designed else f"not written, for there is no design: {paths}"
+
+
+def check_files(arguments: argparse.Namespace) -> None:
+    """Refuse to write where a command reads, or one file twice; see `check_outputs`.
+
+    Raises:
+        UsageError: an output is an input, or two outputs are one file.
+    """
+    outputs = {OUTPUTS[name]: path for name, path in _output_paths(arguments).items()}
+    if outputs:
+        check_outputs(outputs, _input_paths(arguments), arguments.force)
+
+
+def _input_paths(arguments: argparse.Namespace) -> list[str]:
+    """List the paths of the files that a command reads."""
+    from kinematics.files.urdf.loop_file import loop_file_of
+    from kinematics.loading.model_gallery import find
+
+    given = {name: path for name, path in vars(arguments).items() if isinstance(path, str)}
+    paths = [given[name] for name in INPUTS if name in given]
+    models = [given[name] for name in MODELS if name in given]
+    for model in (*models, *getattr(arguments, "others", ())):
+        # Reading the model raises the error later.
+        with suppress(LinkageError, OSError, ValueError):
+            path = str(find(model)) if model else ""
+            paths += [path, *filter(None, [loop_file_of(path)])] if path else []
+    return paths
+
+
+def write_outputs(arguments: argparse.Namespace, answer: Answer) -> None:
+    """Write the files of the options that an answer can make, all of them or none.
+
+    Args:
+        answer: what makes the files.
+
+    Raises:
+        LinkageError: a file cannot be written, or a library is missing.
+        UsageError: a file of a folder would replace one that is read.
+    """
+    paths = _output_paths(arguments)
+    makers = answer.files() if paths else {}
+    files: dict[str, bytes] = {}
+    folder = ""
+    for name in filter(makers.__contains__, paths):
+        path, content = paths[name], makers[name]()
+        if isinstance(content, Mapping):
+            folder = path
+            inside = {key: os.path.join(folder, key) for key in content}
+            outputs = {f"{OUTPUTS[name]} ({key})": file for key, file in inside.items()}
+            check_outputs(outputs, _input_paths(arguments), arguments.force)
+            files |= {inside[key]: data for key, data in content.items()}
+        else:
+            files[path] = content.encode() if isinstance(content, str) else content
+    made = bool(folder) and not os.path.isdir(folder)
+    if made:
+        _make_folder(folder)
+    try:
+        write_all_atomic(files.items())
+    except BaseException:
+        if made:
+            os.rmdir(folder)
+        raise
+
+
+def check_folder(folder: str) -> None:
+    """Refuse a folder for output that cannot be made, before any work.
+
+    Raises:
+        UsageError: it is a file, or the folder around it does not exist.
+    """
+    from kinematics.error_text import clean
+
+    if os.path.exists(folder) and not os.path.isdir(folder):
+        raise UsageError(f"{clean(folder, 1000)}: --out is a file: give a folder")
+    around = os.path.dirname(os.path.abspath(folder))
+    if not os.path.isdir(around):
+        raise UsageError(f"{clean(around, 1000)}: no such folder: make it before --out")
+
+
+def _make_folder(folder: str) -> None:
+    """Make a folder.
+
+    Raises:
+        FileError: it cannot be made.
+    """
+    from kinematics.error_text import clean
+
+    try:
+        os.mkdir(folder)
+    except OSError as error:
+        raise FileError(
+            clean(folder, 1000), "", f"cannot be made ({error.strerror})",
+            "give a folder inside one that can be written to",
+        ) from None  # fmt: skip

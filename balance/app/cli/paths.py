@@ -1,0 +1,184 @@
+"""The command ``balance paths``: its options, and its answer."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Callable
+from functools import partial
+from typing import TYPE_CHECKING
+
+from balance.app.answers.answer import Answer, Files
+from balance.app.cli.arguments import Parser, refuse_given
+from balance.app.cli.exit_codes import DONE, NEGATIVE
+from balance.app.cli.model_options import add_model_options, load_model, parse_coordinates
+from balance.app.cli.number_arguments import add_about, number_between, point, whole_number
+from balance.app.cli.outputs import add_page_option, add_picture_option, kind_of
+from balance.app.cli.progress_bar import progress_bar
+
+if TYPE_CHECKING:
+    from balance.motion.paths.demand import Base, Kept
+    from balance.motion.paths.found_paths import ReactionlessPaths
+
+
+# Most starts on a line between two poses.
+MAX_LINE = 10_000
+
+_SIZE = number_between(1e-9, 1e9)
+
+
+def add_paths(parser: Parser) -> None:
+    """Add the options of the command ``paths``."""
+    parser.description = (
+        "Integrates the input rates without momentum into paths, and finds poses "
+        "in which several paths meet. Exits with 0 if there is a path, 1 if there is none. All "
+        "six components of the momentum count: --spatial changes nothing here."
+    )
+    add_model_options(parser)
+    parser.set_defaults(run=_run)
+    _add_path_options(parser)
+    _add_base_options(parser)
+    parser.add_argument(
+        "--which", type=whole_number(1, MAX_LINE, "the number of a path"), default=1,
+        metavar="K", help="number of the path that --csv writes (default 1)",
+    )  # fmt: skip
+    parser.add_argument(
+        "--csv", dest="motion_table", metavar="FILE",
+        help="write a motion along the path in 1 s, ever faster: time and the inputs, as "
+        "'balance verify --csv' reads it",
+    )  # fmt: skip
+    add_picture_option(parser, "write a picture of the paths and of the momentum along them")
+    add_page_option(parser, "on which the linkage runs along the paths")
+
+
+def _add_path_options(parser: argparse.ArgumentParser) -> None:
+    """Add the options of starts and lengths."""
+    parser.add_argument(
+        "--from", dest="starts", action="append", type=parse_coordinates, metavar="U1=VALUE,…",
+        help="pose from which to start: displacements of inputs from the reference pose, "
+        "radians and metres; repeatable (default: the reference pose)",
+    )  # fmt: skip
+    parser.add_argument(
+        "--line", type=whole_number(1, MAX_LINE), default=0, metavar="N",
+        help="start also from N poses on the straight line between each two of --from",
+    )  # fmt: skip
+    parser.add_argument(
+        "--length", type=_SIZE, default=1.0, metavar="L",
+        help="arc length of a path to either side of its start, in all joints, radians and "
+        "characteristic lengths (default 1)",
+    )  # fmt: skip
+    parser.add_argument(
+        "--step", type=_SIZE, metavar="S",
+        help="arc length between samples (default 0.005)",
+    )  # fmt: skip
+    part = parser.add_mutually_exclusive_group()
+    part.add_argument(
+        "--moment-only", dest="kept", action="store_const", const="moment",
+        help="paths without shaking moment about a point, whatever the force",
+    )  # fmt: skip
+    part.add_argument(
+        "--force-only", dest="kept", action="store_const", const="force",
+        help="paths without shaking force, whatever the moment (as --balance force)",
+    )  # fmt: skip
+    add_about(parser, "the inertial origin")
+
+
+def _add_base_options(parser: argparse.ArgumentParser) -> None:
+    """Add the options of a base that floats."""
+    parser.add_argument(
+        "--base", choices=("fixed", "free"), default="fixed",
+        help="free: the base floats and has a mass of its own",
+    )  # fmt: skip
+    parser.add_argument(
+        "--base-mass", type=_SIZE, metavar="KG", help="mass of a base that floats"
+    )
+    parser.add_argument(
+        "--base-com", type=point, metavar="X,Y,Z",
+        help="its centre of mass, metres, in the inertial frame (default 0,0,0)",
+    )  # fmt: skip
+    parser.add_argument(
+        "--attitude", action="store_true",
+        help="a base that floats may move, but not turn",
+    )  # fmt: skip
+
+
+def _run(arguments: argparse.Namespace) -> Answer:
+    """Find the paths of the options.
+
+    Raises:
+        LinkageError: the file, the linkage, a pose or a relation cannot be used.
+        SystemExit: options exclude each other.
+    """
+    _refuse_exclusive_options(arguments)
+    with progress_bar("starts") as advance:
+        solution = _find(arguments, advance)
+    if solution.paths and arguments.which > len(solution.paths):
+        arguments.refuse(f"--which: there are {len(solution.paths)} paths")
+    from balance.app.answers.text.paths import paths_body
+
+    return Answer(
+        DONE if solution.found else NEGATIVE, solution.to_dict, lambda: paths_body(solution),
+        solution.notices, files=lambda: _files(arguments, solution),
+    )  # fmt: skip
+
+
+def _refuse_exclusive_options(arguments: argparse.Namespace) -> None:
+    """End the command if its options exclude each other."""
+    free = arguments.base == "free"
+    if not free:
+        own = ("base_mass", "base_com", "attitude")
+        refuse_given(arguments, own, "{}: only with --base free")
+    if free and arguments.base_mass is None and arguments.attitude:
+        arguments.refuse("--attitude: give the mass of the base by --base-mass")
+    if arguments.about is not None and arguments.kept != "moment":
+        arguments.refuse("--about: only with --moment-only")
+    if arguments.kept == "moment" and arguments.balance == "force":
+        arguments.refuse("--moment-only: not with --balance force")
+    if free and (arguments.kept or arguments.balance == "force"):
+        arguments.refuse(
+            "--base free: keeps all of the base at rest, or with --attitude its orientation: "
+            "not with --moment-only, --force-only or --balance force"
+        )
+    if arguments.line and len(arguments.starts or ()) < 2:
+        arguments.refuse("--line: give two poses or more by --from")
+
+
+def _find(
+    arguments: argparse.Namespace, advance: Callable[[int, int], None]
+) -> ReactionlessPaths:
+    """Find the paths of the options."""
+    linkage = load_model(arguments, arguments.angles)
+    # Load the kernels only after the file is accepted.
+    from balance.motion.paths.path_search import find_paths
+
+    kept: Kept = "attitude" if arguments.attitude else arguments.kept or "all"
+    if arguments.balance == "force":
+        kept = "force"
+    return find_paths(
+        linkage, arguments.starts or (),
+        kept=kept, base=_base(arguments), about=arguments.about, motion=arguments.motion,
+        length=arguments.length, step=arguments.step, line=arguments.line, progress=advance,
+    )  # fmt: skip
+
+
+def _base(arguments: argparse.Namespace) -> Base | None:
+    """Make the base that floats."""
+    from balance.motion.paths.demand import Base
+
+    if arguments.base == "fixed":
+        return None
+    return Base(arguments.base_mass or 0.0, arguments.base_com or (0.0, 0.0, 0.0))
+
+
+def _files(arguments: argparse.Namespace, found: ReactionlessPaths) -> Files:
+    """Find what makes the files of paths; a table needs a path."""
+    from balance.app.answers.html.paths import paths_page, paths_picture
+    from balance.motion.paths.path import path_table
+
+    files: Files = {
+        "plot": partial(paths_picture, found, kind_of(arguments.plot)),
+        "html": partial(paths_page, found),
+    }
+    if not found.paths:
+        return files
+    path = found.paths[arguments.which - 1]
+    return {**files, "motion_table": partial(path_table, found.linkage, path)}

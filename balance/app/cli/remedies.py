@@ -1,0 +1,118 @@
+"""The command ``balance remedies``: its options, and its answer."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Callable
+from functools import partial
+from typing import TYPE_CHECKING
+
+from balance.app.answers.answer import Answer, Files
+from balance.app.cli.arguments import Parser
+from balance.app.cli.counterweights import add_matter_options, check_regions
+from balance.app.cli.exit_codes import verdict_code
+from balance.app.cli.model_options import add_model_options, load_model
+from balance.app.cli.number_arguments import positive_number
+from balance.app.cli.outputs import add_page_option, check_folder
+from balance.app.cli.progress_bar import progress_bar
+from balance.masses.remedies.catalogue import CATALOGUE
+
+if TYPE_CHECKING:
+    from balance.masses.remedies.compare import RemedyComparison
+    from balance.masses.remedies.request import RemedyRequest
+
+
+def add_remedies(parser: Parser) -> None:
+    """Add the options of the command ``remedies``."""
+    parser.description = (
+        "Applies the remedies of the literature to a linkage: counter-rotations, "
+        "transmissions, duplicates, added dyads, driven wheels, constraints. Exits with 0 if "
+        "one balances it, 1 if none does, 4 if that is undecided."
+    )
+    parser.epilog = "remedies: " + "; ".join(
+        f"{remedy.name} ({remedy.title})" for remedy in CATALOGUE.values()
+    )
+    add_model_options(parser)
+    parser.set_defaults(run=_run)
+    parser.add_argument(
+        "--only", type=_remedies, default=[], metavar="R1,R2", help="only these remedies"
+    )
+    add_matter_options(
+        parser, "links to which matter may be added (default: all that carry parameters)"
+    )
+    parser.add_argument(
+        "--gear", type=positive_number, default=1.0, metavar="N",
+        help="turns of a counter-rotor for one turn of its joint (default 1)",
+    )  # fmt: skip
+    parser.add_argument(
+        "--rotor-radius", type=positive_number, metavar="METRES",
+        help="radius of rotors and wheels (default: a quarter of the characteristic length)",
+    )  # fmt: skip
+    parser.add_argument(
+        "--budget", type=positive_number, metavar="KG",
+        help="most mass that partial balance may add (default: the mass of the moving links)",
+    )  # fmt: skip
+    parser.add_argument(
+        "--out", metavar="DIR",
+        help="folder for the file of the linkage with each remedy that helps, and its tables",
+    )  # fmt: skip
+    add_page_option(parser, "with added mass against input inertia")
+
+
+def _run(arguments: argparse.Namespace) -> Answer:
+    """Apply the remedies of the options.
+
+    Raises:
+        LinkageError: the file, the linkage, a link or a region cannot be used.
+    """
+    check_regions(arguments)
+    if arguments.out is not None:
+        check_folder(arguments.out)
+    with progress_bar("steps of the search") as advance:
+        request = _request(arguments, advance)
+        from balance.masses.remedies.compare import compare_request
+
+        comparison = compare_request(request, arguments.only)
+    from balance.app.answers.text.remedies import remedies_body
+
+    return Answer(
+        verdict_code(comparison.verdict), comparison.to_dict, lambda: remedies_body(comparison),
+        comparison.request.space.warnings, files=lambda: _files(comparison),
+    )  # fmt: skip
+
+
+def _files(found: RemedyComparison) -> Files:
+    """Find what makes the page, and the files of the remedies that help."""
+    from balance.app.answers.html.remedies import remedies_page
+    from balance.masses.remedies.files import remedy_files
+
+    return {
+        "out": partial(remedy_files, found.results),
+        "html": partial(remedies_page, found),
+    }
+
+
+def _request(
+    arguments: argparse.Namespace, advance: Callable[[int, int], None]
+) -> RemedyRequest:
+    """Build the request of the options."""
+    linkage = load_model(arguments, arguments.angles)
+    # Load the kernels only after the file is accepted.
+    from balance.masses.remedies.request import RemedyRequest
+
+    return RemedyRequest(
+        linkage, tuple(arguments.motion or ()), arguments.balance, tuple(arguments.add),
+        dict(arguments.region), arguments.gear, arguments.rotor_radius, arguments.budget,
+        spatial=arguments.spatial, angles=arguments.angles, progress=advance,
+    )  # fmt: skip
+
+
+def _remedies(text: str) -> list[str]:
+    """Parse names of remedies of ``a,b``."""
+    names = [name.strip() for name in text.split(",")]
+    for name in names:
+        if name not in CATALOGUE:
+            raise argparse.ArgumentTypeError(
+                f"no remedy '{name}': choose from {', '.join(CATALOGUE)}"
+            )
+    return names

@@ -1,0 +1,154 @@
+"""The command ``balance sweep``: run a study, show its results, export them."""
+
+from __future__ import annotations
+
+import argparse
+import logging
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from balance.app.answers.answer import Answer
+from balance.app.cli.arguments import Parser, Verbs, add_json_option
+from balance.app.cli.exit_codes import DONE
+from balance.app.cli.number_arguments import whole_number
+from balance.app.cli.progress_bar import progress_bar
+from balance.app.cli.sweep_show import add_show
+from kinematics.errors import WorkerError
+
+if TYPE_CHECKING:
+    from balance.studies.runs.results_file import ResultsFile
+
+
+logger = logging.getLogger(__name__)
+
+# Most processes of a run.
+MAX_WORKERS = 1024
+EXPORTS = (".csv", ".parquet")
+
+
+def add_sweep(parser: Parser) -> None:
+    """Add the commands below ``sweep``."""
+    parser.description = (
+        "Computes a study of many geometries, chunk by chunk, into one file, from "
+        "which an interrupted run goes on."
+    )
+    kinds = parser.add_subparsers(metavar="what", required=True)
+    _add_run(kinds)
+    add_show(kinds)
+    _add_export(kinds)
+
+
+def _add_run(kinds: Verbs) -> None:
+    """Add ``sweep run``."""
+    parser = kinds.add_parser(
+        "run",
+        help="compute a study",
+        description="Computes a study. Results that were written stay, however the run ends.",
+    )
+    parser.add_argument("study", metavar="STUDY.toml", help="the study")
+    parser.add_argument(
+        "--out", metavar="FILE.db",
+        help="file of the results (default: that of the study, with .db at its end)",
+    )  # fmt: skip
+    parser.add_argument(
+        "--resume", action="store_true",
+        help="go on with a file that this study has begun; begin it, if there is none",
+    )  # fmt: skip
+    parser.add_argument(
+        "--workers", type=whole_number(1, MAX_WORKERS), metavar="N",
+        help="processes on this machine (default: one per core)",
+    )  # fmt: skip
+    parser.add_argument(
+        "--dask", metavar="ADDRESS",
+        help="compute on the Dask cluster with this scheduler, such as tcp://host:8786; "
+        "'local' starts one on this machine",
+    )  # fmt: skip
+    parser.add_argument(
+        "--yes", action="store_true", help="allow more than 100 million geometries"
+    )
+    add_json_option(parser, _compute)
+
+
+def _compute(arguments: argparse.Namespace) -> Answer:
+    """Compute the study of the options.
+
+    Raises:
+        LinkageError: the study, its model or the file cannot be used, or workers fail.
+    """
+    if arguments.dask not in (None, "local") and arguments.workers is not None:
+        arguments.refuse("--workers: only on this machine; a cluster has its own")
+    from balance.studies.sweeps.study import read_study
+
+    path = arguments.out or str(Path(arguments.study).with_suffix(".db"))
+    job = read_study(arguments.study).job(yes=arguments.yes)
+    from balance.studies.runs.chunk_runs import run_chunks
+    from balance.studies.runs.results_file import ResultsFile
+
+    open_file = ResultsFile.resume if arguments.resume else ResultsFile.create
+    with open_file(path, job) as file:
+        try:
+            with progress_bar("geometries", True) as advance:
+                summary = run_chunks(
+                    job, file, workers=arguments.workers, dask=arguments.dask, progress=advance
+                )
+        except KeyboardInterrupt:
+            logger.warning(_kept_text(path, file))
+            raise
+        except WorkerError as error:
+            error.add_note(_kept_text(path, file))
+            raise
+        from balance.app.answers.text.sweep import run_body, run_data
+
+        data = run_data(file, summary)
+    return Answer(DONE, lambda: data, lambda: run_body(data))
+
+
+def _kept_text(path: str, file: ResultsFile) -> str:
+    """Say what a file keeps of a run that did not end.
+
+    Args:
+        path: path of the file, as it was given.
+    """
+    rows = file.computed()[0]
+    return f"{path} keeps {rows} of {file.rows} geometries; --resume goes on from there"
+
+
+def _add_export(kinds: Verbs) -> None:
+    """Add ``sweep export``."""
+    parser = kinds.add_parser("export", help="write all results as CSV or Parquet")
+    parser.add_argument("results", metavar="FILE.db", help="file of the results")
+    parser.add_argument(
+        "--out", metavar="FILE.csv|.parquet", type=_export_path, required=True,
+        help="the file to write",
+    )  # fmt: skip
+    add_json_option(parser, _export)
+
+
+def _export(arguments: argparse.Namespace) -> Answer:
+    """Export the results of the options.
+
+    Raises:
+        LinkageError: a file cannot be read or written, or a library is missing.
+    """
+    from balance.app.answers.text.sweep import export_body, export_data
+    from balance.studies.runs.export import export_csv, export_parquet
+    from balance.studies.runs.results_file import ResultsFile
+
+    write: Callable[[ResultsFile, str, Callable[[int, int], None]], int] = export_csv
+    if arguments.out.lower().endswith(".parquet"):
+        write = export_parquet
+    with ResultsFile.open(arguments.results) as file, progress_bar("rows", True) as advance:
+        data = export_data(file, arguments.out, write(file, arguments.out, advance))
+    return Answer(DONE, lambda: data, lambda: export_body(data))
+
+
+def _export_path(text: str) -> str:
+    """Check that a word names a file of a known kind.
+
+    Raises:
+        ArgumentTypeError: it ends neither in .csv nor in .parquet.
+    """
+    if not text.lower().endswith(EXPORTS):
+        raise argparse.ArgumentTypeError(f"'{text}' ends neither in .csv nor in .parquet")
+    return text

@@ -1,0 +1,178 @@
+"""The command ``balance synthesize``: its options, and its answer."""
+
+from __future__ import annotations
+
+import argparse
+import math
+from collections.abc import Callable
+from functools import partial
+from typing import TYPE_CHECKING
+
+from balance.app.answers.answer import Answer, Files
+from balance.app.cli.arguments import Parser, add_json_option
+from balance.app.cli.exit_codes import verdict_code
+from balance.app.cli.number_arguments import finite_number
+from balance.app.cli.outputs import add_page_option, add_picture_option, kind_of
+from balance.app.cli.progress_bar import progress_bar
+
+if TYPE_CHECKING:
+    from balance.studies.synthesis.mechanism import Synthesis
+
+
+Positions = list[tuple[float, float, float]]
+
+
+def add_synthesize(parser: Parser) -> None:
+    """Add the options of the command ``synthesize``."""
+    parser.description = (
+        "Finds mechanisms that are balanced by design and whose tool passes "
+        "through two or three positions in the plane, and confirms each as 'balance report' "
+        "and 'balance verify' do. Exits with 0 if one is confirmed and has no defects, 1 if "
+        "there is none, 4 if none could be confirmed."
+    )
+    parser.add_argument(
+        "--positions", type=_positions, required=True, metavar='"x,y,deg; …"',
+        help="two or three positions of the tool: metres, and degrees from the x-axis; it "
+        "turns by the difference of the angles as they are written",
+    )  # fmt: skip
+    _add_method_options(parser)
+    parser.add_argument(
+        "--out", metavar="FILE.urdf", help="write the best mechanism as a URDF file"
+    )
+    parser.add_argument(
+        "--table", metavar="FILE.csv",
+        help="write its motion in the nonlinear case, for 'balance verify --csv'",
+    )  # fmt: skip
+    add_picture_option(parser)
+    add_page_option(parser, "with the mechanism and the map")
+    add_json_option(parser, _run)
+    parser.add_argument(
+        "--force",
+        action="store_true",
+        help="let a file that is written replace one that is read",
+    )
+
+
+def _add_method_options(parser: argparse.ArgumentParser) -> None:
+    """Add the options that choose the kind of mechanism and its pivots."""
+    parser.add_argument(
+        "--kind", choices=("pantograph", "four-bar"), default="pantograph",
+        help="pantograph (default), or a kite or antiparallelogram whose coupler is the tool",
+    )  # fmt: skip
+    case = parser.add_mutually_exclusive_group()
+    case.add_argument(
+        "--ratio", type=finite_number, metavar="K",
+        help="turn of the first link over that of the tool, constant and negative (default -1)",
+    )  # fmt: skip
+    case.add_argument(
+        "--nonlinear", action="store_true",
+        help="let the ratio vary: the masses are kept, and pivots are searched that fit them",
+    )  # fmt: skip
+    pivot = parser.add_mutually_exclusive_group()
+    pivot.add_argument(
+        "--fixed", type=_point, metavar="X,Y",
+        help="pivot on the base, for two positions (--fixed=-0.1,0.2 with a minus)",
+    )  # fmt: skip
+    pivot.add_argument(
+        "--moving", type=_point, metavar="X,Y",
+        help="pivot on the tool at the first position, for two positions",
+    )  # fmt: skip
+    parser.add_argument(
+        "--masses", metavar="FILE.json",
+        help="lengths and masses of the pantograph (default: in proportion to it)",
+    )  # fmt: skip
+    parser.add_argument(
+        "--window", type=_numbers, metavar="X0,X1[,Y0,Y1]",
+        help="where pivots are searched in the nonlinear case: x of the free pivot from and to "
+        "for two positions, x and y of the moving pivot for three",
+    )  # fmt: skip
+
+
+def _run(arguments: argparse.Namespace) -> Answer:
+    """Synthesise the mechanisms of the options.
+
+    Raises:
+        LinkageError: nothing can be synthesised, or a file cannot be read or written.
+    """
+    with progress_bar("steps of the search") as advance:
+        synthesis = _synthesize(arguments, advance)
+    if arguments.table is not None and not arguments.nonlinear:
+        arguments.refuse("--table: only with --nonlinear: other motions are relations")
+    from balance.app.answers.text.synthesis import synthesis_body
+
+    return Answer(
+        verdict_code(synthesis.verdict), synthesis.to_dict, lambda: synthesis_body(synthesis),
+        files=lambda: _files(synthesis, kind_of(arguments.plot)),
+    )  # fmt: skip
+
+
+def _synthesize(
+    arguments: argparse.Namespace, advance: Callable[[int, int], None]
+) -> Synthesis:
+    """Call `synthesize` with the options."""
+    from balance.studies.synthesis.mass_file import read_masses
+    from balance.studies.synthesis.synthesize import synthesize
+
+    masses = None if arguments.masses is None else read_masses(arguments.masses)
+    return synthesize(
+        arguments.positions, arguments.ratio, nonlinear=arguments.nonlinear,
+        kind=arguments.kind, fixed=arguments.fixed, moving=arguments.moving, masses=masses,
+        window=arguments.window, progress=advance,
+    )  # fmt: skip
+
+
+def _files(found: Synthesis, kind: str) -> Files:
+    """Find what makes the files of a synthesis; no mechanism, no file of it."""
+    from balance.app.answers.html.synthesis import synthesis_page, synthesis_picture
+    from balance.studies.synthesis.constrained_motion import motion_csv
+
+    files: dict[str, Callable[[], str | bytes]] = {
+        "plot": partial(synthesis_picture, found, kind),
+        "html": partial(synthesis_page, found),
+    }
+    if not found.mechanisms:
+        return files
+    best = found.mechanisms[0]
+    files["out"] = lambda: best.urdf
+    if best.table is not None:
+        files["table"] = partial(motion_csv, best.table)
+    return files
+
+
+def _positions(text: str) -> Positions:
+    """Parse positions of ``x,y,deg; x,y,deg``."""
+    positions = []
+    for word in text.split(";"):
+        numbers = _split(word)
+        if len(numbers) != 3:
+            raise argparse.ArgumentTypeError(
+                f"'{word.strip()}' is not x,y,deg: write \"0.3,0.1,10; 0.1,0.4,-40\""
+            )
+        x, y, degrees = numbers
+        positions.append((x, y, math.radians(degrees)))
+    return positions
+
+
+def _point(text: str) -> complex:
+    """Parse a point of ``x,y``."""
+    numbers = _split(text)
+    if len(numbers) != 2:
+        raise argparse.ArgumentTypeError(f"'{text}' is not a point x,y")
+    return complex(*numbers)
+
+
+def _numbers(text: str) -> tuple[float, ...]:
+    """Parse two or four numbers."""
+    numbers = _split(text)
+    if len(numbers) not in (2, 4):
+        raise argparse.ArgumentTypeError(f"'{text}' is not X0,X1 or X0,X1,Y0,Y1")
+    return tuple(numbers)
+
+
+def _split(text: str) -> list[float]:
+    """Split numbers at commas; an empty list if one is none or not finite."""
+    try:
+        numbers = [float(word) for word in text.split(",")]
+    except ValueError:
+        return []
+    return numbers if all(map(math.isfinite, numbers)) else []

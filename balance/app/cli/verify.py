@@ -1,0 +1,237 @@
+"""The command ``balance verify``: its options, and its answer."""
+
+from __future__ import annotations
+
+import argparse
+import math
+import re
+from collections.abc import Callable, Sequence
+from functools import partial
+from typing import TYPE_CHECKING, Any
+
+from balance.app.answers.answer import Answer, Files, side_by_side
+from balance.app.cli.arguments import Parser, refuse_given
+from balance.app.cli.both_readings import solve_both_readings
+from balance.app.cli.exit_codes import DONE, NEGATIVE, UNDECIDED
+from balance.app.cli.floating_base import (
+    add_base_options,
+    check_base_options,
+    run_floating_base,
+)
+from balance.app.cli.model_options import add_model_options, load_model
+from balance.app.cli.number_arguments import add_about, whole_number
+from balance.app.cli.outputs import (
+    add_meshes_option,
+    add_page_option,
+    add_picture_option,
+    kind_of,
+)
+from balance.app.cli.progress_bar import progress_bar
+from balance.app.cli.several_models import (
+    add_other_models,
+    compared,
+    data_against,
+    named_notices,
+)
+
+if TYPE_CHECKING:
+    from balance.motion.verification.result import Verification
+
+
+# Default number of random motions.
+TRAJECTORIES = 10
+# Units of speed in radians per second.
+SPEED_UNITS = {
+    "rpm": 2.0 * math.pi / 60.0, "rad/s": 1.0, "deg/s": math.pi / 180.0,
+    **dict.fromkeys(("hz", "1/s", "rev/s"), 2.0 * math.pi),
+}  # fmt: skip
+NUMBER = r"(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:e[+-]?[0-9]+)?"
+
+
+def add_verify(parser: Parser) -> None:
+    """Add the options of the command ``verify``."""
+    parser.description = (
+        "Whether a linkage with the masses of its file shakes its base: base "
+        "reaction without gravity, by Pinocchio and by our own series. Exits with 0 if it is "
+        "balanced, 1 if not, 4 if the two disagree. All six components are always computed: "
+        "--spatial changes nothing here."
+    )
+    add_model_options(parser)
+    add_other_models(parser)
+    parser.set_defaults(run=_run)
+    parser.add_argument(
+        "--trajectories", type=whole_number(1, 10_000), metavar="N",
+        help=f"number of random motions (default {TRAJECTORIES})",
+    )  # fmt: skip
+    parser.add_argument("--seed", type=_seed, help="seed of the random motions (default 0)")
+    add_base_options(parser)
+    source = parser.add_mutually_exclusive_group()
+    source.add_argument(
+        "--csv", metavar="FILE",
+        help="motion to use instead: columns time and the inputs, displacements in SI units",
+    )  # fmt: skip
+    source.add_argument(
+        "--speed", type=_speed, metavar="[J=]300rpm",
+        help="one revolution of the crank at constant speed instead, without start-up: rpm, "
+        "rad/s, deg/s, hz or rev/s (--speed=-300rpm turns back); J names the crank of several "
+        "inputs, of which the others stand still",
+    )  # fmt: skip
+    parser.add_argument(
+        "--tolerance", type=_tolerance, metavar="T",
+        help="part of the bodies' own inertia forces that counts as balanced (default 1e-9)",
+    )  # fmt: skip
+    parser.add_argument(
+        "--against", metavar="MODEL", help="a second linkage, on the same motions, beside it"
+    )
+    add_about(parser, "the middle of the mechanism, of the first of several")
+    add_picture_option(parser)
+    add_page_option(parser, "on which the linkage moves beside the curves")
+    add_meshes_option(parser)
+    parser.add_argument(
+        "--table", metavar="FILE.csv",
+        help="write the plotted motion: time, inputs, and the shaking force and moment of the "
+        "linkage on its base",
+    )  # fmt: skip
+
+
+def _run(arguments: argparse.Namespace) -> Answer:
+    """Verify the linkages of the options; the first decides, or of several models the worst."""
+    _refuse_exclusive_options(arguments)
+    if arguments.base != "fixed":
+        return run_floating_base(arguments)
+    with progress_bar("motions") as advance:
+        results = _verify(arguments, advance)
+    from balance.app.answers.text.verification import verification_body, verification_facts
+
+    def files() -> Files:
+        return _files(arguments, results)
+
+    if not arguments.others:
+        return Answer(
+            _code(results[0]), lambda: data_against(*results),
+            lambda: verification_body(results),
+            [notice for result in results for notice in result.notices], files=files,
+        )  # fmt: skip
+    return Answer(
+        max(map(_code, results)),
+        lambda: compared("verify", list(map(data_against, results))),
+        lambda: side_by_side(list(map(verification_facts, results))),
+        named_notices((result.linkage, result.notices) for result in results), files=files,
+    )  # fmt: skip
+
+
+def _code(verification: Verification) -> int:
+    """Return the exit code of a verification."""
+    if not verification.decided:
+        return UNDECIDED
+    return DONE if verification.balanced else NEGATIVE
+
+
+def _verify(
+    arguments: argparse.Namespace, advance: Callable[[int, int], None]
+) -> list[Verification]:
+    """Verify all linkages of the options.
+
+    Args:
+        advance: called with the number of motions done and the number of all motions.
+
+    Raises:
+        LinkageError: a linkage, a motion, a file or a library cannot be used.
+    """
+    options = _options(arguments) | {"progress": advance}
+
+    def verify_first(angles: str) -> Verification:
+        linkage = load_model(arguments, angles)
+        # Load the kernels only after the file is accepted.
+        from balance.motion.verification.given_motions import from_csv
+        from balance.motion.verification.to_pinocchio import verify
+        from kinematics.model.motion import motion_of
+
+        along = None
+        if arguments.csv:
+            along = [from_csv(linkage, arguments.csv, motion_of(linkage, arguments.motion))]
+        return verify(linkage, along=along, **options)
+
+    def verify_other(model: str, angles: str) -> Verification:
+        from balance.motion.verification.to_pinocchio import verify_second
+
+        return verify_second(first, load_model(arguments, angles, model), **options)
+
+    first = solve_both_readings(verify_first, arguments.angles)
+    others = [arguments.against] if arguments.against else arguments.others
+    return [
+        first,
+        *(solve_both_readings(partial(verify_other, model), arguments.angles)
+          for model in others),
+    ]  # fmt: skip
+
+
+def _refuse_exclusive_options(arguments: argparse.Namespace) -> None:
+    """End the command if its options exclude each other."""
+    check_base_options(arguments)
+    if arguments.speed is not None:
+        random = "{}: not with --speed, whose one motion is not random"
+        refuse_given(arguments, ("trajectories", "seed"), random)
+    if arguments.others and arguments.against is not None:
+        arguments.refuse("--against: not with several models; name it among them")
+    if arguments.about is not None and arguments.base != "fixed":
+        arguments.refuse("--about: not with --base, which tells no moments")
+    if arguments.others and arguments.base != "fixed":
+        arguments.refuse("--base: not with several models; --against compares two")
+    if arguments.table is not None and (arguments.against is not None or arguments.others):
+        arguments.refuse("--table: not with a second linkage; write a table for each")
+
+
+def _options(arguments: argparse.Namespace) -> dict[str, Any]:
+    """Return the keyword arguments of `verify` from the options."""
+    crank, speed = arguments.speed or (None, None)
+    options = {
+        "motion": arguments.motion, "balance": arguments.balance,
+        "trajectories": arguments.trajectories or TRAJECTORIES,
+        "seed": arguments.seed or 0, "speed": speed, "crank": crank,
+        "about": arguments.about,
+    }  # fmt: skip
+    if arguments.tolerance is not None:
+        options["tolerance"] = arguments.tolerance
+    return options
+
+
+def _files(arguments: argparse.Namespace, results: Sequence[Verification]) -> Files:
+    """Find what makes the files of verifications."""
+    from balance.app.answers.html.verification import verification_picture, verification_table
+    from balance.app.answers.html.verification_page import verification_page
+
+    return {
+        "plot": partial(verification_picture, results, kind_of(arguments.plot)),
+        "html": partial(verification_page, results, not arguments.no_meshes),
+        "table": partial(verification_table, results[0]),
+    }
+
+
+def _seed(text: str) -> int:
+    """Parse a seed."""
+    if not (text.isascii() and text.isdigit() and len(text) <= 18):
+        raise argparse.ArgumentTypeError(f"'{text}' is not a whole number from 0 up")
+    return int(text)
+
+
+def _speed(text: str) -> tuple[str | None, float]:
+    """Parse ``[J=]300rpm``: name of the crank or None, and its speed in rad/s."""
+    name, equals, word = text.rpartition("=")
+    match = re.fullmatch(rf"\s*([+-]?{NUMBER})\s*([a-z1/]+)\s*", word.lower())
+    if match is None or match[2] not in SPEED_UNITS or bool(equals) != bool(name.strip()):
+        raise argparse.ArgumentTypeError(
+            f"'{text}' is not a speed: write 300rpm, 31.4rad/s, 1800deg/s, 5hz or u1=300rpm"
+        )
+    return name.strip() or None, float(match[1]) * SPEED_UNITS[match[2]]
+
+
+def _tolerance(text: str) -> float:
+    """Parse a tolerance."""
+    try:
+        value = float(text)
+    except ValueError:
+        value = -1.0
+    if not 0.0 <= value < 1.0:
+        raise argparse.ArgumentTypeError(f"'{text}' is not a number from 0 up to 1")
+    return value

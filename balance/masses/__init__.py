@@ -1,0 +1,1 @@
+"""Which masses can be built: designs, counterweights, remedies."""

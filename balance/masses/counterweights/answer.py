@@ -1,0 +1,142 @@
+"""The answer to a request for counterweights, as data."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from balance.masses.counterweights.counterweight import Counterweight
+from balance.masses.counterweights.exclusion import Exclusion
+from balance.masses.counterweights.program import AddedObjective
+from balance.masses.counterweights.regions import Region
+from balance.masses.designs.feasibility import Verdict
+from balance.space.spaces.design_space import DesignSpace
+from kinematics.wording import html_facts, number_text, repr_lines
+
+Array = NDArray[np.float64]
+
+COUNTERWEIGHTS_SCHEMA = "balance.counterweights/1"
+
+
+@dataclass(frozen=True)
+class Relaxation:
+    """One change of an infeasible request that makes it feasible.
+
+    Attributes:
+        link: the link.
+        factor: factor by which its region must grow about its centre; None if matter must be
+            added to this link too, in its default region.
+        mass: mass that is then added, kg.
+    """
+
+    link: str
+    factor: float | None
+    mass: float
+
+    @property
+    def words(self) -> str:
+        """The change in words."""
+        if self.factor is None:
+            return (
+                f"adding matter to '{self.link}' too would do "
+                f"({number_text(self.mass)} kg in all)"
+            )
+        return (
+            f"a region of '{self.link}' {number_text(self.factor)} times as large would do "
+            f"({number_text(self.mass)} kg in all)"
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class Counterweights:
+    """Result of `counterweights`: added matter, or a certificate that none balances.
+
+    Attributes:
+        space: the design space; spatial for dynamic balance of a planar linkage.
+        verdict: ``"feasible"``, ``"infeasible"`` or ``"undecided"``.
+        minimise: the objective.
+        value: its value in SI units (see `counterweights`); None without counterweights.
+        gap: largest part of the value by which it may exceed the global minimum, proved by
+            the dual; None likewise.
+        regions: where matter may be added, by name of the link.
+        chosen: links whose region is the default.
+        weights: the counterweight of each link to which matter is added.
+        z: parameters (bodies, 10) of given and added masses about the inertial origin, SI
+            units; None without counterweights.
+        residual: size of the conditions' residual over the sum of the bodies' parts; None
+            likewise.
+        certificate: functional (parameters,) that proves infeasibility; see
+            `balance.masses.counterweights.exclusion`.
+        check: result of its check without the solver.
+        relaxations: single changes that would help, the smallest first; empty if feasible.
+        given_mass: mass of the bodies in the file, kg.
+        words: the verdict in one line.
+    """
+
+    space: DesignSpace
+    verdict: Verdict
+    minimise: AddedObjective
+    value: float | None
+    gap: float | None
+    regions: Mapping[str, Region]
+    chosen: tuple[str, ...]
+    weights: tuple[Counterweight, ...]
+    z: Array | None
+    residual: float | None
+    certificate: Array | None
+    check: Exclusion | None
+    relaxations: tuple[Relaxation, ...]
+    given_mass: float
+    words: str
+
+    def __repr__(self) -> str:
+        """Up to six lines: the verdict, and the counterweights."""
+        title = f"Counterweights for {self.space.linkage.name}"
+        return repr_lines(title, self.words, *(weight.words for weight in self.weights))
+
+    def _repr_html_(self) -> str:
+        """Table of the same facts, for notebooks."""
+        facts = ((weight.link, weight.words) for weight in self.weights)
+        title = f"Counterweights for {self.space.linkage.name}"
+        return html_facts(title, ("verdict", self.words), *facts)
+
+    @property
+    def added_mass(self) -> float:
+        """Mass of all counterweights, kg."""
+        return sum(weight.mass for weight in self.weights)
+
+    def to_dict(self) -> dict[str, object]:
+        """Return plain data for JSON; see ``schemas/counterweights.schema.json``."""
+        space = self.space
+        return {
+            "schema": COUNTERWEIGHTS_SCHEMA,
+            "model": space.linkage.name,
+            "at": space.linkage.at,
+            "algebra": "planar" if space.planar else "spatial",
+            "balance": space.balance,
+            "verdict": self.verdict,
+            "minimise": self.minimise,
+            "value": self.value,
+            "gap": self.gap,
+            "regions": {
+                name: {
+                    "text": region.text, "kind": region.kind, "default": name in self.chosen,
+                    "place": region.place.tolist(),
+                }
+                for name, region in self.regions.items()
+            },
+            "given_mass": self.given_mass,
+            "added_mass": self.added_mass,
+            "counterweights": [weight.to_dict() for weight in self.weights],
+            "residual": self.residual,
+            "certificate": None if self.certificate is None else self.certificate.tolist(),
+            "check": self.check._asdict() if self.check else None,
+            "relaxations": [
+                {"link": relaxation.link, "factor": relaxation.factor, "mass": relaxation.mass}
+                for relaxation in self.relaxations
+            ],
+            "words": self.words,
+        }  # fmt: skip

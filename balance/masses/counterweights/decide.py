@@ -1,0 +1,174 @@
+"""Decide whether matter in some regions balances a linkage, and find the least."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from balance.masses.counterweights.answer import Counterweights
+from balance.masses.counterweights.counterweight import counterweight_of
+from balance.masses.counterweights.exclusion import check_exclusion, describe_exclusion
+from balance.masses.counterweights.lumps import Lumps, fewer_lumps, lumps_of, refine_lumps
+from balance.masses.counterweights.program import (
+    AddedObjective,
+    AddedProgram,
+    AddedSolution,
+    added_objective,
+    build_added_program,
+    certificate_dual,
+    solve_added,
+)
+from balance.masses.counterweights.quadratic_minimum import least_values
+from balance.masses.counterweights.regions import Region
+from balance.masses.designs.pseudo_inertia_cone import given_parameters
+from balance.masses.designs.verdicts import TOO_NARROW, UNSETTLED
+from balance.space.inertial_parameters.conversions import to_chain
+from balance.space.spaces.design_space import DesignSpace
+from balance.support.tolerances import (
+    CONDITION_LEFT,
+    COUNTERWEIGHT_RESIDUAL,
+    INSIDE_REGION,
+    LUMP_FIT,
+    LUMP_MASS_ZERO,
+    MASS_EXCLUDED,
+)
+from kinematics.model.arrays import freeze
+from kinematics.model.spatial.inertia import from_pseudo_inertia
+from kinematics.numerics.linalg.vectors import project_out
+from kinematics.wording import number_text
+
+Array = NDArray[np.float64]
+
+
+def decide(
+    space: DesignSpace, regions: Mapping[int, Region], minimise: AddedObjective = "mass"
+) -> Counterweights:
+    """Decide whether matter in some regions balances a linkage, and minimise it.
+
+    Args:
+        space: the design space, whose conditions are used as they are.
+        regions: region by position of the body.
+        minimise: the objective; see `counterweights`.
+    """
+    names = {space.bodies[b]: region for b, region in regions.items()}
+    given_mass = float(given_parameters(space)[:, 0].sum())
+    blank = Counterweights(
+        space, "undecided", minimise, None, None, names, (), (), None, None, None, None, (),
+        given_mass, "undecided: neither an answer nor a certificate stands up to its check",
+    )  # fmt: skip
+    program = build_added_program(space, regions, minimise)
+    if space.as_given.balanced:
+        return _keep_given_masses(blank, program)
+    if _left_over(program):
+        return _proved(blank, regions, program.left)
+    solution = solve_added(program)
+    added = program.unit * float(solution.moments[:, 3, 3].sum())
+    # Of a mass that certificates exclude, the dual is a certificate.
+    if solution.infeasible or not added < MASS_EXCLUDED * given_mass:
+        answer = _proved(blank, regions, program.lift @ solution.dual)
+        if answer.verdict == "infeasible":
+            return answer
+        return _proved(blank, regions, program.lift @ certificate_dual(program))
+    return _balanced(blank, program, solution)
+
+
+def _keep_given_masses(blank: Counterweights, program: AddedProgram) -> Counterweights:
+    """Return the verdict on masses that are balanced as they stand in the file."""
+    space = program.space
+    if not space.sure:
+        return replace(blank, words=f"undecided: {UNSETTLED}")
+    z = given_parameters(space)
+    value, _ = added_objective(program, [np.zeros((4, 4)) for _ in program.regions])
+    return replace(
+        blank, verdict="feasible", value=value, z=freeze(z), gap=0.0,
+        residual=balance_residual(space, z),
+        words="feasible: the masses in the file are balanced, and nothing is added",
+    )  # fmt: skip
+
+
+def _left_over(program: AddedProgram) -> bool:
+    """Whether the given masses leave something in which no added matter has a part."""
+    parts = program.given.reshape(len(program.space.bodies), -1)
+    size = float(np.linalg.norm(parts, axis=1).sum())
+    return float(np.linalg.norm(program.left)) > CONDITION_LEFT * size
+
+
+def _proved(blank: Counterweights, regions: Mapping[int, Region], w: Array) -> Counterweights:
+    """Return the verdict by a certificate, if its check accepts it."""
+    w = freeze(w / (float(np.linalg.norm(w)) or 1.0))
+    check = check_exclusion(blank.space, regions, w)
+    if not check.accepted:
+        return blank
+    if not blank.space.encloses:
+        return replace(blank, words=f"undecided: {TOO_NARROW}")
+    text = describe_exclusion(blank.space, regions, w)
+    return replace(blank, verdict="infeasible", certificate=w, check=check, words=text)
+
+
+def _balanced(
+    blank: Counterweights, program: AddedProgram, solution: AddedSolution
+) -> Counterweights:
+    """Return the verdict with counterweights, if their check accepts them."""
+    space, kinds = program.space, list(program.regions.values())
+    least = max(LUMP_FIT, LUMP_MASS_ZERO * float(solution.moments[:, 3, 3].sum()))
+    force = space.balance == "force"
+    rough = [
+        lumps_of(region, P, force, least)
+        for region, P in zip(kinds, solution.moments, strict=True)
+    ]
+    lumps = refine_lumps(kinds, program.rows, program.target, rough)
+    if not program.inertia[0].size:
+        fewer = fewer_lumps(program.rows, program.cost, lumps)
+        lumps = refine_lumps(kinds, program.rows, program.target, fewer)
+    z = _with_lumps(program, lumps)
+    residual = balance_residual(space, z)
+    inside = all(
+        not cluster.masses.size or float(region.excess(cluster.points).max()) <= INSIDE_REGION
+        for region, cluster in zip(kinds, lumps, strict=True)
+    )
+    if not (inside and residual <= COUNTERWEIGHT_RESIDUAL):
+        return blank
+    if not space.sure:
+        return replace(blank, words=f"undecided: {UNSETTLED}")
+    value, priced = added_objective(program, [cluster.moments for cluster in lumps])
+    prices = least_values(kinds, solution.forms)
+    added = sum(float(cluster.masses.sum()) for cluster in lumps)
+    bound = solution.bound + added * float(prices.min(initial=0.0))
+    weights = tuple(
+        counterweight_of(space.bodies[b], region, cluster, program.unit)
+        for (b, region), cluster in zip(program.regions.items(), lumps, strict=True)
+        if cluster.masses.size
+    )
+    total = sum(weight.mass for weight in weights)
+    return replace(
+        blank, verdict="feasible", value=value, z=freeze(z), residual=residual,
+        weights=weights, gap=max(0.0, priced - bound) / priced if priced > 0.0 else 0.0,
+        words=f"feasible: {number_text(total)} kg added to "
+              f"{number_text(blank.given_mass)} kg balance it",
+    )  # fmt: skip
+
+
+def _with_lumps(program: AddedProgram, lumps: Sequence[Lumps]) -> Array:
+    """Add lumps to the given masses: parameters (bodies, 10), SI units."""
+    z = given_parameters(program.space)
+    b = list(program.regions)
+    places = np.array([region.place for region in program.regions.values()])
+    H = program.space.frames[b] @ places
+    moments = np.array([cluster.moments for cluster in lumps])
+    z[b] += program.unit * from_pseudo_inertia(H @ moments @ H.mT)
+    return z
+
+
+def balance_residual(space: DesignSpace, z: Array) -> float:
+    """Compute how far a distribution is from the design space, over the bodies' sizes.
+
+    Args:
+        z: parameters (bodies, 10) about the inertial origin, SI units.
+    """
+    chain_z = to_chain(z, space.chain.frame, space.planar, space.balance == "force")
+    size = float(np.linalg.norm(chain_z, axis=1).sum())
+    rest = project_out(chain_z.reshape(-1), space.scaled_basis)
+    return float(np.linalg.norm(rest)) / (size or 1.0)

@@ -1,0 +1,130 @@
+"""Certificates that no matter in some regions balances a linkage, and their check.
+
+A certificate is a linear functional w on the inertial parameters of all bodies that vanishes
+on every balanced distribution, is negative on the given masses, and is not positive on any
+point mass in the regions. The sum of the given masses and of added matter is then negative
+under w, so that it is not balanced.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from balance.masses.counterweights.added_matter import parameters_per_moment
+from balance.masses.counterweights.quadratic_minimum import least_values
+from balance.masses.counterweights.regions import Region
+from balance.masses.designs.clarabel_adapter import TRIANGLES
+from balance.masses.designs.pseudo_inertia_cone import given_parameters
+from balance.space.inertial_parameters.conversions import to_chain
+from balance.space.spaces.design_space import DesignSpace
+from balance.support.tolerances import (
+    CERTIFICATE_ENTRY_RELATIVE,
+    CERTIFICATE_ORTHOGONAL,
+    MASS_EXCLUDED,
+)
+from kinematics.wording import check_summary
+
+Array = NDArray[np.float64]
+
+
+class Exclusion(NamedTuple):
+    """Result of `check_exclusion`.
+
+    Attributes:
+        accepted: whether the certificate excludes a million times the given mass.
+        orthogonality: size of the functional on the orthonormal basis of the design space,
+            over its size.
+        left: minus its value on the given masses, over its size, kg.
+        excluded: added mass that it excludes, kg: any mass below this, in any places of the
+            regions, leaves the linkage unbalanced.
+    """
+
+    accepted: bool
+    orthogonality: float
+    left: float
+    excluded: float
+
+    def __repr__(self) -> str:
+        """One line: whether it is accepted, and its residuals.
+
+        The mass that it excludes is one over the errors of the solver, so that a bound tells.
+        """
+        return check_summary(self, excluded=1.0 / MASS_EXCLUDED)
+
+
+def check_exclusion(
+    space: DesignSpace, regions: Mapping[int, Region], certificate: ArrayLike
+) -> Exclusion:
+    """Check a certificate without the solver.
+
+    With the residual δ of orthogonality, added matter of mass M gives the sum at most
+    ``-margin + δ |z| + M (g + δ s)``, where g is the largest value of w on a unit point mass in
+    a region, and s bounds the parameters of such a mass. The maximum of the quadratic
+    polynomial is computed exactly; see `minimise_in_region`.
+
+    Args:
+        regions: region by position of the body.
+        certificate: w (parameters,) in the units of the chain.
+    """
+    w = np.asarray(certificate, dtype=np.float64)
+    size = float(np.linalg.norm(w))
+    if not (np.isfinite(size) and size > 0.0):
+        return Exclusion(False, np.inf, 0.0, 0.0)
+    w = w / size
+    file = given_parameters(space)
+    force = space.balance == "force"
+    given = to_chain(file, space.chain.frame, space.planar, force).reshape(-1)
+    slip = float(np.linalg.norm(space.scaled_basis.T @ w))
+    margin = -float(w @ given) - slip * float(np.linalg.norm(given))
+    per_moment = parameters_per_moment(space, regions)
+    parts = w.reshape(len(space.bodies), 1, -1)[list(regions)]
+    forms = (parts @ per_moment)[:, 0] @ TRIANGLES[4].T
+    most = -least_values(list(regions.values()), -forms.reshape(-1, 4, 4))
+    # The size of [u; 1][u; 1]ᵀ is at most 4 in a box, the largest of the shapes.
+    slips = slip * 4.0 * np.linalg.norm(per_moment, 2, axis=(1, 2))
+    gain = float((most + slips).max(initial=0.0))
+    excluded = 0.0 if margin <= 0.0 else margin / gain if gain > 0.0 else np.inf
+    enough = excluded >= MASS_EXCLUDED * float(file[:, 0].sum())
+    accepted = bool(slip <= CERTIFICATE_ORTHOGONAL and margin > 0.0 and enough)
+    return Exclusion(accepted, slip, margin, float(excluded))
+
+
+def describe_exclusion(
+    space: DesignSpace, regions: Mapping[int, Region], certificate: Array
+) -> str:
+    """Describe the regions and bodies on which a certificate lives, in words.
+
+    Args:
+        regions: region by position of the body.
+        certificate: w (parameters,).
+    """
+    parts = certificate.reshape(len(space.bodies), -1)
+    force = space.balance == "force"
+    file = to_chain(given_parameters(space), space.chain.frame, space.planar, force)
+    sizes = np.linalg.norm(parts, axis=1)
+    named = [b for b in regions if sizes[b] > CERTIFICATE_ENTRY_RELATIVE * sizes.max()]
+    leaves = -np.einsum("bi,bi->b", parts, file)
+    causes = [space.bodies[b] for b in np.flatnonzero(leaves > 0.1 * leaves.max())]
+    second = parts[:, (3 if space.planar else 4) :]
+    rotary = second.size and np.abs(second).max() > CERTIFICATE_ENTRY_RELATIVE * sizes.max()
+    what = "moment of inertia" if rotary else "mass moment"
+    rest = f"can cancel the {what} that {_quoted(causes)} {_leave(causes)}"
+    if not named:
+        added = _quoted([space.bodies[b] for b in regions])
+        return f"infeasible: no matter on {added}, wherever it is, {rest}"
+    where = _quoted([space.bodies[b] for b in named])
+    plural = "region" if len(named) == 1 else "regions"
+    return f"infeasible: no matter in the {plural} of {where} {rest}"
+
+
+def _quoted(names: list[str]) -> str:
+    *some, last = [f"'{name}'" for name in names]
+    return " and ".join(filter(None, [", ".join(some), last]))
+
+
+def _leave(names: list[str]) -> str:
+    return "leaves" if len(names) == 1 else "leave"

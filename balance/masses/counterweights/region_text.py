@@ -1,0 +1,61 @@
+"""Texts of regions, such as ``ball(0,0,0.1,0.2)``, and what they mean."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from balance.masses.counterweights.regions import (
+    Region,
+    ball_region,
+    box_region,
+    cylinder_region,
+    ellipsoid_region,
+)
+from kinematics.errors import UsageError
+
+Array = NDArray[np.float64]
+
+USAGE = {
+    "ball": "ball(x,y,z,r)",
+    "box": "box(x0:x1,y0:y1,z0:z1)",
+    "cylinder": "cylinder(x,y,z,ax,ay,az,r,length)",
+    "ellipsoid": "ellipsoid(x,y,z,a,b,c) or with ,roll,pitch,yaw",
+}
+
+
+def read_region(text: str) -> Region:
+    """Read a region from its text, such as ``ball(0,0,0.1,0.2)``; not ``collision``.
+
+    Raises:
+        UsageError: the text has another form, or the region is empty or inside out.
+    """
+    words = text.strip()
+    kind, _, inner = words.partition("(")
+    numbers = _numbers(inner, ":" if kind == "box" else "")
+    if kind in USAGE and words.endswith(")") and numbers is not None:
+        if kind == "ball" and numbers.size == 4:
+            return ball_region(numbers[:3], float(numbers[3]))
+        if kind == "box" and numbers.size == 6 and inner.count(":") == 3:
+            return box_region(numbers[::2], numbers[1::2])
+        if kind == "cylinder" and numbers.size == 8:
+            return cylinder_region(
+                numbers[:3], numbers[3:6], float(numbers[6]), float(numbers[7])
+            )
+        if kind == "ellipsoid" and numbers.size in (6, 9):
+            rpy = numbers[6:] if numbers.size == 9 else np.zeros(3)
+            return ellipsoid_region(numbers[:3], numbers[3:6], rpy)
+    usage = USAGE.get(kind)
+    wanted = usage or ", ".join([*USAGE.values(), "collision"])
+    raise UsageError(f"region '{text}' has no known form: write {wanted}")
+
+
+def _numbers(inner: str, separator: str) -> Array | None:
+    """Parse the numbers of ``a,b:c)``; None if one is no number."""
+    words = inner.removesuffix(")").split(",")
+    split = [word.split(separator) if separator else [word] for word in words]
+    parts = [part for group in split for part in group]
+    try:
+        return np.array([float(part) for part in parts])
+    except ValueError:
+        return None

@@ -1,0 +1,130 @@
+"""Write a linkage's URDF file with counterweights and no other change."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator, Sequence
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from balance.masses.counterweights.counterweight import Counterweight
+from balance.masses.designs.write_urdf import replace_inertials
+from balance.space.inertial_parameters.body_inertia import inertial_element
+from balance.space.inertial_parameters.conversions import mass_properties
+from balance.space.spaces.design_space import DesignSpace
+from kinematics.files.urdf.edit_xml import Splice, Text, read_source
+from kinematics.files.urdf.xml_tree import build_tree
+from kinematics.model.document import make_elements
+from kinematics.model.document.element import Element
+from kinematics.model.document.write_numbers import element_lines
+from kinematics.model.spatial.inertia import displace_parameters
+
+Array = NDArray[np.float64]
+
+
+class WithCounterweights(Protocol):
+    """Counterweights of a linkage, balanced or not."""
+
+    @property
+    def space(self) -> DesignSpace:
+        """A design space of the linkage."""
+
+    @property
+    def weights(self) -> tuple[Counterweight, ...]:
+        """The counterweights."""
+
+    @property
+    def z(self) -> Array | None:
+        """Parameters with them (bodies, 10), inertial origin, SI units."""
+
+
+def with_counterweights(
+    answer: WithCounterweights, *, merge: bool | Collection[str] = False
+) -> bytes:
+    """Return the linkage's URDF file with counterweights.
+
+    Each lump is a link of its own on a fixed joint, without inertia about its centre. A
+    counterweight of more lumps than are listed is one link with its inertia. These elements
+    stand before the end tag of the file. With ``merge``, the counterweights are in the
+    ``<inertial>`` of their links instead; see `replace_inertials`.
+
+    Args:
+        merge: whether they go into the masses of their links, for all of them or for these
+            links.
+
+    Returns:
+        The bytes of the new file.
+
+    Raises:
+        FileError: the linkage was not read from a file, or it can no longer be read.
+    """
+    linkage = answer.space.linkage
+    every = {weight.link for weight in answer.weights}
+    merged = every & set(merge) if not isinstance(merge, bool) else every if merge else set()
+    apart = [weight for weight in answer.weights if weight.link not in merged]
+    if merged:
+        data = replace_inertials(linkage, dict(_merged_inertials(answer, merged)))
+        root = build_tree(data)
+    else:
+        data, root = read_source(linkage, "link", "to which links could be added")
+    return _with_own_links(data, root, apart) if apart else data
+
+
+def _with_own_links(data: bytes, root: Element, weights: Sequence[Counterweight]) -> bytes:
+    """Append the links of counterweights to a file."""
+    names = {item.name for tag in ("link", "joint") for item in root.every(tag)}
+    text, at = Text(data), root.span[1]
+    if text.is_tag(root):
+        raise AssertionError("a linkage has links")
+    end = text.margin(at)
+    margin = text.margin(root.children[-1].span[0]) or end
+    lines = [
+        line for weight in weights for element in _own_links(weight, names)
+        for line in element_lines(element, "")
+    ]  # fmt: skip
+    inside = "".join(f"{margin}{line}" for line in lines)
+    return text.replace([Splice(at - text.size(end), at - text.size(end), inside)])
+
+
+def _merged_inertials(
+    answer: WithCounterweights, links: Collection[str]
+) -> Iterator[tuple[str, str]]:
+    """Yield the element ``<inertial>`` of some bodies with their counterweights, by name."""
+    assert answer.z is not None
+    for name in links:
+        b = answer.space.bodies.index(name)
+        yield name, _link_inertial(answer.z[b], answer.space.frames[b])
+
+
+def _link_inertial(z: Array, frame: Array) -> str:
+    """Write the element ``<inertial>`` of parameters (10,) in a link frame (4, 4)."""
+    back = np.eye(4)
+    back[:3, :3], back[:3, 3] = frame[:3, :3].T, -frame[:3, :3].T @ frame[:3, 3]
+    mass, com, inertia = mass_properties(displace_parameters(z, back))
+    return inertial_element(mass, com, inertia)
+
+
+def _own_links(weight: Counterweight, names: set[str]) -> Iterator[Element]:
+    """Yield links and joints of a counterweight, and add their names to those taken."""
+    parts = [(lump.mass, lump.position, np.zeros((3, 3))) for lump in weight.lumps]
+    for mass, position, inertia in parts or [(weight.mass, weight.com, weight.inertia)]:
+        name = _free_name(f"{weight.link}_counterweight", names)
+        at, pose = make_elements.origin(np.eye(4)), np.eye(4)
+        pose[:3, 3] = position
+        yield make_elements.link(name, make_elements.inertial(mass, inertia, at))
+        ends = (
+            make_elements.origin(pose),
+            Element("parent", {"link": weight.link}), Element("child", {"link": name}),
+        )  # fmt: skip
+        yield Element("joint", {"name": f"{name}_joint", "type": "fixed"}, ends)
+
+
+def _free_name(wanted: str, names: set[str]) -> str:
+    """Return a name that neither it nor its joint has been given to, and take both."""
+    count, name = 1, wanted
+    while {name, f"{name}_joint"} & names:
+        count += 1
+        name = f"{wanted}_{count}"
+    names |= {name, f"{name}_joint"}
+    return name

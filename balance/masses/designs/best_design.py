@@ -1,0 +1,310 @@
+"""The best balanced and physically realisable mass distribution for an objective."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from math import inf
+from typing import get_args
+
+import numpy as np
+from numpy.typing import NDArray
+
+from balance.masses.designs.certificate import CertificateCheck
+from balance.masses.designs.constraints import Constraints, build_program, constraints_of
+from balance.masses.designs.design_check import (
+    DesignCheck,
+    check_design,
+    out_of_plane_asymmetry,
+)
+from balance.masses.designs.feasibility import Verdict, assemble_design, decide_feasibility
+from balance.masses.designs.mass_regions import BALL_RADIUS, Ball
+from balance.masses.designs.objectives import Objective, minimise_objective
+from balance.masses.designs.pseudo_inertia_cone import from_si, given_parameters, matrices_of
+from balance.masses.designs.verdicts import describe_furthest, describe_limits
+from balance.space.certification.certified_space import CertifiedSpace
+from balance.space.certification.certify_space import certify
+from balance.space.inertial_parameters.body_inertia import BodyInertia, body_inertias
+from balance.space.inertial_parameters.conversions import LABELS
+from balance.space.spaces.compute_space import design_space
+from balance.space.spaces.design_space import DesignSpace
+from balance.support.tolerances import KEPT_BODY_RESIDUAL
+from kinematics.wording import html_facts, number_text, repr_lines
+
+Array = NDArray[np.float64]
+
+DESIGN_SCHEMA = "balance.design/2"
+# End of the verdict on one pose.
+ONE_POSE = "; at the reference pose alone"
+
+
+@dataclass(frozen=True, eq=False)
+class Design:
+    """Result of `design`: a mass distribution, or a certificate that there is none.
+
+    Attributes:
+        space: the design space; spatial if kept bodies are not symmetric about the plane.
+        verdict: ``"feasible"``, ``"infeasible"`` or ``"undecided"``.
+        minimise: the objective.
+        value: value of the objective in SI units (see `design`); None without an objective or
+            a design.
+        keep: names of the bodies that stay as in the file.
+        bounds: least and largest mass of a body, kg.
+        within: radius of the ball about the joints of each link that must contain its mass, in
+            lengths of the link; kept links have none. None if masses may be anywhere.
+        z: parameters (bodies, 10) about the inertial origin, SI units; None if there is
+            no design.
+        certificate: one symmetric matrix per body; see `check_certificate`.
+        multipliers: one number per body, the second part of the certificate.
+        margin: smallest eigenvalue of the pseudo-inertias over the sum of their traces, in
+            units of the chain.
+        residuals: result of the check of the design or of the certificate.
+        words: the verdict in one line.
+        anywhere: the answer without balls, if there is no design with balls and the answer
+            without them differs; None otherwise.
+        floor: least mass of a body that is not kept, kg, and its least second moment about its
+            centre of mass, kg m², that an objective other than the change was minimised with;
+            see `balance.masses.designs.objectives`. None otherwise.
+    """
+
+    space: DesignSpace
+    verdict: Verdict
+    minimise: Objective | None
+    value: float | None
+    keep: tuple[str, ...]
+    bounds: Mapping[str, tuple[float, float]]
+    within: float | None
+    z: Array | None
+    certificate: tuple[Array, ...] | None
+    multipliers: Array | None
+    margin: float
+    residuals: DesignCheck | CertificateCheck | None
+    words: str
+    anywhere: Design | None = None
+    floor: tuple[float, float] | None = None
+
+    @property
+    def constraints(self) -> Constraints:
+        """Constraints of the design, as `check_design` and `check_certificate` take them."""
+        return constraints_of(self.space, self.keep, self.bounds, self.within)
+
+    @property
+    def balls(self) -> dict[str, Ball]:
+        """Ball that must contain the mass of each body, metres, inertial frame; see `Ball`.
+
+        The disc of a planar linkage is at the height of the middle of the mechanism.
+        """
+        frame, names = self.space.chain.frame, self.space.bodies
+        return {
+            names[b]: Ball(
+                frame.length * ball.centre @ frame.R[: ball.centre.size] + frame.origin,
+                frame.length * ball.radius,
+            )
+            for b, ball in self.constraints.balls.items()
+        }
+
+    def __repr__(self) -> str:
+        """Up to six lines: the verdict, and the mass of each body."""
+        bodies = (f"{body.name} {number_text(body.mass)} kg" for body in self.bodies)
+        return repr_lines(f"Design for {self.space.linkage.name}", self.words, *bodies)
+
+    def _repr_html_(self) -> str:
+        """Table of the same facts, for notebooks."""
+        bodies = ((body.name, f"{number_text(body.mass)} kg") for body in self.bodies)
+        title = f"Design for {self.space.linkage.name}"
+        return html_facts(title, ("verdict", self.words), *bodies)
+
+    @property
+    def bodies(self) -> tuple[BodyInertia, ...]:
+        """Inertial parameters of the bodies in several frames; empty without a design."""
+        if self.z is None:
+            return ()
+        space, size = self.space, 2.0 ** np.round(np.log2(np.linalg.norm(self.z)))
+        return body_inertias(
+            space.bodies, self.z.reshape(-1, 1) / size, [size], space.frames, space.axes,
+            LABELS, space.length, space.source,
+        )  # fmt: skip
+
+    def to_dict(self) -> dict[str, object]:
+        """Return the design as plain data for JSON; see ``schemas/design.schema.json``."""
+        return {
+            "schema": DESIGN_SCHEMA,
+            "model": self.space.linkage.name,
+            "at": self.space.linkage.at,
+            "algebra": "planar" if self.space.planar else "spatial",
+            "balance": self.space.balance,
+            "verdict": self.verdict,
+            "minimise": self.minimise,
+            "value": self.value,
+            "keep": list(self.keep),
+            "bounds": {
+                name: [low, high if high < inf else None]
+                for name, (low, high) in self.bounds.items()
+            },
+            "within": self.within,
+            "balls": {
+                name: {"centre": ball.centre.tolist(), "radius": ball.radius}
+                for name, ball in self.balls.items()
+            },
+            "margin": self.margin,
+            "residuals": self.residuals._asdict() if self.residuals else None,
+            "words": self.words,
+            "certificate": [Z.tolist() for Z in self.certificate] if self.certificate else None,
+            "multipliers": None if self.multipliers is None else self.multipliers.tolist(),
+            "bodies": [_as_data(body) for body in self.bodies],
+            "anywhere": self.anywhere.to_dict() if self.anywhere else None,
+            "floor": None if self.floor is None else list(self.floor),
+            "readings": [reading.to_dict() for reading in self.space.readings],
+        }
+
+
+def _as_data(body: BodyInertia) -> dict[str, object]:
+    """Return a body as plain data for JSON."""
+    assert body.com is not None and body.link_com is not None and body.link_inertia is not None
+    return {
+        "name": body.name,
+        "mass": body.mass,
+        "com": body.com.tolist(),
+        "link_com": body.link_com.tolist(),
+        "link_inertia": body.link_inertia.tolist(),
+        "moments": np.linalg.eigvalsh(body.link_inertia).tolist(),
+        "z": body.z.tolist(),
+    }
+
+
+def design(
+    space: DesignSpace, minimise: Objective | None = None, *, keep: Sequence[str] = (),
+    bounds: Mapping[str, tuple[float, float]] | None = None,
+    within: float | None = BALL_RADIUS, one_pose: bool = False,
+) -> Design:  # fmt: skip
+    """Compute the best balanced mass distribution, or a certificate that there is none.
+
+    The design minimises the objective over all y with ``P_b(y) ≻ 0`` for every body b, where
+    P_b is the pseudo-inertia of the body. In a plane all bodies are symmetric about it, so
+    that all six components of the momentum vanish; if kept bodies are not, the conditions on
+    all ten parameters are used. The mass of each body that is not kept is within a ball about
+    the joints of its link; see `balance.masses.designs.mass_regions.ball_of`. If this leaves no
+    design, the answer without balls is computed too.
+
+    Args:
+        space: a design space.
+        minimise: ``"mass"``: total mass, kg; ``"inertia"``: the largest principal moment of
+            inertia of any body that is not kept, about the origin of its link frame, kg m²;
+            ``"rotor"``: trace of the generalised inertia matrix of the motion at the reference
+            pose, kg m², with sliding coordinates in lengths of ``space.length`` metres;
+            ``"change"``: distance from the masses in the file, without a unit, the same in
+            every link frame and unit; convex, so its minimum is a global one (see
+            `balance.masses.designs.nearest`). By default, the margin is maximised. Bounds of
+            each: see `balance.masses.designs.objectives`.
+        keep: names of bodies that stay as in the file.
+        bounds: least and largest mass of bodies, kg, by name.
+        within: radius of the balls, in lengths of the links; None for masses anywhere.
+        one_pose: whether balance at the reference pose alone is enough: no momentum for any
+            rates there. The space is then one of order 0, ``max_order=0``.
+
+    Returns:
+        The design, or the certificate, and the result of its check.
+
+    Raises:
+        BodyError: a body is unknown, its bounds contradict each other, it is kept and
+            bounded, or the change is measured from one that is singular.
+        LinkageError: all bodies are kept.
+        ValueError: there is no such objective, or the radius is not above 0.
+
+    Source: T. Lee, P. M. Wensing, F. C. Park, IEEE Transactions on Robotics 36(1), 2020.
+
+    Example:
+        >>> import balance
+        >>> space = balance.design_space("robot.urdf", balance="force")
+        >>> balance.design(space, "mass", bounds={"crank": (0.5, 2.0)}).bodies[0]
+        BodyInertia of crank: 0.5 kg at ...
+    """
+    if minimise is not None and minimise not in get_args(Objective):
+        raise ValueError(f"minimise must be one of {', '.join(get_args(Objective))}")
+    if one_pose and len(space.orders) > 1:
+        raise ValueError("balance at one pose needs a space of order 0: give it max_order=0")
+    limits = dict(bounds or {})
+    answer, constraints = _widest_margin(space, tuple(keep), limits, within, one_pose)
+    answer = replace(answer, minimise=minimise)
+    if minimise and answer.z is not None:
+        answer = _minimise(answer, constraints)
+    if within is not None and answer.z is None:
+        answer = _with_answer_anywhere(answer, constraints, one_pose)
+    return replace(answer, words=f"{answer.words}{ONE_POSE}") if one_pose else answer
+
+
+def _widest_margin(
+    space: DesignSpace, keep: tuple[str, ...], bounds: Mapping[str, tuple[float, float]],
+    within: float | None, one_pose: bool,
+) -> tuple[Design, Constraints]:  # fmt: skip
+    """Compute the design of the largest margin, and its constraints; the space may widen."""
+    constraints = constraints_of(space, keep, bounds, within)
+    if space.planar and space.balance == "dynamic" and _leaves_plane(space, constraints):
+        order = 0 if one_pose else None
+        wider = design_space(space.linkage, space.motion, max_order=order, spatial=True)
+        space = certify(wider) if isinstance(space, CertifiedSpace) else wider
+        constraints = constraints_of(space, keep, bounds, within)
+    answer = decide_feasibility(space, constraints, trusted=one_pose)
+    return Design(
+        space, answer.verdict, None, None, keep, bounds, within, answer.z,
+        answer.certificate, answer.multipliers, answer.margin, answer.residuals, answer.words,
+    ), constraints  # fmt: skip
+
+
+def _with_answer_anywhere(answer: Design, constraints: Constraints, one_pose: bool) -> Design:
+    """Add the answer without balls to one without a design within them."""
+    without_balls = design(
+        answer.space, answer.minimise, keep=answer.keep, bounds=answer.bounds, within=None,
+        one_pose=one_pose,
+    )  # fmt: skip
+    without_balls = replace(without_balls, words=without_balls.words.removesuffix(ONE_POSE))
+    if without_balls.verdict == "infeasible":
+        return replace(without_balls, within=answer.within)
+    if answer.verdict == without_balls.verdict:
+        return answer
+    text = f"{without_balls.verdict} anywhere"
+    if without_balls.z is not None:
+        P = matrices_of(answer.space, without_balls.z)
+        text = f"{text}: {describe_furthest(answer.space, P, constraints)}"
+    words = answer.words.replace("undecided:", f"undecided{describe_limits(constraints)}:", 1)
+    return replace(answer, words=f"{words}; {text}", anywhere=without_balls)
+
+
+def _leaves_plane(space: DesignSpace, constraints: Constraints) -> bool:
+    """Whether kept bodies have no common plane of symmetry."""
+    moving = [b for b in constraints.keep if space.chain.links[b] >= 0]
+    kept = np.array([space.linkage.bodies[b].inertia for b in moving]).reshape(-1, 10)
+    return out_of_plane_asymmetry(from_si(kept, space.chain.frame)) > KEPT_BODY_RESIDUAL
+
+
+def _minimise(answer: Design, constraints: Constraints) -> Design:
+    """Replace a design by the one that minimises the objective."""
+    assert answer.z is not None and answer.minimise is not None
+    space, wanted = answer.space, answer.minimise
+    program = build_program(space, constraints)
+    best = minimise_objective(space, program, wanted, answer.z, answer.margin)
+    if best is not None:
+        P = matrices_of(space, given_parameters(space))
+        P[list(program.free)] = best.P
+        z = assemble_design(
+            space, constraints, P, _normal_moments(space) if wanted == "change" else None
+        )
+        check = check_design(space, z, constraints)
+        if check.accepted:
+            margin = program.cone.least(best.P).min() / np.trace(P, axis1=1, axis2=2).sum()
+            return replace(
+                answer, z=z, value=best.value, margin=float(margin), residuals=check,
+                floor=best.floor, words=f"feasible: the design of the least {wanted}",
+            )  # fmt: skip
+    text = (
+        f"undecided: there are designs, but the one of the least {wanted} was not found; ask "
+        "for no objective to see one"
+    )
+    return replace(answer, verdict="undecided", z=None, margin=0.0, residuals=None, words=text)
+
+
+def _normal_moments(space: DesignSpace) -> Array:
+    """Compute central second moments of the file's bodies along the chain's third axis."""
+    P = from_si(given_parameters(space), space.chain.frame)
+    m = np.where(P[:, 3, 3], P[:, 3, 3], 1.0)
+    return np.asarray(P[:, 2, 2] - P[:, 2, 3] ** 2 / m)

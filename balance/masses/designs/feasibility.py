@@ -1,0 +1,269 @@
+"""Feasibility of a design space: a physically realisable mass distribution, or a certificate.
+
+A body is realisable if its pseudo-inertia is positive definite. These form a cone, so the unit
+of mass is free, and a design exists if ``P_b(y) ⪰ 1`` has a solution. The solution with the
+least sum of traces has the largest margin, ``1 / Σ tr P_b``. If this problem gives no clear
+answer, the margin itself is maximised. Either answer is checked without the solver.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, replace
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from balance.masses.designs.certificate import (
+    CertificateCheck,
+    CertificateProof,
+    judge_certificate,
+)
+from balance.masses.designs.certificate_search import (
+    certificates_from_dual,
+    conflict_certificate,
+)
+from balance.masses.designs.clarabel_adapter import ConstraintBlock, solve_conic
+from balance.masses.designs.constraints import Constraints, Program, build_program
+from balance.masses.designs.design_check import DesignCheck, check_design, plane_offset
+from balance.masses.designs.pseudo_inertia_cone import (
+    from_si,
+    given_parameters,
+    to_si,
+)
+from balance.masses.designs.verdicts import TOO_NARROW, UNSETTLED, describe_conflict
+from balance.space.certification.certified_space import CertifiedSpace
+from balance.space.spaces.design_space import DesignSpace
+from balance.support.tolerances import KEPT_BODY_RESIDUAL
+from kinematics.model.arrays import freeze
+from kinematics.wording import repr_lines
+
+Array = NDArray[np.float64]
+Verdict = Literal["feasible", "infeasible", "undecided"]
+
+
+@dataclass(frozen=True, eq=False)
+class Feasibility:
+    """Result of `feasible`: a verdict with its design or certificate.
+
+    Attributes:
+        verdict: ``"feasible"``, ``"infeasible"`` or ``"undecided"``.
+        y: coordinates in ``space.basis`` of the design with the largest margin and the total
+            mass of the file; None if there is none.
+        z: parameters (bodies, 10) of that design about the inertial origin, SI units.
+        certificate: one symmetric matrix per body; see `check_certificate`.
+        multipliers: one number per body, the second part of the certificate.
+        margin: the largest t for which ``P_b ⪰ t`` is possible for all bodies when their
+            traces add up to 1, in units of the chain; 0 if infeasible.
+        residuals: result of the check of the design or of the certificate.
+        words: the verdict in one line.
+    """
+
+    verdict: Verdict
+    y: Array | None
+    z: Array | None
+    certificate: tuple[Array, ...] | None
+    multipliers: Array | None
+    margin: float
+    residuals: DesignCheck | CertificateCheck | None
+    words: str
+
+    def __repr__(self) -> str:
+        """One line: the verdict."""
+        return repr_lines(f"Feasibility: {self.words}")
+
+
+def feasible(space: DesignSpace) -> Feasibility:
+    """Decide whether a design space contains a physically realisable mass distribution.
+
+    A distribution is realisable if all pseudo-inertias are positive definite. The
+    design found has the largest margin t with ``P_b ⪰ t`` and ``Σ tr P_b = 1``. Certificates:
+    docs/theory/feasibility.md.
+
+    Args:
+        space: a design space.
+
+    Returns:
+        ``"feasible"`` with a design that `check_design` accepts, ``"infeasible"`` with a
+        certificate that `check_certificate` accepts, or ``"undecided"``: neither passed its
+        check, or there is a design, but not all conditions of the space are known.
+
+    Source:
+        P. M. Wensing, S. Kim, J.-J. Slotine, IEEE Robotics and Automation Letters 3(1), 2018
+        (pseudo-inertia); S. Boyd, L. Vandenberghe, Convex Optimization, 2004, section 5.8.
+
+    Example:
+        >>> import balance, kinematics
+        >>> linkage = kinematics.load("robot.urdf")
+        >>> balance.feasible(balance.design_space(linkage)).verdict
+        'infeasible'
+        >>> balance.feasible(balance.design_space(linkage, balance="force")).verdict
+        'feasible'
+    """
+    return decide_feasibility(space, Constraints())
+
+
+def decide_feasibility(
+    space: DesignSpace, constraints: Constraints, trusted: bool = False
+) -> Feasibility:
+    """Decide whether a design space contains a realisable distribution under constraints.
+
+    See `feasible`; the design has the largest margin among those of its total trace.
+
+    Args:
+        constraints: constraints on the bodies.
+        trusted: whether every distribution in the space is known to be balanced.
+
+    Returns:
+        The verdict; see `feasible`.
+    """
+    # A certificate for weaker constraints also proves the constraints infeasible.
+    less = constraints.anywhere, Constraints(constraints.keep), Constraints()
+    dropped = constraints.balls, constraints.bounds, constraints.keep
+    weaker = [relaxation for relaxation, without in zip(less, dropped, strict=True) if without]
+    for wanted in (constraints, *weaker):
+        program = build_program(space, wanted)
+        for x, proofs in _candidates(program):
+            if x is not None and wanted is constraints:
+                if answer := _design(space, constraints, program, x):
+                    sure = trusted or space.sure
+                    return answer if sure else _decide_by_transfers(space, constraints)
+            for proof in proofs:
+                if answer := _proof(space, constraints, program, proof):
+                    return answer
+    return _undecided(
+        "neither a design nor a certificate stands up to its check; ask less of the masses, or "
+        "put the linkage nearer to the origin"
+    )
+
+
+def _decide_by_transfers(space: DesignSpace, constraints: Constraints) -> Feasibility:
+    """Decide with the inertia transfers alone, for a space that is in doubt.
+
+    Proved inertia transfers are balanced whatever the true space is. A design made of them
+    alone is therefore a design; otherwise the verdict is undecided.
+    """
+    serial = space.serial_nullity
+    if not (isinstance(space, CertifiedSpace) and space.certainty.nullity == serial):
+        return _undecided(UNSETTLED)
+    decision = replace(space.decision, basis=space.decision.basis[:, :serial])
+    answer = decide_feasibility(
+        replace(space, basis=space.serial, decision=decision), constraints, True
+    )
+    return answer if answer.verdict == "feasible" else _undecided(UNSETTLED)
+
+
+def _proof(
+    space: DesignSpace, constraints: Constraints, program: Program, proof: CertificateProof
+) -> Feasibility | None:
+    """Return the verdict by a certificate; None if its check rejects it."""
+    check = judge_certificate(space, program.whole, proof, constraints)
+    if not check.accepted:
+        return None
+    if not space.encloses:
+        return _undecided(TOO_NARROW)
+    # Find the weakest constraints for which the certificate holds.
+    less = (
+        (Constraints(), constraints._replace(keep=(), bounds={}), constraints.anywhere)
+        if constraints
+        else ()
+    )
+    enough = (
+        relaxation
+        for relaxation in less
+        if judge_certificate(space, program.whole, proof, relaxation).accepted
+    )
+    text = describe_conflict(space, proof.matrices, next(enough, constraints))
+    return Feasibility(
+        "infeasible", None, None, tuple(freeze(proof.matrices)), freeze(proof.multipliers),
+        0.0, check, text,
+    )  # fmt: skip
+
+
+def _undecided(why: str) -> Feasibility:
+    return Feasibility("undecided", None, None, None, None, 0.0, None, f"undecided: {why}")
+
+
+def _candidates(program: Program) -> Iterator[tuple[Array | None, Iterable[CertificateProof]]]:
+    """Solve for the least traces, then for the largest margin: a design, or certificates."""
+    if program.residual @ program.residual > KEPT_BODY_RESIDUAL**2:
+        yield None, [conflict_certificate(program)]
+    if program.traces.size == 0:
+        cone = program.cone
+        every = np.tile(np.eye(cone.size), (len(cone.blocks), 1, 1))
+        yield None, [CertificateProof(every, np.zeros(len(every)))]
+        return
+    q, rows, offset, parts = least_traces(program)
+    solution = solve_conic(q, rows, offset, parts, careful=len(program.lines) > 0)
+    if solution.infeasible:
+        yield None, certificates_from_dual(program, solution.dual)
+    else:
+        yield solution.x, ()
+    # Maximise t with P_b ⪰ t and τ ≥ t, for traces that add up to at most 1.
+    extended = np.block([[rows, offset[:, None]], [-q, 0.0]])
+    bound = np.append(np.zeros(offset.size), 1.0)
+    solution = solve_conic(
+        np.append(0.0 * q, -1.0), extended, bound, [*parts, ConstraintBlock("nonnegative", 1)]
+    )
+    yield solution.x[:-1], certificates_from_dual(program, solution.dual[:-1])
+
+
+def least_traces(program: Program) -> tuple[Array, Array, Array, list[ConstraintBlock]]:
+    """Build arguments of `solve_conic`: the least sum of traces with ``P_b ⪰ 1`` and τ ≥ 1."""
+    cone, lines = program.cone, program.lines
+    count, rows = len(cone.blocks), cone.stack_rows(cone.blocks)
+    unit, parts = np.tile(cone.rows(np.eye(cone.size)), count), [cone.part] * count
+    if len(lines):
+        rows = np.concatenate([rows, lines])
+        unit = np.append(unit, program.sized * (np.arange(len(lines)) == 0))
+        parts.append(ConstraintBlock("nonnegative", len(lines)))
+    return program.traces, rows, -unit, parts
+
+
+def _design(
+    space: DesignSpace, constraints: Constraints, program: Program, x: Array
+) -> Feasibility | None:
+    """Return the verdict with the design at coordinates x; None if its check rejects it."""
+    if not np.isfinite(x).all():
+        return None
+    least = program.cone.least(program.cone.sums_at(x)).min()
+    if not (least > 0.0 and (not program.sized or x[-1] > 0.0)):
+        return None
+    P = program.whole.at(program.embed @ x)
+    margin = float(least / (program.traces @ x))
+    # Divide by τ, or scale to the mean mass of the file.
+    scale = float(program.unit / (x[-1] if program.sized else P[:, -1, -1].mean()))
+    y = scale * (program.embed @ x)
+    z = assemble_design(space, constraints, scale * P)
+    check = check_design(space, z, constraints)
+    if not check.accepted:
+        return None
+    text = f"feasible: balanced by bodies that can be built, with a margin of {margin:.1e}"
+    y = freeze(y[: space.nullity])
+    return Feasibility("feasible", y, z, None, None, margin, check, text)
+
+
+def assemble_design(
+    space: DesignSpace, constraints: Constraints, P: Array, along: Array | None = None
+) -> Array:
+    """Convert pseudo-inertias in the coordinates of the chain to parameters in SI units.
+
+    Args:
+        constraints: kept bodies are copied from the file; in a plane, the centres of mass of
+            the others have their height.
+        P: pseudo-inertias (bodies, k, k).
+        along: see `to_si`; if given and no body is kept, the centres of mass in a plane have
+            the height of those in the file.
+
+    Returns:
+        Parameters (bodies, 10) about the inertial origin.
+    """
+    frame, keep = space.chain.frame, list(constraints.keep)
+    if not keep and along is None:
+        return freeze(to_si(P, frame))
+    file = given_parameters(space)
+    moving = [b for b in keep or range(len(P)) if space.chain.links[b] >= 0]
+    z = to_si(P, frame, plane_offset(from_si(file[moving], frame)), along)
+    z[keep] = file[keep]
+    return freeze(z)

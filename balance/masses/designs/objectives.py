@@ -1,0 +1,262 @@
+"""Objectives of a design, minimised as convex problems over the cone of its design space.
+
+Objectives that decrease with mass have no minimiser on the open cone, so we require
+``P_b ⪰ ε F_b``. An objective need not depend on all parameters, so the sum of all traces is
+bounded:
+
+==========  =====================================================================  =========
+mass        total mass                                                              F = 1
+inertia     the largest principal moment of any body about the origin of its link   F = 1
+rotor       trace of the inertia matrix seen by the coordinates of the motion       F = 1
+change      the log-det distance from the masses in the file; see `nearest`            none
+==========  =====================================================================  =========
+
+in units of the chain and of the mean mass in the file. ε is 1e-3 where kept bodies or least
+masses set the size of a design, and 0.01 where nothing else sets it, but at most half of the
+largest value that kept bodies and bounds allow. The traces add up to at most ten times the sum
+that the design of the largest margin has at this ε; with kept bodies or bounds, ten times its
+own sum.
+
+The least change depends neither on ε nor on that bound. Newton's method starts at the design
+that minimises the distance to second order, ``Σ_b tr((P0_b⁻¹ (P_b - P0_b))²)``, with F = P0.
+"""
+
+from __future__ import annotations
+
+from typing import Literal, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from balance.masses.designs.clarabel_adapter import ConstraintBlock, solve_conic, triangles
+from balance.masses.designs.constraints import Program
+from balance.masses.designs.nearest import file_distance, minimise_distance
+from balance.masses.designs.pseudo_inertia_cone import Cone, given_parameters, matrices_of
+from balance.space.spaces.design_space import DesignSpace
+from balance.support.tolerances import PSEUDO_INERTIA_SINGULAR
+from kinematics.closure.series import expand
+from kinematics.errors import BodyError
+
+Array = NDArray[np.float64]
+Objective = Literal["mass", "inertia", "rotor", "change"]
+
+# ε: distance of bodies from the boundary of the cone, in units of the mean mass in the file:
+# where it alone sets the size of a design, and where kept bodies or least masses do.
+BOUNDARY_DISTANCE = 1e-2
+SIZED_DISTANCE = 1e-3
+# Bound on the sum of all traces, over the least sum that this distance allows.
+TRACE_FACTOR = 10.0
+
+
+class Optimum(NamedTuple):
+    """The minimiser of an objective.
+
+    Attributes:
+        P: pseudo-inertias of the free bodies (free, k, k), in the coordinates of the chain
+            and in kilograms.
+        value: value of the objective, SI units; the change has no unit.
+        floor: the least mass of a free body, kg, and its least second moment about its centre
+            of mass in any direction, kg m²; None for the change.
+    """
+
+    P: Array
+    value: float
+    floor: tuple[float, float] | None = None
+
+
+class _Goal(NamedTuple):
+    """An objective ``q·v + ½ vᵀ H v + constant`` and its own constraints.
+
+    The coordinates v are those of a cone, followed by the upper bound that a min-max objective
+    minimises.
+
+    Attributes:
+        q: linear part (n + 1,).
+        constant: constant part, without a unit.
+        scale: SI units per unit of the objective.
+        H: quadratic part (n + 1, n + 1), None without one.
+        rows: rows of its constraints (rows, n + 1).
+        parts: cones of these rows.
+    """
+
+    q: Array
+    constant: float
+    scale: float
+    H: Array | None
+    rows: Array
+    parts: tuple[ConstraintBlock, ...]
+
+
+def minimise_objective(
+    space: DesignSpace, program: Program, wanted: Objective, z: Array, margin: float
+) -> Optimum | None:
+    """Minimise an objective over the designs of a space.
+
+    Args:
+        program: its conic program with constraints.
+        z: parameters of a design (bodies, 10) about the inertial origin, SI units.
+        margin: margin of that design.
+
+    Returns:
+        The minimiser; None if the solver does not find it.
+
+    Raises:
+        BodyError: the objective is ``"change"``, but a free body of the file is singular.
+    """
+    file, cone = matrices_of(space, given_parameters(space)) / program.unit, program.cone
+    # Spatial force balance does not constrain second moments, but objectives depend on them.
+    if wanted == "change" or (cone.second_order and cone.size == 4):
+        cone = cone.with_all_moments()
+    lower = np.tile(np.eye(cone.size), (len(cone.blocks), 1, 1))
+    if wanted == "change":
+        lower = file[list(program.free)]
+        _check_definite(space, program.free, lower)
+    goal = _goal(space, program, cone, wanted, file)
+    trace = float(np.trace(matrices_of(space, z), axis1=1, axis2=2).sum()) / program.unit
+    largest = float(np.linalg.eigvalsh(lower).max())
+    epsilon = BOUNDARY_DISTANCE
+    trace_limit = TRACE_FACTOR * BOUNDARY_DISTANCE * largest / margin
+    if program.sized:
+        distance = SIZED_DISTANCE if program.bounded_below else BOUNDARY_DISTANCE
+        epsilon = min(distance, 0.5 * margin * trace / largest)
+        trace_limit = TRACE_FACTOR * trace
+    v = _solve(program, cone, goal, epsilon * lower, trace_limit)
+    if v is None:
+        return None
+    if wanted == "change":
+        return _least_change(program, cone, lower, v[:-1])
+    value = float((goal.q @ v + goal.constant) * goal.scale)
+    floor = program.unit * epsilon
+    return Optimum(program.unit * cone.at(v[:-1]), value, (floor, floor * space.length**2))
+
+
+def _least_change(program: Program, cone: Cone, file: Array, start: Array) -> Optimum | None:
+    """Minimise the log-det distance from the file, from a design at coordinates ``start``."""
+    lines = np.zeros((len(program.lines), start.size))
+    lines[:, : program.traces.size] = program.lines
+    moves, constant = np.ones(start.size, dtype=bool), np.zeros_like(start)
+    if program.sized:
+        unit = program.traces.size - 1
+        moves[unit], constant[unit] = False, start[unit]
+    v = minimise_distance(
+        cone.blocks[:, moves], cone.sums_at(constant), file, lines[:, moves], lines @ constant,
+        start[moves],
+    )  # fmt: skip
+    if v is None:
+        return None
+    constant[moves] = v
+    P = cone.sums_at(constant)
+    return Optimum(program.unit * P, file_distance(P, file))
+
+
+def _solve(
+    program: Program, cone: Cone, goal: _Goal, lower: Array, trace_limit: float
+) -> Array | None:
+    """Minimise an objective with ``P_b ⪰ lower_b`` and traces up to ``trace_limit``."""
+    (count, n), size = cone.blocks.shape[:2], program.traces.size
+    others = program.lines[int(program.sized) :]
+    lines = np.zeros((1 + len(others), n))
+    lines[0, :size], lines[1:, :size] = -program.traces, others
+    linear = np.concatenate([cone.stack_rows(cone.blocks), lines])
+    rows = np.concatenate([np.column_stack([linear, np.zeros(len(linear))]), goal.rows])
+    offset = np.zeros(len(rows))
+    offset[: len(linear) - len(lines)] = -cone.rows(lower).reshape(-1)
+    offset[len(linear) - len(lines)] = trace_limit
+    parts = [cone.part] * count + [ConstraintBlock("nonnegative", len(lines)), *goal.parts]
+    # Fix the unit of mass at 1, and an unused upper bound at 0.
+    values, free = np.zeros(n + 1), np.ones(n + 1, dtype=bool)
+    if program.sized:
+        values[size - 1], free[size - 1] = 1.0, False
+    free[n] = len(goal.parts) > 0
+    H, q = None, goal.q[free]
+    if goal.H is not None:
+        H, q = goal.H[np.ix_(free, free)], q + (goal.H @ values)[free]
+    solution = solve_conic(q, rows[:, free], offset + rows @ values, parts, H)
+    if solution.infeasible or not np.isfinite(solution.x).all():
+        return None
+    values[free] = solution.x
+    return values
+
+
+def _check_definite(space: DesignSpace, free: tuple[int, ...], P: Array) -> None:
+    """Raise BodyError for free bodies of the file with a singular pseudo-inertia."""
+    for b, matrix in zip(free, P, strict=True):
+        if np.linalg.eigvalsh(matrix)[0] <= PSEUDO_INERTIA_SINGULAR * np.trace(matrix):
+            raise BodyError(
+                space.source, space.bodies[b],
+                "has a singular mass distribution in the file, from which no change can be "
+                "measured; give it mass and extent in every direction, or keep it",
+            )  # fmt: skip
+
+
+def _goal(
+    space: DesignSpace, program: Program, cone: Cone, wanted: Objective, file: Array
+) -> _Goal:
+    """Build an objective in the coordinates of a cone."""
+    n, free = cone.blocks.shape[1], list(program.free)
+    q, none = np.zeros(n + 1), np.empty((0, n + 1))
+    area = space.length**2
+    if wanted == "change":
+        whiten = np.linalg.inv(np.linalg.cholesky(file[free]))[:, None]
+        D = np.zeros((len(free) * cone.part.rows, n + 1))
+        D[:, :n] = cone.stack_rows(whiten @ cone.blocks @ whiten.swapaxes(-1, -2))
+        d = np.tile(triangles(np.eye(cone.size)), len(free))
+        return _Goal(-2.0 * d @ D, float(d @ d), 1.0, 2.0 * D.T @ D, none, ())
+    if wanted == "inertia":
+        q[n] = 1.0
+        rows, part = _moments(space, cone, free)
+        parts = (part,) * (len(free) if part.kind == "psd_triangle" else 1)
+        return _Goal(q, 0.0, program.unit * area, None, rows, parts)
+    weights = rotor_weights(space) if wanted == "rotor" else np.zeros_like(file)
+    if wanted == "mass":
+        weights[:, -1, -1] = 1.0
+    q[:n] = np.einsum("bij,bnij->n", weights[free], cone.blocks)
+    keep = [b for b in range(len(file)) if b not in free]
+    constant = float(np.sum(weights[keep] * file[keep]))
+    scale = program.unit * (area if wanted == "rotor" else 1.0)
+    return _Goal(q, constant, scale, None, none, ())
+
+
+def _moments(space: DesignSpace, cone: Cone, free: list[int]) -> tuple[Array, ConstraintBlock]:
+    """Build rows of the upper bound minus each body's inertia about its link origin.
+
+    In a plane the inertia is the moment about the normal, the largest one of a flat body.
+    """
+    frame, d, n = space.chain.frame, cone.size - 1, cone.blocks.shape[1]
+    origins = (space.frames[free, :3, 3] - frame.origin) @ frame.R.T[:, :d] / frame.length
+    shift = np.tile(np.eye(d + 1), (len(free), 1, 1))
+    shift[:, :d, d] = -origins
+    S = (shift[:, None] @ cone.blocks @ shift[:, None].swapaxes(-1, -2))[..., :d, :d]
+    trace = np.trace(S, axis1=-2, axis2=-1)
+    if cone.second_order:
+        return np.column_stack([-trace, np.ones(len(free))]), ConstraintBlock(
+            "nonnegative", len(free)
+        )
+    inertia = triangles(trace[..., None, None] * np.eye(d) - S)
+    unit = np.tile(triangles(np.eye(d)), len(free))
+    rows = np.column_stack([-inertia.transpose(0, 2, 1).reshape(-1, n), unit])
+    return rows, ConstraintBlock("psd_triangle", d)
+
+
+def rotor_weights(space: DesignSpace) -> Array:
+    """Compute K with ``Σ_b <K_b, P_b>`` the trace of the inertia matrix of the motion.
+
+    A point x of a body has the velocity ``T [x; 1]`` for a unit rate of a coordinate, where T
+    holds the first rows of the twist as a matrix. Hence ``K = Σ_w T_wᵀ T_w``.
+    """
+    chain = space.chain
+    twists = expand(chain, np.zeros((1, chain.width)), 0).T[0, 0]
+    d = 2 if chain.planar else 3
+    K = np.zeros((chain.links.size, d + 1, d + 1))
+    for b, link in enumerate(chain.links):
+        for twist in twists[link] if link >= 0 else ():
+            T = np.column_stack([_cross_matrix(twist[:-d]), twist[-d:]])
+            K[b] += T.T @ T
+    return K
+
+
+def _cross_matrix(rotation: Array) -> Array:
+    """Compute the matrix of ``ω ×`` in space (3,) or in the plane (1,)."""
+    if rotation.size == 1:
+        return rotation[0] * np.array([[0.0, -1.0], [1.0, 0.0]])
+    return np.cross(rotation, np.eye(3)).T

@@ -1,0 +1,94 @@
+"""Texts of verdicts: infeasible designs, and undecided ones."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from balance.masses.designs.constraints import Constraints
+from balance.masses.designs.mass_regions import reach_of
+from balance.space.spaces.design_space import DesignSpace
+from balance.support.tolerances import CERTIFICATE_ENTRY_RELATIVE, MASSES_EQUAL
+from kinematics.numerics.linalg.ties import first_largest
+from kinematics.wording import MAX_NAMES, number_text
+
+Array = NDArray[np.float64]
+
+# A space with missing conditions is too large: certificates stay valid, designs do not.
+UNSETTLED = (
+    "not all conditions are known, and a design may break the others; leave out max_order, if "
+    "it was given"
+)
+TOO_NARROW = (
+    "a certificate excludes the designs of the space that was found, but conditions near "
+    "round-off may be false ones, and there may be more designs"
+)
+
+
+def describe_limits(constraints: Constraints) -> str:
+    """Describe the balls of the constraints, to follow a verdict; empty without balls."""
+    return f" within {constraints.within:g} link lengths" if constraints.balls else ""
+
+
+def describe_conflict(space: DesignSpace, Z: Array, constraints: Constraints) -> str:
+    """Describe the bodies to which a certificate gives weight, and what to do.
+
+    Args:
+        Z: matrices of the certificate (bodies, k, k).
+        constraints: the constraints that it excludes.
+    """
+    sizes = np.abs(Z).max(axis=(1, 2))
+    weighed = (sizes > CERTIFICATE_ENTRY_RELATIVE * sizes.max()).tolist()
+    clash = [
+        name
+        for name, positive_weight in zip(space.bodies, weighed, strict=True)
+        if positive_weight
+    ]
+    listed = _join_names(clash)
+    verdict = f"infeasible{describe_limits(constraints)}"
+    if set(clash) <= {space.bodies[b] for b in constraints.keep}:
+        return (
+            f"{verdict}: {listed}, as kept, cannot be balanced by any masses of the others; "
+            "keep fewer links"
+        )
+    extent = np.abs(Z[:, :-1]).max() > CERTIFICATE_ENTRY_RELATIVE * sizes.max()
+    what = "some second moments" if extent else "the masses"
+    sums = f"{what} of {listed} {'are zero' if len(clash) == 1 else 'add up to zero'}"
+    positive = "which are positive for bodies that can be built"
+    if constraints.sized:
+        return (
+            f"{verdict}: with what is kept and bounded, {sums} or less, {positive}; keep fewer "
+            "links, or widen the bounds"
+        )
+    if constraints:
+        return f"{verdict}: in every balanced distribution there, {sums} or less, {positive}"
+    remedy = "change the geometry or restrict the motion"
+    if space.balance == "dynamic":
+        remedy = "change the geometry, restrict the motion, or balance the forces alone"
+    return f"{verdict}: in every balanced distribution {sums}, {positive}; {remedy}"
+
+
+def _join_names(names: Sequence[str]) -> str:
+    """Join names by commas and ``and``; of many the first, and how many are left."""
+    parts = list(names)
+    if len(parts) > MAX_NAMES + 1:
+        parts = [*parts[:MAX_NAMES], f"{len(parts) - MAX_NAMES} others"]
+    return " and ".join(filter(None, [", ".join(parts[:-1]), parts[-1]]))
+
+
+def describe_furthest(space: DesignSpace, P: Array, constraints: Constraints) -> str:
+    """Describe the body of a design that is furthest outside its ball, and the distance.
+
+    Args:
+        P: pseudo-inertias (bodies, k, k), in the coordinates of the chain.
+    """
+    reaches = [reach_of(ball, P[b]) for b, ball in constraints.balls.items()]
+    b = list(constraints.balls)[first_largest(reaches, relative=MASSES_EQUAL)]
+    ball, name, length = constraints.balls[b], space.bodies[b], space.chain.frame.length
+    away = float(np.linalg.norm(P[b][:-1, -1] / P[b][-1, -1] - ball.centre))
+    if away > ball.radius:
+        return f"centre of mass of {name} {number_text(away * length, '.2g')} m away"
+    spread = reach_of(ball, P[b]) * ball.radius * length
+    return f"mass of {name} {number_text(spread, '.2g')} m away (root mean square)"

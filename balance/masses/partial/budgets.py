@@ -1,0 +1,292 @@
+"""The least shaking for a budget of added matter, and many budgets side by side."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from math import isfinite
+from typing import Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from balance.masses.counterweights.counterweight import Counterweight, counterweight_of
+from balance.masses.counterweights.lumps import lumps_of
+from balance.masses.counterweights.regions import Region
+from balance.masses.designs.clarabel_adapter import TRIANGLES
+from balance.masses.designs.pseudo_inertia_cone import given_parameters
+from balance.masses.partial.elastic_frame import ElasticFrame
+from balance.masses.partial.least_shaking import CapsConflict, LeastShaking
+from balance.masses.partial.results import ParetoFront, PartialBalance
+from balance.masses.partial.shaking_problem import (
+    ShakingFigures,
+    ShakingProblem,
+    build_problem,
+)
+from balance.motion.verification.trajectory import Trajectory
+from balance.space.spaces.compute_space import design_space
+from balance.space.spaces.design_space import DesignSpace
+from balance.support.tolerances import LEAST_SHAKING_GAP, LUMP_SHARE_LEAST, SHAKING_GAP_PROVED
+from kinematics.errors import UsageError
+from kinematics.loading.model_gallery import LinkageLike, as_linkage
+from kinematics.model.arrays import freeze
+from kinematics.wording import size_text
+
+Array = NDArray[np.float64]
+
+# Part of the shaking that matter saves, up to which it is told to be hardly worth its mass.
+HARDLY_SAVED = 1e-3
+# Largest budget of a front without one, in masses of the linkage.
+UNLIMITED = 100.0
+
+
+def partial(
+    space: DesignSpace | LinkageLike, add: Sequence[str], budget: float, *,
+    regions: Mapping[str, Region | str] | None = None,
+    trajectories: Sequence[Trajectory] | None = None, weight_moment: float | None = None,
+    max_bearing: Mapping[str, float] | None = None,
+    max_torque: Mapping[str, float] | None = None, frame: ElasticFrame | None = None,
+    about: ArrayLike | None = None,
+) -> PartialBalance:  # fmt: skip
+    """Compute the matter within a budget that lets a linkage shake least along motions.
+
+    It minimises the root of the mean over the motions of ``|F|² + |M|²/ℓ²``, with the shaking
+    force F, the shaking moment M, and ``ℓ = weight_moment``.
+    With an elastic frame it minimises that of ``|x|² + ℓ² |θ|²``, its displacement and
+    rotation. Matter is only added, inside the regions. The problem is convex, and
+    ``PartialBalance.bound`` proves the optimum. If less matter than the budget is enough, the
+    lightest is found.
+
+    Args:
+        space: a design space, or an argument of `kinematics.load`; a space for force balance
+            does not count moments, and the motion of a space restricts the random motions.
+        add: names of the links that may get matter.
+        budget: most mass to add, kg, from 0 up.
+        regions: where matter may be added, by link: a region, or a text such as
+            ``"ball(0,0,0,0.1)"``; by default a ball about the proximal joint of half the
+            link's length.
+        trajectories: motions; by default the random ones of `balance.verify`.
+        weight_moment: ℓ, metres; by default the characteristic length of the linkage.
+        max_bearing: largest force in joints, N, by name. In overconstrained linkages forces
+            are those of least norm.
+        max_torque: largest drive torque of inputs, N m or N, by name, without gravity.
+        frame: an elastic frame that carries the linkage.
+        about: point in the inertial frame for moments, metres; the middle of the mechanism by
+            default.
+
+    Returns:
+        The matter, what the linkage does with it, and the proof that nothing does better.
+
+    Raises:
+        BodyError: a link is unknown, or its region cannot be found.
+        PoseError: nothing moves.
+        UsageError: a number is out of range, or a joint is unknown.
+
+    Source:
+        S. Boyd, L. Vandenberghe, Convex Optimization, 2004, sections 4.4 and 5.8.
+
+    Example:
+        >>> import balance
+        >>> found = balance.partial("robot.urdf", ["crank"], 0.2)
+        >>> found.verdict, found.found.objective < found.given.objective
+        ('optimal', True)
+    """
+    return single(
+        space, add, budget, regions=regions, trajectories=trajectories, frame=frame,
+        weight_moment=weight_moment, max_bearing=max_bearing, max_torque=max_torque,
+        about=about,
+    ).designs[0]  # fmt: skip
+
+
+def single(
+    space: DesignSpace | LinkageLike, add: Sequence[str], budget: float, *,
+    regions: Mapping[str, Region | str] | None = None,
+    trajectories: Sequence[Trajectory] | None = None, weight_moment: float | None = None,
+    max_bearing: Mapping[str, float] | None = None,
+    max_torque: Mapping[str, float] | None = None, frame: ElasticFrame | None = None,
+    about: ArrayLike | None = None,
+    progress: Callable[[int, int], None] | None = None,
+) -> ParetoFront:  # fmt: skip
+    """Compute what `partial` does, as a front of one design.
+
+    Args:
+        space: see `partial`, as for the other arguments.
+        add: names of the links that may get matter.
+        budget: most mass to add, kg.
+        regions: where matter may be added, by link.
+        weight_moment: metres.
+        max_bearing: largest force in joints, N.
+        max_torque: largest drive torque of inputs, N m or N.
+        frame: an elastic frame.
+        about: point for moments, metres.
+        progress: called with the number of motions done and the number of all motions.
+    """
+    _check_budget(budget)
+    problem = build_problem(
+        _space_of(space), add, regions or {}, trajectories, weight_moment, max_bearing or {},
+        max_torque or {}, frame, progress, about,
+    )  # fmt: skip
+    designs = _describe(problem, [budget], [problem.solve(budget)])
+    return ParetoFront(designs, problem.weight_moment, frame, problem.point)
+
+
+def pareto(
+    space: DesignSpace | LinkageLike, add: Sequence[str], n: int = 12,
+    budget: float | None = None, *,
+    regions: Mapping[str, Region | str] | None = None,
+    trajectories: Sequence[Trajectory] | None = None, weight_moment: float | None = None,
+    max_bearing: Mapping[str, float] | None = None,
+    max_torque: Mapping[str, float] | None = None, frame: ElasticFrame | None = None,
+    about: ArrayLike | None = None,
+    progress: Callable[[int, int], None] | None = None,
+) -> ParetoFront:  # fmt: skip
+    """Compute designs between nothing added and the least shaking.
+
+    The motions are computed and factorised once; see `partial`. Budgets are equally spaced
+    from 0 to the mass of the lightest design of the least shaking.
+
+    Args:
+        space: see `partial`, as for the other arguments.
+        add: names of the links that may get matter.
+        n: number of designs, from 2 up.
+        budget: most mass to add, kg; by default a hundred times the mass of the linkage.
+        regions: where matter may be added, by link.
+        trajectories: motions.
+        weight_moment: metres.
+        max_bearing: largest force in joints, N.
+        max_torque: largest drive torque of inputs, N m or N.
+        frame: an elastic frame.
+        about: point for moments, metres.
+        progress: called with the number of steps done and the number of all steps.
+
+    Returns:
+        The designs.
+
+    Raises:
+        BodyError: a link is unknown, or its region cannot be found.
+        PoseError: nothing moves.
+        UsageError: a number is out of range, or a joint is unknown.
+
+    Source:
+        S. Boyd, L. Vandenberghe, Convex Optimization, 2004, section 4.7.
+
+    Example:
+        >>> import balance
+        >>> front = balance.pareto("robot.urdf", ["crank", "rocker"], 3, 0.5)
+        >>> [design.budget for design in front.designs]
+        [0.0, 0.25, 0.5]
+    """
+    if n < 2:
+        raise UsageError(f"a front of {n} designs has no two ends: ask for 2 or more")
+    if budget is not None:
+        _check_budget(budget)
+    computed_space = _space_of(space)
+    given = float(sum(body.inertia[0] for body in computed_space.linkage.bodies))
+
+    def advance(done: int, count: int) -> None:
+        if progress is not None:
+            progress(done, count + n)
+
+    problem = build_problem(
+        computed_space, add, regions or {}, trajectories, weight_moment, max_bearing or {},
+        max_torque or {}, frame, advance, about,
+    )  # fmt: skip
+    most = UNLIMITED * given if budget is None else budget
+    end = problem.solve(most)
+    if isinstance(end, LeastShaking):
+        needed = float(problem.matter.masses @ end.s)
+        most = needed if needed < most * (1.0 - LEAST_SHAKING_GAP) else most
+    count, budgets = len(problem.loads), np.linspace(0.0, most, n).tolist()
+    answers = [end]
+    for done, limit in enumerate(budgets[:-1], 1):
+        advance(count + done, count)
+        answers.insert(-1, problem.solve(limit))
+    advance(count + n, count)
+    designs = _describe(problem, budgets, answers)
+    return ParetoFront(designs, problem.weight_moment, frame, problem.point)
+
+
+def _describe(
+    problem: ShakingProblem, budgets: Sequence[float],
+    answers: Sequence[LeastShaking | CapsConflict],
+) -> tuple[PartialBalance, ...]:  # fmt: skip
+    """Describe the answers to budgets, and compute what the designs do along the motions."""
+    minimisers = [answer.s for answer in answers if isinstance(answer, LeastShaking)]
+    given, *figures = problem.figures([np.zeros(problem.matter.count), *minimisers])
+    remaining = iter(figures)
+    return tuple(
+        _conflict(problem, budget, given, answer) if isinstance(answer, CapsConflict)
+        else _result(problem, budget, given, next(remaining), answer)
+        for budget, answer in zip(budgets, answers, strict=True)
+    )  # fmt: skip
+
+
+def _result(
+    problem: ShakingProblem, budget: float, given: ShakingFigures, figures: ShakingFigures,
+    best: LeastShaking,
+) -> PartialBalance:  # fmt: skip
+    """Describe a minimiser."""
+    gap = (best.value - best.bound) / problem.program.scale
+    weights = _weights(problem, best.s)
+    share = best.value / (given.objective or 1.0)
+    mass = sum(weight.mass for weight in weights)
+    mass_text = size_text(mass, ".4g", float(given_parameters(problem.space)[:, 0].sum()))
+    left_over = size_text(share, ".3g", floor=SHAKING_GAP_PROVED)
+    what = f"{left_over} of the {problem.objective} in the file"
+    if problem.program.balanced and not weights:
+        text = "optimal: the masses in the file are balanced, and nothing is added"
+        verdict: Literal["optimal", "undecided"] = "optimal"
+    elif gap <= SHAKING_GAP_PROVED:
+        text = f"optimal: {mass_text} kg leave {what}, and nothing in the regions does better"
+        verdict = "optimal"
+    else:
+        text = f"undecided: {mass_text} kg leave {what}; {gap:.1e} of it may be saved"
+        verdict = "undecided"
+    if weights and share > 1.0 - HARDLY_SAVED:
+        text += (
+            f"; it saves less than {HARDLY_SAVED:.1%}: matter there is hardly worth its mass"
+        )
+    z = freeze(problem.matter.parameters(best.s))
+    return PartialBalance(
+        problem.space, budget, verdict, text, given, figures, best.bound, weights, z
+    )
+
+
+def _conflict(
+    problem: ShakingProblem, budget: float, given: ShakingFigures, conflict: CapsConflict
+) -> PartialBalance:
+    """Describe caps that no matter keeps."""
+    caps = ", ".join(conflict.names) or "the joints"
+    if conflict.proved:
+        text = f"infeasible: no matter within {budget:g} kg in the regions keeps {caps} capped"
+        return PartialBalance(
+            problem.space, budget, "infeasible", text, given, None, 0.0, (), None
+        )
+    text = "undecided: the solver found neither matter that keeps the caps nor a proof"
+    return PartialBalance(problem.space, budget, "undecided", text, given, None, 0.0, (), None)
+
+
+def _weights(problem: ShakingProblem, s: Array) -> tuple[Counterweight, ...]:
+    """Describe the matter of each link that gets more than round-off."""
+    matter, weights = problem.matter, []
+    total = float(matter.masses @ s)
+    for (b, region), part in zip(matter.regions.items(), matter.parts(s), strict=True):
+        P = (TRIANGLES[4] @ part).reshape(4, 4)
+        if P[3, 3] > LUMP_SHARE_LEAST * total:
+            lumps = lumps_of(region, P, False)
+            # Lumps fit the matter to about 1e-6; their mass is the one that the budget allows.
+            unit = float(P[3, 3] / lumps.masses.sum())
+            weights.append(counterweight_of(problem.space.bodies[b], region, lumps, unit))
+    return tuple(weights)
+
+
+def _check_budget(budget: float) -> None:
+    """Raise UsageError for a budget that is no mass."""
+    if not (isfinite(budget) and budget >= 0.0):
+        raise UsageError(f"a budget of {budget:g} kg is none: give a mass from 0 up")
+
+
+def _space_of(space: DesignSpace | LinkageLike) -> DesignSpace:
+    """Compute a design space of a linkage: its bodies and frames are all that counts."""
+    if isinstance(space, DesignSpace):
+        return space
+    return design_space(as_linkage(space), max_order=0)

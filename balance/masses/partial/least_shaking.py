@@ -1,0 +1,292 @@
+"""The least root mean square of loads over matter in regions, by one conic program.
+
+With the triangular factor R of all weighted samples (QR, never the Gram matrix, which would
+lose half of the digits), the root mean square of the shaking is ``|R [s; 1]|`` at the
+coordinates s of the added matter (`balance.masses.partial.motion_loads`). The program
+
+    minimise t    |R [s; 1]| ≤ t,  s in the cones of the regions,  mass(s) ≤ budget,
+                  |A_k [s; 1]| ≤ cap_k at every sample
+
+is convex, so its minimum is a global one. A unit vector u and prices λ ≥ 0 of mass, and w_k of
+the caps, prove a bound without the solver:
+
+    t ≥ u·r - λ budget - Σ (cap_k |w_k| + w_k·a_k) + budget · min(0, least of M_b)
+
+where r and a_k are the last columns, and ``M_b = Rᵀ u + λ mass - Σ A_kᵀ w_k`` is, for each
+link, a quadratic polynomial of the position of a unit of mass. Its least value over the region
+is found globally (`balance.masses.counterweights.quadratic_minimum`).
+
+Caps hold at all samples; only those that a design exceeds enter the program.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from balance.masses.counterweights.added_matter import lump_cone, moment_cone
+from balance.masses.counterweights.cylinder_points import first_points
+from balance.masses.counterweights.quadratic_minimum import minimise_in_region
+from balance.masses.designs.clarabel_adapter import (
+    TRIANGLES,
+    ConstraintBlock,
+    solve_conic,
+    triangles,
+)
+from balance.masses.partial.shaking_program import ShakingProgram
+from balance.support.tolerances import (
+    CAP_EXCEEDED,
+    LEAST_SHAKING_GAP,
+    PRICE_ZERO,
+    SOLVER_RESIDUAL,
+)
+
+Array = NDArray[np.float64]
+
+# Most solutions of one question: each adds samples at which a cap is exceeded, or points.
+MAX_ROUNDS = 60
+# Samples of one cap that enter the program at once.
+SAMPLES_AT_ONCE = 8
+# The multiplier of t is 1 at a minimum, and 0 in a certificate that there is none.
+MULTIPLIER_HALF = 0.5
+
+
+class LeastShaking(NamedTuple):
+    """A minimiser.
+
+    Attributes:
+        s: coordinates of the added matter (count,).
+        value: ``|R [s; 1]|``.
+        bound: no matter within the budget has less; proved without the solver.
+        rounds: number of conic programs solved.
+    """
+
+    s: Array
+    value: float
+    bound: float
+    rounds: int
+
+
+class CapsConflict(NamedTuple):
+    """No matter was found that keeps all caps.
+
+    Attributes:
+        proved: whether multipliers prove without the solver that there is none.
+        names: joints whose caps are part of the proof.
+    """
+
+    proved: bool
+    names: tuple[str, ...]
+
+
+def quadratic_factor(rows: Sequence[Array]) -> Array:
+    """Compute the factor R with ``|R x| = |rows x|`` for every x, one block after the other.
+
+    Args:
+        rows: blocks of rows (any number, columns).
+    """
+    R = np.empty((0, rows[0].shape[1]))
+    for block in rows:
+        R = np.asarray(np.linalg.qr(np.concatenate([R, block]), mode="r"))
+    return R
+
+
+def least_shaking(program: ShakingProgram, budget: float) -> LeastShaking | CapsConflict:
+    """Minimise ``|R [s; 1]|`` over matter within a budget; among minimisers, the lightest.
+
+    Args:
+        program: the regions, the factor and the caps.
+        budget: most mass to add, kilograms, above 0.
+
+    Returns:
+        The minimiser, and a bound that is proved without the solver; or a proof that no matter
+        within the budget keeps the caps.
+    """
+    work = _Work(program, budget)
+    minimiser = work.solve(None)
+    if minimiser is None:
+        return work.conflict()
+    bound = work.bound()
+    if work.price * budget <= PRICE_ZERO * work.scale:
+        lighter = work.solve(program.value(minimiser))
+        minimiser = minimiser if lighter is None else lighter
+    # The solver keeps the budget to its accuracy only; less of the same matter is in the cones.
+    mass = float(program.matter.masses @ minimiser)
+    minimiser = minimiser * min(1.0, budget / mass) if mass > 0.0 else minimiser
+    return LeastShaking(minimiser, program.value(minimiser), max(0.0, bound), work.rounds)
+
+
+class _Work:
+    """Conic programs of one question, which grow by samples of caps and by points.
+
+    Loads are relative to ``scale``, masses of variables to ``unit``.
+    """
+
+    def __init__(self, program: ShakingProgram, budget: float) -> None:
+        """Start with no samples of caps, and with few points in cylinders."""
+        matter, self.program, self.budget = program.matter, program, budget
+        self.regions = list(matter.regions.values())
+        self.points = {
+            k: first_points()
+            for k, region in enumerate(self.regions)
+            if region.kind == "cylinder"
+        }
+        self.active: list[list[int]] = [[] for _ in program.caps]
+        self.scale = program.scale
+        self.unit = min(budget, float(matter.given[:, 0].sum()) or budget)
+        self.rounds, self.price = 0, 0.0
+        # The multipliers: of the load, and of the samples of each cap.
+        self.u, self.w = np.empty(0), [np.empty((0, 0)) for _ in program.caps]
+
+    def solve(self, limit: float | None) -> Array | None:
+        """Minimise the load; or, with a limit on it, the mass.
+
+        Returns:
+            Coordinates s (count,); None if there are none, or the solver fails.
+        """
+        while self.rounds < MAX_ROUNDS:
+            self.rounds += 1
+            s = self._solve_once(limit)
+            if s is None:
+                return None
+            # Points first: the multipliers belong to the samples of the last program.
+            grown = limit is None and self._add_points()
+            grown |= self._add_samples(s)
+            if not grown:
+                return s
+        return None
+
+    def bound(self) -> float:
+        """Compute the bound that the multipliers prove; see the head of this module."""
+        least = min(value for value, _ in self._polynomial_minima())
+        fixed = self.u @ self.program.factor[:, -1] - self.price * self.budget
+        for cap, chosen, w in zip(self.program.caps, self.active, self.w, strict=True):
+            last = cap.columns[chosen, :, -1]
+            fixed -= cap.most * np.linalg.norm(w, axis=1).sum() + float(np.sum(w * last))
+        return float(fixed + self.budget * min(0.0, least))
+
+    def conflict(self) -> CapsConflict:
+        """Return the proof that no matter keeps the caps, if the multipliers are one."""
+        sizes = [
+            cap.most * float(np.linalg.norm(w, axis=1).sum())
+            for cap, w in zip(self.program.caps, self.w, strict=True)
+        ]
+        whole = sum(sizes)
+        names = tuple(
+            cap.name for cap, size in zip(self.program.caps, sizes, strict=True)
+            if size > LEAST_SHAKING_GAP * whole
+        )  # fmt: skip
+        return CapsConflict(
+            not self.u.any() and self.bound() > LEAST_SHAKING_GAP * whole, names
+        )
+
+    def _polynomial_minima(self) -> list[tuple[float, Array]]:
+        """Compute the least value of each link's polynomial M_b, and where it is."""
+        matter = self.program.matter
+        coefficients = self.u @ self.program.factor[:, :-1] + self.price * matter.masses
+        for cap, chosen, w in zip(self.program.caps, self.active, self.w, strict=True):
+            coefficients = coefficients - np.einsum("nk,nki->i", w, cap.columns[chosen, :, :-1])
+        forms = (matter.parts(coefficients) @ TRIANGLES[4].T).reshape(-1, 4, 4)
+        return [
+            minimise_in_region(region, form)
+            for region, form in zip(self.regions, forms, strict=True)
+        ]
+
+    def _add_points(self) -> bool:
+        """Add points of cylinders where mass lowers the load; whether there are any."""
+        grown = False
+        for k, (value, at) in enumerate(self._polynomial_minima()):
+            if k in self.points and value * self.budget < -LEAST_SHAKING_GAP * self.scale:
+                self.points[k] = np.vstack([self.points[k], at])
+                grown = True
+        return grown
+
+    def _add_samples(self, s: Array) -> bool:
+        """Add samples at which caps are exceeded most; whether there are any."""
+        grown = False
+        for cap, chosen in zip(self.program.caps, self.active, strict=True):
+            sizes = cap.sizes(s)
+            sizes[chosen] = 0.0
+            worst = np.argsort(-sizes)[:SAMPLES_AT_ONCE]
+            new = worst[sizes[worst] > cap.most * (1.0 + CAP_EXCEEDED)]
+            chosen.extend(new.tolist())
+            grown |= bool(new.size)
+        return grown
+
+    def _solve_once(self, limit: float | None) -> Array | None:
+        """Solve one conic program in the variables of the cones, and t."""
+        cones = [
+            lump_cone(self.points[k]) if k in self.points else moment_cone(region)
+            for k, region in enumerate(self.regions)
+        ]
+        # Coordinates s as a function of the variables.
+        T = self.unit * _block_diagonal([triangles(cone.matrices).T for cone in cones])
+        cone_rows = _block_diagonal([cone.rows for cone in cones])
+        blocks, parts = self._load_blocks(T)
+        rows, offset = np.vstack([cone_rows, *(A for A, _ in blocks)]), np.zeros(len(cone_rows))
+        offset = np.concatenate([offset, *(b for _, b in blocks)])
+        parts = [*(part for cone in cones for part in cone.parts), *parts]
+        size, at = T.shape[1], len(cone_rows) + 1
+        if limit is None:
+            q, t = np.append(np.zeros(size), 1.0), np.zeros((len(rows), 1))
+            t[at] = 1.0
+            rows = np.hstack([rows, t])
+        else:
+            q = self.program.matter.masses @ T / self.unit
+            offset[at] = _loosened(limit / self.scale)
+        solution = solve_conic(q, rows, offset, parts)
+        if limit is None:
+            self._read_multipliers(solution.dual[len(cone_rows) :])
+        if solution.infeasible or not np.isfinite(solution.x).all():
+            return None
+        return np.asarray(T @ solution.x[:size])
+
+    def _load_blocks(self, T: Array) -> tuple[list[tuple[Array, Array]], list[ConstraintBlock]]:
+        """Build rows and constants of the budget, the load and the caps, and their cones."""
+        R, mass = self.program.factor / self.scale, self.program.matter.masses @ T
+        blocks = [(-mass[None] / self.budget, np.ones(1)), _bounded(R, 0.0, T)]
+        parts = [ConstraintBlock("nonnegative", 1), ConstraintBlock("second_order", len(R) + 1)]
+        for cap, chosen in zip(self.program.caps, self.active, strict=True):
+            for columns in cap.columns[chosen] / cap.most:
+                blocks.append(_bounded(columns, 1.0, T))
+                parts.append(ConstraintBlock("second_order", len(columns) + 1))
+        return blocks, parts
+
+    def _read_multipliers(self, dual: Array) -> None:
+        """Keep the multipliers of budget, load and caps, in SI units."""
+        self.price = max(0.0, float(dual[0])) * self.scale / self.budget
+        at = 2 + len(self.program.factor)
+        # The multiplier of t is 1; in a certificate that there is nothing, it is 0.
+        u, self.u = -dual[2:at], np.zeros(at - 2)
+        if dual[1] > MULTIPLIER_HALF:
+            self.u = u / max(1.0, float(np.linalg.norm(u)))
+        for k, (cap, chosen) in enumerate(zip(self.program.caps, self.active, strict=True)):
+            width = cap.columns.shape[1] + 1
+            multipliers = dual[at : at + width * len(chosen)].reshape(len(chosen), width)
+            self.w[k] = multipliers[:, 1:] * self.scale / cap.most
+            at += multipliers.size
+
+
+def _bounded(columns: Array, most: float, T: Array) -> tuple[Array, Array]:
+    """Build rows and constants of ``|columns [s; 1]| ≤ most`` with ``s = T v``."""
+    rows = np.vstack([np.zeros(T.shape[1]), columns[:, :-1] @ T])
+    return rows, np.append(most, columns[:, -1])
+
+
+def _loosened(limit: float) -> float:
+    """Loosen a limit on a relative load by what the solver leaves open."""
+    return limit * (1.0 + LEAST_SHAKING_GAP) + 2.0 * SOLVER_RESIDUAL
+
+
+def _block_diagonal(blocks: Sequence[Array]) -> Array:
+    """Put matrices on the diagonal of a matrix."""
+    shapes = np.array([block.shape for block in blocks])
+    matrix, at = np.zeros(shapes.sum(axis=0)), np.zeros(2, dtype=int)
+    for block in blocks:
+        end = at + block.shape
+        matrix[at[0] : end[0], at[1] : end[1]] = block
+        at = end
+    return matrix

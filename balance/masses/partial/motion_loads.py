@@ -1,0 +1,258 @@
+"""Loads along motions as affine functions of the matter that is added to links.
+
+The pseudo-inertia of the matter on a link has ten coordinates in the orthonormal basis of
+`balance.masses.designs.clarabel_adapter.triangles`, in the unit coordinates of the link's
+region: kilograms. All links together have the coordinates s. Each load is linear in the
+inertial parameters (`balance.space.momentum.regressor`), so it is ``columns @ [s; 1]``; the
+last column is the load of the masses in the file. Moments are about the middle of the
+mechanism, or a point that is given. Gravity is left out, since it does not shake.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from balance.masses.counterweights.added_matter import symmetric_basis
+from balance.masses.counterweights.regions import Region
+from balance.masses.designs.pseudo_inertia_cone import given_parameters
+from balance.motion.verification.joint_reactions import JointReactions, joint_reactions
+from balance.motion.verification.shaking_wrench import Loads, load_regressors
+from balance.motion.verification.trajectory import Trajectory
+from balance.space.inertial_parameters.conversions import to_chain
+from balance.space.spaces.compute_space import design_space
+from balance.space.spaces.design_space import DesignSpace
+from kinematics.closure.joint_positions import input_chain
+from kinematics.closure.series import expand_from
+from kinematics.model.arrays import Chain, freeze
+from kinematics.model.linkage import Linkage
+from kinematics.model.spatial.inertia import from_pseudo_inertia
+from kinematics.numerics.linalg.ties import first_largest
+
+Array = NDArray[np.float64]
+
+# Coordinates of the matter on one link.
+COORDINATES = 10
+
+
+@dataclass(frozen=True, eq=False)
+class AddedParameters:
+    """Inertial parameters of all bodies as an affine function of added matter.
+
+    Attributes:
+        chain: all joints of the linkage, columns the inputs.
+        regions: region of each link that gets matter, by the position of its body.
+        own: parameters of the file (bodies, 10), in the units of the chain.
+        given: the same about the inertial origin, SI units.
+        added: parameters of a body per unit of its coordinates (10, 10), by its position, in
+            the units of the chain.
+        si: the same about the inertial origin, SI units.
+    """
+
+    chain: Chain
+    regions: Mapping[int, Region]
+    own: Array
+    given: Array
+    added: Mapping[int, Array]
+    si: Mapping[int, Array]
+
+    @classmethod
+    def of(cls, space: DesignSpace, regions: Mapping[int, Region]) -> AddedParameters:
+        """Describe matter in regions of the link frames.
+
+        Args:
+            space: a design space of the linkage.
+            regions: regions by the position of the body.
+        """
+        chain, given = input_chain(space.linkage), given_parameters(space)
+        basis = symmetric_basis()
+        si, added = {}, {}
+        for b, region in regions.items():
+            H = space.frames[b] @ region.place
+            z = from_pseudo_inertia(H @ basis @ H.T)
+            si[b], added[b] = z.T, to_chain(z, chain.frame, False, False).T
+        chain_z = to_chain(given, chain.frame, False, False)
+        return cls(chain, dict(regions), chain_z, given, added, si)
+
+    @property
+    def count(self) -> int:
+        """Number of coordinates s."""
+        return COORDINATES * len(self.regions)
+
+    @property
+    def masses(self) -> Array:
+        """Mass as a function of the coordinates (count,), kilograms."""
+        return np.tile(symmetric_basis()[:, 3, 3], len(self.regions))
+
+    def parameters(self, s: Array) -> Array:
+        """Compute the parameters of all bodies (bodies, 10), inertial origin, SI units."""
+        z = self.given.copy()
+        for (b, D), part in zip(self.si.items(), self.parts(s), strict=True):
+            z[b] += D @ part
+        return z
+
+    def parts(self, s: Array) -> Array:
+        """Split coordinates (count,) into those of each link (links, 10)."""
+        return s.reshape(-1, COORDINATES)
+
+    def columns(self, regressors: Array) -> Array:
+        """Combine regressors (N, bodies, 6, 10) to columns of each body's load.
+
+        Returns:
+            Loads of the bodies per unit of the coordinates, and of the file's masses
+            (N, bodies, 6, count + 1).
+        """
+        samples, bodies = regressors.shape[:2]
+        columns = np.zeros((samples, bodies, 6, self.count + 1))
+        for k, (b, D) in enumerate(self.added.items()):
+            columns[:, b, :, COORDINATES * k : COORDINATES * (k + 1)] = regressors[:, b] @ D
+        columns[..., -1] = np.einsum("kbip,bp->kbi", regressors, self.own)
+        return columns
+
+    def input_inertia(self) -> Array:
+        """Compute the inertia that each input feels at the reference pose.
+
+        It is the diagonal of the generalised inertia matrix: ``tᵀ M t`` summed over the
+        bodies, with their twists t for a unit rate of the input.
+
+        Returns:
+            Columns (inputs, count + 1), kg m², for sliding inputs kg.
+        """
+        chain = self.chain
+        twists = expand_from(chain, chain.screws, np.zeros((1, chain.width)), 0).T[0, 0]
+        rows = np.zeros((chain.links.size, chain.width, COORDINATES))
+        for b, link in enumerate(chain.links):
+            if link >= 0:
+                rows[b] = [_inertia_weights(twist) for twist in twists[link]]
+        inertias = np.zeros((chain.width, self.count + 1))
+        for k, (b, D) in enumerate(self.added.items()):
+            inertias[:, COORDINATES * k : COORDINATES * (k + 1)] = rows[b] @ D
+        inertias[:, -1] = np.einsum("bwp,bp->w", rows, self.own)
+        return inertias * (chain.frame.length / self.input_units)[:, None] ** 2
+
+    @property
+    def input_units(self) -> Array:
+        """SI units per unit of each input of the chain (inputs,)."""
+        moving = [first_largest(column) for column in np.abs(self.chain.columns).T]
+        return np.asarray(self.chain.units[moving])
+
+
+def _inertia_weights(twist: Array) -> Array:
+    """Compute the row (10,) of ``tᵀ M t`` for a twist (6,)."""
+    w, v = twist[:3], twist[3:]
+    cross = np.cross(v, w)
+    # tᵀ M t = ωᵀ E ω + 2 mc·(v × ω) + m v·v
+    squares = [*(w * w), 2 * w[0] * w[1], 2 * w[0] * w[2], 2 * w[1] * w[2]]
+    return np.array([v @ v, *(2.0 * cross), *squares])
+
+
+@dataclass(frozen=True, eq=False)
+class MotionLoads:
+    """Loads along one motion as affine functions of the coordinates s of added matter.
+
+    Attributes:
+        trajectory: the motion.
+        matter: the parameters as functions of s.
+        bodies: inertia wrench of each body (N, bodies, 6, count + 1), in the units of the
+            chain.
+        screws: joint screws (N, n, 6).
+        about: point for moments, from the middle of the mechanism (3,), metres.
+    """
+
+    trajectory: Trajectory
+    matter: AddedParameters
+    bodies: Array
+    screws: Array
+    about: Array
+
+    @property
+    def wrenches(self) -> Array:
+        """Shaking moment, N m, and force, N, of the linkage (N, 6, count + 1)."""
+        return self._moved(self.bodies.sum(axis=1))
+
+    @property
+    def single_wrenches(self) -> Array:
+        """The same of each body of the file alone (N, 6, bodies)."""
+        return self._moved(self.bodies[..., -1].swapaxes(1, 2))
+
+    def _moved(self, wrenches: Array) -> Array:
+        """Convert wrenches of the chain (N, 6, columns) to SI units about the point."""
+        L = self.matter.chain.frame.length
+        moment, force = L**2 * wrenches[:, :3], L * wrenches[:, 3:]
+        moment = moment - np.cross(self.about[None, :, None], force, axis=1)
+        return np.concatenate([moment, force], axis=1)
+
+    @property
+    def weights(self) -> Array:
+        """Weight of each sample in the mean over time (N,), by the trapezoidal rule."""
+        step = np.diff(self.trajectory.time)
+        sums = np.append(step, 0.0) + np.append(0.0, step)
+        return np.asarray(0.5 * sums / step.sum())
+
+    def reactions(self, points: Array | None = None) -> JointReactions:
+        """Compute the joint reactions, in the units of the chain.
+
+        Args:
+            points: designs ``[s; 1]`` as columns (count + 1, designs); by default, the columns
+                of the affine functions.
+        """
+        rate = self.bodies if points is None else self.bodies @ points
+        return joint_reactions(self.matter.chain, Loads(rate, rate, self.screws))
+
+    def bearings(self, reactions: JointReactions, joint: int) -> Array:
+        """Convert the reaction of a joint to its force (N, 3, columns), newtons.
+
+        Args:
+            reactions: from `reactions`.
+            joint: position of the joint.
+        """
+        return np.asarray(self.matter.chain.frame.length * reactions.joints[:, joint, 3:])
+
+    def torques(self, reactions: JointReactions) -> Array:
+        """Convert reactions to drive torques of the inputs (N, inputs, columns), N m or N.
+
+        Args:
+            reactions: from `reactions`.
+        """
+        chain = self.matter.chain
+        moving = [first_largest(column) for column in np.abs(chain.columns).T]
+        scale = chain.frame.length**2 / self.matter.input_units
+        return np.asarray(reactions.motors[:, moving] * scale[:, None])
+
+
+def motion_loads(
+    matter: AddedParameters, trajectories: Sequence[Trajectory], about: Array | None = None
+) -> list[MotionLoads]:
+    """Compute the loads along motions.
+
+    Args:
+        matter: the parameters as functions of added matter.
+        trajectories: motions of the linkage.
+        about: point for moments, from the middle of the mechanism, metres; that by default.
+    """
+    chain, motions = matter.chain, []
+    offset = np.zeros(3) if about is None else about
+    for trajectory in trajectories:
+        ud, udd = trajectory.ud / matter.input_units, trajectory.udd / matter.input_units
+        loads = load_regressors(chain, trajectory.q / chain.units, ud, udd)
+        motions.append(
+            MotionLoads(trajectory, matter, matter.columns(loads.rate), loads.screws, offset)
+        )
+    return motions
+
+
+def input_inertia(linkage: Linkage) -> dict[str, float]:
+    """Compute the inertia that each input feels at the reference pose.
+
+    It is the diagonal of the generalised inertia matrix: ``M_ww = Σ_b t_wᵀ M_b t_w`` with the
+    twists ``t_w`` of the bodies for a unit rate of the input.
+
+    Returns:
+        kg m², for sliding inputs kg, by the name of the input.
+    """
+    space = design_space(linkage, balance="force", max_order=0)
+    inertias = freeze(AddedParameters.of(space, {}).input_inertia()[:, -1])
+    return dict(zip(linkage.inputs, inertias.tolist(), strict=True))

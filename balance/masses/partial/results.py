@@ -1,0 +1,149 @@
+"""Results of partial balance: the matter to add, what it buys, and the proof of the optimum."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import isfinite
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from balance.masses.counterweights.counterweight import Counterweight
+from balance.masses.partial.elastic_frame import ElasticFrame
+from balance.masses.partial.shaking_problem import ShakingFigures
+from balance.space.inertial_parameters.body_inertia import BodyInertia, body_inertias
+from balance.space.inertial_parameters.conversions import LABELS
+from balance.space.spaces.design_space import DesignSpace
+from kinematics.model.linkage import Notice
+from kinematics.wording import html_facts, number_text, repr_lines
+
+Array = NDArray[np.float64]
+
+PARTIAL_SCHEMA = "balance.partial/1"
+
+
+@dataclass(frozen=True, eq=False)
+class PartialBalance:
+    """Result of `partial`: the matter to add for the least shaking.
+
+    Attributes:
+        space: a design space of the linkage.
+        budget: most mass that may be added, kg.
+        verdict: ``"optimal"``: no matter in the regions shakes less, to 1e-6 of the shaking in
+            the file; ``"infeasible"``: none keeps the caps, and that is proved;
+            ``"undecided"``.
+        words: the verdict in one line.
+        given: what the linkage of the file does.
+        found: what the linkage with the added matter does; None without a design.
+        bound: no matter within the budget has a smaller objective; proved without the solver.
+        weights: the counterweight of each link that gets matter.
+        z: parameters (bodies, 10) about the inertial origin, SI units; None without a design.
+    """
+
+    space: DesignSpace
+    budget: float
+    verdict: Literal["optimal", "infeasible", "undecided"]
+    words: str
+    given: ShakingFigures
+    found: ShakingFigures | None
+    bound: float
+    weights: tuple[Counterweight, ...]
+    z: Array | None
+
+    @property
+    def share(self) -> float:
+        """Objective over that of the file; 1 without a design."""
+        if self.found is None or self.given.objective == 0.0:
+            return 1.0
+        return self.found.objective / self.given.objective
+
+    @property
+    def mass(self) -> float:
+        """Mass of the added matter, kg."""
+        return float(sum(weight.mass for weight in self.weights))
+
+    @property
+    def bodies(self) -> tuple[BodyInertia, ...]:
+        """Inertial parameters of the bodies with the added matter; empty without a design."""
+        if self.z is None:
+            return ()
+        space, size = self.space, 2.0 ** np.round(np.log2(np.linalg.norm(self.z)))
+        return body_inertias(
+            space.bodies, self.z.reshape(-1, 1) / size, [size], space.frames, space.axes,
+            LABELS, space.length, space.source,
+        )  # fmt: skip
+
+    def __repr__(self) -> str:
+        """Up to six lines: the verdict, and the matter of each link."""
+        parts = (f"{weight.link} +{number_text(weight.mass)} kg" for weight in self.weights)
+        return repr_lines(f"PartialBalance of {self.space.linkage.name}", self.words, *parts)
+
+    def _repr_html_(self) -> str:
+        """Table of the same facts, for notebooks."""
+        parts = ((weight.link, f"+{number_text(weight.mass)} kg") for weight in self.weights)
+        title = f"PartialBalance of {self.space.linkage.name}"
+        return html_facts(title, ("verdict", self.words), *parts)
+
+    def to_dict(self) -> dict[str, object]:
+        """Return a design as plain data for JSON."""
+        return {
+            "budget": self.budget, "verdict": self.verdict, "words": self.words,
+            "mass": self.mass, "bound": self.bound,
+            "found": self.found._asdict() if self.found else None,
+            "weights": [weight.to_dict() for weight in self.weights],
+        }  # fmt: skip
+
+
+@dataclass(frozen=True, eq=False)
+class ParetoFront:
+    """Result of `pareto`: designs from nothing added to the least shaking.
+
+    Attributes:
+        designs: the designs by budget, ascending; those whose caps cannot be kept have none.
+        weight_moment: newton metres that count as one newton; infinite if moments do not
+            count.
+        frame: the elastic frame, if there is one.
+        point: point of the inertial frame that moments are about (3,), metres.
+    """
+
+    designs: tuple[PartialBalance, ...]
+    weight_moment: float
+    frame: ElasticFrame | None
+    point: Array
+
+    @property
+    def notices(self) -> tuple[Notice, ...]:
+        """Notices of the linkage."""
+        return self.designs[0].space.linkage.notices
+
+    @property
+    def objective(self) -> str:
+        """What is minimised: ``"shaking"``, or ``"vibration"`` of an elastic frame."""
+        return "shaking" if self.frame is None else "vibration"
+
+    def to_dict(self) -> dict[str, object]:
+        """Return plain data for JSON; see ``schemas/partial.schema.json``."""
+        first = self.designs[0]
+        return {
+            "schema": PARTIAL_SCHEMA,
+            "model": first.space.linkage.name,
+            "at": first.space.linkage.at,
+            "balance": first.space.balance,
+            "objective": self.objective,
+            "weight_moment": self.weight_moment if isfinite(self.weight_moment) else None,
+            "about": self.point.tolist(),
+            "frame": self.frame._asdict() if self.frame else None,
+            "given": first.given._asdict(),
+            "designs": [design.to_dict() for design in self.designs],
+        }
+
+    def __repr__(self) -> str:
+        """Up to six lines: mass and relative objective of the first designs."""
+        parts = (
+            f"+{number_text(design.mass)} kg: {number_text(design.share)} of the "
+            f"{self.objective} in the file"
+            for design in self.designs if design.found is not None
+        )  # fmt: skip
+        name = self.designs[0].space.linkage.name
+        return repr_lines(f"ParetoFront of {name}, {len(self.designs)} designs", *parts)

@@ -1,0 +1,324 @@
+"""What partial balance minimises: shaking along motions, or vibration of an elastic frame."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from math import inf, isfinite
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from balance.masses.counterweights.link_regions import regions_of
+from balance.masses.counterweights.regions import Region
+from balance.masses.partial.elastic_frame import ElasticFrame, vibration
+from balance.masses.partial.least_shaking import (
+    CapsConflict,
+    LeastShaking,
+    least_shaking,
+    quadratic_factor,
+)
+from balance.masses.partial.motion_loads import AddedParameters, MotionLoads, motion_loads
+from balance.masses.partial.shaking_program import Cap, ShakingProgram
+from balance.motion.verification.load_errors import load_errors
+from balance.motion.verification.trajectory import Trajectory, random_motions
+from balance.space.spaces.design_space import DesignSpace
+from balance.support.options import point_of
+from balance.support.tolerances import CAP_EXCEEDED
+from kinematics.errors import PoseError, UsageError
+from kinematics.model.arrays import freeze
+
+Array = NDArray[np.float64]
+
+# Motions along which the shaking is measured if none are given, as `balance.verify` does.
+RANDOM_MOTIONS = 10
+SAMPLES = 200
+
+
+class ShakingFigures(NamedTuple):
+    """What a linkage with some masses does along the motions, without gravity.
+
+    Attributes:
+        objective: what is minimised, N, for an elastic frame m.
+        force: root mean square of the shaking force, N.
+        moment: the same of the shaking moment, N m.
+        peak_force: largest shaking force, N.
+        peak_moment: largest shaking moment, N m.
+        vibration: root mean square of the vibration of the frame, m; None without a frame.
+        inertia: inertia that each input feels at the reference pose, kg m², sliding kg.
+        torque: largest drive torque of each input, N m, sliding N.
+        bearing: largest force in each joint, N.
+        force_off: how far ``force`` can be off, since tables of the motions are rounded, N.
+        moment_off: the same of ``moment``, N m.
+    """
+
+    objective: float
+    force: float
+    moment: float
+    peak_force: float
+    peak_moment: float
+    vibration: float | None
+    inertia: dict[str, float]
+    torque: dict[str, float]
+    bearing: dict[str, float]
+    force_off: float = 0.0
+    moment_off: float = 0.0
+
+
+@dataclass(frozen=True, eq=False)
+class ShakingProblem:
+    """The question of partial balance, factorised: each budget is one small conic program.
+
+    Attributes:
+        space: a design space of the linkage.
+        matter: regions of the links, and inertial parameters as functions of added matter.
+        loads: loads along each motion.
+        program: objective and caps.
+        factors: triangular factors of the mean squares of the moment and of the force.
+        weight_moment: metres; see `build_problem`.
+        frame: the elastic frame, if there is one.
+        point: point of the inertial frame that moments are about (3,), metres.
+    """
+
+    space: DesignSpace
+    matter: AddedParameters
+    loads: tuple[MotionLoads, ...]
+    program: ShakingProgram
+    factors: tuple[Array, Array]
+    weight_moment: float
+    frame: ElasticFrame | None
+    point: Array
+
+    @property
+    def objective(self) -> str:
+        """What is minimised, in one word."""
+        return "shaking" if self.frame is None else "vibration"
+
+    def solve(self, budget: float) -> LeastShaking | CapsConflict:
+        """Find the least shaking for a budget, kilograms.
+
+        Nothing is added without a budget, nor to what is balanced and keeps its caps.
+        """
+        s = np.zeros(self.matter.count)
+        over = [cap.name for cap in self.program.caps
+                if cap.sizes(s).max() > cap.most * (1.0 + CAP_EXCEEDED)]  # fmt: skip
+        if budget > 0.0 and (over or not self.program.balanced):
+            return least_shaking(self.program, budget)
+        if over:
+            return CapsConflict(True, tuple(over))
+        value = self.program.value(s)
+        return LeastShaking(s, value, 0.0 if budget > 0.0 else value, 0)
+
+    def figures(self, designs: Sequence[Array]) -> list[ShakingFigures]:
+        """Compute what designs, given as coordinates s, do along the motions."""
+        points = np.vstack([np.array(designs).T, np.ones(len(designs))])
+        linkage, peaks = self.space.linkage, np.zeros((2, len(designs)))
+        torque = np.zeros((linkage.mobility, len(designs)))
+        bearing = np.zeros((len(linkage.joints), len(designs)))
+        for motion in self.loads:
+            sizes = _part_sizes(motion.wrenches @ points)
+            peaks = np.maximum(peaks, sizes.max(axis=0))
+            reactions = motion.reactions(points)
+            torque = np.maximum(torque, np.abs(motion.torques(reactions)).max(axis=0))
+            forces = (motion.bearings(reactions, j) for j in range(len(bearing)))
+            peak_forces = [np.linalg.norm(force, axis=1).max(axis=0) for force in forces]
+            bearing = np.maximum(bearing, peak_forces)
+        rms = np.array([np.linalg.norm(R @ points, axis=0) for R in self.factors])
+        objective = np.linalg.norm(self.program.factor @ points, axis=0)
+        names = [joint.name for joint in linkage.joints]
+        inertia = self.matter.input_inertia() @ points
+        return [
+            ShakingFigures(
+                float(objective[k]), float(rms[1, k]), float(rms[0, k]), float(peaks[1, k]),
+                float(peaks[0, k]), float(objective[k]) if self.frame else None,
+                dict(zip(linkage.inputs, inertia[:, k].tolist(), strict=True)),
+                dict(zip(linkage.inputs, torque[:, k].tolist(), strict=True)),
+                dict(zip(names, bearing[:, k].tolist(), strict=True)),
+                *self._rounding(designs[k]),
+            )
+            for k in range(len(designs))
+        ]  # fmt: skip
+
+    def _rounding(self, design: Array) -> tuple[float, float]:
+        """Bound the errors of root mean square force, N, and moment, N m, of a design.
+
+        The root mean square of a sum is at most the sum of those of its parts.
+        """
+        z, squares = self.matter.parameters(design), np.zeros(2)
+        for motion in self.loads:
+            if motion.trajectory.errors is not None:
+                off = load_errors(
+                    self.space.linkage, self.matter.chain, z, motion.trajectory, self.point
+                )
+                squares += off**2 @ motion.weights / len(self.loads)
+        moment, force = np.sqrt(squares)
+        return float(force), float(moment)
+
+
+def build_problem(
+    space: DesignSpace, add: Sequence[str], regions: Mapping[str, Region | str],
+    trajectories: Sequence[Trajectory] | None, weight_moment: float | None,
+    max_bearing: Mapping[str, float], max_torque: Mapping[str, float],
+    frame: ElasticFrame | None, progress: Callable[[int, int], None] | None = None,
+    about: ArrayLike | None = None,
+) -> ShakingProblem:  # fmt: skip
+    """Compute the loads along motions and factorise the objective.
+
+    Args:
+        space: a design space; one for force balance does not count moments.
+        add: names of the links that may get matter.
+        regions: where, by name; see `balance.masses.counterweights.link_regions.regions_of`.
+        trajectories: motions; by default the random ones of `balance.verify`.
+        weight_moment: a moment of so many newton metres counts as a force of one newton; by
+            default the characteristic length of the linkage.
+        max_bearing: largest force in joints, N.
+        max_torque: largest drive torque of inputs, N m, for sliding ones N.
+        frame: an elastic frame whose vibration is minimised instead of the shaking.
+        progress: called with the number of motions done and the number of all.
+        about: point in the inertial frame for moments, metres; the middle of the mechanism by
+            default.
+
+    Raises:
+        BodyError: a link is unknown, or its region cannot be found.
+        PoseError: nothing moves.
+        UsageError: a number is out of range, or a joint is unknown.
+    """
+    chosen = regions_of(space, add, regions)
+    length = space.linkage.spatial_chain.frame.length
+    weight = length if weight_moment is None else float(weight_moment)
+    if not (isfinite(weight) and weight > 0.0):
+        raise UsageError(f"a moment cannot weigh {weight:g} m: give a length above 0")
+    weight = inf if space.balance == "force" else weight
+    _check_caps(space, max_bearing, max_torque)
+    if frame is not None:
+        frame.check()
+    matter = AddedParameters.of(space, chosen)
+    if about is not None and frame is not None:
+        raise UsageError("an elastic frame turns about the middle: leave out about")
+    middle = space.linkage.spatial_chain.frame.origin
+    point = middle if about is None else point_of(about)
+    loads = _loads(space, matter, trajectories, progress, point - middle)
+    blocks = [np.sqrt(motion.weights / len(loads))[:, None, None] for motion in loads]
+    wrenches = [root * motion.wrenches for root, motion in zip(blocks, loads, strict=True)]
+    factors = tuple(
+        quadratic_factor([_flat(rows[:, part]) for rows in wrenches])
+        for part in (slice(0, 3), slice(3, 6))
+    )
+    if frame is None:
+        whole = quadratic_factor([factors[0] / weight, factors[1]])
+    else:
+        whole = quadratic_factor([
+            _flat(root * _counted(motion.wrenches, motion, weight, frame))
+            for root, motion in zip(blocks, loads, strict=True)
+        ])  # fmt: skip
+    caps = _caps(space, loads, max_bearing, max_torque)
+    single = _single_bodies(loads, blocks, weight, frame)
+    program = ShakingProgram(matter, whole, single, caps)
+    return ShakingProblem(
+        space,
+        matter,
+        tuple(loads),
+        program,
+        (factors[0], factors[1]),
+        weight,
+        frame,
+        freeze(point),
+    )
+
+
+def _loads(
+    space: DesignSpace, matter: AddedParameters, trajectories: Sequence[Trajectory] | None,
+    progress: Callable[[int, int], None] | None, about: Array,
+) -> list[MotionLoads]:  # fmt: skip
+    """Compute the loads along given or random motions."""
+    linkage = space.linkage
+    if trajectories is not None and not any(trajectory.moves for trajectory in trajectories):
+        raise PoseError(f"{linkage.source}: nothing moves; give inputs that change with time")
+    count = RANDOM_MOTIONS if trajectories is None else len(trajectories)
+    if trajectories is None:
+        motions = random_motions(linkage, count, SAMPLES, motion=space.motion)
+    else:
+        motions = iter(trajectories)
+    loads = []
+    for done, trajectory in enumerate(motions, 1):
+        loads += motion_loads(matter, [trajectory], about)
+        if progress is not None:
+            progress(done, count)
+    return loads
+
+
+def _caps(
+    space: DesignSpace, loads: Sequence[MotionLoads], bearings: Mapping[str, float],
+    torques: Mapping[str, float],
+) -> tuple[Cap, ...]:  # fmt: skip
+    """Build the caps on bearing forces and drive torques."""
+    if not (bearings or torques):
+        return ()
+    names = [joint.name for joint in space.linkage.joints]
+    forces: dict[str, list[Array]] = {name: [] for name in bearings}
+    drives: dict[str, list[Array]] = {name: [] for name in torques}
+    for motion in loads:
+        reactions = motion.reactions()
+        for name, parts in forces.items():
+            parts.append(motion.bearings(reactions, names.index(name)))
+        drive_torques = motion.torques(reactions)
+        for name, parts in drives.items():
+            parts.append(drive_torques[:, [space.linkage.inputs.index(name)]])
+    limits = [*bearings.items(), *torques.items()]
+    columns = [np.concatenate(parts) for parts in (*forces.values(), *drives.values())]
+    return tuple(
+        Cap(name, float(most), rows) for (name, most), rows in zip(limits, columns, strict=True)
+    )
+
+
+def _check_caps(
+    space: DesignSpace, bearings: Mapping[str, float], torques: Mapping[str, float]
+) -> None:
+    """Raise UsageError for joints that do not exist or do not drive, and for wrong caps."""
+    joints = [joint.name for joint in space.linkage.joints]
+    for caps, names, what in (
+        (bearings, joints, "joint"),
+        (torques, list(space.linkage.inputs), "input"),
+    ):
+        for name, most in caps.items():
+            if name not in names:
+                raise UsageError(f"there is no {what} '{name}'; they are {', '.join(names)}")
+            if not (isfinite(most) and most > 0.0):
+                raise UsageError(f"joint '{name}' has a cap of {most:g}: give more than 0")
+
+
+def _counted(
+    wrenches: Array, motion: MotionLoads, weight: float, frame: ElasticFrame | None
+) -> Array:
+    """Compute what counts of wrenches along a motion (N, 6, columns): newtons or metres."""
+    if frame is None:
+        return wrenches / np.array([weight] * 3 + [1.0] * 3)[:, None]
+    arm = 0.0 if weight == inf else weight
+    response = vibration(frame, motion.trajectory, wrenches)
+    return response * np.array([arm] * 3 + [1.0] * 3)[:, None]
+
+
+def _single_bodies(
+    loads: Sequence[MotionLoads], blocks: Sequence[Array], weight: float,
+    frame: ElasticFrame | None,
+) -> float:  # fmt: skip
+    """Sum the loads of the bodies of the file, each one alone."""
+    squares = sum(
+        np.square(root * _counted(motion.single_wrenches, motion, weight, frame)).sum(
+            axis=(0, 1)
+        )
+        for root, motion in zip(blocks, loads, strict=True)
+    )
+    return float(np.sqrt(squares).sum())
+
+
+def _flat(rows: Array) -> Array:
+    """Stack rows (N, k, columns) below each other."""
+    return rows.reshape(-1, rows.shape[-1])
+
+
+def _part_sizes(wrenches: Array) -> Array:
+    """Compute the sizes of moments and forces (N, 2, columns) of wrenches (N, 6, columns)."""
+    parts = wrenches.reshape(len(wrenches), 2, 3, -1)
+    return np.asarray(np.linalg.norm(parts, axis=2))

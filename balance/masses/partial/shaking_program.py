@@ -1,0 +1,68 @@
+"""What the least shaking is the minimum of: loads and caps as functions of added matter."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from balance.masses.partial.motion_loads import AddedParameters
+from balance.motion.motion_tolerances import SHAKING_RELATIVE
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Cap:
+    """A bound on the size of a load at every sample.
+
+    Attributes:
+        name: name of the joint.
+        most: the bound, N or N m.
+        columns: the load as an affine function ``columns @ [s; 1]`` (N, k, count + 1).
+    """
+
+    name: str
+    most: float
+    columns: Array
+
+    def sizes(self, s: Array) -> Array:
+        """Compute the size of the load at every sample (N,)."""
+        return np.asarray(np.linalg.norm(self.columns @ np.append(s, 1.0), axis=1))
+
+
+@dataclass(frozen=True, eq=False)
+class ShakingProgram:
+    """What `least_shaking` minimises over.
+
+    Attributes:
+        matter: regions of the links and parameters.
+        factor: triangular factor R (rows, count + 1).
+        single: sum of the loads of the single bodies of the file, if none cancelled another.
+        caps: bounds on loads.
+    """
+
+    matter: AddedParameters
+    factor: Array
+    single: float
+    caps: tuple[Cap, ...] = ()
+
+    @property
+    def given(self) -> float:
+        """Load of the file."""
+        return self.value(np.zeros(self.matter.count))
+
+    @property
+    def balanced(self) -> bool:
+        """Whether the masses of the file leave round-off only, as `balance.verify` has it."""
+        return self.given <= SHAKING_RELATIVE * self.single
+
+    @property
+    def scale(self) -> float:
+        """The load that others are compared with: that of the file, unless it is round-off."""
+        return (self.single if self.balanced else self.given) or 1.0
+
+    def value(self, s: Array) -> float:
+        """Compute ``|R [s; 1]|``."""
+        return float(np.linalg.norm(self.factor @ np.append(s, 1.0)))

@@ -1,0 +1,161 @@
+"""The result of one remedy: its verdict, its cost, and the linkage with it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from typing import Literal
+
+import numpy as np
+
+from balance.masses.remedies.catalogue import CATALOGUE
+from balance.masses.remedies.request import RemedyRequest
+from kinematics.wording import number_text, repr_lines
+
+RemedyVerdict = Literal["feasible", "partial", "infeasible", "undecided", "refused"]
+
+
+@dataclass(frozen=True, eq=False)
+class AppliedRemedy:
+    """A remedy that was applied to a linkage.
+
+    Attributes:
+        remedy: name of the remedy in `balance.masses.remedies.catalogue`.
+        words: what is built in where, in one line.
+        verdict: ``"feasible"``: the linkage with it is balanced; ``"partial"``: it shakes
+            less; ``"infeasible"``, with a proof; ``"undecided"``; ``"refused"``: the remedy
+            does not apply to this linkage.
+        reason: the proof, or why not, in one line.
+        proof: for ``"infeasible"``, the certificate and its check without the solver, as plain
+            data: ``matrices`` (see `balance.check_certificate`) if no masses balance the
+            linkage with the remedy, else the ``functional`` that excludes matter in the
+            regions (see `balance.masses.counterweights.exclusion`).
+        added_mass: kg; None unless feasible or partial, as for the next three.
+        mass_ratio: added mass over that of the moving bodies in the file.
+        input_inertia: inertia that each input feels, by its name, kg m² or kg; see
+            `balance.masses.partial.motion_loads.input_inertia`.
+        inertia_ratio: their sum over the same sum of the file.
+        new_links: links that the remedy adds, without counterweights.
+        new_joints: joints and loops that it adds.
+        lost_freedoms: degrees of freedom that it takes.
+        residual: largest shaking over random motions, relative to the bodies' own inertia
+            wrenches, by `balance.verify`; for ``"partial"`` the root mean square of the shaking
+            over that of the file; None if there is no linkage to verify.
+        urdf: file of the linkage with the remedy and its masses; None if there is none.
+        files: other files by name, such as the table of a varying ratio.
+        details: plain data for JSON.
+    """
+
+    remedy: str
+    words: str
+    verdict: RemedyVerdict
+    reason: str
+    proof: Mapping[str, object] | None = field(default=None, repr=False)
+    added_mass: float | None = None
+    mass_ratio: float | None = None
+    input_inertia: Mapping[str, float] | None = None
+    inertia_ratio: float | None = None
+    new_links: tuple[str, ...] = ()
+    new_joints: tuple[str, ...] = ()
+    lost_freedoms: int = 0
+    residual: float | None = None
+    urdf: bytes | None = field(default=None, repr=False)
+    files: Mapping[str, bytes] = field(default_factory=dict, repr=False)
+    details: Mapping[str, object] = field(default_factory=dict, repr=False)
+
+    def __repr__(self) -> str:
+        """Two lines: the remedy, and its verdict."""
+        head = f"AppliedRemedy {self.remedy}: {self.words}"
+        if self.added_mass is None or self.inertia_ratio is None:
+            return repr_lines(head, f"{self.verdict}: {self.reason}")
+        costs = (
+            f"{number_text(self.added_mass)} kg added, input inertia × "
+            f"{number_text(self.inertia_ratio)}"
+        )
+        return repr_lines(head, f"{self.verdict}: {costs}")
+
+    @property
+    def helps(self) -> bool:
+        """Whether there is a linkage with the remedy that shakes less."""
+        return self.verdict in ("feasible", "partial")
+
+    @property
+    def title(self) -> str:
+        """The kind of remedy, in words of the field."""
+        return CATALOGUE[self.remedy].title
+
+    def to_dict(self) -> dict[str, object]:
+        """Return plain data for JSON; see ``schemas/remedies.schema.json``."""
+        entry = CATALOGUE[self.remedy]
+        return {
+            "remedy": self.remedy,
+            "abbreviation": entry.abbreviation,
+            "title": entry.title,
+            "source": entry.source,
+            "words": self.words,
+            "verdict": self.verdict,
+            "reason": self.reason,
+            "proof": None if self.proof is None else dict(self.proof),
+            "added_mass": self.added_mass,
+            "mass_ratio": self.mass_ratio,
+            "input_inertia": None if self.input_inertia is None else dict(self.input_inertia),
+            "inertia_ratio": self.inertia_ratio,
+            "new_links": list(self.new_links),
+            "new_joints": list(self.new_joints),
+            "lost_freedoms": self.lost_freedoms,
+            "residual": self.residual,
+            "details": dict(self.details),
+        }
+
+
+def refused(remedy: str, reason: str, words: str = "") -> AppliedRemedy:
+    """Return the result of a remedy that does not apply.
+
+    Args:
+        reason: why not, in one line.
+        words: what would have been built in.
+    """
+    return AppliedRemedy(remedy, words or CATALOGUE[remedy].title, "refused", reason)
+
+
+def inertia_ratio(request: RemedyRequest, now: Mapping[str, float]) -> float | None:
+    """Compute the sum of the inertias that inputs feel over that of the file.
+
+    Inertias of sliding inputs count times the square of the characteristic length.
+
+    Args:
+        now: inertia by input of the linkage with a remedy; inputs that it lost are left out of
+            this sum, and not out of that of the file.
+
+    Returns:
+        The ratio; None if the inputs of the file feel no inertia.
+    """
+    kinds = {joint.name: joint.kind for joint in request.linkage.joints}
+    square = request.space.length**2
+
+    def total(inertias: Mapping[str, float]) -> float:
+        return float(np.sum([
+            value * (square if kinds.get(name) == "prismatic" else 1.0)
+            for name, value in inertias.items()
+        ]))  # fmt: skip
+
+    before = total(request.input_inertia)
+    return total(now) / before if before > 0.0 else None
+
+
+def with_cost(
+    request: RemedyRequest, done: AppliedRemedy, added: float, felt: Mapping[str, float]
+) -> AppliedRemedy:
+    """Add the cost to a result that balances the linkage.
+
+    Args:
+        added: mass that it adds, kg.
+        felt: inertia that each input of the linkage feels with it.
+    """
+    given = request.given_mass
+    return replace(
+        done, added_mass=added, mass_ratio=added / given, input_inertia=felt,
+        inertia_ratio=inertia_ratio(request, felt),
+        reason=done.reason or f"balanced: {number_text(added)} kg added to "
+                              f"{number_text(given)} kg",
+    )  # fmt: skip

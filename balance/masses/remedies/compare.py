@@ -1,0 +1,196 @@
+"""Apply every remedy to a linkage, and compare what each costs."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+from balance.masses.counterweights.regions import Region
+from balance.masses.designs.feasibility import Feasibility, feasible
+from balance.masses.remedies.applied import AppliedRemedy
+from balance.masses.remedies.catalogue import CATALOGUE
+from balance.masses.remedies.constraints.input_relations import apply_input_relation
+from balance.masses.remedies.constraints.slider_path import apply_slider_path
+from balance.masses.remedies.copies.duplicates import apply_duplicates
+from balance.masses.remedies.counter_rotations.counter_rotary_masses import (
+    apply_counter_rotary_masses,
+)
+from balance.masses.remedies.counter_rotations.separate_rotors import apply_separate_rotors
+from balance.masses.remedies.counter_rotations.transmissions import (
+    apply_parallelogram_transmission,
+    apply_planetary_transmission,
+)
+from balance.masses.remedies.dyads.added_dyad import apply_added_dyad
+from balance.masses.remedies.own_masses import apply_own_masses
+from balance.masses.remedies.partial_baseline import apply_partial
+from balance.masses.remedies.request import RemedyRequest
+from balance.masses.remedies.wheels.balancing_wheels import (
+    apply_active_wheel,
+    apply_passive_wheel,
+)
+from balance.support.options import Balance
+from balance.support.tolerances import MASSES_EQUAL
+from kinematics.errors import UsageError
+from kinematics.loading.model_gallery import LinkageLike, as_linkage
+from kinematics.numerics.linalg.ties import rank_least_first
+from kinematics.wording import first_names, html_facts, repr_lines
+
+REMEDIES_SCHEMA = "balance.remedies/1"
+
+_APPLY: dict[str, Callable[[RemedyRequest], Iterator[AppliedRemedy]]] = {
+    "own_masses": apply_own_masses,
+    "separate_rotors": apply_separate_rotors,
+    "counter_rotary_masses": apply_counter_rotary_masses,
+    "planetary_transmission": apply_planetary_transmission,
+    "parallelogram_transmission": apply_parallelogram_transmission,
+    "duplicates": apply_duplicates,
+    "added_dyad": apply_added_dyad,
+    "passive_wheel": apply_passive_wheel,
+    "active_wheel": apply_active_wheel,
+    "input_relation": apply_input_relation,
+    "slider_path": apply_slider_path,
+    "partial": apply_partial,
+}
+
+
+@dataclass(frozen=True, eq=False)
+class RemedyComparison:
+    """Remedies that were applied to one linkage, and what each costs.
+
+    Attributes:
+        request: the request.
+        own: whether masses of its own links can balance the linkage.
+        results: results in the order of the catalogue.
+    """
+
+    request: RemedyRequest
+    own: Feasibility
+    results: tuple[AppliedRemedy, ...]
+
+    def __repr__(self) -> str:
+        """Up to four lines: the linkage, and which remedies help."""
+        verdicts = ("feasible", "partial", "infeasible")
+        named = {
+            v: [applied.remedy for applied in self.results if applied.verdict == v]
+            for v in verdicts
+        }
+        return repr_lines(
+            f"RemedyComparison of {self.request.linkage.name}",
+            *(f"{v}: {first_names(list(dict.fromkeys(n)))}" for v, n in named.items() if n),
+        )
+
+    def _repr_html_(self) -> str:
+        """Table of the same facts, for notebooks."""
+        facts = (
+            (applied.remedy, f"{applied.verdict}: {applied.reason}") for applied in self.results
+        )
+        return html_facts(f"Remedies for {self.request.linkage.name}", *facts)
+
+    @property
+    def balanced(self) -> tuple[AppliedRemedy, ...]:
+        """Results that balance the linkage, the least added mass first."""
+        remedies = [applied for applied in self.results if applied.verdict == "feasible"]
+        remedies.sort(key=lambda applied: applied.lost_freedoms)
+        masses = [applied.added_mass or 0.0 for applied in remedies]
+        ranks = rank_least_first(masses, self.request.given_mass, MASSES_EQUAL)
+        return tuple(remedies[k] for k in ranks)
+
+    @property
+    def verdict(self) -> str:
+        """``"feasible"`` if a remedy balances the linkage; ``"undecided"`` if one may."""
+        if self.balanced:
+            return "feasible"
+        open_ones = any(applied.verdict == "undecided" for applied in self.results)
+        return "undecided" if open_ones else "infeasible"
+
+    def to_dict(self) -> dict[str, object]:
+        """Return plain data for JSON; see ``schemas/remedies.schema.json``."""
+        request = self.request
+        return {
+            "schema": REMEDIES_SCHEMA,
+            "model": request.linkage.name,
+            "at": request.linkage.at,
+            "motion": list(request.motion),
+            "balance": request.balance,
+            "mobility": request.freedoms,
+            "given_mass": request.given_mass,
+            "input_inertia": dict(request.input_inertia),
+            "own_masses": {"verdict": self.own.verdict, "words": self.own.words},
+            "verdict": self.verdict,
+            "gear": request.gear,
+            "rotor_radius": request.rotor_radius,
+            "links": list(request.links),
+            "remedies": [applied.to_dict() for applied in self.results],
+        }
+
+
+def compare_remedies(
+    linkage: LinkageLike, only: Sequence[str] = (), *,
+    motion: Sequence[str] = (), balance: Balance = "dynamic", add: Sequence[str] = (),
+    regions: Mapping[str, Region | str] | None = None, gear: float = 1.0,
+    radius: float | None = None, budget: float | None = None,
+    progress: Callable[[int, int], None] | None = None,
+) -> RemedyComparison:  # fmt: skip
+    """Apply the remedies of the literature to a linkage, and compare what each costs.
+
+    Each remedy changes the linkage into one with new parts, whose masses are then found by
+    `counterweights`: the masses of the file stay, and the least matter is added. The written
+    file is verified by `verify` before it counts.
+
+    Args:
+        linkage: an assembled linkage, or an argument of `kinematics.load`.
+        only: names of remedies, from `balance.masses.remedies.catalogue`; by default all.
+        motion: relations between the inputs.
+        balance: ``"dynamic"``, or ``"force"``.
+        add: links of the linkage to which matter may be added; by default all bodies.
+        regions: where, by name of the link, see `counterweights`; by default a ball about the
+            joint that carries the link, of half its length, and if that is too small, one about
+            the middle of its joints of 1.5 lengths.
+        gear: turns of a counter-rotor for one turn of its joint.
+        radius: radius of rotors and wheels, metres; by default a quarter of the characteristic
+            length.
+        budget: most mass that partial balance may add, kg; by default the mass of the linkage.
+        progress: called with the number of steps done and of all steps.
+
+    Returns:
+        The results, one or more for each remedy.
+
+    Raises:
+        BodyError: a link is unknown.
+        LinkageError: no moving link has a mass.
+        MotionError: a relation is wrong.
+        UsageError: a remedy is unknown, or a number is out of range.
+
+    Source:
+        V. van der Wijk, J. L. Herder, B. Demeulenaere, Journal of Mechanisms and Robotics
+        1(4), 2009; G. Becht, MSc thesis, TU Delft, 2020, chapter 2.
+
+    Example:
+        >>> import balance
+        >>> found = balance.compare_remedies("robot.urdf", ["own_masses"])
+        >>> found.results[0].verdict
+        'infeasible'
+    """
+    request = RemedyRequest(
+        as_linkage(linkage), tuple(motion), balance, tuple(add), dict(regions or {}), gear,
+        radius, budget, progress=progress,
+    )  # fmt: skip
+    return compare_request(request, only)
+
+
+def compare_request(request: RemedyRequest, only: Sequence[str] = ()) -> RemedyComparison:
+    """Apply remedies to what a request describes; see `compare_remedies`.
+
+    Args:
+        only: names of remedies; by default all.
+    """
+    for name in only:
+        if name not in CATALOGUE:
+            raise UsageError(f"no remedy '{name}': choose from {', '.join(CATALOGUE)}")
+    request = replace(request, only=tuple(only))
+    request.check()
+    results = tuple(
+        applied for name, apply in _APPLY.items() if name in (only or _APPLY)
+        for applied in apply(request)
+    )  # fmt: skip
+    return RemedyComparison(request, feasible(request.space), results)

@@ -1,0 +1,213 @@
+"""A dyad added between two links of a planar linkage, with which it can be balanced.
+
+Known geometries are tried first: a loop of four hinges repeated, reflected, and loops that are
+balanced by themselves. Then walks from random geometries search for others, see
+`balance.masses.remedies.dyads.dyad_search`. Whether masses can be built is decided for each
+geometry by `balance.feasible`; those that have some are judged as every remedy.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import replace
+from itertools import combinations, permutations
+from typing import TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from balance.masses.designs.feasibility import feasible
+from balance.masses.remedies.applied import AppliedRemedy, refused
+from balance.masses.remedies.dyads.dyad_geometry import Dyad, convert_numbers, dyad_document
+from balance.masses.remedies.dyads.dyad_search import AngleRelations, DyadWalk, walk
+from balance.masses.remedies.dyads.dyad_seeds import DyadSeed, dyad_seeds, hinges_of, sides_of
+from balance.masses.remedies.judge import judge
+from balance.masses.remedies.request import RemedyRequest
+from balance.masses.remedies.variant import Variant
+from balance.space.spaces.compute_space import design_space
+from kinematics.errors import LinkageError
+from kinematics.loading.model_gallery import load
+from kinematics.model.linkage import Linkage
+from kinematics.wording import size_text
+
+Array = NDArray[np.float64]
+
+T = TypeVar("T")
+
+# What a dyad is called to whose geometry a walk led.
+GENERAL = "a general dyad"
+# Most dyads of each kind.
+MEMBERS = 2
+# Walks from random geometries for each kind, if no known geometry helps.
+WALKS = 12
+
+
+def apply_added_dyad(request: RemedyRequest) -> Iterator[AppliedRemedy]:
+    """Balance a planar linkage by a dyad between two of its links.
+
+    Yields:
+        Dyads that balance the linkage, at most 2 of each kind (RRR, hinged to both links, and
+        RRP, sliding along one); for a kind without any, one undecided result, for a search
+        proves nothing.
+    """
+    if why := _why_not(request):
+        yield refused("added_dyad", why)
+        return
+    seeds = list(dyad_seeds(request.linkage))
+    progress = _Progress(request, len(seeds) + 2 * WALKS)
+    for slides in (False, True):
+        kind_seeds = [seed for seed in seeds if seed.dyad.slides == slides]
+        members = 0
+        # Walks are for linkages that no known geometry helps.
+        for geometries in (progress.of(kind_seeds), _ends(request, slides, progress)):
+            if members:
+                break
+            for applied in _judge_buildable(request, geometries):
+                members += applied.verdict == "feasible"
+                yield applied
+        if not members:
+            yield _none(slides, len(kind_seeds), progress.best)
+
+
+def _judge_buildable(
+    request: RemedyRequest, geometries: Iterable[DyadSeed]
+) -> Iterator[AppliedRemedy]:
+    """Judge geometries that have buildable masses, until enough of them are feasible."""
+    members = 0
+    for seed in geometries:
+        if buildable(request, seed):
+            applied = _judge(request, seed)
+            yield applied
+            members += applied.verdict == "feasible"
+            if members == MEMBERS:
+                return
+
+
+class _Progress:
+    """Steps that are reported, and the best residual of walks."""
+
+    def __init__(self, request: RemedyRequest, total: int) -> None:
+        """Start at no step."""
+        self._report, self._total, self._done = request.progress, total, 0
+        self.best = np.inf
+
+    def of(self, items: Iterable[T]) -> Iterator[T]:
+        """Yield items, each of which is a step."""
+        for item in items:
+            yield item
+            self._done += 1
+            if self._report is not None:
+                self._report(self._done, self._total)
+
+
+def _why_not(request: RemedyRequest) -> str:
+    """Say why no dyad is searched for; empty if one is."""
+    if not request.linkage.planar or request.spatial:
+        return "dyads are searched for in planar linkages, with the parameters of a plane"
+    if request.balance == "force":
+        return "a dyad adds no freedom to balance forces: see counter-masses"
+    return "" if hinges_of(request.linkage) else "the linkage has no hinge that moves"
+
+
+def _ends(request: RemedyRequest, slides: bool, progress: _Progress) -> Iterator[DyadSeed]:
+    """Yield the geometries with related angles at which walks end."""
+    progress.best = np.inf
+    for ended, dyad in progress.of(walks_from_random(request, slides, WALKS)):
+        progress.best = min(progress.best, ended.residual)
+        if ended.related:
+            yield DyadSeed(dyad, ended.numbers, GENERAL)
+
+
+def walks_from_random(
+    request: RemedyRequest, slides: bool, count: int, seed: int = 0
+) -> Iterator[tuple[DyadWalk, Dyad]]:
+    """Walk from random geometries of dyads between all pairs of links in turn.
+
+    Args:
+        slides: whether the dyads slide along their second link.
+        seed: of the random numbers.
+
+    Yields:
+        Where each walk ended, and its dyad. Walks that begin at a singular geometry are left
+        out.
+    """
+    linkage = request.linkage
+    sides = list(sides_of(linkage).values())
+    pairs = list(permutations(sides, 2) if slides else combinations(sides, 2))
+    points = np.array([[hinge.point.real, hinge.point.imag] for hinge in hinges_of(linkage)])
+    spread = 1.0 + points.std(axis=0)
+    rng = np.random.default_rng(seed)
+    for k in range(count):
+        dyad = Dyad(pairs[k % len(pairs)], slides)
+        at = points.mean(axis=0) + spread * rng.standard_normal((3, 2))
+        numbers = at.ravel()[: dyad.size]
+        try:
+            yield _walk(request, dyad, numbers), dyad
+        except (LinkageError, np.linalg.LinAlgError):
+            continue
+
+
+def buildable(request: RemedyRequest, seed: DyadSeed) -> bool:
+    """Decide whether a linkage with a dyad has buildable masses that balance it.
+
+    Args:
+        seed: the dyad and its geometry.
+    """
+    try:
+        linkage = _with_dyad(request, seed.dyad, seed.numbers)
+        if not _is_like(linkage, request.linkage):
+            return False
+        space = design_space(linkage, request.motion or None)
+    except LinkageError:
+        return False
+    return feasible(space).verdict == "feasible"
+
+
+def _with_dyad(request: RemedyRequest, dyad: Dyad, numbers: Array) -> Linkage:
+    """Load a linkage with a dyad, all of whose links carry parameters."""
+    document, _, _ = dyad_document(request.base, dyad, numbers, request.linkage.chain.frame)
+    return load(
+        document, None, request.linkage.inputs, bodies="all", massless=request.massless,
+        angles=request.angles,
+    )  # fmt: skip
+
+
+def _is_like(linkage: Linkage, given: Linkage) -> bool:
+    """Whether a linkage with a dyad is planar and has the mobility of the one without."""
+    return linkage.planar and linkage.mobility == given.mobility
+
+
+def _walk(request: RemedyRequest, dyad: Dyad, numbers: Array) -> DyadWalk:
+    """Walk in the frame of the linkage with the dyad; numbers are in that of the linkage."""
+    linkage = _with_dyad(request, dyad, numbers)
+    names = {joint.name for joint in request.linkage.joints}
+    new = [k for k, j in enumerate(linkage.chain.joints) if linkage.joints[j].name not in names]
+    if not _is_like(linkage, request.linkage) or len(new) != 3:
+        raise LinkageError(f"{linkage.source}: singular with this dyad")
+    given, frame = request.linkage.chain.frame, linkage.chain.frame
+    turning = np.arange(len(linkage.bodies) - dyad.slides)
+    relations = AngleRelations(linkage.chain, dyad, np.array(new), turning)
+    ended = walk(relations, convert_numbers(dyad, numbers, given, frame))
+    return replace(ended, numbers=convert_numbers(dyad, ended.numbers, frame, given))
+
+
+def _judge(request: RemedyRequest, seed: DyadSeed) -> AppliedRemedy:
+    """Find the least matter that balances a linkage with a dyad, and verify it."""
+    dyad, frame = seed.dyad, request.linkage.chain.frame
+    document, links, joints = dyad_document(request.base, dyad, seed.numbers, frame)
+    first, second = dyad.sides
+    words = f"{dyad.kind} between {first.name} and {second.name}: {seed.words}"
+    return judge(request, Variant(
+        "added_dyad", words, document, (*request.links, *links), new_links=links,
+        new_joints=joints, details={"kind": dyad.kind, "geometry": seed.words},
+    ))  # fmt: skip
+
+
+def _none(slides: bool, tried: int, best: float) -> AppliedRemedy:
+    """Return the result of a search that found no dyad of a kind."""
+    kind = "RRP" if slides else "RRR"
+    reason = (
+        f"no member found: {tried} known geometries, and {WALKS} walks to related angles "
+        f"(best residual {size_text(best)}), have no buildable masses; others may"
+    )
+    return AppliedRemedy("added_dyad", f"{kind} between any two links", "undecided", reason)

@@ -1,0 +1,88 @@
+"""Judge a variant: find its least masses, write its file, verify it, and add up its cost."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+from balance.masses.counterweights.write_counterweights import with_counterweights
+from balance.masses.partial.motion_loads import input_inertia
+from balance.masses.remedies.applied import AppliedRemedy, with_cost
+from balance.masses.remedies.least_matter import least_matter
+from balance.masses.remedies.request import RemedyRequest, freedoms_of
+from balance.masses.remedies.variant import Variant
+from balance.motion.motion_tolerances import SHAKING_RELATIVE
+from balance.motion.verification.to_pinocchio import verify
+from balance.space.certification.certify_space import certify
+from balance.space.spaces.compute_space import design_space
+from kinematics.errors import LinkageError
+from kinematics.loading.model_gallery import load
+from kinematics.model.document.element import Document
+from kinematics.wording import size_text
+
+# Random motions along which a file is verified.
+MOTIONS = 5
+
+
+def judge(request: RemedyRequest, variant: Variant) -> AppliedRemedy:
+    """Find the least matter that balances a variant, and verify the linkage with it.
+
+    Args:
+        variant: the linkage with the remedy built in.
+
+    Returns:
+        The result; ``"feasible"`` only if Pinocchio confirms the written file.
+    """
+    blank = AppliedRemedy(
+        variant.remedy, variant.words, "undecided", "", new_links=variant.new_links,
+        new_joints=variant.new_joints, details=variant.details,
+    )  # fmt: skip
+    motion = (*request.motion, *variant.motion)
+    inputs = request.linkage.inputs if variant.inputs is None else variant.inputs
+    massless = (*request.massless, *variant.massless)
+    try:
+        linkage = load(
+            variant.urdf, None, inputs, bodies="all", massless=massless, angles=request.angles
+        )
+    except LinkageError as error:
+        return replace(blank, verdict="refused", reason=str(error))
+    space = certify(design_space(linkage, motion or None, request.balance))
+    least = least_matter(space, variant.free, {**request.regions, **variant.regions})
+    verdict = least.found.verdict
+    if verdict != "feasible":
+        return replace(blank, verdict=verdict, reason=least.reason, proof=least.proof)
+    urdf = with_counterweights(least.found, merge=frozenset(variant.new_links))
+    return verify_file(request, blank, urdf, motion, inputs)
+
+
+def verify_file(
+    request: RemedyRequest, blank: AppliedRemedy, urdf: bytes, motion: Sequence[str],
+    inputs: Sequence[str],
+) -> AppliedRemedy:  # fmt: skip
+    """Verify the file of a linkage with a remedy, and add up its cost.
+
+    Args:
+        blank: the result so far.
+        urdf: the file, with all masses.
+        motion: relations between its inputs.
+
+    Returns:
+        The result: feasible if the file is balanced along random motions, else undecided.
+    """
+    document = Document(request.base.name, urdf)
+    linkage = load(document, None, inputs, angles=request.angles)
+    checked = verify(
+        linkage, motion=motion or None, balance=request.balance, trajectories=MOTIONS
+    )
+    residual = checked.force_residual
+    if request.balance == "dynamic":
+        residual = max(residual, checked.moment_residual)
+    if not residual <= SHAKING_RELATIVE:
+        reason = f"its file shakes by {size_text(residual)} of the bodies' own inertia"
+        return replace(blank, reason=reason, residual=residual)
+    added = sum(float(body.inertia[0]) for body in linkage.bodies) - request.given_mass
+    done = replace(
+        blank, verdict="feasible", residual=residual, urdf=urdf,
+        lost_freedoms=request.freedoms - freedoms_of(linkage, motion),
+    )  # fmt: skip
+    return with_cost(request, done, added, input_inertia(linkage))

@@ -1,0 +1,62 @@
+"""The least matter that balances a linkage with a remedy, in regions that are wide enough."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple
+
+from balance.masses.counterweights.answer import Counterweights
+from balance.masses.counterweights.counterweights import counterweights
+from balance.masses.counterweights.link_regions import wide_region
+from balance.masses.counterweights.regions import Region
+from balance.masses.designs.feasibility import Feasibility, feasible
+from balance.space.certification.certified_space import CertifiedSpace
+
+
+class LeastMatter(NamedTuple):
+    """The least matter, or why there is none.
+
+    Attributes:
+        found: the matter in the regions.
+        anywhere: whether any masses whatever balance, if that was asked.
+    """
+
+    found: Counterweights
+    anywhere: Feasibility | None
+
+    @property
+    def reason(self) -> str:
+        """Why matter in the regions does not balance, in one line."""
+        if self.anywhere is not None and self.anywhere.verdict == "infeasible":
+            return f"no masses whatever: {self.anywhere.words.removeprefix('infeasible: ')}"
+        return self.found.words
+
+    @property
+    def proof(self) -> dict[str, object] | None:
+        """The certificate against it and its check, as plain data; None without one."""
+        matter, anywhere = self.found, self.anywhere
+        if anywhere is not None and anywhere.certificate and anywhere.residuals:
+            matrices = [matrix.tolist() for matrix in anywhere.certificate]
+            return {"matrices": matrices, "check": anywhere.residuals._asdict()}
+        if matter.certificate is None or matter.check is None:
+            return None
+        return {"functional": matter.certificate.tolist(), "check": matter.check._asdict()}
+
+
+def least_matter(
+    space: CertifiedSpace, links: Sequence[str], regions: Mapping[str, Region | str]
+) -> LeastMatter:
+    """Find the least matter in some regions, or in wider ones if these are too small.
+
+    Args:
+        links: links that may get matter.
+        regions: where, by name of the link; see `balance.counterweights`.
+    """
+    matter = counterweights(space, links, regions, relax=False)
+    if matter.verdict != "infeasible":
+        return LeastMatter(matter, None)
+    anywhere = feasible(space)
+    if anywhere.verdict == "infeasible" or not matter.chosen:
+        return LeastMatter(matter, anywhere)
+    wide = {name: wide_region(space, space.bodies.index(name)) for name in matter.chosen}
+    return LeastMatter(counterweights(space, links, {**regions, **wide}, relax=False), anywhere)

@@ -1,0 +1,158 @@
+"""A request for remedies: the linkage, and what may be used."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+
+from balance.masses.counterweights.link_regions import regions_of
+from balance.masses.counterweights.regions import Region
+from balance.masses.designs.pseudo_inertia_cone import given_parameters
+from balance.masses.partial.motion_loads import input_inertia
+from balance.space.certification.certified_space import CertifiedSpace
+from balance.space.certification.certify_space import certify
+from balance.space.spaces.compute_space import design_space
+from balance.support.options import Balance
+from kinematics.errors import LinkageError, UsageError
+from kinematics.files.formats.robot_files import read_unassembled
+from kinematics.files.urdf.edit_xml import read_source
+from kinematics.files.urdf.read_options import ReadOptions
+from kinematics.model.document.element import Document
+from kinematics.model.linkage import GROUND, Linkage
+from kinematics.model.motion import motion_of
+
+# Radius of rotors by default, in characteristic lengths of the linkage.
+ROTOR_RADIUS = 0.25
+
+
+@dataclass(frozen=True, eq=False)
+class RemedyRequest:
+    """What remedies are applied to, and with what.
+
+    Attributes:
+        linkage: the linkage.
+        motion: relations between its inputs.
+        balance: ``"dynamic"`` or ``"force"``.
+        add: links of the linkage to which matter may be added; all bodies by default.
+        regions: where, by name of the link, see `balance.counterweights`.
+        gear: turns of a rotor for one turn of its joint, N > 0.
+        radius: radius of rotors, metres; None for a quarter of the characteristic length.
+        budget: most mass that partial balance may add, kg; None for the mass of the linkage.
+        spatial: whether bodies have ten parameters even in a plane.
+        angles: how angles that look rounded are read; see `kinematics.load`.
+        progress: called with the number of steps done and of all steps of a search.
+        only: remedies that the user names: long searches are made for these alone.
+    """
+
+    linkage: Linkage
+    motion: tuple[str, ...] = ()
+    balance: Balance = "dynamic"
+    add: tuple[str, ...] = ()
+    regions: Mapping[str, Region | str] = field(default_factory=dict)
+    gear: float = 1.0
+    radius: float | None = None
+    budget: float | None = None
+    spatial: bool = False
+    angles: str = "nominal"
+    progress: Callable[[int, int], None] | None = None
+    only: tuple[str, ...] = ()
+
+    def check(self) -> None:
+        """Refuse a request that no remedy can serve.
+
+        Raises:
+            UsageError: a number is out of range, no link carries parameters, or a region is
+                for another link.
+            BodyError: a link to add matter to is unknown.
+        """
+        for name, value in (("gear", self.gear), ("rotor radius", self.rotor_radius)):
+            if not 0.0 < value < float("inf"):
+                raise UsageError(f"{name} {value:g}: give a positive number")
+        if self.budget is not None and not 0.0 <= self.budget < float("inf"):
+            raise UsageError(f"budget {self.budget:g}: a mass is not negative")
+        if not self.given_mass > 0.0:
+            raise LinkageError(
+                f"{self.linkage.source}: no moving link has a mass; remedies are compared by "
+                "what they add: give the links that move an <inertial>"
+            )
+        regions_of(self.space, self.links, self.regions)
+
+    @property
+    def links(self) -> tuple[str, ...]:
+        """Links of the linkage to which matter may be added."""
+        return self.add or self.space.bodies
+
+    @cached_property
+    def space(self) -> CertifiedSpace:
+        """The design space of the linkage as it is."""
+        return certify(design_space(
+            self.linkage, self.motion or None, self.balance, spatial=self.spatial
+        ))  # fmt: skip
+
+    @property
+    def rotor_radius(self) -> float:
+        """Radius of rotors, metres."""
+        return ROTOR_RADIUS * self.space.length if self.radius is None else self.radius
+
+    @property
+    def given_mass(self) -> float:
+        """Mass of the moving bodies in the file, kg."""
+        return float(given_parameters(self.space)[:, 0].sum())
+
+    @cached_property
+    def base(self) -> Document:
+        """URDF text of the linkage: its own file, if that says all of it at its pose.
+
+        Loops of a YAML file, another reference pose, other formats and repaired loops are not
+        in the file; the linkage is then written anew.
+        """
+        document = self._own_file()
+        if document is not None:
+            return document
+        return Document(self.linkage.source, self.linkage.to_urdf().encode())
+
+    def _own_file(self) -> Document | None:
+        """Return the file of the linkage if nothing else makes up the linkage."""
+        linkage = self.linkage
+        if linkage.tree is None or linkage.displaced is not None:
+            return None
+        try:
+            data, _ = read_source(linkage, "link", "")
+            document = Document(linkage.source, data)
+            read = read_unassembled(document, None, ReadOptions(angles=self.angles))
+        except LinkageError:
+            return None
+        # Links that the user declares massless have masses in the file.
+        heavy = {body.name for body in linkage.bodies if body.inertia.any()}
+        same = heavy == {body.name for body in read.bodies if body.inertia.any()}
+        return document if same and read.tree == linkage.tree else None
+
+    @cached_property
+    def massless(self) -> tuple[str, ...]:
+        """Links of the linkage that move and carry no parameters, each rigid body once."""
+        carry = {GROUND, *(body.link for body in self.linkage.bodies)}
+        top: dict[int, str] = {}
+        for name, place in self.linkage.places.items():
+            top.setdefault(place.link, name)
+        return tuple(name for link, name in top.items() if link not in carry)
+
+    @property
+    def freedoms(self) -> int:
+        """Degrees of freedom of the linkage under its relations."""
+        return freedoms_of(self.linkage, self.motion)
+
+    @cached_property
+    def input_inertia(self) -> dict[str, float]:
+        """Inertia that each input feels in the file, by name; see `input_inertia`."""
+        return input_inertia(self.linkage)
+
+
+def freedoms_of(linkage: Linkage, motion: Sequence[str]) -> int:
+    """Count the degrees of freedom of a linkage under relations of its inputs.
+
+    Raises:
+        MotionError: a relation is wrong.
+    """
+    restricted = motion_of(linkage, motion or None)
+    return linkage.mobility if restricted is None else int(restricted.basis.shape[1])

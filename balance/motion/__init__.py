@@ -1,0 +1,1 @@
+"""What a linkage does to its base: shaking, reactions, paths, links that bend."""

@@ -1,0 +1,190 @@
+"""BaseEquations of motion of a linkage on a base that floats, for a solver of initial values.
+
+The state holds the pose of the base, the rates β of its freedoms, the coordinates y of the
+inputs and their rates (if they are free), the impulse of the springs and the work of the
+drives. Impulse and work are integrated beside the motion, for the check that
+
+    momentum - impulse        kinetic energy + energy in the springs - work
+
+are constant.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from balance.motion.floating_base.base import BaseInChain
+from balance.motion.floating_base.base_pose import (
+    Placement,
+    place_base,
+    pose_rate,
+    pose_size,
+    start_pose,
+)
+from balance.motion.floating_base.dynamics import CarriedBodies, MovingBodies
+from balance.motion.floating_base.pose_follower import PoseFollower
+from balance.motion.verification.input_paths import InputPath
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Drive:
+    """How the inputs move; in units of the chain.
+
+    Attributes:
+        basis: inputs for unit values of the coordinates (mobility, w).
+        units: SI units per unit of each input (mobility,).
+        path: prescribed motion of the inputs, SI units; None if they are free.
+        torques: constant torques on free coordinates (w,).
+    """
+
+    basis: Array
+    units: Array
+    path: InputPath | None
+    torques: Array
+
+    @property
+    def free(self) -> int:
+        """Number of coordinates whose motion is not prescribed."""
+        return 0 if self.path is not None else self.basis.shape[1]
+
+    def prescribed(self, time: float) -> tuple[Array, Array, Array]:
+        """Compute prescribed inputs (mobility,) and two derivatives, chain units."""
+        assert self.path is not None
+        u, ud, udd = (x[0] / self.units for x in self.path.at(np.array([time])))
+        return u, ud, udd
+
+
+class BaseState(NamedTuple):
+    """Everything at one time.
+
+    Attributes:
+        placement: pose of the base.
+        b: twist of the base in its own coordinates (6,).
+        u: inputs (mobility,), chain units.
+        rates: rates of the coordinates (w,).
+        accelerations: their prescribed accelerations (w,); 0 if they are free.
+        bodies: the bodies of the linkage.
+        impulse: of the springs on the freedoms of the base (3 or 6,).
+        work: of the drives.
+    """
+
+    placement: Placement
+    b: Array
+    u: Array
+    rates: Array
+    accelerations: Array
+    bodies: MovingBodies
+    impulse: Array
+    work: float
+
+
+class BaseEquations:
+    """The equations of motion as a function of time and state."""
+
+    def __init__(
+        self, base: BaseInChain, bodies: CarriedBodies, follower: PoseFollower, drive: Drive
+    ) -> None:
+        """Lay out the state.
+
+        Args:
+            bodies: the bodies of the linkage.
+            drive: how the inputs move.
+        """
+        self.base, self.drive, self.evaluations = base, drive, 0
+        self._bodies, self.follower = bodies, follower
+        freedoms = base.freedoms.shape[1]
+        sizes = [pose_size(base), freedoms, drive.free, drive.free, freedoms, 1]
+        ends = np.cumsum([0, *sizes]).tolist()
+        self._parts = list(pairwise(ends))
+        # Twist of the base and rates of the coordinates, from those that are unknown.
+        self._unknown = np.zeros((6 + drive.basis.shape[1], freedoms + drive.free))
+        self._unknown[:6, :freedoms] = base.freedoms
+        self._unknown[6:, freedoms:] = np.eye(drive.basis.shape[1], drive.free)
+
+    @property
+    def mass(self) -> float:
+        """Mass of the linkage without its base, kg."""
+        return self._bodies.mass
+
+    def start(self, beta: Array, rates: Array) -> Array:
+        """Return the state at the start.
+
+        Args:
+            beta: rates of the freedoms of the base (3 or 6,).
+            rates: rates of free coordinates (w,); none if they are prescribed.
+        """
+        y, rest = np.zeros(self.drive.free), np.zeros(beta.size + 1)
+        return np.concatenate([start_pose(self.base), beta, y, rates, rest])
+
+    def tolerances(self, relative: float, speed: float, share: float) -> Array:
+        """Return absolute tolerances of the state, for a typical speed in chain units.
+
+        Args:
+            speed: typical speed of the bodies.
+            share: mass of the linkage over that of linkage and base: a heavy base moves less.
+        """
+        mass, free = self.mass, self.drive.free
+        freedoms = self.base.freedoms.shape[1]
+        sizes = (
+            [1.0] * pose_size(self.base) + [share * speed] * freedoms + [1.0] * free
+            + [speed] * free + [mass * speed] * freedoms + [mass * speed**2]
+        )  # fmt: skip
+        return relative * np.array(sizes)
+
+    def _split(self, state: Array) -> list[Array]:
+        """Split a state into its parts."""
+        return [state[first:last] for first, last in self._parts]
+
+    def rates_of_base(self, states: Array) -> Array:
+        """Extract the rates of the freedoms of the base (N, 3 or 6) from states (N, size)."""
+        first, last = self._parts[1]
+        return states[:, first:last]
+
+    def read(self, time: float, state: Array) -> BaseState:
+        """Compute poses and twists of a state.
+
+        Args:
+            time: seconds.
+            state: as of `start`.
+
+        Raises:
+            PoseError: the loops cannot be closed.
+        """
+        x, beta, y, rates, impulse, work = self._split(state)
+        if self.drive.path is None:
+            u, change = self.drive.basis @ y, np.zeros(y.size)
+        else:
+            u, rates, change = self.drive.prescribed(time)
+        bodies = self._bodies.at(self.follower.at(u), rates)
+        placement, b = place_base(self.base, x), self.base.freedoms @ beta
+        return BaseState(placement, b, u, rates, change, bodies, impulse, float(work[0]))
+
+    def __call__(self, time: float, state: Array) -> Array:
+        """Compute the rate of the state."""
+        self.evaluations += 1
+        now = self.read(time, state)
+        base, drive, G = self.base, self.drive, self._unknown
+        wrench = now.placement.spring_wrench(base)
+        M, bias = now.bodies.mass_matrix(base), now.bodies.bias(base, now.b)
+        bias += M[:, 6:] @ now.accelerations
+        load = -bias
+        load[:6] += wrench
+        load[6:] += drive.torques
+        change = np.linalg.solve(G.T @ M @ G, G.T @ load)
+        freedoms = base.freedoms.shape[1]
+        # The drives carry what is left of the inertia forces of the coordinates.
+        torques = bias[6:] + M[6:] @ (G @ change)
+        x, beta, *_ = self._split(state)
+        impulse = base.freedoms.T @ now.placement.wrench_to_inertial(wrench)
+        own_rates = now.rates if drive.free else now.rates[:0]
+        return np.concatenate([
+            pose_rate(base, x, now.placement.R, beta), change[:freedoms], own_rates,
+            change[freedoms:], impulse, [torques @ now.rates],
+        ])  # fmt: skip

@@ -1,0 +1,92 @@
+"""What a path must keep at rest: all or a part of the momentum, on a fixed or free base."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import isfinite
+from typing import Literal
+
+from kinematics.errors import UsageError
+from kinematics.wording import vector_text
+
+Kept = Literal["all", "moment", "force", "attitude"]
+
+
+@dataclass(frozen=True)
+class Base:
+    """The body that carries the linkage, if it floats.
+
+    Attributes:
+        mass: kg.
+        com: centre of mass (3,), metres, in the inertial frame at the reference pose.
+    """
+
+    mass: float
+    com: tuple[float, float, float] = (0.0, 0.0, 0.0)
+
+
+@dataclass(frozen=True)
+class Demand:
+    """The part of the momentum that vanishes along a path, ``A(q) u̇ = 0``.
+
+    With the momentum matrix ``M_B = [ξ; p]`` per unit rate of each input:
+
+    - ``"all"``: ``[ξ; p]``; a base that is fixed feels nothing, one that floats stays at rest;
+    - ``"moment"``: ξ about the inertial origin, or ``ξ - r × p`` about a point r;
+    - ``"force"``: p;
+    - ``"attitude"``: the base floats and translates with ``v = -p / m``, which leaves no linear
+      momentum, but does not turn: ``ξ - c × p`` with mass m and centre of mass c of linkage and
+      base together.
+
+    Attributes:
+        kept: one of these.
+        base: the base that floats; None if it is fixed.
+        about: point (3,) of the moment alone, fixed in the inertial frame, metres; None for the
+            inertial origin.
+    """
+
+    kept: Kept = "all"
+    base: Base | None = None
+    about: tuple[float, float, float] | None = None
+
+    def check(self) -> None:
+        """Check that the parts fit together.
+
+        Raises:
+            UsageError: they do not.
+        """
+        if self.kept == "attitude" and self.base is None:
+            raise UsageError("the attitude is that of a base that floats: give its mass too")
+        if self.kept in ("moment", "force") and self.base is not None:
+            raise UsageError(
+                f"a base that floats has no {self.kept}-only paths: keep all of it at rest, or "
+                "its attitude alone"
+            )
+        if self.about is not None and (
+            self.kept != "moment" or not all(map(isfinite, self.about))
+        ):
+            raise UsageError("a point of three finite coordinates goes with the moment alone")
+        if self.base is not None and not (
+            0.0 <= self.base.mass < float("inf") and all(map(isfinite, self.base.com))
+        ):
+            raise UsageError("a base needs a mass of at least 0 kg and a centre of mass")
+
+    @property
+    def words(self) -> str:
+        """What is at rest, in words."""
+        if self.base is not None:
+            return "the base floats; " + (
+                "it does not turn" if self.kept == "attitude" else "all of it stays at rest"
+            )
+        return {
+            "all": "no shaking force, no shaking moment",
+            "moment": f"no shaking moment about {self._point}",
+            "force": "no shaking force",
+        }[self.kept]
+
+    @property
+    def _point(self) -> str:
+        """Name the point of the moment."""
+        if self.about is None:
+            return "the inertial origin"
+        return f"{vector_text(self.about)} m"

@@ -1,0 +1,133 @@
+"""Results of the search for reactionless paths: poses, paths, and why there is none."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from balance.motion.paths.demand import Demand
+from balance.motion.paths.path import ReactionlessPath
+from kinematics.model.linkage import Linkage, Notice
+from kinematics.model.motion import Motion
+from kinematics.wording import count_noun, repr_lines
+
+Array = NDArray[np.float64]
+SCHEMA = "balance.paths/1"
+
+
+@dataclass(frozen=True, eq=False)
+class StartPose:
+    """A pose through which paths are looked for.
+
+    Attributes:
+        u: displacements of the inputs (mobility,), rad and m.
+        q: positions of all joints (n,).
+        values: singular values of the equations over the bodies' own momenta (w,), falling.
+        dimension: dimension of the null space in this pose.
+        kind: see `balance.motion.paths.branches.Tangents`; ``"none"`` if the null space
+            is empty.
+        directions: tangents of the paths through it, as rates of the inputs (count, mobility).
+        family: dimension of the set of paths through it.
+        distance: distance from the pose asked for, in which less than 0.01 away several paths
+            meet; else 0. Of a meeting: from the start from which it was found.
+    """
+
+    u: Array
+    q: Array
+    values: Array
+    dimension: int
+    kind: str
+    directions: Array
+    family: int
+    distance: float
+
+    def to_dict(self) -> dict[str, object]:
+        """Return plain data for JSON."""
+        return {
+            "inputs": self.u.tolist(),
+            "singular_values": self.values.tolist(),
+            "dimension": self.dimension,
+            "kind": self.kind,
+            "directions": self.directions.tolist(),
+            "family": self.family,
+            "distance": self.distance,
+        }
+
+
+@dataclass(frozen=True, eq=False)
+class ReactionlessPaths:
+    """Result of `find_paths`.
+
+    Attributes:
+        linkage: the linkage.
+        demand: what vanishes along the paths.
+        motion: relations of the inputs, or None.
+        dimension: dimension of the null space of the equations in general.
+        poses: number of poses that were looked at to decide that.
+        starts: the poses asked for, or the meeting of paths close to one.
+        meetings: poses in which several paths meet, within the length of a path.
+        paths: the paths.
+        notices: remarks for the user.
+    """
+
+    linkage: Linkage
+    demand: Demand
+    motion: Motion | None
+    dimension: int
+    poses: int
+    starts: tuple[StartPose, ...]
+    meetings: tuple[StartPose, ...]
+    paths: tuple[ReactionlessPath, ...]
+    notices: tuple[Notice, ...]
+
+    def __repr__(self) -> str:
+        """Two lines: the dimension, and the paths."""
+        return repr_lines(
+            f"ReactionlessPaths of {self.linkage.name}: null space of dimension "
+            f"{self.dimension} in general",
+            f"{count_noun(len(self.paths), 'path')} through "
+            f"{count_noun(len(self.starts), 'pose')}, "
+            f"{count_noun(len(self.meetings), 'meeting')} of paths found",
+        )
+
+    @property
+    def found(self) -> bool:
+        """Whether there is a path."""
+        return bool(self.paths)
+
+    @property
+    def reason(self) -> str:
+        """Why there is no path; empty if there is one."""
+        if self.paths:
+            return ""
+        if any(start.kind == "isolated" for start in self.starts):
+            return "rates without reaction exist in the pose, but no path leaves it along one"
+        return (
+            "the momentum matrix has full column rank in all of "
+            f"{count_noun(self.poses, 'pose')} looked at"
+        )
+
+    def to_dict(self) -> dict[str, object]:
+        """Return plain data for JSON; see ``balance/app/schemas/paths.schema.json``."""
+        base = self.demand.base
+        return {
+            "schema": SCHEMA,
+            "model": self.linkage.name,
+            "at": self.linkage.at,
+            "kept": self.demand.kept,
+            "about": None if self.demand.about is None else list(self.demand.about),
+            "base": None if base is None else {"mass": base.mass, "com": list(base.com)},
+            "motion": [] if self.motion is None else list(self.motion.relations),
+            "inputs": list(self.linkage.inputs),
+            "joints": [joint.name for joint in self.linkage.joints],
+            "length_unit": self.linkage.spatial_chain.frame.length,
+            "dimension": self.dimension,
+            "poses": self.poses,
+            "starts": [start.to_dict() for start in self.starts],
+            "meetings": [start.to_dict() for start in self.meetings],
+            "paths": [path.to_dict() for path in self.paths],
+            "reason": self.reason or None,
+            "warnings": [notice._asdict() for notice in self.notices],
+        }

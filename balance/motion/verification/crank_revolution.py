@@ -1,0 +1,212 @@
+"""One revolution of a crank at constant speed in steady state, and the limits of a crank.
+
+With the crank angle ``θ(t) = ω t`` the loops determine all other joints:
+
+    q̇ = C_0 ω        q̈ = C_1 ω
+
+Forces grow with ω². There is no start-up: the motion begins and ends at full speed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from contextlib import suppress
+from dataclasses import replace
+from math import degrees, pi
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from balance.motion.motion_tolerances import (
+    CONDITIONING_SINGULAR,
+    CRANK_ADVANCE,
+    RELATION_RESIDUAL,
+    REVOLUTION_RETURN,
+)
+from balance.motion.verification.input_paths import SteadyPath
+from balance.motion.verification.trajectory import Trajectory, drive, order_inputs
+from kinematics.closure.continuation import continue_along
+from kinematics.closure.joint_positions import input_chain
+from kinematics.closure.newton import Pose
+from kinematics.errors import CoordinateError, MotionError, PoseError
+from kinematics.model.arrays import freeze
+from kinematics.model.linkage import Linkage
+from kinematics.model.motion import Motion
+from kinematics.numerics.linalg.vectors import project_out
+from kinematics.wording import number_text
+
+Array = NDArray[np.float64]
+
+TURN = 2.0 * pi
+# Steps of a revolution: half a degree each.
+STEPS = 720
+# Offsets of the samples, in steps. Where branches of the motion meet, joint rates are not
+# determined; if a sample hits such a pose, all samples move by the next offset.
+PHASES = (0.0, 0.4)
+# Speeds outside this range, radians per second, make forces that underflow or overflow.
+SLOWEST = 1e-6
+FASTEST = 1e6
+
+
+class Crank(NamedTuple):
+    """A joint that turns at constant speed.
+
+    Attributes:
+        joint: name of the joint.
+        speed: radians per second; negative turns against the axis of the joint.
+        periodic: whether every joint returns to its start after one revolution.
+    """
+
+    joint: str
+    speed: float
+    periodic: bool
+
+    @property
+    def rpm(self) -> float:
+        """Revolutions per minute."""
+        return self.speed * 60.0 / TURN
+
+
+def revolve_crank(
+    linkage: Linkage, speed: float, joint: str | None = None, motion: Motion | None = None
+) -> tuple[Trajectory, Crank]:
+    """Compute one revolution of a crank at constant speed, both ends included.
+
+    Args:
+        speed: radians per second; negative turns against the axis of the joint.
+        joint: the crank, a revolute input; by default the only input. Other inputs stand
+            still, or follow if the motion relates them to the crank.
+        motion: restriction of the inputs; free by default.
+
+    Returns:
+        The motion in time, from the reference pose on, and the crank.
+
+    Raises:
+        CoordinateError: the joint is no revolute input, or the crank is not named.
+        MotionError: the motion does not let the crank turn.
+        PoseError: the crank cannot turn fully (the message gives the limits), or the size of
+            the speed is not from 1e-6 to 1e6 rad/s.
+    """
+    if not SLOWEST <= abs(speed) <= FASTEST:
+        raise PoseError(
+            f"{linkage.source}: {speed:g} rad/s is no speed of a crank; give one from "
+            f"{SLOWEST:g} to {FASTEST:g} rad/s either way"
+        )
+    joint = _crank_name(linkage, joint)
+    rates = _input_rates(linkage, joint, motion)
+    for phase in PHASES:
+        with suppress(PoseError):
+            trajectory = _revolution(linkage, speed, rates, phase)
+            if trajectory.conditioning > CONDITIONING_SINGULAR:
+                return trajectory, Crank(joint, speed, _is_periodic(linkage, trajectory))
+    raise PoseError(f"{linkage.source}: {_limits_text(linkage, joint, rates)}")
+
+
+def _revolution(linkage: Linkage, speed: float, rates: Array, phase: float) -> Trajectory:
+    """Compute one revolution from a crank angle of ``phase`` steps on."""
+    time = np.asarray((np.arange(STEPS + 1) + phase) * (TURN / STEPS / abs(speed)), float)
+    path = SteadyPath(np.zeros(rates.size), speed * rates)
+    return replace(drive(linkage, time, *path.at(time)), path=path)
+
+
+def _crank_name(linkage: Linkage, joint: str | None) -> str:
+    """Return the name of the crank.
+
+    Raises:
+        CoordinateError: it is no revolute input, or there are several and none is named.
+    """
+    kinds = {item.name: item.kind for item in linkage.joints}
+    turning = [name for name, kind in kinds.items() if kind == "revolute"]
+    cranks = [name for name in linkage.inputs if name in turning]
+    if joint is None and len(linkage.inputs) == 1:
+        joint = linkage.inputs[0]
+    if joint is None:
+        problem = "which is the crank? Name it, as in u1=300rpm; the others stand still"
+        raise CoordinateError(linkage.source, linkage.inputs, problem, cranks)
+    if joint not in linkage.inputs:
+        problem = "not an input, so not the crank; --inputs makes it one"
+        raise CoordinateError(linkage.source, [joint], problem, cranks)
+    if joint not in cranks:
+        problem = f"{kinds[joint]}, not revolute, so not a crank; --inputs names another"
+        raise CoordinateError(linkage.source, [joint], problem, turning)
+    return joint
+
+
+def _input_rates(linkage: Linkage, joint: str, motion: Motion | None) -> Array:
+    """Compute the rates of the inputs (mobility,) for a unit rate of the crank.
+
+    Raises:
+        MotionError: the motion does not let the crank turn while other inputs stand still.
+    """
+    at = linkage.inputs.index(joint)
+    single: Array = np.eye(linkage.mobility)[at]
+    if motion is None:
+        return single
+    basis = order_inputs(motion, linkage)
+    if basis.shape[1] == 1 and basis[at, 0] != 0.0:
+        related: Array = basis[:, 0] / basis[at, 0]
+        return related
+    if np.abs(project_out(single, np.linalg.qr(basis)[0])).max() > RELATION_RESIDUAL:
+        problem = f"does not let {joint} turn while other inputs stand still"
+        raise MotionError(", ".join(motion.relations), problem, linkage.inputs, linkage.source)
+    return single
+
+
+def crank_limits(linkage: Linkage, joint: str, rates: Array) -> tuple[float, float]:
+    """Compute how far an input can move either way from the reference pose, on its branch.
+
+    Args:
+        rates: rates of all inputs (mobility,) for a unit rate of this one, SI units.
+
+    Returns:
+        The least and the greatest displacement, in radians, at most a full turn; of an input
+        that slides in metres, at most 2π characteristic lengths.
+    """
+    chain = input_chain(linkage)
+    column = chain.columns @ (rates / chain.units[linkage.positions_of(linkage.inputs)])
+    crank = int(linkage.positions_of([joint])[0])
+    single = replace(
+        chain, columns=freeze(column[:, None]),
+        moves=freeze(chain.moves.any(axis=1, keepdims=True), np.bool_),
+    )  # fmt: skip
+    low, high = (
+        sign
+        * _farthest(continue_along(single, np.array([sign]), longest_step=TURN / STEPS), crank)
+        for sign in (-1.0, 1.0)
+    )
+    return low * float(chain.units[crank]), high * float(chain.units[crank])
+
+
+def _limits_text(linkage: Linkage, joint: str, rates: Array) -> str:
+    """Describe how far the crank can turn either way from the reference pose."""
+    low, high = map(degrees, crank_limits(linkage, joint, rates))
+    return (
+        f"the crank {joint} cannot turn fully: only from {number_text(low, '.2f')}° to "
+        f"{number_text(high, '.2f')}° about the "
+        "reference pose; choose a joint that can with --inputs, or give a motion by --csv"
+    )
+
+
+def _farthest(poses: Iterable[Pose], joint: int) -> float:
+    """Compute the largest displacement of a joint along a continuation, within one revolution.
+
+    Steps shrink towards a dead centre, where the continuation need not end.
+    """
+    farthest = 0.0
+    for pose in poses:
+        angle = abs(float(pose.q[joint]))
+        if angle >= TURN:
+            return TURN
+        if angle - farthest < CRANK_ADVANCE:
+            break
+        farthest = angle
+    return farthest
+
+
+def _is_periodic(linkage: Linkage, trajectory: Trajectory) -> bool:
+    """Whether all joints return to their start, revolute ones up to full turns."""
+    turns = np.array([item.kind == "revolute" for item in linkage.joints])
+    change = trajectory.q[-1] - trajectory.q[0]
+    change = np.where(turns, change - TURN * np.round(change / TURN), change)
+    return bool(np.all(np.abs(change) <= REVOLUTION_RETURN * input_chain(linkage).units))

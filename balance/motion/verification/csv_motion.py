@@ -1,0 +1,152 @@
+"""Read motions from files of comma-separated values, with checks."""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Mapping, Sequence
+from itertools import islice
+from os import PathLike, fsdecode
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinematics.error_text import clean
+from kinematics.errors import FileError
+
+Array = NDArray[np.float64]
+
+# Most rows of a table: a larger file would fill the memory.
+MAX_ROWS = 100_000
+REMEDY = "write a line of names, then one line of numbers per sample"
+
+
+class Table(NamedTuple):
+    """Columns of numbers, and how far the written ones can be from those that were meant.
+
+    Attributes:
+        values: numbers (rows, columns).
+        rounding: half a unit of the last digit of each number (rows, columns); 0 in a column
+            whose numbers are all the same.
+        decimals: most decimals of a number in each column, exponents counted.
+    """
+
+    values: Array
+    rounding: Array
+    decimals: tuple[int, ...]
+
+
+def refuse_row(
+    path: str | PathLike[str], where: str, problem: str, remedy: str = REMEDY
+) -> FileError:
+    """Build the exception for a table that cannot be used.
+
+    Args:
+        path: file of the table.
+        where: the line or sample at fault, or an empty string.
+
+    Returns:
+        The exception; the caller raises it.
+    """
+    return FileError(clean(fsdecode(path), 1000), where, problem, remedy)
+
+
+def read_columns(
+    path: str | PathLike[str],
+    wanted: Sequence[str],
+    fewest: int = 1,
+    short: Mapping[str, str] | None = None,
+    further: Sequence[str] = (),
+) -> Array:
+    """Read named columns from a file of comma-separated values.
+
+    Args:
+        path: see `read_table`, as for the other arguments.
+        fewest: least number of rows.
+        short: other names that the file may use, and the wanted names for them.
+        further: names of columns that the file may have too, all of them or none.
+
+    Returns:
+        The numbers (rows, columns).
+    """
+    return read_table(path, wanted, fewest, short, further).values
+
+
+def read_table(
+    path: str | PathLike[str],
+    wanted: Sequence[str],
+    fewest: int = 1,
+    short: Mapping[str, str] | None = None,
+    further: Sequence[str] = (),
+) -> Table:
+    """Read named columns from a file of comma-separated values, and how they are rounded.
+
+    Args:
+        path: a file whose first line holds the wanted names in any order, and no others.
+        fewest: least number of rows.
+        short: other names that the file may use, and the wanted names for them.
+        further: names of columns that the file may have too, all of them or none.
+
+    Returns:
+        The columns in the order of the names.
+
+    Raises:
+        FileError: the file cannot be read as such a table.
+    """
+    try:
+        with open(path, encoding="utf-8-sig", newline="") as file:
+            lines = list(islice(csv.reader(file), MAX_ROWS + 2))
+    except (OSError, UnicodeError, csv.Error) as error:
+        reason = getattr(error, "strerror", None) or "it is not text of comma-separated values"
+        raise refuse_row(path, "", f"cannot be read ({reason})") from None
+    lines = [line for line in lines if any(cell.strip() for cell in line)]
+    names = [name.strip() for name in lines[0]] if lines else []
+    other = short or {}
+    names = [name if name in wanted else other.get(name, name) for name in names]
+    if further and set(further) <= set(names):
+        wanted = [*wanted, *further]
+    if sorted(names) != sorted(wanted):
+        raise refuse_row(path, "line 1", f"the columns must be {', '.join(wanted)}")
+    if not fewest < len(lines) <= MAX_ROWS + 1:
+        raise refuse_row(
+            path, "", f"holds {len(lines) - 1} samples, not {fewest} to {MAX_ROWS}"
+        )
+    order = [names.index(name) for name in wanted]
+    rows = np.empty((len(lines) - 1, len(wanted)))
+    digits = np.empty((2, *rows.shape), dtype=np.int64)
+    for number, line in enumerate(lines[1:]):
+        try:
+            rows[number] = [float(line[column]) for column in order]
+            digits[:, number] = np.transpose([_digits(line[column]) for column in order])
+        except (ValueError, IndexError):
+            raise refuse_row(
+                path, f"sample {number + 1}", "cannot be read as numbers"
+            ) from None
+    if not np.isfinite(rows).all():
+        raise refuse_row(path, "", "holds numbers that are not finite")
+    return Table(rows, _rounding(rows, *digits), tuple(digits[0].max(axis=0).tolist()))
+
+
+def _digits(cell: str) -> tuple[int, int]:
+    """Count the decimals of a number, its exponent included, and its significant digits."""
+    mantissa, _, exponent = cell.strip().lower().partition("e")
+    whole, _, fraction = mantissa.lstrip("+-").partition(".")
+    significant = (whole + fraction).replace("_", "").lstrip("0")
+    return len(fraction) - int(exponent or 0), len(significant)
+
+
+def _rounding(
+    rows: Array, decimals: NDArray[np.int64], significant: NDArray[np.int64]
+) -> Array:
+    """Compute half a unit of the last digit of each number; see `Table`.
+
+    A column has one number of decimals or one number of significant digits, and zeros at the
+    end of a number may be left out: of both, the coarser unit counts.
+    """
+    size = np.abs(rows)
+    leading = np.floor(np.log10(np.where(size > 0.0, size, 1.0))) + 1.0
+    places = np.maximum(-decimals.max(axis=0), leading - significant.max(axis=0))
+    places = np.where(size > 0.0, places, -decimals.max(axis=0))
+    round_off = np.finfo(np.float64).eps * size.max(axis=0)
+    half_units = np.maximum(0.5 * 10.0 ** np.maximum(places, -300.0), round_off)
+    return np.where(np.ptp(rows, axis=0) > 0.0, half_units, 0.0)

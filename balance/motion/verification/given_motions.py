@@ -1,0 +1,236 @@
+"""Motions of a linkage from given poses or from a table of the inputs."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from os import PathLike
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from balance.motion.motion_tolerances import (
+    RATE_RESIDUAL_RELATIVE,
+    RELATION_RESIDUAL,
+    ROUNDING_NOTICE,
+)
+from balance.motion.verification.csv_motion import Table, read_table, refuse_row
+from balance.motion.verification.input_paths import SplinePath
+from balance.motion.verification.table_rounding import (
+    InputErrors,
+    SmoothSpline,
+    even_times,
+    smooth_spline,
+)
+from balance.motion.verification.trajectory import Trajectory, drive, order_inputs
+from kinematics.closure.joint_positions import input_chain
+from kinematics.errors import PoseError
+from kinematics.model.linkage import Linkage, Notice
+from kinematics.model.motion import Motion
+from kinematics.wording import number_text
+
+Array = NDArray[np.float64]
+
+# Fewest rows of a table: a spline of degree five needs six.
+FEWEST_ROWS = 6
+DEGREE = 5
+
+
+def rest_to_rest(
+    linkage: Linkage, poses: ArrayLike, duration: float = 1.0, samples: int = 200
+) -> Trajectory:
+    """Compute a motion that rests at given poses, on straight lines of the inputs.
+
+    On each line ``s(τ) = 10 τ³ - 15 τ⁴ + 6 τ⁵``: velocity and acceleration vanish at both
+    ends.
+
+    Args:
+        poses: displacements of the inputs from the reference pose (poses, mobility), at least
+            two, SI units.
+        duration: duration of each line, seconds.
+        samples: samples of the whole motion.
+
+    Returns:
+        The motion of all joints.
+
+    Raises:
+        PoseError: the poses have a wrong shape, or the loops cannot be closed along the motion.
+    """
+    stops = np.asarray(poses, dtype=np.float64)
+    if stops.ndim != 2 or len(stops) < 2 or stops.shape[1] != linkage.mobility:
+        raise PoseError(
+            f"{linkage.source}: give two or more poses of {linkage.mobility} inputs "
+            f"({', '.join(linkage.inputs)})"
+        )
+    tau = np.linspace(0.0, len(stops) - 1.0, samples)
+    leg = np.minimum(tau.astype(np.int64), len(stops) - 2)
+    x = (tau - leg)[:, None]
+    line = np.diff(stops, axis=0)[leg]
+    u = stops[leg] + line * (x**3 * (10.0 - 15.0 * x + 6.0 * x * x))
+    ud = line * (30.0 * x * x * (1.0 - x) ** 2) / duration
+    udd = line * (60.0 * x * (1.0 - x) * (1.0 - 2.0 * x)) / duration**2
+    return drive(linkage, duration * tau, u, ud, udd)
+
+
+def from_csv(
+    linkage: Linkage, path: str | PathLike[str], motion: Motion | None = None
+) -> Trajectory:
+    """Read a motion from a table with a column ``time`` and one for each input by its name.
+
+    A spline of degree five within the rounding of the numbers gives velocities and
+    accelerations (`balance.motion.verification.table_rounding`), unless the table has them in
+    columns named as by `rate_columns`. `Trajectory.errors` says how far they can be off.
+
+    Args:
+        path: file of comma-separated values; displacements from the reference pose, SI.
+        motion: relations that the inputs must fulfil.
+
+    Returns:
+        The motion of all joints.
+
+    Raises:
+        FileError: the file is no such table, nothing moves in it, or its decimals leave
+            nothing of the accelerations.
+        PoseError: the loops cannot be closed along the motion.
+    """
+    further = rate_columns(linkage)
+    table = read_table(path, ["time", *linkage.inputs], FEWEST_ROWS, further=further)
+    time = table.values[:, 0]
+    if not np.all(np.diff(time) > 0.0):
+        raise refuse_row(path, "", "its times do not increase")
+    groups = (table.values.shape[1] - 1) // linkage.mobility
+    (u, *rates), (rounding, *rate_rounding) = (
+        np.split(part[:, 1:], groups, axis=1) for part in (table.values, table.rounding)
+    )
+    if motion is not None:
+        u, rounding = _on_relations(linkage, motion, path, u, rounding)
+    if np.ptp(u, axis=0).max() == 0.0:
+        raise refuse_row(path, "", "nothing moves", "give inputs that change with time")
+    even = even_times(time, table.rounding[:, 0])
+    if even is None:
+        speed = np.abs(np.gradient(u, time, axis=0))
+        smooth = smooth_spline(time, u, rounding + speed * table.rounding[:, :1])
+    else:
+        time = even[0]
+        smooth = smooth_spline(time, u, rounding)
+    path_of_inputs = SplinePath(smooth.spline, tuple(np.unique(smooth.spline.t).tolist()))
+    errors = smooth.errors
+    if rates:
+        _check_rates(path, time, smooth, rates, rate_rounding)
+        errors = np.stack([rounding, *rate_rounding])
+    motions = (u, *rates) if rates else path_of_inputs.at(time)
+    if even is not None:
+        errors = errors + even[1] * np.abs([0.0 * motions[0], motions[1], 2.0 * motions[2]])
+    trajectory = drive(linkage, time, *motions)
+    if not trajectory.moves:
+        raise refuse_row(path, "", "nothing moves", "give inputs that change with time")
+    _refuse_lost_motion(linkage, path, motions, errors)
+    return replace(
+        trajectory, path=path_of_inputs, errors=InputErrors(_decimals(table, u), *errors)
+    )
+
+
+def _on_relations(
+    linkage: Linkage, motion: Motion, path: str | PathLike[str], u: Array, rounding: Array
+) -> tuple[Array, Array]:
+    """Return inputs that fulfil relations, which rounded ones do up to their rounding.
+
+    Raises:
+        FileError: the inputs do not fulfil the relations.
+    """
+    basis = np.linalg.qr(order_inputs(motion, linkage))[0]
+    onto = basis @ basis.T
+    off = np.abs(u - u @ onto)
+    allowed = RELATION_RESIDUAL * max(1.0, np.abs(u).max())
+    if np.any(off > allowed + rounding @ np.abs(np.eye(len(onto)) - onto)):
+        raise refuse_row(path, "", f"its rows are not on {', '.join(motion.relations)}")
+    if off.max() <= allowed:
+        return u, rounding
+    return u @ onto, rounding @ np.abs(onto)
+
+
+def _check_rates(
+    path: str | PathLike[str], time: Array, smooth: SmoothSpline, rates: list[Array],
+    rounding: list[Array],
+) -> None:  # fmt: skip
+    """Raise FileError for velocities or accelerations that differ from those of a spline."""
+    for order, given in enumerate(rates, 1):
+        allowed = RATE_RESIDUAL_RELATIVE * (np.abs(given).max() or 1.0)
+        allowed = allowed + smooth.errors[order] + rounding[order - 1]
+        if np.any(np.abs(smooth.spline(time, order) - given) > allowed):
+            problem = "its velocities or accelerations are not those of its displacements"
+            raise refuse_row(path, "", problem, "write closer samples, or displacements only")
+
+
+def _decimals(table: Table, u: Array) -> int:
+    """Return the fewest decimals of the inputs that move."""
+    moving = np.ptp(u, axis=0) > 0.0
+    inputs = table.decimals[1 : 1 + u.shape[1]]
+    return min(count for count, moves in zip(inputs, moving, strict=True) if moves)
+
+
+def _refuse_lost_motion(
+    linkage: Linkage, path: str | PathLike[str], motions: tuple[Array, ...], errors: Array
+) -> None:
+    """Raise FileError if rounding leaves nothing of the accelerations.
+
+    A crank at constant speed has none, but its speed makes loads of the same kind, so its
+    square counts too.
+    """
+    scale = input_chain(linkage).units[linkage.positions_of(linkage.inputs)]
+    ud, udd = (np.abs(x / scale).max() for x in motions[1:])
+    off = float((errors[2] / scale).max())
+    if off >= ud**2 + udd:
+        raise refuse_row(
+            path, "",
+            f"its decimals leave nothing of the accelerations: {number_text(float(udd), '.2g')}"
+            f" ± {number_text(off, '.2g')} (radians, characteristic lengths, seconds)",
+            "write more decimals, or columns of velocities and accelerations",
+        )  # fmt: skip
+
+
+def rounding_notice(trajectory: Trajectory) -> tuple[Notice, ...]:
+    """Say how far the accelerations of a rounded table can be off; nothing for exact motions.
+
+    Args:
+        trajectory: a motion.
+    """
+    if (errors := trajectory.errors) is None:
+        return ()
+    share = float((errors.udd / (np.abs(trajectory.udd).max(axis=0) + 1e-300)).max())
+    if share <= ROUNDING_NOTICE:
+        return ()
+    text = (
+        f"the {errors.decimals} decimals of the table leave accelerations off by up to "
+        f"{number_text(min(share, 1.0), '.1%')} of their peak"
+    )
+    return (Notice("rounded_table", text),)
+
+
+def rate_columns(linkage: Linkage) -> list[str]:
+    """Name the columns of velocities and accelerations that a table of a motion may have.
+
+    Returns:
+        ``velocity u1`` for each input u1, then ``acceleration u1`` for each.
+    """
+    return [
+        f"{rate} {name}" for rate in ("velocity", "acceleration") for name in linkage.inputs
+    ]
+
+
+def rates_off(time: Array, u: Array, ud: Array, udd: Array) -> float:
+    """Compare velocities and accelerations with those of the spline through displacements.
+
+    Args:
+        time: seconds (N,), rising.
+        u: displacements (N, mobility).
+
+    Returns:
+        The largest difference, over the largest velocity, and over the largest acceleration.
+    """
+    from scipy.interpolate import make_interp_spline
+
+    spline = make_interp_spline(time, u, k=DEGREE)
+    return max(
+        float(np.abs(spline(time, order) - given).max() / (np.abs(given).max() or 1.0))
+        for order, given in ((1, ud), (2, udd))
+    )

@@ -1,0 +1,360 @@
+"""Verification of balance by an independent program, Pinocchio, on the same linkage.
+
+The linkage is opened at its welds: a loop joint carries a massless end. Along a motion that
+closes the loops, the opened linkage has the momentum and the base reaction of the closed one.
+Pinocchio computes this reaction from the joint motions by the recursive Newton-Euler algorithm
+without gravity. It is compared with the derivative of the momentum from our own series.
+Pinocchio orders wrenches as ``[force; moment]``; this module converts them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import suppress
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from balance.motion.motion_tolerances import CONDITIONING_LEAST, SHAKING_RELATIVE
+from balance.motion.verification.crank_revolution import Crank, revolve_crank
+from balance.motion.verification.joint_reactions import joint_reactions
+from balance.motion.verification.load_errors import load_errors
+from balance.motion.verification.result import Verification
+from balance.motion.verification.run import Run
+from balance.motion.verification.shaking_wrench import (
+    inertia_loads,
+    mass_parameters,
+    move_wrenches,
+    wrench_to_si,
+)
+from balance.motion.verification.trajectory import Trajectory, drive, random_motions
+from balance.space.inertial_parameters.conversions import mass_properties
+from balance.support.options import Balance, point_of
+from kinematics.closure.joint_positions import input_chain
+from kinematics.error_text import clean
+from kinematics.errors import FileError, LinkageError, PackageError, PoseError
+from kinematics.loading.model_gallery import LinkageLike, as_linkage
+from kinematics.model.arrays import Chain, freeze
+from kinematics.model.linkage import Joint, Linkage
+from kinematics.model.motion import Motion, motion_of
+from kinematics.model.spatial.inertia import displace_parameters, inertia_tensor
+
+Array = NDArray[np.float64]
+
+# Largest distance of a centre of mass from its joint, metres; the mass counts as zero beyond.
+MAX_CENTRE_DISTANCE = 1e9
+
+
+def verify(
+    linkage: LinkageLike, z: ArrayLike | None = None, *,
+    motion: Motion | str | Sequence[str] | None = None, balance: Balance = "dynamic",
+    trajectories: int = 10, samples: int = 200, seed: int = 0,
+    tolerance: float = SHAKING_RELATIVE, along: Sequence[Trajectory] | None = None,
+    speed: float | None = None, crank: str | None = None, about: ArrayLike | None = None,
+    progress: Callable[[int, int], None] | None = None,
+) -> Verification:  # fmt: skip
+    """Verify the balance of a linkage along motions, by Pinocchio and by our own series.
+
+    The linkage is balanced if the peak of the base reaction ``ḣ = [moment; force]`` is at most
+    ``tolerance`` times the peak sum of the bodies' own inertia wrenches.
+
+    Args:
+        linkage: an assembled linkage, or an argument of `kinematics.load`.
+        z: inertial parameters as in `shaking`; those of the file by default.
+        motion: restriction of the inputs; free by default.
+        balance: ``"dynamic"``, or ``"force"`` for a verdict on the force alone.
+        trajectories: number of random motions.
+        samples: samples of each motion.
+        seed: seed of the random motions.
+        tolerance: largest relative residual of a balanced linkage.
+        along: motions to use instead of random ones.
+        speed: speed of a crank, rad/s; one revolution at this speed is the motion.
+        crank: name of that crank; see
+            `balance.motion.verification.crank_revolution.revolve_crank`.
+        about: point in the inertial frame for moments that are reported, metres; the middle of
+            the mechanism by default. The verdict is that for moments about the middle.
+        progress: called with the number of motions done and the number of all motions.
+
+    Returns:
+        The verdict, with the loads along each motion.
+
+    Raises:
+        PackageError: Pinocchio is missing.
+        LinkageError: a body without mass has a first moment of mass, or none has a mass.
+        PoseError: the linkage cannot follow the motion, or nothing moves in it.
+        MotionError: a relation is wrong.
+        ValueError: an option has no such value, or excludes another.
+
+    Source: R. Featherstone, Rigid Body Dynamics Algorithms, 2008, chapter 5 (Newton-Euler).
+
+    Example:
+        >>> import balance
+        >>> balance.verify("robot.urdf", trajectories=1).verdict
+        'not balanced'
+    """
+    if balance not in ("dynamic", "force"):
+        raise ValueError(f"balance must be 'dynamic' or 'force', not {balance!r}")
+    linkage = as_linkage(linkage)
+    masses = mass_parameters(linkage, z)
+    if z is None and not masses.any():
+        problem, remedy = "no moving link has a mass", "give the links that move an <inertial>"
+        raise FileError(clean(linkage.source, 1000), "", problem, remedy)
+    model = PinocchioModel(linkage, masses)
+    given, rotation = _given_motions(linkage, along, speed, crank, motion)
+    motions: Iterable[Trajectory] = given or ()
+    if given is None:
+        limits = motion_of(linkage, motion)
+        motions = random_motions(linkage, trajectories, samples, seed, motion=limits)
+    count = trajectories if given is None else len(given)
+    point = linkage.spatial_chain.frame.origin if about is None else point_of(about)
+    return Verification(
+        linkage, balance, tolerance, linkage.spatial_chain.frame.length,
+        seed if given is None else None,
+        tuple(_runs(linkage, model, motions, point, progress, count)), linkage.notices,
+        freeze(point), rotation,
+    )  # fmt: skip
+
+
+def _given_motions(
+    linkage: Linkage, along: Sequence[Trajectory] | None, speed: float | None,
+    crank: str | None, motion: Motion | str | Sequence[str] | None,
+) -> tuple[Sequence[Trajectory] | None, Crank | None]:  # fmt: skip
+    """Return the given motions, or the revolution of a crank; None for random motions.
+
+    Raises:
+        PoseError: nothing moves, or the crank cannot turn fully.
+        ValueError: there are motions and a speed.
+    """
+    if speed is not None:
+        if along is not None:
+            raise ValueError("give either a speed or motions to move along")
+        revolution, rotation = revolve_crank(linkage, speed, crank, motion_of(linkage, motion))
+        along = [revolution]
+    else:
+        rotation = None
+    if along is not None and not any(trajectory.moves for trajectory in along):
+        raise PoseError(f"{linkage.source}: nothing moves; give inputs that change with time")
+    return along, rotation
+
+
+def _runs(
+    linkage: Linkage, model: PinocchioModel, motions: Iterable[Trajectory], point: Array,
+    progress: Callable[[int, int], None] | None, count: int,
+) -> Iterator[Run]:  # fmt: skip
+    """Compute the loads along each motion, one after the other."""
+    chain = input_chain(linkage)
+    for done, trajectory in enumerate(motions, 1):
+        yield _run(linkage, model, chain, trajectory, point)
+        if progress is not None:
+            progress(done, count)
+
+
+def verify_second(first: Verification, linkage: LinkageLike, **options: Any) -> Verification:
+    """Verify a second linkage along the motions of a first one.
+
+    Moments are about the same point. A crank turns at the same constant speed in both. The
+    second linkage gets random motions of its own if its inputs have other names, or if it
+    cannot follow the motions of the first one, or is near-singular there.
+
+    Args:
+        first: the verification of the first linkage.
+        linkage: the second linkage.
+        options: keyword arguments of `verify`.
+
+    Returns:
+        The verification of the second linkage.
+    """
+    linkage, along = as_linkage(linkage), None
+    options = {**options, "about": first.point}
+    if first.crank is not None:
+        return verify(linkage, **options)
+    if linkage.inputs == first.linkage.inputs:
+        with suppress(PoseError):
+            given = [run.trajectory for run in first.runs]
+            along = [
+                replace(
+                    drive(
+                        linkage, trajectory.time, trajectory.u, trajectory.ud, trajectory.udd
+                    ),
+                    errors=trajectory.errors,
+                )
+                for trajectory in given
+            ]
+    if along and first.seed is not None:
+        conditioning = min(trajectory.conditioning for trajectory in along)
+        along = along if conditioning >= CONDITIONING_LEAST else None
+    verification = verify(linkage, along=along, **options)
+    return verification if along is None else replace(verification, shown=first.plotted)
+
+
+def _run(
+    linkage: Linkage, model: PinocchioModel, chain: Chain, trajectory: Trajectory, point: Array
+) -> Run:
+    """Compute all loads along one motion, in SI units."""
+    scale = chain.units[linkage.positions_of(linkage.inputs)]
+    loads = inertia_loads(
+        chain, model.z, trajectory.q / chain.units, trajectory.ud / scale,
+        trajectory.udd / scale,
+    )  # fmt: skip
+    reactions = joint_reactions(chain, loads)
+    L = chain.frame.length
+    rate, momentum = (
+        wrench_to_si(x.sum(axis=1), chain.frame) for x in (loads.rate, loads.momentum)
+    )
+    reaction, other = model.reactions(trajectory), model.momenta(trajectory)
+    # Divide moments about the middle by the length, to compare them with forces.
+    sizes = [L * np.linalg.norm(x, axis=2).sum(axis=1) for x in (loads.rate, loads.momentum)]
+    middle = chain.frame.origin
+    errors = None
+    if trajectory.errors is not None:
+        errors = freeze(load_errors(linkage, chain, model.z, trajectory, point))
+    forces = L * np.linalg.norm(reactions.joints[..., 3:], axis=2)
+    return Run(
+        trajectory=trajectory, shaking=freeze(reaction),
+        own=freeze(rate), momentum=freeze(other),
+        middle=freeze(move_wrenches(reaction, middle)),
+        about=freeze(move_wrenches(reaction, point)),
+        inertia=freeze(sizes[0]), impulse=freeze(sizes[1]),
+        bearing=freeze(forces), least_bearing=freeze(L * reactions.least),
+        preloaded=freeze(reactions.preloaded, np.bool_),
+        rate_difference=freeze(move_wrenches(reaction - rate, middle)),
+        momentum_difference=freeze(move_wrenches(other - momentum, middle)),
+        open=reactions.open, errors=errors,
+    )  # fmt: skip
+
+
+class PinocchioModel:
+    """A linkage in Pinocchio, opened at its welds.
+
+    Coordinates are inertial axes with the origin in the middle of the mechanism, SI units. The
+    frame of each joint is on the joint axis, parallel to the inertial axes at the reference
+    pose.
+
+    Attributes:
+        model: ``pinocchio.Model``, without gravity.
+        z: inertial parameters of the bodies (bodies, 10) about the inertial origin.
+    """
+
+    def __init__(self, linkage: Linkage, z: Array) -> None:
+        """Build the Pinocchio model.
+
+        Args:
+            z: inertial parameters of its bodies (bodies, 10), inertial origin, SI units.
+
+        Raises:
+            PackageError: Pinocchio is missing.
+            LinkageError: a body without mass has a first moment of mass.
+        """
+        pin = self._pin = _import_pinocchio()
+        self.z = z
+        self._origin = input_chain(linkage).frame.origin
+        self._points = [_axis_point(joint, self._origin) for joint in linkage.joints]
+        self.model = pin.Model()
+        self.model.gravity.setZero()
+        for joint, point in zip(linkage.joints, self._points, strict=True):
+            before = self._points[joint.parent] if joint.parent >= 0 else np.zeros(3)
+            place = pin.SE3(np.eye(3), point - before)
+            self.model.addJoint(joint.parent + 1, _joint_model(pin, joint), place, joint.name)
+        for body, body_z in zip(linkage.bodies, z, strict=True):
+            # Set the inertia itself: Pinocchio adds only bodies of positive mass.
+            inertia = self._inertia(linkage, body.name, body_z, self._points[body.link])
+            self.model.inertias[body.link + 1] = inertia
+        self._links = {body.link for body in linkage.bodies}
+        self._data = self.model.createData()
+
+    def _inertia(self, linkage: Linkage, name: str, z: Array, point: Array) -> Any:
+        """Build the ``pinocchio.Inertia`` of a body about the point of its joint.
+
+        Its parts are set one by one, because the constructor refuses values that are not
+        physical, and points of the design space may have such values.
+        """
+        shift = np.eye(4)
+        shift[:3, 3] = -self._origin - point
+        local_z = displace_parameters(z, shift)
+        inertia = self._pin.Inertia.Zero()
+        if (
+            np.abs(local_z[1:4]).max() <= MAX_CENTRE_DISTANCE * abs(local_z[0])
+            and local_z[0] != 0.0
+        ):
+            inertia.mass, inertia.lever, inertia.inertia = mass_properties(local_z)
+            return inertia
+        if local_z[1:4].any():
+            raise LinkageError(
+                f"{linkage.source}: link '{name}' has next to no mass, but its centre is not "
+                "at the origin, which Pinocchio cannot represent; verify other parameters"
+            )
+        inertia.inertia = inertia_tensor(local_z)
+        return inertia
+
+    def reactions(self, trajectory: Trajectory) -> Array:
+        """Compute the wrench of the base on the linkage along a motion (N, 6).
+
+        ``[moment; force]`` about the inertial origin, SI units. Pinocchio does not compute
+        ``data.f[0]``, so the wrenches of the joints on the ground are summed.
+        """
+        pin, model, data = self._pin, self.model, self._data
+        wrenches = np.empty((len(trajectory.time), 6))
+        for k, (q, qd, qdd) in enumerate(
+            zip(trajectory.q, trajectory.qd, trajectory.qdd, strict=True)
+        ):
+            pin.rnea(model, data, q, qd, qdd)
+            total = pin.Force.Zero()
+            for joint in model.children[0]:
+                total += data.liMi[joint].act(data.f[joint])
+            wrenches[k] = total.vector
+        return self._to_inertial(wrenches)
+
+    def momenta(self, trajectory: Trajectory) -> Array:
+        """Compute the total momentum ``[ξ; p]`` about the inertial origin (N, 6), SI units."""
+        pin, model, data = self._pin, self.model, self._data
+        momenta = np.empty((len(trajectory.time), 6))
+        bodies = [(link + 1, model.inertias[link + 1]) for link in sorted(self._links)]
+        for k, (q, qd) in enumerate(zip(trajectory.q, trajectory.qd, strict=True)):
+            pin.forwardKinematics(model, data, q, qd)
+            total = pin.Force.Zero()
+            for joint, inertia in bodies:
+                total += data.oMi[joint].act(inertia * data.v[joint])
+            momenta[k] = total.vector
+        return self._to_inertial(momenta)
+
+    def _to_inertial(self, forces: Array) -> Array:
+        """Convert wrenches of Pinocchio (N, 6) to ours about the inertial origin."""
+        return move_wrenches(np.roll(forces, 3, axis=1), -self._origin)
+
+
+def _axis_point(joint: Joint, origin: Array) -> Array:
+    """Compute the point of a joint axis nearest to the origin, relative to it (3,)."""
+    n, v = joint.screw[:3], joint.screw[3:]
+    if joint.kind == "prismatic":
+        return joint.point - origin
+    return np.asarray(np.cross(n, v + np.cross(n, origin)))
+
+
+def _joint_model(pin: Any, joint: Joint) -> Any:
+    """Build the Pinocchio model of a joint, its axis in inertial axes."""
+    n, v = joint.screw[:3], joint.screw[3:]
+    if joint.kind == "prismatic":
+        return pin.JointModelPrismaticUnaligned(v)
+    if joint.kind == "helical":
+        return pin.JointModelHelicalUnaligned(n, float(n @ v))
+    return pin.JointModelRevoluteUnaligned(n)
+
+
+def _import_pinocchio() -> Any:
+    """Import Pinocchio.
+
+    Raises:
+        PackageError: it is not installed, or another package has its name.
+    """
+    try:
+        import pinocchio
+    except ImportError:
+        pinocchio = None
+    if not hasattr(pinocchio, "rnea"):
+        raise PackageError(
+            "verify", "Pinocchio", "pip install pin",
+            ", or on Windows with 'conda install -c conda-forge pinocchio'",
+        )  # fmt: skip
+    return pinocchio

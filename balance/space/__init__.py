@@ -1,0 +1,1 @@
+"""Which masses balance a linkage: conditions, design spaces, proofs, explanations."""

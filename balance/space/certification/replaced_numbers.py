@@ -1,0 +1,110 @@
+"""Numbers of a file that exact arithmetic replaces, or reads as roots: what rests on them."""
+
+from __future__ import annotations
+
+from balance.space.certification.certified_space import CertifiedSpace, with_readings
+from balance.space.certification.compare_integers import integers_differ
+from balance.space.certification.correct_integers import Evidence
+from balance.space.exact.chain import exact_chain
+from balance.space.exact.modular_ranks import ranks_of
+from balance.space.spaces.design_space import DesignSpace
+from balance.space.spaces.readings import MOST_DIGITS, Reading
+from kinematics.errors import ExactError
+from kinematics.files.urdf.rational_screws import exact_geometry
+from kinematics.model.linkage import Notice
+from kinematics.wording import count_noun
+
+# Digits with which a file can tell a linkage from a special one where floating point cannot.
+DIGITS_BEYOND_TOLERANCE = 11
+
+
+def replaced_text(found: Evidence) -> str:
+    """Say how many numbers were replaced, or read as roots, as the end of a sentence.
+
+    Args:
+        found: the findings of exact arithmetic.
+    """
+    parts = []
+    if found.replaced:
+        parts.append(f"{count_noun(found.replaced, 'number')} of the file replaced")
+    if found.roots:
+        parts.append(f"{count_noun(found.roots, 'number')} of the file read as roots")
+    return f", with {' and '.join(parts)} (see --exact)" if parts else ""
+
+
+def add_roots_notice(space: CertifiedSpace, found: Evidence) -> CertifiedSpace:
+    """State both answers where numbers are read as roots, if their decimals have another rank.
+
+    Args:
+        found: the findings of exact arithmetic that it rests on.
+
+    Returns:
+        The space, with the notice ``read_as_roots`` if they do.
+    """
+    if not found.roots:
+        return space
+    linkage, other = space.linkage, None
+    try:
+        chain = exact_chain(
+            linkage, exact_geometry(linkage), space.motion, space.balance == "force",
+            not space.planar,
+        )  # fmt: skip
+        other = ranks_of(linkage.source, chain, (), space.highest_order).rank
+    except ExactError:
+        pass
+    if other == space.rank:
+        return space
+    relation = f"{count_noun(found.roots, 'number')} read as roots"
+    reading = Reading("as_meant", (relation,), MOST_DIGITS, None, other, space.rank, 0.0, 0.0)
+    text = (
+        f"as written: {reading.written_text}; with {count_noun(found.roots, 'number')} of the "
+        "file read as roots, sines and cosines, which they are to all their digits: "
+        f"{space.rank} (--as-written for the other, --exact names them)"
+    )
+    return with_readings(space, [Notice("read_as_roots", text)], [reading])
+
+
+def rests_on_replaced(space: DesignSpace, changed: DesignSpace | None) -> bool:
+    """Decide whether exact arithmetic loses a special geometry because it replaces numbers.
+
+    If the gap is wide, floating point still finds the geometry, and loses it with other
+    numbers. A narrow gap comes from the numbers in the file, unless other numbers give more
+    conditions.
+
+    Args:
+        space: the space by floating point.
+        changed: the same with other numbers for those that are replaced; None if it does
+            not exist.
+    """
+    if not space.doubts or _pose_changed(space):
+        return changed is None or integers_differ(space, changed)
+    return changed is not None and changed.rank > space.rank
+
+
+def is_general_as_written(space: DesignSpace, found: Evidence) -> bool:
+    """Whether the numbers of the file describe a general linkage.
+
+    Exact arithmetic says so if no special geometry lies inside their digits, or none is wanted.
+    Only where a file of few digits has numbers that are replaced, other than to close a loop,
+    may a special geometry rest on them.
+
+    Args:
+        space: the space by floating point.
+        found: the findings of exact arithmetic.
+    """
+    meant = space.linkage.meant
+    return (
+        meant is not None
+        and found.exact.rank >= space.rank
+        and (found.only_closed or meant.digits >= DIGITS_BEYOND_TOLERANCE)
+    )
+
+
+def notice_codes(space: DesignSpace) -> set[str]:
+    """Collect the codes of the notices of the linkage."""
+    return {notice.code for notice in space.linkage.notices}
+
+
+def _pose_changed(space: DesignSpace) -> bool:
+    """Whether the reference pose is not that of the file."""
+    return bool(notice_codes(space) & {"assembled", "left_singular_pose"})

@@ -1,0 +1,192 @@
+"""Collect all conditions on a linkage: orders at the reference pose, and then finite poses.
+
+Derivatives of one order are taken along generic rays until another ray adds no condition.
+Orders are added until the conditions have full column rank, or until a finite pose that was
+not used adds none. Where the orders that can be computed are not enough, or the margin of the
+rank is small, poses all around are added.
+"""
+
+from __future__ import annotations
+
+from itertools import islice
+from math import comb
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from balance.space.conditions.order_kernels import (
+    EXPANSION_ORDERS,
+    FRESH_POSE_STEPS,
+    conditions_up_to_order,
+    generic_directions,
+)
+from balance.space.conditions.rank import Conditions
+from balance.space.momentum.regressor import rows_at, rows_per_column
+from balance.support.tolerances import SHORT_CONVERGENCE_RADIUS
+from kinematics.closure.continuation import continue_in_directions
+from kinematics.errors import MobilityError
+from kinematics.model.arrays import Chain
+from kinematics.numerics.linalg.pivoted_qr import round_off
+
+Array = NDArray[np.float64]
+
+# Most poses in one batch.
+MAX_POSES_PER_BATCH = 256
+
+
+class CollectedConditions(NamedTuple):
+    """The conditions, and where they come from.
+
+    Attributes:
+        conditions: all of them.
+        ranks: number of independent ones up to order 0, 1, 2 …
+        poses: finite poses that were added.
+        settled: whether they are all there are.
+    """
+
+    conditions: Conditions
+    ranks: tuple[int, ...]
+    poses: int
+    settled: bool
+
+
+def relative_tolerance(chain: Chain) -> float:
+    """Compute the relative size of round-off in the frame of a chain."""
+    return round_off(chain.frame.origin, chain.frame.length)
+
+
+def collect_conditions(
+    chain: Chain, solutions: Array, force: bool, tolerance: float, max_order: int | None
+) -> CollectedConditions:
+    """Collect conditions, order by order and then pose by pose, until no other is independent.
+
+    Args:
+        chain: the linkage without idle joints.
+        solutions: rows of parameters that satisfy all conditions.
+        force: whether only linear momentum counts.
+        tolerance: relative size of round-off.
+        max_order: orders to compute exactly, instead of as many as needed.
+
+    Raises:
+        MobilityError: no finite pose is found to check the conditions at.
+    """
+    none = Conditions.given(solutions, tolerance)
+    last = EXPANSION_ORDERS[-1] if max_order is None else max_order
+    rays = _ray_count(chain, solutions, force)
+    while True:
+        directions = generic_directions(0, rays, chain.width)
+        collected = _conditions_along(directions, chain, force, none, last, max_order is None)
+        if collected is not None:
+            break
+        rays *= 2
+    conditions, ranks, settled, radius = collected
+    poses = 0
+    if max_order is None and not conditions.complete:
+        if not settled or radius < SHORT_CONVERGENCE_RADIUS or conditions.ill_conditioned:
+            conditions, poses, settled = add_poses(chain, force, conditions)
+    return CollectedConditions(conditions, tuple(ranks), poses, settled)
+
+
+def _conditions_along(
+    rays: Array, chain: Chain, force: bool, conditions: Conditions, last: int, stop: bool
+) -> tuple[Conditions, list[int], bool, float] | None:
+    """Collect the conditions of all orders along rays.
+
+    Returns:
+        The conditions, the rank after each order, whether they are settled, and the radius of
+        convergence; None if there are not enough rays.
+    """
+    ranks = np.empty(0, np.int64)
+    settled, radius = False, 1.0
+    for goal in EXPANSION_ORDERS if stop else (last,):
+        step = conditions_up_to_order(chain, rays, force, conditions, ranks, goal, stop)
+        if not step.enough_rays:
+            return None
+        if not step.pose_found:
+            raise MobilityError(
+                "no closed pose was found near the reference pose to check the conditions at; "
+                "write the file at a pose further from a singularity"
+            )
+        conditions, ranks, settled, radius = step[:4]
+        if settled and stop:
+            break
+    listed: list[int] = ranks.tolist()
+    while settled and stop and len(listed) > 1 and listed[-1] == listed[-2]:
+        listed.pop()
+    return conditions, listed, settled, radius
+
+
+def conditions_by_order(
+    chain: Chain, solutions: Array, force: bool, tolerance: float, last: int
+) -> list[Conditions]:
+    """Collect the conditions up to order 0, 1, … ``last`` at the reference pose.
+
+    Each order is added to the conditions before it, so that all cost as much as the last.
+
+    Args:
+        chain: the linkage without idle joints.
+        solutions: rows of parameters that satisfy all conditions.
+        force: whether only linear momentum counts.
+        tolerance: relative size of round-off.
+        last: highest order of derivative.
+    """
+    rays = _ray_count(chain, solutions, force)
+    while True:
+        directions = generic_directions(0, rays, chain.width)
+        conditions, ranks = Conditions.given(solutions, tolerance), np.empty(0, np.int64)
+        collected = []
+        for order in range(last + 1):
+            step = conditions_up_to_order(
+                chain, directions, force, conditions, ranks, order, False
+            )
+            if not step.enough_rays:
+                break
+            conditions, ranks = step[:2]
+            collected.append(conditions)
+        if len(collected) > last:
+            return collected
+        rays *= 2
+
+
+def _ray_count(chain: Chain, solutions: Array, force: bool) -> int:
+    """Compute how many rays to begin with: enough for orders 0 and 1, or for all unknowns."""
+    rows = chain.width * rows_per_column(chain.planar, force)
+    return min(comb(chain.width + 1, 2), 1 - (-solutions.shape[1] // rows))
+
+
+def add_poses(
+    chain: Chain, force: bool, conditions: Conditions, least: int = 0
+) -> tuple[Conditions, int, bool]:
+    """Add the conditions at finite poses, twice as many each time, until a batch adds none.
+
+    Args:
+        chain: the linkage without idle joints.
+        force: whether only linear momentum counts.
+        least: a rank that is known to be reached.
+
+    Returns:
+        The conditions, the number of poses used, and whether the conditions are settled.
+    """
+    poses = continue_in_directions(
+        chain, generic_directions(101, 101 + chain.width, chain.width)
+    )
+    used, batch, settled, before = 0, FRESH_POSE_STEPS, False, -1
+    while batch <= MAX_POSES_PER_BATCH:
+        rows = [rows_at(here, pose, force) for here, pose in islice(poses, batch)]
+        if not rows:
+            break
+        used += len(rows)
+        before = conditions.rank
+        # Near a dead centre rows are large; normalised blocks keep the others visible.
+        sizes = [np.linalg.norm(block) or 1.0 for block in rows]
+        block = np.concatenate([block / size for block, size in zip(rows, sizes, strict=True)])
+        conditions = conditions.append(block)
+        # After full rank, one more batch improves the conditioning.
+        stays = conditions.rank == before and conditions.rank >= least
+        if settled or (stays and batch > FRESH_POSE_STEPS and not conditions.ill_conditioned):
+            return conditions, used, True
+        settled = conditions.complete
+        batch *= 2
+    stays = conditions.rank == before and conditions.rank >= least
+    return conditions, used, settled or (stays and not conditions.ill_conditioned)

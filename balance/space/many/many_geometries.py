@@ -1,0 +1,333 @@
+"""Design spaces of many geometries of one topology, for sweeps and searches.
+
+One compiled loop per core places the joints, finds the transfers, expands the motion and
+decides the rank, as `balance.design_space` does for one linkage. Planar linkages of one input
+lie side by side in the lanes of vectors (`balance.space.many.lane_kernels`), others follow one
+after the other. Geometries that no loop settles are passed to that function: those that are
+singular or nearly so, or close only within round-off.
+"""
+
+from __future__ import annotations
+
+import os
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
+from math import comb
+from types import MappingProxyType
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from balance.space.conditions.collect import collect_conditions
+from balance.space.conditions.order_kernels import generic_directions
+from balance.space.inertial_parameters.conversions import to_chain
+from balance.space.many.lane_kernels import lane_sweep
+from balance.space.many.lane_workspace import lane_workspace
+from balance.space.many.many_geometries_kernels import (
+    planar_sweep,
+    spatial_sweep,
+    sweep_workspace,
+)
+from balance.space.many.many_spaces import ManySpaces
+from balance.space.many.placing_kernels import find_wrong_screw, place_geometry, points_on_axes
+from balance.space.momentum.regressor import parameters_per_body, rows_per_column
+from balance.space.spaces.compute_space import design_space
+from balance.space.spaces.design_space import DesignSpace, square_doubt
+from balance.space.transfers.compute_transfers import serial_transfers
+from balance.space.transfers.lane_transfers import lane_transfers
+from balance.space.transfers.rigid_parts import number_rigid_parts
+from balance.support.options import Balance
+from balance.support.tolerances import SWEEP_PIVOT_CLEAR
+from kinematics.closure.assembly.assemble import assemble
+from kinematics.errors import LinkageError
+from kinematics.loading.model_gallery import LinkageLike, as_linkage
+from kinematics.model.arrays import Frame, freeze, read_only
+from kinematics.model.linkage import Linkage
+from kinematics.model.spatial.inertia import displace_parameters
+from kinematics.numerics.linalg.skyline_qr import COUNT, ROWS
+
+Array = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+# Integers, smallest pivots and bases of geometries.
+Results = tuple[IntArray, Array, Array]
+
+# Number of geometries in a task of one thread: at least, and in large sweeps, where threads
+# would otherwise wait for one another between the short calls of kernels.
+CHUNK_SIZE = 512
+LARGE_CHUNK_SIZE = 8192
+# Tasks that a sweep has at least before they become larger.
+TASKS = 24
+
+
+def design_space_many(
+    linkage: LinkageLike,
+    geometries: ArrayLike,
+    balance: Balance = "dynamic",
+    *,
+    spatial: bool = False,
+    bases: bool = False,
+    threads: int | None = None,
+) -> ManySpaces:
+    """Compute the design spaces of one topology in many geometries, on all cores.
+
+    Args:
+        linkage: an assembled linkage, or what `kinematics.load` accepts: its joints, loops,
+            bodies and inputs are those of all.
+        geometries: joint screws (count, joints, 6) at the reference pose, with closed loops:
+            ``[n; r × n + λ n]`` or ``[0; n]``, in the inertial frame, SI units.
+        balance: ``"dynamic"``, or ``"force"`` for linear momentum alone.
+        spatial: count all ten parameters per body, even if the linkage is planar.
+        bases: whether to return bases of the spaces too.
+        threads: how many to use; one per core by default.
+
+    Returns:
+        Integers and, if requested, bases, geometry by geometry; see `ManySpaces`.
+
+    Raises:
+        LinkageError: a screw is not of the kind of its joint.
+        ValueError: an option has no such value, or the array no such shape.
+
+    Source:
+        J. J. de Jong, PhD thesis, University of Twente, chapter 5.
+
+    Example:
+        >>> import balance, kinematics
+        >>> linkage = kinematics.load("robot.urdf")
+        >>> screws = [joint.screw for joint in linkage.joints]
+        >>> balance.design_space_many(linkage, [screws, screws]).rank
+        array([8, 8])
+    """
+    linkage = as_linkage(linkage)
+    if balance not in ("dynamic", "force"):
+        raise ValueError(f"balance must be 'dynamic' or 'force', not {balance!r}")
+    screws = _check_screws(linkage, geometries)
+    sweep = _Sweep(linkage, screws, balance == "force", spatial or not linkage.planar, bases)
+    if not linkage.idle:
+        starts = range(0, len(screws), sweep.chunk_size)
+        if threads == 1:
+            list(map(sweep.solve_chunk, starts))
+        else:
+            with ThreadPoolExecutor(threads or os.cpu_count()) as pool:
+                list(pool.map(sweep.solve_chunk, starts))
+    refused, unsure = {}, {}
+    thin = (sweep.kept < SWEEP_PIVOT_CLEAR) & (sweep.answers[:, 0] >= 0)
+    for number in np.flatnonzero(sweep.answers[:, 0] < 0).tolist():
+        try:
+            doubts = sweep.solve_alone(number)
+        except LinkageError as error:
+            refused[number] = str(error)
+        else:
+            if doubts:
+                unsure[number] = "; ".join(doubts)
+    for number in np.flatnonzero(thin).tolist():
+        if doubts := sweep.thin_doubts(number):
+            unsure[number] = "; ".join(doubts)
+    return sweep.result(refused, unsure)
+
+
+def _check_screws(linkage: Linkage, geometries: ArrayLike) -> Array:
+    """Convert joint screws to an array, and check that each is of the kind of its joint.
+
+    Raises:
+        LinkageError: a screw is of another kind.
+        ValueError: the array has another shape.
+    """
+    screws = read_only(np.ascontiguousarray(geometries, dtype=np.float64))
+    count = len(linkage.joints)
+    if screws.ndim != 3 or screws.shape[1:] != (count, 6):
+        raise ValueError(f"geometries must have the shape (count, {count}, 6)")
+    sliding, helical = (
+        np.array([joint.kind == kind for joint in linkage.joints])
+        for kind in ("prismatic", "helical")
+    )
+    wrong = int(find_wrong_screw(screws, sliding, helical))
+    if wrong >= 0:
+        number, j = divmod(wrong, count)
+        joint = linkage.joints[j]
+        raise LinkageError(
+            f"{linkage.source}: joint '{joint.name}': its screw in geometry {number} is not "
+            f"that of a {joint.kind} joint; see Joint.screw"
+        )
+    return screws
+
+
+class _Sweep:
+    """A sweep of many geometries, whose results are filled in chunk by chunk."""
+
+    def __init__(
+        self, linkage: Linkage, screws: Array, force: bool, spatial: bool, bases: bool
+    ) -> None:
+        """Allocate the results."""
+        self.linkage, self.screws, self.force, self.spatial = linkage, screws, force, spatial
+        self.chain = chain = linkage.spatial_chain if spatial else linkage.chain
+        self.rows_per_column = rows_per_column(chain.planar, force)
+        self.parameters_per_body = parameters_per_body(chain.planar, force)
+        self.chunk_size = max(CHUNK_SIZE, min(LARGE_CHUNK_SIZE, len(screws) // TASKS))
+        count, unknowns = len(screws), self.parameters_per_body * chain.links.size
+        self.answers = np.full((count, 4), -1)
+        self.kept = np.zeros(count)
+        self.bases = np.zeros((count if bases else 0, unknowns, unknowns))
+        self.origins, self.lengths = np.zeros((count, 3)), np.ones(count)
+        self.near_points = np.array([joint.point for joint in linkage.joints])
+        massive = [body.inertia for body in linkage.bodies if body.inertia[0] > 0.0]
+        self.centres = np.array([z[1:4] / z[0] for z in massive]).reshape(-1, 3)
+        transfers = serial_transfers(chain, force)
+        self.rigid_transfers = transfers.rows[transfers.owner < 0]
+        # Lanes are for planar linkages of one input whose loops can determine the others.
+        in_lanes = chain.planar and chain.width == 1
+        in_lanes = in_lanes and chain.envelope[COUNT, ROWS] >= chain.dependent.size
+        self.listed = lane_transfers(chain, force) if in_lanes else None
+        # Rays that a linkage without transfers needs, and eight times as many.
+        self.fewest_rays = min(
+            comb(chain.width + 1, 2), 1 - (-unknowns // (chain.width * self.rows_per_column))
+        )
+        self.rays = generic_directions(0, 8 * self.fewest_rays, chain.width)
+
+    def place(self, part: slice) -> tuple[Array, Array, Array]:
+        """Write joint screws and mimic relations of a part in the frame of each geometry.
+
+        Returns:
+            Both, and the relative size of round-off of each geometry.
+        """
+        chain, count = self.chain, part.stop - part.start
+        screws = np.empty((count, *chain.screws.shape))
+        mimics = np.empty((count, *chain.mimics.shape))
+        tolerances = np.empty(count)
+        relations = chain.mimics / chain.units
+        pivots = np.argmax(relations != 0.0, axis=1)
+        place_geometry(
+            self.screws[part], self.near_points, self.centres, chain.frame.R, pivots, relations,
+            screws, mimics, self.origins[part], self.lengths[part], tolerances,
+        )  # fmt: skip
+        screws.flags.writeable = mimics.flags.writeable = False
+        return screws, mimics, tolerances
+
+    def solve_chunk(self, start: int) -> None:
+        """Compute the geometries of a chunk that `solve_alone` need not compute."""
+        part = slice(start, min(start + self.chunk_size, len(self.screws)))
+        geometries = *self.place(part), self.lengths[part]
+        results = self.answers[part], self.kept[part], self.bases[part]
+        if self.listed is not None:
+            self._solve_in_lanes(self.listed, geometries, results)
+        if (self.answers[part, 0] < 0).any():
+            self._solve_in_turn(geometries, results)
+
+    def _solve_in_lanes(
+        self, listed: IntArray, geometries: tuple[Array, ...], results: Results
+    ) -> None:
+        """Compute those geometries of a chunk that agree with others of it in every rank."""
+        chain, size = self.chain, self.parameters_per_body
+        shape = len(listed) + len(self.rigid_transfers), self.rows_per_column, size
+        workspace = chain.borrow(("lanes", *shape), lambda: lane_workspace(chain, *shape))
+        lane_sweep(
+            (chain.walked, chain.links, listed, self.rigid_transfers),
+            geometries, size, results, np.empty(len(results[0]), np.int64), workspace,
+        )  # fmt: skip
+        chain.give_back(("lanes", *shape), workspace)
+
+    def _solve_in_turn(self, geometries: tuple[Array, ...], results: Results) -> None:
+        """Compute the geometries of a chunk that have no answer yet, one after the other."""
+        chain = self.chain
+        shape = (
+            len(self.rays),
+            len(self.rigid_transfers),
+            self.rows_per_column,
+            self.parameters_per_body,
+        )
+        sweep = planar_sweep if chain.planar else spatial_sweep
+        workspaces = chain.borrow(shape, lambda: sweep_workspace(chain, *shape))
+        sweep(
+            (
+                chain.walked,
+                chain.once(number_rigid_parts),
+                chain.links,
+                self.rigid_transfers,
+                self.rays,
+            ),
+            geometries,
+            (self.fewest_rays, self.rows_per_column, self.parameters_per_body),
+            results,
+            workspaces,
+        )
+        chain.give_back(shape, workspaces)
+
+    def thin_doubts(self, number: int) -> tuple[str, ...]:
+        """Say why the integers of a geometry with a small pivot may be wrong, if they may.
+
+        The singular values are those that `design_space` finds of the same linkage.
+        """
+        screws, mimics, tolerances = self.place(slice(number, number + 1))
+        chain = replace(self.chain, screws=screws[0])
+        if mimics.size:
+            chain = replace(chain, mimics=mimics[0])
+        tolerance = float(tolerances[0])
+        transfers = serial_transfers(chain, self.force, tolerance)
+        collected = collect_conditions(chain, transfers.rows, self.force, tolerance, None)
+        return square_doubt(collected.conditions.decide().kept)
+
+    def solve_alone(self, number: int) -> tuple[str, ...]:
+        """Compute one geometry by `design_space`.
+
+        Returns:
+            Reasons why its integers may be wrong, a line each.
+
+        Raises:
+            LinkageError: it cannot be assembled.
+        """
+        points, linkage = np.empty_like(self.near_points), self.linkage
+        points_on_axes(self.screws[number], self.near_points, points)
+        joints = tuple(
+            replace(joint, screw=freeze(screw), point=freeze(point))
+            for joint, screw, point in zip(
+                linkage.joints, self.screws[number], points, strict=True
+            )
+        )
+        moved = assemble(replace(linkage, joints=joints), linkage.inputs)
+        if not self.spatial and not moved.planar:
+            raise LinkageError(
+                f"{linkage.source}: geometry {number} leaves the plane; ask for spatial "
+                "parameters"
+            )
+        balance: Balance = "force" if self.force else "dynamic"
+        space = design_space(moved, None, balance, spatial=self.spatial and moved.planar)
+        frame = space.chain.frame
+        self.origins[number], self.lengths[number] = frame.origin, frame.length
+        kmax = -1 if space.kmax is None else space.kmax
+        self.answers[number] = space.rank, space.nullity, space.serial_nullity, kmax
+        self.kept[number] = space.kept
+        if len(self.bases):
+            self.bases[number, : space.nullity] = _move_back(space, linkage)
+        unsettled = () if space.settled else ("not all conditions were found",)
+        return (*unsettled, *space.doubts)
+
+    def result(self, refused: dict[int, str], unsure: dict[int, str]) -> ManySpaces:
+        """Collect the results, read-only."""
+        rank, nullity, serial, kmax = (freeze(a, np.int64) for a in self.answers.T)
+        return ManySpaces(
+            rank, nullity, serial, kmax, read_only(self.kept), MappingProxyType(refused),
+            MappingProxyType(unsure), read_only(self.bases), read_only(self.origins),
+            read_only(self.lengths), self.chain.frame.R, self.chain.planar, self.force,
+        )  # fmt: skip
+
+
+def _move_back(space: DesignSpace, linkage: Linkage) -> Array:
+    """Move the basis of a space back to the pose of a linkage.
+
+    Assembly leaves a singular pose along the motion, so the space is that of another pose.
+    Its parameters are displaced back with their bodies.
+
+    Returns:
+        Orthonormal rows in the frame of the space.
+    """
+    away = space.frames @ np.linalg.inv(linkage.frames)
+    if np.abs(away - np.eye(4)).max(initial=0.0) == 0.0:
+        return space.scaled_basis.T
+    force = space.balance == "force"
+    # Of the ten parameters only those that count matter: no displacement that keeps the plane
+    # maps the others to them.
+    lift = np.linalg.pinv(to_chain(np.eye(10), Frame(space.axes), space.planar, force))
+    z = space.basis.T.reshape(space.nullity, -1, len(lift)) @ lift
+    here = displace_parameters(z, np.linalg.inv(away))
+    scaled = to_chain(here.reshape(-1, 10), space.chain.frame, space.planar, force)
+    Q, _ = np.linalg.qr(scaled.reshape(space.nullity, -1).T)
+    return np.asarray(Q.T)

@@ -1,0 +1,134 @@
+"""The design space: every mass distribution that leaves a linkage balanced.
+
+The total momentum vanishes in every motion if and only if, for every coordinate w, all
+derivatives of ``h_w = X_w z`` vanish at the reference pose. The serial part is known
+beforehand (`balance.space.transfers`); a rank decision gives the rest. (J. J. de Jong, PhD
+thesis, University of Twente, chapter 5.)
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from balance.space.conditions.collect import (
+    CollectedConditions,
+    collect_conditions,
+    relative_tolerance,
+)
+from balance.space.conditions.rank import Decision
+from balance.space.inertial_parameters.conversions import basis_from_chain
+from balance.space.spaces.design_space import DesignSpace
+from balance.space.spaces.space_data import rank_table
+from balance.space.transfers.compute_transfers import Transfers, serial_transfers
+from balance.support.options import Balance
+from kinematics.closure.assembly.assemble import moving_chain
+from kinematics.errors import MobilityError
+from kinematics.loading.model_gallery import LinkageLike, as_linkage
+from kinematics.model.arrays import Chain, freeze
+from kinematics.model.linkage import Linkage, Notice, names_of
+from kinematics.model.motion import Motion, motion_of
+from kinematics.numerics.tolerances import MARGIN_DETERMINED
+from kinematics.wording import size_text
+
+# Highest order that may be requested.
+MAX_ORDER = 50
+
+
+def design_space(
+    linkage: LinkageLike,
+    motion: Motion | str | Sequence[str] | None = None,
+    balance: Balance = "dynamic",
+    max_order: int | None = None,
+    *,
+    spatial: bool = False,
+) -> DesignSpace:
+    """Compute the space of balanced mass distributions of a linkage, in floating point.
+
+    The total momentum ``h = Σ_w u̇_w X_w(u) z`` vanishes in every motion if and only if all
+    derivatives of every ``X_w z`` vanish at the reference pose: the space is their common null
+    space. `balance.certify` compares its integers with those of exact arithmetic. Derivation:
+    docs/theory/momentum.md; how the rank is decided: docs/theory/rank.md.
+
+    Args:
+        linkage: an assembled linkage, or what `kinematics.load` accepts.
+        motion: restriction of the inputs, as a `Motion`, as a relation such as ``"j4=j7"``
+            or as several of them; free by default.
+        balance: ``"dynamic"``, or ``"force"`` for linear momentum alone.
+        max_order: compute exactly the orders 0 … max_order, instead of as many as needed.
+        spatial: count all ten parameters per body, even if the linkage is planar.
+
+    Returns:
+        Rank by order and a basis (parameters, nullity), in SI units; see `DesignSpace`.
+
+    Raises:
+        MotionError: a relation is wrong, or the motion is that of other inputs.
+        MobilityError: the linkage cannot follow the motion.
+        ValueError: an option has no such value.
+
+    Source:
+        J. J. de Jong, PhD thesis, University of Twente, chapter 5.
+
+    Example:
+        >>> import balance
+        >>> space = balance.design_space("robot.urdf")
+        >>> space.rank, space.nullity, space.kmax
+        (8, 4, 3)
+    """
+    linkage = as_linkage(linkage)
+    if balance not in ("dynamic", "force"):
+        raise ValueError(f"balance must be 'dynamic' or 'force', not {balance!r}")
+    if max_order is not None and not (
+        isinstance(max_order, int) and 0 <= max_order <= MAX_ORDER
+    ):
+        raise ValueError(f"max_order must be a whole number from 0 to {MAX_ORDER}")
+    motion = motion_of(linkage, motion)
+    chain, force = moving_chain(linkage, motion, spatial), balance == "force"
+    tolerance = relative_tolerance(chain)
+    transfers = serial_transfers(chain, force, tolerance)
+    try:
+        gathered = collect_conditions(chain, transfers.rows, force, tolerance, max_order)
+    except MobilityError as error:
+        raise MobilityError(f"{linkage.source}: {error}") from None
+    return _build_space(linkage, chain, motion, balance, max_order, transfers, gathered)
+
+
+def _build_space(
+    linkage: Linkage, chain: Chain, motion: Motion | None, balance: Balance,
+    highest: int | None, transfers: Transfers, gathered: CollectedConditions,
+) -> DesignSpace:  # fmt: skip
+    """Build the design space from its conditions, in SI units."""
+    decision = gathered.conditions.decide()
+    basis = basis_from_chain(decision.basis, chain.frame, chain.planar, balance == "force")
+    return DesignSpace(
+        source=linkage.source, linkage=linkage, motion=motion, balance=balance,
+        planar=chain.planar, bodies=names_of(linkage.bodies), inputs=linkage.inputs,
+        idle=_idle(linkage, chain), poses=gathered.poses, settled=gathered.settled,
+        orders=rank_table(gathered.ranks, len(basis)), basis=freeze(basis),
+        serial_nullity=len(gathered.conditions.known), axes=chain.frame.R,
+        frames=linkage.frames, length=chain.frame.length,
+        notices=(*linkage.notices, *_notices(chain, gathered.settled, decision)),
+        highest_order=highest, decision=decision, chain=chain, chain_transfers=transfers,
+    )  # fmt: skip
+
+
+def _idle(linkage: Linkage, chain: Chain) -> tuple[str, ...]:
+    """List the names of the joints that the chain leaves out."""
+    if chain.joints.size == len(linkage.joints):
+        return ()
+    moving = set(chain.joints.tolist())
+    return tuple(joint.name for j, joint in enumerate(linkage.joints) if j not in moving)
+
+
+def _notices(chain: Chain, settled: bool, decision: Decision) -> list[Notice]:
+    """List remarks on the motion and on the decision."""
+    notices = []
+    if max(chain.links.tolist()) < 0:
+        notices.append(Notice("nothing_moves", "no body with mass moves: nothing to balance"))
+    if not settled:
+        text = "poses further on need more conditions than were found: the rank may be too low"
+        notices.append(Notice("not_settled", text))
+    if decision.ill_conditioned:
+        kept = size_text(decision.kept, floor=MARGIN_DETERMINED)
+        text = f"the smallest singular value kept, {kept}, is near round-off"
+        notices.append(Notice("thin_margin", text))
+    return notices

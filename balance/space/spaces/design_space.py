@@ -1,0 +1,311 @@
+"""The result of `design_space`: a space of mass distributions, as data.
+
+Functions compute results beyond these arrays on demand: `balance.certify`, `balance.explain`,
+`balance.exact_ranks`, `balance.distance_to_rank_drop`, `balance.save_space`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from balance.space.conditions.collect import relative_tolerance
+from balance.space.conditions.rank import Decision
+from balance.space.inertial_parameters.conversions import to_chain, violations
+from balance.space.spaces.readings import Reading
+from balance.space.spaces.space_data import SpaceData
+from balance.space.transfers.by_joint import Transfer, by_joint
+from balance.space.transfers.compute_transfers import Transfers
+from balance.support.tolerances import (
+    AS_GIVEN_RESIDUAL,
+    DROPPED_CLEARLY,
+    KEPT_CLEARLY,
+    SQUARE_ROUND_OFF,
+)
+from kinematics.files.urdf.validate_inertias import UNPHYSICAL
+from kinematics.model.arrays import Chain
+from kinematics.model.linkage import Linkage, Notice
+from kinematics.numerics.tolerances import MARGIN_DETERMINED
+from kinematics.wording import first_names, html_facts, repr_lines, size_text
+
+Array = NDArray[np.float64]
+
+REPORT_SCHEMA = "balance.report/1"
+
+
+class AsGiven(NamedTuple):
+    """Residual of the masses in the file, and whether they lie in the design space.
+
+    Attributes:
+        balanced: residual up to 1e-9; None if no body has mass or inertia in the file.
+        residual: size of the conditions' residual over the sum of the bodies' parts in it;
+            None likewise.
+    """
+
+    balanced: bool | None
+    residual: float | None
+
+    @property
+    def verdict(self) -> str:
+        """The verdict in words."""
+        if self.balanced is None:
+            return "no masses"
+        return "balanced" if self.balanced else "not balanced"
+
+
+def square_doubt(kept: float) -> tuple[str, ...]:
+    """Say that the square of the smallest singular value kept would be lost in round-off.
+
+    Args:
+        kept: that value, relative to the largest.
+
+    Returns:
+        A line, or none.
+    """
+    if not kept < SQUARE_ROUND_OFF:
+        return ()
+    size = size_text(kept, floor=MARGIN_DETERMINED)
+    return (
+        f"the smallest singular value kept is {size}: conditions of the size of its square are "
+        "below round-off",
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class DesignSpace(SpaceData):
+    """Mass distributions with vanishing momentum in every motion of a linkage.
+
+    Attributes:
+        linkage: the linkage.
+        highest_order: the highest order of derivative requested; None for as many as needed.
+        decision: basis and conditions in the units of the chain, where columns of the basis
+            are orthonormal, and the numbers behind the rank.
+        chain: arrays of the joints that move, and those units.
+        chain_transfers: inertia transfers across joints, in those units.
+        readings: where the numbers of the file are special but for rounding, or just miss it,
+            both answers, and which one this is.
+    """
+
+    linkage: Linkage
+    highest_order: int | None
+    decision: Decision = field(repr=False)
+    chain: Chain = field(repr=False)
+    chain_transfers: Transfers = field(repr=False)
+    readings: tuple[Reading, ...] = field(default=(), kw_only=True, repr=False)
+
+    def __repr__(self) -> str:
+        """Up to six lines: the space, its parts, its certainty."""
+        ranks = ", ".join(str(order.rank) for order in self.orders)
+        return repr_lines(
+            f"{type(self).__name__} of {self.linkage.name}",
+            self.parts,
+            f"ranks by order {ranks}",
+            f"bodies {first_names(self.bodies)}",
+            self.assurance,
+            f"as given: {self.as_given.verdict}",
+        )
+
+    def _repr_html_(self) -> str:
+        """Table of the same facts, for notebooks."""
+        return html_facts(
+            f"{type(self).__name__} of {self.linkage.name}",
+            ("parameters", self.parts),
+            ("ranks by order", ", ".join(str(order.rank) for order in self.orders)),
+            ("bodies", first_names(self.bodies)),
+            ("certainty", self.assurance),
+            ("as given", self.as_given.verdict),
+        )
+
+    @property
+    def singular_values(self) -> Array:
+        """Singular values of all conditions, relative to the largest (rank,)."""
+        return self.decision.singular_values
+
+    @property
+    def kept(self) -> float:
+        """The smallest singular value that counts; 1 if there are none."""
+        return self.decision.kept
+
+    @property
+    def dropped(self) -> float:
+        """Upper bound of the largest singular value that does not count."""
+        return self.decision.dropped
+
+    @property
+    def scaled_basis(self) -> Array:
+        """The basis in the units of the chain, where its columns are orthonormal."""
+        return self.decision.basis
+
+    @property
+    def doubts(self) -> tuple[str, ...]:
+        """Decisions of floating-point arithmetic that are near round-off, a line each.
+
+        Empty if every size that was dropped as round-off is far below the limit, and every
+        size that was kept is far above it.
+        """
+        doubts = []
+        limit = DROPPED_CLEARLY * relative_tolerance(self.chain)
+        if self.dropped > limit:
+            doubts.append(
+                f"a singular value of {size_text(self.dropped)} counts as round-off: "
+                "ranks may be too low"
+            )
+        transfers = self.chain_transfers
+        if transfers.kept < KEPT_CLEARLY:
+            doubts.append(
+                f"a direction of size {size_text(transfers.kept)} decides about transfers"
+            )
+        if transfers.dropped > limit:
+            doubts.append(
+                f"a direction of size {size_text(transfers.dropped)} counts as round-off: "
+                "the serial part may be wrong"
+            )
+        return (*doubts, *square_doubt(self.kept))
+
+    @property
+    def level(self) -> str:
+        """Level of certainty; see `Certainty`."""
+        return "estimated"
+
+    @property
+    def assurance(self) -> str:
+        """Certainty of the integers, in one line."""
+        return "estimated: by floating-point arithmetic alone; see balance.certify"
+
+    @property
+    def sure(self) -> bool:
+        """Whether all conditions are known and no decision was near round-off."""
+        return self.settled and not self.doubts
+
+    @property
+    def encloses(self) -> bool:
+        """Whether the space contains every balanced distribution.
+
+        It does if no singular value that was kept is near round-off.
+        """
+        return not self.decision.ill_conditioned
+
+    @property
+    def options(self) -> dict[str, Any]:
+        """The options of `design_space` that give this space, by name."""
+        return {
+            "motion": self.motion,
+            "balance": self.balance,
+            "max_order": self.highest_order,
+            "spatial": not self.planar,
+        }
+
+    @cached_property
+    def transfers(self) -> tuple[Transfer, ...]:
+        """Inertia transfers across each joint that moves; together they span ``serial``.
+
+        Transfers of different joints may depend on one another along a loop, so that their
+        dimensions may add up to more than that of ``serial``.
+        """
+        force = self.balance == "force"
+        return by_joint(self.linkage, self.chain, self.chain_transfers, force)
+
+    @cached_property
+    def as_given(self) -> AsGiven:
+        """Whether the masses in the file are balanced."""
+        residual = residual_of(self, self.decision.conditions.rows)
+        if residual is None:
+            return AsGiven(None, None)
+        return AsGiven(residual <= AS_GIVEN_RESIDUAL, residual)
+
+    @property
+    def brief(self) -> str:
+        """Summary in one line of words."""
+        count, algebra = self.rank + self.nullity, "planar" if self.planar else "spatial"
+        return (
+            f"rank {self.rank} of {count} {algebra} parameters, nullity {self.nullity}, "
+            f"mobility {self.linkage.mobility}, {self.as_given.verdict} as given"
+        )
+
+    @property
+    def warnings(self) -> tuple[Notice, ...]:
+        """The notices, and then the inequalities of physical bodies that masses violate.
+
+        The notice on a file names all links that violate them.
+        """
+        if any(notice.code == UNPHYSICAL for notice in self.linkage.notices):
+            return self.notices
+        unreal = [
+            Notice("non_physical", f"link '{body.name}': {problem}")
+            for body in self.linkage.bodies
+            for problem in violations(body.inertia)
+        ]
+        return (*self.notices, *unreal)
+
+    def to_dict(self) -> dict[str, object]:
+        """Convert the report to plain data, ready for JSON.
+
+        ``balance/app/schemas/report.schema.json`` describes it. A key whose value is ``None``
+        is the result of a function that was not called, such as `balance.explain`.
+        """
+        linkage = self.linkage
+        return {
+            "schema": REPORT_SCHEMA,
+            "model": linkage.name,
+            "at": linkage.at,
+            "algebra": "planar" if self.planar else "spatial",
+            "balance": self.balance,
+            "bodies": list(self.bodies),
+            "parameters": self.rank + self.nullity,
+            "joints": len(linkage.joints),
+            "loops": len(linkage.loops),
+            "mobility": linkage.mobility,
+            "inputs": list(self.inputs),
+            "idle": list(self.idle),
+            "motion": list(self.motion.relations) if self.motion else [],
+            "orders": [order._asdict() for order in self.orders],
+            "poses": self.poses,
+            "kmax": self.kmax,
+            "rank": self.rank,
+            "nullity": self.nullity,
+            "serial": self.serial_nullity,
+            "parallel": self.nullity - self.serial_nullity,
+            "certainty": self.level,
+            "evidence": None,
+            "readings": [reading.to_dict() for reading in self.readings],
+            "exact": None,
+            "transfers": None,
+            "freedoms": None,
+            "decoupled": None,
+            "pure_inertia": None,
+            "margin": {
+                "kept": self.kept,
+                "dropped": self.dropped,
+                "change": None,
+            },
+            "singular_values": self.singular_values.tolist(),
+            "basis": self.basis.tolist(),
+            "as_given": self.as_given._asdict(),
+            "warnings": [notice._asdict() for notice in self.warnings],
+        }
+
+
+def residual_of(space: DesignSpace, rows: Array) -> float | None:
+    """Compute the residual of conditions for the masses of the file.
+
+    Args:
+        space: the space, for its linkage and units.
+        rows: conditions (count, parameters) in the units of the chain.
+
+    Returns:
+        Size of what is left over the sum of the bodies' parts in it; None without masses.
+    """
+    given = np.array([body.inertia for body in space.linkage.bodies])
+    if not given.any():
+        return None
+    z = to_chain(given, space.chain.frame, space.planar, space.balance == "force")
+    by_body = np.einsum("rbp,bp->rb", rows.reshape(-1, *z.shape), z)
+    total = float(np.sqrt(np.einsum("rb,rb->b", by_body, by_body)).sum())
+    remainder = by_body.sum(axis=1)
+    residual = float(np.sqrt(remainder @ remainder)) / total if total > 0.0 else 0.0
+    # Lengths that no double precision can square.
+    return residual if np.isfinite(residual) else 1.0

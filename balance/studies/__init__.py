@@ -1,0 +1,1 @@
+"""Many linkages: sweeps, searches for special geometries, synthesis."""

@@ -1,0 +1,249 @@
+"""A search as a job in chunks: walks from numbered starts, and what becomes of each."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from balance.studies.discovery.buildable_walk import margins, walk_to_buildable
+from balance.studies.discovery.judge import judge_geometries
+from balance.studies.discovery.polish import AGAIN, polish, walk_again
+from balance.studies.discovery.splits import motion_splits
+from balance.studies.discovery.starts import random_starts, starts_near
+from balance.studies.discovery.structure import LaneGeometry, TopologyArrays
+from balance.studies.discovery.topologies import Topology, topology
+from balance.studies.discovery.walk import (
+    REACH,
+    Walks,
+    Watcher,
+    generic_nullity,
+    walk_to_special,
+)
+from balance.studies.runs.chunk_job import Column, chunk_size
+from kinematics.errors import UsageError
+from kinematics.version import __version__
+
+IntArray = NDArray[np.int64]
+
+CHUNK_ROWS = 50
+# Random geometries by which the nullity of most geometries is found.
+SAMPLE = 16
+# Version of the method: results of another one are not mixed with these.
+METHOD = 3
+
+# Entries of a description, and their types.
+DESCRIPTION = {"topology": str, "starts": int, "seed": int, "buildable": bool, "origin": str}
+MOST_SEED = 2**63
+# Axes of a geometry as text have length 1 within this.
+UNIT = 1e-6
+
+COLUMNS = (
+    Column("outcome", "text"), Column("nullity", "integer"), Column("codimension", "integer"),
+    Column("margin", "real"), Column("ratio", "real"), Column("steps", "integer"),
+    Column("geometry", "text"),
+)  # fmt: skip
+
+
+@dataclass(frozen=True)
+class DiscoveryJob:
+    """A search for special geometries of one topology.
+
+    Attributes:
+        name: the topology; see `balance.studies.discovery.topologies.topology`.
+        starts: number of walks.
+        seed: seed of the starts.
+        buildable: whether to walk to geometries that masses balance which can be built.
+        origin: a geometry as text, see `text_of_geometry`; walks start from it and near it.
+            By default they start anywhere.
+    """
+
+    name: str
+    starts: int
+    seed: int = 1
+    buildable: bool = False
+    origin: str = ""
+
+    kind = "discovery"
+    columns = COLUMNS
+    chunk_rows = CHUNK_ROWS
+
+    @classmethod
+    def from_description(cls, text: str) -> DiscoveryJob:
+        """Build the job of a file again.
+
+        Args:
+            text: the description in the file.
+
+        Raises:
+            UsageError: it is not that of a search.
+        """
+        try:
+            data = json.loads(text)
+        except (ValueError, RecursionError):
+            data = None
+        if not isinstance(data, dict) or any(
+            type(data.get(name)) is not kind for name, kind in DESCRIPTION.items()
+        ):
+            raise UsageError("the file holds no search for special geometries")
+        job = cls(
+            data["topology"], data["starts"], data["seed"], data["buildable"], data["origin"]
+        )
+        if job.starts < 1 or not 0 <= job.seed <= MOST_SEED:
+            raise UsageError("the file holds a search without walks or without a seed")
+        structure = job.structure
+        if job.origin:
+            geometry_of_text(job.origin, structure)
+        return job
+
+    @property
+    def rows(self) -> int:
+        """Number of starts."""
+        return self.starts
+
+    @property
+    def description(self) -> str:
+        """JSON text from which the job can be built again."""
+        data = {"topology": self.name, "starts": self.starts, "seed": self.seed}
+        more = {"buildable": self.buildable, "origin": self.origin, "method": METHOD}
+        return json.dumps({**data, **more})
+
+    @property
+    def digest(self) -> str:
+        """SHA-256 of all that decides the results."""
+        return hashlib.sha256(f"{__version__}\n{self.description}".encode()).hexdigest()
+
+    @cached_property
+    def topology(self) -> Topology:
+        """The graph."""
+        return topology(self.name)
+
+    @cached_property
+    def structure(self) -> TopologyArrays:
+        """The graph as arrays."""
+        return self.topology.structure()
+
+    @cached_property
+    def generic(self) -> int:
+        """Dimension of the design space of most geometries."""
+        sample = random_starts(self.structure, self.seed, range(SAMPLE))
+        return generic_nullity(self.structure, sample)
+
+    def compute(self, chunk: int) -> Mapping[str, Any]:
+        """Walk from the starts of a chunk, and judge the ends."""
+        count = chunk_size(chunk, self.rows, self.chunk_rows)
+        first = chunk * self.chunk_rows
+        return self.rows_of(range(first, first + count))
+
+    def rows_of(self, numbers: range, watch: Watcher | None = None) -> Mapping[str, Any]:
+        """Walk from some starts, and judge the ends: the columns of their rows.
+
+        Args:
+            numbers: numbers of the starts.
+            watch: told of the steps of the first walks; see
+                `balance.studies.discovery.walk.descend`.
+        """
+        walks = self.walk(self.start(numbers), watch=watch)
+        rows = _Rows(len(numbers))
+        arrived = np.flatnonzero(walks.arrived)
+        rows.outcome[arrived] = "lost at a node"
+        again, kept = walk_again(
+            self.structure, walks.geometry.take(arrived), lambda ends: self.walk(ends, AGAIN)
+        )
+        rows.fill(self, arrived[kept], again)
+        ratio = np.where(np.isfinite(walks.ratio), walks.ratio, np.nan)
+        return {
+            "outcome": rows.outcome.tolist(), "nullity": rows.nullity,
+            "codimension": rows.codimension, "margin": rows.margin, "ratio": ratio,
+            "steps": walks.steps, "geometry": rows.text,
+        }  # fmt: skip
+
+    def start(self, numbers: range) -> LaneGeometry:
+        """Draw starts.
+
+        Args:
+            numbers: their numbers; 0 is the origin, if there is one.
+        """
+        if self.origin:
+            origin = geometry_of_text(self.origin)
+            return starts_near(self.structure, origin, self.seed, numbers)
+        return random_starts(self.structure, self.seed, numbers)
+
+    def walk(
+        self, start: LaneGeometry, reach: float = REACH, watch: Watcher | None = None
+    ) -> Walks:
+        """Walk as the search does.
+
+        Args:
+            reach: way of the fastest joint at the poses, radians.
+            watch: told of each step; see `balance.studies.discovery.walk.descend`.
+        """
+        if self.buildable:
+            return walk_to_buildable(self.structure, start, reach=reach, watch=watch)
+        return walk_to_special(self.structure, start, self.generic, reach=reach, watch=watch)
+
+
+class _Rows:
+    """Rows of a chunk that are filled in as walks are judged."""
+
+    def __init__(self, count: int) -> None:
+        """Start with walks that have not arrived."""
+        self.outcome = np.full(count, "not arrived", dtype=object)
+        self.nullity, self.codimension = np.full(count, -1), np.full(count, -1)
+        self.margin = np.full(count, np.nan)
+        self.text = [""] * count
+
+    def fill(self, job: DiscoveryJob, lanes: IntArray, geometry: LaneGeometry) -> None:
+        """Polish and judge the ends of walks, and enter what becomes of them."""
+        if not lanes.size:
+            return
+        ends = polish(job.structure, geometry, job.generic)
+        split = motion_splits(job.structure, ends.geometry) & ~ends.special
+        self.outcome[lanes] = np.where(split, "motion splits", "not exact")
+        special_lanes = np.flatnonzero(ends.special)
+        if not special_lanes.size:
+            return
+        ends = ends.take(special_lanes)
+        special, to = ends.geometry, lanes[special_lanes]
+        self.outcome[to] = judge_geometries(job.topology, job.structure, special)
+        self.margin[to] = margins(job.structure, ends)
+        if job.buildable:
+            fine = self.outcome[to] == "special"
+            self.outcome[to[fine & (self.margin[to] == 0.0)]] = "cannot be built"
+        self.nullity[to], self.codimension[to] = ends.nullity, ends.codimension
+        for k, row in enumerate(to.tolist()):
+            self.text[row] = text_of_geometry(special.take(slice(k, k + 1)))
+
+
+def text_of_geometry(geometry: LaneGeometry) -> str:
+    """Write a geometry in one lane as JSON text."""
+    points, axes = geometry.points[0].tolist(), geometry.axes[0].tolist()
+    return json.dumps({"points": points, "axes": axes})
+
+
+def geometry_of_text(text: str, structure: TopologyArrays | None = None) -> LaneGeometry:
+    """Read a geometry, in one lane, from the column ``geometry``.
+
+    Args:
+        text: from `text_of_geometry`.
+        structure: the topology that it is to be of.
+
+    Raises:
+        UsageError: the text is not that of a geometry, or of one of another topology.
+    """
+    try:
+        data = json.loads(text)
+        points, axes = (np.array(data[name], dtype=float) for name in ("points", "axes"))
+    except (ValueError, TypeError, KeyError, IndexError, OverflowError, RecursionError):
+        raise UsageError("the text of a geometry is damaged") from None
+    joints = len(points) if structure is None else len(structure.parent)
+    fine = points.shape == axes.shape == (joints, 3) and bool(np.isfinite(points).all())
+    if not fine or not np.allclose(np.linalg.norm(axes, axis=1), 1.0, rtol=0.0, atol=UNIT):
+        raise UsageError("the text of a geometry is not one of this topology")
+    return LaneGeometry(points[None], axes[None])

@@ -1,0 +1,184 @@
+"""What a search has found: families, random members that confirm them, and who can be built."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from time import monotonic
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from balance.masses.designs.feasibility import feasible
+from balance.space.spaces.compute_space import design_space
+from balance.studies.discovery.confirm import FamilyConfirmation, confirm
+from balance.studies.discovery.families import Family, group_members
+from balance.studies.discovery.job import DiscoveryJob, geometry_of_text
+from balance.studies.discovery.motion_range import MotionRange, motion_range
+from balance.studies.discovery.structure import LaneGeometry
+from balance.studies.discovery.to_linkage import to_linkage
+from balance.studies.runs.file_errors import damaged
+from balance.studies.runs.results_file import ResultsFile
+from kinematics.errors import LinkageError, UsageError
+
+# Random members of a family that confirm its relations, and those that are tried for masses.
+MEMBERS, TRIED = 100, 20
+# Pause between two counts of families, over the duration of a count.
+TALLY_PAUSE = 20.0
+
+
+class Found(NamedTuple):
+    """What the walks of a file have found so far.
+
+    Attributes:
+        job: the search.
+        outcomes: number of walks by what became of them.
+        families: the families, that of the most members first.
+    """
+
+    job: DiscoveryJob
+    outcomes: dict[str, int]
+    families: tuple[Family, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class FoundFamily:
+    """A family with what its random members show.
+
+    Attributes:
+        family: the family.
+        confirmation: random members, and how many have the nullity.
+        serial: dimension of the serial part in the members that were tried.
+        verdicts: number of members tried for masses, by verdict.
+        buildable: number of the first random member that can be built; -1 if none was found.
+        motion: range of motion of the member that is shown; None if it has several degrees of
+            freedom.
+    """
+
+    family: Family
+    confirmation: FamilyConfirmation
+    serial: int
+    verdicts: dict[str, int]
+    buildable: int
+    motion: MotionRange | None
+
+    @property
+    def shown(self) -> LaneGeometry:
+        """A member that can be built, if one was found: random, or else that of a walk."""
+        return _shown(self.family, self.confirmation, self.buildable)
+
+
+def _shown(family: Family, confirmation: FamilyConfirmation, buildable: int) -> LaneGeometry:
+    """Choose the member to show, in one lane."""
+    if buildable < 0:
+        return max(family.members, key=lambda member: member.margin > 0.0).geometry
+    return confirmation.geometry.take(slice(buildable, buildable + 1))
+
+
+def found_in(file: ResultsFile) -> Found:
+    """Group what the walks of a file have found.
+
+    Raises:
+        UsageError: the file is not that of a search.
+        FileError: it is damaged.
+    """
+    if file.about["kind"] != DiscoveryJob.kind:
+        raise UsageError(f"{file.path}: a file of '{file.about['kind']}', not of a search")
+    try:
+        job = DiscoveryJob.from_description(file.about["description"])
+    except UsageError as error:
+        raise damaged(file.path, str(error)) from None
+    if job.columns != file.columns or job.rows != file.rows:
+        raise damaged(file.path, "its rows or columns are not those of its search")
+    table = file.read()
+    special = np.flatnonzero(table["outcome"] == "special").tolist()
+    ends = (_end_of(file.path, job, table, k) for k in special)
+    families = group_members(job.topology, job.structure, job.generic, ends)
+    return Found(job, dict(Counter(table["outcome"].tolist()).most_common()), families)
+
+
+def _end_of(
+    path: str, job: DiscoveryJob, table: Mapping[str, NDArray[Any]], k: int
+) -> tuple[int, LaneGeometry, int, int, float]:
+    """Read the end of a walk: its number, geometry, nullity, codimension and margin.
+
+    Raises:
+        FileError: the file is damaged.
+    """
+    row, nullity = int(table["row"][k]), int(table["nullity"][k])
+    codimension, margin = int(table["codimension"][k]), float(table["margin"][k])
+    try:
+        geometry = geometry_of_text(table["geometry"][k], job.structure)
+    except UsageError as error:
+        raise damaged(path, f"row {row}: {error}") from None
+    changes = len(job.structure.moved)
+    if not job.generic < nullity <= job.structure.unknowns or not 0 < codimension <= changes:
+        raise damaged(
+            path, f"row {row}: its nullity or codimension is none of a special geometry"
+        )
+    return row, geometry, nullity, codimension, margin
+
+
+class FamilyTally:
+    """Counts the families in a file while walks are added to it.
+
+    Counting groups all that was found, so it is repeated only after 20 times its own duration.
+    """
+
+    def __init__(self, file: ResultsFile) -> None:
+        """Start with the walks that the file has."""
+        self._file = file
+        self._known, self._next = 0, 0.0
+
+    def count(self, *, at_once: bool = False) -> int:
+        """Return the number of families.
+
+        Args:
+            at_once: whether to count now in any case.
+        """
+        begin = monotonic()
+        if at_once or begin >= self._next:
+            self._known = len(found_in(self._file).families)
+            end = monotonic()
+            self._next = end + TALLY_PAUSE * (end - begin)
+        return self._known
+
+
+def examine(
+    job: DiscoveryJob,
+    family: Family,
+    *,
+    members: int = MEMBERS,
+    tried: int = TRIED,
+    progress: Callable[[int, int], None] | None = None,
+) -> FoundFamily:
+    """Draw random members of a family, decide them, and look for masses for some of them.
+
+    Args:
+        family: one of its families.
+        members: number of random members to decide.
+        tried: number of them to look for masses for.
+        progress: called with the number of members tried, and of all to try.
+    """
+    confirmation = confirm(job.structure, family, members)
+    verdicts: Counter[str] = Counter()
+    serial, buildable = -1, -1
+    count = min(tried, confirmation.members)
+    for number in range(count):
+        try:
+            linkage = to_linkage(job.topology, job.structure, confirmation.geometry, number)
+            space = design_space(linkage)
+            verdict = str(feasible(space).verdict)
+            serial = max(serial, space.serial_nullity)
+        except LinkageError:
+            verdict = "refused"
+        verdicts[verdict] += 1
+        if verdict == "feasible" and buildable < 0:
+            buildable = number
+        if progress is not None:
+            progress(number + 1, count)
+    shown = _shown(family, confirmation, buildable)
+    motion = motion_range(job.topology, job.structure, shown)
+    return FoundFamily(family, confirmation, serial, dict(verdicts), buildable, motion)

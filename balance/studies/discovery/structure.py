@@ -1,0 +1,158 @@
+"""The structure of a linkage as arrays: what all geometries of one topology share."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from balance.studies.discovery.lane_algebra import PLANE, SPACE, Algebra, split_twists
+
+Array = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+
+class LaneGeometry(NamedTuple):
+    """Joints of many linkages (lanes) at their reference poses, where all loops are closed.
+
+    Attributes:
+        points: a point of each joint (lanes, joints, 3).
+        axes: unit vectors along the joints (lanes, joints, 3).
+    """
+
+    points: Array
+    axes: Array
+
+    def take(self, lanes: IntArray | NDArray[np.bool_] | slice) -> LaneGeometry:
+        """Select lanes by indices or flags."""
+        return LaneGeometry(self.points[lanes], self.axes[lanes])
+
+    def put(self, lanes: IntArray, other: LaneGeometry) -> None:
+        """Replace lanes, in place."""
+        self.points[lanes], self.axes[lanes] = other
+
+
+@dataclass(frozen=True, eq=False)
+class TopologyArrays:
+    """Joints, loops, bodies and permitted changes of a topology.
+
+    A joint and the link after it have one number. The link after a joint that closes a loop is
+    welded to another link.
+
+    Attributes:
+        planar: whether all motion is in the plane xy.
+        spherical: whether all axes pass through the origin.
+        sliding: whether each joint slides (joints,).
+        parent: link that carries each joint; -1 is the ground (joints,).
+        ends: the two links that close each loop (loops, 2).
+        relations: rows that vanish on the joint positions, as of gears (rows, joints).
+        bodies: link of each body (bodies,).
+        shifts: translation of joints by each permitted change (changes, 3).
+        turns: rotation of joints about their points by each permitted change (changes, 3).
+        moved: joints that each change moves together (changes, joints).
+        origin: joint of the graph that each joint belongs to (joints,).
+    """
+
+    planar: bool
+    spherical: bool
+    sliding: NDArray[np.bool_]
+    parent: IntArray
+    ends: IntArray
+    relations: Array
+    bodies: IntArray
+    shifts: Array
+    turns: Array
+    moved: Array
+    origin: IntArray
+
+    @property
+    def algebra(self) -> Algebra:
+        """The algebra of its twists."""
+        return PLANE if self.planar else SPACE
+
+    @cached_property
+    def free_axes(self) -> NDArray[np.bool_]:
+        """Joints whose directions are no property of the linkage, as in a spherical joint."""
+        counts = np.bincount(self.origin)
+        return np.asarray(counts[self.origin] == 3)
+
+    @property
+    def closure(self) -> int:
+        """Number of components of each loop that can be open: the first ones."""
+        return 3 if self.planar or self.spherical else 6
+
+    @property
+    def width(self) -> int:
+        """Mobility of a generic geometry."""
+        return len(self.parent) - self.closure * len(self.ends) - len(self.relations)
+
+    @property
+    def unknowns(self) -> int:
+        """Number of inertial parameters."""
+        return len(self.bodies) * self.algebra.parameters
+
+    @cached_property
+    def paths(self) -> Array:
+        """Ones where a joint lies on the path from the ground to a link (links, joints)."""
+        n = len(self.parent)
+        out = np.zeros((n + 1, n))
+        for j, parent in enumerate(self.parent):
+            out[j] = out[parent]
+            out[j, j] = 1.0
+        return out[:-1]
+
+    @cached_property
+    def cycles(self) -> Array:
+        """Signs of the joints around each loop (loops, joints)."""
+        paths = np.concatenate([self.paths, np.zeros((1, len(self.parent)))])
+        return np.asarray(paths[self.ends[:, 0]] - paths[self.ends[:, 1]])
+
+    def screws(self, geometry: LaneGeometry) -> Array:
+        """Compute the joint screws ``[n; r × n]`` or ``[0; n]`` (lanes, joints, dim)."""
+        n, r = geometry.axes, geometry.points
+        slides = self.sliding[:, None]
+        w, v = np.where(slides, 0.0, n), np.where(slides, n, np.cross(r, n))
+        return split_twists(np.concatenate([w, v], axis=-1), self.planar)
+
+    def twists(self, geometry: LaneGeometry) -> Array:
+        """Compute the twist of each joint in each change (lanes, changes, joints, dim)."""
+        w = self.turns[None, :, None, :] * self.moved[..., None]
+        v = self.shifts[None, :, None, :] * self.moved[..., None]
+        w = np.broadcast_to(w, (len(geometry.points), *w.shape[1:]))
+        v = v + np.cross(geometry.points[:, None], w)
+        return split_twists(np.concatenate([w, v], axis=-1), self.planar)
+
+    def change(self, geometry: LaneGeometry, steps: Array) -> LaneGeometry:
+        """Move the joints by steps, and normalise position and size.
+
+        Args:
+            steps: size of each permitted change (lanes, changes).
+        """
+        return self.normalise(self.move(geometry, steps))
+
+    def move(self, geometry: LaneGeometry, steps: Array) -> LaneGeometry:
+        """Move the joints by steps.
+
+        Args:
+            steps: size of each permitted change (lanes, changes).
+        """
+        shift = np.einsum("lc,ci,cj->lji", steps, self.shifts, self.moved)
+        turn = np.einsum("lc,ci,cj->lji", steps, self.turns, self.moved)
+        axes = geometry.axes + np.cross(turn, geometry.axes)
+        axes = axes / np.sqrt(np.sum(axes**2, axis=-1, keepdims=True))
+        return LaneGeometry(geometry.points + shift, axes)
+
+    def normalise(self, geometry: LaneGeometry) -> LaneGeometry:
+        """Bring the mean of the points to 0 and their root mean square to 1."""
+        points, axes = geometry
+        axes = axes / np.sqrt(np.sum(axes**2, axis=-1, keepdims=True))
+        if self.spherical:
+            return LaneGeometry(np.zeros_like(points), axes)
+        turning = points[:, ~self.sliding]
+        points = points - turning.mean(axis=1, keepdims=True)
+        size = np.mean(np.sum(points[:, ~self.sliding] ** 2, axis=-1), axis=1)
+        points = np.where(self.sliding[:, None], 0.0, points)
+        return LaneGeometry(points / np.sqrt(size)[:, None, None], axes)

@@ -1,0 +1,102 @@
+"""Run a job: many processes compute its chunks, and this one writes them."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Generator, Iterator
+from contextlib import closing
+from dataclasses import dataclass
+from itertools import chain
+from time import monotonic
+
+from balance.studies.runs.chunk_job import ChunkJob, chunk_size
+from balance.studies.runs.chunk_worker import ChunkOutcome, compute_chunk, values_of
+from balance.studies.runs.dask_workers import dask_outcomes
+from balance.studies.runs.results_file import ResultsFile
+from balance.studies.runs.worker_processes import WorkerProcesses
+
+
+@dataclass(frozen=True)
+class RunSummary:
+    """What a run has done.
+
+    Attributes:
+        chunks: chunks that it has computed.
+        rows: rows of the job that these cover.
+        kept: rows that the file covered before.
+        seconds: duration.
+        lost_workers: processes on this machine that ended before their work did.
+    """
+
+    chunks: int
+    rows: int
+    kept: int
+    seconds: float
+    lost_workers: int
+
+    @property
+    def rate(self) -> float:
+        """Rows per second."""
+        return self.rows / self.seconds if self.seconds > 0.0 else 0.0
+
+
+def usable_cores() -> int:
+    """Count the cores of this machine."""
+    return os.cpu_count() or 1
+
+
+def run_chunks(
+    job: ChunkJob, file: ResultsFile, *, workers: int | None = None, dask: str | None = None,
+    progress: Callable[[int, int], None] | None = None,
+) -> RunSummary:  # fmt: skip
+    """Compute the chunks that a file lacks, and write each as soon as it is done.
+
+    However the run ends, the file keeps all chunks but those in flight, and another run of the
+    job goes on from there.
+
+    Args:
+        file: its file, from `ResultsFile.create` or `ResultsFile.resume`.
+        workers: number of processes, one per core by default; 0 computes in this process.
+        dask: address of a Dask scheduler, or ``"local"``.
+        progress: called with the rows that the file covers, and all rows of the job.
+
+    Returns:
+        What was done.
+
+    Raises:
+        FileError: the file cannot be written.
+        LinkageError: a chunk is refused.
+        WorkerError: workers fail again and again.
+        PackageError: Dask is missing.
+    """
+    begin, (kept, _) = monotonic(), file.computed()
+    count = usable_cores() if workers is None else workers
+    processes = WorkerProcesses(job, count)
+    chunks = covered = 0
+    if progress is not None:
+        progress(kept, file.rows)
+    with closing(_outcomes(job, file.pending(), count, dask, processes)) as outcomes:
+        for outcome in outcomes:
+            file.write_chunk(outcome.chunk, values_of(outcome))
+            chunks += 1
+            covered += chunk_size(outcome.chunk, file.rows, file.chunk_rows)
+            if progress is not None:
+                progress(kept + covered, file.rows)
+    return RunSummary(chunks, covered, kept, monotonic() - begin, processes.lost)
+
+
+def _outcomes(
+    job: ChunkJob, pending: Iterator[int], count: int, dask: str | None,
+    processes: WorkerProcesses,
+) -> Generator[ChunkOutcome]:  # fmt: skip
+    """Compute chunks where they are to be computed; nothing starts if none is left."""
+    first = next(pending, None)
+    if first is None:
+        return
+    chunks = chain([first], pending)
+    if dask is not None:
+        yield from dask_outcomes(job, chunks, dask, max(count, 1))
+    elif count == 0:
+        yield from (compute_chunk(job, chunk) for chunk in chunks)
+    else:
+        yield from processes.outcomes(chunks)

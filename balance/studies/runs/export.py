@@ -1,0 +1,96 @@
+"""Export of results to CSV and Parquet, batch by batch, so that any number of rows fits."""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Callable
+from typing import Any
+
+from balance.studies.runs.chunk_job import ROW_NUMBER
+from balance.studies.runs.results_file import ResultsFile
+from balance.support.atomic_files import open_atomic
+from kinematics.errors import PackageError
+
+
+def export_csv(
+    file: ResultsFile, path: str, progress: Callable[[int, int], None] | None = None
+) -> int:
+    """Write all results as CSV: a head with the names, then one line per row, in order.
+
+    Numbers have as many digits as give them back exactly; a missing value is an empty cell.
+    The same results give the same bytes.
+
+    Args:
+        path: path of the CSV file.
+        progress: called with the rows written and all rows.
+
+    Returns:
+        The number of rows.
+
+    Raises:
+        FileError: the file cannot be written.
+    """
+    names = [column.name for column in file.columns]
+    total, done = file.computed()[1], 0
+    with open_atomic(path) as raw:
+        text = io.TextIOWrapper(raw, encoding="utf-8", newline="", write_through=True)
+        writer = csv.writer(text, lineterminator="\n")
+        writer.writerow([ROW_NUMBER, *names])
+        for rows in file.batches(names):
+            writer.writerows(rows)
+            done += len(rows)
+            if progress is not None:
+                progress(done, total)
+        text.detach()
+    return done
+
+
+def export_parquet(
+    file: ResultsFile, path: str, progress: Callable[[int, int], None] | None = None
+) -> int:
+    """Write all results as Parquet; units and the study are in its metadata.
+
+    Args:
+        path: path of the Parquet file.
+        progress: called with the rows written and all rows.
+
+    Returns:
+        The number of rows.
+
+    Raises:
+        FileError: the file cannot be written.
+        PackageError: PyArrow is missing.
+    """
+    try:
+        import pyarrow
+        import pyarrow.parquet
+    except ImportError:
+        command = "pip install 'screwbalance[parquet]'"
+        raise PackageError("a Parquet file", "PyArrow", command) from None
+    schema = _schema(file, pyarrow)
+    total, done = file.computed()[1], 0
+    with open_atomic(path) as raw, pyarrow.parquet.ParquetWriter(raw, schema) as writer:
+        for rows in file.batches([column.name for column in file.columns]):
+            columns = zip(*rows, strict=True)
+            arrays = [
+                pyarrow.array(values, field.type)
+                for field, values in zip(schema, columns, strict=True)
+            ]
+            writer.write_batch(pyarrow.record_batch(arrays, schema=schema))
+            done += len(rows)
+            if progress is not None:
+                progress(done, total)
+    return done
+
+
+def _schema(file: ResultsFile, pyarrow: Any) -> Any:
+    """Describe the columns for PyArrow."""
+    types = {
+        "integer": pyarrow.int64(), "real": pyarrow.float64(), "text": pyarrow.string(),
+    }  # fmt: skip
+    fields = [pyarrow.field(ROW_NUMBER, pyarrow.int64())]
+    for column in file.columns:
+        unit = {"unit": column.unit} if column.unit else None
+        fields.append(pyarrow.field(column.name, types[column.kind], metadata=unit))
+    return pyarrow.schema(fields, metadata=file.about)

@@ -1,0 +1,119 @@
+"""One geometry of a sweep as a linkage, with the spaces that follow from it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from balance.space.spaces.compute_space import design_space
+from balance.space.spaces.design_space import DesignSpace
+from balance.studies.sweeps.closing import ClosedGeometries
+from balance.support.options import Balance
+from kinematics.closure.assembly.assemble import assemble
+from kinematics.files.urdf.read import inertial_parameters
+from kinematics.files.urdf.robot_tree import describe_robot
+from kinematics.model.arrays import freeze
+from kinematics.model.linkage import Body, Linkage, LinkPose
+from kinematics.model.spatial.inertia import displace_parameters
+
+Array = NDArray[np.float64]
+
+
+def link_inertias(linkage: Linkage) -> dict[str, Array]:
+    """Compute the inertial parameters (10,) of each link of the file that has any.
+
+    Args:
+        linkage: a linkage with the elements of its file.
+
+    Returns:
+        By name of the link, about the inertial origin at the reference pose, SI units.
+    """
+    if linkage.tree is None:
+        return {}
+    return {
+        name: inertial_parameters(inertial, linkage.places[name].pose)
+        for name, inertial in describe_robot(linkage.tree).links.items()
+        if inertial is not None
+    }
+
+
+class SweptGeometry:
+    """One row of a sweep.
+
+    Attributes:
+        row: its number among the rows that were closed together.
+    """
+
+    def __init__(
+        self, model: Linkage, masses: Mapping[str, Array], closed: ClosedGeometries, row: int,
+        balance: Balance, spatial: bool,
+    ) -> None:  # fmt: skip
+        """Keep what the linkage is made of.
+
+        Args:
+            model: the linkage of the study.
+            masses: those of `link_inertias`.
+            balance: as for `balance.design_space`.
+        """
+        self.row, self._model, self._masses, self._closed = row, model, masses, closed
+        self._options: dict[str, Any] = {"balance": balance, "spatial": spatial}
+
+    @cached_property
+    def linkage(self) -> Linkage:
+        """The linkage at the pose that closes its loops.
+
+        Raises:
+            LinkageError: it cannot be assembled.
+        """
+        model, closed, i = self._model, self._closed, self.row
+        H = closed.H[i]
+        joints = tuple(
+            replace(
+                joint,
+                screw=freeze(screw),
+                point=freeze(H[joint.parent, :3, :3] @ point + H[joint.parent, :3, 3]),
+            )
+            for joint, screw, point in zip(
+                model.joints, closed.screws[i], closed.placed.points[i], strict=True
+            )
+        )
+        places = {
+            name: LinkPose(place.link, freeze(self._moved(name) @ place.pose))
+            for name, place in model.places.items()
+        }
+        q = closed.q[i] + (0.0 if model.displaced is None else model.displaced)
+        draft = replace(
+            model, joints=joints, bodies=tuple(map(self._body, model.bodies)), places=places,
+            loops=tuple(replace(loop, gap=freeze(np.eye(4))) for loop in model.loops),
+            displaced=freeze(q) if q.any() else None, notices=(), other_poses=(), at=None,
+            tree=None, document=None,
+        )  # fmt: skip
+        return assemble(draft, model.inputs)
+
+    @cached_property
+    def space(self) -> DesignSpace:
+        """Its design space."""
+        return design_space(self.linkage, None, **self._options)
+
+    def _moved(self, link: str) -> Array:
+        """Compute the displacement (4, 4) of a link of the file from its place in the model."""
+        links = self._closed.placed.links[link]
+        displacement = links[self.row if len(links) > 1 else 0]
+        return np.asarray(
+            self._closed.H[self.row, self._model.places[link].link] @ displacement
+        )
+
+    def _body(self, body: Body) -> Body:
+        """Displace a body: the masses of all links of the file that are part of it."""
+        H = self._moved(body.name)
+        z = np.zeros(10)
+        for name, inertia in self._masses.items():
+            if self._model.places[name].link == body.link:
+                z += displace_parameters(inertia, self._moved(name))
+        frame = freeze(H @ body.frame)
+        return replace(body, inertia=freeze(z), frame=frame)

@@ -1,0 +1,269 @@
+"""Quantities of one geometry, each by the function of this package that computes it.
+
+For each quantity there is a function that names its columns, one that computes their values,
+and, if it has options that a model may not fit, one that checks them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from balance.masses.counterweights.counterweights import counterweights
+from balance.masses.counterweights.link_regions import regions_of
+from balance.masses.designs.best_design import design
+from balance.masses.designs.constraints import constraints_of
+from balance.masses.designs.mass_regions import BALL_RADIUS
+from balance.masses.partial.motion_loads import input_inertia
+from balance.motion.verification.crank_revolution import revolve_crank
+from balance.motion.verification.given_motions import rest_to_rest
+from balance.motion.verification.shaking_wrench import shaking
+from balance.motion.verification.trajectory import Trajectory
+from balance.space.certification.certify_space import certify
+from balance.space.spaces.compute_space import design_space
+from balance.space.spaces.distance_to_rank_drop import distance_to_rank_drop
+from balance.studies.runs.chunk_job import Column
+from balance.studies.sweeps.geometry import SweptGeometry
+from kinematics.errors import UsageError
+from kinematics.loading.model_gallery import load
+from kinematics.model.document.element import Document
+from kinematics.model.linkage import Linkage
+
+Array = NDArray[np.float64]
+Options = Mapping[str, Any]
+
+
+class Quantity(NamedTuple):
+    """A quantity of one geometry.
+
+    Attributes:
+        columns: names its columns, for a model and options.
+        compute: computes their values.
+        options: names of its options, beside ``where``.
+        check: raises LinkageError for options that do not fit a model.
+    """
+
+    columns: Callable[[Linkage, Options], tuple[Column, ...]]
+    compute: Callable[[SweptGeometry, Options], Sequence[Any]]
+    options: tuple[str, ...] = ()
+    check: Callable[[Linkage, Options], object] | None = None
+
+
+# Orders whose ranks are listed by default, and at most.
+ORDERS, MOST_ORDERS = 5, 50
+# Samples of a motion between poses, and seconds of each of its lines, by default.
+SAMPLES, DURATION = 200, 1.0
+
+
+def certainty_columns(linkage: Linkage, options: Options) -> tuple[Column, ...]:
+    """Name the level of certainty."""
+    return (Column("certainty", "text"),)
+
+
+def certainty(geometry: SweptGeometry, options: Options) -> tuple[str]:
+    """Compute the level of certainty of the integers, by exact arithmetic where that applies.
+
+    The geometry is written as a file at the pose that closes its loops.
+    """
+    text, given = geometry.linkage.to_urdf(), geometry.linkage
+    bare = any(not body.inertia.any() for body in given.bodies)
+    again = load(
+        Document(given.source, text.encode()), inputs=given.inputs,
+        bodies="all" if bare else "given",
+    )  # fmt: skip
+    space = geometry.space
+    exact_space = design_space(
+        again, None, space.balance, spatial=again.planar and not space.planar
+    )
+    return (certify(exact_space).level,)
+
+
+def singular_columns(linkage: Linkage, options: Options) -> tuple[Column, ...]:
+    """Name the singular values beside the gap."""
+    return Column("kept", "real"), Column("dropped", "real")
+
+
+def singular_values(geometry: SweptGeometry, options: Options) -> tuple[float, float]:
+    """Compute the smallest singular value kept and the largest dropped, over the largest."""
+    return geometry.space.kept, geometry.space.dropped
+
+
+def distance_columns(linkage: Linkage, options: Options) -> tuple[Column, ...]:
+    """Name the distance to a rank drop."""
+    return (Column("distance", "real"),)
+
+
+def distance(geometry: SweptGeometry, options: Options) -> tuple[float]:
+    """Compute the distance to a rank drop, in characteristic lengths and radians."""
+    return (distance_to_rank_drop(geometry.space),)
+
+
+def order_columns(linkage: Linkage, options: Options) -> tuple[Column, ...]:
+    """Name the ranks up to each order."""
+    count = options.get("count", ORDERS)
+    return tuple(Column(f"rank_{k}", "integer") for k in range(count))
+
+
+def orders(geometry: SweptGeometry, options: Options) -> tuple[int, ...]:
+    """Compute the rank up to each order; it stays once it is that of the space."""
+    space, count = geometry.space, options.get("count", ORDERS)
+    ranks = [order.rank for order in space.orders][:count]
+    rest = space.rank if ranks and ranks[-1] == space.rank else -1
+    return (*ranks, *[rest] * (count - len(ranks)))
+
+
+def check_orders(linkage: Linkage, options: Options) -> None:
+    """Refuse a count of orders that is none."""
+    count = options.get("count", ORDERS)
+    if isinstance(count, bool) or not isinstance(count, int) or not 1 <= count <= MOST_ORDERS:
+        raise UsageError(f"count {count}; give a whole number from 1 to {MOST_ORDERS}")
+
+
+def inertia_columns(linkage: Linkage, options: Options) -> tuple[Column, ...]:
+    """Name the inertia that each input feels."""
+    kinds = {joint.name: joint.kind for joint in linkage.joints}
+    return tuple(
+        Column(f"inertia_{name}", "real", "kg" if kinds[name] == "prismatic" else "kg m²")
+        for name in linkage.inputs
+    )
+
+
+def inertia(geometry: SweptGeometry, options: Options) -> tuple[float, ...]:
+    """Compute the inertia that each input feels at the reference pose."""
+    return tuple(input_inertia(geometry.linkage).values())
+
+
+def design_columns(linkage: Linkage, options: Options) -> tuple[Column, ...]:
+    """Name verdict, margin and objective of a design."""
+    columns = Column("design", "text"), Column("margin", "real")
+    if "minimise" not in options:
+        return columns
+    unit = {"mass": "kg", "change": ""}.get(options["minimise"], "kg m²")
+    return *columns, Column(f"least_{options['minimise']}", "real", unit)
+
+
+def best_design(geometry: SweptGeometry, options: Options) -> tuple[Any, ...]:
+    """Compute the verdict on designs, the margin, and the objective if there is one."""
+    answer = design(geometry.space, **_design_options(options))
+    value = np.nan if answer.value is None else answer.value
+    return (answer.verdict, answer.margin, value)[: 3 if "minimise" in options else 2]
+
+
+def check_design_options(linkage: Linkage, options: Options) -> None:
+    """Refuse bodies that the model does not have, and objectives that there are not."""
+    wanted = _design_options(options)
+    space = design_space(linkage, None)
+    within = wanted.get("within", BALL_RADIUS)
+    constraints_of(space, wanted.get("keep", ()), wanted.get("bounds", {}), within)
+    if options.get("minimise", "mass") not in ("mass", "inertia", "rotor", "change"):
+        raise UsageError(f"minimise '{options['minimise']}'; take mass, inertia, rotor, change")
+
+
+def _design_options(options: Options) -> dict[str, Any]:
+    """Convert options to arguments of `balance.design`."""
+    arguments = {name: value for name, value in options.items() if name != "where"}
+    if "bounds" in arguments:
+        arguments["bounds"] = {
+            name: (float(low), float(high)) for name, (low, high) in arguments["bounds"].items()
+        }
+    return arguments | ({"keep": tuple(arguments["keep"])} if "keep" in arguments else {})
+
+
+def counterweight_columns(linkage: Linkage, options: Options) -> tuple[Column, ...]:
+    """Name verdict, added mass and objective of counterweights."""
+    columns = Column("counterweights", "text"), Column("added_mass", "real", "kg")
+    if options.get("minimise", "mass") == "mass":
+        return columns
+    return *columns, Column(f"added_{options['minimise']}", "real", "kg m²")
+
+
+def least_counterweights(geometry: SweptGeometry, options: Options) -> tuple[Any, ...]:
+    """Compute the verdict on counterweights, their mass, and the objective if it is another."""
+    minimise = options.get("minimise", "mass")
+    answer = counterweights(
+        geometry.space, options["add"], options.get("regions"), minimise, relax=False
+    )
+    feasible = answer.value is not None
+    mass = answer.added_mass if feasible else np.nan
+    value = answer.value if feasible else np.nan
+    return (answer.verdict, mass, value)[: 2 if minimise == "mass" else 3]
+
+
+def check_counterweights(linkage: Linkage, options: Options) -> None:
+    """Refuse links and regions that the model does not have."""
+    if not isinstance(options.get("add"), list | tuple):
+        raise UsageError('no links to add matter to; write add = ["crank", "rocker"]')
+    regions_of(design_space(linkage), options["add"], options.get("regions", {}))
+    if options.get("minimise", "mass") not in ("mass", "inertia", "rotor"):
+        raise UsageError(f"minimise '{options['minimise']}'; take mass, inertia or rotor")
+
+
+def shaking_columns(linkage: Linkage, options: Options) -> tuple[Column, ...]:
+    """Name peak and root mean square of force and moment."""
+    return (
+        Column("peak_force", "real", "N"), Column("rms_force", "real", "N"),
+        Column("peak_moment", "real", "N m"), Column("rms_moment", "real", "N m"),
+    )  # fmt: skip
+
+
+def shaking_of_masses(geometry: SweptGeometry, options: Options) -> tuple[float, ...]:
+    """Compute shaking force and moment of the masses of the model along a motion.
+
+    The moment is about the inertial origin. Samples of the motion are equally far apart in
+    time, and the mean square is the mean over them.
+    """
+    linkage = geometry.linkage
+    way = _motion(linkage, options)
+    wrench = shaking(linkage, way.q, way.qd, way.qdd)
+    moment, force = (np.linalg.norm(part, axis=1) for part in np.split(wrench, 2, axis=1))
+    return tuple(
+        float(x) for size in (force, moment)
+        for x in (size.max(), np.sqrt(np.mean(size * size)))
+    )  # fmt: skip
+
+
+def check_shaking(linkage: Linkage, options: Options) -> None:
+    """Refuse a motion that is none of the model."""
+    if ("speed" in options) == ("poses" in options):
+        raise UsageError(
+            "give either speed, of a crank in rad/s, or poses; write speed = 10.0, or "
+            "poses = [[0.0], [0.5]] in displacements of the inputs"
+        )
+    _motion(linkage, options)
+
+
+def _motion(linkage: Linkage, options: Options) -> Trajectory:
+    """Compute the motion along which the masses shake."""
+    if "poses" not in options:
+        return revolve_crank(linkage, float(options["speed"]), options.get("crank"))[0]
+    return rest_to_rest(
+        linkage, options["poses"], options.get("duration", DURATION),
+        options.get("samples", SAMPLES),
+    )  # fmt: skip
+
+
+QUANTITIES: dict[str, Quantity] = {
+    "certainty": Quantity(certainty_columns, certainty),
+    "counterweights": Quantity(
+        counterweight_columns, least_counterweights,
+        ("add", "minimise", "regions"), check_counterweights,
+    ),
+    "design": Quantity(
+        design_columns, best_design,
+        ("bounds", "keep", "minimise", "within"), check_design_options,
+    ),
+    "distance": Quantity(distance_columns, distance),
+    "input_inertia": Quantity(inertia_columns, inertia),
+    "orders": Quantity(order_columns, orders, ("count",), check_orders),
+    "shaking": Quantity(
+        shaking_columns, shaking_of_masses,
+        ("crank", "duration", "poses", "samples", "speed"), check_shaking,
+    ),
+    "singular_values": Quantity(singular_columns, singular_values),
+}  # fmt: skip
+"""Quantities that are computed geometry by geometry, by name."""
+MASS_QUANTITIES = ("counterweights", "design", "input_inertia", "shaking")
+"""Quantities that may depend on the masses of the model."""

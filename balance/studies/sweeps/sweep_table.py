@@ -1,0 +1,99 @@
+"""The table of all geometries of a sweep, in memory."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from contextlib import contextmanager
+from dataclasses import dataclass
+from multiprocessing import get_context
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from balance.studies.runs.chunk_job import Column, chunk_count
+from balance.studies.runs.parent_process import end_with_parent
+from balance.studies.sweeps.job import SweepJob
+from kinematics.wording import count_noun, first_names, repr_lines
+
+if TYPE_CHECKING:
+    from pandas import DataFrame
+
+
+@dataclass(frozen=True, eq=False)
+class SweepTable:
+    """The results of a sweep, column by column.
+
+    Attributes:
+        columns: values by name, read-only: integers (-1 where there is none), real numbers
+            (NaN where there is none) and texts (empty where there is none), row by row.
+        units: unit of each column that has one.
+        reasons: how many geometries have no answer, by reason.
+    """
+
+    columns: Mapping[str, NDArray[Any]]
+    units: Mapping[str, str]
+    reasons: Mapping[str, int]
+
+    def __getitem__(self, name: str) -> NDArray[Any]:
+        """Return the column of a name."""
+        return self.columns[name]
+
+    def __len__(self) -> int:
+        """Count the geometries."""
+        return len(self.columns["reason"])
+
+    def __iter__(self) -> Iterator[str]:
+        """Iterate over the names of the columns."""
+        return iter(self.columns)
+
+    def __repr__(self) -> str:
+        """Up to six lines: how many geometries, columns, reasons."""
+        told = [f"{count} without an answer: {why}" for why, count in self.reasons.items()]
+        head = f"SweepTable: {count_noun(len(self), 'geometry')}"
+        return repr_lines(head, f"columns {first_names(list(self.columns))}", *told)
+
+    def to_pandas(self) -> DataFrame:
+        """Convert to a pandas table, with pandas installed."""
+        from pandas import DataFrame
+
+        return DataFrame(dict(self.columns))
+
+
+def compute_table(job: SweepJob, workers: int) -> SweepTable:
+    """Compute all chunks of a job, and join their columns."""
+    chunks = range(chunk_count(job.rows, job.chunk_rows))
+    with _mapping(min(workers, len(chunks))) as compute:
+        parts = list(compute(job.compute, chunks))
+    columns = {
+        column.name: _join(column, [part[column.name] for part in parts])
+        for column in job.columns
+    }
+    reasons = Counter(reason for reason in columns["reason"].tolist() if reason)
+    units = {column.name: column.unit for column in job.columns if column.unit}
+    return SweepTable(
+        MappingProxyType(columns), MappingProxyType(units),
+        MappingProxyType(dict(reasons.most_common())),
+    )  # fmt: skip
+
+
+@contextmanager
+def _mapping(workers: int) -> Iterator[Any]:
+    """Give a function that maps, by processes if there are several."""
+    if workers < 2:
+        yield map
+        return
+    context = get_context("spawn")
+    with ProcessPoolExecutor(workers, context, initializer=end_with_parent) as pool:
+        yield pool.map
+
+
+def _join(column: Column, parts: Sequence[Any]) -> NDArray[Any]:
+    """Join the values of a column, read-only."""
+    kinds = {"integer": np.int64, "real": np.float64, "text": np.object_}
+    joined = np.concatenate([np.asarray(part, dtype=kinds[column.kind]) for part in parts])
+    joined.flags.writeable = False
+    return joined

@@ -1,0 +1,115 @@
+"""Confirmation of synthesised mechanisms by the design space and by Pinocchio."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from balance.motion.motion_tolerances import SYNTHESIS_MOMENTUM, SYNTHESIS_SHAKING
+from balance.motion.verification.result import Verification
+from balance.motion.verification.to_pinocchio import verify
+from balance.motion.verification.trajectory import Trajectory, drive
+from balance.space.certification.certified_space import CertifiedSpace
+from balance.space.certification.certify_space import certify
+from balance.space.spaces.compute_space import design_space
+from balance.studies.synthesis.constrained_motion import MotionTable
+from kinematics.errors import LinkageError
+from kinematics.loading.model_gallery import load
+from kinematics.model.document.element import Document
+from kinematics.model.linkage import Linkage
+from kinematics.wording import size_text
+
+# Random motions of a mechanism.
+MOTIONS = 2
+
+
+class Confirmation(NamedTuple):
+    """What other routes say of the written file.
+
+    Attributes:
+        confirmed: whether all of them find the mechanism balanced.
+        momentum: largest momentum along the motions by Pinocchio, relative to the sum of those
+            of the bodies; None if it could not be computed.
+        shaking: largest shaking force and moment, relative to the inertia of the bodies; None
+            likewise.
+        space: what the design space says: of the constrained motion if its relation is linear,
+            else of force balance in every motion.
+        reason: why it is not confirmed; empty if it is.
+    """
+
+    confirmed: bool
+    momentum: float | None
+    shaking: float | None
+    space: str
+    reason: str
+
+
+def confirm_relation(
+    urdf: bytes, relation: str | None, *, certified: bool = True
+) -> Confirmation:
+    """Confirm that a mechanism is balanced while its inputs follow a relation.
+
+    Args:
+        relation: between its inputs, as of ``--motion``; None if it has one degree of freedom,
+            or is balanced in every motion.
+        certified: whether exact arithmetic certifies the design space. Not of special lengths:
+            in rounded digits they are no longer special.
+    """
+    try:
+        linkage = _load(urdf)
+        space = design_space(linkage, relation)
+        space = certify(space) if certified else space
+        checked = verify(
+            linkage, motion=relation, trajectories=MOTIONS, tolerance=SYNTHESIS_SHAKING
+        )
+    except LinkageError as error:
+        return Confirmation(False, None, None, "", str(error))
+    level = space.certainty.level if isinstance(space, CertifiedSpace) else "floating point"
+    words = f"{space.as_given.verdict}, {level}"
+    return _judge(checked, space.as_given.balanced is True, words)
+
+
+def confirm_along(urdf: bytes, table: MotionTable) -> Confirmation:
+    """Confirm that a mechanism is force-balanced, and balanced along a motion.
+
+    Args:
+        table: the motion of its inputs.
+    """
+    try:
+        linkage = _load(urdf)
+        space = certify(design_space(linkage, None, "force"))
+        checked = verify(
+            linkage, tolerance=SYNTHESIS_SHAKING, along=[_trajectory(linkage, table)]
+        )
+    except LinkageError as error:
+        return Confirmation(False, None, None, "", str(error))
+    words = f"force {space.as_given.verdict} in every motion, {space.certainty.level}"
+    return _judge(checked, space.as_given.balanced is True, words)
+
+
+def _load(urdf: bytes) -> Linkage:
+    """Read a file that was written."""
+    return load(Document("the synthesised mechanism", urdf))
+
+
+def _trajectory(linkage: Linkage, table: MotionTable) -> Trajectory:
+    """Close the loops along a motion."""
+    return drive(linkage, table.time, table.u, table.ud, table.udd)
+
+
+def _judge(checked: Verification, balanced: bool, words: str) -> Confirmation:
+    """Join the verdicts."""
+    momentum = max(
+        float(np.abs(run.momentum / [*[checked.length] * 3, 1, 1, 1]).max() / run.impulse.max())
+        for run in checked.runs
+    )
+    shaking = max(checked.force_residual, checked.moment_residual)
+    reasons = []
+    if not balanced:
+        reasons.append("its masses are not in the design space")
+    if not momentum <= SYNTHESIS_MOMENTUM:
+        reasons.append(f"it keeps {size_text(momentum)} of the momentum of its bodies")
+    if not checked.balanced:
+        reasons.append(f"it shakes by {size_text(shaking)} of the inertia of its bodies")
+    return Confirmation(not reasons, momentum, shaking, words, "; ".join(reasons))

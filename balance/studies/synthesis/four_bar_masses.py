@@ -1,0 +1,72 @@
+"""Masses and URDF file of a balanced four-bar."""
+
+from __future__ import annotations
+
+from math import inf
+
+from balance.masses.designs.best_design import Design, design
+from balance.masses.designs.write_urdf import replace_inertials
+from balance.space.spaces.compute_space import design_space
+from balance.studies.synthesis.four_bars import FourBarDesign
+from kinematics.loading.model_gallery import load
+from kinematics.model.document import make_elements
+from kinematics.model.document.element import Document, Element
+from kinematics.model.document.write_numbers import element_text, number_words
+
+# Least mass of the coupler, kg: it carries the tool.
+COUPLER_MASS = 1.0
+# Decimals of lengths in the file.
+DECIMALS = 15
+
+
+def balanced_four_bar(four_bar: FourBarDesign) -> tuple[bytes | None, Design]:
+    """Find the least masses that balance a four-bar with a coupler of 1 kg, and its file.
+
+    Returns:
+        The bytes of the file, None if no masses balance it, and the design.
+    """
+    linkage = load(Document(four_bar.kind, four_bar_urdf(four_bar)), bodies="all")
+    # Exact arithmetic would see the rounding of the digits, which no design closes.
+    best = design(design_space(linkage), "mass", bounds={"coupler": (COUPLER_MASS, inf)})
+    if best.verdict != "feasible":
+        return None, best
+    elements = {body.name: body.urdf for body in best.bodies if body.urdf}
+    return replace_inertials(best.space.linkage, elements), best
+
+
+def four_bar_urdf(four_bar: FourBarDesign) -> bytes:
+    """Write a four-bar without masses as a URDF file at the first position."""
+    at = four_bar.pivots()
+    tool = four_bar.positions[0]
+    crank, tip = at["crank_base"], at["crank_tip"]
+    yaw = number_words([0.0, 0.0, tool.angle])
+    turned = Element("origin", {**_origin(tool.point - tip).attributes, "rpy": yaw})
+    parts = [
+        *map(make_elements.link, ("base", "crank", "coupler", "rocker", "tool")),
+        _joint("crank_joint", "base", "crank", crank, True),
+        _joint("coupler_joint", "crank", "coupler", tip - crank),
+        _joint("rocker_joint", "base", "rocker", at["rocker_base"]),
+        make_elements.joint("tool_fixed", "fixed", "coupler", "tool", turned),
+        make_elements.loop(
+            "tip_joint", "revolute",
+            [("coupler", _origin(at["rocker_tip"] - tip)),
+             ("rocker", _origin(at["rocker_tip"] - at["rocker_base"]))],
+            ("0 0 1", ""),
+        ),
+    ]  # fmt: skip
+    return element_text(make_elements.robot(four_bar.kind, parts)).encode()
+
+
+def _joint(
+    name: str, parent: str, child: str, at: complex, independent: bool = False
+) -> Element:
+    """Make a revolute joint about the normal of the plane."""
+    return make_elements.joint(
+        name, "continuous", parent, child, _origin(at), ("0 0 1", ""), independent=independent
+    )
+
+
+def _origin(at: complex) -> Element:
+    """Make the ``<origin>`` of a point."""
+    x, y = round(at.real, DECIMALS), round(at.imag, DECIMALS)
+    return Element("origin", {"xyz": number_words([x, y, 0.0])})

@@ -1,0 +1,236 @@
+"""Balanced four-bars whose coupler passes through two or three positions.
+
+Kite and antiparallelogram can be balanced if their base is longer than √2 times the crank. In
+units of the crank, with the base on the real axis from 0 to r and the crank tip ``A = e^(iα)``,
+the tip B of the rocker is the mirror image in the line from A to r of
+
+    kite: 0           antiparallelogram: A + r
+
+The turn of the coupler depends on α alone. For a ratio r and a first angle α_1 the turns φ_i
+give the other angles α_i, and so the poles p_i of the displacements of the coupler in these
+units. A similarity ``z → s z + t`` brings poles to poles: for three positions s and t follow
+from two poles, for two from one pole and a chosen pivot. So there is a design for every r and
+α_1 for which all φ_i can be had, and the best of a grid is taken.
+
+Source: which four-bars can be balanced, R. Ricard, C. Gosselin, 2000; B. Moore, PhD thesis,
+Linz, 2009. The method of G. Becht, MSc thesis, TU Delft, 2020, does not find them.
+"""
+
+from __future__ import annotations
+
+import cmath
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from itertools import product
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from balance.motion.motion_tolerances import SYNTHESIS_SINGULAR
+from balance.studies.synthesis.constrained_motion import Defect
+from balance.studies.synthesis.positions import Displacement, Position, displacements, size_of
+from balance.studies.synthesis.zero_contour import refine_roots
+from kinematics.errors import SynthesisError
+from kinematics.numerics.linalg.ties import rank_least_first
+
+Complex = NDArray[np.complex128]
+Array = NDArray[np.float64]
+
+FOUR_BARS = ("kite", "antiparallelogram")
+"""Kinds of four-bars that can be balanced."""
+# Ratios of base and crank that are tried; masses exist above √2.
+RATIOS = (1.5, 1.7, 2.0, 2.4, 3.0, 4.0)
+# Angles of the crank from one change point to the next; the ends are left out.
+ANGLES = np.linspace(0.0, math.pi, 122)[6:-6]
+# First angles of the crank that are tried: every so many.
+STRIDE = 5
+
+
+@dataclass(frozen=True)
+class FourBarDesign:
+    """A four-bar whose coupler carries the tool through positions.
+
+    Attributes:
+        kind: ``"kite"`` or ``"antiparallelogram"``.
+        positions: of the tool.
+        ratio: length of the base over that of the crank.
+        crank_angles: α at each position, radians, from the direction of the base.
+        scale: s: length of the crank, metres, and direction of the base.
+        fixed: pivot of the crank, metres, inertial frame.
+    """
+
+    kind: str
+    positions: tuple[Position, ...]
+    ratio: float
+    crank_angles: tuple[float, ...]
+    scale: complex
+    fixed: complex
+
+    def pivots(self, index: int = 0) -> dict[str, complex]:
+        """Compute the pivots at a position, metres, inertial frame."""
+        A, B = place_four_bar(self.kind, self.ratio, self.crank_angles[index])
+        points = {
+            "crank_base": 0j, "rocker_base": complex(self.ratio), "crank_tip": complex(A),
+            "rocker_tip": complex(B),
+        }  # fmt: skip
+        return {name: self.scale * z + self.fixed for name, z in points.items()}
+
+    def outline(self, index: int) -> tuple[complex, ...]:
+        """Compute a line along the links: crank, coupler with the tool, rocker."""
+        at, tool = self.pivots(index), self.positions[index].point
+        A, B = at["crank_tip"], at["rocker_tip"]
+        return at["crank_base"], A, tool, B, A, B, at["rocker_base"]
+
+    def tool_points(self, crank_angles: ArrayLike) -> Complex:
+        """Compute the point of the tool for angles α of the crank."""
+        start, tool = self.pivots(), self.positions[0].point
+        A, B = place_four_bar(self.kind, self.ratio, crank_angles)
+        arm = start["rocker_tip"] - start["crank_tip"]
+        turned = (B - A) * self.scale / arm
+        return np.asarray(self.scale * A + self.fixed + turned * (tool - start["crank_tip"]))
+
+    @property
+    def error(self) -> float:
+        """Largest distance of the tool from its positions, metres."""
+        points = self.tool_points(self.crank_angles)
+        return float(np.abs(points - [each.point for each in self.positions]).max())
+
+    @property
+    def defects(self) -> tuple[Defect, ...]:
+        """Order defects; branches and circuits are those of one interval of the crank."""
+        steps = np.diff(self.crank_angles)
+        if steps.size > 1 and not (np.all(steps > 0.0) or np.all(steps < 0.0)):
+            return (Defect("order", "position 2 is not between positions 1 and 3"),)
+        return ()
+
+    @property
+    def spread(self) -> float:
+        """Largest distance of a pivot from the first position of the tool, metres."""
+        tool = self.positions[0].point
+        return max(abs(z - tool) for z in self.pivots().values())
+
+
+def place_four_bar(kind: str, ratio: float, crank_angle: ArrayLike) -> tuple[Complex, Complex]:
+    """Compute the tips A of the crank and B of the rocker, in units of the crank.
+
+    Args:
+        kind: ``"kite"`` or ``"antiparallelogram"``.
+        ratio: length of the base.
+        crank_angle: α, radians, no multiple of π; any shape.
+    """
+    A = np.exp(1j * np.asarray(crank_angle, dtype=np.float64))
+    line = (A - ratio) / np.abs(A - ratio)
+    image = A if kind == "antiparallelogram" else np.full(A.shape, -ratio)
+    return A, ratio + line**2 * image.conjugate()
+
+
+def four_bars_through(
+    positions: Sequence[Position], kind: str, *, fixed: complex | None = None,
+    moving: complex | None = None,
+) -> tuple[FourBarDesign, ...]:  # fmt: skip
+    """Find balanced four-bars whose coupler passes through positions.
+
+    Args:
+        positions: two or three positions of the tool.
+        kind: ``"kite"`` or ``"antiparallelogram"``.
+        fixed: pivot of the crank on the base, for two positions; metres, inertial frame.
+        moving: or pivot of the crank on the coupler, at the first position.
+
+    Returns:
+        The designs, those without defects and with near pivots first; none if the coupler
+        cannot turn so far between two change points.
+
+    Raises:
+        SynthesisError: two positions have the same angle, or a chosen pivot is the pole.
+    """
+    steps = displacements(positions)
+    poles = [_pole(step, k) for k, step in enumerate(steps, 2)]
+    near = SYNTHESIS_SINGULAR * size_of(positions)
+    if any(abs(poles[0] - z) < near for z in (fixed, moving) if z is not None):
+        raise SynthesisError(
+            "the chosen pivot is the pole of the displacement", "choose a pivot away from it"
+        )
+    if len(poles) == 2 and abs(poles[1] - poles[0]) < near:
+        raise SynthesisError("both displacements have one pole", "give other positions")
+    designs = [
+        _fit(kind, tuple(positions), ratio, angles, steps, poles, fixed, moving)
+        for ratio in RATIOS
+        for angles in _crank_angles(kind, ratio, steps)
+    ]
+    size = size_of(positions)
+    good = [
+        each for each in designs if 0.02 * size < abs(each.scale) and each.spread < 50.0 * size
+    ]
+    ranks = rank_least_first([each.spread for each in good])
+    return tuple(sorted((good[k] for k in ranks), key=lambda each: len(each.defects)))
+
+
+def _pole(step: Displacement, number: int) -> complex:
+    """Return the pole of a displacement."""
+    if step.pole is None:
+        raise SynthesisError(
+            f"positions 1 and {number} have the same angle: their displacement has no pole",
+            "give positions that differ in angle",
+        )
+    return step.pole
+
+
+def _coupler_angles(kind: str, ratio: float, angles: Array) -> Array:
+    """Compute the angle of the coupler, continued along the last axis."""
+    A, B = place_four_bar(kind, ratio, angles)
+    return np.unwrap(np.angle(B - A))
+
+
+def _crank_angles(
+    kind: str, ratio: float, steps: tuple[Displacement, ...]
+) -> Iterator[tuple[float, ...]]:
+    """Yield the angles of the crank at all positions, for first angles of a grid."""
+    firsts = np.arange(0, len(ANGLES), STRIDE)
+    for angles in (ANGLES, -ANGLES):
+        others = [_angles_after(kind, ratio, angles, firsts, step.turn) for step in steps]
+        for first, *rests in zip(angles[firsts].tolist(), *others, strict=True):
+            for rest in product(*rests):
+                yield first, *rest
+
+
+def _angles_after(
+    kind: str, ratio: float, angles: Array, firsts: NDArray[np.int64], turn: float
+) -> list[list[float]]:
+    """Find the angles of the crank after a turn of the coupler, for each first angle."""
+    coupler_angles = _coupler_angles(kind, ratio, angles)
+    gaps = coupler_angles - coupler_angles[firsts, None] - math.remainder(turn, 2.0 * math.pi)
+    row, at = np.nonzero(gaps[:, :-1] * gaps[:, 1:] < 0.0)
+    A, B = place_four_bar(kind, ratio, angles[firsts])
+    goal = ((B - A) * cmath.exp(1j * turn))[row]
+    step = angles[1] - angles[0]
+
+    def miss(part: Array) -> Array:
+        A, B = place_four_bar(kind, ratio, angles[at] + part * step)
+        return np.asarray(np.angle((B - A) / goal))
+
+    roots = angles[at] + refine_roots(miss, len(at)) * step
+    return [roots[row == k].tolist() for k in range(len(firsts))]
+
+
+def _fit(
+    kind: str, positions: tuple[Position, ...], ratio: float, angles: tuple[float, ...],
+    steps: tuple[Displacement, ...], poles: Sequence[complex], fixed: complex | None,
+    moving: complex | None,
+) -> FourBarDesign:  # fmt: skip
+    """Place a four-bar so that the poles of its coupler are those of the positions."""
+    A = [complex(place_four_bar(kind, ratio, angle)[0]) for angle in angles]
+    unit_poles = [
+        (after - step.rotation * A[0]) / (1.0 - step.rotation)
+        for after, step in zip(A[1:], steps, strict=True)
+    ]
+    if len(unit_poles) == 2:
+        scale = (poles[1] - poles[0]) / (unit_poles[1] - unit_poles[0])
+    elif fixed is not None:
+        scale = (poles[0] - fixed) / unit_poles[0]
+    else:
+        assert moving is not None
+        scale = (poles[0] - moving) / (unit_poles[0] - A[0])
+    return FourBarDesign(
+        kind, positions, ratio, angles, scale, poles[0] - scale * unit_poles[0]
+    )

@@ -1,0 +1,195 @@
+"""Results of a synthesis: mechanisms through positions, and what confirms them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from balance.studies.synthesis.confirm import Confirmation
+from balance.studies.synthesis.constrained_motion import Defect, MotionTable
+from balance.studies.synthesis.construction import Construction
+from balance.studies.synthesis.error_map import AngleErrorMap
+from balance.studies.synthesis.positions import Position
+from balance.studies.synthesis.three_positions import CrossingMap
+from kinematics.wording import count_noun, html_facts, number_text, repr_lines
+
+SYNTHESIS_SCHEMA = "balance.synthesize/1"
+
+
+@dataclass(frozen=True, eq=False)
+class SynthesizedMechanism:
+    """A balanced mechanism whose tool passes through positions.
+
+    Attributes:
+        kind: ``"pantograph"``, ``"kite"`` or ``"antiparallelogram"``.
+        pivots: by name, at the first position; metres, inertial frame, complex.
+        link_turns: turn of the first link, or of the crank, from the first position to each,
+            radians.
+        tool_turns: of the tool.
+        position_error: largest distance of the tool from its positions, metres.
+        path: of the tool (N,), metres, complex.
+        outlines: lines along the links at each position, with the tool, metres, complex.
+        defects: branch, order and reversal defects of the motion.
+        urdf: the file.
+        relation: between its inputs, as of ``--motion``; None if they follow ``table``, or if
+            it has one input.
+        table: motion of its inputs, in the nonlinear case.
+        confirmation: what the core says of the file.
+        numbers: lengths, masses and reduced inertias by name, SI units.
+        first_position: displacements of the inputs from the pose of the file to position 1 by
+            name, radians; empty if that is the pose of the file.
+    """
+
+    kind: str
+    pivots: dict[str, complex]
+    link_turns: tuple[float, ...]
+    tool_turns: tuple[float, ...]
+    position_error: float
+    path: NDArray[np.complex128]
+    outlines: tuple[tuple[complex, ...], ...]
+    defects: tuple[Defect, ...]
+    urdf: bytes
+    relation: str | None
+    table: MotionTable | None
+    confirmation: Confirmation
+    numbers: dict[str, float] = field(default_factory=dict)
+    first_position: dict[str, float] = field(default_factory=dict)
+
+    @property
+    def good(self) -> bool:
+        """Whether it is confirmed and without defects."""
+        return self.confirmation.confirmed and not self.defects
+
+    def __repr__(self) -> str:
+        """Two lines: the mechanism, and what the core says."""
+        words = "; ".join(defect.words for defect in self.defects) or "no defects"
+        state = "confirmed" if self.confirmation.confirmed else self.confirmation.reason
+        return repr_lines(f"SynthesizedMechanism: {self.kind}, {words}", state)
+
+    def to_dict(self) -> dict[str, object]:
+        """Return plain data for JSON."""
+        return {
+            "kind": self.kind,
+            "pivots": {name: [z.real, z.imag] for name, z in self.pivots.items()},
+            "link_turns": list(self.link_turns),
+            "tool_turns": list(self.tool_turns),
+            "position_error": self.position_error,
+            "defects": [defect._asdict() for defect in self.defects],
+            "relation": self.relation,
+            "confirmation": self.confirmation._asdict(),
+            "numbers": self.numbers,
+            "first_position": self.first_position,
+            "urdf": self.urdf.decode(),
+        }
+
+
+@dataclass(frozen=True, eq=False)
+class Synthesis:
+    """Result of `synthesize`.
+
+    Attributes:
+        positions: of the tool.
+        kind: ``"pantograph"`` or ``"four-bar"``.
+        ratio: k of the linear case; None otherwise.
+        mechanisms: the best ones first.
+        count: how many were found; the best are in ``mechanisms``.
+        remarks: what was changed of the given masses, and where was searched.
+        map: of the nonlinear case.
+        construction: drawing of the linear case for two positions.
+    """
+
+    positions: tuple[Position, ...]
+    kind: str
+    ratio: float | None
+    mechanisms: tuple[SynthesizedMechanism, ...]
+    count: int
+    remarks: tuple[str, ...] = ()
+    map: AngleErrorMap | CrossingMap | None = None
+    construction: Construction | None = None
+
+    @property
+    def case(self) -> str:
+        """``"linear"``, ``"nonlinear"`` or ``"four-bar"``."""
+        if self.kind == "four-bar":
+            return self.kind
+        return "nonlinear" if self.ratio is None else "linear"
+
+    @property
+    def verdict(self) -> str:
+        """``"feasible"`` if a mechanism is confirmed and has no defects."""
+        if any(mechanism.good for mechanism in self.mechanisms):
+            return "feasible"
+        unsure = any(
+            not (mechanism.defects or mechanism.confirmation.confirmed)
+            for mechanism in self.mechanisms
+        )
+        return "undecided" if unsure else "infeasible"
+
+    @property
+    def words(self) -> str:
+        """The verdict in words."""
+        if not self.mechanisms:
+            return "infeasible: no such mechanism passes through the positions"
+        first = self.mechanisms[0]
+        sentences = {
+            "feasible": f"{count_noun(self.count, 'mechanism')} through the positions",
+            "undecided": f"not confirmed: {first.confirmation.reason}",
+            "infeasible": "; ".join(defect.words for defect in first.defects),
+        }
+        return f"{self.verdict}: {sentences[self.verdict]}"
+
+    def __repr__(self) -> str:
+        """Up to five lines: the positions and the best mechanisms."""
+        return repr_lines(
+            f"Synthesis of a {self.kind} through {len(self.positions)} positions",
+            f"  {self.words}",
+            *(f"  {mechanism.kind} on {_point(z)}" for mechanism in self.mechanisms[:3]
+              for z in list(mechanism.pivots.values())[:1]),
+        )  # fmt: skip
+
+    def _repr_html_(self) -> str:
+        """Table of the same facts, for notebooks."""
+        rows = (
+            (mechanism.kind, repr(mechanism).partition("\n")[2])
+            for mechanism in self.mechanisms
+        )
+        return html_facts(f"Synthesis: {self.words}", *rows)
+
+    def to_dict(self) -> dict[str, object]:
+        """Return plain data for JSON; see ``schemas/synthesize.schema.json``."""
+        return {
+            "schema": SYNTHESIS_SCHEMA,
+            "positions": [each._asdict() for each in self.positions],
+            "kind": self.kind,
+            "case": self.case,
+            "ratio": self.ratio,
+            "verdict": self.verdict,
+            "words": self.words,
+            "remarks": list(self.remarks),
+            "count": self.count,
+            "mechanisms": [mechanism.to_dict() for mechanism in self.mechanisms],
+            "contour": _contour(self.map),
+        }
+
+
+def _point(z: complex) -> str:
+    """Write a point."""
+    return f"({number_text(z.real)}, {number_text(z.imag)}) m"
+
+
+def _contour(pivot_map: AngleErrorMap | CrossingMap | None) -> list[dict[str, float]]:
+    """List the designs on the zero contour of a map over a pivot line."""
+    if not isinstance(pivot_map, AngleErrorMap):
+        return []
+    points = pivot_map.contour.points
+    fixed, moving = pivot_map.line.pivots(points[:, 0])
+    return [
+        {"offset": tau, "inertia_ratio": ratio, "fixed_x": G.real, "fixed_y": G.imag,
+         "moving_x": W.real, "moving_y": W.imag, "error": error}
+        for (tau, ratio), G, W, error in zip(
+            points.tolist(), fixed.tolist(), moving.tolist(),
+            pivot_map.contour.residuals.tolist(), strict=True,
+        )
+    ]  # fmt: skip

@@ -1,0 +1,338 @@
+"""Synthesis of balanced mechanisms whose tool passes through positions."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import asdict, dataclass, replace
+
+import numpy as np
+
+from balance.studies.synthesis.balanced_pantograph import (
+    ELBOW,
+    SHOULDER,
+    BalancedPantograph,
+    pantograph_urdf,
+)
+from balance.studies.synthesis.confirm import confirm_along, confirm_relation
+from balance.studies.synthesis.constrained_motion import (
+    constrained_motion,
+    list_defects,
+)
+from balance.studies.synthesis.construction import construct_chain
+from balance.studies.synthesis.error_map import angle_error_map
+from balance.studies.synthesis.four_bar_masses import balanced_four_bar
+from balance.studies.synthesis.four_bars import FOUR_BARS, FourBarDesign, four_bars_through
+from balance.studies.synthesis.linear_pantograph import balance_chain
+from balance.studies.synthesis.mechanism import Synthesis, SynthesizedMechanism
+from balance.studies.synthesis.nonlinear_pantograph import (
+    through_three_positions,
+    through_two_positions,
+)
+from balance.studies.synthesis.pantograph import PantographMasses, default_masses
+from balance.studies.synthesis.pivot_line import PivotLine, fixed_pivot_line, moving_pivot_line
+from balance.studies.synthesis.positions import FARTHEST, Position, check_positions, size_of
+from balance.studies.synthesis.rr_chain import (
+    chain_from_fixed_pivot,
+    chain_from_moving_pivot,
+    chain_from_three_positions,
+    check_ratio,
+)
+from balance.studies.synthesis.three_positions import default_window
+from kinematics.errors import UsageError
+from kinematics.numerics.linalg.ties import rank_least_first
+from kinematics.wording import number_text
+
+KINDS = ("pantograph", "four-bar")
+"""Kinds of mechanisms."""
+RATIO = -1.0
+"""Ratio of the turns if none is given."""
+# Most mechanisms in a result, and most four-bars whose masses are tried.
+MOST, TRIES = 4, 8
+# Rows and columns of a map; its half width, in sizes of the positions; its highest ratio R.
+GRID, REACH, HIGHEST = 60, 3.0, 2.0
+# Mass m6 of default masses in the nonlinear case, kg: it couples the links.
+COUPLING_MASS = 1.0
+
+
+@dataclass(frozen=True)
+class SynthesisRequest:
+    """What is asked of a synthesis; see `synthesize`.
+
+    Attributes:
+        positions: of the tool.
+        kind: ``"pantograph"`` or ``"four-bar"``.
+        ratio: k of the linear case; None in the nonlinear one and for four-bars.
+        fixed: the fixed pivot, if it is chosen.
+        moving: the moving pivot, if it is chosen.
+        masses: of the pantograph; by default in proportion to it.
+        window: range of x of the free pivot, and of y for three positions, metres.
+        progress: called with the number of steps done and of all steps.
+    """
+
+    positions: tuple[Position, ...]
+    kind: str = "pantograph"
+    ratio: float | None = None
+    fixed: complex | None = None
+    moving: complex | None = None
+    masses: PantographMasses | None = None
+    window: tuple[float, ...] | None = None
+    progress: Callable[[int, int], None] | None = None
+
+    def check(self) -> None:
+        """Refuse a request that contradicts itself.
+
+        Raises:
+            UsageError: the number of pivots does not fit that of positions, or an option is for
+                another kind.
+        """
+        chosen = (self.fixed is not None) + (self.moving is not None)
+        if len(self.positions) == 2 and chosen != 1:
+            raise UsageError(
+                "two positions leave one pivot free: choose the fixed or the moving one"
+            )
+        if len(self.positions) == 3 and chosen:
+            raise UsageError("three positions determine both pivots: choose none")
+        pivots = [pivot for pivot in (self.fixed, self.moving) if pivot is not None]
+        if not all(abs(x) <= FARTHEST for pivot in pivots for x in (pivot.real, pivot.imag)):
+            raise UsageError(f"the pivot is not of finite numbers up to {FARTHEST:g} m")
+        if self.kind == "four-bar" and self.masses is not None:
+            raise UsageError("masses are for a pantograph: those of a four-bar follow")
+        nonlinear = self.kind == "pantograph" and self.ratio is None
+        if self.window is not None:
+            wanted = 2 if len(self.positions) == 2 else 4
+            if not nonlinear or len(self.window) != wanted:
+                raise UsageError(
+                    "a window is for the nonlinear case: x from and to for two positions, and "
+                    "y from and to for three"
+                )
+            pairs = zip(self.window[::2], self.window[1::2], strict=True)
+            if not all(-FARTHEST <= low < high <= FARTHEST for low, high in pairs):
+                raise UsageError(
+                    f"a window goes from a number to a larger one, both up to {FARTHEST:g} m"
+                )
+
+
+def synthesize(
+    positions: Iterable[Sequence[float]], ratio: float | None = None, *,
+    nonlinear: bool = False, kind: str = "pantograph", fixed: complex | None = None,
+    moving: complex | None = None, masses: PantographMasses | None = None,
+    window: Sequence[float] | None = None, progress: Callable[[int, int], None] | None = None,
+) -> Synthesis:  # fmt: skip
+    """Find balanced mechanisms whose tool passes through two or three positions.
+
+    Pantographs with links that turn in the ratio ``k = β/φ`` of the first link and the tool
+    (the linear case); pantographs with given masses, whose ratio varies (nonlinear); or kites
+    and antiparallelograms whose coupler is the tool. Every mechanism is written as URDF and
+    confirmed by the design space and by Pinocchio.
+
+    Args:
+        positions: of the tool: x and y in metres, the angle in radians; inertial frame.
+        ratio: k, negative; -1 by default.
+        nonlinear: whether the ratio varies with the pose.
+        kind: ``"pantograph"`` or ``"four-bar"``.
+        fixed: the pivot on the base, for two positions; complex, metres.
+        moving: or the one on the tool, at the first position.
+        masses: of the pantograph. In the linear case s3 and a moment of inertia are changed.
+        window: in the nonlinear case, the range of x of the free pivot for two positions, or of
+            x and y of the moving pivot for three; metres.
+        progress: called with the number of steps done and of all steps.
+
+    Returns:
+        The mechanisms, best first, with their defects.
+
+    Raises:
+        SynthesisError: nothing can pass through the positions so.
+        UsageError: the request contradicts itself.
+
+    Source:
+        G. Becht, MSc thesis, TU Delft, 2020, chapter 3.
+
+    Example:
+        >>> import balance
+        >>> places = [(0.3, 0.1, 0.2), (0.1, 0.4, -0.7)]
+        >>> synthesis = balance.synthesize(places, -0.5, moving=0.2 - 0.1j)
+        >>> synthesis.verdict
+        'feasible'
+    """
+    if kind not in KINDS:
+        raise UsageError(f"no kind '{kind}': choose from {', '.join(KINDS)}")
+    if (nonlinear or kind == "four-bar") and ratio is not None:
+        raise UsageError("a ratio is for the linear case of a pantograph")
+    poses = check_positions(positions)
+    linear = kind == "pantograph" and not nonlinear
+    request = SynthesisRequest(
+        poses, kind, check_ratio(RATIO if ratio is None else ratio) if linear else None, fixed,
+        moving, masses, None if window is None else tuple(map(float, window)), progress,
+    )  # fmt: skip
+    request.check()
+    if kind == "four-bar":
+        return _four_bars(request)
+    return _linear(request) if linear else _nonlinear(request)
+
+
+def _linear(request: SynthesisRequest) -> Synthesis:
+    """Synthesise the pantograph of a ratio."""
+    ratio = request.ratio
+    assert ratio is not None
+    if request.fixed is not None:
+        chain = chain_from_fixed_pivot(request.positions, ratio, request.fixed)
+    elif request.moving is not None:
+        chain = chain_from_moving_pivot(request.positions, ratio, request.moving)
+    else:
+        chain = chain_from_three_positions(request.positions, ratio)
+    pantograph = balance_chain(chain, ratio, request.masses)
+    relation = f"{ELBOW}={1.0 / ratio - 1.0!r}*{SHOULDER}"
+    chosen = "fixed" if request.fixed is not None else "moving"
+    drawn = construct_chain(chain, chosen) if len(request.positions) == 2 else None
+    mechanism = _pantograph(pantograph, relation)
+    return Synthesis(
+        request.positions, request.kind, ratio, (mechanism,), 1, _changes(request, pantograph),
+        construction=drawn,
+    )  # fmt: skip
+
+
+def _changes(request: SynthesisRequest, pantograph: BalancedPantograph) -> tuple[str, ...]:
+    """Describe what the linear case changed of given masses."""
+    if request.masses is None:
+        return ("masses in proportion to the chain: links of 1 kg, a payload of 0.1 kg",)
+    given, masses = asdict(request.masses), asdict(pantograph.masses)
+    return tuple(
+        f"{name} changed from {number_text(given[name], '.6g')} to "
+        f"{number_text(masses[name], '.6g')}, so that C = 0, k = -J2/J1"
+        for name in masses
+        if masses[name] != given[name]
+    )
+
+
+def _nonlinear(request: SynthesisRequest) -> Synthesis:
+    """Search the pantographs of given masses."""
+    size = size_of(request.positions)
+    masses = request.masses or replace(default_masses(size, size), m6=COUPLING_MASS)
+    masses.check()
+    if len(request.positions) == 3:
+        window = request.window or default_window(request.positions)
+        x0, x1, y0, y1 = window
+        designs, crossings = through_three_positions(
+            request.positions, masses, (x0, x1, y0, y1), request.progress
+        )
+        words = "moving pivots from ({0:.4g}, {2:.4g}) to ({1:.4g}, {3:.4g}) m were searched"
+        return _choose(request, designs, crossings, words.format(*window))
+    line, (low, high) = _line(request, size)
+    designs = through_two_positions(request.positions, line, masses, low, high)
+    ratio = masses.inertia_1 / masses.inertia_2 if masses.inertia_2 else 0.0
+    error_map = angle_error_map(
+        request.positions, line, masses, np.linspace(low, high, GRID),
+        np.linspace(0.0, HIGHEST * ratio or 1.0, GRID), progress=request.progress,
+    )  # fmt: skip
+    words = (
+        f"{line.free} pivots up to {number_text(max(-low, high))} m from the chord "
+        "were searched"
+    )
+    return _choose(request, designs, error_map, words)
+
+
+def _line(request: SynthesisRequest, size: float) -> tuple[PivotLine, tuple[float, float]]:
+    """Find the line of the free pivot, and the range of offsets on it."""
+    if request.moving is not None:
+        line = fixed_pivot_line(request.positions, request.moving)
+    else:
+        assert request.fixed is not None
+        line = moving_pivot_line(request.positions, request.fixed)
+    if request.window is None:
+        return line, (-REACH * size, REACH * size)
+    low, high = sorted(line.offsets_of_x(request.window).tolist())
+    return line, (low, high)
+
+
+def _choose(
+    request: SynthesisRequest,
+    designs: Sequence[BalancedPantograph],
+    pivot_map: object,
+    words: str,
+) -> Synthesis:
+    """Confirm the best designs: without defects, and with short first links."""
+    ranks = rank_least_first([pantograph.chain.length for pantograph in designs])
+    ranked = sorted(
+        (designs[k] for k in ranks), key=lambda pantograph: len(list_defects(pantograph))
+    )
+    mechanisms = tuple(_pantograph(pantograph, None) for pantograph in ranked[:MOST])
+    remarks = [words]
+    if request.masses is None:
+        remarks.append("masses in proportion to the positions: links of 1 kg, 1 kg at m6")
+    return Synthesis(
+        request.positions, request.kind, None, mechanisms, len(designs), tuple(remarks),
+        map=pivot_map,  # type: ignore[arg-type]
+    )  # fmt: skip
+
+
+def _pantograph(pantograph: BalancedPantograph, relation: str | None) -> SynthesizedMechanism:
+    """Write and confirm a pantograph."""
+    chain, urdf = pantograph.chain, pantograph_urdf(pantograph)
+    motion = constrained_motion(pantograph)
+    if relation is None:
+        confirmation = confirm_along(urdf, motion)
+    else:
+        confirmation = confirm_relation(urdf, relation)
+    first, second = motion.u.T
+    first, second = first + pantograph.pose[0], first + second + pantograph.pose[1]
+    J1, J2, C = map(float, pantograph.inertias)
+    numbers = {
+        name: value for name, value in asdict(pantograph.masses).items() if value is not None
+    }
+    s2 = pantograph.s2
+    numbers |= {
+        "l1": chain.length, "s1": pantograph.s1, "s2": s2.real, "s2_beside": s2.imag,
+        "payload": pantograph.payload.real, "payload_beside": pantograph.payload.imag,
+        "J1": J1, "J2": J2, "C": C,
+    }  # fmt: skip
+    return SynthesizedMechanism(
+        "pantograph", {"fixed": chain.fixed, "moving": chain.moving}, chain.link_turns,
+        chain.tool_turns, chain.error, chain.tool_points(first, second),
+        tuple(map(pantograph.outline, range(len(chain.positions)))), list_defects(pantograph),
+        urdf, relation, motion if relation is None else None,
+        confirmation, numbers, _first_position(pantograph),
+    )  # fmt: skip
+
+
+def _first_position(pantograph: BalancedPantograph) -> dict[str, float]:
+    """Return the inputs at position 1, counted from the pose of the file, if they are not 0."""
+    link, tool = pantograph.pose
+    return {SHOULDER: -link, ELBOW: link - tool} if link or tool else {}
+
+
+def _four_bars(request: SynthesisRequest) -> Synthesis:
+    """Search balanced four-bars, and masses for the best of each kind."""
+    mechanisms, count = [], 0
+    for done, kind in enumerate(FOUR_BARS, 1):
+        designs = four_bars_through(
+            request.positions, kind, fixed=request.fixed, moving=request.moving
+        )
+        count += len(designs)
+        for four_bar in designs[:TRIES]:
+            mechanism = _four_bar(four_bar)
+            if mechanism is not None:
+                mechanisms.append(mechanism)
+                break
+        if request.progress is not None:
+            request.progress(done, len(FOUR_BARS))
+    ranked = sorted(mechanisms, key=lambda four_bar: (not four_bar.good, len(four_bar.defects)))
+    return Synthesis(request.positions, request.kind, None, tuple(ranked), count)
+
+
+def _four_bar(four_bar: FourBarDesign) -> SynthesizedMechanism | None:
+    """Write and confirm a four-bar; None if the core finds no masses."""
+    urdf, best = balanced_four_bar(four_bar)
+    if urdf is None:
+        return None
+    alpha = four_bar.crank_angles
+    turns = np.linspace(min(alpha), max(alpha), 200)
+    numbers = {f"{body.name}_mass": float(body.mass) for body in best.bodies}
+    numbers |= {"crank": abs(four_bar.scale), "base": abs(four_bar.scale) * four_bar.ratio}
+    first = four_bar.positions[0].angle
+    return SynthesizedMechanism(
+        four_bar.kind, four_bar.pivots(), tuple(angle - alpha[0] for angle in alpha),
+        tuple(each.angle - first for each in four_bar.positions), four_bar.error,
+        four_bar.tool_points(turns), tuple(map(four_bar.outline, range(len(alpha)))),
+        four_bar.defects, urdf, None, None,
+        confirm_relation(urdf, None, certified=False), numbers,
+    )  # fmt: skip

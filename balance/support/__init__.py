@@ -1,0 +1,1 @@
+"""What all other groups use: options, tolerances, files, JSON."""

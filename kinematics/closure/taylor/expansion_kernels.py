@@ -1,0 +1,216 @@
+"""Compiled kernel of the Taylor expansion of closed motions in the inputs.
+
+Every quantity is a power series in the independent coordinates u, sorted by degree. The
+radial derivative ``D = Σ u_i ∂/∂u_i`` multiplies degree k by k, so that the recursion along a
+ray (see `kinematics.closure.series`) holds with polynomials for numbers and D for d/dt. The
+fewest products are needed if links carry vectors instead of screws: the axes a_j of their
+joints, and arms r_j from a point of the joint before a link to one of the joint after it:
+
+    ω_j   = ω_parent + a_j Dq_j                   (j turns)
+    D a_j = ω_parent × a_j
+    D r_j = ω_parent × r_j + λ_j a_j Dq_j         (λ_j: pitch; revolute 0, prismatic 1)
+    0     = Σ a_j Dq_j, Σ D r_j                   (each loop, A minus B; j turns in the first)
+
+Of degree k, products of parts of lower degrees are known; the matrix of the unknown Dq is the
+loop matrix S_0 of the screws, and its pseudo-inverse gives the response of Dq to each product.
+All products of one degree are formed at once, each on a *lane* of its own: a column of the
+arrays ``left``, ``right`` (factors) and ``product``, which have a row of ``stride`` lanes for
+each monomial. Lengths are in chain units. (J. J. de Jong, PhD thesis, University of Twente,
+Eq. 4.30, has the same derivatives with Kronecker products and without symmetry.)
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinematics.closure.series import fill_loop_matrix
+from kinematics.closure.taylor.layout import SECTION, SIZE, WORK, Layout
+from kinematics.closure.taylor.monomials import multiply_polynomials
+from kinematics.closure.taylor.vector_kernels import (
+    fill_points,
+    fill_starts,
+    planar_responses,
+    planar_vectors,
+    solve_order,
+    spatial_responses,
+    spatial_vectors,
+)
+from kinematics.numerics.compiled.jit import kernel
+from kinematics.numerics.linalg.pseudo_inverse import pseudo_inverse
+
+Array = NDArray[np.float64]
+
+
+@kernel(inline=True)
+def _fill_degree_1(columns, S, dependent, inverse, width, rates):
+    """Compute the joint rates of degree 1: ``Dq = C - S_0⁺ S_0 C`` with the columns C.
+
+    Args:
+        columns: in; rates of the independent joints (n, columns).
+        S: in; the loop matrix (rows, n).
+        dependent: in; dependent joints.
+        inverse: in; the pseudo-inverse, transposed, flat.
+        width: length of its rows.
+        rates: in, zeros; out; the monomials of degree 1 are 1, 2, … (monomials, n).
+    """
+    for w in range(columns.shape[1]):
+        for r in range(S.shape[0]):
+            b = 0.0
+            for j in range(S.shape[1]):
+                b -= S[r, j] * columns[j, w]
+            for d in range(dependent.size):
+                rates[1 + w, dependent[d]] += b * inverse[r * width + d]
+        for j in range(S.shape[1]):
+            rates[1 + w, j] += columns[j, w]
+
+
+@kernel(inline=True)
+def _divide_by_degree(degrees, rates):
+    """Divide rates by their degree in place: ``Dq = k q`` for the part of degree k.
+
+    Args:
+        degrees: in; where the monomials of each degree begin (order + 2,).
+        rates: in, the coefficients of Dq; out, those of q (monomials, n).
+    """
+    n, flat = rates.shape[1], rates.reshape(rates.size)
+    for k in range(2, degrees.size - 1):
+        part = 1.0 / k
+        for i in range(degrees[k] * n, degrees[k + 1] * n):
+            flat[i] *= part
+
+
+def _polynomials_kernel(dim):
+    """Make the kernel for screws of ``dim`` components: 6 in space, 3 in a plane."""
+    space = 3 if dim == 6 else 2
+
+    @kernel
+    def fill(whole, real, screws, rates, workspace):
+        """Compute the coefficients of the joint positions, degree by degree.
+
+        Args:
+            whole: in; integers, in the sections of `kinematics.closure.taylor.layout`.
+            real: in; columns (n, width), then mimic relations (g, n), flat.
+            screws: in; joint screws (n, 6 or 3).
+            rates: in, zeros; out; coefficients (monomials, n), first of Dq, at last of q.
+            workspace: in, zeros; as long as the sections of the workspace.
+
+        Returns:
+            The condition number of the equations.
+        """
+        sizes = whole[whole[SECTION.sizes] : whole[SECTION.sizes + 1]]
+        parent = whole[whole[SECTION.parent] : whole[SECTION.parent + 1]]
+        ends = whole[whole[SECTION.ends] : whole[SECTION.ends + 1]].reshape(-1, 2)
+        dependent = whole[whole[SECTION.dependent] : whole[SECTION.dependent + 1]]
+        equations = whole[whole[SECTION.equations] : whole[SECTION.equations + 1]]
+        joints = whole[whole[SECTION.joints] : whole[SECTION.joints + 1]].reshape(-1, 3)
+        arms = whole[whole[SECTION.arms] : whole[SECTION.arms + 1]].reshape(-1, 3)
+        axes = whole[whole[SECTION.axes] : whole[SECTION.axes + 1]].reshape(-1, 5)
+        terms = whole[whole[SECTION.terms] : whole[SECTION.terms + 1]].reshape(-1, 3)
+        cuts = whole[whole[SECTION.cuts] : whole[SECTION.cuts + 1]]
+        degrees = whole[whole[SECTION.degrees] : whole[SECTION.degrees + 1]]
+        places = whole[whole[SECTION.places] : whole[SECTION.places + 1]].reshape(-1, 2)
+        pairs = whole[whole[SECTION.pairs] : whole[SECTION.pairs + 1]].reshape(-1, 2)
+        n, width, lanes = sizes[SIZE.joints], sizes[SIZE.width], sizes[SIZE.lanes]
+        stride, wide, order = sizes[SIZE.stride], sizes[SIZE.wide], degrees.size - 2
+        columns = real[: n * width].reshape(n, width)
+        mimics = real[n * width :].reshape(-1, n)
+
+        at = whole[whole[SECTION.work] : whole[SECTION.work + 1]]
+        left = workspace[at[WORK.left] : at[WORK.left + 1]]
+        right = workspace[at[WORK.right] : at[WORK.right + 1]]
+        product = workspace[at[WORK.product] : at[WORK.product + 1]]
+        response = workspace[at[WORK.response] : at[WORK.response + 1]]
+        inverse = workspace[at[WORK.inverse] : at[WORK.inverse + 1]]
+        x = workspace[at[WORK.unknown] : at[WORK.unknown + 1]]
+        reflected = workspace[at[WORK.reflected] : at[WORK.reflected + 1]]
+        S = workspace[at[WORK.matrix] : at[WORK.matrix + 1]].reshape(-1, n)
+        points = workspace[at[WORK.points] : at[WORK.points + 1]].reshape(-1, space)
+        starts = workspace[at[WORK.starts] : at[WORK.starts + 1]].reshape(-1, space)
+        omega = workspace[at[WORK.omega] : at[WORK.omega + 1]].reshape(n, -1)
+        pitch = workspace[at[WORK.pitch] : at[WORK.pitch + 1]]
+        scratch = workspace[at[WORK.scratch] : at[WORK.scratch + 1]]
+
+        fill_loop_matrix(parent, screws, ends, mimics, S)
+        condition = pseudo_inverse(S, equations, dependent, inverse, reflected, scratch)
+        fill_points(parent, screws, cuts, points, pitch)
+        fill_starts(dim, arms, axes, screws, points, starts)
+        if dim == 6:
+            spatial_responses(inverse, wide, axes, terms, points, pitch, response)
+        else:
+            planar_responses(inverse, wide, axes, terms, response)
+        if order > 0:
+            _fill_degree_1(columns, S, dependent, inverse, wide, rates)
+        for k in range(1, order + 1):
+            begin, end = degrees[k], degrees[k + 1]
+            if k > 1:
+                # The last degree needs no turned axes: those lanes come after the loops'.
+                count = lanes if k == order else stride
+                multiply_polynomials(
+                    begin, end, count, stride, places, pairs, left, right, product
+                )
+                solve_order(begin, end, lanes, stride, product, response, dependent, x, rates)
+            if k < order and dim == 6:
+                spatial_vectors(
+                    k, begin, end, stride, joints, arms, axes, screws, starts, pitch, rates,
+                    omega, product, left, right,
+                )  # fmt: skip
+            elif k < order:
+                planar_vectors(
+                    k, begin, end, stride, joints, arms, axes, screws, starts, rates, omega,
+                    product, left, right,
+                )  # fmt: skip
+        _divide_by_degree(degrees, rates)
+        return condition
+
+    return fill
+
+
+_fill_spatial, _fill_planar = _polynomials_kernel(6), _polynomials_kernel(3)
+
+
+@kernel(inline=True)
+def _workspace(whole):
+    """Allocate the workspace, from a line of the cache on.
+
+    Loads and stores are fast where they do not straddle lines of the cache, of 64 bytes or 8
+    numbers. NumPy aligns arrays to 16 bytes: up to 7 numbers are skipped, as many as there
+    are from the first one's address to the next line.
+
+    Args:
+        whole: in; integers, in the sections of `kinematics.closure.taylor.layout`.
+
+    Returns:
+        Zeros, as many as the workspace takes or more.
+    """
+    size = whole[whole[SECTION.work + 1] - 1]  # the end of the last section
+    numbers = np.zeros(size + 7)
+    return numbers[-(numbers.ctypes.data // 8) % 8 :]
+
+
+@kernel
+def _spatial(whole, real, screws, rates):
+    """Compute coefficients in space, in a workspace of its own; see ``fill``."""
+    return _fill_spatial(whole, real, screws, rates, _workspace(whole))
+
+
+@kernel
+def _planar(whole, real, screws, rates):
+    """Compute coefficients in a plane, in a workspace of its own; see ``fill``."""
+    return _fill_planar(whole, real, screws, rates, _workspace(whole))
+
+
+def polynomials(screws: Array, which: Layout) -> tuple[Array, float]:
+    """Expand the joint positions of the closed motion in a chain's coordinates.
+
+    Args:
+        screws: unit screws of the chain's joints (n, 6 or 3), in its units.
+        which: all other data, from `packed_layout`.
+
+    Returns:
+        Coefficients of the positions, in the units of the chain (M, n), and the condition
+        number of the equations that are solved, infinite if they determine no motion.
+    """
+    expand = _spatial if screws.shape[1] == 6 else _planar
+    rates = np.zeros(which.shape)
+    return rates, float(expand(which.whole, which.real, screws, rates))

@@ -1,0 +1,283 @@
+"""Kernels for the vectors of links, for `kinematics.closure.taylor.expansion_kernels`.
+
+Formulas and symbols are those of `kinematics.closure.taylor.expansion_kernels`; sections of
+integers (joints, arms, axes, terms, cuts) are those of `kinematics.closure.taylor.layout`. A
+monomial t has a row of ``stride`` lanes in the flat arrays ``left``, ``right`` and ``product``.
+Lengths are in chain units.
+
+Kernels of the plane and of space are two: a cross product takes 2 lanes in the plane,
+``ω (-r_y, r_x)``, and 6 in space, and only the axes of sliders change in the plane. Expanding a
+planar linkage by the kernel of space takes 2 (five-bar, order 5) to 11 times as long (3-RRR).
+"""
+
+from __future__ import annotations
+
+from kinematics.numerics.compiled.jit import kernel
+from kinematics.numerics.compiled.simd import VECTOR_WIDTH, broadcast, load_vector, store_vector
+
+
+@kernel
+def fill_points(parent, screws, cuts, points, pitch):
+    """Compute points of the joints, then of the cuts, and the pitch of each joint.
+
+    The point of a turning joint is ``ω × v``, the one of its axis nearest to the origin, and
+    its pitch ``ω · v``; a slider has pitch 1 and the point of the joint before it.
+
+    Args:
+        parent: in; link before each joint, -1 for the ground (n,).
+        screws: in; joint screws (n, 6 or 3).
+        cuts: in; link whose joint has the point of a cut, -1 for the origin (L,).
+        points: out; (n + L, 3 or 2).
+        pitch: in, zeros; out; (n,).
+    """
+    n, space = parent.size, points.shape[1]
+    for j in range(n):
+        s, at = screws[j], points[j]
+        if space == 2:
+            turns = s[0] != 0.0
+            at[0], at[1] = -s[0] * s[2], s[0] * s[1]
+        else:
+            turns = s[0] != 0.0 or s[1] != 0.0 or s[2] != 0.0
+            pitch[j] = s[0] * s[3] + s[1] * s[4] + s[2] * s[5]
+            for i in range(3):
+                u, v = (i + 1) % 3, (i + 2) % 3
+                at[i] = s[u] * s[3 + v] - s[v] * s[3 + u]
+        if not turns:
+            pitch[j] = 1.0
+            for i in range(space):
+                at[i] = points[parent[j], i] if parent[j] >= 0 else 0.0
+    for loop in range(cuts.size):
+        for i in range(space):
+            points[n + loop, i] = points[cuts[loop], i] if cuts[loop] >= 0 else 0.0
+
+
+@kernel(inline=True)
+def fill_starts(dim, arms, axes, screws, points, starts):
+    """Compute arms and axes at the reference pose, their terms of degree 0.
+
+    Args:
+        dim: components of a screw, 6 or 3.
+        arms: in; link, point where it ends, axis or -1 (arms, 3).
+        axes: in; link, joint, whether it turns, its lanes (axes, 5).
+        screws: in; joint screws (n, dim).
+        points: in; as from `fill_points`.
+        starts: out; arms, then axes (arms + axes, 3 or 2).
+    """
+    space = points.shape[1]
+    for i in range(space):
+        for h in range(arms.shape[0]):
+            starts[h, i] = points[arms[h, 1], i] - points[arms[h, 0], i]
+        for h in range(axes.shape[0]):
+            # the angular part of the screw of a joint that turns, or else the linear part
+            first = 0 if axes[h, 2] > 0 else dim - space
+            starts[arms.shape[0] + h, i] = screws[axes[h, 1], first + i]
+
+
+@kernel
+def _add(factor, inverse, row, response, lane, width):
+    """Add a multiple of a row of the pseudo-inverse to the response to a lane.
+
+    Args:
+        factor: in; a number.
+        inverse: in; the pseudo-inverse, transposed, flat.
+        row: the row of the loop matrix.
+        response: in and out; flat.
+        width: length of the rows of both.
+    """
+    for d in range(width):
+        response[lane * width + d] += factor * inverse[row * width + d]
+
+
+@kernel
+def spatial_responses(inverse, width, axes, terms, points, pitch, response):
+    """Compute the response of the dependent joints to each product of known parts.
+
+    A product p on a lane stands in the equations of a loop as a moment m and a force f: those
+    rows of the pseudo-inverse, weighted, and with the sign of the other side of the equation.
+    The cross product of an arm counts in the rows of the translation; a slide ``a_j Dq_j``
+    counts there with the pitch, and if it turns, in those of the rotation and, at the point
+    r_j of the axis, as ``r_j × a_j``.
+
+    Args:
+        inverse: in; the pseudo-inverse, transposed, flat.
+        width: length of its rows, and of those of ``response``.
+        axes: in; link, joint, whether it turns, its lanes (axes, 5).
+        terms: in; first row of a loop, ±1, arm, or axis - axes (terms, 3): a negative number
+            is an axis, counted from the end as an index.
+        points: in; points of the joints (n or more, 3).
+        pitch: in; pitch of each joint (n,).
+        response: in, zeros; out; a row for each lane of the loops.
+    """
+    for q in range(terms.shape[0]):
+        row, sign, vector = terms[q, 0], float(terms[q, 1]), terms[q, 2]
+        if vector >= 0:
+            for i in range(3):
+                _add(-sign, inverse, row + 3 + i, response, 6 * vector + i, width)
+                _add(sign, inverse, row + 3 + i, response, 6 * vector + 3 + i, width)
+            continue
+        j, slide = axes[vector, 1], axes[vector, 4]
+        for i in range(3):
+            u, v = (i + 1) % 3, (i + 2) % 3
+            _add(-sign * pitch[j], inverse, row + 3 + i, response, slide + i, width)
+            if axes[vector, 2] > 0:
+                _add(-sign, inverse, row + i, response, slide + i, width)
+                _add(-sign * points[j, v], inverse, row + 3 + u, response, slide + i, width)
+                _add(sign * points[j, u], inverse, row + 3 + v, response, slide + i, width)
+
+
+@kernel
+def planar_responses(inverse, width, axes, terms, response):
+    """Compute responses in a plane: all axes are those of sliders; see `spatial_responses`.
+
+    Args:
+        inverse: in; the pseudo-inverse, transposed, flat.
+        width: length of its rows, and of those of ``response``.
+        axes: in; link, joint, 0, its lanes (axes, 5).
+        terms: in; first row of a loop, ±1, arm, or axis - axes (terms, 3).
+        response: in, zeros; out; a row for each lane of the loops.
+    """
+    for q in range(terms.shape[0]):
+        row, sign, vector = terms[q, 0], float(terms[q, 1]), terms[q, 2]
+        if vector >= 0:
+            _add(-sign, inverse, row + 2, response, 2 * vector, width)
+            _add(sign, inverse, row + 1, response, 2 * vector + 1, width)
+        else:
+            slide = axes[vector, 4]
+            _add(-sign, inverse, row + 1, response, slide, width)
+            _add(-sign, inverse, row + 2, response, slide + 1, width)
+
+
+@kernel
+def solve_order(begin, end, lanes, stride, product, response, dependent, x, rates):
+    """Compute the rates of the dependent joints: ``Dq = Σ_lane product_lane response_lane``.
+
+    Args:
+        end: monomial after the last one.
+        lanes: how many count in the loops.
+        stride: lanes of each monomial.
+        product: in; sums of products, flat (monomials * stride,).
+        response: in; flat (lanes * x.size,).
+        dependent: in; dependent joints.
+        x: workspace; a whole number of vectors.
+        rates: out; joint rates (monomials, n).
+    """
+    for t in range(begin, end):
+        for y in range(0, x.size, VECTOR_WIDTH):
+            total = broadcast(0.0)
+            for lane in range(lanes):
+                entry = broadcast(product[t * stride + lane])
+                total = total + entry * load_vector(response, lane * x.size + y)
+            store_vector(x, y, total)
+        for d in range(dependent.size):
+            rates[t, dependent[d]] = x[d]
+
+
+@kernel
+def planar_vectors(
+    k, begin, end, stride, joints, arms, axes, screws, starts, rates, omega, product, left,
+    right,
+):  # fmt: skip
+    """Compute vectors of degree k, in a plane; see `spatial_vectors`.
+
+    ``D r = ω (-r_y, r_x)``: x and y of each are one lane each.
+
+    Args:
+        k: the degree.
+        end: monomial after the last one.
+        stride: lanes of each monomial.
+        joints: in; joint, parent, axis or -1 (joints, 3).
+        arms: in; link, point where it ends, axis or -1 (arms, 3).
+        axes: in; link, joint, 0, first lane if turned, if slid along (axes, 5).
+        screws: in; joint screws (n, 3).
+        starts: in; arms and axes at the reference pose (arms + axes, 2).
+        rates: in; joint rates up to degree k (monomials, n).
+        omega: workspace; angular velocities of the links (n, 1).
+        product: in; sums of products of degree k.
+        left: out; angular velocities and joint rates of degree k, on their lanes.
+        right: out; arms and axes of degree k.
+    """
+    few, part = arms.shape[0], 1.0 / k
+    for t in range(begin, end):
+        here = slice(t * stride, (t + 1) * stride)
+        speeds, two, z = left[here], right[here], product[here]
+        # ω_j = ω_parent + a_j Dq_j
+        for h in range(joints.shape[0]):
+            j, p = joints[h, 0], joints[h, 1]
+            omega[j, 0] = screws[j, 0] * rates[t, j] + (omega[p, 0] if p >= 0 else 0.0)
+        # r_k = (ω × r + a Dq)_k / k
+        for h in range(few):
+            w, axis, x, y = omega[arms[h, 0], 0], arms[h, 2], 2 * h, 2 * h + 1
+            rx, ry = -(w * starts[h, 1] + z[y]), w * starts[h, 0] + z[x]
+            if axis >= 0:
+                rate, slide = rates[t, axes[axis, 1]], axes[axis, 4]
+                rx += starts[few + axis, 0] * rate + z[slide]
+                ry += starts[few + axis, 1] * rate + z[slide + 1]
+            speeds[x], speeds[y], two[x], two[y] = w, w, part * rx, part * ry
+        # a_k = (ω × a)_k / k, on the lanes where it is turned and where it is slid along
+        for h in range(axes.shape[0]):
+            w, rate = omega[axes[h, 0], 0], rates[t, axes[h, 1]]
+            x, slide = axes[h, 3], axes[h, 4]
+            speeds[x] = speeds[x + 1] = w
+            speeds[slide] = speeds[slide + 1] = rate
+            two[x] = two[slide] = -part * (w * starts[few + h, 1] + z[x + 1])
+            two[x + 1] = two[slide + 1] = part * (w * starts[few + h, 0] + z[x])
+
+
+@kernel
+def spatial_vectors(
+    k, begin, end, stride, joints, arms, axes, screws, starts, pitch, rates, omega, product,
+    left, right,
+):  # fmt: skip
+    """Compute vectors of degree k and their factors, each on its lanes.
+
+    The lanes of a cross product are the three products that are added, ``ω_u r_v``, then the
+    three that are subtracted, ``ω_v r_u``, with (i, u, v) in cyclic order. ``product`` has
+    those of lower degrees; the terms of degree 0 and k are added here.
+
+    Args:
+        k: the degree.
+        end: monomial after the last one.
+        stride: lanes of each monomial.
+        joints: in; joint, parent, axis or -1 (joints, 3).
+        arms: in; link, point where it ends, axis or -1 (arms, 3).
+        axes: in; link, joint, whether it turns, first lane if turned, if slid along (axes, 5).
+        screws: in; joint screws (n, 6).
+        starts: in; arms and axes at the reference pose (arms + axes, 3).
+        pitch: in; pitch of each joint (n,).
+        rates: in; joint rates up to degree k (monomials, n).
+        omega: workspace; angular velocities of the links (n, 3).
+        product: in; sums of products of degree k, flat.
+        left: out; angular velocities and joint rates of degree k, on their lanes.
+        right: out; arms and axes of degree k.
+    """
+    few, part = arms.shape[0], 1.0 / k
+    for t in range(begin, end):
+        base = t * stride
+        # ω_j = ω_parent + a_j Dq_j
+        for h in range(joints.shape[0]):
+            j, p, axis = joints[h, 0], joints[h, 1], joints[h, 2]
+            for i in range(3):
+                omega[j, i] = screws[j, i] * rates[t, j]
+                if p >= 0:
+                    omega[j, i] += omega[p, i]
+                if axis >= 0 and axes[axis, 2] > 0:
+                    omega[j, i] += product[base + axes[axis, 4] + i]
+        # r_k = (ω × r + λ a Dq)_k / k, then a_k = (ω × a)_k / k
+        for h in range(few + axes.shape[0]):
+            axis = arms[h, 2] if h < few else -1
+            link = arms[h, 0] if h < few else axes[h - few, 0]
+            z = base + (6 * h if h < few else axes[h - few, 3])
+            for i in range(3):
+                u, v = (i + 1) % 3, (i + 2) % 3
+                change = omega[link, u] * starts[h, v] - omega[link, v] * starts[h, u]
+                change += product[z + i] - product[z + 3 + i]
+                if axis >= 0:
+                    j, y = axes[axis, 1], base + axes[axis, 4]
+                    slid = starts[few + axis, i] * rates[t, j] + product[y + i]
+                    change += pitch[j] * slid
+                change *= part
+                left[z + v] = left[z + 3 + u] = omega[link, i]
+                right[z + u] = right[z + 3 + v] = change
+                if h >= few:
+                    y = base + axes[h - few, 4]
+                    left[y + i], right[y + i] = rates[t, axes[h - few, 1]], change

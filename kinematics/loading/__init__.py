@@ -1,0 +1,1 @@
+"""Linkages from files, from the gallery, and without a file."""

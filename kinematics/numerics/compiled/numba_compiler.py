@@ -1,0 +1,266 @@
+"""Compile kernels with Numba once per machine and cache them on disk.
+
+`kinematics.numerics.compiled.jit` imports this file when it first needs compiled kernels.
+"""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Callable
+from contextlib import suppress
+from functools import cache
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numba
+from filelock import FileLock
+from numba.core import event, ir
+from numba.core.compiler import CompilerBase, DefaultPassBuilder
+from numba.core.compiler_machinery import FunctionPass, register_pass
+from numba.core.errors import NumbaTypeError
+from numba.core.typed_passes import NopythonTypeInference
+from numba.extending import typeof_impl
+
+import kinematics.numerics.compiled.simd_types  # noqa: F401  (Numba learns of lanes)
+from kinematics.numerics.compiled.cache_contents import kernel_folder, kernel_name, package_of
+
+if TYPE_CHECKING:
+    from rich.progress import Progress
+
+
+logger = logging.getLogger(__name__)
+
+# All private names of Numba that this project uses; no other file uses any.
+# _cache: the disk cache of one function, whose reading and writing are guarded.
+# _name: the name of a compiler pass in messages of Numba.
+# _nrt: the option that turns the reference counting of arrays off.
+PRIVATE = ("_cache", "_name", "_nrt")
+
+FIRST = "compiling kernels (the first time only; they are cached on disk)"
+# Seconds to wait for another process that saves a kernel.
+PATIENCE = 10.0
+
+
+def compile_kernel(function: Callable[..., Any], inline: bool, reference_counting: bool) -> Any:
+    """Make a function that Numba compiles at its first call, or loads from the disk cache.
+
+    Sums may be reordered and contracted, so that loops vectorise; infinities and NaNs keep
+    their meaning. Other threads run meanwhile. Where no folder can be written to, nothing is
+    cached.
+
+    Args:
+        function: a function of numbers and arrays.
+        inline: whether its callers contain its code.
+        reference_counting: whether arrays are counted; see
+            `kinematics.numerics.compiled.jit.kernel`.
+
+    Returns:
+        The dispatcher of Numba.
+    """
+    options = {} if reference_counting else {"_nrt": False, "pipeline_class": _WithoutCounts}
+    compiled = numba.njit(
+        nogil=True, forceinline=inline, error_model="numpy",
+        fastmath={"reassoc", "contract", "nsz"},
+        no_cfunc_wrapper=True,  # entries for C, which nobody calls, take time to compile
+        **options,
+    )(function)  # fmt: skip
+    _unliteral_numbers(compiled)
+    _cache_on_disk(compiled)
+    _events.kernels[function] = compiled
+    return compiled
+
+
+def compiled_kernels() -> list[str]:
+    """List the names of the kernels that this process has compiled or loaded."""
+    return [kernel_name(k.py_func) for k in _events.kernels.values() if k.signatures]
+
+
+@cache
+def let_kernels_call(kind: type) -> None:
+    """Let compiled kernels call objects of a class by their attribute ``compiled``."""
+
+    @typeof_impl.register(kind)
+    def _(value: Any, context: Any) -> Any:
+        return typeof_impl(value.compiled, context)
+
+
+def _unliteral_numbers(compiled: Any) -> None:
+    """Compile a kernel once for all numbers of one type.
+
+    Numba would specialise it for every literal number with which another kernel calls it.
+    """
+    typed, plain = compiled.get_call_template, numba.types.unliteral
+    compiled.get_call_template = lambda args, kws: typed(
+        [plain(arg) for arg in args], {name: plain(arg) for name, arg in kws.items()}
+    )
+
+
+@register_pass(mutates_CFG=False, analysis_only=True)
+class _RefuseArrays(FunctionPass):
+    """Compiler pass: refuse kernels without reference counting that would misuse arrays.
+
+    Numba would free an argument that such a kernel returns while it is in use, and never free
+    an array that a callee returns.
+    """
+
+    _name = "refuse_arrays_without_reference_counting"
+
+    def __init__(self) -> None:
+        """Make a pass without state."""
+
+    def run_pass(self, state: Any) -> bool:
+        """Check the types that Numba has found; change nothing."""
+        models, name = state.targetctx.data_model_manager, state.func_id.func_qualname
+        if models[state.return_type].contains_nrt_meminfo():
+            raise NumbaTypeError(
+                f"kernel {name} returns {state.return_type}: a kernel with "
+                "reference_counting=False must not return arrays; let it fill one of its "
+                "arguments, or count references"
+            )
+        for call, signature in state.calltypes.items():
+            if not isinstance(call, ir.Expr) or call.op != "call":
+                continue
+            callee = state.typemap[call.func.name]
+            if isinstance(callee, numba.types.Dispatcher) and (
+                models[signature.return_type].contains_nrt_meminfo()
+            ):
+                raise NumbaTypeError(
+                    f"kernel {name} is given {signature.return_type} by "
+                    f"{callee.dispatcher.py_func.__qualname__}: with reference_counting=False "
+                    "it would never be freed"
+                )
+        return False
+
+
+class _WithoutCounts(CompilerBase):
+    """Numba's compiler with a check of kernels without reference counting."""
+
+    def define_pipelines(self) -> list[Any]:
+        """Add the check to the passes of Numba, after type inference."""
+        passes = DefaultPassBuilder.define_nopython_pipeline(self.state)
+        passes.add_pass_after(_RefuseArrays, NopythonTypeInference)
+        passes.finalize()
+        return [passes]
+
+
+def _cache_on_disk(compiled: Any) -> None:
+    """Cache a kernel in the folder of its sources; warn if there is none."""
+    folder, usual = kernel_folder(package_of(compiled.py_func)), numba.config.CACHE_DIR
+    if folder is None:
+        _events.cannot_cache()
+        return
+    numba.config.CACHE_DIR = str(folder)
+    try:
+        compiled.enable_caching()
+    except RuntimeError:
+        _events.cannot_cache()
+    finally:
+        numba.config.CACHE_DIR = usual
+    # Another version of Numba may have no such attribute: its cache is used unguarded.
+    with suppress(AttributeError):
+        _guard_cache(compiled._cache)
+
+
+def _guard_cache(store: Any) -> None:
+    """Let one process at a time save kernels of a folder, and ignore damaged files.
+
+    Numba numbers the signatures of a kernel in an index, in the order of their compilation: of
+    two processes that save at once, one would lose its kernel, or call the other's. Files are
+    replaced as a whole, so that reading needs no lock.
+    """
+    load, save, lock = store.load_overload, store.save_overload, Path(store.cache_path, "lock")
+
+    def load_undamaged(signature: Any, context: Any) -> Any:
+        try:
+            return load(signature, context)
+        except Exception:  # a file cut short by a crash or a full disk may raise anything
+            return None
+
+    def save_alone(signature: Any, data: Any) -> None:
+        try:
+            with FileLock(lock, PATIENCE, poll_interval=0.01):
+                try:
+                    save(signature, data)
+                except OSError:
+                    raise
+                except Exception:  # the index is damaged
+                    store.flush()
+                    save(signature, data)
+        except (OSError, NotImplementedError):  # no space, no folder, or no locks
+            _events.cannot_cache()
+
+    store.load_overload, store.save_overload = load_undamaged, save_alone
+
+
+class _CompilationEvents(event.Listener):
+    """Report that kernels are being compiled, with a bar on a terminal, or cannot be cached."""
+
+    def __init__(self) -> None:
+        """Start without kernels and without messages."""
+        self.kernels: dict[Callable[..., Any], Any] = {}
+        self._compiled_functions: set[Callable[..., Any]] = set()
+        self._logged: set[str] = set()
+        self._depth = 0
+        self._bar: Progress | None = None
+
+    def on_start(self, event: Any) -> None:
+        """Count the beginning of a compilation; Numba does not call it for kernels it loads."""
+        if event.data["dispatcher"].py_func not in self.kernels:
+            return
+        if self._depth == 0:
+            self._show_bar()
+        self._depth += 1
+
+    def on_end(self, event: Any) -> None:
+        """Count the end of a compilation; Numba calls it."""
+        function = event.data["dispatcher"].py_func
+        if function not in self.kernels:
+            return
+        self._compiled_functions.add(function)
+        self._depth -= 1
+        if self._bar is not None:
+            self._bar.update(self._bar.task_ids[0], completed=len(self._compiled_functions))
+        if self._depth == 0 and self._bar is not None:
+            self._bar.stop()
+
+    def cannot_cache(self) -> None:
+        """Warn that the disk cache has no folder, or no space."""
+        self._log_once(
+            "no folder to cache compiled kernels in: they are compiled anew in every process; "
+            "set NUMBA_CACHE_DIR to a folder that can be written to"
+        )
+
+    def _show_bar(self) -> None:
+        """Show the bar on a terminal; elsewhere, log once that kernels are compiled."""
+        if self._bar is None and not self._logged:
+            self._bar = _make_bar()
+            if self._bar is None:
+                self._log_once(FIRST)
+        if self._bar is None:
+            return
+        task = self._bar.task_ids[0]
+        self._bar.update(task, completed=len(self._compiled_functions), total=len(self.kernels))
+        self._bar.start()
+
+    def _log_once(self, text: str) -> None:
+        if text not in self._logged:
+            self._logged.add(text)
+            logger.warning(text)
+
+
+def _make_bar() -> Progress | None:
+    """Make a bar that counts kernels, on standard error; None if that is no terminal."""
+    from rich.console import Console
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TimeElapsedColumn
+
+    console = Console(stderr=True)
+    if not (console.is_terminal or console.is_jupyter):
+        return None
+    columns = "{task.description}", BarColumn(), MofNCompleteColumn(), TimeElapsedColumn()
+    bar = Progress(*columns, console=console, transient=True)
+    bar.add_task("compiling kernels")
+    return bar
+
+
+_events = _CompilationEvents()
+event.register("numba:compile", _events)

@@ -1,0 +1,65 @@
+"""Floating-point vectors: groups of equal ones up to a tolerance, and projection."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+Alike = Callable[[Array, Array], NDArray[np.bool_]]
+
+
+def alike_groups(vectors: Sequence[Array] | Array, alike: Alike) -> list[list[int]]:
+    """Group vectors: each joins the first group whose first vector is alike.
+
+    Args:
+        vectors: of one length d (count, d).
+        alike: decides which of some vectors (k, d) are alike another (d,), as (k,), by a
+            tolerance of the caller's.
+
+    Returns:
+        Indices of the vectors of each group, ascending; groups in the order of their first.
+    """
+    all_vectors = np.asarray(vectors, dtype=np.float64)
+    groups: list[list[int]] = []
+    firsts = np.empty_like(all_vectors)
+    for i, vector in enumerate(all_vectors):
+        same = np.flatnonzero(alike(firsts[: len(groups)], vector))
+        if same.size:
+            groups[same[0]].append(i)
+        else:
+            firsts[len(groups)] = vector
+            groups.append([i])
+    return groups
+
+
+def distinct_vectors(vectors: Sequence[Array] | Array, alike: Alike) -> list[int]:
+    """Find the vectors that are alike none of those before them.
+
+    Args:
+        vectors: of one length d (count, d).
+        alike: as for `alike_groups`.
+
+    Returns:
+        Their indices, ascending.
+    """
+    return [group[0] for group in alike_groups(vectors, alike)]
+
+
+def project_out(vectors: Array, directions: Array) -> Array:
+    """Project vectors onto the complement of directions, ``v - D (Dᵀ v)``.
+
+    Args:
+        vectors: one (n,), or several as columns (n, m).
+        directions: a unit vector (n,), or orthonormal columns D (n, count).
+
+    Returns:
+        Shape of ``vectors``.
+    """
+    if directions.ndim == 1:
+        along = np.multiply.outer(directions, directions @ vectors)
+    else:
+        along = directions @ (directions.T @ vectors)
+    return np.asarray(vectors - along)

@@ -1,0 +1,35 @@
+"""The page of a synthesis in a browser that has no network."""
+
+from __future__ import annotations
+
+import pytest
+
+from balance import synthesize
+from balance.app.answers.html.synthesis import synthesis_page
+from tests.support.browser import complaints, needs_browser, screen, show, too_wide, wait_until
+
+pytestmark = needs_browser
+LINES = "return byId('traces{}').querySelectorAll('.line').length"
+
+
+@pytest.mark.browser
+def test_mechanism_and_map_on_wide_and_narrow_screens(browser, tmp_path):
+    """Links at both positions where they are, the contour, and no sideways scrolling."""
+    places = [(0.3, 0.1, 0.19), (0.1, 0.4, -0.7)]
+    found = synthesize(places, nonlinear=True, moving=0.4 + 0.4j)
+    text = synthesis_page(found)
+    for width in (1280, 390):
+        with screen(browser, width):
+            show(browser, tmp_path, text)
+            wait_until(browser, lambda page: page.execute_script(LINES.format(1)) >= 1)
+            assert browser.execute_script(LINES.format(0)) == 4
+            shade = "return byId('traces1').querySelectorAll('image.shade').length"
+            assert browser.execute_script(shade) == 1
+            assert complaints(browser) == []
+            tool = browser.execute_script(
+                "const t = byId('traces0').chart.traces[1]; return [t.x[0], t.y[0]]"
+            )
+            assert tool == [places[0][0], places[0][1]]
+            assert too_wide(browser) == 0
+    table = browser.find_element("css selector", "table").text
+    assert "pantograph" in table and "none" in table

@@ -1,0 +1,111 @@
+"""The command ``balance remedies``: verdicts, files that are written, and what is refused."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+import balance
+from balance.app.cli.main import main
+from balance.masses.remedies.catalogue import CATALOGUE
+from tests.support.json_answers import json_answer, read_schema
+
+SCHEMA = read_schema("remedies")
+NO, YES = "four_bar_general", "four_bar_antiparallelogram"
+
+
+def run(capsys, *words):
+    """Exit code and JSON of the command."""
+    return json_answer(capsys, "remedies", *words)
+
+
+@pytest.mark.slow
+def test_own_masses_and_the_baseline(capsys, tmp_path):
+    """Files of what helps are written, and they hold what was said of them."""
+    out = tmp_path / "remedies"
+    code, found = run(capsys, NO, "--only", "own_masses,partial", "--out", str(out))
+    assert (code, found["verdict"]) == (1, "infeasible")
+    assert [one["verdict"] for one in found["remedies"]] == ["infeasible", "partial"]
+    assert [path.name for path in out.iterdir()] == ["partial.urdf"]
+    partial = found["remedies"][1]
+    before = balance.verify(NO, trajectories=3).scale
+    after = balance.verify(out / "partial.urdf", trajectories=3)
+    assert 0.0 < partial["residual"] < 1.0 and before > 0.0
+    mass = sum(body.inertia[0] for body in after.linkage.bodies)
+    assert mass == pytest.approx(found["given_mass"] + partial["added_mass"], rel=1e-9)
+    code, found = run(capsys, YES, "--only", "own_masses")
+    assert (code, found["verdict"]) == (0, "feasible")
+    assert found["remedies"][0]["residual"] <= 1e-9
+
+
+def test_the_page_has_the_numbers_and_no_network(capsys, tmp_path):
+    page = tmp_path / "page.html"
+    words = ["remedies", NO, "--only", "partial", "--html", str(page)]
+    assert main(words) == 1
+    text = page.read_text("utf-8")
+    assert '"schema": "balance.remedies/1"' in text and "What each remedy costs" in text
+    assert "https://" not in text.partition("<script>")[0]
+    assert "partial" in capsys.readouterr().out
+
+
+def test_every_remedy_of_the_schema_is_in_the_catalogue():
+    known = SCHEMA["$defs"]["remedy"]["properties"]["remedy"]["enum"]
+    assert tuple(known) == tuple(CATALOGUE)
+
+
+@pytest.mark.parametrize(("words", "code", "said"), [
+    (["--only", "wheels"], 2, "no remedy 'wheels'"), (["--gear", "0"], 2, "positive"),
+    (["--gear", "nan"], 2, "positive"), (["--rotor-radius", "-1"], 2, "positive"),
+    (["--budget", "x"], 2, "positive"), (["--add", "ghost"], 3, "ghost"),
+    (["--add", "crank,crank"], 2, "not a list"), (["--region", "crank=cube(1)"], 2, "crank"),
+    (["--add", "crank", "--region", "rocker=ball(0,0,0,1)"], 2, "rocker"),
+    (["--region", "crank=ball(0,0,0,1)", "--region", "crank=ball(0,0,0,2)"], 2, "two regions"),
+    (["--motion", "u9=0"], 3, "u9"),
+])  # fmt: skip
+def test_bad_requests_get_one_line_and_write_nothing(words, code, said, capsys, tmp_path):
+    out = tmp_path / "out"
+    assert main(["remedies", NO, *words, "--json", "--out", str(out)]) == code
+    streams = capsys.readouterr()
+    assert streams.out == "" and said in streams.err.splitlines()[-1]
+    assert not out.exists()
+
+
+def test_folders_that_cannot_be_written_are_refused_first(capsys, tmp_path):
+    """Before any work, and a folder that was there keeps what it held."""
+    file = tmp_path / "file"
+    file.write_text("x")
+    for out in (file, tmp_path / "no" / "such"):
+        assert main(["remedies", NO, "--out", str(out)]) == 2
+        assert str(out.parent) in capsys.readouterr().err
+    model = tmp_path / "partial.urdf"
+    model.write_bytes(
+        (Path(balance.__file__).parents[1] / f"urdf_models/{NO}.urdf").read_bytes()
+    )
+    before = model.read_bytes()
+    words = ["remedies", str(model), "--only", "partial", "--out", str(tmp_path)]
+    assert main(words) == 2
+    assert "would replace a file that is read" in capsys.readouterr().err
+    assert model.read_bytes() == before and {p.name for p in tmp_path.iterdir()} == {
+        "file", "partial.urdf"
+    }  # fmt: skip
+
+
+def test_a_failed_page_leaves_no_folder(capsys, tmp_path):
+    """All files or none."""
+    out = tmp_path / "out"
+    page = tmp_path / "no" / "page.html"
+    words = ["remedies", NO, "--only", "partial", "--out", str(out), "--html", str(page)]
+    assert main(words) == 3
+    assert "cannot be written" in capsys.readouterr().err and not out.exists()
+
+
+def test_a_linkage_without_masses_is_refused(capsys, tmp_path):
+    path = tmp_path / "bare.urdf"
+    path.write_text(
+        '<robot name="r"><link name="b"/><link name="a"/><joint name="j" type="continuous">'
+        '<parent link="b"/><child link="a"/><axis xyz="0 0 1"/></joint></robot>'
+    )
+    assert main(["remedies", str(path), "--json"]) == 3
+    streams = capsys.readouterr()
+    assert streams.out == "" and "no moving link has a mass" in streams.err

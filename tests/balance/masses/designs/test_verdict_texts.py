@@ -1,0 +1,28 @@
+"""Verdicts name a few links, and count the others."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from balance.app.answers.text.design import OTHER_WAYS
+from balance.masses.designs.constraints import Constraints
+from balance.masses.designs.verdicts import describe_conflict
+
+
+@pytest.mark.parametrize(
+    ("count", "words"),
+    [
+        (1, "of l0 are zero"),
+        (3, "of l0, l1 and l2 add up"),
+        (7, "l4, l5 and l6 add up"),
+        (25, "of l0, l1, l2, l3, l4, l5 and 19 others add up to zero"),
+    ],
+)
+def test_a_verdict_names_few_links(count, words):
+    space = SimpleNamespace(bodies=tuple(f"l{k}" for k in range(count)), balance="dynamic")
+    assert words in describe_conflict(space, np.ones((count, 3, 3)), Constraints())
+
+
+def test_partial_balance_is_advised_with_the_budget_that_it_needs():
+    assert "--partial --budget KG" in OTHER_WAYS[1]

@@ -1,0 +1,150 @@
+"""Rotors on a double pendulum against formulas by hand, and what the files of rotors hold.
+
+Two slender rods of 1 kg and 1 m, hinged at their ends, with counterweights at most a from the
+hinges, and rotors of radius ρ that turn N times. Force balance about the second hinge and then
+about the first:
+
+    m2 a = 1/2,    m1 a = 1/2 + (1 + m2) · 1
+
+With the inertia of the second rod about its hinge, and of all masses about the first where the
+second arm with its counterweight counts as a point (of mass 1 + m2) and as an inertia I2,
+
+    I2 = 1/3 + m2 a²,    I1 = 1/3 + m1 a² + (1 + m2) + I2,
+
+the angular momentum is I1 q̇1 + I2 q̇2 (balanced arms have no other terms).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import kinematics
+from balance.masses.remedies.counter_rotations.counter_rotary_masses import (
+    apply_counter_rotary_masses,
+)
+from balance.masses.remedies.counter_rotations.separate_rotors import apply_separate_rotors
+from balance.masses.remedies.request import RemedyRequest
+from kinematics import ScrewJoint, from_screws
+from kinematics.loading.model_gallery import as_linkage
+from kinematics.model.document.element import Document
+
+REACH = 0.5  # a, metres
+M2 = 0.5 / REACH
+M1 = (0.5 + 1.0 + M2) / REACH
+I2 = 1.0 / 3.0 + M2 * REACH**2
+I1 = 1.0 / 3.0 + M1 * REACH**2 + (1.0 + M2) + I2
+
+
+def pendulum(gear, radius):
+    """A request for the double pendulum."""
+    rod = np.diag([0.0, 1.0 / 12.0, 1.0 / 12.0])
+    linkage = from_screws(
+        [
+            ScrewJoint("q1", "base", "upper"),
+            ScrewJoint("q2", "upper", "lower", point=(1, 0, 0)),
+        ],
+        bodies={"upper": (1.0, (0.5, 0, 0), rod), "lower": (1.0, (1.5, 0, 0), rod)},
+        inputs=["q1", "q2"],
+    )
+    ball = f"ball(0,0,0,{REACH})"
+    regions = {"upper": ball, "lower": ball}
+    return RemedyRequest(linkage, regions=regions, gear=gear, radius=radius)
+
+
+@pytest.mark.table(1)
+@pytest.mark.parametrize("gear", [1.0, 2.0])
+def test_separate_rotors_on_the_ground(gear):
+    """Rotors with N J = I1 and I2 add J / ρ² each; an input turns itself and its rotor."""
+    radius = 0.8
+    found = next(apply_separate_rotors(pendulum(gear, radius)))
+    assert found.verdict == "feasible", found
+    mass = M1 + M2 + (I1 + I2) / gear / radius**2
+    assert found.added_mass == pytest.approx(mass, rel=1e-8)
+    inertia = {"q1": I1 * (1.0 + gear), "q2": I2 * (1.0 + gear)}
+    assert found.input_inertia == pytest.approx(inertia, rel=1e-8)
+    before = (1.0 / 3.0 + 1.0 / 3.0 + 1.0 * (1.0 + 2 * 0.5)) + 1.0 / 3.0
+    ratio = sum(inertia.values()) / before
+    assert found.inertia_ratio == pytest.approx(ratio, rel=1e-8)
+
+
+def test_separate_rotors_on_the_links():
+    """The rotor of the second joint rides on the end of the first link."""
+    gear, radius = 2.0, 0.8
+    found = list(apply_separate_rotors(pendulum(gear, radius)))[1]
+    assert "link before" in found.words
+    J2 = I2 / gear
+    rider = J2 / radius**2
+    m1 = M1 + rider / REACH
+    carried = I1 + rider + rider / REACH * REACH**2 + J2
+    mass = m1 + M2 + rider + carried / gear / radius**2
+    assert found.added_mass == pytest.approx(mass, rel=1e-8)
+    inertia = {"q1": carried * (1.0 + gear), "q2": I2 * (1.0 + gear)}
+    assert found.input_inertia == pytest.approx(inertia, rel=1e-8)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("gear", [1.0, 2.0])
+def test_counter_rotary_masses(gear):
+    """The counterweights themselves turn: no mass beyond force balance."""
+    found = next(apply_counter_rotary_masses(pendulum(gear, 1.0)))
+    assert found.verdict == "feasible", found
+    assert found.added_mass == pytest.approx(M1 + M2, rel=1e-8)
+    # A rotor turns with the link before its joint, whose inertia it adds to.
+    J2 = I2 / gear
+    inertia = {"q1": (I1 + J2) * (1.0 + gear), "q2": I2 * (1.0 + gear)}
+    assert found.input_inertia == pytest.approx(inertia, rel=1e-8)
+    assert found.details["lever"] == 1.0
+
+
+@pytest.mark.slow
+def test_a_small_counter_rotary_mass_turns_nearer_to_its_joint():
+    """Where the radius is too small for the lever, a shorter lever is heavier and balances."""
+    found = next(apply_counter_rotary_masses(pendulum(1.0, 0.6)))
+    assert found.verdict == "feasible" and found.details["lever"] < 1.0
+    assert found.added_mass > M1 + M2
+
+
+def test_exported_rotors_follow_their_joints():
+    """The file has continuous joints that follow with -N, and every byte of the old one."""
+    request = RemedyRequest(as_linkage("four_bar_general"), gear=3.0)
+    found = next(apply_separate_rotors(request))
+    own = request.base.data.decode()
+    text = found.urdf.decode()
+    assert text.startswith(own[: own.rindex("</robot>")].rstrip())
+    assert found.new_joints == ("u1_rotor_joint", "q4_rotor_joint")
+    for joint, source in zip(found.new_joints, ("u1", "q4"), strict=True):
+        element = text[text.index(f'<joint name="{joint}" type="continuous">') :]
+        element = element[: element.index("</joint>")]
+        assert f'<mimic joint="{source}" multiplier="-3"' in element
+    again = kinematics.load(Document("again", found.urdf))
+    mass = sum(body.inertia[0] for body in again.bodies)
+    assert mass - request.given_mass == pytest.approx(found.added_mass, rel=1e-12)
+    assert found.residual <= 1e-9
+
+
+def test_spatial_arm_needs_three_rotors():
+    """Rotors of joints whose axes turn ride on the link before."""
+    bodies = {f"L{k}": (1.0, (0.3 * k, 0, 0.5), 0.01 * np.eye(3)) for k in (1, 2, 3)}
+    joints = [
+        ScrewJoint("j1", "base", "L1"),
+        ScrewJoint("j2", "L1", "L2", axis=(0, 1, 0), point=(0, 0, 0.5)),
+        ScrewJoint("j3", "L2", "L3", axis=(0, 1, 0), point=(0.6, 0, 0.5)),
+    ]
+    linkage = from_screws(joints, bodies=bodies)
+    found = list(apply_separate_rotors(RemedyRequest(linkage, gear=4.0, radius=0.5)))
+    assert [one.verdict for one in found] == ["feasible"], found
+    assert found[0].details["fewest"] == 3 and len(found[0].new_links) == 3
+    assert "j1 (on the ground) and j2, j3 (on the link before)" in found[0].words
+
+
+def test_where_rotors_are_no_remedy():
+    """Force balance, a feasible linkage, and one that no rotors balance."""
+    force = RemedyRequest(as_linkage("five_bar"), balance="force")
+    for apply in (apply_separate_rotors, apply_counter_rotary_masses):
+        (found,) = apply(force)
+        assert found.verdict == "refused" and "force balance" in found.reason
+        (found,) = apply(RemedyRequest(as_linkage("slider_crank")))
+        assert found.verdict == "refused" and "no counter-rotation is needed" in found.reason
+        (found,) = apply(RemedyRequest(as_linkage("rusr")))
+        assert found.verdict == "infeasible" and "certificate" in found.reason

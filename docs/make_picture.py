@@ -41,7 +41,7 @@ def corners(linkage, u):
     ends, centres = [], []
     for body, joints in zip(linkage.bodies, joints_of_bodies(linkage), strict=True):
         points = [joint.point for joint in joints[:2]]
-        points.append(balance.mass_properties(body.inertia).com)
+        points.append(balance.bodies.mass_properties(body.inertia).com)
         *pair, centre = (H[body.link, :3, :3] @ p + H[body.link, :3, 3] for p in points)
         ends.append(pair)
         centres.append(centre)

@@ -26,70 +26,14 @@ in the inertial frame, in SI units.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
 
-from kinematics.numerics.compiled.background import compile, register_warm_up
+import lazy_loader
 
-if TYPE_CHECKING:
-    from kinematics.closure.assembly.tool_frame import tool
-    from kinematics.closure.taylor.many_poses import ManyTaylorMotions, taylor_motion_many
-    from kinematics.closure.taylor.taylor_motion import TaylorMotion, taylor_motion
-    from kinematics.loading.building.dh_rows import from_dh
-    from kinematics.loading.building.from_pinocchio import from_pinocchio
-    from kinematics.loading.building.screw_joints import ScrewJoint, from_screws
-    from kinematics.loading.model_gallery import gallery, load
-    from kinematics.model.linkage import Body, Joint, Linkage, Loop, Notice
-    from kinematics.model.motion import Motion
+from kinematics.numerics.compiled.background import register_warm_up
+from kinematics.version import __version__ as __version__
 
-__all__ = [
-    "Body",
-    "Joint",
-    "Linkage",
-    "Loop",
-    "ManyTaylorMotions",
-    "Motion",
-    "Notice",
-    "ScrewJoint",
-    "TaylorMotion",
-    "compile",
-    "from_dh",
-    "from_pinocchio",
-    "from_screws",
-    "gallery",
-    "load",
-    "taylor_motion",
-    "taylor_motion_many",
-    "tool",
-]
-
-_HOMES = {
-    **dict.fromkeys(["Body", "Joint", "Linkage", "Loop", "Notice"], "model.linkage"),
-    **dict.fromkeys(["ScrewJoint", "from_screws"], "loading.building.screw_joints"),
-    **dict.fromkeys(["gallery", "load"], "loading.model_gallery"),
-    **dict.fromkeys(["TaylorMotion", "taylor_motion"], "closure.taylor.taylor_motion"),
-    **dict.fromkeys(["ManyTaylorMotions", "taylor_motion_many"], "closure.taylor.many_poses"),
-    "Motion": "model.motion",
-    "__version__": "version",
-    "from_dh": "loading.building.dh_rows",
-    "from_pinocchio": "loading.building.from_pinocchio",
-    "tool": "closure.assembly.tool_frame",
-}
-
-
-def __getattr__(name: str) -> object:
-    """Import a public name at its first use: reading an invalid file needs no kernels."""
-    from importlib import import_module
-
-    if name in _HOMES:
-        value = getattr(import_module(f"kinematics.{_HOMES[name]}"), name)
-        globals()[name] = value
-        return value
-    raise AttributeError(f"module 'kinematics' has no attribute '{name}'")
-
-
-def __dir__() -> list[str]:
-    """List the public names, for help and for completion, imported or not."""
-    return sorted({*globals(), *_HOMES})
+# The names are in the file __init__.pyi; each is imported when it is first used.
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
 
 
 def _warm_up() -> Iterator[None]:

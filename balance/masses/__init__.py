@@ -1,1 +1,24 @@
-"""Which masses can be built: designs, counterweights, remedies."""
+"""Which masses can be built: designs, counterweights, remedies.
+
+Names for users, beside those of `balance` itself:
+
+- ``Region``: a convex region of a link frame in which matter may be added
+- ``ElasticFrame``: a frame on springs and dampers that carries a linkage
+- ``feasible``: whether a space holds a distribution that can be built
+- ``Feasibility``: the verdict on a space
+- ``buildable_masses``: masses that can be built, from chosen pure inertias
+- ``BuildableMasses``: these masses, or why there are none
+- ``pure_inertia``: move all point masses of a planar linkage, until it has inertias alone
+- ``PureInertia``: pure inertias, masses moved, relations of angular velocities
+- ``fewest_rotors``: the smallest sets of counter-rotations with which masses balance
+- ``FewestRotors``: result of ``fewest_rotors``
+- ``RotorSet``: one of the smallest sets
+- ``AppliedRemedy``: one remedy, its verdict and its cost
+- ``ModeAnswer``: a mode of motion, and which masses balance the linkage on it
+"""
+
+from __future__ import annotations
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

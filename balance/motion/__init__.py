@@ -1,1 +1,19 @@
-"""What a linkage does to its base: shaking, reactions, paths, links that bend."""
+"""What a linkage does to its base: shaking, reactions, paths, links that bend.
+
+Names for users, beside those of `balance` itself:
+
+- ``shaking``: shaking force and moment along a motion
+- ``Trajectory``: a motion sampled in time
+- ``FloatingBase``: a base with mass, inertia and springs
+- ``simulate_floating_base``: simulate the motion of the base that a linkage causes
+- ``FloatingBaseMotion``: result of ``simulate_floating_base``
+- ``ReactionlessPath``: one path, and the momentum along it
+- ``timed_path``: a motion along a path, from rest to rest
+- ``Base``: a base that floats, with a mass of its own
+"""
+
+from __future__ import annotations
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

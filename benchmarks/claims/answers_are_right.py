@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from balance import design_space, momentum_regressor
+from balance import design_space
+from balance.momentum import momentum_regressor
 from balance.space.certification.exact_ranks import exact_ranks
 from kinematics.loading.model_gallery import gallery, load
 

@@ -14,7 +14,8 @@ from time import process_time
 
 import numpy as np
 
-from balance import design_space_many, momentum_regressor
+from balance.momentum import momentum_regressor
+from balance.space import design_space_many
 from balance.space.certification.exact_ranks import exact_ranks
 from benchmarks.inputs.geometry import resized, variants
 from benchmarks.references import compiled

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from balance import momentum_map, reaction_null_space
+from balance.pose import momentum_map, reaction_null_space
 from kinematics.loading.model_gallery import load
 
 

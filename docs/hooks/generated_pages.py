@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 import argparse
-import ast
+import inspect
 import json
 import re
-from collections import defaultdict
 from collections.abc import Iterator
 from pathlib import Path
+from types import ModuleType
 
+import balance
 import kinematics
 from balance.app.cli import exit_codes
 from balance.app.cli.main import COMMANDS, command_parser
-from balance.public_names import MODULES_OF_NAMES
 
 ROOT = Path(__file__).parents[2]
 Field = tuple[str, str]
@@ -111,30 +111,20 @@ def _cell(text: str) -> str:
 
 
 def api_pages() -> dict[str, str]:
-    """List the public names of both packages, a page for each of their folders."""
-    names = {name: f"balance.{home}" for name, home in MODULES_OF_NAMES.items()}
-    names |= {
-        name: f"kinematics.{home}" for name, home in kinematics._HOMES.items() if name[0] != "_"
-    }
-    names["compile"] = "kinematics.numerics.compiled.background"
-    parts = defaultdict(list)
-    for name, module in sorted(names.items(), key=lambda item: item[0].lower()):
-        package, *folders, _ = module.split(".")
-        parts[package, "/".join(folders[:2])].append(f"{module}.{name}")
+    """List the public names of both packages, a page for each module that shows them."""
+    faces = [getattr(balance, name) for name in balance.__all__]
+    modules = [kinematics, balance, *filter(inspect.ismodule, faces)]
     return {
-        f"reference/api/{package}_{part.replace('/', '_')}.md": _api_page(
-            package, part, members
-        )
-        for (package, part), members in sorted(parts.items())
+        f"reference/api/{module.__name__.replace('.', '_')}.md": _api_page(module)
+        for module in modules
     }
 
 
-def _api_page(package: str, part: str, members: list[str]) -> str:
-    """Title, first line of the folder's docstring, and the public names."""
-    path = ROOT / package / part / "__init__.py"
-    words = ast.get_docstring(ast.parse(path.read_text(encoding="utf-8"))) or ""
-    imported = ", ".join(sorted(member.split(".")[-1] for member in members))
-    title = part.rpartition("/")[2].replace("_", " ").capitalize()
-    page = f"# {title}\n\n{words.splitlines()[0]}\n\n"
-    page += f"`from {package} import {imported}`\n"
+def _api_page(module: ModuleType) -> str:
+    """Title, first line of the docstring, and the public names."""
+    values = {name: getattr(module, name) for name in module.__all__}
+    names = [name for name, value in values.items() if not inspect.ismodule(value)]
+    page = f"# {module.__name__}\n\n{(module.__doc__ or '').splitlines()[0]}\n\n"
+    page += f"`from {module.__name__} import {', '.join(names)}`\n"
+    members = (f"{values[name].__module__}.{name}" for name in names)
     return page + "".join(f"\n::: {member}\n" for member in members)

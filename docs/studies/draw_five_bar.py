@@ -55,7 +55,7 @@ def draw(table, best, figure):
 
 def main():
     """Compute, print and draw."""
-    table = balance.read_study(HERE / "five_bar_footprint.toml").run(workers=2)
+    table = balance.studies.read_study(HERE / "five_bar_footprint.toml").run(workers=2)
     rows = best_rows(table)
     print_table(table, rows)
     picture = image((6.4, 4.2), "svg", lambda figure: draw(table, rows[0], figure))

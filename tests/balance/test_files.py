@@ -11,9 +11,9 @@ from argparse import ArgumentTypeError
 import pytest
 
 import kinematics
-from balance import screw_figure
 from balance.app.cli.main import main
 from balance.app.cli.outputs import page_path
+from balance.momentum import screw_figure
 from balance.support.atomic_files import open_atomic, write_all_atomic
 from kinematics.errors import FileError, LinkageError, PackageError, UsageError
 from kinematics.loading.model_gallery import gallery

@@ -14,52 +14,57 @@ from balance.space.spaces.save import record_of
 from kinematics.closure.assembly.tool_frame import tool
 from kinematics.model.spatial.screws import twist_axis
 from tests.support.laws import coordinates
+from tests.support.source_files import FACES, public_names
 
 
 def results_of_poses_and_bases(linkage, space):
     """Those of balance in one pose, paths, floating bases and pure inertias."""
-    pose = balance.balance_pose(linkage, {"crank": 1.0})
+    pose = balance.pose.balance_pose(linkage, {"crank": 1.0})
     answers = balance.motion_modes(linkage)
     paths = balance.find_paths("principal_vector_linkage", length=0.1)
-    base = balance.FloatingBase(3, 1)
-    pure = balance.pure_inertia(space)
+    base = balance.motion.FloatingBase(3, 1)
+    pure = balance.masses.pure_inertia(space)
     return [
         (answers, "1 mode of"),
         (answers.modes[0], "mode 1: mobility 1, nullity 5, feasible"),
         (pose, "crank cannot balance"),
         (pose.families["crank"], "5 free parameters"),
-        (balance.momentum_map(linkage, {"u1": [0, 0.1]}), "2 poses reached"),
-        (balance.reaction_null_space("five_bar", [0.1, 0.1]), "0 of 2 rates"),
+        (balance.pose.momentum_map(linkage, {"u1": [0, 0.1]}), "2 poses reached"),
+        (balance.pose.reaction_null_space("five_bar", [0.1, 0.1]), "0 of 2 rates"),
         (paths, "2 paths through 1 pose"),
         (paths.paths[0], "of the bodies' own"),
-        (balance.Base(3), "mass=3"),
+        (balance.motion.Base(3), "mass=3"),
         (base, "inertia=1"),
-        (balance.decoupling(space), "no: not balanced"),
+        (balance.space.decoupling(space), "no: not balanced"),
         (pure, "0.5 kg stays"),
-        (balance.buildable_masses(space, 0.0 * pure.inertias), "feasible"),
-        (balance.simulate_floating_base(linkage, base, duration=0.05), "the base moves"),
+        (balance.masses.buildable_masses(space, 0.0 * pure.inertias), "feasible"),
+        (balance.motion.simulate_floating_base(linkage, base, duration=0.05), "the base moves"),
     ]
 
 
 def results_of_beams(linkage):
     """Those of links that bend."""
-    beam = balance.Beam(0.1, 0.0045, 0.024)
-    arm = balance.Arm(beam, 0.01)
-    other = balance.Arm(balance.Beam(0.05, 1e-3, 0.01, 1e6, 1e6), 0.02)
-    pin = balance.Support((0.0,))
+    beam = balance.flexible.Beam(0.1, 0.0045, 0.024)
+    arm = balance.flexible.Arm(beam, 0.01)
+    other = balance.flexible.Arm(balance.flexible.Beam(0.05, 1e-3, 0.01, 1e6, 1e6), 0.02)
+    pin = balance.flexible.Support((0.0,))
     bends = ["coupler=EI:1,rhoA:1"]
     return [
         (beam, "EI 0.0045"),
         (other.beam, "EA 1e+06 N"),
         (arm, "tip of 0.01 kg"),
-        (balance.compare_arms(arm, other), "not similar: 6, 8"),
-        (balance.free_modes(40)[-1], " …"),
-        (balance.support_points(4), "4 points"),
-        (balance.supported_modes(beam, [pin], 9), "9 modes"),
+        (balance.flexible.compare_arms(arm, other), "not similar: 6, 8"),
+        (balance.flexible.free_modes(40)[-1], " …"),
+        (balance.flexible.support_points(4), "4 points"),
+        (balance.flexible.supported_modes(beam, [pin], 9), "9 modes"),
         (pin, "weights=(1.0,)"),
-        (balance.Clamp(0.0), "point=0.0"),
-        (balance.EndBody(1.0), "mass=1.0"),
-        (balance.simulate_flexible(linkage, bends, duration=0.01, samples=3), "bends: coupler"),
+        (balance.flexible.Clamp(0.0), "point=0.0"),
+        (balance.flexible.Section(1e-3, 0.01), "width=0.01"),
+        (balance.flexible.EndBody(1.0), "mass=1.0"),
+        (
+            balance.flexible.simulate_flexible(linkage, bends, duration=0.01, samples=3),
+            "bends: coupler",
+        ),
     ]
 
 
@@ -91,7 +96,7 @@ def results():
     none = balance.certify(balance.design_space("four_bar_general"))
     explained = balance.explain(space)
     way = balance.verify(linkage, trajectories=1, samples=20)
-    lines = balance.momentum_lines(linkage, [0.2])[0]
+    lines = balance.momentum.momentum_lines(linkage, [0.2])[0]
     motion = kinematics.taylor_motion(linkage, 3)
     screws = np.array([[joint.screw for joint in linkage.joints]])
     poses = (predict(motion, [0.1]),)
@@ -100,11 +105,11 @@ def results():
     added = balance.counterweights(force, ["crank", "rocker"])
     front = balance.pareto("four_bar_general", ["crank"], 2, 1.0)
     remedies = balance.compare_remedies("four_bar_general", ["own_masses", "partial"])
-    rotors = balance.fewest_rotors(none)
+    rotors = balance.masses.fewest_rotors(none)
     places = [(0.3, 0.1, 0.2), (0.1, 0.4, -0.7)]
     synthesis = balance.synthesize(places, -0.5, moving=0.2 - 0.1j)
     varied = {"coupler.length": [0.9, 0.95]}
-    study = balance.Study.from_tables({"parameters": varied}, linkage)
+    study = balance.studies.Study.from_tables({"parameters": varied}, linkage)
     return [
         (study, "2 geometries"),
         (balance.sweep(linkage, varied), "columns coupler.length"),
@@ -113,7 +118,7 @@ def results():
         *results_of_kinematics(linkage, motion),
         (synthesis, "feasible: 1 mechanism"),
         (synthesis.mechanisms[0], "confirmed"),
-        (balance.PantographMasses(*[0.5] * 13), "3 kg"),
+        (balance.studies.PantographMasses(*[0.5] * 13), "3 kg"),
         (rotors, "2"),
         (rotors.sets[0], "u1"),
         (added, "kg added to 2 kg balance it"),
@@ -122,7 +127,7 @@ def results():
         (remedies.results[1], "kg added, input inertia"),
         (front, "four_bar_general"),
         (front.designs[0], "of the shaking in the file"),
-        (balance.ElasticFrame(9, 1, 9, 1), "9"),
+        (balance.masses.ElasticFrame(9, 1, 9, 1), "9"),
         (space, "rank 7 of 12 planar parameters"),
         (space, "verified: balanced at"),
         (space, "ranks by order 3, 6, 7"),
@@ -132,23 +137,27 @@ def results():
         (none.certainty.proof, "rank=8"),
         (none.certainty.proof.chain, "4 joints"),
         (none.certainty.proof.witness, "8 pivots"),
-        (balance.exact_ranks(space), "rank 7 of 12 parameters, settled"),
+        (balance.checks.exact_ranks(space), "rank 7 of 12 parameters, settled"),
         (explained, "4 transfers, 1"),
         (explained.transfers[0], "a point mass"),
         (explained.freedoms[0], "rod +1 on the cr"),
         (explained.freedoms[0].primitives[0], "+1 kg m² rod on crank"),
         (space.transfers[0], "across u1 (ground, crank): 1 independent"),
         (space.bodies_of(coordinates(space))[0], "crank: "),
-        (balance.mass_properties(linkage.bodies[0].inertia), "kg m²"),
-        (balance.feasible(space), "feasible"),
-        (balance.feasible(none), "infeasible"),
+        (balance.bodies.mass_properties(linkage.bodies[0].inertia), "kg m²"),
+        (balance.bodies.multipole_of(linkage.bodies[0].inertia, [0, 0, 0]), "6 rods"),
+        (balance.masses.feasible(space), "feasible"),
+        (balance.masses.feasible(none), "infeasible"),
         (found, "feasible"),
         (found.residuals, "accepted"),
-        (balance.feasible(none).residuals, "accepted, eigenvalue"),
-        (balance.design_space_many(linkage, screws), "1 geometry, planar, dynamic"),
-        (balance.momentum_taylor(linkage, 2), "order 2 in u1, 3 rows of 12 parameters"),
+        (balance.masses.feasible(none).residuals, "accepted, eigenvalue"),
+        (balance.space.design_space_many(linkage, screws), "1 geometry, planar, dynamic"),
+        (
+            balance.momentum.momentum_taylor(linkage, 2),
+            "order 2 in u1, 3 rows of 12 parameters",
+        ),
         (lines[0], "of crank: "),
-        (balance.meeting(lines), "missed by"),
+        (balance.momentum.meeting(lines), "missed by"),
         (way, "not balanced"),
         (way.runs[0], "20 samples"),
         (way.runs[0].trajectory, "over 1 s"),
@@ -177,12 +186,12 @@ def test_every_public_class_has_a_short_repr(instances):
 def test_no_public_class_is_left_out(instances):
     public = {
         value
-        for package in (balance, kinematics)
-        for name in package.__all__
-        if inspect.isclass(value := getattr(package, name))
+        for face in FACES
+        for value in public_names(face).values()
+        if inspect.isclass(value)
     }
     assert len(public) > 25
-    assert not public - {type(item) for item, _ in instances}
+    assert not {value.__name__ for value in public - {type(item) for item, _ in instances}}
 
 
 @pytest.mark.slow

@@ -17,6 +17,7 @@ from kinematics.closure.joint_positions import joint_positions
 from kinematics.errors import CoordinateError, FileError, MotionError, PoseError
 from tests.support.covering import spread
 from tests.support.laws import altered
+from tests.support.source_files import FACES, public_names
 from tests.support.urdf_text import UNIT_INERTIA, joint, link, saved
 
 
@@ -135,39 +136,41 @@ def from_linkages(linkage):
     q, one = [0.1], [1.0]
     screws = [[joint.screw for joint in kinematics.load("four_bar_general").joints]]
     s, still = np.linspace(0.0, 0.1, 9), np.zeros((9, 3))
-    path = balance.ReactionlessPath(
+    path = balance.motion.ReactionlessPath(
         0, np.ones(1), s, still, s[:, None], np.ones((9, 1)), 0.0 * s, 0.0, ()
     )
     return {
-        "balance_pose": lambda: balance.balance_pose(linkage, {"crank": 1.0}).z,
+        "balance_pose": lambda: balance.pose.balance_pose(linkage, {"crank": 1.0}).z,
         "compare_remedies": lambda: (
             balance.compare_remedies(linkage, ["duplicates"]).results[0].added_mass
         ),
         "design_space": lambda: design_space(linkage).basis,
-        "design_space_many": lambda: balance.design_space_many(linkage, screws).rank,
-        "exact_ranks": lambda: balance.exact_ranks(linkage).ranks,
-        "locked_inertia": lambda: balance.locked_inertia(linkage, q),
+        "design_space_many": lambda: balance.space.design_space_many(linkage, screws).rank,
+        "exact_ranks": lambda: balance.checks.exact_ranks(linkage).ranks,
+        "locked_inertia": lambda: balance.space.locked_inertia(linkage, q),
         "find_paths": lambda: balance.find_paths(linkage, length=0.1).starts[0].values,
         "motion_modes": lambda: balance.motion_modes(linkage).modes[0].space.basis,
-        "momentum_lines": lambda: balance.momentum_lines(linkage, q)[0][1].point,
-        "momentum_map": lambda: balance.momentum_map(linkage, {"u1": [0.0, 0.1]}).matrix,
-        "momentum_matrix": lambda: balance.momentum_matrix(linkage, q),
-        "momentum_regressor": lambda: balance.momentum_regressor(linkage, q),
-        "momentum_taylor": lambda: balance.momentum_taylor(linkage, 2).coefficients,
-        "momentum_wrenches": lambda: balance.momentum_wrenches(linkage, q),
-        "reaction_null_space": lambda: balance.reaction_null_space(linkage, q).singular_values,
-        "screw_figure": lambda: len(balance.screw_figure(linkage, q).axes),
-        "shaking": lambda: balance.shaking(linkage, q, one, one),
+        "momentum_lines": lambda: balance.momentum.momentum_lines(linkage, q)[0][1].point,
+        "momentum_map": lambda: balance.pose.momentum_map(linkage, {"u1": [0.0, 0.1]}).matrix,
+        "momentum_matrix": lambda: balance.pose.momentum_matrix(linkage, q),
+        "momentum_regressor": lambda: balance.momentum.momentum_regressor(linkage, q),
+        "momentum_taylor": lambda: balance.momentum.momentum_taylor(linkage, 2).coefficients,
+        "momentum_wrenches": lambda: balance.momentum.momentum_wrenches(linkage, q),
+        "reaction_null_space": lambda: (
+            balance.pose.reaction_null_space(linkage, q).singular_values
+        ),
+        "screw_figure": lambda: len(balance.momentum.screw_figure(linkage, q).axes),
+        "shaking": lambda: balance.motion.shaking(linkage, q, one, one),
         "simulate_flexible": lambda: (
-            balance.simulate_flexible(
+            balance.flexible.simulate_flexible(
                 linkage, ["coupler=EI:1,rhoA:1"], duration=0.01, samples=3
             ).force
         ),
-        "simulate_floating_base": lambda: balance.simulate_floating_base(
-            linkage, balance.FloatingBase(1, 1), duration=0.01
+        "simulate_floating_base": lambda: balance.motion.simulate_floating_base(
+            linkage, balance.motion.FloatingBase(1, 1), duration=0.01
         ).samples[0],
         "sweep": lambda: balance.sweep(linkage, {"coupler.length": [0.9]})["rank"],
-        "timed_path": lambda: balance.timed_path(linkage, path).q,
+        "timed_path": lambda: balance.motion.timed_path(linkage, path).q,
         "verify": lambda: balance.verify(linkage, trajectories=1, samples=8).force,
     }
 
@@ -183,10 +186,13 @@ def test_a_linkage_may_be_named():
     ways = (kinematics.load(name), name, str(path), path)
     functions = [from_linkages(way) for way in ways]
     taking = {
-        name for name in balance.__all__
-        if inspect.isfunction(function := getattr(balance, name))
+        name
+        for face in FACES
+        if face.startswith("balance")
+        for name, function in public_names(face).items()
+        if inspect.isfunction(function)
         and {"linkage", "model"} & inspect.signature(function).parameters.keys()
-    }  # fmt: skip
+    }
     assert taking == functions[0].keys()
     for turn, name in enumerate(sorted(taking)):
         expected = functions[0][name]()

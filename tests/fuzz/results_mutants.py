@@ -29,7 +29,7 @@ def good_file(kind: str) -> bytes:
     with tempfile.TemporaryDirectory() as folder:
         path, study = Path(folder) / "good.db", Path(folder) / "study.toml"
         study.write_text(STUDY, encoding="utf-8")
-        job = SEARCH if kind == "search" else balance.read_study(study).job()
+        job = SEARCH if kind == "search" else balance.studies.read_study(study).job()
         with ResultsFile.create(path, job) as file:
             run_chunks(job, file, workers=0)
         return path.read_bytes()

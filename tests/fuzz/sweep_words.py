@@ -30,7 +30,7 @@ def sweep_files(words: Sequence[str], folder: Path) -> dict[str, Path]:
     study, results, search = (folder / n for n in ("study.toml", "results.db", "search.db"))
     study.write_text(STUDY, encoding="utf-8")
     if "{results}" in words:
-        job = balance.read_study(study).job()
+        job = balance.studies.read_study(study).job()
         with ResultsFile.create(results, job) as file:
             run_chunks(job, file, workers=0)
     if "{search}" in words:

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 import kinematics
-from balance import check_certificate, design_space
+from balance import design_space
+from balance.checks import check_certificate
 from balance.masses.designs.best_design import design
 from balance.masses.designs.certificate import _split_known_terms
 from balance.masses.designs.certificate_search import conflict_certificate

@@ -14,7 +14,9 @@ import numpy as np
 import pytest
 
 import kinematics
-from balance import design_space, mass_properties, momentum_regressor, violations
+from balance import design_space
+from balance.bodies import mass_properties, violations
+from balance.momentum import momentum_regressor
 from kinematics import Motion
 from tests.support import four_rrr
 from tests.support.figures import DESIGNS

@@ -19,7 +19,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from balance import certify, design_space, feasible, verify
+from balance import certify, design_space, verify
+from balance.masses import feasible
 from balance.masses.designs.write_urdf import replace_inertials
 from balance.masses.remedies.dyads.added_dyad import buildable, walks_from_random
 from balance.masses.remedies.dyads.dyad_geometry import dyad_document

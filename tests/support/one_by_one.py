@@ -1,4 +1,4 @@
-"""Ordinary design spaces of the geometries that `balance.design_space_many` takes."""
+"""Ordinary design spaces of the geometries that `balance.space.design_space_many` takes."""
 
 from __future__ import annotations
 

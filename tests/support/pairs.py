@@ -12,7 +12,7 @@ from functools import cached_property
 import numpy as np
 from scipy.linalg import expm
 
-from balance import mass_properties
+from balance.bodies import mass_properties
 from kinematics import ScrewJoint, from_screws
 from kinematics.closure.joint_positions import joint_positions, si_chain
 from kinematics.closure.newton import forward_kinematics

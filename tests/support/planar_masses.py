@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from balance import momentum_regressor
+from balance.momentum import momentum_regressor
 from kinematics.errors import PoseError
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from balance import momentum_regressor
+from balance.momentum import momentum_regressor
 from kinematics.closure.assembly.assemble import assemble
 from tests.support.drafts import axis_edge, linked, spatial_edge
 from tests.support.laws import unit_vector

@@ -3,13 +3,21 @@
 from __future__ import annotations
 
 import ast
+import importlib
 from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
-from typing import NamedTuple
+from types import ModuleType
+from typing import Any, NamedTuple
 
 ROOT = Path(__file__).resolve().parents[2]
 PACKAGES = ("kinematics", "balance")
+# Modules whose names are for users.
+FACES = (
+    *PACKAGES,
+    *(f"balance.{name}" for name in ("space", "motion", "masses", "studies")),
+    *(f"balance.{name}" for name in ("bodies", "momentum", "pose", "flexible", "checks")),
+)
 PRODUCT = [path for package in PACKAGES for path in sorted(ROOT.glob(f"{package}/**/*.py"))]
 OURS = PRODUCT + [p for d in ("tests", "benchmarks") for p in sorted(ROOT.glob(f"{d}/**/*.py"))]
 Function = (ast.FunctionDef, ast.AsyncFunctionDef)
@@ -38,6 +46,13 @@ def label(path: Path) -> str:
 def module_name(path: Path) -> str:
     """Dotted name of a source file; a package root goes by the package's name."""
     return ".".join(path.relative_to(ROOT).with_suffix("").parts).removesuffix(".__init__")
+
+
+def public_names(face: str) -> dict[str, Any]:
+    """What a face shows users, by name; the modules that it lists too are left out."""
+    module = importlib.import_module(face)
+    values = {name: getattr(module, name) for name in module.__all__}
+    return {name: value for name, value in values.items() if not isinstance(value, ModuleType)}
 
 
 MODULES = {module_name(path): path for path in PRODUCT}

@@ -27,10 +27,10 @@ class Report(NamedTuple):
     Attributes:
         space: the design space.
         explanation: result of `balance.explain`; None without it.
-        exact: result of `balance.exact_ranks`; None without it.
-        change: result of `balance.distance_to_rank_drop`; infinite without it.
-        decoupling: result of `balance.decoupling`; None without it.
-        pure_inertia: result of `balance.pure_inertia`; None without it.
+        exact: result of `balance.checks.exact_ranks`; None without it.
+        change: result of `balance.space.distance_to_rank_drop`; infinite without it.
+        decoupling: result of `balance.space.decoupling`; None without it.
+        pure_inertia: result of `balance.masses.pure_inertia`; None without it.
     """
 
     space: DesignSpace

@@ -117,10 +117,10 @@ def check_certificate(
     Example:
         >>> import balance, kinematics
         >>> space = balance.design_space(kinematics.load("robot.urdf"))
-        >>> found = balance.feasible(space)
+        >>> found = balance.masses.feasible(space)
         >>> found.verdict
         'infeasible'
-        >>> balance.check_certificate(space, found.certificate).accepted
+        >>> balance.checks.check_certificate(space, found.certificate).accepted
         True
     """
     Z = np.array(certificate, dtype=np.float64)

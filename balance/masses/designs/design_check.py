@@ -73,10 +73,10 @@ def check_design(
         >>> import balance, kinematics
         >>> linkage = kinematics.load("robot.urdf")
         >>> space = balance.design_space(linkage, balance="force")
-        >>> balance.check_design(space, balance.feasible(space).z).accepted
+        >>> balance.checks.check_design(space, balance.masses.feasible(space).z).accepted
         True
         >>> given = [body.inertia for body in linkage.bodies]
-        >>> balance.check_design(space, given).accepted
+        >>> balance.checks.check_design(space, given).accepted
         False
     """
     constraints = constraints or Constraints()

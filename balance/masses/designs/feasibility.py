@@ -96,9 +96,9 @@ def feasible(space: DesignSpace) -> Feasibility:
     Example:
         >>> import balance, kinematics
         >>> linkage = kinematics.load("robot.urdf")
-        >>> balance.feasible(balance.design_space(linkage)).verdict
+        >>> balance.masses.feasible(balance.design_space(linkage)).verdict
         'infeasible'
-        >>> balance.feasible(balance.design_space(linkage, balance="force")).verdict
+        >>> balance.masses.feasible(balance.design_space(linkage, balance="force")).verdict
         'feasible'
     """
     return decide_feasibility(space, Constraints())

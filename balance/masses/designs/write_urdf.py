@@ -24,7 +24,7 @@ def replace_inertials(linkage: UnassembledLinkage, inertials: Mapping[str, str])
     Args:
         linkage: a linkage that was read from a file.
         inertials: element ``<inertial>`` of each body by its name, in the frame of that
-            link, in lines indented by two blanks, as `balance.BodyInertia.urdf` is.
+            link, in lines indented by two blanks, as `balance.bodies.BodyInertia.urdf` is.
 
     Returns:
         The bytes of the new file.

@@ -36,7 +36,7 @@ class BuildableMasses:
         z: parameters (bodies, 10) of bodies that can be built, about the inertial origin, SI
             units; None unless feasible.
         words: the verdict in one line.
-        answer: the result of `balance.feasible` on all masses with these pure inertias
+        answer: the result of `balance.masses.feasible` on all masses with these pure inertias
             or multiples of them, with its certificate.
     """
 
@@ -77,7 +77,7 @@ def buildable_masses(
     Example:
         >>> import balance
         >>> space = balance.design_space("robot.urdf")
-        >>> balance.buildable_masses(space, {"crank": 0.0}).verdict
+        >>> balance.masses.buildable_masses(space, {"crank": 0.0}).verdict
         'infeasible'
     """
     g = _checked_inertias(space, inertias)
@@ -85,7 +85,7 @@ def buildable_masses(
     misfit = conditions @ g
     if np.abs(misfit).max(initial=0.0) > PURE_INERTIA_CONDITION * np.abs(g).max(initial=1e-300):
         raise UsageError(
-            "these inertias are not balanced: see the conditions of balance.pure_inertia"
+            "these inertias are not balanced: see the conditions of balance.masses.pure_inertia"
         )
     serial, z = space.scaled_basis[:, : space.serial_nullity], _in_space(space, g)
     pure = to_chain(z, space.chain.frame, True, False).reshape(-1, 1)

@@ -146,7 +146,7 @@ def pure_inertia(space: DesignSpace) -> PureInertia:
 
     Example:
         >>> import balance
-        >>> found = balance.pure_inertia(balance.design_space("robot.urdf"))
+        >>> found = balance.masses.pure_inertia(balance.design_space("robot.urdf"))
         >>> found.complete, found.condition_words
         (False, ('g(crank) = 0', 'g(coupler) = 0', 'g(rocker) = 0'))
     """

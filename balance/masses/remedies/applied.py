@@ -27,7 +27,7 @@ class AppliedRemedy:
             does not apply to this linkage.
         reason: the proof, or why not, in one line.
         proof: for ``"infeasible"``, the certificate and its check without the solver, as plain
-            data: ``matrices`` (see `balance.check_certificate`) if no masses balance the
+            data: ``matrices`` (see `balance.checks.check_certificate`) if no masses balance the
             linkage with the remedy, else the ``functional`` that excludes matter in the
             regions (see `balance.masses.counterweights.exclusion`).
         added_mass: kg; None unless feasible or partial, as for the next three.

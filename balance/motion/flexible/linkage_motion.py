@@ -156,7 +156,7 @@ def simulate_flexible(
     Example:
         >>> import balance
         >>> bends, drive = ["coupler=EI:2,rhoA:0.5"], {"u1": "spin:3,0.1"}
-        >>> simulation = balance.simulate_flexible("robot.urdf", bends, drive, 0.2)
+        >>> simulation = balance.flexible.simulate_flexible("robot.urdf", bends, drive, 0.2)
         >>> simulation.force.shape, simulation.motion.energy_drift < 1e-6
         ((501, 2), True)
     """

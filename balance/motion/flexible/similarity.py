@@ -143,7 +143,7 @@ def similar_arm(arm: Arm, scale: float) -> Arm:
         LinkageError: the scale is not positive.
 
     Example:
-        >>> from balance import Arm, Beam, similar_arm
+        >>> from balance.flexible import Arm, Beam, similar_arm
         >>> similar_arm(Arm(Beam(0.1, 0.0045, 0.024), 0.01), 0.5)
         Arm: tip of 0.02 kg, hub radius 0 m
           Beam: 0.05 m, EI 0.001125 N m², 0.096 kg/m
@@ -190,7 +190,7 @@ def compare_arms(first: Arm, second: Arm) -> Similarity:
         The conditions with their differences, and the first frequencies.
 
     Example:
-        >>> from balance import Arm, Beam, compare_arms, similar_arm
+        >>> from balance.flexible import Arm, Beam, compare_arms, similar_arm
         >>> arm = Arm(Beam(0.1, 0.0045, 0.024), 0.01)
         >>> compare_arms(arm, similar_arm(arm, 0.5)).similar
         True

@@ -33,7 +33,7 @@ class FloatingBase:
 
     Example:
         >>> import balance
-        >>> balance.FloatingBase(mass=10, inertia=1, turning_stiffness=1e4).on_springs
+        >>> balance.motion.FloatingBase(mass=10, inertia=1, turning_stiffness=1e4).on_springs
         True
     """
 

@@ -97,7 +97,7 @@ class CarriedBodies:
         Args:
             chain: its arrays, from `kinematics.closure.joint_positions.input_chain`.
             basis: inputs for unit values of the coordinates (mobility, w), chain units.
-            z: inertial parameters as in `balance.shaking`; those of the file by default.
+            z: inertial parameters as in `balance.motion.shaking`; those of the file by default.
         """
         self._chain, self._basis = chain, basis
         self._z = to_chain(mass_parameters(linkage, z), chain.frame, False, False)

@@ -125,7 +125,7 @@ def initial_rates(
 
     Args:
         drive: how the inputs move.
-        initial: velocities by name; see `balance.simulate_floating_base`.
+        initial: velocities by name; see `balance.motion.simulate_floating_base`.
 
     Raises:
         PoseError: there is no such input.

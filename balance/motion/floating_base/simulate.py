@@ -98,8 +98,8 @@ def simulate_floating_base(
 
     Example:
         >>> import balance
-        >>> base = balance.FloatingBase(mass=10, inertia=1)
-        >>> found = balance.simulate_floating_base("robot.urdf", base, duration=1)
+        >>> base = balance.motion.FloatingBase(mass=10, inertia=1)
+        >>> found = balance.motion.simulate_floating_base("robot.urdf", base, duration=1)
         >>> found.verdict, found.energy_drift < 1e-9
         ('the base moves', True)
     """

@@ -203,7 +203,7 @@ def timed_path(
         ...             "lower": (1, (1.5, 0, 0), np.eye(3))},
         ... )
         >>> path = balance.find_paths(arm, kept="moment", length=0.1).paths[0]
-        >>> balance.timed_path(arm, path, duration=2.0).duration
+        >>> balance.motion.timed_path(arm, path, duration=2.0).duration
         2.0
     """
     return drive(as_linkage(linkage), *_timed_inputs(path, duration))

@@ -189,7 +189,7 @@ def balancing_family(twist: ArrayLike, momentum: ArrayLike) -> BalancingFamily:
 
     Example:
         >>> import balance
-        >>> balance.balancing_family([0, 0, 1, 0, 0, 0], [0, 0, 2, 0, 1, 0])
+        >>> balance.pose.balancing_family([0, 0, 1, 0, 0, 0], [0, 0, 2, 0, 1, 0])
         BalancingFamily: twist of zero pitch, momentum of zero pitch, 5 free parameters
           mass above 0.5 kg
     """

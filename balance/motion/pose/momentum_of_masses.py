@@ -130,7 +130,7 @@ def momentum_matrix(
 
     Example:
         >>> import balance
-        >>> balance.momentum_matrix("robot.urdf", {"u1": 0.1}).shape
+        >>> balance.pose.momentum_matrix("robot.urdf", {"u1": 0.1}).shape
         (6, 1)
     """
     linkage = as_linkage(linkage)

@@ -171,7 +171,7 @@ def reaction_null_space(
 
     Example:
         >>> import balance
-        >>> balance.reaction_null_space("robot.urdf", {"u1": 0.1}).dimension
+        >>> balance.pose.reaction_null_space("robot.urdf", {"u1": 0.1}).dimension
         0
     """
     check_components(components)

@@ -103,7 +103,7 @@ def balance_pose(
 
     Example:
         >>> import balance
-        >>> balance.balance_pose("robot.urdf").words
+        >>> balance.pose.balance_pose("robot.urdf").words
         'crank cannot balance: the moment of inertia about the axis would not be above 0'
     """
     linkage = as_linkage(linkage)

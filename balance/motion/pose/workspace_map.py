@@ -135,7 +135,7 @@ def momentum_map(
 
     Example:
         >>> import balance
-        >>> balance.momentum_map("robot.urdf", {"u1": [-0.1, 0.0, 0.1]}).smallest.shape
+        >>> balance.pose.momentum_map("robot.urdf", {"u1": [-0.1, 0.0, 0.1]}).smallest.shape
         (3,)
     """
     check_components(components)

@@ -206,7 +206,7 @@ def shaking(
 
     Example:
         >>> import balance
-        >>> wrench = balance.shaking("robot.urdf", q=[0.0], qd=[2.0], qdd=[0.0])
+        >>> wrench = balance.motion.shaking("robot.urdf", q=[0.0], qd=[2.0], qdd=[0.0])
         >>> (wrench.round(3) + 0.0).tolist()
         [0.0, 0.0, -0.048, -0.987, -1.198, 0.0]
     """

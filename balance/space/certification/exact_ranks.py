@@ -53,7 +53,7 @@ def exact_ranks(
 
     Example:
         >>> import balance
-        >>> exact = balance.exact_ranks("robot.urdf")
+        >>> exact = balance.checks.exact_ranks("robot.urdf")
         >>> exact.ranks, exact.kmax
         ((3, 6, 7, 8, 8, 8, 8), 3)
     """

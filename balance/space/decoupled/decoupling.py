@@ -143,7 +143,7 @@ class Decoupling:
 
     @cached_property
     def decoupled_space(self) -> DesignSpace:
-        """The decoupled distributions as a design space, for `balance.feasible`.
+        """The decoupled distributions as a design space, for `balance.masses.feasible`.
 
         Its transfers are those of the linkage on the ground.
         """
@@ -183,7 +183,7 @@ def decoupling(space: DesignSpace) -> Decoupling:
     A linkage with such masses is decoupled: a base that moves feels it like a rigid body, and
     does not drive its joints. The conditions are ``h_w = 0`` and ``∂M = 0`` in every motion,
     with the inertia M of all bodies together about a point of the base (see
-    `balance.locked_inertia`), six by six, or three by three in a plane.
+    `balance.space.locked_inertia`), six by six, or three by three in a plane.
 
     Args:
         space: a design space for dynamic balance. If it is certified, so is the result.
@@ -200,7 +200,7 @@ def decoupling(space: DesignSpace) -> Decoupling:
 
     Example:
         >>> import balance
-        >>> found = balance.decoupling(balance.design_space("robot.urdf"))
+        >>> found = balance.space.decoupling(balance.design_space("robot.urdf"))
         >>> [order.rank for order in found.orders], found.words
         ([3, 7, 8], 'no: not balanced')
     """

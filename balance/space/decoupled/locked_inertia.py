@@ -41,7 +41,7 @@ def locked_inertia(
 
     Example:
         >>> import balance
-        >>> balance.locked_inertia("robot.urdf", {"u1": 0.1}).shape
+        >>> balance.space.locked_inertia("robot.urdf", {"u1": 0.1}).shape
         (3, 3)
     """
     linkage = as_linkage(linkage)

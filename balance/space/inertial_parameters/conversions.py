@@ -64,7 +64,7 @@ def mass_properties(z: ArrayLike) -> MassProperties:
 
     Example:
         >>> import balance
-        >>> balance.mass_properties([2, 0, 0, 2, 3, 3, 1, 0, 0, 0])
+        >>> balance.bodies.mass_properties([2, 0, 0, 2, 3, 3, 1, 0, 0, 0])
         MassProperties: 2 kg at (0, 0, 1) m, (1, 1, 1) kg m²
     """
     z = np.asarray(z, dtype=np.float64)
@@ -95,7 +95,7 @@ def violations(
 
     Example:
         >>> import balance
-        >>> balance.violations([1, 0, 0, 0, 1, 1, 3, 0, 0, 0])
+        >>> balance.bodies.violations([1, 0, 0, 0, 1, 1, 3, 0, 0, 0])
         ['principal moments 1 + 1 < 3']
     """
     z = np.asarray(z, dtype=np.float64)

@@ -179,7 +179,7 @@ def multipole_of(z: ArrayLike, point: ArrayLike, directions: ArrayLike = RODS) -
 
     Example:
         >>> import numpy as np
-        >>> from balance import parameters
+        >>> from balance.bodies import parameters
         >>> from balance.space.inertial_parameters.multipole import multipole_of
         >>> multipole_of(parameters(2.0, [0.1, 0, 0], 0.01 * np.eye(3)), [0, 0, 0])
         Multipole at (0, 0, 0) m: 2 kg, displacement (0.2, 0, 0) kg m, 6 rods

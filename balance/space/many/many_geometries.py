@@ -94,7 +94,7 @@ def design_space_many(
         >>> import balance, kinematics
         >>> linkage = kinematics.load("robot.urdf")
         >>> screws = [joint.screw for joint in linkage.joints]
-        >>> balance.design_space_many(linkage, [screws, screws]).rank
+        >>> balance.space.design_space_many(linkage, [screws, screws]).rank
         array([8, 8])
     """
     linkage = as_linkage(linkage)

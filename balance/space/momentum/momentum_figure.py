@@ -62,7 +62,7 @@ def screw_figure(
 
     Example:
         >>> import balance
-        >>> figure = balance.screw_figure("robot.urdf", {"u1": 0.1})
+        >>> figure = balance.momentum.screw_figure("robot.urdf", {"u1": 0.1})
         >>> len(figure.axes)
         1
     """

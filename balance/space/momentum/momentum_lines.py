@@ -104,7 +104,7 @@ def momentum_wrenches(
 
     Example:
         >>> import balance
-        >>> balance.momentum_wrenches("robot.urdf", {"u1": 0.1}).shape
+        >>> balance.momentum.momentum_wrenches("robot.urdf", {"u1": 0.1}).shape
         (1, 3, 6)
     """
     linkage = as_linkage(linkage)
@@ -144,7 +144,7 @@ def momentum_lines(
 
     Example:
         >>> import balance
-        >>> lines, = balance.momentum_lines("robot.urdf", {"u1": 0.0})
+        >>> lines, = balance.momentum.momentum_lines("robot.urdf", {"u1": 0.0})
         >>> lines[0]
         ScrewLine of crank: through (0.09103, 0.2124, 0) m along (-0.9191, 0.3939, 0), pitch 0 m
     """
@@ -199,8 +199,8 @@ def meeting(lines: Sequence[ScrewLine]) -> Meeting | None:
 
     Example:
         >>> import balance
-        >>> lines, = balance.momentum_lines("robot.urdf", {"u1": 0.0})
-        >>> balance.meeting(lines)
+        >>> lines, = balance.momentum.momentum_lines("robot.urdf", {"u1": 0.0})
+        >>> balance.momentum.meeting(lines)
         Meeting at (0.05125, 0.3295, 0) m, missed by 0.17 m
     """
     points, directions = lines_of_moving_bodies(lines)
@@ -231,8 +231,8 @@ def common_normal(lines: Sequence[ScrewLine]) -> ScrewLine | None:
 
     Example:
         >>> import balance
-        >>> lines, = balance.momentum_lines("robot.urdf", {"u1": 0.0})
-        >>> abs(float(balance.common_normal(lines).direction[2]))
+        >>> lines, = balance.momentum.momentum_lines("robot.urdf", {"u1": 0.0})
+        >>> abs(float(balance.momentum.common_normal(lines).direction[2]))
         1.0
     """
     points, directions = lines_of_moving_bodies(lines)

@@ -110,7 +110,7 @@ def momentum_taylor(
 
     Example:
         >>> import balance
-        >>> taylor = balance.momentum_taylor("robot.urdf", 2)
+        >>> taylor = balance.momentum.momentum_taylor("robot.urdf", 2)
         >>> taylor.coefficients.shape
         (3, 1, 3, 12)
     """

@@ -204,7 +204,7 @@ def momentum_regressor(
 
     Example:
         >>> import balance
-        >>> balance.momentum_regressor("robot.urdf", {"u1": 0.1}).shape
+        >>> balance.momentum.momentum_regressor("robot.urdf", {"u1": 0.1}).shape
         (1, 3, 12)
     """
     linkage = as_linkage(linkage)

@@ -1,7 +1,7 @@
 """The result of `design_space`: a space of mass distributions, as data.
 
 Functions compute results beyond these arrays on demand: `balance.certify`, `balance.explain`,
-`balance.exact_ranks`, `balance.distance_to_rank_drop`, `balance.save_space`.
+`balance.checks.exact_ranks`, `balance.space.distance_to_rank_drop`, `balance.space.save_space`.
 """
 
 from __future__ import annotations

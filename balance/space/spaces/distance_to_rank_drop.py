@@ -55,7 +55,7 @@ def distance_to_rank_drop(space: DesignSpace) -> float:
     Example:
         >>> import balance
         >>> space = balance.design_space("robot.urdf")
-        >>> round(balance.distance_to_rank_drop(space), 4)
+        >>> round(balance.space.distance_to_rank_drop(space), 4)
         0.15
     """
     linkage, chain, order, rank = space.linkage, space.chain, space.kmax, space.rank

@@ -89,7 +89,7 @@ def save_space(space: DesignSpace | SpaceRecord, path: str | os.PathLike[str]) -
     Example:
         >>> import balance
         >>> space = balance.design_space("robot.urdf")
-        >>> balance.save_space(space, "space.npz")
+        >>> balance.space.save_space(space, "space.npz")
     """
     record = record_of(space) if isinstance(space, DesignSpace) else space
     arrays = {name: getattr(record, name) for name in _array_shapes(record)}
@@ -114,8 +114,8 @@ def load_space(path: str | os.PathLike[str]) -> SpaceRecord:
 
     Example:
         >>> import balance
-        >>> balance.save_space(balance.design_space("robot.urdf"), "space.npz")
-        >>> balance.load_space("space.npz").nullity
+        >>> balance.space.save_space(balance.design_space("robot.urdf"), "space.npz")
+        >>> balance.space.load_space("space.npz").nullity
         4
     """
     try:

@@ -82,7 +82,7 @@ def read_study(path: str | PathLike[str]) -> Study:
         >>> with open("study.toml", "w") as file:
         ...     print("model.file = 'robot.urdf'", file=file)
         ...     print("parameters.q2.origin.x = '0.1:0.4:31'", file=file)
-        >>> balance.read_study("study.toml").rows
+        >>> balance.studies.read_study("study.toml").rows
         31
     """
     file = Path(path)

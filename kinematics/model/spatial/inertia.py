@@ -51,7 +51,7 @@ def parameters(mass: float, com: ArrayLike, inertia: ArrayLike) -> Array:
 
     Example:
         >>> import balance
-        >>> balance.parameters(2, [0, 0, 1], [[1, 0, 0], [0, 1, 0], [0, 0, 1]]).tolist()
+        >>> balance.bodies.parameters(2, [0, 0, 1], [[1, 0, 0], [0, 1, 0], [0, 0, 1]]).tolist()
         [2.0, 0.0, 0.0, 2.0, 3.0, 3.0, 1.0, 0.0, 0.0, 0.0]
     """
     c = np.asarray(com, dtype=np.float64)
@@ -93,7 +93,7 @@ def pseudo_inertia(z: ArrayLike) -> Array:
 
     Example:
         >>> import balance
-        >>> balance.pseudo_inertia([2, 0, 0, 2, 3, 3, 1, 0, 0, 0]).diagonal().tolist()
+        >>> balance.bodies.pseudo_inertia([2, 0, 0, 2, 3, 3, 1, 0, 0, 0]).diagonal().tolist()
         [0.5, 0.5, 2.5, 2.0]
     """
     z = np.asarray(z, dtype=np.float64)

@@ -37,7 +37,7 @@ def kernel(
         reference_counting: False if the kernel neither makes arrays, nor returns any, nor
             keeps one that another kernel returns; this is checked when it is compiled. Numba
             then needs no atomic instructions for array arguments, which makes the sweep of
-            `balance.design_space_many` two to three times as fast, and single answers by
+            `balance.space.design_space_many` two to three times as fast, and single answers by
             a sixth.
 
     Returns:

@@ -27,7 +27,7 @@ def report_facts(space: DesignSpace, change: float = inf) -> list[tuple[str, str
     """List the facts on a design space, without the table, as pairs of label and value.
 
     Args:
-        change: result of `balance.distance_to_rank_drop`.
+        change: result of `balance.space.distance_to_rank_drop`.
     """
     linkage = space.linkage
     algebra = "planar" if space.planar else "spatial"
@@ -102,7 +102,7 @@ def report_table(space: DesignSpace, exact: Exact | None = None) -> list[tuple[s
     """Build the table of rank and nullity by order, its head first.
 
     Args:
-        exact: result of `balance.exact_ranks`, for a column of its own; None without it.
+        exact: result of `balance.checks.exact_ranks`, for a column of its own; None without it.
     """
     if exact is None:
         rows = ((str(o.order), str(o.rank), str(o.nullity)) for o in space.orders)
@@ -154,7 +154,7 @@ def decoupling_facts(decoupling: Decoupling) -> list[tuple[str, str]]:
     """List the facts on decoupling, as pairs of label and value.
 
     Args:
-        decoupling: result of `balance.decoupling`.
+        decoupling: result of `balance.space.decoupling`.
     """
     residual = (
         "" if decoupling.residual is None else f" (residual {size_text(decoupling.residual)})"
@@ -173,7 +173,7 @@ def inertia_sections(pure_inertia: PureInertia) -> list[AnswerSection]:
     """List the sections on pure inertias that say something.
 
     Args:
-        pure_inertia: result of `balance.pure_inertia`.
+        pure_inertia: result of `balance.masses.pure_inertia`.
     """
     stay = {item.body for item in pure_inertia.left}
     inertias = [

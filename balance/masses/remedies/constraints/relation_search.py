@@ -33,7 +33,7 @@ class InputRelation:
         candidate: the subspace of the free inputs.
         names: the free inputs.
         space: the design space under it.
-        verdict: of `balance.feasible` on that space.
+        verdict: of `balance.masses.feasible` on that space.
     """
 
     candidate: Candidate
@@ -67,7 +67,7 @@ class _Trial(NamedTuple):
     """What became of a candidate; the spaces of those that fail are not kept.
 
     Attributes:
-        verdict: of `balance.feasible`, or ``"blocked"`` if the linkage cannot follow it.
+        verdict: of `balance.masses.feasible`, or ``"blocked"`` if the linkage cannot follow it.
         relation: the relation, if it balances.
     """
 

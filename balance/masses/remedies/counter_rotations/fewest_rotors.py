@@ -119,7 +119,7 @@ def fewest_rotors(
 
     Example:
         >>> import balance
-        >>> balance.fewest_rotors(balance.design_space("robot.urdf")).count
+        >>> balance.masses.fewest_rotors(balance.design_space("robot.urdf")).count
         2
     """
     if space.balance != "dynamic":

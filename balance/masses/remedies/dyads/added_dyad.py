@@ -3,7 +3,7 @@
 Known geometries are tried first: a loop of four hinges repeated, reflected, and loops that are
 balanced by themselves. Then walks from random geometries search for others, see
 `balance.masses.remedies.dyads.dyad_search`. Whether masses can be built is decided for each
-geometry by `balance.feasible`; those that have some are judged as every remedy.
+geometry by `balance.masses.feasible`; those that have some are judged as every remedy.
 """
 
 from __future__ import annotations

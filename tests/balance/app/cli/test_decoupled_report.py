@@ -10,9 +10,11 @@ import numpy as np
 import pytest
 from jsonschema import validate
 
-from balance import decoupling, design_space, pure_inertia
+from balance import design_space
 from balance.app.answers.data import schema
 from balance.app.cli.main import main
+from balance.masses import pure_inertia
+from balance.space import decoupling
 
 MODEL = "two_rrr_bisector"
 

@@ -64,7 +64,7 @@ def test_the_moment_about_another_point(capsys):
     assert code == 0 and told["about"] == list(r) and told["kept"] == "moment"
     (path,) = balance.find_paths("five_bar", kept="moment", about=r, length=0.3).paths
     for u, rates in zip(path.u[::20], path.rates[::20], strict=True):
-        momentum = balance.momentum_matrix("five_bar", u) @ rates
+        momentum = balance.pose.momentum_matrix("five_bar", u) @ rates
         moment, p = momentum[:3], momentum[3:]
         assert np.linalg.norm(moment - np.cross(r, p)) < 1e-8 * np.linalg.norm(moment)
     assert main(["paths", "five_bar", *words]) == 0

@@ -13,7 +13,6 @@ import pytest
 from jsonschema import Draft202012Validator, ValidationError
 
 import kinematics
-from balance import mass_properties
 from balance.app.answers.html.verification import (
     MAX_LINES,
     panels,
@@ -21,6 +20,7 @@ from balance.app.answers.html.verification import (
 )
 from balance.app.answers.html.verification_page import verification_page
 from balance.app.cli.main import main
+from balance.bodies import mass_properties
 from balance.motion.verification.shaking_wrench import mass_parameters
 from balance.motion.verification.to_pinocchio import verify
 from tests.support.json_answers import read_schema

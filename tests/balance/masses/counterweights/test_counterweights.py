@@ -119,7 +119,7 @@ def test_dynamic_balance_in_every_shape(shape):
         assert weight.region.contains(weight.com[None]).all()
         points = np.array([lump.position for lump in weight.lumps]).reshape(-1, 3)
         assert weight.region.contains(points, 1e-9).all()
-    h = balance.momentum_regressor(
+    h = balance.momentum.momentum_regressor(
         found.space.linkage, {found.space.inputs[0]: 0.3}, spatial=True
     )
     z = found.z.reshape(-1)
@@ -312,7 +312,7 @@ def test_leg_by_leg_equations_of_a_four_rrr(tmp_path):
             (f"upper{i + 1}", upper, B[i], C[i], l2), (f"lower{i + 1}", lower, A[i], B[i], l1),
         ):  # fmt: skip
             at = np.append(joint - radius * (end - joint) / length, 0.0)
-            z[space.bodies.index(name)] += balance.parameters(mass, at, np.zeros((3, 3)))
+            z[space.bodies.index(name)] += balance.bodies.parameters(mass, at, np.zeros((3, 3)))
             total += mass
     assert balance_residual(space, z) <= 1e-12
     balls = {name: f"ball(0,0,0,{radius})" for name in BODIES[:8]}

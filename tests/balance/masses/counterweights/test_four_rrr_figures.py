@@ -141,7 +141,7 @@ def without_counterweights(model, links):
             start, end = (points[letter + body.name[-1]] for letter in ends)
             d = end - start
             inertia = 0.5 / 12.0 * (d @ d * np.eye(3) - np.outer(d, d)) + 1e-5 * np.eye(3)
-            z = balance.parameters(0.5, (start + end) / 2.0, inertia)
+            z = balance.bodies.parameters(0.5, (start + end) / 2.0, inertia)
             body = replace(body, inertia=z)
         bodies.append(body)
     return replace(linkage, bodies=tuple(bodies))
@@ -156,7 +156,7 @@ def with_lumps(linkage, weights):
         for lump in lumps.get(body.name, ()):
             letter = "a" if body.name.startswith("lower") else "b"
             at = points[letter + body.name[-1]] + lump.position
-            z = z + balance.parameters(lump.mass, at, np.zeros((3, 3)))
+            z = z + balance.bodies.parameters(lump.mass, at, np.zeros((3, 3)))
         yield replace(body, inertia=z)
 
 

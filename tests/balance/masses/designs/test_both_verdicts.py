@@ -10,8 +10,9 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import kinematics
-from balance import check_certificate, check_design, design_space
+from balance import design_space
 from balance.app.cli.main import main
+from balance.checks import check_certificate, check_design
 from balance.masses.designs.best_design import design
 from balance.masses.designs.constraints import constraints_of
 from balance.masses.designs.mass_regions import ball_of, reach_of

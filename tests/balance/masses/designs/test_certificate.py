@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 import kinematics
-from balance import check_certificate, check_design, design_space
+from balance import design_space
+from balance.checks import check_certificate, check_design
 from balance.masses.designs.best_design import design
 from balance.masses.designs.certificate_search import refine_matrices
 from balance.masses.designs.constraints import constraints_of

@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 import kinematics
-from balance import Design, check_design, design_space
+from balance import Design, design_space
+from balance.checks import check_design
 from balance.masses.designs.best_design import design
 from balance.masses.designs.feasibility import feasible
 from balance.motion.verification.to_pinocchio import verify

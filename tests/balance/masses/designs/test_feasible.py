@@ -9,7 +9,8 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import kinematics
-from balance import certify, check_certificate, check_design, design_space
+from balance import certify, design_space
+from balance.checks import check_certificate, check_design
 from balance.masses.designs.best_design import design
 from balance.masses.designs.feasibility import feasible
 from balance.motion.verification.to_pinocchio import verify

@@ -9,8 +9,9 @@ import numpy as np
 import pytest
 
 import kinematics
-from balance import design, design_space, momentum_regressor
+from balance import design, design_space
 from balance.app.cli.main import main
+from balance.momentum import momentum_regressor
 
 CASES = ["four_bar_general", "five_bar", "three_rsr"]
 

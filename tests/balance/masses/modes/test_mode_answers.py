@@ -137,7 +137,7 @@ def test_masses_of_a_mode_leave_it_without_momentum(tmp_path):
     spaces = [answer.space for answer in balance.motion_modes(path).modes]
     for number, other in ((0, 1), (1, 0)):
         linkage = kinematics.load(path, mode=number + 1)
-        X = balance.momentum_regressor(linkage, [0.2]).reshape(-1, 12)
+        X = balance.momentum.momentum_regressor(linkage, [0.2]).reshape(-1, 12)
         z = spaces[number].basis
         assert np.abs(X @ z).max() < 1e-12
         if spaces[other].nullity > spaces[number].nullity:
@@ -153,7 +153,7 @@ def test_a_study_follows_a_mode(tmp_path):
             "parameters": {"b.origin.x": [0.5, 0.6]},
             "compute": {"rank": {}},
         }
-        assert balance.Study.from_tables(tables).run()["rank"].tolist() == [rank, 8]
+        assert balance.studies.Study.from_tables(tables).run()["rank"].tolist() == [rank, 8]
 
 
 def test_modes_that_may_be_missing_are_a_doubt(tmp_path, capsys, monkeypatch):

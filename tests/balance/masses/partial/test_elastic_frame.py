@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 import kinematics
-from balance import ElasticFrame, design_space, partial
+from balance import design_space, partial
+from balance.masses import ElasticFrame
 from balance.masses.partial.elastic_frame import is_periodic, vibration
 from balance.masses.partial.shaking_problem import build_problem
 from balance.motion.verification.crank_revolution import revolve_crank

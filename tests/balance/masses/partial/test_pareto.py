@@ -11,9 +11,10 @@ from jsonschema import Draft202012Validator
 
 import balance
 import kinematics
-from balance import ElasticFrame, design, design_space, pareto, partial
+from balance import design, design_space, pareto, partial
 from balance.app.answers.html.partial import front_picture
 from balance.app.cli.main import main as command
+from balance.masses import ElasticFrame
 from balance.motion.verification.given_motions import from_csv
 from kinematics.errors import LinkageError, UsageError
 from tests.support.pick_and_place import robot_arm, write_cycle

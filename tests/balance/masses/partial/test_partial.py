@@ -7,8 +7,9 @@ import pytest
 
 import balance
 import kinematics
-from balance import design_space, partial, shaking
+from balance import design_space, partial
 from balance.masses.partial.least_shaking import quadratic_factor
+from balance.motion import shaking
 from balance.motion.verification.given_motions import rest_to_rest
 from balance.motion.verification.trajectory import random_motions
 from kinematics.errors import BodyError, PoseError, UsageError

@@ -4,17 +4,12 @@ import numpy as np
 import pytest
 
 import kinematics
-from balance import (
-    buildable_masses,
-    check_design,
-    decoupling,
-    design_space,
-    mass_properties,
-    momentum_lines,
-    momentum_regressor,
-    parameters,
-    pure_inertia,
-)
+from balance import design_space
+from balance.bodies import mass_properties, parameters
+from balance.checks import check_design
+from balance.masses import buildable_masses, pure_inertia
+from balance.momentum import momentum_lines, momentum_regressor
+from balance.space import decoupling
 from kinematics.errors import BodyError, UsageError
 from tests.support.laws import outside
 from tests.support.planar_masses import in_plane, momentum, with_masses

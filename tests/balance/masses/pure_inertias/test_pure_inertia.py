@@ -6,7 +6,9 @@ import numpy as np
 import pytest
 
 import kinematics
-from balance import design_space, mass_properties, parameters, pure_inertia
+from balance import design_space
+from balance.bodies import mass_properties, parameters
+from balance.masses import pure_inertia
 from balance.space.inertial_parameters.multipole import point_mass, rod
 from kinematics import ScrewJoint, from_screws
 from kinematics.errors import MobilityError, OpenLoopError, UsageError

@@ -88,7 +88,7 @@ def test_the_gradient_is_that_of_the_smallest_singular_value(words):
 
 def rates_of(linkage) -> dict[str, float]:
     """Angular rates of the links for a unit rate of the input."""
-    X = balance.momentum_regressor(linkage, {"u1": 0.2}).reshape(3, -1)
+    X = balance.momentum.momentum_regressor(linkage, {"u1": 0.2}).reshape(3, -1)
     return {body.name: X[0, 4 * k + 3] for k, body in enumerate(linkage.bodies)}
 
 
@@ -112,7 +112,7 @@ def test_a_repeated_loop_has_two_relations_between_angles(linkage):
 def test_a_four_bar_without_a_balanced_loop_gains_by_a_dyad():
     """The file is read again, and Pinocchio and exact arithmetic confirm it."""
     linkage = four_bar(*GAINS)
-    assert balance.feasible(balance.design_space(linkage)).verdict == "infeasible"
+    assert balance.masses.feasible(balance.design_space(linkage)).verdict == "infeasible"
     found = next(iter(apply_added_dyad(RemedyRequest(linkage))))
     assert found.verdict == "feasible" and found.residual < 1e-9
     again = kinematics.load(Document("gain.urdf", found.urdf))

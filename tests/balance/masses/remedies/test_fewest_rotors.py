@@ -94,7 +94,7 @@ def test_designs_have_no_momentum_with_discs_on_joints_that_follow(model):
     assert isinstance(design, RotorDesign) and design.J.any()
     rng = np.random.default_rng(3)
     q = {u: rng.uniform(-0.2, 0.2) for u in linkage.inputs}
-    own = balance.momentum_regressor(linkage, q, spatial=True)
+    own = balance.momentum.momentum_regressor(linkage, q, spatial=True)
     z = basis_from_chain(design.z[:, None], space.chain.frame, False, False)[:, 0]
     h, parts = own @ z, np.abs(own) @ np.abs(z)
     by_body = own.reshape(*own.shape[:2], -1, 10)
@@ -102,7 +102,9 @@ def test_designs_have_no_momentum_with_discs_on_joints_that_follow(model):
         joint = linkage.joints[linkage.positions_of([name])[0]]
         n, axial = joint.screw[:3], momentum / gear
         disc = axial * (np.outer(n, n) + np.eye(3)) / 2.0
-        X = balance.momentum_regressor(with_rotor(linkage, name, gear), q, spatial=True)
+        X = balance.momentum.momentum_regressor(
+            with_rotor(linkage, name, gear), q, spatial=True
+        )
         rotor = X.reshape(*X.shape[:2], -1, 10)[:, :, -1]
         h = h + rotor @ parameters(0.0, joint.point, disc)
         if joint.parent >= 0 and turns_about_a_fixed_axis(linkage, joint):

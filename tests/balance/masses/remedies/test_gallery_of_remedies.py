@@ -165,7 +165,7 @@ def test_equal_inertias_are_needed():
     linkage = kinematics.load("principal_vector_linkage_slider")
     space = balance.design_space(linkage)
     given = np.array([body.inertia for body in linkage.bodies])
-    X = balance.momentum_regressor(linkage, [0.2], spatial=True)[0]
+    X = balance.momentum.momentum_regressor(linkage, [0.2], spatial=True)[0]
     assert np.abs(X @ given.ravel()).max() < 1e-14
     changed = given.copy()
     changed[[body.name for body in linkage.bodies].index("element3"), 6] += 0.01

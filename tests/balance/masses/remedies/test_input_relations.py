@@ -91,7 +91,7 @@ def test_no_relation_that_leaves_two_freedoms_balances_it(principal, found):
     linkage = principal.linkage
     for plane in candidates(3, 2)[::6]:
         space = balance.design_space(linkage, Motion(linkage.inputs, (), plane.basis))
-        assert balance.feasible(space).verdict == "infeasible"
+        assert balance.masses.feasible(space).verdict == "infeasible"
 
 
 def test_needs_have_the_factors_of_the_angular_velocities(found):
@@ -115,7 +115,9 @@ def test_the_constant_of_a_need_is_what_the_masses_ask(found):
     z[one.space.bodies.index(name), 6] += (need.constant - left) / need.factors[name]
     direction = one.candidate.basis[:, 0]
     for size in (0.0, 0.2):
-        X = balance.momentum_regressor(one.space.linkage, size * direction, spatial=True)
+        X = balance.momentum.momentum_regressor(
+            one.space.linkage, size * direction, spatial=True
+        )
         assert np.abs(direction @ (X @ z.ravel())).max() < 1e-13
 
 

@@ -40,7 +40,7 @@ def parallelogram_with_bob(folder, place):
 def test_a_link_with_three_joints_carries_a_load_in_its_middle(tmp_path):
     """5 ρA a L⁴ / (384 EI) + m a L³ / (48 EI), a along the normal of the coupler."""
     linkage = parallelogram_with_bob(tmp_path, "0.5 0 0")
-    found = balance.simulate_flexible(
+    found = balance.flexible.simulate_flexible(
         linkage, ["coupler=EI:300,rhoA:0.4"], {"u1": f"speed:{SPEED}"}, 1e-3, samples=2,
         modes=12,
     )  # fmt: skip
@@ -53,7 +53,7 @@ def test_a_link_with_three_joints_carries_a_load_in_its_middle(tmp_path):
 def test_joints_that_are_not_on_a_line_are_refused(tmp_path):
     linkage = parallelogram_with_bob(tmp_path, "0.5 0.1 0")
     with pytest.raises(LinkageError, match="its joints are not on a line"):
-        balance.simulate_flexible(linkage, ["coupler=EI:300,rhoA:0.4"])
+        balance.flexible.simulate_flexible(linkage, ["coupler=EI:300,rhoA:0.4"])
 
 
 @pytest.mark.slow
@@ -63,8 +63,8 @@ def test_a_link_with_one_joint_is_a_cantilever(tmp_path):
     path.write_text(ARM, encoding="utf-8")
     linkage = kinematics.load(path)
     with pytest.raises(LinkageError, match="has 1 joint: give length"):
-        balance.simulate_flexible(linkage, ["arm=EI:200,rhoA:1"])
-    found = balance.simulate_flexible(
+        balance.flexible.simulate_flexible(linkage, ["arm=EI:200,rhoA:1"])
+    found = balance.flexible.simulate_flexible(
         linkage, ["arm=EI:2000,rhoA:1,length:0.8"], {"u1": "spin:0.1,1"}, 1.0, samples=101
     )
     turning = 0.1 * (1.0 - np.cos(2.0 * np.pi * found.time))

@@ -16,7 +16,7 @@ SPEED = 5.0
 
 def crank_at_speed(link, duration=0.2, **options):
     """The parallelogram, its coupler 1 m long, with the crank at speed."""
-    return balance.simulate_flexible(
+    return balance.flexible.simulate_flexible(
         "four_bar_parallelogram", [f"coupler={link}"], {"u1": f"speed:{SPEED}"}, duration,
         samples=21, **options,
     )  # fmt: skip
@@ -47,8 +47,8 @@ def test_stiff_links_start_as_rigid_ones(tmp_path):
     path = tmp_path / "four_bar.urdf"
     path.write_text(four_bar_text(1.0), encoding="utf-8")
     linkage = kinematics.load(path)
-    rigid = balance.shaking(linkage, q=[0.0], qd=[SPEED], qdd=[0.0])
-    found = balance.simulate_flexible(
+    rigid = balance.motion.shaking(linkage, q=[0.0], qd=[SPEED], qdd=[0.0])
+    found = balance.flexible.simulate_flexible(
         linkage, ["coupler=EI:1e5,rhoA:1"], {"u1": f"speed:{SPEED}"}, 0.01, samples=3
     )
     # The shaking is the reverse of the base reaction.
@@ -56,7 +56,7 @@ def test_stiff_links_start_as_rigid_ones(tmp_path):
 
 
 def test_inputs_that_start_from_rest_start_at_rest():
-    found = balance.simulate_flexible(
+    found = balance.flexible.simulate_flexible(
         "four_bar_parallelogram", ["coupler=EI:30,rhoA:0.4"], {"u1": "spin:3,0.1"}, 0.02,
         samples=3,
     )  # fmt: skip

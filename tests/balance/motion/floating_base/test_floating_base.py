@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 
 import kinematics
-from balance import FloatingBase, parameters, simulate_floating_base
+from balance.bodies import parameters
+from balance.motion import FloatingBase, simulate_floating_base
 from balance.motion.verification.given_motions import rest_to_rest
 from balance.motion.verification.input_paths import SinePath, SplinePath, SteadyPath
 from kinematics import ScrewJoint, from_screws

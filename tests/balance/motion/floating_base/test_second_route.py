@@ -11,7 +11,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import kinematics
-from balance import FloatingBase, simulate_floating_base
+from balance.motion import FloatingBase, simulate_floating_base
 from kinematics.closure.joint_positions import input_chain, joint_positions
 from kinematics.closure.newton import expand_at, forward_kinematics
 from tests.independent.floating_in_pinocchio import FloatingModel

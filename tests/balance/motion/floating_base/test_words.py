@@ -47,11 +47,11 @@ def test_masses_on_the_ground_are_told(tmp_path, capsys):
 def test_inputs_at_speed_start_with_momentum():
     """The base rests at the start, so the momentum is that of the linkage alone."""
     linkage = kinematics.load("four_bar_kite")
-    base = balance.FloatingBase(10.0, 1.0)
+    base = balance.motion.FloatingBase(10.0, 1.0)
     along, _ = revolve_crank(linkage, 6.0)
-    found = balance.simulate_floating_base(linkage, base, along=along, duration=0.05)
+    found = balance.motion.simulate_floating_base(linkage, base, along=along, duration=0.05)
     assert any("momentum of that motion" in remark for remark in found.remarks)
     assert not found.samples.twist[0].any()
-    rest = balance.simulate_floating_base(linkage, base, duration=0.05)
+    rest = balance.motion.simulate_floating_base(linkage, base, duration=0.05)
     assert not any("momentum of that motion" in remark for remark in rest.remarks)
     assert np.isfinite(rest.residual)

@@ -88,7 +88,7 @@ def floating_arm(arm, base, inertia):
     for joint, body in zip(arm.joints, arm.bodies, strict=True):
         place = pin.SE3(np.eye(3), joint.point - before)
         one = model.addJoint(joints[-1], pin.JointModelRZ(), place, joint.name)
-        mass, centre, moment = balance.mass_properties(body.inertia)
+        mass, centre, moment = balance.bodies.mass_properties(body.inertia)
         model.appendBodyToJoint(
             one, pin.Inertia(mass, centre - joint.point, moment), pin.SE3.Identity()
         )
@@ -210,9 +210,9 @@ def test_the_wrench_on_a_turning_base_has_three_parts():
     x = np.array([0.3, -0.25])
     turn, slide = np.array([1.7, 0.0]), np.array([0.0, -0.9])
     speed_up, pull = np.array([2.1, 0.0]), np.array([0.0, 0.6])
-    whole = balance.shaking(linkage, x, turn + slide, speed_up + pull)
-    rigid = balance.shaking(linkage, x, turn, speed_up)
-    internal = balance.shaking(linkage, x, slide, pull)
+    whole = balance.motion.shaking(linkage, x, turn + slide, speed_up + pull)
+    rigid = balance.motion.shaking(linkage, x, turn, speed_up)
+    internal = balance.motion.shaking(linkage, x, slide, pull)
     change = whole - rigid - internal
     q = 2.0 + x[1]
     assert rigid[2] == pytest.approx((1.0 + 2.0 * q * q) * 2.1, rel=1e-12)
@@ -231,7 +231,7 @@ def test_a_balanced_pantograph_can_aggravate_vibrations(phase, grows):
     """
     linkage = floating_pantograph()
     q = np.array([1.7, 2.0, 2.3])
-    inertia = [balance.shaking(linkage, [0, x - 2], [0, 0], [1, 0])[2] for x in q]
+    inertia = [balance.motion.shaking(linkage, [0, x - 2], [0, 0], [1, 0])[2] for x in q]
     fit = np.polynomial.Polynomial.fit(q, inertia, 2)
     assert fit.convert().coef == pytest.approx([1.0, 0.0, 2.0], abs=1e-12)
     assert np.sqrt(1e4 / fit(2.0)) / 2.0 / np.pi == pytest.approx(5.4, abs=0.1)

@@ -66,7 +66,7 @@ def test_the_closed_forms_of_the_table():
     assert printed.angle == pytest.approx([142.1, 142.1], abs=0.05)
     # The closed forms balance the pose: all rates of both inputs.
     for robot in (corrected, printed):
-        M = balance.momentum_matrix(robot.linkage, [0.0, 0.0])
+        M = balance.pose.momentum_matrix(robot.linkage, [0.0, 0.0])
         assert np.abs(M).max() < 1e-15
 
 
@@ -108,7 +108,7 @@ def test_the_paths_do_not_shake_and_the_diagonal_does():
     """Shaking moments at most 1e-8 of that on the diagonal of the same length and time."""
     robot = crossing_five_bar(BEYOND, *CORRECTED)
     found = balance.find_paths(robot.linkage, length=1.2)
-    quiet = [balance.timed_path(robot.linkage, path, 0.4) for path in found.paths]
+    quiet = [balance.motion.timed_path(robot.linkage, path, 0.4) for path in found.paths]
     ways = [path.direction / np.linalg.norm(path.direction) for path in found.paths]
     # Halfway between both directions one input stands still.
     diagonal = (ways[0] + ways[1]) * 0.25
@@ -142,7 +142,7 @@ def test_a_path_through_a_crossing_from_aside():
 def test_derivatives_of_the_equations_by_differences():
     """Of all parts of the momentum; central differences of step 1e-5 are right to 1e-9."""
     for demand in (Demand(), Demand("moment"), Demand("force"),
-                   Demand("attitude", balance.Base(3.0, (0.1, 0.2, 0.0)))):  # fmt: skip
+                   Demand("attitude", balance.motion.Base(3.0, (0.1, 0.2, 0.0)))):  # fmt: skip
         equations = RestEquations(load("two_rrr"), demand)
         here = equations.at(equations.close(np.zeros(equations.chain.parent.size)))
         found = equations.derivative(here.q)

@@ -11,19 +11,13 @@ from functools import cache
 import numpy as np
 import pytest
 
-from balance import (
-    balance_pose,
-    design,
-    design_space,
-    mass_properties,
-    momentum_map,
-    momentum_matrix,
-    reaction_null_space,
-    shaking,
-)
+from balance import design, design_space
+from balance.bodies import mass_properties
+from balance.motion import shaking
 from balance.motion.pose.body_family import planar_balancing_body
 from balance.motion.verification.joint_reactions import joint_reactions
 from balance.motion.verification.shaking_wrench import inertia_loads, mass_parameters
+from balance.pose import balance_pose, momentum_map, momentum_matrix, reaction_null_space
 from kinematics.closure.joint_positions import input_chain
 from tests.support.fuga import (
     ACCELERATION,

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import kinematics
-from balance import momentum_map, momentum_matrix, reaction_null_space
+from balance.pose import momentum_map, momentum_matrix, reaction_null_space
 from kinematics import ScrewJoint, from_screws
 from kinematics.errors import PoseError, UsageError
 from tests.support.laws import point_masses, relative, unit_vector

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 import kinematics
-from balance import balance_pose, mass_properties, momentum_matrix, violations
+from balance.bodies import mass_properties, violations
+from balance.pose import balance_pose, momentum_matrix
 from kinematics import ScrewJoint, from_screws
 from kinematics.errors import BodyError, CoordinateError
 from tests.support.laws import point_masses, sums

@@ -13,14 +13,9 @@ from functools import cache
 import numpy as np
 import pytest
 
-from balance import (
-    balance_pose,
-    balancing_family,
-    design,
-    design_space,
-    parameters,
-    violations,
-)
+from balance import design, design_space
+from balance.bodies import parameters, violations
+from balance.pose import balance_pose, balancing_family
 from kinematics.errors import UsageError
 from tests.support.covering import number_of_cases
 from tests.support.laws import outside, relative

@@ -9,7 +9,7 @@ import pytest
 
 import balance
 import kinematics
-from balance import shaking
+from balance.motion import shaking
 from balance.motion.verification.joint_reactions import joint_reactions
 from balance.motion.verification.shaking_wrench import inertia_loads, wrench_to_si
 from balance.motion.verification.to_pinocchio import PinocchioModel

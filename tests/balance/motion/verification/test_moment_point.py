@@ -61,7 +61,7 @@ def test_moments_about_a_point(capsys):
     found = balance.verify(linkage, trajectories=1, about=point)
     (motion,) = found.runs
     way = motion.trajectory
-    wrench = balance.shaking(linkage, way.u, way.ud, way.udd)
+    wrench = balance.motion.shaking(linkage, way.u, way.ud, way.udd)
     moment = np.linalg.norm(wrench[:, :3] - np.cross(point, wrench[:, 3:]), axis=1).max()
     assert found.moment == pytest.approx(moment, rel=1e-9)
     plain = balance.verify(linkage, trajectories=1)
@@ -83,7 +83,7 @@ def test_partial_balance_about_a_point():
 
 def test_flexible_links_about_a_point():
     words = ("four_bar_kite", ["coupler=EI:50,rhoA:1"], {"u1": "spin:1,0.1"}, 0.02)
-    found = balance.simulate_flexible(*words, samples=5, about=[0.2, -0.3, 7.0])
+    found = balance.flexible.simulate_flexible(*words, samples=5, about=[0.2, -0.3, 7.0])
     assert np.allclose(found.moment, moment_about(found.motion, np.array([0.2, -0.3])))
 
 

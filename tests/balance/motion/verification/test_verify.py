@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 import kinematics
-from balance import design_space, shaking
+from balance import design_space
+from balance.motion import shaking
 from balance.motion.verification.given_motions import rest_to_rest
 from balance.motion.verification.shaking_wrench import inertia_loads, mass_parameters
 from balance.motion.verification.to_pinocchio import PinocchioModel, verify, verify_second

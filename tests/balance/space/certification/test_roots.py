@@ -9,8 +9,9 @@ import numpy as np
 import pytest
 
 import kinematics
-from balance import certify, design_space, exact_ranks
+from balance import certify, design_space
 from balance.app.cli.main import main
+from balance.checks import exact_ranks
 from tests.independent.meant_linkages import random_rotation
 from tests.independent.symmetric_truth import platform_truth
 from tests.support.symmetric_platforms import STYLES, platform_text

@@ -11,14 +11,10 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import kinematics
-from balance import (
-    certify,
-    decoupling,
-    design_space,
-    feasible,
-    locked_inertia,
-    momentum_regressor,
-)
+from balance import certify, design_space
+from balance.masses import feasible
+from balance.momentum import momentum_regressor
+from balance.space import decoupling, locked_inertia
 from balance.space.decoupled.locked_inertia import locked_parameters
 from kinematics.errors import UsageError
 from tests.independent.reference import (

@@ -28,13 +28,13 @@ def cloud(seed, reach=1.0):
 def with_moments(rng, moments, mass=1.0):
     """Parameters of a body with given principal moments, somewhere, turned somehow."""
     R = Rotation.random(random_state=rng).as_matrix()
-    return balance.parameters(mass, rng.standard_normal(3), R @ np.diag(moments) @ R.T)
+    return balance.bodies.parameters(mass, rng.standard_normal(3), R @ np.diag(moments) @ R.T)
 
 
 @pytest.mark.parametrize("seed", RNG_RUNS)
 def test_mass_properties_are_sums_over_the_cloud(seed):
     masses, points = cloud(seed)
-    found = balance.mass_properties(sums(masses, points))
+    found = balance.bodies.mass_properties(sums(masses, points))
     com = masses @ points / masses.sum()
     arms = points - com
     central = np.einsum("i,i,ab->ab", masses, (arms**2).sum(axis=1), np.eye(3))
@@ -47,11 +47,11 @@ def test_mass_properties_are_sums_over_the_cloud(seed):
 @pytest.mark.parametrize("seed", RNG_RUNS)
 def test_parameters_and_mass_properties_undo_each_other(seed):
     z = sums(*cloud(seed))
-    assert relative(balance.parameters(*balance.mass_properties(z)), z) < 1e-14
+    assert relative(balance.bodies.parameters(*balance.bodies.mass_properties(z)), z) < 1e-14
     rng = np.random.default_rng(seed)
     tensor = rng.standard_normal((3, 3))
     given = rng.uniform(0.1, 2.0), rng.standard_normal(3), tensor + tensor.T
-    found = balance.mass_properties(balance.parameters(*given))
+    found = balance.bodies.mass_properties(balance.bodies.parameters(*given))
     for one, other in zip(found, given, strict=True):
         assert relative(one, other) < 1e-13
 
@@ -62,7 +62,7 @@ def test_pseudo_inertia_is_the_second_moment_of_the_cloud(seed):
     masses, points = cloud(seed)
     ones = np.column_stack([points, np.ones(len(points))])
     expected = np.einsum("i,ia,ib->ab", masses, ones, ones)
-    assert relative(balance.pseudo_inertia(sums(masses, points)), expected) < 1e-14
+    assert relative(balance.bodies.pseudo_inertia(sums(masses, points)), expected) < 1e-14
 
 
 def test_the_inertia_tensor_gives_the_angular_momentum():
@@ -112,7 +112,7 @@ def test_functions_broadcast_and_are_linear():
     H = displacement(np.random.default_rng(66))
     stack = np.array([[a, b, 2.0 * a - 3.0 * b]])
     for function in (
-        balance.pseudo_inertia,
+        balance.bodies.pseudo_inertia,
         inertia_tensor,
         lambda z: displace_parameters(z, H),
     ):
@@ -122,31 +122,33 @@ def test_functions_broadcast_and_are_linear():
 
 
 def test_a_point_mass_a_rod_and_a_box_are_known():
-    assert balance.parameters(2.0, [1, 2, 3], np.zeros((3, 3))) == pytest.approx(
+    assert balance.bodies.parameters(2.0, [1, 2, 3], np.zeros((3, 3))) == pytest.approx(
         [2, 2, 4, 6, 26, 20, 10, -4, -6, -12], abs=1e-15
     )
     rod = np.diag([0.0, 1.0, 1.0]) * 3.0 * 2.0**2 / 12.0
     # A uniform rod of 3 kg from x = 0 to x = 2: a third of m l² about its end.
-    assert balance.parameters(3.0, [1, 0, 0], rod)[4:] == pytest.approx([0, 4, 4, 0, 0, 0])
+    assert balance.bodies.parameters(3.0, [1, 0, 0], rod)[4:] == pytest.approx(
+        [0, 4, 4, 0, 0, 0]
+    )
 
 
 @pytest.mark.parametrize("mass", [-1.0, -1e-12, 0.0])
 def test_a_mass_that_is_not_positive_is_named(mass):
-    z = balance.parameters(1.0, [0.1, 0.2, 0.3], np.eye(3))
+    z = balance.bodies.parameters(1.0, [0.1, 0.2, 0.3], np.eye(3))
     z[0] = mass
-    (problem,) = balance.violations(z)
+    (problem,) = balance.bodies.violations(z)
     assert problem.startswith("mass ") and ("zero" if mass == 0.0 else "negative") in problem
 
 
 def test_no_body_is_no_violation():
-    assert balance.violations(np.zeros(10)) == []
+    assert balance.bodies.violations(np.zeros(10)) == []
 
 
 @pytest.mark.parametrize("seed", RNG_RUNS)
 def test_negative_moments_are_named(seed):
     rng = np.random.default_rng(seed)
     moments = [-0.3, 0.7, 1.1] if seed % 2 else [-0.3, -0.2, 1.1]
-    found = balance.violations(with_moments(rng, moments))
+    found = balance.bodies.violations(with_moments(rng, moments))
     values = [float(re.fullmatch(r"principal moment (\S+) is negative", t)[1]) for t in found]
     assert sorted(values) == pytest.approx([m for m in moments if m < 0.0], abs=1e-5)
 
@@ -155,7 +157,7 @@ def test_negative_moments_are_named(seed):
 def test_a_violated_triangle_is_named(seed):
     rng = np.random.default_rng(seed)
     moments = rng.permutation([0.4, 0.7, 1.3])
-    (text,) = balance.violations(with_moments(rng, moments))
+    (text,) = balance.bodies.violations(with_moments(rng, moments))
     numbers = re.fullmatch(r"principal moments (\S+) \+ (\S+) < (\S+)", text).groups()
     assert [float(x) for x in numbers] == pytest.approx([0.4, 0.7, 1.3], abs=1e-5)
 
@@ -167,17 +169,21 @@ def test_rounding_is_not_a_violation(scale):
     for moments in ([1.0, 1.0, 2.0], [0.0, 1.0, 1.0], [0.3, 0.7, 1.0], [0.0, 0.0, 0.0]):
         z = with_moments(rng, moments)
         assert (
-            balance.violations(displace_parameters(z, np.diag([scale, scale, scale, 1.0])))
+            balance.bodies.violations(
+                displace_parameters(z, np.diag([scale, scale, scale, 1.0]))
+            )
             == []
         )
     z = with_moments(rng, [1.0, 1.0, 2.001])
-    assert balance.violations(displace_parameters(z, np.diag([scale, scale, scale, 1.0])))
+    assert balance.bodies.violations(
+        displace_parameters(z, np.diag([scale, scale, scale, 1.0]))
+    )
 
 
 def test_the_tolerance_is_asked_for():
     z = with_moments(np.random.default_rng(68), [1.0, 1.0, 2.0 + 1e-4])
-    assert balance.violations(z)
-    assert balance.violations(z, tolerance=1e-3) == []
+    assert balance.bodies.violations(z)
+    assert balance.bodies.violations(z, tolerance=1e-3) == []
 
 
 def test_physical_means_a_positive_pseudo_inertia():
@@ -186,10 +192,10 @@ def test_physical_means_a_positive_pseudo_inertia():
     counts = {True: 0, False: 0}
     for _ in range(400):
         z = with_moments(rng, rng.uniform(-0.2, 1.0, 3), rng.uniform(-0.2, 1.0))
-        lowest = np.linalg.eigvalsh(balance.pseudo_inertia(z))[0]
+        lowest = np.linalg.eigvalsh(balance.bodies.pseudo_inertia(z))[0]
         if abs(lowest) > 1e-6:
             counts[lowest > 0.0] += 1
-            assert (balance.violations(z) == []) == (lowest > 0.0)
+            assert (balance.bodies.violations(z) == []) == (lowest > 0.0)
     assert min(counts.values()) > 50
     for seed in RNG_RUNS:
-        assert balance.violations(sums(*cloud(seed))) == []
+        assert balance.bodies.violations(sums(*cloud(seed))) == []

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from balance import pseudo_inertia
+from balance.bodies import pseudo_inertia
 from balance.space.inertial_parameters.multipole import (
     RODS,
     Primitive,

@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 
 import kinematics
-from balance import design_space, momentum_regressor
+from balance import design_space
+from balance.momentum import momentum_regressor
 from balance.space.inertial_parameters.multipole import rod
 from balance.space.interpretation.explain import explain
 from balance.space.interpretation.freedoms import (

@@ -202,7 +202,7 @@ def test_every_integer(topology):
         kinds[place] = number % len(topology.special)
     draws = [*(draw for _, draw in topology.special), topology.draw]
     screws = np.array([draws[kind](linkage, rng) for kind in kinds])
-    found = balance.design_space_many(linkage, screws)
+    found = balance.space.design_space_many(linkage, screws)
     assert not found.refused
     numbers = zip(
         found.rank, found.nullity, found.serial_nullity, found.kmax, kinds, strict=True

@@ -74,11 +74,11 @@ def test_four_bars_of_every_kind(monkeypatch):
     monkeypatch.setattr(many_geometries, "CHUNK_SIZE", 128)
     linkage = load("four_bar_general")
     screws = screws_of(linkage, four_bars(300, seed=91))
-    found = balance.design_space_many(linkage, screws, bases=True, threads=2)
+    found = balance.space.design_space_many(linkage, screws, bases=True, threads=2)
     assert not found.refused
     agree(found, one_by_one(linkage, screws), linkage.frames)
     assert [set(found.rank[k::4].tolist()) for k in range(4)] == [{8}, {7}, {5}, {7}]
-    again = balance.design_space_many(linkage, screws, bases=True, threads=1)
+    again = balance.space.design_space_many(linkage, screws, bases=True, threads=1)
     assert np.array_equal(again.bases, found.bases)
 
 
@@ -103,7 +103,7 @@ def test_other_topologies_in_other_places(name, options):
         turning = np.any(moved[:, :3] != 0.0, axis=1)
         moved[turning, 3:] = size * moved[turning, 3:] + np.cross(shift, moved[turning, :3])
         screws.append(moved)
-    found = balance.design_space_many(linkage, np.array(screws), bases=True, **options)
+    found = balance.space.design_space_many(linkage, np.array(screws), bases=True, **options)
     agree(found, one_by_one(linkage, screws, **options), linkage.frames)
 
 
@@ -120,7 +120,7 @@ def test_high_orders_and_slow_joints_stay_in_the_loop(name, kmax, monkeypatch):
     monkeypatch.setattr(
         many_geometries._Sweep, "solve_alone", lambda sweep, number: alone.append(number)
     )
-    found = balance.design_space_many(linkage, screws, bases=True)
+    found = balance.space.design_space_many(linkage, screws, bases=True)
     assert not alone
     agree(found, expected, linkage.frames)
 
@@ -133,7 +133,7 @@ def test_a_basis_is_that_of_the_pose_given():
     linkage, height = load("four_bar_parallelogram"), 0.01
     corners = {"u1": (0, 0), "q2": (1, height), "q3": (3, height), "q4": (2, 0)}
     places = [corners[joint.name] for joint in linkage.joints]
-    found = balance.design_space_many(
+    found = balance.space.design_space_many(
         linkage, [[[0, 0, 1, y, -x, 0] for x, y in places]], bases=True
     )
     rows = {
@@ -158,7 +158,7 @@ def test_geometries_near_round_off_are_told():
         n = np.array([0.6 * tilt, 0.0, 1.0]) / np.hypot(0.6 * tilt, 1.0)
         moved[joint] = [*n, *np.cross(linkage.joints[joint].point, n)]
         screws.append(moved)
-    found = balance.design_space_many(linkage, screws)
+    found = balance.space.design_space_many(linkage, screws)
     assert not found.refused and {*found.unsure} == {1, 2}
     assert all("decides about transfers" in reason for reason in found.unsure.values())
     assert found.serial_nullity[[0, 3]].tolist() == [16, 14]
@@ -177,7 +177,7 @@ def test_joints_that_follow_others(kinds):
     screws = np.array([[joint.screw for joint in linkage.joints]] * 3)
     turning = np.any(screws[0, :, :3] != 0.0, axis=1)
     screws[:, turning, 3:5] += rng.standard_normal((3, int(turning.sum()), 2))
-    found = balance.design_space_many(linkage, screws, bases=True)
+    found = balance.space.design_space_many(linkage, screws, bases=True)
     assert not found.refused
     agree(found, one_by_one(linkage, screws), linkage.frames)
 
@@ -188,7 +188,7 @@ def test_what_cannot_be_assembled_is_told_and_the_rest_answered():
     corners[2, :, 1] = 0.0  # all joints in a line: a dead centre
     screws = screws_of(linkage, corners)
     screws[3, 1] = [1.0, 0.0, 0.0, 0.0, 0.0, 0.0]
-    found = balance.design_space_many(linkage, screws)
+    found = balance.space.design_space_many(linkage, screws)
     assert set(found.refused) >= {3}
     assert found.rank[[0, 1, 4]].tolist() == [8, 7, 8]
     assert all(found.rank[k] == found.nullity[k] == -1 for k in found.refused)
@@ -201,17 +201,17 @@ def test_screws_of_another_kind_are_refused():
     linkage = load("four_bar_general")
     screws = screws_of(linkage, four_bars(2, seed=94))
     with pytest.raises(ValueError, match=r"shape \(count, 4, 6\)"):
-        balance.design_space_many(linkage, screws[0])
+        balance.space.design_space_many(linkage, screws[0])
     for change in ([0, 0, 2, 0, 0, 0], [0, 0, 0, 1, 0, 0], [0, 0, 1, 0, 0, 1], [np.nan] * 6):
         wrong = screws.copy()
         wrong[1, 2] = change
         with pytest.raises(LinkageError, match="geometry 1 is not that of a revolute joint"):
-            balance.design_space_many(linkage, wrong)
+            balance.space.design_space_many(linkage, wrong)
     with pytest.raises(ValueError, match="balance must be"):
-        balance.design_space_many(linkage, screws, "static")
+        balance.space.design_space_many(linkage, screws, "static")
     linkage = load("hprs")
     screws = np.array([[joint.screw for joint in linkage.joints]])
     for number in (np.nan, np.inf):
         screws[0, 0, 4] = number
         with pytest.raises(LinkageError, match="is not that of a helical joint"):
-            balance.design_space_many(linkage, screws)
+            balance.space.design_space_many(linkage, screws)

@@ -16,7 +16,8 @@ import pytest
 from scipy.linalg import null_space
 
 import kinematics
-from balance import mass_properties, momentum_regressor
+from balance.bodies import mass_properties
+from balance.momentum import momentum_regressor
 from kinematics.closure.joint_positions import joint_positions
 from tests.support.covering import spread
 from tests.support.laws import (

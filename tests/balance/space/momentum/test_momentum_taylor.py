@@ -12,7 +12,7 @@ from mpmath import mp
 
 import balance
 import kinematics
-from balance import momentum_regressor, momentum_taylor
+from balance.momentum import momentum_regressor, momentum_taylor
 from kinematics import taylor_motion
 from kinematics.errors import MotionError
 from tests.support.laws import point_masses, relative, sums
@@ -125,6 +125,9 @@ def test_it_is_public_and_refuses_unknown_motions():
     linkage = kinematics.load("five_bar")
     with pytest.raises(MotionError, match="is not an input"):
         momentum_taylor(linkage, 3, "q2=0")
-    found = balance.momentum_taylor(linkage, 0)
-    assert isinstance(found, balance.MomentumTaylor) and not found.coefficients.flags.writeable
+    found = balance.momentum.momentum_taylor(linkage, 0)
+    assert (
+        isinstance(found, balance.momentum.MomentumTaylor)
+        and not found.coefficients.flags.writeable
+    )
     assert relative(found.coefficients[0], momentum_regressor(linkage, [0.0, 0.0])) < 1e-14

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 import kinematics
-from balance import design_space, momentum_regressor
+from balance import design_space
+from balance.momentum import momentum_regressor
 from balance.space.momentum.momentum_figure import screw_figure
 from balance.space.momentum.momentum_lines import (
     ScrewLine,

@@ -29,8 +29,8 @@ SHARED = (
 @pytest.mark.parametrize("figure", spread(FIGURES, 3, 0), ids=str)
 def test_a_saved_space_comes_back(figure, tmp_path):
     found = known(figure)
-    balance.save_space(found, tmp_path / "space.npz")
-    saved = balance.load_space(tmp_path / "space.npz")
+    balance.space.save_space(found, tmp_path / "space.npz")
+    saved = balance.space.load_space(tmp_path / "space.npz")
     for name in SHARED:
         assert getattr(saved, name) == getattr(found, name), name
     for name in ("basis", "axes", "singular_values", "frames"):
@@ -66,17 +66,17 @@ def test_what_differs_is_named():
 def test_a_saved_file_is_whole_and_the_same_each_time(tmp_path, monkeypatch):
     found = known(FIGURES[0])
     path = tmp_path / "space.npz"
-    balance.save_space(found, path)
-    balance.save_space(found, tmp_path / "again")
+    balance.space.save_space(found, path)
+    balance.space.save_space(found, tmp_path / "again")
     first = path.read_bytes()
     assert (tmp_path / "again").read_bytes() == first
     with monkeypatch.context() as patch, pytest.raises(FileError, match="No space left"):
         patch.setattr("os.fsync", lambda _: (_ for _ in ()).throw(OSError(28, "No space left")))
-        balance.save_space(known(FIGURES[2]), path)
+        balance.space.save_space(known(FIGURES[2]), path)
     assert path.read_bytes() == first
     assert sorted(file.name for file in tmp_path.iterdir()) == ["again", "space.npz"]
     with open(path, "rb") as old:
-        balance.save_space(known(FIGURES[2]), path)
+        balance.space.save_space(known(FIGURES[2]), path)
         assert old.read() == first != path.read_bytes()
     header = json.loads(np.load(tmp_path / "again", allow_pickle=False)["header"].item())
     assert header["options"] == {
@@ -98,8 +98,8 @@ def test_a_space_of_dimension_zero(tmp_path):
     (tmp_path / "free.urdf").write_text(FREE, encoding="utf-8")
     found = balance.design_space(kinematics.load(tmp_path / "free.urdf"))
     assert (found.rank, found.nullity, found.basis.shape) == (4, 0, (4, 0))
-    balance.save_space(found, tmp_path / "space.npz")
-    saved = balance.load_space(tmp_path / "space.npz")
+    balance.space.save_space(found, tmp_path / "space.npz")
+    saved = balance.space.load_space(tmp_path / "space.npz")
     assert saved.differences(record_of(found)) == ()
     assert saved.basis_in_link_frames().shape == (4, 0)
     assert [body.mass for body in saved.bodies_of([])] == [0.0]
@@ -110,7 +110,7 @@ def test_a_place_that_cannot_be_written_to(tmp_path):
     found = known(FIGURES[0])
     for path in (tmp_path, tmp_path / "none" / "space.npz"):
         with pytest.raises(FileError, match="cannot be written") as caught:
-            balance.save_space(found, path)
+            balance.space.save_space(found, path)
         assert str(path) in str(caught.value)
     assert list(tmp_path.iterdir()) == []
 
@@ -123,7 +123,7 @@ def test_a_linkage_without_a_file_has_no_hash():
 def packed(folder, **changes):
     """A saved space whose header or arrays were changed; None leaves an entry out."""
     path = folder / "space.npz"
-    balance.save_space(known(FIGURES[12]), path)
+    balance.space.save_space(known(FIGURES[12]), path)
     with np.load(path) as archive:
         entries = dict(archive)
     header = json.loads(entries["header"].item())
@@ -156,13 +156,13 @@ DAMAGE = [
 
 @pytest.mark.parametrize("changes", DAMAGE, ids="-".join)
 def test_a_damaged_space_is_refused_in_one_line(changes, tmp_path):
-    assert balance.load_space(packed(tmp_path)).rank == 35
+    assert balance.space.load_space(packed(tmp_path)).rank == 35
     refused(packed(tmp_path, **changes), "not a saved design space, or damaged")
 
 
 def refused(path, problem):
     with pytest.raises(FileError) as caught:
-        balance.load_space(path)
+        balance.space.load_space(path)
     assert isinstance(caught.value, LinkageError) and caught.value.__cause__ is None
     message = str(caught.value)
     assert len(message.splitlines()) == 1 and problem in message

@@ -69,9 +69,9 @@ def test_spatial_bodies_have_the_parameters_they_came_from(figure, tmp_path):
             assert body.mass == 0.0 and body.element is None and body.link_inertia is None
             continue
         com, link_com = (np.zeros(3) if c is None else c for c in (body.com, body.link_com))
-        again = balance.parameters(body.mass, com, body.inertia)
+        again = balance.bodies.parameters(body.mass, com, body.inertia)
         assert relative(again, expected) < 1e-12
-        again = balance.parameters(body.mass, link_com, body.link_inertia)
+        again = balance.bodies.parameters(body.mass, link_com, body.link_inertia)
         assert relative(again, local) < 1e-12
 
 
@@ -209,7 +209,7 @@ def test_the_report_holds_the_basis_and_the_singular_values(figure):
     assert basis.shape == (report["parameters"], report["nullity"])
     assert len(values) == report["rank"] and np.all(np.diff(values) <= 0.0)
     assert values[0] == 1.0 and values[-1] == report["margin"]["kept"]
-    X = balance.momentum_regressor(
+    X = balance.momentum.momentum_regressor(
         found.linkage, np.zeros(found.linkage.mobility), spatial=not found.planar
     )
     if found.balance == "dynamic" and not found.motion:

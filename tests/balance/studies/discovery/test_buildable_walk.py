@@ -55,7 +55,7 @@ def test_masses_can_be_built_if_the_base_is_longer_than_root_2(kind):
         assert nullity == 5
         assert (margin > 0.0) == (base > ROOT), base
         if abs(base - ROOT) > 0.01:
-            verdict = balance.feasible(balance.design_space(linkage)).verdict
+            verdict = balance.masses.feasible(balance.design_space(linkage)).verdict
             assert verdict == ("feasible" if base > ROOT else "infeasible"), base
 
 
@@ -77,7 +77,7 @@ def test_one_walk_in_twenty_ends_where_masses_can_be_built(walked):
     assert len(found) >= 5
     for geometry in found:
         space = balance.design_space(to_linkage(job.topology, job.structure, geometry))
-        assert space.nullity == 5 and balance.feasible(space).verdict == "feasible"
+        assert space.nullity == 5 and balance.masses.feasible(space).verdict == "feasible"
 
 
 @pytest.mark.slow

@@ -38,7 +38,7 @@ def test_the_engine_agrees_with_the_poses(family, nullity):
     for lane in range(2):
         space = balance.design_space(to_linkage(GRAPH, structure, geometry, lane))
         assert (space.nullity, space.serial_nullity) == (nullity, 7)
-        assert balance.feasible(space).verdict == "infeasible"
+        assert balance.masses.feasible(space).verdict == "infeasible"
 
 
 @pytest.mark.parametrize(("family", "nullity"), BOTH)

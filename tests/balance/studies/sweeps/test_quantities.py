@@ -62,7 +62,7 @@ def test_shaking_and_inertia_do_not_depend_on_where_the_file_stands():
         (model, kinematics.load(Document("written", text.encode()), at={"u1": 0.0}))
     ):
         way, _ = revolve_crank(linkage, 5.0)
-        wrench = balance.shaking(linkage, way.q, way.qd, way.qdd)
+        wrench = balance.motion.shaking(linkage, way.q, way.qd, way.qdd)
         force = np.linalg.norm(wrench[:, 3:], axis=1)
         assert table["peak_force"][row] == pytest.approx(force.max(), rel=1e-3)
         assert table["rms_force"][row] == pytest.approx(np.sqrt(np.mean(force**2)), rel=1e-3)
@@ -101,7 +101,7 @@ def test_the_study_of_five_bars_by_hand():
     An upper link of length l and mass ρ l needs ``ρ l² / 2 r``. With it, it weighs on the end
     of the lower link, of length k, which needs ``(ρ k / 2 + ρ l + ρ l² / 2 r) k / r``.
     """
-    study = balance.read_study(STUDIES / "five_bar_footprint.toml")
+    study = balance.studies.read_study(STUDIES / "five_bar_footprint.toml")
     chunk = study.job().compute(6)
     mass = np.asarray(chunk["added_mass"])
     rho, r = 1.5, 0.12

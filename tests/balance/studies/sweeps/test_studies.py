@@ -125,9 +125,9 @@ def test_files_that_are_no_study(tmp_path: Path, text: str):
     file = tmp_path / "study.toml"
     file.write_bytes(text.encode("latin-1"))
     with pytest.raises(FileError, match=r"study\.toml: "):
-        balance.read_study(file)
+        balance.studies.read_study(file)
     with pytest.raises(FileError, match="no such file"):
-        balance.read_study(tmp_path / "none.toml")
+        balance.studies.read_study(tmp_path / "none.toml")
 
 
 @pytest.mark.lanes
@@ -136,7 +136,7 @@ def test_toml_paths_with_and_without_quotes(tmp_path: Path):
     for line in ('q2.origin.x = "0.1:0.3:3"', '"q2.origin.x" = "0.1:0.3:3"'):
         file = tmp_path / "study.toml"
         file.write_text(f'[model]\nfile = "four_bar_general"\n[parameters]\n{line}\n')
-        rows.append(balance.read_study(file).run()["q2.origin.x"].tolist())
+        rows.append(balance.studies.read_study(file).run()["q2.origin.x"].tolist())
     assert rows[0] == rows[1] == [0.1, 0.2, 0.3]
 
 

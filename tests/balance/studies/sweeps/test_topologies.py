@@ -67,7 +67,7 @@ def test_special_geometries_by_exact_arithmetic(name: str):
     model = TOPOLOGIES[name]
     table = model.sweep(50, seed=9)
     row = int(np.flatnonzero(table["s"] == 1)[0])
-    assert balance.exact_ranks(model.linkage(table, row)).rank == table["rank"][row]
+    assert balance.checks.exact_ranks(model.linkage(table, row)).rank == table["rank"][row]
 
 
 def test_a_special_geometry_whose_decimals_are_rounded():

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import balance
-from balance import momentum_regressor
+from balance.momentum import momentum_regressor
 from balance.studies.synthesis.confirm import confirm_relation
 from balance.studies.synthesis.stacking import StackedChains, stacked_urdf
 from kinematics import load

@@ -7,8 +7,9 @@ import pytest
 
 import balance
 import kinematics
-from balance import certify, design_space, exact_ranks
+from balance import certify, design_space
 from balance.app.cli.main import main
+from balance.checks import exact_ranks
 from kinematics.closure.joint_positions import joint_positions
 from kinematics.errors import CoordinateError, PoseError
 from kinematics.files.urdf.write_closed_pose import write_at_reference_pose
@@ -162,8 +163,8 @@ def test_the_command_reports_the_pose_and_writes_its_file(tmp_path, capsys):
 
 def test_a_saved_space_says_at_which_pose_it_is(tmp_path):
     there = design_space(kinematics.load("four_bar_general", at={"u1": 0.3}))
-    balance.save_space(there, tmp_path / "s.npz")
-    notice = balance.load_space(tmp_path / "s.npz").notices[-1]
+    balance.space.save_space(there, tmp_path / "s.npz")
+    notice = balance.space.load_space(tmp_path / "s.npz").notices[-1]
     assert notice.code == "reference_pose" and "u1 = 0.3 rad from the pose" in notice.message
 
 

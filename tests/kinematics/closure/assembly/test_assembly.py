@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 import kinematics
-from balance import design_space, momentum_regressor
+from balance import design_space
+from balance.momentum import momentum_regressor
 from kinematics.closure.joint_positions import joint_positions
 from kinematics.errors import CoordinateError, MobilityError, OpenLoopError
 from tests.independent import reference

@@ -13,7 +13,8 @@ import pytest
 from scipy.optimize import least_squares
 
 import kinematics
-from balance import design_space, momentum_regressor
+from balance import design_space
+from balance.momentum import momentum_regressor
 from kinematics.closure.joint_positions import joint_positions
 from kinematics.errors import CoordinateError, MeetingModesError, MobilityError
 from kinematics.model.spatial.inertia import displace_parameters

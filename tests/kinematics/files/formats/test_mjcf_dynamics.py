@@ -7,7 +7,7 @@ import pytest
 from scipy.linalg import expm, null_space
 
 import kinematics
-from balance import momentum_regressor
+from balance.momentum import momentum_regressor
 from kinematics.closure.joint_positions import joint_positions, si_chain
 from kinematics.closure.newton import forward_kinematics
 from kinematics.closure.series import loop_matrix

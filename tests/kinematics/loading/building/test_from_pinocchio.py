@@ -5,7 +5,8 @@ import pinocchio as pin
 import pytest
 
 import kinematics
-from balance import design_space, momentum_regressor
+from balance import design_space
+from balance.momentum import momentum_regressor
 from kinematics import from_pinocchio
 from kinematics.closure.joint_positions import joint_positions
 from kinematics.errors import FileError, LinkageError

@@ -9,7 +9,8 @@ import pinocchio as pin
 import pytest
 
 import kinematics
-from balance import certify, design_space, momentum_regressor
+from balance import certify, design_space
+from balance.momentum import momentum_regressor
 from kinematics import ScrewJoint, from_pinocchio, from_screws
 from kinematics.errors import LinkageError
 from kinematics.loading import model_gallery as models

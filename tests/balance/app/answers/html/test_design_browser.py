@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from balance import mass_properties
+from balance.bodies import mass_properties
 from kinematics.closure.joint_positions import joint_positions
 from tests.support.browser import needs_browser, one, settle, wait_until
 from tests.support.design_pages import FOUR_BAR, case

@@ -7,8 +7,8 @@ import json
 import numpy as np
 import pytest
 
-from balance import mass_properties
 from balance.app.answers.html.design import design_page, ellipsoid
+from balance.bodies import mass_properties
 from tests.support.design_pages import FOUR_BAR, case
 from tests.support.hostile_names import HOSTILE
 from tests.support.laws import sums

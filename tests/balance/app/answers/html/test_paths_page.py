@@ -26,8 +26,10 @@ def test_the_field_is_the_momentum_matrix_of_each_pose():
         field = momentum_field(found)
         for i, j in ((30, 30), (12, 36), (45, 9)):
             u = [field.first[i], field.second[j]]
-            M = balance.momentum_matrix(found.linkage, u)[0 if kept == "all" else slice(0, 3)]
-            single = balance.reaction_null_space(
+            M = balance.pose.momentum_matrix(found.linkage, u)[
+                0 if kept == "all" else slice(0, 3)
+            ]
+            single = balance.pose.reaction_null_space(
                 found.linkage, u, "both" if kept == "all" else "moment"
             )
             counted = 1 if kept == "all" else 0

@@ -1,0 +1,63 @@
+from . import (
+    bodies as bodies,
+)
+from . import (
+    checks as checks,
+)
+from . import (
+    flexible as flexible,
+)
+from . import (
+    masses as masses,
+)
+from . import (
+    momentum as momentum,
+)
+from . import (
+    motion as motion,
+)
+from . import (
+    pose as pose,
+)
+from . import (
+    space as space,
+)
+from . import (
+    studies as studies,
+)
+from .masses.counterweights.answer import Counterweights as Counterweights
+from .masses.counterweights.counterweights import counterweights as counterweights
+from .masses.designs.best_design import Design as Design
+from .masses.designs.best_design import design as design
+from .masses.modes.mode_answers import ModeAnswers as ModeAnswers
+from .masses.modes.mode_answers import motion_modes as motion_modes
+from .masses.partial.budgets import pareto as pareto
+from .masses.partial.budgets import partial as partial
+from .masses.partial.results import (
+    ParetoFront as ParetoFront,
+)
+from .masses.partial.results import (
+    PartialBalance as PartialBalance,
+)
+from .masses.remedies.compare import (
+    RemedyComparison as RemedyComparison,
+)
+from .masses.remedies.compare import (
+    compare_remedies as compare_remedies,
+)
+from .motion.paths.found_paths import ReactionlessPaths as ReactionlessPaths
+from .motion.paths.path_search import find_paths as find_paths
+from .motion.verification.result import Verification as Verification
+from .motion.verification.to_pinocchio import verify as verify
+from .space.certification.certified_space import CertifiedSpace as CertifiedSpace
+from .space.certification.certify_space import certify as certify
+from .space.interpretation.explain import Explanation as Explanation
+from .space.interpretation.explain import explain as explain
+from .space.spaces.compute_space import design_space as design_space
+from .space.spaces.design_space import DesignSpace as DesignSpace
+from .studies.sweeps.sweep import sweep as sweep
+from .studies.sweeps.sweep_table import SweepTable as SweepTable
+from .studies.synthesis.mechanism import Synthesis as Synthesis
+from .studies.synthesis.synthesize import synthesize as synthesize
+
+__version__: str

@@ -1,0 +1,27 @@
+from .counterweights.regions import Region as Region
+from .designs.feasibility import Feasibility as Feasibility
+from .designs.feasibility import feasible as feasible
+from .modes.mode_answers import ModeAnswer as ModeAnswer
+from .partial.elastic_frame import ElasticFrame as ElasticFrame
+from .pure_inertias.buildable_masses import (
+    BuildableMasses as BuildableMasses,
+)
+from .pure_inertias.buildable_masses import (
+    buildable_masses as buildable_masses,
+)
+from .pure_inertias.pure_inertia import (
+    PureInertia as PureInertia,
+)
+from .pure_inertias.pure_inertia import (
+    pure_inertia as pure_inertia,
+)
+from .remedies.applied import AppliedRemedy as AppliedRemedy
+from .remedies.counter_rotations.fewest_rotors import (
+    FewestRotors as FewestRotors,
+)
+from .remedies.counter_rotations.fewest_rotors import (
+    RotorSet as RotorSet,
+)
+from .remedies.counter_rotations.fewest_rotors import (
+    fewest_rotors as fewest_rotors,
+)

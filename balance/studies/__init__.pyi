@@ -1,0 +1,4 @@
+from .sweeps.study import Study as Study
+from .sweeps.study import read_study as read_study
+from .synthesis.mechanism import SynthesizedMechanism as SynthesizedMechanism
+from .synthesis.pantograph import PantographMasses as PantographMasses

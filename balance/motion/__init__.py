@@ -9,7 +9,6 @@ Names for users, beside those of `balance` itself:
 - ``FloatingBaseMotion``: result of ``simulate_floating_base``
 - ``ReactionlessPath``: one path, and the momentum along it
 - ``timed_path``: a motion along a path, from rest to rest
-- ``Base``: a base that floats, with a mass of its own
 """
 
 from __future__ import annotations

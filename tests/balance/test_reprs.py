@@ -33,7 +33,6 @@ def results_of_poses_and_bases(linkage, space):
         (balance.pose.reaction_null_space("five_bar", [0.1, 0.1]), "0 of 2 rates"),
         (paths, "2 paths through 1 pose"),
         (paths.paths[0], "of the bodies' own"),
-        (balance.motion.Base(3), "mass=3"),
         (base, "inertia=1"),
         (balance.space.decoupling(space), "no: not balanced"),
         (pure, "0.5 kg stays"),

@@ -16,7 +16,8 @@ from balance.app.cli.outputs import add_page_option, add_picture_option, kind_of
 from balance.app.cli.progress_bar import progress_bar
 
 if TYPE_CHECKING:
-    from balance.motion.paths.demand import Base, Kept
+    from balance.motion.floating_base.base import FloatingBase
+    from balance.motion.paths.demand import Kept
     from balance.motion.paths.found_paths import ReactionlessPaths
 
 
@@ -160,13 +161,14 @@ def _find(
     )  # fmt: skip
 
 
-def _base(arguments: argparse.Namespace) -> Base | None:
+def _base(arguments: argparse.Namespace) -> FloatingBase | None:
     """Make the base that floats."""
-    from balance.motion.paths.demand import Base
+    from balance.motion.floating_base.base import FloatingBase
 
     if arguments.base == "fixed":
         return None
-    return Base(arguments.base_mass or 0.0, arguments.base_com or (0.0, 0.0, 0.0))
+    com = arguments.base_com or (0.0, 0.0, 0.0)
+    return FloatingBase(arguments.base_mass or 0.0, com=com)
 
 
 def _files(arguments: argparse.Namespace, found: ReactionlessPaths) -> Files:

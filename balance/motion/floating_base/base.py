@@ -24,7 +24,8 @@ class FloatingBase:
     Attributes:
         mass: kg.
         inertia: moments of inertia about the axes through its centre of mass, parallel to the
-            inertial axes (3,), kg m²; or one number for all three.
+            inertial axes (3,), kg m²; or one number for all three. Simulations need it; paths
+            without reaction do not depend on it.
         com: its centre of mass (3,), metres, in the inertial frame at the start.
         turning_stiffness: stiffness of a rotational spring to the ground, N m/rad; its moment
             is proportional to the rotation vector.
@@ -38,7 +39,7 @@ class FloatingBase:
     """
 
     mass: float
-    inertia: float | tuple[float, float, float]
+    inertia: float | tuple[float, float, float] | None = None
     com: tuple[float, float, float] = (0.0, 0.0, 0.0)
     turning_stiffness: float = 0.0
     stiffness: float = 0.0
@@ -50,8 +51,14 @@ class FloatingBase:
 
     @property
     def moments(self) -> tuple[float, float, float]:
-        """The three moments of inertia, kg m²."""
+        """The three moments of inertia, kg m².
+
+        Raises:
+            UsageError: there are none.
+        """
         given = self.inertia
+        if given is None:
+            raise UsageError("a base that turns needs moments of inertia")
         return given if isinstance(given, tuple) else (given, given, given)
 
     @property
@@ -63,8 +70,8 @@ class FloatingBase:
         """Refuse a base that cannot be.
 
         Raises:
-            UsageError: a number is not finite, mass or a moment is not positive, no body has
-                these moments, or a stiffness is negative.
+            UsageError: a number is not finite, mass or a moment is not positive or missing, no
+                body has these moments, or a stiffness is negative.
         """
         numbers = [self.mass, *self.moments, *self.com, self.turning_stiffness, self.stiffness]
         if not (np.isfinite(numbers).all() and self.mass > 0.0 and min(self.moments) > 0.0):

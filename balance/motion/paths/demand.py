@@ -6,23 +6,11 @@ from dataclasses import dataclass
 from math import isfinite
 from typing import Literal
 
+from balance.motion.floating_base.base import FloatingBase
 from kinematics.errors import UsageError
 from kinematics.wording import vector_text
 
 Kept = Literal["all", "moment", "force", "attitude"]
-
-
-@dataclass(frozen=True)
-class Base:
-    """The body that carries the linkage, if it floats.
-
-    Attributes:
-        mass: kg.
-        com: centre of mass (3,), metres, in the inertial frame at the reference pose.
-    """
-
-    mass: float
-    com: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
 
 @dataclass(frozen=True)
@@ -40,13 +28,14 @@ class Demand:
 
     Attributes:
         kept: one of these.
-        base: the base that floats; None if it is fixed.
+        base: the base that floats, of which mass and centre of mass count; None if it is
+            fixed.
         about: point (3,) of the moment alone, fixed in the inertial frame, metres; None for the
             inertial origin.
     """
 
     kept: Kept = "all"
-    base: Base | None = None
+    base: FloatingBase | None = None
     about: tuple[float, float, float] | None = None
 
     def check(self) -> None:

@@ -7,9 +7,10 @@ from collections.abc import Callable, Mapping, Sequence
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from balance.motion.floating_base.base import FloatingBase
 from balance.motion.motion_tolerances import PATH_CONDITIONING
 from balance.motion.paths.branches import Tangents, null_basis, tangent_directions
-from balance.motion.paths.demand import Base, Demand, Kept
+from balance.motion.paths.demand import Demand, Kept
 from balance.motion.paths.follow import Arc, PathEvent, follow_arc
 from balance.motion.paths.found_paths import ReactionlessPaths, StartPose
 from balance.motion.paths.joint_limits import joint_limits
@@ -50,7 +51,7 @@ def find_paths(
     starts: Sequence[ArrayLike | Mapping[str, float]] = (),
     *,
     kept: Kept = "all",
-    base: Base | None = None,
+    base: FloatingBase | None = None,
     about: tuple[float, float, float] | None = None,
     motion: Motion | str | Sequence[str] | None = None,
     length: float = LENGTH,

@@ -15,14 +15,15 @@ from scipy.integrate import solve_ivp
 from scipy.interpolate import make_interp_spline
 
 import balance
+from balance.motion.floating_base.base import FloatingBase
 from balance.motion.paths.branches import null_basis
-from balance.motion.paths.demand import Base, Demand
+from balance.motion.paths.demand import Demand
 from balance.motion.paths.rest_equations import RestEquations
 from kinematics import ScrewJoint, from_screws
 from kinematics.loading.model_gallery import robots
 
 PLACE = (0.1, -0.05, 0.0)
-BASE = Base(6.0, PLACE)
+BASE = FloatingBase(6.0, com=PLACE)
 
 
 def planar_arm(count):

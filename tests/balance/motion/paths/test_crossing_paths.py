@@ -141,8 +141,12 @@ def test_a_path_through_a_crossing_from_aside():
 
 def test_derivatives_of_the_equations_by_differences():
     """Of all parts of the momentum; central differences of step 1e-5 are right to 1e-9."""
-    for demand in (Demand(), Demand("moment"), Demand("force"),
-                   Demand("attitude", balance.motion.Base(3.0, (0.1, 0.2, 0.0)))):  # fmt: skip
+    for demand in (
+        Demand(),
+        Demand("moment"),
+        Demand("force"),
+        Demand("attitude", balance.motion.FloatingBase(3.0, com=(0.1, 0.2, 0.0))),
+    ):
         equations = RestEquations(load("two_rrr"), demand)
         here = equations.at(equations.close(np.zeros(equations.chain.parent.size)))
         found = equations.derivative(here.q)

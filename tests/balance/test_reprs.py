@@ -87,19 +87,9 @@ def results_of_kinematics(linkage, motion):
     ]
 
 
-def results():
-    """An instance of every class of results, and words that its repr must hold."""
-    linkage = kinematics.load("four_bar_antiparallelogram")
-    open_space = balance.design_space(linkage)
-    space = balance.certify(open_space)
-    none = balance.certify(balance.design_space("four_bar_general"))
-    explained = balance.explain(space)
-    way = balance.verify(linkage, trajectories=1, samples=20)
-    lines = balance.momentum.momentum_lines(linkage, [0.2])[0]
-    motion = kinematics.taylor_motion(linkage, 3)
-    screws = np.array([[joint.screw for joint in linkage.joints]])
-    poses = (predict(motion, [0.1]),)
-    found = balance.design(space)
+def results_of_masses(space, none):
+    """Those of designs, counterweights, remedies and synthesis."""
+    design = balance.design(space)
     force = balance.design_space("four_bar_general", balance="force")
     added = balance.counterweights(force, ["crank", "rocker"])
     front = balance.pareto("four_bar_general", ["crank"], 2, 1.0)
@@ -107,6 +97,40 @@ def results():
     rotors = balance.masses.fewest_rotors(none)
     places = [(0.3, 0.1, 0.2), (0.1, 0.4, -0.7)]
     synthesis = balance.synthesize(places, -0.5, moving=0.2 - 0.1j)
+    return [
+        (design, "feasible"),
+        (design.residuals, "accepted"),
+        (balance.masses.feasible(space), "feasible"),
+        (balance.masses.feasible(none), "infeasible"),
+        (balance.masses.feasible(none).residuals, "accepted, eigenvalue"),
+        (added, "kg added to 2 kg balance it"),
+        (added.weights[0].region, "ball"),
+        (front, "four_bar_general"),
+        (front.designs[0], "of the shaking in the file"),
+        (balance.masses.ElasticFrame(9, 1, 9, 1), "9"),
+        (remedies, "infeasible: own_masses"),
+        (remedies.results[1], "kg added, input inertia"),
+        (rotors, "2"),
+        (rotors.sets[0], "u1"),
+        (synthesis, "feasible: 1 mechanism"),
+        (synthesis.mechanisms[0], "confirmed"),
+        (balance.studies.PantographMasses(*[0.5] * 13), "3 kg"),
+    ]
+
+
+def results():
+    """An instance of every class of results, and words that its repr must hold."""
+    linkage = kinematics.load("four_bar_antiparallelogram")
+    open_space = balance.design_space(linkage)
+    space = balance.certify(open_space)
+    none = balance.certify(balance.design_space("four_bar_general"))
+    explained = balance.explain(space)
+    verification = balance.verify(linkage, trajectories=1, samples=20)
+    lines = balance.momentum.momentum_lines(linkage, [0.2])[0]
+    motion = kinematics.taylor_motion(linkage, 3)
+    taylor = balance.momentum.momentum_taylor(linkage, 2)
+    screws = np.array([[joint.screw for joint in linkage.joints]])
+    poses = (predict(motion, [0.1]),)
     varied = {"coupler.length": [0.9, 0.95]}
     study = balance.studies.Study.from_tables({"parameters": varied}, linkage)
     return [
@@ -115,18 +139,7 @@ def results():
         *results_of_poses_and_bases(linkage, space),
         *results_of_beams(linkage),
         *results_of_kinematics(linkage, motion),
-        (synthesis, "feasible: 1 mechanism"),
-        (synthesis.mechanisms[0], "confirmed"),
-        (balance.studies.PantographMasses(*[0.5] * 13), "3 kg"),
-        (rotors, "2"),
-        (rotors.sets[0], "u1"),
-        (added, "kg added to 2 kg balance it"),
-        (added.weights[0].region, "ball"),
-        (remedies, "infeasible: own_masses"),
-        (remedies.results[1], "kg added, input inertia"),
-        (front, "four_bar_general"),
-        (front.designs[0], "of the shaking in the file"),
-        (balance.masses.ElasticFrame(9, 1, 9, 1), "9"),
+        *results_of_masses(space, none),
         (space, "rank 7 of 12 planar parameters"),
         (space, "verified: balanced at"),
         (space, "ranks by order 3, 6, 7"),
@@ -145,21 +158,13 @@ def results():
         (space.bodies_of(coordinates(space))[0], "crank: "),
         (balance.bodies.mass_properties(linkage.bodies[0].inertia), "kg m²"),
         (balance.bodies.multipole_of(linkage.bodies[0].inertia, [0, 0, 0]), "6 rods"),
-        (balance.masses.feasible(space), "feasible"),
-        (balance.masses.feasible(none), "infeasible"),
-        (found, "feasible"),
-        (found.residuals, "accepted"),
-        (balance.masses.feasible(none).residuals, "accepted, eigenvalue"),
         (balance.space.design_space_many(linkage, screws), "1 geometry, planar, dynamic"),
-        (
-            balance.momentum.momentum_taylor(linkage, 2),
-            "order 2 in u1, 3 rows of 12 parameters",
-        ),
+        (taylor, "order 2 in u1, 3 rows of 12 parameters"),
         (lines[0], "of crank: "),
         (balance.momentum.meeting(lines), "missed by"),
-        (way, "not balanced"),
-        (way.runs[0], "20 samples"),
-        (way.runs[0].trajectory, "over 1 s"),
+        (verification, "not balanced"),
+        (verification.runs[0], "20 samples"),
+        (verification.runs[0].trajectory, "over 1 s"),
         (Predictions(motion, None, True, poses, ()), "1 pose, 1 reached"),
         (poses[0], "reached, true error"),
     ]

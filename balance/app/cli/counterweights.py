@@ -103,16 +103,16 @@ def run_counterweights(arguments: argparse.Namespace) -> Answer:
     )
 
 
-def _files(found: Counterweights, merge: bool) -> Files:
+def _files(counterweights: Counterweights, merge: bool) -> Files:
     """Find what makes the files of counterweights, if there are any."""
     from balance.app.answers.html.counterweights import counterweights_page
     from balance.masses.counterweights.write_counterweights import with_counterweights
 
-    if found.z is None:
+    if counterweights.z is None:
         return {}
     return {
-        "out": partial(with_counterweights, found, merge=merge),
-        "html": partial(counterweights_page, found),
+        "out": partial(with_counterweights, counterweights, merge=merge),
+        "html": partial(counterweights_page, counterweights),
     }
 
 

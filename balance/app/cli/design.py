@@ -122,18 +122,18 @@ def _design(arguments: argparse.Namespace, space: DesignSpace) -> Design:
     )  # fmt: skip
 
 
-def _files(found: Design) -> Files:
+def _files(design: Design) -> Files:
     """Find what makes the files of a design, if there is one."""
     from balance.app.answers.html.design import design_page
     from balance.masses.designs.write_urdf import replace_inertials
 
-    if found.z is None:
+    if design.z is None:
         return {}
-    elements = {body.name: body.urdf for body in found.bodies
-                if body.name not in found.keep and body.urdf}  # fmt: skip
+    elements = {body.name: body.urdf for body in design.bodies
+                if body.name not in design.keep and body.urdf}  # fmt: skip
     return {
-        "out": partial(replace_inertials, found.space.linkage, elements),
-        "html": partial(design_page, found),
+        "out": partial(replace_inertials, design.space.linkage, elements),
+        "html": partial(design_page, design),
     }
 
 

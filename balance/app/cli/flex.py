@@ -206,13 +206,13 @@ def _simulate(arguments: argparse.Namespace) -> Answer:
     )  # fmt: skip
 
 
-def _simulation_files(found: FlexibleSimulation, kind: str) -> Files:
+def _simulation_files(simulation: FlexibleSimulation, kind: str) -> Files:
     """Find what makes the files of a simulation."""
     from balance.app.answers.html.flexible import flexible_page
     from balance.app.answers.html.flexible_pictures import shaking_picture
     from balance.motion.flexible.flex_data import motion_table
 
-    flexible, motion = found.flexible, found.motion
+    flexible, motion = simulation.flexible, simulation.motion
     return {
         "plot": partial(shaking_picture, motion, flexible.point, kind),
         "table": partial(motion_table, flexible, motion),

@@ -220,15 +220,15 @@ def _target_inputs(
     return list(range(len(inputs)))
 
 
-def _files(found: Predictions, kind: str) -> Files:
+def _files(predictions: Predictions, kind: str) -> Files:
     """Find what makes the files of predictions."""
     from balance.app.answers.html.motion import motion_page, motion_picture
     from balance.motion.taylor_poses.error_curves import error_curves
 
-    panels = error_curves(found)
+    panels = error_curves(predictions)
     return {
-        "plot": partial(motion_picture, found, panels, kind),
-        "html": partial(motion_page, found, panels),
+        "plot": partial(motion_picture, predictions, panels, kind),
+        "html": partial(motion_page, predictions, panels),
     }
 
 

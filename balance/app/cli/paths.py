@@ -126,8 +126,8 @@ def _refuse_exclusive_options(arguments: argparse.Namespace) -> None:
     """End the command if its options exclude each other."""
     free = arguments.base == "free"
     if not free:
-        own = ("base_mass", "base_com", "attitude")
-        refuse_given(arguments, own, "{}: only with --base free")
+        base_options = ("base_mass", "base_com", "attitude")
+        refuse_given(arguments, base_options, "{}: only with --base free")
     if free and arguments.base_mass is None and arguments.attitude:
         arguments.refuse("--attitude: give the mass of the base by --base-mass")
     if arguments.about is not None and arguments.kept != "moment":
@@ -171,16 +171,16 @@ def _base(arguments: argparse.Namespace) -> FloatingBase | None:
     return FloatingBase(arguments.base_mass or 0.0, com=com)
 
 
-def _files(arguments: argparse.Namespace, found: ReactionlessPaths) -> Files:
+def _files(arguments: argparse.Namespace, solution: ReactionlessPaths) -> Files:
     """Find what makes the files of paths; a table needs a path."""
     from balance.app.answers.html.paths import paths_page, paths_picture
     from balance.motion.paths.path import path_table
 
     files: Files = {
-        "plot": partial(paths_picture, found, kind_of(arguments.plot)),
-        "html": partial(paths_page, found),
+        "plot": partial(paths_picture, solution, kind_of(arguments.plot)),
+        "html": partial(paths_page, solution),
     }
-    if not found.paths:
+    if not solution.paths:
         return files
-    path = found.paths[arguments.which - 1]
-    return {**files, "motion_table": partial(path_table, found.linkage, path)}
+    path = solution.paths[arguments.which - 1]
+    return {**files, "motion_table": partial(path_table, solution.linkage, path)}

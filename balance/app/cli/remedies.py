@@ -81,14 +81,14 @@ def _run(arguments: argparse.Namespace) -> Answer:
     )  # fmt: skip
 
 
-def _files(found: RemedyComparison) -> Files:
+def _files(comparison: RemedyComparison) -> Files:
     """Find what makes the page, and the files of the remedies that help."""
     from balance.app.answers.html.remedies import remedies_page
     from balance.masses.remedies.files import remedy_files
 
     return {
-        "out": partial(remedy_files, found.results),
-        "html": partial(remedies_page, found),
+        "out": partial(remedy_files, comparison.results),
+        "html": partial(remedies_page, comparison),
     }
 
 

@@ -121,18 +121,18 @@ def _synthesize(
     )  # fmt: skip
 
 
-def _files(found: Synthesis, kind: str) -> Files:
+def _files(synthesis: Synthesis, kind: str) -> Files:
     """Find what makes the files of a synthesis; no mechanism, no file of it."""
     from balance.app.answers.html.synthesis import synthesis_page, synthesis_picture
     from balance.studies.synthesis.constrained_motion import motion_csv
 
     files: dict[str, Callable[[], str | bytes]] = {
-        "plot": partial(synthesis_picture, found, kind),
-        "html": partial(synthesis_page, found),
+        "plot": partial(synthesis_picture, synthesis, kind),
+        "html": partial(synthesis_page, synthesis),
     }
-    if not found.mechanisms:
+    if not synthesis.mechanisms:
         return files
-    best = found.mechanisms[0]
+    best = synthesis.mechanisms[0]
     files["out"] = lambda: best.urdf
     if best.table is not None:
         files["table"] = partial(motion_csv, best.table)

@@ -60,9 +60,9 @@ def _orders_within_digits(space: DesignSpace, certified: CertifiedSpace) -> list
         return []
     exact = {order.order: order.rank for order in certified.orders}
     pairs = {x.order: (x.rank, exact.get(x.order, certified.rank)) for x in space.orders}
-    if any(rank > known for rank, known in pairs.values()):
+    if any(rank > exact_rank for rank, exact_rank in pairs.values()):
         return []
-    return [order for order, (rank, known) in pairs.items() if rank < known]
+    return [order for order, (rank, exact_rank) in pairs.items() if rank < exact_rank]
 
 
 def add_correction_notice(space: DesignSpace, certified: CertifiedSpace) -> CertifiedSpace:

@@ -34,37 +34,37 @@ def add_meant_notice(space: CertifiedSpace) -> CertifiedSpace:
     if meant.relations and not space.doubts:
         other = _rank_as_written(space)
         if other != space.rank:
-            found = Reading(
+            reading = Reading(
                 "as_meant", meant.relations, meant.digits, None if meant.near else deciding,
                 other, space.rank, meant.distance, meant.nearness,
             )  # fmt: skip
-            decided = f"; {found.deciding_text}" if found.deciding_text else ""
+            decided = f"; {reading.deciding_text}" if reading.deciding_text else ""
             text = (
-                f"as written ({meant.digits} digits): {found.written_text}; the nearest "
-                f"special geometry ({', '.join(meant.relations)}) is {found.away}, below the "
+                f"as written ({meant.digits} digits): {reading.written_text}; the nearest "
+                f"special geometry ({', '.join(meant.relations)}) is {reading.away}, below the "
                 f"digits of the file: {space.rank} are meant (--as-written for the other)"
                 f"{decided}"
             )
             notices.append(Notice("special_as_meant", text))
-            readings.append(found)
+            readings.append(reading)
     if meant.near is not None and not (space.doubts and space.linkage.loops):
         other = _rank_of(space, meant.near)
         if other is not None and other != space.rank:
-            found = Reading(
+            reading = Reading(
                 "as_written", meant.near_relations, meant.digits, deciding, space.rank, other,
                 meant.distance, meant.nearness,
             )  # fmt: skip
             few = meant.nearness < 100.0
             times = f"{meant.nearness:.1f} times" if few else "more than a hundred times"
-            written = found.deciding_text or "write its numbers with more digits"
+            written = reading.deciding_text or "write its numbers with more digits"
             text = (
-                f"as written ({meant.digits} digits): {found.written_text}; a special geometry "
-                f"({', '.join(meant.near_relations)}) with {count_noun(other, 'condition')} is "
-                f"{found.away}, {times} what the digits of the file leave open, off on purpose "
-                f"or by rounding: the answer is that of the linkage as written; {written}"
+                f"as written ({meant.digits} digits): {reading.written_text}; a special "
+                f"geometry ({', '.join(meant.near_relations)}) with "
+                f"{count_noun(other, 'condition')} is {reading.away}, {times} what the digits of "
+                f"the file leave open, off on purpose or by rounding: the answer is that of the linkage as written; {written}"
             )
             notices.append(Notice("near_special", text))
-            readings.append(found)
+            readings.append(reading)
     return with_readings(space, notices, readings)
 
 

@@ -18,30 +18,30 @@ from kinematics.wording import count_noun
 DIGITS_BEYOND_TOLERANCE = 11
 
 
-def replaced_text(found: Evidence) -> str:
+def replaced_text(evidence: Evidence) -> str:
     """Say how many numbers were replaced, or read as roots, as the end of a sentence.
 
     Args:
-        found: the findings of exact arithmetic.
+        evidence: the findings of exact arithmetic.
     """
     parts = []
-    if found.replaced:
-        parts.append(f"{count_noun(found.replaced, 'number')} of the file replaced")
-    if found.roots:
-        parts.append(f"{count_noun(found.roots, 'number')} of the file read as roots")
+    if evidence.replaced:
+        parts.append(f"{count_noun(evidence.replaced, 'number')} of the file replaced")
+    if evidence.roots:
+        parts.append(f"{count_noun(evidence.roots, 'number')} of the file read as roots")
     return f", with {' and '.join(parts)} (see --exact)" if parts else ""
 
 
-def add_roots_notice(space: CertifiedSpace, found: Evidence) -> CertifiedSpace:
+def add_roots_notice(space: CertifiedSpace, evidence: Evidence) -> CertifiedSpace:
     """State both answers where numbers are read as roots, if their decimals have another rank.
 
     Args:
-        found: the findings of exact arithmetic that it rests on.
+        evidence: the findings of exact arithmetic that it rests on.
 
     Returns:
         The space, with the notice ``read_as_roots`` if they do.
     """
-    if not found.roots:
+    if not evidence.roots:
         return space
     linkage, other = space.linkage, None
     try:
@@ -54,11 +54,11 @@ def add_roots_notice(space: CertifiedSpace, found: Evidence) -> CertifiedSpace:
         pass
     if other == space.rank:
         return space
-    relation = f"{count_noun(found.roots, 'number')} read as roots"
+    relation = f"{count_noun(evidence.roots, 'number')} read as roots"
     reading = Reading("as_meant", (relation,), MOST_DIGITS, None, other, space.rank, 0.0, 0.0)
     text = (
-        f"as written: {reading.written_text}; with {count_noun(found.roots, 'number')} of the "
-        "file read as roots, sines and cosines, which they are to all their digits: "
+        f"as written: {reading.written_text}; with {count_noun(evidence.roots, 'number')} of "
+        "the file read as roots, sines and cosines, which they are to all their digits: "
         f"{space.rank} (--as-written for the other, --exact names them)"
     )
     return with_readings(space, [Notice("read_as_roots", text)], [reading])
@@ -81,7 +81,7 @@ def rests_on_replaced(space: DesignSpace, changed: DesignSpace | None) -> bool:
     return changed is not None and changed.rank > space.rank
 
 
-def is_general_as_written(space: DesignSpace, found: Evidence) -> bool:
+def is_general_as_written(space: DesignSpace, evidence: Evidence) -> bool:
     """Whether the numbers of the file describe a general linkage.
 
     Exact arithmetic says so if no special geometry lies inside their digits, or none is wanted.
@@ -90,13 +90,13 @@ def is_general_as_written(space: DesignSpace, found: Evidence) -> bool:
 
     Args:
         space: the space by floating point.
-        found: the findings of exact arithmetic.
+        evidence: the findings of exact arithmetic.
     """
     meant = space.linkage.meant
     return (
         meant is not None
-        and found.exact.rank >= space.rank
-        and (found.only_closed or meant.digits >= DIGITS_BEYOND_TOLERANCE)
+        and evidence.exact.rank >= space.rank
+        and (evidence.only_closed or meant.digits >= DIGITS_BEYOND_TOLERANCE)
     )
 
 

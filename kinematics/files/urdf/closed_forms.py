@@ -276,16 +276,18 @@ class _Reader:
         return None
 
     def copies(
-        self, vectors: Sequence[NumberVector], known: Mapping[Key, _Value]
+        self, vectors: Sequence[NumberVector], numbers: Mapping[Key, _Value]
     ) -> Iterator[tuple[Key, _Copy]]:
         """Yield the entries of vectors that are others, turned.
 
         Args:
-            known: entries that are read otherwise.
+            numbers: entries that are read otherwise.
         """
         done: list[NumberVector] = []
         for vector in vectors:
-            rest = [word for word in vector.words if word is not None and word.key not in known]
+            rest = [
+                word for word in vector.words if word is not None and word.key not in numbers
+            ]
             if rest and (copy := _copied(vector, done)) is not None:
                 for word in rest:
                     yield word.key, _Copy(*copy, word.key[1])

@@ -74,7 +74,7 @@ def read_roots(tree: Element) -> FileRoots | None:
         Their values in one field; None if there are none.
     """
     vectors = list(_vectors(tree))
-    angles = [found for item in _items(tree) for found in _angle_words(item)]
+    angles = [angle for item in _items(tree) for angle in _angle_words(item)]
     count = sum(word is not None for vector in vectors for word in vector.words)
     if not count and not angles or count > MAX_NUMBERS:
         return None
@@ -130,13 +130,13 @@ def _vectors(tree: Element) -> Iterator[NumberVector]:
             continue
         key, values = (id(item), "xyz"), tuple(decimal(word) for word in words)
         round_off = Fraction(ulp(max(abs(float(x)) for x in values)))
-        found: list[NumberWord | None] = []
+        numbers: list[NumberWord | None] = []
         for k, (word, value) in enumerate(zip(words, values, strict=True)):
             places, digits = _count_digits(word)
             error = max(round_off, Fraction(1, 2 * 10**places))
             many = value and digits >= MIN_DIGITS
-            found.append(NumberWord((key, k), value, error, 4 * round_off) if many else None)
-        yield NumberVector(key, values, tuple(found))
+            numbers.append(NumberWord((key, k), value, error, 4 * round_off) if many else None)
+        yield NumberVector(key, values, tuple(numbers))
 
 
 def _angle_words(item: Element) -> Iterator[tuple[Element, Fraction]]:

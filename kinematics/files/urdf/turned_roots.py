@@ -75,7 +75,7 @@ def _frames(axes: list[Array]) -> Iterator[Array]:
         if sine < LEAST_SINE:
             continue
         z /= sine
-        if any(abs(float(z @ known)) > 1.0 - ROUND_OFF * 8 for known in seen):
+        if any(abs(float(z @ normal)) > 1.0 - ROUND_OFF * 8 for normal in seen):
             continue
         seen.append(z)
         yield np.array([first, np.cross(z, first), z])

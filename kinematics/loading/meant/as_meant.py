@@ -158,8 +158,10 @@ def _with_screws(linkage: Linkage, meant: MeantGeometry, again: bool) -> Linkage
 
 def _axes_notice(linkage: Linkage, meant: MeantGeometry) -> Notice:
     """State that axes of an open chain were moved to be parallel, perpendicular, or meet."""
-    known = np.array([joint.screw for joint in linkage.joints])
-    tilt = float(np.abs(np.array([_unit_screw(x) for x in meant.screws]) - known)[:, :3].max())
+    written = np.array([joint.screw for joint in linkage.joints])
+    tilt = float(
+        np.abs(np.array([_unit_screw(x) for x in meant.screws]) - written)[:, :3].max()
+    )
     text = (
         f"axes that are parallel, perpendicular, or meet inside the {meant.digits} digits of "
         f"the file, and are tilted by {size_text(tilt, '.0e')} rad as written, are read so "

@@ -344,9 +344,9 @@ def _modular_generator(N: int, p: int) -> int:
     for trace in range(3, p):
         if pow(trace * trace - 4, (p - 1) // 2, p) != p - 1:
             continue
-        found = _lucas(trace, (p + 1) // N, p)
-        if all(_lucas(found, N // q, p) != 2 for q in prime_factors(N)):
-            return found
+        candidate = _lucas(trace, (p + 1) // N, p)
+        if all(_lucas(candidate, N // q, p) != 2 for q in prime_factors(N)):
+            return candidate
     raise ValueError(f"no root modulo {p}")
 
 

@@ -9,14 +9,14 @@ from functools import cache
 @cache
 def prime_factors(n: int) -> tuple[int, ...]:
     """Find the prime factors of a number, each once."""
-    found, d = [], 2
+    factors, d = [], 2
     while n > 1:
         if n % d == 0:
-            found.append(d)
+            factors.append(d)
             while n % d == 0:
                 n //= d
         d += 1
-    return tuple(found)
+    return tuple(factors)
 
 
 @cache

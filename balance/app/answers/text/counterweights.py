@@ -93,12 +93,12 @@ def counterweight_rows(
     return rows
 
 
-def counterweights_body(found: Counterweights) -> AnswerBody:
+def counterweights_body(counterweights: Counterweights) -> AnswerBody:
     """Build what is printed on counterweights."""
-    body: list[AnswerPart] = [Facts(counterweights_facts(found), least=1)]
-    if found.weights:
-        body += ["", AnswerTable(counterweight_rows(found.weights))]
-    for weight in found.weights:
+    body: list[AnswerPart] = [Facts(counterweights_facts(counterweights), least=1)]
+    if counterweights.weights:
+        body += ["", AnswerTable(counterweight_rows(counterweights.weights))]
+    for weight in counterweights.weights:
         if not weight.lumps:
             moments = vector_digits(weight.inertia[ENTRIES], DIGITS)
             body.append(f"{weight.link} needs about its centre Ixx, Iyy, Izz, Ixy, Ixz, Iyz = "

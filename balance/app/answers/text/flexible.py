@@ -25,9 +25,9 @@ MOST_DIGITS = 5
 def free_modes_table(modes: Sequence[FreeMode]) -> AnswerTable:
     """Build the table of modes of a free beam: λ², and zeros over the length."""
     rows = [("mode", "λ² = ω √(ρA l⁴ / EI)", "zeros ± ξ from the middle")]
-    for one in modes:
-        zeros = " ".join(f"{zero:.12g}" for zero in one.zeros)
-        rows.append((str(one.number), f"{one.frequency:.9f}", zeros))
+    for mode in modes:
+        zeros = " ".join(f"{zero:.12g}" for zero in mode.zeros)
+        rows.append((str(mode.number), f"{mode.frequency:.9f}", zeros))
     return AnswerTable(rows)
 
 
@@ -48,69 +48,81 @@ def _digits_that_hold(error: float) -> int:
     return min(max(digits, 1), MOST_DIGITS)
 
 
-def supports_body(found: SupportPoints) -> AnswerBody:
+def supports_body(supports: SupportPoints) -> AnswerBody:
     """Build what is printed on supports, their weights and the whippletree of one half."""
     rows = [("point ξ", "weight")]
-    pairs = zip(found.points.tolist(), found.weights.tolist(), strict=True)
+    pairs = zip(supports.points.tolist(), supports.weights.tolist(), strict=True)
     rows += [(f"{x:+.9f}", f"{w:.9f}") for x, w in pairs]
-    modes = ", ".join(map(str, found.modes)) or "none"
+    modes = ", ".join(map(str, supports.modes)) or "none"
     facts = [
         ("balanced", f"symmetric modes {modes}, and all antisymmetric ones"),
-        ("residual", size_text(found.residual)),
-        ("hinge", f"ξ = ±{found.hinge:.9f}"),
+        ("residual", size_text(supports.residual)),
+        ("hinge", f"ξ = ±{supports.hinge:.9f}"),
         ("static", f"two points at ξ = ±{STATIC_POINT:.9f} for a uniform load"),
     ]
     facts += [
-        (f"bar {k}", f"ends at {one.ends[0]:.9f} and {one.ends[1]:.9f}, pivot at "
-         f"{one.pivot:.9f}: arms {one.arms[0]:.9f} and {one.arms[1]:.9f}")
-        for k, one in enumerate(found.bars, 1)
+        (f"bar {k}", f"ends at {bar.ends[0]:.9f} and {bar.ends[1]:.9f}, pivot at "
+         f"{bar.pivot:.9f}: arms {bar.arms[0]:.9f} and {bar.arms[1]:.9f}")
+        for k, bar in enumerate(supports.bars, 1)
     ]  # fmt: skip
     return [AnswerTable(rows), "", Facts(facts)]
 
 
 def similarity_body(
     second: Arm,
-    found: Similarity,
+    similarity: Similarity,
     motion: FlexibleMotion | None = None,
     translator: TranslatorMotion | None = None,
 ) -> AnswerBody:
     """Build what is printed on a counter-arm, its similarity, and the peaks of a simulation.
 
     Args:
-        found: the comparison with the arm that it balances.
+        similarity: the comparison with the arm that it balances.
         motion: a simulation of both on one hub, if there is one.
         translator: that of translators on two of each, if there is one.
     """
     beam = second.beam
     facts = [
-        ("counter-arm", f"length {number_text(beam.length, '.6g')} m, EI "
-                        f"{number_text(beam.bending, '.6g')} N m², "
-         f"ρA {number_text(beam.line_mass, '.6g')} kg/m, tip "
-         f"{number_text(second.tip_mass, '.6g')} kg"),
-        ("", f"tip radius {number_text(second.tip_radius, '.6g')} m, tip inertia "
-             f"{number_text(second.tip_inertia, '.6g')} "
-         f"kg m², hub radius {number_text(second.hub_radius, '.6g')} m"),
-        ("scale", number_text(found.scale, ".6g")),
-        ("same material", f"thickness × {number_text(found.scale**2, '.6g')}, width × "
-                          f"{number_text(found.scale**-4, '.6g')}, "
-         f"width of rigid parts × {number_text(found.scale**-3, '.6g')}"),
-        ("frequencies", " and ".join(f"{number_text(f, '.6g')} Hz" for f in found.frequencies)),
-        ("similar", "yes" if found.similar else "no"),
-    ]  # fmt: skip
+        (
+            "counter-arm",
+            f"length {number_text(beam.length, '.6g')} m, EI "
+            f"{number_text(beam.bending, '.6g')} N m², "
+            f"ρA {number_text(beam.line_mass, '.6g')} kg/m, tip "
+            f"{number_text(second.tip_mass, '.6g')} kg",
+        ),
+        (
+            "",
+            f"tip radius {number_text(second.tip_radius, '.6g')} m, tip inertia "
+            f"{number_text(second.tip_inertia, '.6g')} "
+            f"kg m², hub radius {number_text(second.hub_radius, '.6g')} m",
+        ),
+        ("scale", number_text(similarity.scale, ".6g")),
+        (
+            "same material",
+            f"thickness × {number_text(similarity.scale**2, '.6g')}, width × "
+            f"{number_text(similarity.scale**-4, '.6g')}, "
+            f"width of rigid parts × {number_text(similarity.scale**-3, '.6g')}",
+        ),
+        (
+            "frequencies",
+            " and ".join(f"{number_text(f, '.6g')} Hz" for f in similarity.frequencies),
+        ),
+        ("similar", "yes" if similarity.similar else "no"),
+    ]
     if motion is not None:
         facts.append(("shaking force", f"{number_text(motion.peak_force)} N at most"))
         facts.append(("shaking moment", f"{number_text(motion.peak_moment)} N m at most"))
     if translator is not None:
         facts += _translator_facts(translator)
     rows = [("condition", "equal", "arm", "counter-arm", "difference")]
-    for one in found.conditions:
-        state = "holds" if one.holds else f"{one.difference:+.3%}"
+    for condition in similarity.conditions:
+        state = "holds" if condition.holds else f"{condition.difference:+.3%}"
         rows.append(
             (
-                one.name,
-                one.words,
-                number_text(one.left, ".6g"),
-                number_text(one.right, ".6g"),
+                condition.name,
+                condition.words,
+                number_text(condition.left, ".6g"),
+                number_text(condition.right, ".6g"),
                 state,
             )
         )

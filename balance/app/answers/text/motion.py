@@ -196,13 +196,13 @@ def _position_texts(
     return [number + end.ljust(width) for number, end in zip(numbers, ends, strict=True)]
 
 
-def motion_body(found: Predictions) -> AnswerBody:
+def motion_body(predictions: Predictions) -> AnswerBody:
     """Build what is printed on predictions."""
-    body: list[AnswerPart] = [Facts(motion_facts(found), least=12)]
-    for table in motion_tables(found):
+    body: list[AnswerPart] = [Facts(motion_facts(predictions), least=12)]
+    for table in motion_tables(predictions):
         body += ["", AnswerTable(table, "<>")]
-    if len(found.poses) > MAX_POSES:
-        body.append(f"… and {len(found.poses) - MAX_POSES} more; --json has them all")
+    if len(predictions.poses) > MAX_POSES:
+        body.append(f"… and {len(predictions.poses) - MAX_POSES} more; --json has them all")
     return body
 
 

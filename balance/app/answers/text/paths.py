@@ -91,9 +91,9 @@ def _row(solution: ReactionlessPaths, number: int, path: ReactionlessPath) -> tu
     )  # fmt: skip
 
 
-def paths_body(found: ReactionlessPaths) -> AnswerBody:
+def paths_body(solution: ReactionlessPaths) -> AnswerBody:
     """Build what is printed on paths."""
-    facts = Facts(paths_facts(found))
-    if not found.paths:
+    facts = Facts(paths_facts(solution))
+    if not solution.paths:
         return [facts]
-    return [facts, "", AnswerTable(path_rows(found)[: MAX_ROWS + 1])]
+    return [facts, "", AnswerTable(path_rows(solution)[: MAX_ROWS + 1])]

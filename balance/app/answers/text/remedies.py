@@ -60,7 +60,13 @@ def _row(applied: AppliedRemedy, given_mass: float) -> tuple[str, ...]:
     return (applied.remedy, applied.verdict, *numbers, *map(str, counts), shaking)
 
 
-def remedies_body(found: RemedyComparison) -> AnswerBody:
+def remedies_body(comparison: RemedyComparison) -> AnswerBody:
     """Build what is printed on a comparison."""
-    reasons = [f"{each.remedy}: {each.words}; {each.reason}" for each in found.results]
-    return [Facts(remedies_facts(found)), "", AnswerTable(remedy_rows(found)), "", *reasons]
+    reasons = [f"{each.remedy}: {each.words}; {each.reason}" for each in comparison.results]
+    return [
+        Facts(remedies_facts(comparison)),
+        "",
+        AnswerTable(remedy_rows(comparison)),
+        "",
+        *reasons,
+    ]

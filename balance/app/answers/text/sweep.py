@@ -44,22 +44,22 @@ def _file_data(file: ResultsFile) -> Data:
     }  # fmt: skip
 
 
-def run_body(found: Data) -> AnswerBody:
+def run_body(run: Data) -> AnswerBody:
     """Build what is printed on a run.
 
     Args:
-        found: from `run_data`.
+        run: from `run_data`.
     """
-    rate = f"{found['seconds']:.1f} s, {found['rate']:,.0f} geometries a second"
-    pairs = [("computed", f"{found['computed']:,} geometries in {rate}")]
-    if not found["computed"]:
+    rate = f"{run['seconds']:.1f} s, {run['rate']:,.0f} geometries a second"
+    pairs = [("computed", f"{run['computed']:,} geometries in {rate}")]
+    if not run["computed"]:
         pairs = [("computed", "nothing was left to compute")]
-    if found["kept"]:
-        pairs.append(("kept", f"{found['kept']:,} geometries of an earlier run"))
-    if found["lost_workers"]:
-        again = f"{count_noun(found['lost_workers'], 'process')} ended, and others went on"
+    if run["kept"]:
+        pairs.append(("kept", f"{run['kept']:,} geometries of an earlier run"))
+    if run["lost_workers"]:
+        again = f"{count_noun(run['lost_workers'], 'process')} ended, and others went on"
         pairs.append(("workers", again))
-    return [Facts([*file_facts(found), *pairs])]
+    return [Facts([*file_facts(run), *pairs])]
 
 
 def file_facts(data: Data) -> list[tuple[str, str]]:
@@ -86,14 +86,14 @@ def export_data(file: ResultsFile, path: str, rows: int) -> Data:
     return {"schema": SCHEMA, "what": "export", **_file_data(file), "out": path, "lines": rows}
 
 
-def export_body(found: Data) -> AnswerBody:
+def export_body(export: Data) -> AnswerBody:
     """Build what is printed on an export.
 
     Args:
-        found: from `export_data`.
+        export: from `export_data`.
     """
-    written = ("written", f"{found['out']}, {found['lines']:,} rows")
-    return [Facts([*file_facts(found), written])]
+    written = ("written", f"{export['out']}, {export['lines']:,} rows")
+    return [Facts([*file_facts(export), written])]
 
 
 def show_data(file: ResultsFile, order: str, descending: bool, count: int) -> Data:
@@ -129,25 +129,27 @@ def _plain(value: Any) -> Any:
     return None if missing else value
 
 
-def show_body(found: Data) -> AnswerBody:
+def show_body(contents: Data) -> AnswerBody:
     """Build what is printed on a file: facts, ranges of the columns, and a table.
 
     Args:
-        found: from `show_data`.
+        contents: from `show_data`.
     """
     ranges = [
         (_headed(column), *(cell_text(column[key]) for key in ("least", "most")),
          f"{column['missing']:,}" if column["missing"] else "")
-        for column in found["columns"] if column["kind"] != "text"
+        for column in contents["columns"] if column["kind"] != "text"
     ]  # fmt: skip
     ranges.insert(0, ("column", "least", "most", "missing"))
-    body: list[AnswerPart] = [Facts(file_facts(found)), "", AnswerTable(ranges, "<>")]
-    if found["table"]:
-        rows = [[cell_text(value) for value in row] for row in found["table"]]
-        kept = [k for k in range(len(found["head"])) if k == 0 or any(row[k] for row in rows)]
+    body: list[AnswerPart] = [Facts(file_facts(contents)), "", AnswerTable(ranges, "<>")]
+    if contents["table"]:
+        rows = [[cell_text(value) for value in row] for row in contents["table"]]
+        kept = [
+            k for k in range(len(contents["head"])) if k == 0 or any(row[k] for row in rows)
+        ]
         body += [
             "",
-            AnswerTable([[row[k] for k in kept] for row in (found["head"], *rows)], "<>"),
+            AnswerTable([[row[k] for k in kept] for row in (contents["head"], *rows)], "<>"),
         ]
     return body
 

@@ -97,10 +97,10 @@ def _row(mechanism: SynthesizedMechanism) -> tuple[str, ...]:
     )
 
 
-def synthesis_body(found: Synthesis) -> AnswerBody:
+def synthesis_body(synthesis: Synthesis) -> AnswerBody:
     """Build what is printed on a synthesis."""
-    head, *rows = mechanism_rows(found)
-    body: list[AnswerPart] = [Facts(synthesis_facts(found))]
+    head, *rows = mechanism_rows(synthesis)
+    body: list[AnswerPart] = [Facts(synthesis_facts(synthesis))]
     for row in rows:
         body += ["", Facts(list(zip(head, row, strict=True)))]
     return body

@@ -57,11 +57,13 @@ def add_meant_notice(space: CertifiedSpace) -> CertifiedSpace:
             few = meant.nearness < 100.0
             times = f"{meant.nearness:.1f} times" if few else "more than a hundred times"
             written = reading.deciding_text or "write its numbers with more digits"
+            relations = ", ".join(meant.near_relations)
+            conditions = count_noun(other, "condition")
             text = (
-                f"as written ({meant.digits} digits): {reading.written_text}; a special "
-                f"geometry ({', '.join(meant.near_relations)}) with "
-                f"{count_noun(other, 'condition')} is {reading.away}, {times} what the digits of "
-                f"the file leave open, off on purpose or by rounding: the answer is that of the linkage as written; {written}"
+                f"as written ({meant.digits} digits): {reading.written_text}; "
+                f"a special geometry ({relations}) with {conditions} is {reading.away}, "
+                f"{times} what the digits of the file leave open, off on purpose or by rounding: "
+                f"the answer is that of the linkage as written; {written}"
             )
             notices.append(Notice("near_special", text))
             readings.append(reading)

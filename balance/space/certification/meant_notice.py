@@ -60,10 +60,10 @@ def add_meant_notice(space: CertifiedSpace) -> CertifiedSpace:
             relations = ", ".join(meant.near_relations)
             conditions = count_noun(other, "condition")
             text = (
-                f"as written ({meant.digits} digits): {reading.written_text}; "
-                f"a special geometry ({relations}) with {conditions} is {reading.away}, "
-                f"{times} what the digits of the file leave open, off on purpose or by rounding: "
-                f"the answer is that of the linkage as written; {written}"
+                f"as written ({meant.digits} digits): {reading.written_text}; a special "
+                f"geometry ({relations}) with {conditions} is {reading.away}, {times} what the "
+                "digits of the file leave open, off on purpose or by rounding: the answer is "
+                f"that of the linkage as written; {written}"
             )
             notices.append(Notice("near_special", text))
             readings.append(reading)

@@ -35,9 +35,9 @@ from kinematics.numerics.compiled.jit import kernel
 def outer(x):
     return inner(x) * 10.0
 """
-PLAIN = ABOVE.replace("compiled.jit import kernel", "below import *\nimport numba").replace(
-    "@kernel", "@numba.njit(cache=True)"
-)
+PLAIN = ABOVE.replace(
+    "numerics.compiled.jit import kernel", "below import *\nimport numba"
+).replace("@kernel", "@numba.njit(cache=True)")
 
 
 def make_packages(site: Path) -> Path:

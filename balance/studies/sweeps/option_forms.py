@@ -11,7 +11,7 @@ from typing import Any
 MOST_SAMPLES = 1_000_000
 
 
-def wrong_form(option: str, value: object) -> str:
+def expected_form(option: str, value: object) -> str:
     """Say how the value of an option is written if this one is wrong; else an empty text.
 
     Args:

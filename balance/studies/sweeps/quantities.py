@@ -10,7 +10,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from balance.studies.runs.chunk_job import Column
-from balance.studies.sweeps.option_forms import wrong_form
+from balance.studies.sweeps.option_forms import expected_form
 from balance.studies.sweeps.row_quantities import QUANTITIES
 from kinematics.error_text import clean, closest_names
 from kinematics.errors import FileError, LinkageError
@@ -115,7 +115,7 @@ def _read_options(name: str, options: object, source: str) -> Options:
             )
             raise _fault(source, f"{name}.{key}", "no such option", remedy)
     for key, value in options.items():
-        if key != "where" and (form := wrong_form(key, value)):
+        if key != "where" and (form := expected_form(key, value)):
             problem = f"'{clean(str(value))}' has no meaning"
             raise _fault(source, f"{name}.{key}", problem, f"write {form}")
     if options.get("where", RANK_DROP) != RANK_DROP:

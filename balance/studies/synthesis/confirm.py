@@ -45,7 +45,7 @@ class Confirmation(NamedTuple):
     reason: str
 
 
-def confirm_relation(
+def confirm_balance(
     urdf: bytes, relation: str | None, *, certified: bool = True
 ) -> Confirmation:
     """Confirm that a mechanism is balanced while its inputs follow a relation.

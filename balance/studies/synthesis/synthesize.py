@@ -13,7 +13,7 @@ from balance.studies.synthesis.balanced_pantograph import (
     BalancedPantograph,
     pantograph_urdf,
 )
-from balance.studies.synthesis.confirm import confirm_along, confirm_relation
+from balance.studies.synthesis.confirm import confirm_along, confirm_balance
 from balance.studies.synthesis.constrained_motion import (
     constrained_motion,
     list_defects,
@@ -272,7 +272,7 @@ def _pantograph(pantograph: BalancedPantograph, relation: str | None) -> Synthes
     if relation is None:
         confirmation = confirm_along(urdf, motion)
     else:
-        confirmation = confirm_relation(urdf, relation)
+        confirmation = confirm_balance(urdf, relation)
     first, second = motion.u.T
     first, second = first + pantograph.pose[0], first + second + pantograph.pose[1]
     J1, J2, C = map(float, pantograph.inertias)
@@ -334,5 +334,5 @@ def _four_bar(four_bar: FourBarDesign) -> SynthesizedMechanism | None:
         tuple(each.angle - first for each in four_bar.positions), four_bar.error,
         four_bar.tool_points(turns), tuple(map(four_bar.outline, range(len(alpha)))),
         four_bar.defects, urdf, None, None,
-        confirm_relation(urdf, None, certified=False), numbers,
+        confirm_balance(urdf, None, certified=False), numbers,
     )  # fmt: skip

@@ -17,10 +17,10 @@ from balance.masses.remedies.counter_rotations.fewest_rotors import (
 from balance.masses.remedies.counter_rotations.rotor_elements import RotorWriter
 from balance.masses.remedies.counter_rotations.separate_rotors import (
     MOST_SETS,
+    answer_without_rotors,
     rotor_details,
     rotor_variant,
     unusable,
-    without_rotors,
 )
 from balance.masses.remedies.judge import judge
 from balance.masses.remedies.request import RemedyRequest
@@ -58,7 +58,7 @@ def apply_counter_rotary_masses(request: RemedyRequest) -> Iterator[AppliedRemed
         return
     fewest = fewest_rotors(request.space, progress=request.progress)
     if fewest.verdict != "feasible" or not fewest.count:
-        yield without_rotors("counter_rotary_masses", fewest)
+        yield answer_without_rotors("counter_rotary_masses", fewest)
         return
     places = _counterweight_places(request)
     for rotor_set in fewest.sets[:MOST_SETS]:

@@ -40,7 +40,7 @@ def apply_separate_rotors(request: RemedyRequest) -> Iterator[AppliedRemedy]:
         return
     fewest = fewest_rotors(request.space, request.gear, request.progress)
     if fewest.verdict != "feasible" or not fewest.count:
-        yield without_rotors("separate_rotors", fewest)
+        yield answer_without_rotors("separate_rotors", fewest)
         return
     for k, rotor_set in enumerate(fewest.sets[:MOST_SETS]):
         grounded = [name for name in rotor_set.joints if _may_stand_on_ground(request, name)]
@@ -58,7 +58,7 @@ def unusable(request: RemedyRequest) -> str:
     return ""
 
 
-def without_rotors(remedy: str, fewest: FewestRotors) -> AppliedRemedy:
+def answer_without_rotors(remedy: str, fewest: FewestRotors) -> AppliedRemedy:
     """Return the result where no set of counter-rotations is to be built.
 
     Args:

@@ -16,9 +16,9 @@ from balance.masses.remedies.counter_rotations.fewest_rotors import (
     fewest_of,
 )
 from balance.masses.remedies.counter_rotations.separate_rotors import (
+    answer_without_rotors,
     rotor_details,
     unusable,
-    without_rotors,
 )
 from balance.masses.remedies.counter_rotations.transmission_elements import (
     Transmission,
@@ -77,7 +77,7 @@ def _apply(
     links = [body for body, chain in chains.items() if chain]
     fewest = fewest_of(link_rotor_conditions(request.space, links), request.progress)
     if fewest.verdict != "feasible" or not fewest.count:
-        yield without_rotors(remedy, fewest)
+        yield answer_without_rotors(remedy, fewest)
         return
     sets = [fewest.sets[0]]
     if all(len(chains[name]) == 1 for name in sets[0].joints):

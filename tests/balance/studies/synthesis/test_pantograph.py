@@ -14,7 +14,7 @@ import pytest
 
 from balance.app.cli.main import main
 from balance.studies.synthesis.balanced_pantograph import BalancedPantograph, pantograph_urdf
-from balance.studies.synthesis.confirm import confirm_along, confirm_relation
+from balance.studies.synthesis.confirm import confirm_along, confirm_balance
 from balance.studies.synthesis.constrained_motion import (
     constrained_motion,
     list_defects,
@@ -135,9 +135,9 @@ def test_random_linear_syntheses_are_confirmed_by_the_core():
     """
     for seed in range(number_of_cases(4, 50)):
         pantograph, ratio = random_pantograph(seed)
-        found = confirm_relation(pantograph_urdf(pantograph), relation(ratio))
+        found = confirm_balance(pantograph_urdf(pantograph), relation(ratio))
         assert found.confirmed and found.momentum < 1e-10, (seed, found)
-        wrong = confirm_relation(pantograph_urdf(pantograph), relation(ratio * 1.01))
+        wrong = confirm_balance(pantograph_urdf(pantograph), relation(ratio * 1.01))
         assert not wrong.confirmed and wrong.momentum > 1e-6, seed
 
 

@@ -7,7 +7,7 @@ import pytest
 
 import balance
 from balance.momentum import momentum_regressor
-from balance.studies.synthesis.confirm import confirm_relation
+from balance.studies.synthesis.confirm import confirm_balance
 from balance.studies.synthesis.stacking import StackedChains, stacked_urdf
 from kinematics import load
 from kinematics.errors import UsageError
@@ -22,7 +22,7 @@ def test_two_freedoms_without_momentum(chains):
     urdf = stacked_urdf(chains)
     linkage = load(Document("stacked", urdf))
     assert linkage.mobility == 2 and linkage.inputs == ("lift", "crank_joint")
-    found = confirm_relation(urdf, None)
+    found = confirm_balance(urdf, None)
     assert found.confirmed and found.momentum < 1e-10, found
 
 

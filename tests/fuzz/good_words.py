@@ -114,7 +114,7 @@ GOOD: dict[str, list[str]] = {
     "--base-mass": ["2", "--base", "free"], "--which": ["1"],
     "--base-com": ["0.1,0,0", "--base", "free", "--base-mass", "2"],
     "--attitude": ["--base", "free", "--base-mass", "2"],
-    "paths --csv": ["{folder}/path.csv"],
+    "paths --csv": ["{folder}/path.csv"], "paths --about": ["0.1,0.2,0", "--moment-only"],
     "verify --base": ["free", *BASE[2:]], "verify --base-mass": ["2", *BASE],
     "--base-inertia": ["1,1,1", *BASE], "verify --base-com": ["0.1,0,0", *BASE],
     "--stiffness": ["1e3", "--base", "spring", *BASE[2:]], "--duration": ["0.1", *BASE[:6]],

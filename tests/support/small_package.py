@@ -44,6 +44,7 @@ def make_packages(site: Path) -> Path:
     """Write the packages into a folder."""
     for package, files in {
         "kinematics": {"__init__": "", "below": BELOW, "above": ABOVE, "plain": PLAIN},
+        "kinematics/loading": {"__init__": ""},
         "kinematics/numerics": {"__init__": ""},
         "kinematics/numerics/compiled": {"__init__": ""},
         "balance": {"__init__": "", "above": ABOVE.replace("kinematics.b", "balance.deep.b")},

@@ -336,7 +336,13 @@ def _reason_below_digits(space: DesignSpace, corrected: DesignSpace, evidence: E
         if meant.relations and meant.apart:
             digits = meant.digits or DOUBLE_DIGITS
             limit = max(limit, 10.0 ** (DIGITS_OF_CONDITION - digits))
-    elif meant is None and adds and tree is not None and has_doubles(tree):
+    elif (
+        meant is None
+        and adds
+        and not space.linkage.as_written
+        and tree is not None
+        and has_doubles(tree)
+    ):
         limit = 10.0 ** (DIGITS_OF_CONDITION - DOUBLE_DIGITS - 1)
     if not limit or not corrected.rank:
         return ""

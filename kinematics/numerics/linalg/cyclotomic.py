@@ -62,7 +62,7 @@ def _field(N: int) -> _Field:
         last = powers[-1]
         moved = [0, *last[:-1]]
         powers.append(tuple(a + last[-1] * b for a, b in zip(moved, powers[0], strict=True)))
-    return _Field(N, n, tuple(powers), _cosine(2 * pi() / N) * 2)
+    return _Field(N, n, tuple(powers[: n - 1]), _cosine(2 * pi() / N) * 2)
 
 
 def _cosine(x: Fraction) -> Fraction:

@@ -33,9 +33,12 @@ FORCE_ONLY = "not balanced: compare it by balance verify FILE --against MODEL"
 # Distance to a rank drop, in characteristic lengths, below which a geometry may be a rounded
 # special one.
 NEAR_SPECIAL = 1e-2
-# Digits of masses, and of the largest component of a vector: the conic solver finds an optimum
-# to about six, and those of other processors may differ in the last of them.
+# Digits of masses and objectives: the conic solver finds an optimum to about six, and those of
+# other processors may differ in the last of them.
 DIGITS = 4
+# Digits of the largest coordinate of a centre of mass: a quotient, which a least mass leaves
+# free to about 1e-5 of its size.
+COM_DIGITS = 3
 # Digits of moments of inertia: objectives determine them less well than masses.
 MOMENT_DIGITS = 2
 
@@ -157,7 +160,7 @@ def _mass_range(low: float, high: float) -> str:
 
 def _row(body: BodyInertia, length: float) -> tuple[str, ...]:
     """Build the row of one body, with principal moments about its centre of mass."""
-    com = "" if body.link_com is None else vector_digits(body.link_com, DIGITS, length)
+    com = "" if body.link_com is None else vector_digits(body.link_com, COM_DIGITS, length)
     inertia = body.link_inertia
     moments = (
         ""

@@ -283,9 +283,9 @@ def test_plain_data():
 
 def test_only_one_encoder():
     """Commands and pages write JSON by no other way."""
-    files = chain(*(gallery()["five_bar"].parents[1].glob(f"balance/{glob}") for glob in
-                    ("*.py", "cli/*.py", "report/*/*.py", "designs/*.py", "verification/*.py",
-                     "taylor_poses/*.py", "spaces/*.py", "interpretation/*.py")))  # fmt: skip
+    balance = gallery()["five_bar"].parents[1] / "balance"
+    groups = ("app", "masses", "motion", "support", "space/spaces", "space/interpretation")
+    files = chain(*((balance / group).rglob("*.py") for group in groups))
     users = {path.name for path in files if "json.dump" in path.read_text(encoding="utf-8")}
     assert users == {"json_text.py", "save.py"}
 

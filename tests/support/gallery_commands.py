@@ -32,6 +32,9 @@ EVERY = (
     "motion {model} --to {inputs}",
     "paths {model} --length 0.2",
 )
+# A least mass of this linkage leaves the centres of mass free to 1e-5, so that the last digit
+# that is printed depends on rounding.
+UNDETERMINED = {"design sarrus --balance force --minimise mass"}
 # Commands that take no linkage, or options of their own.
 OTHER = tuple("""
 report three_rsr --motion u2=u3
@@ -105,7 +108,10 @@ def file_commands() -> list[str]:
 def all_commands() -> list[str]:
     """All of them, as in a shell and without the name of the program."""
     models = [
-        command for model in sorted(kinematics.gallery()) for command in model_commands(model)
+        command
+        for model in sorted(kinematics.gallery())
+        for command in model_commands(model)
+        if command not in UNDETERMINED
     ]
     return models + file_commands() + list(OTHER)
 

@@ -333,7 +333,7 @@ def _reason_below_digits(space: DesignSpace, corrected: DesignSpace, evidence: E
     adds = corrected.rank > space.rank
     if evidence.inside_digits and meant is not None:
         limit = DIGITS_CONDITION if adds else 0.0
-        if meant.relations and meant.apart:
+        if meant.relations and (meant.apart or adds):
             digits = meant.digits or DOUBLE_DIGITS
             limit = max(limit, 10.0 ** (DIGITS_OF_CONDITION - digits))
     elif (

@@ -1,6 +1,6 @@
 """Loops at rest as written that would move with axes a little further away than rounding.
 
-Three cranks of one length are a linkage, and a rigid frame where one is longer by a hair. Files
+Three cranks of one length are a linkage, and a rigid frame where one is slightly longer. Files
 with few decimals, or whose frames were measured, write the frame and mean the linkage.
 """
 

@@ -46,8 +46,6 @@ UNITS = 2000
 CONDUCTORS = (16, 20, 24, 28, 36, 60)
 # Angles between a vector and its copies, in parts of a turn.
 TURNS = tuple(Fraction(k, 24) for k in range(24) if k % 2 == 0 or k % 3 == 0)
-# Most numbers of a file with so many digits.
-MAX_NUMBERS = 2000
 Key = tuple[Hashable, int]
 
 
@@ -64,7 +62,7 @@ class _Value(NamedTuple):
 
     @property
     def text(self) -> str:
-        """Write it."""
+        """The sum in words."""
         return " + ".join(
             f"{factor}" if (kind, a) == ("root", 1)
             else f"{factor} √{a}" if kind == "root" else f"{factor} cos {Fraction(360 * a, n)}°"
@@ -72,7 +70,7 @@ class _Value(NamedTuple):
         )  # fmt: skip
 
     def within(self, N: int) -> Fraction:
-        """Compute it in a field whose conductor is a multiple of its own."""
+        """Compute the number in a field whose conductor is a multiple of its own."""
         total = Fraction(0)
         for factor, kind, a, n in self.terms:
             value = root_of_integer(a, N) if kind == "root" else cosine_of_part(a * (N // n), N)
@@ -137,11 +135,13 @@ def read_closed_forms(
     reader = _Reader(max((abs(float(x)) for item in vectors for x in item.values), default=1.0))
     values: dict[Key, _Value] = {}
     for word in words:
-        if value := reader.root(word):
+        if value := reader.read_root(word):
             values[word.key] = value
-    copies = dict(reader.copies(vectors, values))
+    copies = dict(reader.find_copies(vectors, values))
     for word in words:
-        if word.key not in values and word.key not in copies and (value := reader.cosine(word)):
+        if word.key in values or word.key in copies:
+            continue
+        if value := reader.read_cosine(word):
             values[word.key] = value
     conductor = _choose_conductor(
         [value.conductor for value in values.values()]
@@ -191,7 +191,7 @@ class _Copy(NamedTuple):
 
     @property
     def text(self) -> str:
-        """Write it."""
+        """The source and the turn in words."""
         mirrored = "mirrored and " if self.sign < 0 else ""
         return f"that of another vector, {mirrored}turned by {self.turn * 360} degrees"
 
@@ -203,7 +203,7 @@ class _Copy(NamedTuple):
     def value(
         self, vectors: Mapping[Hashable, NumberVector], numbers: Mapping[Key, Fraction], N: int
     ) -> Fraction:
-        """Compute it.
+        """Compute the entry.
 
         Args:
             numbers: those that are read as roots.
@@ -221,7 +221,7 @@ class _Copy(NamedTuple):
 
 
 class _Reader:
-    """Relations of numbers."""
+    """Reads numbers as roots, cosines, and entries of vectors that are others, turned."""
 
     def __init__(self, largest: float) -> None:
         """Choose the unit of sums: 10^-k, about a thousandth of the largest number."""
@@ -230,7 +230,7 @@ class _Reader:
         steps = np.arange(-UNITS * 10, UNITS * 10 + 1)
         self._steps = {d: steps * float(np.sqrt(d)) for d in SUM_RADICANDS}
 
-    def root(self, word: NumberWord) -> _Value | None:
+    def read_root(self, word: NumberWord) -> _Value | None:
         """Read a number as a simple fraction, a root times one, or a sum of both."""
         simple = word.value.limit_denominator(SIMPLE)
         if abs(word.value) <= word.zero:
@@ -238,13 +238,13 @@ class _Reader:
         if abs(simple - word.value) <= word.error:
             return _Value(1, ((simple, "root", 1, 0),))
         for d in RADICANDS:
-            near = _root_near(d)
-            factor = _short(word.value / near, word.error / near)
+            near = _approximate_root(d)
+            factor = _round_to_short(word.value / near, word.error / near)
             if factor is not None:
                 return _Value(conductor_of_root(d), ((factor, "root", d, 0),))
-        return self._sum(word)
+        return self._read_sum(word)
 
-    def _sum(self, word: NumberWord) -> _Value | None:
+    def _read_sum(self, word: NumberWord) -> _Value | None:
         """Read a number as ``(a + b √d) u/2``."""
         scaled = 2 * word.value / self._unit
         if abs(scaled) > 40 * UNITS:
@@ -254,19 +254,19 @@ class _Reader:
             close = np.flatnonzero(np.abs(rest - np.rint(rest)) <= 1e-10)
             for k in close.tolist():
                 a, b = round(rest[k]), k - UNITS * 10
-                near = (a + b * _root_near(d)) * self._unit / 2
+                near = (a + b * _approximate_root(d)) * self._unit / 2
                 if a and b and abs(near - word.value) <= word.error:
                     half = self._unit / 2
                     terms = (a * half, "root", 1, 0), (b * half, "root", d, 0)
                     return _Value(conductor_of_root(d), terms)
         return None
 
-    def cosine(self, word: NumberWord) -> _Value | None:
+    def read_cosine(self, word: NumberWord) -> _Value | None:
         """Read a number as a cosine times a short decimal."""
         for N in CONDUCTORS:
             for k in range(1, (N + 3) // 4):
-                near = _cosine_near(k, N)
-                factor = _short(word.value / near, word.error / near)
+                near = _approximate_cosine(k, N)
+                factor = _round_to_short(word.value / near, word.error / near)
                 if factor is not None:
                     part = Fraction(k, N)
                     return _Value(
@@ -275,7 +275,7 @@ class _Reader:
                     )
         return None
 
-    def copies(
+    def find_copies(
         self, vectors: Sequence[NumberVector], numbers: Mapping[Key, _Value]
     ) -> Iterator[tuple[Key, _Copy]]:
         """Yield the entries of vectors that are others, turned.
@@ -288,14 +288,14 @@ class _Reader:
             rest = [
                 word for word in vector.words if word is not None and word.key not in numbers
             ]
-            if rest and (copy := _copied(vector, done)) is not None:
+            if rest and (copy := _find_source(vector, done)) is not None:
                 for word in rest:
                     yield word.key, _Copy(*copy, word.key[1])
             else:
                 done.append(vector)
 
 
-def _copied(
+def _find_source(
     vector: NumberVector, others: Sequence[NumberVector]
 ) -> tuple[Hashable, int, Fraction, int] | None:
     """Find another vector, the axis about which it is turned, part of a turn, and sign."""
@@ -318,17 +318,17 @@ def _copied(
     return None
 
 
-def _root_near(d: int) -> Fraction:
+def _approximate_root(d: int) -> Fraction:
     """Root of a number, to 2^-160."""
     return Fraction(isqrt(d << 320), 1 << 160)
 
 
-def _cosine_near(k: int, N: int) -> Fraction:
+def _approximate_cosine(k: int, N: int) -> Fraction:
     value = cosine_of_part(k, N)
     return value.nearby if isinstance(value, FieldNumber) else value
 
 
-def _short(x: Fraction, error: Fraction) -> Fraction | None:
+def _round_to_short(x: Fraction, error: Fraction) -> Fraction | None:
     """Round a number to a short decimal, or a simple part of one; None if it is not near."""
     size = Fraction(10) ** floor(log10(abs(float(x)) or 1.0))
     near = Fraction(round(x / size * SHORT)) / SHORT * size

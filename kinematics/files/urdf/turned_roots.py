@@ -48,8 +48,8 @@ def turned_screws(linkage: Linkage) -> Iterator[tuple[tuple[Vector, ...], int]]:
         vectors = []
         for j, joint in enumerate(joints):
             place = R @ (joint.point - joints[0].point)
-            vectors.append(_vector((j, "n"), R @ _direction(joint), ROUND_OFF))
-            vectors.append(_vector((j, "p"), place, ROUND_OFF * size))
+            vectors.append(_make_vector((j, "n"), R @ _direction(joint), ROUND_OFF))
+            vectors.append(_make_vector((j, "p"), place, ROUND_OFF * size))
         forms = read_closed_forms(vectors)
         if degree_of_field(forms.conductor) == 1:
             continue
@@ -60,7 +60,7 @@ def turned_screws(linkage: Linkage) -> Iterator[tuple[tuple[Vector, ...], int]]:
             for vector in vectors
         }
         yield (
-            tuple(_screw(x, read[j, "n"], read[j, "p"]) for j, x in enumerate(joints)),
+            tuple(_make_screw(x, read[j, "n"], read[j, "p"]) for j, x in enumerate(joints)),
             len(forms.numbers),
         )
 
@@ -82,18 +82,18 @@ def _frames(axes: list[Array]) -> Iterator[Array]:
 
 
 def _direction(joint: Joint) -> Array:
-    """Direction of a joint, a unit vector (3,)."""
+    """Return the direction of a joint, a unit vector (3,)."""
     return np.asarray(joint.screw[3:] if joint.kind == "prismatic" else joint.screw[:3])
 
 
-def _vector(key: tuple[int, str], values: Array, error: float) -> NumberVector:
-    """Make a vector whose numbers have an error."""
+def _make_vector(key: tuple[int, str], values: Array, error: float) -> NumberVector:
+    """Make a vector of numbers that may each be off by an error."""
     numbers = tuple(Fraction(float(x)) for x in values)
     width = Fraction(error)
     words = tuple(NumberWord((key, k), x, width, width) for k, x in enumerate(numbers))
     return NumberVector(key, numbers, words)
 
 
-def _screw(joint: Joint, n: Vector, point: Vector) -> Vector:
-    """Make a screw."""
+def _make_screw(joint: Joint, n: Vector, point: Vector) -> Vector:
+    """Make the screw of a joint from its direction and a point."""
     return (Fraction(0),) * 3 + n if joint.kind == "prismatic" else n + cross(point, n)

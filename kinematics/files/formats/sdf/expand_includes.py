@@ -47,7 +47,7 @@ def expand_sdf_includes(root: Element, path: str | None) -> Element:
 
 
 class _Expansion:
-    """What was included so far."""
+    """Replaces includes, and counts the bytes and elements of the files included."""
 
     def __init__(self) -> None:
         self.bytes = self.elements = 0

@@ -52,12 +52,12 @@ def flatten_models(model: Element, depth: int = 0) -> Element:
             if not child.name or child.name in canonical:
                 problem = f"two nested models '{clean(child.name)}', or one without a name"
                 raise Refusal(child.label, problem, "give each nested model a name of its own")
-            canonical[child.name] = scope.inside(_canonical_link(inner))
+            canonical[child.name] = scope.name_outside(_canonical_link(inner))
         pose = inner.first("pose")
         placed = () if pose is None else (pose,)
         children.append(Element("frame", {"name": scope.frame}, placed, child.line))
         children += [
-            scope.moved(part) if part.tag in _PARTS else part
+            scope.move_part(part) if part.tag in _PARTS else part
             for part in inner.children if part.tag not in ("pose", "static")
         ]  # fmt: skip
     return replace(model, children=tuple(_with_links(x, canonical) for x in children))
@@ -88,18 +88,18 @@ class _Scope:
         self.frame = f"__merged_{number}__" if merged else name
         self._prefix = "" if merged else f"{name}::"
 
-    def inside(self, name: str) -> str:
+    def name_outside(self, name: str) -> str:
         """Write a name of the nested model as one of the model around it."""
         if name == WORLD:
             return name
         return self.frame if name == MODEL else f"{self._prefix}{name}"
 
-    def moved(self, part: Element) -> Element:
+    def move_part(self, part: Element) -> Element:
         """Write a link, joint or frame of the nested model as one of the model around it."""
-        attributes = {**part.attributes, "name": self.inside(part.name)}
+        attributes = {**part.attributes, "name": self.name_outside(part.name)}
         if attributes.get("attached_to"):
-            attributes["attached_to"] = self.inside(attributes["attached_to"])
-        children = tuple(self._moved_child(x) for x in part.children)
+            attributes["attached_to"] = self.name_outside(attributes["attached_to"])
+        children = tuple(self._move_child(x) for x in part.children)
         free = part.tag == "link" or (
             part.tag == "frame" and not part.attributes.get("attached_to")
         )
@@ -115,20 +115,21 @@ class _Scope:
             )  # fmt: skip
         return replace(part, attributes=attributes, children=children)
 
-    def _moved_child(self, item: Element) -> Element:
+    def _move_child(self, item: Element) -> Element:
         """Write the names inside a part as those of the model around it."""
         if item.tag in ("parent", "child"):
-            return replace(item, text=self.inside(item.text))
+            return replace(item, text=self.name_outside(item.text))
         if item.tag == "pose" and _base_of(item):
             attributes = {k: v for k, v in item.attributes.items() if k != "frame"}
             return replace(
-                item, attributes={**attributes, "relative_to": self.inside(_base_of(item))}
+                item,
+                attributes={**attributes, "relative_to": self.name_outside(_base_of(item))},
             )
         if item.tag in ("axis", "axis2"):
-            return self._moved_axis(item)
+            return self._move_axis(item)
         return item
 
-    def _moved_axis(self, axis: Element) -> Element:
+    def _move_axis(self, axis: Element) -> Element:
         """Write the names inside an axis, and the frame in which it is expressed."""
         old = axis.first("use_parent_model_frame")
         in_model = old is not None and is_true(axis, old)
@@ -139,9 +140,9 @@ class _Scope:
                 continue
             if item.tag == "xyz" and (in_model or attributes.get("expressed_in")):
                 named = attributes.get("expressed_in") or MODEL
-                attributes["expressed_in"] = self.inside(named)
+                attributes["expressed_in"] = self.name_outside(named)
             if item.tag == "mimic" and attributes.get("joint"):
-                attributes["joint"] = self.inside(attributes["joint"])
+                attributes["joint"] = self.name_outside(attributes["joint"])
             children.append(replace(item, attributes=attributes))
         return replace(axis, children=tuple(children))
 

@@ -152,10 +152,7 @@ def _certify(space: DesignSpace) -> CertifiedSpace:
         residual, poses = _measure_residual(corrected)
     certainty = _certainty_of(corrected, evidence, residual, poses)
     if doubt := _reason_below_digits(space, corrected, evidence):
-        doubts = (*certainty.doubts, doubt)
-        certainty = certainty._replace(
-            level="estimated", reason=doubt, doubts=doubts, proof=None, orders=()
-        )
+        certainty = certainty.with_doubt(doubt)
     certified = add_correction_notice(space, with_certainty(corrected, certainty))
     certified = add_roots_notice(certified, evidence)
     certified.check_proved()

@@ -91,3 +91,16 @@ def _lowest_ranks(
         return ranks_of(linkage.source, chain, geometry.notices, max_order, expected)
 
     return of_lowest_rank(linkage, ranks, lambda exact: (exact.rank, *exact.ranks), confirms)
+
+
+def rank_of_geometry(space: DesignSpace, geometry: Geometry) -> int:
+    """Compute the exact rank of the conditions of a space in a geometry.
+
+    Raises:
+        ExactError: the loops do not close in it.
+    """
+    linkage = space.linkage
+    chain = exact_chain(
+        linkage, geometry, space.motion, space.balance == "force", not space.planar
+    )
+    return ranks_of(linkage.source, chain, (), space.highest_order).rank

@@ -5,13 +5,12 @@ from __future__ import annotations
 from dataclasses import replace
 
 from balance.space.certification.certified_space import CertifiedSpace, with_readings
-from balance.space.exact.chain import exact_chain
-from balance.space.exact.modular_ranks import ranks_of
+from balance.space.certification.exact_ranks import rank_of_geometry
 from balance.space.spaces.design_space import DesignSpace
 from balance.space.spaces.readings import Reading, deciding_digits
 from balance.support.tolerances import MENDED_RELATIVE, MENDED_ROUND_OFF
 from kinematics.errors import ExactError
-from kinematics.files.urdf.rational_screws import Geometry, exact_geometry, geometry_of
+from kinematics.files.urdf.rational_screws import exact_geometry, geometry_of
 from kinematics.loading.meant.digits import rounding_of_file
 from kinematics.model.chain import extent
 from kinematics.model.linkage import Notice
@@ -80,7 +79,8 @@ def add_mending_doubt(space: CertifiedSpace) -> CertifiedSpace:
     linkage = space.linkage
     for notice in linkage.notices:
         if notice.code == "nearly_movable":
-            space = _with_doubt(space, f"mobility: {notice.message}")
+            doubt = f"mobility: {notice.message}"
+            space = replace(space, certainty=space.certainty.with_doubt(doubt))
     if not linkage.mended or linkage.tree is None:
         return space
     rounding = rounding_of_file(linkage.tree, max(extent(linkage).length, 1e-300))
@@ -91,15 +91,7 @@ def add_mending_doubt(space: CertifiedSpace) -> CertifiedSpace:
         f"{linkage.mended:.0e} (radians, parts of the size of the linkage), the digits of the "
         f"file leave {size_text(rounding, '.0e')} open"
     )
-    return _with_doubt(space, doubt)
-
-
-def _with_doubt(space: CertifiedSpace, doubt: str) -> CertifiedSpace:
-    """Lower the level of a space to ``estimated`` for a doubt."""
-    certainty = space.certainty._replace(
-        level="estimated", reason=doubt, doubts=(*space.doubts, doubt), proof=None, orders=()
-    )
-    return replace(space, certainty=certainty)
+    return replace(space, certainty=space.certainty.with_doubt(doubt))
 
 
 def decimals_have_rank(space: DesignSpace, rank: int) -> bool:
@@ -109,7 +101,7 @@ def decimals_have_rank(space: DesignSpace, rank: int) -> bool:
     """
     try:
         geometry = exact_geometry(space.linkage)
-        return not geometry.notices and _rank(space, geometry) == rank
+        return not geometry.notices and rank_of_geometry(space, geometry) == rank
     except ExactError:
         return False
 
@@ -118,7 +110,7 @@ def _rank_as_written(space: CertifiedSpace) -> int | None:
     """Compute the rank of the decimals, or of the loops closed without relations."""
     assert space.linkage.meant is not None
     try:
-        return _rank(space, exact_geometry(space.linkage))
+        return rank_of_geometry(space, exact_geometry(space.linkage))
     except ExactError:
         return _rank_of(space, space.linkage.meant.plain)
 
@@ -126,15 +118,6 @@ def _rank_as_written(space: CertifiedSpace) -> int | None:
 def _rank_of(space: CertifiedSpace, screws: tuple[Vector, ...]) -> int | None:
     """Compute the rank with other screws of the joints; None if the loops do not close."""
     try:
-        return _rank(space, geometry_of(space.linkage, screws))
+        return rank_of_geometry(space, geometry_of(space.linkage, screws))
     except ExactError:
         return None
-
-
-def _rank(space: DesignSpace, geometry: Geometry) -> int:
-    """Compute the rank of a geometry; raise an `ExactError` if its loops do not close."""
-    linkage = space.linkage
-    chain = exact_chain(
-        linkage, geometry, space.motion, space.balance == "force", not space.planar
-    )
-    return ranks_of(linkage.source, chain, (), space.highest_order).rank

@@ -5,8 +5,7 @@ from __future__ import annotations
 from balance.space.certification.certified_space import CertifiedSpace, with_readings
 from balance.space.certification.compare_integers import integers_differ
 from balance.space.certification.correct_integers import Evidence
-from balance.space.exact.chain import exact_chain
-from balance.space.exact.modular_ranks import ranks_of
+from balance.space.certification.exact_ranks import rank_of_geometry
 from balance.space.spaces.design_space import DesignSpace
 from balance.space.spaces.readings import MOST_DIGITS, Reading
 from kinematics.errors import ExactError
@@ -43,15 +42,10 @@ def add_roots_notice(space: CertifiedSpace, evidence: Evidence) -> CertifiedSpac
     """
     if not evidence.roots:
         return space
-    linkage, other = space.linkage, None
     try:
-        chain = exact_chain(
-            linkage, exact_geometry(linkage), space.motion, space.balance == "force",
-            not space.planar,
-        )  # fmt: skip
-        other = ranks_of(linkage.source, chain, (), space.highest_order).rank
+        other = rank_of_geometry(space, exact_geometry(space.linkage))
     except ExactError:
-        pass
+        other = None
     if other == space.rank:
         return space
     relation = f"{count_noun(evidence.roots, 'number')} read as roots"

@@ -6,7 +6,7 @@ from collections.abc import Collection, Iterator, Mapping
 
 from balance.space.exact.chain import ExactChain, lie_algebra, loops_are_regular
 from balance.space.exact.mirrored_motions import joints_at_rest_by_symmetry
-from kinematics.model.chain import loop_joints
+from kinematics.model.chain import loop_joints, rigid_parts
 from kinematics.numerics.linalg.rational import echelon
 
 
@@ -53,21 +53,13 @@ def _loops(
     """Yield the moving joints of each loop of the file, and of the shortest through joints."""
     for ends in chain.ends:
         yield loop_joints(chain.parent, *ends) - set(resting)
-    part = _rigid_parts(chain, resting)
+    welds = [*((chain.parent[j], j) for j in resting), *chain.ends]
+    part = rigid_parts(len(chain.parent), welds).tolist()
     moving = [j for j in range(len(chain.parent)) if j not in resting]
     sides = {j: (part[chain.parent[j]], part[j]) for j in moving}
     for joint in sorted(joints):
         if path := _shortest_path(sides, joint):
             yield path | {joint}
-
-
-def _rigid_parts(chain: ExactChain, resting: Collection[int]) -> dict[int, int]:
-    """Number the rigid part of each link, -1 the ground, where joints are at rest."""
-    part = {link: link for link in range(-1, len(chain.parent))}
-    for a, b in (*((chain.parent[j], j) for j in resting), *chain.ends):
-        keep, drop = part[a], part[b]
-        part = {link: keep if x == drop else x for link, x in part.items()}
-    return part
 
 
 def _shortest_path(sides: Mapping[int, tuple[int, int]], joint: int) -> set[int]:

@@ -49,6 +49,12 @@ class Certainty(NamedTuple):
         doubts = [f"in doubt: {doubt}" for doubt in self.doubts]
         return repr_lines(f"Certainty: {self.level}", self.reason, *doubts)
 
+    def with_doubt(self, doubt: str) -> Certainty:
+        """Lower the level to ``estimated`` for a doubt, which becomes the reason."""
+        return self._replace(
+            level="estimated", reason=doubt, doubts=(*self.doubts, doubt), proof=None, orders=()
+        )
+
     def to_dict(self) -> dict[str, object]:
         """Convert to the entry ``evidence`` of the report: all but level, proof and orders."""
         rest = {"level", "proof", "orders"}

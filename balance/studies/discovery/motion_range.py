@@ -24,8 +24,6 @@ Array = NDArray[np.float64]
 
 # Way of the fastest joint each way, radians, and poses on it: 0.02 rad apart.
 WAY, POSES = 6.0 * np.pi, 960
-# Opening of a loop up to which a pose counts.
-CLOSED = 1e-9
 # A joint that turns by a little more than this turns fully; one that meets the same singularity
 # at either end turns by this.
 TURN = 2.0 * np.pi + 0.01

@@ -15,7 +15,7 @@ from kinematics.files.urdf.closed_forms import NumberVector, NumberWord, read_cl
 from kinematics.model.document.element import Element
 from kinematics.model.linkage import Notice
 from kinematics.numerics.linalg.cyclotomic import cosine_of_part, sine_of_part
-from kinematics.numerics.linalg.rational import MAX_DIGITS, Vector, decimal
+from kinematics.numerics.linalg.rational import MAX_DIGITS, Vector, count_digits, decimal
 
 # Fewest significant digits of a number that may stand for a root.
 MIN_DIGITS = 15
@@ -103,7 +103,7 @@ def has_many_digits(tree: Element) -> bool:
         tree: the checked tree of a file.
     """
     words = (word for item in _items(tree) for word in item.attributes.get("xyz", "").split())
-    return any(_count_digits(word)[1] >= MIN_DIGITS for word in words)
+    return any(count_digits(word)[1] >= MIN_DIGITS for word in words)
 
 
 def _part_of_turn(angle: float) -> Fraction | None:
@@ -132,7 +132,7 @@ def _vectors(tree: Element) -> Iterator[NumberVector]:
         round_off = Fraction(ulp(max(abs(float(x)) for x in values)))
         numbers: list[NumberWord | None] = []
         for k, (word, value) in enumerate(zip(words, values, strict=True)):
-            places, digits = _count_digits(word)
+            places, digits = count_digits(word)
             error = max(round_off, Fraction(1, 2 * 10**places))
             many = value and digits >= MIN_DIGITS
             numbers.append(NumberWord((key, k), value, error, 4 * round_off) if many else None)
@@ -142,14 +142,6 @@ def _vectors(tree: Element) -> Iterator[NumberVector]:
 def _angle_words(item: Element) -> Iterator[tuple[Element, Fraction]]:
     """Yield the angles of an origin that are parts of a turn, but no quarter turns."""
     for word in item.attributes.get("rpy", "").split():
-        part = _part_of_turn(float(word)) if _count_digits(word)[1] >= MIN_DIGITS else None
+        part = _part_of_turn(float(word)) if count_digits(word)[1] >= MIN_DIGITS else None
         if part is not None and (4 * part).denominator > 1:
             yield item, part
-
-
-def _count_digits(word: str) -> tuple[int, int]:
-    """Count decimals and significant digits of a number."""
-    mantissa, _, exponent = word.lower().partition("e")
-    whole, _, fraction = mantissa.lstrip("+-").partition(".")
-    places = len(fraction) - int(exponent or 0)
-    return max(places, 0), len((whole + fraction).lstrip("0"))

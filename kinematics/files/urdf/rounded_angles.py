@@ -16,7 +16,7 @@ from typing import NamedTuple
 from kinematics.error_text import clean
 from kinematics.files.urdf.nominal_angles import nearest_twelfth
 from kinematics.model.document.element import Element
-from kinematics.numerics.linalg.rational import pi
+from kinematics.numerics.linalg.rational import count_digits, pi
 from kinematics.numerics.tolerances import ANGLE_ROUND_OFF
 
 ANGLE_READINGS = ("nominal", "as_written")
@@ -113,9 +113,7 @@ def _digits_of_angles(tree: Element) -> int:
     """
     texts = (item.attributes[name] for _, item, name in _angle_attributes(tree))
     words = [word for text in texts for word in text.split() if float(word)]
-    counts = [
-        len(word.lower().partition("e")[0].replace(".", "").lstrip("+-0")) for word in words
-    ]
+    counts = [count_digits(word)[1] for word in words]
     digits = max(counts, default=0)
     if not ROUNDED_DIGITS[0] <= digits <= ROUNDED_DIGITS[1]:
         return 0

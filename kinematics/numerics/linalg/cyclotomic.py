@@ -19,7 +19,7 @@ from math import gcd, isqrt, lcm, prod
 from typing import NamedTuple
 
 from kinematics.numerics.linalg.cyclotomic_polynomials import minimal_polynomial, prime_factors
-from kinematics.numerics.linalg.rational import pi
+from kinematics.numerics.linalg.rational import echelon, pi
 
 MAX_DEGREE = 8
 """Largest degree of a field: products take its square of steps."""
@@ -190,15 +190,7 @@ class FieldNumber(Fraction):
         rows = [[Fraction(column[i]) for column in columns] for i in range(n)]
         for i, row in enumerate(rows):
             row.append(Fraction(int(i == 0) * self._common))
-        for k in range(n):
-            pivot = next(i for i in range(k, n) if rows[i][k])
-            rows[k], rows[pivot] = rows[pivot], rows[k]
-            rows[k] = [x / rows[k][k] for x in rows[k]]
-            for i in range(n):
-                if i != k and rows[i][k]:
-                    factor = rows[i][k]
-                    rows[i] = [x - factor * y for x, y in zip(rows[i], rows[k], strict=True)]
-        solution = [row[-1] for row in rows]
+        solution = [row[-1] for row in echelon(rows)[0]]
         common = lcm(*(x.denominator for x in solution))
         return self._make(
             self._of, [x.numerator * (common // x.denominator) for x in solution], common

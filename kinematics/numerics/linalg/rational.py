@@ -43,6 +43,20 @@ def decimal(word: str) -> Fraction:
     return Fraction(word) if float(word) else Fraction(0)
 
 
+def count_digits(word: str) -> tuple[int, int]:
+    """Count decimals and significant digits of a decimal number, with zeros at its end.
+
+    Example:
+        >>> from kinematics.numerics.linalg.rational import count_digits
+        >>> count_digits("-0.0120e1")
+        (3, 3)
+    """
+    mantissa, _, exponent = word.lower().partition("e")
+    whole, _, fraction = mantissa.lstrip("+-").partition(".")
+    places = len(fraction) - int(exponent or 0)
+    return max(places, 0), len((whole + fraction).lstrip("0"))
+
+
 def root(value: Fraction) -> Fraction | None:
     """Compute the square root of a rational number; None if it is not rational."""
     if type(value) is not Fraction:

@@ -15,8 +15,8 @@ from kinematics.files.formats.loop_dialects.translate import (
     drop_repeated_loops,
     translate_loops,
 )
-from kinematics.files.urdf.axis_noise import remove_axis_noise
 from kinematics.files.urdf.choose_ground import choose_ground
+from kinematics.files.urdf.exporter_noise import remove_exporter_noise
 from kinematics.files.urdf.floating_joints import settle_floating_joints
 from kinematics.files.urdf.harmless_oddities import mend_oddities
 from kinematics.files.urdf.input_streams import source_name
@@ -127,7 +127,7 @@ def read_files(model: Path | Document, loops: Path | None, options: ReadOptions)
     text = f"{clean(source, 1000)}: {describe_rounded_angles(rounded, options.angles)}"
     more = ((ROUNDED_ANGLES, text),) if rounded else ()
     if nominal:
-        tree, noise = remove_axis_noise(replace_rounded_angles(tree), source)
+        tree, noise = remove_exporter_noise(replace_rounded_angles(tree), source)
         more = (*more, *noise)
     file = RobotFile(
         tree, merged.inputs,

@@ -319,7 +319,7 @@ def _find_source(
 
 
 def _approximate_root(d: int) -> Fraction:
-    """Root of a number, to 2^-160."""
+    """Compute the root of a whole number to 2^-160."""
     return Fraction(isqrt(d << 320), 1 << 160)
 
 

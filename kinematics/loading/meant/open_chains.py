@@ -119,11 +119,11 @@ class _Snapping:
             if k == GROUND or self._angle(n, k) > self._limits.angle:
                 continue
             if all(dot(self._n[k], self._n[m]) == 0 for m in across):
-                self._tell(f"{self._name(j)} parallel to {self._name(k)}", self._angle(n, k))
+                self._record(f"{self._name(j)} parallel to {self._name(k)}", self._angle(n, k))
                 sign = 1 if dot(n, self._n[k]) > 0 else -1
                 return tuple(sign * x for x in self._n[k])
         for m in across:
-            self._tell(
+            self._record(
                 f"{self._name(j)} perpendicular to {self._name(m)}",
                 self._angle(n, m, right=True),
             )
@@ -141,7 +141,7 @@ class _Snapping:
         if not any(normal):
             apart = _without(w, m)
             if _size(apart) <= self._limits.place:
-                self._tell(
+                self._record(
                     f"{self._name(j)} on the axis of {self._name(g)}", place=_size(apart)
                 )
                 self._p[j] = _difference(self._p[j], apart)
@@ -150,14 +150,14 @@ class _Snapping:
             return
         apart = _along(w, normal)
         if _size(apart) <= self._limits.place:
-            self._tell(f"{self._name(j)} meets {self._name(g)}", place=_size(apart))
+            self._record(f"{self._name(j)} meets {self._name(g)}", place=_size(apart))
             self._p[j] = _difference(self._p[j], apart)
         here = self._foot(g, j)
         for other in self._feet.get(g, ()):
             more = tuple((here - other) * x for x in m)
             if _size(more) <= self._limits.place:
                 text = f"normals on {self._name(g)} meet that of {self._name(j)}"
-                self._tell(text, place=_size(more))
+                self._record(text, place=_size(more))
                 self._p[j] = _difference(self._p[j], more)
                 here = other
                 break
@@ -182,7 +182,7 @@ class _Snapping:
         sine, size = _size(cross(n, m)), _size(n) * _size(m)
         return abs(float(dot(n, m))) / size if right else sine / size
 
-    def _tell(self, text: str, angle: float = 0.0, place: float = 0.0) -> None:
+    def _record(self, text: str, angle: float = 0.0, place: float = 0.0) -> None:
         """Record a relation, and its error."""
         limits = self._limits
         error = max(angle, place / limits.size)

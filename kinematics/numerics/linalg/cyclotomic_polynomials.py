@@ -38,7 +38,7 @@ def minimal_polynomial(N: int) -> tuple[int, ...]:
 
 @cache
 def _dickson(k: int) -> tuple[int, ...]:
-    """Polynomial D_k of ``z^k + z^-k`` in ``z + 1/z``; 1 for k = 0, counted once."""
+    """Compute the polynomial D_k of ``z^k + z^-k`` in ``z + 1/z``; 1 for k = 0, counted once."""
     if k == 0:
         return (1,)
     before, here = [2], [0, 1]
@@ -52,7 +52,7 @@ def _dickson(k: int) -> tuple[int, ...]:
 
 @cache
 def _cyclotomic(N: int) -> tuple[int, ...]:
-    """Coefficients of the cyclotomic polynomial, by division of ``z^N - 1``."""
+    """Compute the coefficients of the cyclotomic polynomial, by division of ``z^N - 1``."""
     polynomial = [-1, *[0] * (N - 1), 1]
     for d in range(1, N):
         if N % d == 0:
@@ -61,7 +61,7 @@ def _cyclotomic(N: int) -> tuple[int, ...]:
 
 
 def _divide(a: list[int], b: Sequence[int]) -> list[int]:
-    """Quotient of polynomials without a remainder; b has the leading coefficient 1."""
+    """Divide polynomials without a remainder; b has the leading coefficient 1."""
     a, quotient = list(a), [0] * (len(a) - len(b) + 1)
     for k in reversed(range(len(quotient))):
         quotient[k] = a[k + len(b) - 1]

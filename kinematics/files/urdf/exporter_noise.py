@@ -28,7 +28,7 @@ MAX_NAMED = 3
 _TAGS = ("axis", "axis2")
 
 
-def remove_axis_noise(
+def remove_exporter_noise(
     tree: Element, source: str
 ) -> tuple[Element, tuple[tuple[str, str], ...]]:
     """Write zeros for the components of axes and origins that are round-off.

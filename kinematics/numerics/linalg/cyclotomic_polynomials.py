@@ -38,7 +38,7 @@ def minimal_polynomial(N: int) -> tuple[int, ...]:
 
 @cache
 def _dickson(k: int) -> tuple[int, ...]:
-    """Compute the polynomial D_k of ``z^k + z^-k`` in ``z + 1/z``; 1 for k = 0, counted once."""
+    """Compute D_k with ``D_k(z + 1/z) = z^k + z^-k``; 1 for k = 0, counted once."""
     if k == 0:
         return (1,)
     before, here = [2], [0, 1]

@@ -7,8 +7,10 @@ import subprocess
 import sys
 import tempfile
 from collections import defaultdict
-from functools import cache
+from contextlib import suppress
+from importlib import import_module
 from pathlib import Path
+from time import sleep
 from zlib import crc32
 
 import pytest
@@ -17,13 +19,14 @@ from tests.support.rounding import perturb_rounding
 
 ROOT = Path(__file__).parents[1]
 
-# Files of tests that need no kernels. They come first, while all kernels are compiled.
+# Files of tests that need no kernels. They come first, while kernels are compiled.
 PLAIN = (
     "packaging reference formats hostile_files keyfile house mjcf_hostile kernel_rules "
     "geometry guard loops markup urdf oddities xacro mjcf_files architecture translate "
     "repeated_loops multipole inertia screws sidecar lanes"
 ).split()
-# What compiles them: once, for all processes of the tests, which wait for this lock.
+# What compiles them: once, for all processes of the tests, which wait for each kernel while
+# this process holds the lock.
 COMPILE = """
 import pathlib, sys, balance, kinematics
 from filelock import FileLock
@@ -85,6 +88,8 @@ def pytest_configure(config):
     seed = config.getoption("rounding")
     if seed is not None:
         perturb_rounding(seed)
+    if hasattr(config, "workerinput"):
+        wait_for_kernels()
     if config.getoption("numprocesses", None):
         config.stash[bytecode] = keep_bytecode()
         kernels = "all" if config.getoption("everything") else "single"
@@ -122,23 +127,53 @@ def pytest_unconfigure(config):
             folder.cleanup()
 
 
-@cache
 def wait_for_kernels():
-    """Wait until the process that compiles kernels has ended."""
-    from filelock import FileLock
+    """Load each kernel that the process beside the tests compiles, instead of compiling it.
 
+    A kernel that is not in the cache is looked for until it is, or until that process ends.
+    """
+    from filelock import FileLock, Timeout
+
+    from kinematics.numerics.compiled import numba_compiler
     from kinematics.numerics.compiled.cache_contents import cache_folder
 
-    folder = cache_folder()
-    if folder is not None:
-        with FileLock(folder / "kernels.lock"):
-            pass
+    if (folder := cache_folder()) is None:
+        return
+    guard, lock = numba_compiler._guard_cache, FileLock(folder / "kernels.lock")
+
+    def compiler_runs():
+        try:
+            with lock.acquire(timeout=0):
+                return False
+        except Timeout:
+            return True
+
+    def guard_and_wait(store):
+        guard(store)
+        load = store.load_overload
+
+        def wait_and_load(signature, context):
+            while (kernel := load(signature, context)) is None and compiler_runs():
+                sleep(0.05)
+            return kernel or load(signature, context)
+
+        store.load_overload = wait_and_load
+
+    numba_compiler._guard_cache = guard_and_wait
 
 
-def pytest_runtest_setup(item):
-    """In one of several processes, compile nothing that the process beside them compiles."""
-    if hasattr(item.config, "workerinput") and item.path.stem[5:] not in PLAIN:
-        wait_for_kernels()
+@pytest.hookimpl(tryfirst=True)
+def pytest_collection(session):
+    """Let each process rewrite the asserts of a part of the tests before it reads all of them.
+
+    Otherwise each would rewrite those of all tests, because none is ahead of the others.
+    """
+    worker = getattr(session.config, "workerinput", None)
+    if worker and session.config.args == session.config.getini("testpaths"):
+        paths = sorted((ROOT / "tests").rglob("test_*.py"))
+        for path in paths[int(worker["workerid"][2:]) :: worker["workercount"]]:
+            with suppress(Exception):  # the collection reports it
+                import_module(".".join(path.relative_to(ROOT).with_suffix("").parts))
 
 
 def pytest_collection_modifyitems(config, items):

@@ -100,7 +100,7 @@ def refused(capsys, *words):
     return line
 
 
-@pytest.mark.table
+@pytest.mark.table(1)
 @pytest.mark.parametrize("name", ["robot.urdf", "link.urdf", "same.urdf", "../{}/robot.urdf"])
 @pytest.mark.parametrize(("verb", "option"),
                          [("design", "--out"), ("report", "--write-closed")])  # fmt: skip
@@ -182,6 +182,7 @@ def test_missing_packages_are_usage():
     )
 
 
+@pytest.mark.slow
 def test_figures_say_what_to_install(monkeypatch):
     linkage = kinematics.load("four_bar_kite")
     assert screw_figure(linkage, [0.1]) is not None

@@ -30,6 +30,7 @@ def test_no_loop_is_lost(name):
     assert all(counts[way] > share * cases for way, share in shares.items()), counts
 
 
+@pytest.mark.table(1)
 @pytest.mark.parametrize("mutant", [dialect_mutant, mjcf_mutant, sdf_mutant])
 def test_a_seed_is_one_case(mutant):
     assert mutant(7) == mutant(7) != mutant(8)

@@ -13,6 +13,7 @@ pytestmark = pytest.mark.lanes
 CASES = number_of_cases(40, 3000)
 
 
+@pytest.mark.slow
 def test_no_damaged_file_and_no_study_crashes():
     ends = list(run(range(CASES)))
     assert not [wrong for _, _, wrong in ends if wrong]

@@ -47,6 +47,7 @@ def test_bounds_far_from_other_masses_are_heeded(seed, tmp_path):
     assert found.verdict == "feasible" and check(one, found) == "feasible"
 
 
+@pytest.mark.slow
 def test_the_check_of_designs_can_fail():
     """Designs and certificates that are changed, and what others decide, are noticed."""
     good = Question("four_bar_kite_balanced", "dynamic", (), {"crank": (0.5, 2.0)})

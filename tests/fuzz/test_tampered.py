@@ -29,7 +29,7 @@ def data_of(model):
     return kinematics.gallery()[model].read_bytes()
 
 
-@pytest.mark.table(5)
+@pytest.mark.table(2)
 @pytest.mark.parametrize("model, balance", MODELS)
 def test_true_proofs_are_accepted_and_are_of_their_files(model, balance):
     proof = proof_for(model, balance)
@@ -40,6 +40,7 @@ def test_true_proofs_are_accepted_and_are_of_their_files(model, balance):
         check_file(proof, data_of(other))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("model", CASES)
 def test_tampered_proofs_are_rejected(model):
     """Ill formed or false by an independent judge; twice as many with ``ALL_CASES=1``.

@@ -93,6 +93,7 @@ def test_every_module_is_in_a_group():
     assert not [name for name in MODULES if not room_of(name) and name not in PACKAGES]
 
 
+@pytest.mark.slow
 def test_imports_point_down():
     """Also those for type checkers only, so that no two groups know each other."""
     wrong = []
@@ -124,6 +125,7 @@ def test_no_module_hides_a_public_function(face: str):
     assert not modules & public_names(face).keys()
 
 
+@pytest.mark.slow
 def test_a_shared_name_stands_for_one_thing():
     """Functions and classes that a module imports from another are defined in one place."""
     places = defaultdict(set)

@@ -107,6 +107,7 @@ def curves(picture):
     return [np.array(re.findall(r"-?\d+\.\d+", path), float) for path in paths]
 
 
+@pytest.mark.slow
 def test_the_picture_of_the_readme_is_current(monkeypatch):
     pytest.importorskip("matplotlib")
     monkeypatch.syspath_prepend(str(DOCS))

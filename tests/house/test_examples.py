@@ -62,7 +62,7 @@ def test_every_public_function_has_one_example(face: str):
     assert not missing
 
 
-@pytest.mark.table
+@pytest.mark.table(1)
 @pytest.mark.parametrize(
     "place",
     [place for path in PRODUCT for place in docstrings(path)],

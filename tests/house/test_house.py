@@ -104,6 +104,7 @@ def test_product_imports_neither_tests_nor_benchmarks():
     assert not wrong
 
 
+@pytest.mark.slow
 def test_tests_do_not_import_one_another():
     """They share `tests/support`, also with the processes that they start."""
     wrong = [
@@ -129,6 +130,7 @@ def test_shared_code_of_tests_imports_no_folder_of_tests():
     assert not wrong
 
 
+@pytest.mark.slow
 def test_modules_have_no_cycle():
     graph = {
         name: {found.module for found in imports(path)} & MODULES.keys()
@@ -138,6 +140,7 @@ def test_modules_have_no_cycle():
     TopologicalSorter(graph).prepare()  # raises CycleError, which names the cycle
 
 
+@pytest.mark.slow
 def test_imports_can_be_read_from_the_source():
     """Only package roots, and the parser of the commands, import what is used by a string."""
     wrong = [
@@ -163,6 +166,7 @@ def test_heavy_libraries_load_late():
     assert not wrong
 
 
+@pytest.mark.slow
 def test_numba_is_behind_two_modules():
     users = {
         label(path)
@@ -174,6 +178,7 @@ def test_numba_is_behind_two_modules():
     assert users == {f"kinematics/numerics/compiled/{name}.py" for name in files}
 
 
+@pytest.mark.slow
 def test_only_the_command_line_speaks():
     allowed = {
         "balance/app/cli/main.py": True, "balance/__main__.py": "SystemExit",
@@ -205,6 +210,7 @@ def test_a_public_name_has_one_face():
     assert len(names) == len(set(names))
 
 
+@pytest.mark.table(1)
 @pytest.mark.parametrize("face", FACES)
 def test_a_newcomer_finds_the_public_names(face: str):
     """In the docstring with a line each, by completion and in the help, before first use."""

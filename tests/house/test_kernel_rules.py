@@ -116,6 +116,7 @@ def test_references_are_not_counted_in_sweeps_alone():
     assert len(swept) > 40 and not wrong
 
 
+@pytest.mark.slow
 def test_kernels_without_counts_bind_nothing_that_others_make():
     """Nobody would free it."""
     assert any(allocates(kernel) for _, kernel in all_kernels())

@@ -276,6 +276,7 @@ def guesses_encoding(node: ast.AST) -> bool:
     return not modes and not any(word.arg == "encoding" for word in node.keywords)
 
 
+@pytest.mark.slow
 def test_text_is_read_in_one_encoding():
     """The default depends on the system."""
     assert guesses_encoding(ast.parse("open(p)").body[0].value)

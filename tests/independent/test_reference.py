@@ -62,6 +62,7 @@ def test_design_space_has_its_size(figure: Figure):
         assert figure.nullity == figure.serial + figure.parallel
 
 
+@pytest.mark.slow
 @pytest.mark.table(2)
 @pytest.mark.parametrize("figure", spread(FIGURES, 3, 0), ids=str)
 def test_rank_grows_order_by_order(figure: Figure):
@@ -74,6 +75,7 @@ def test_rank_grows_order_by_order(figure: Figure):
         check(decision, rank)
 
 
+@pytest.mark.slow
 def test_ranks_do_not_depend_on_the_inputs():
     """The 4-RRR is driven by three legs, or by the three joints of its first leg."""
     mechanism = load("four_rrr", ("a1", "b1", "c1"))
@@ -81,6 +83,7 @@ def test_ranks_do_not_depend_on_the_inputs():
     assert [decision.rank for decision in decisions] == [6, 12, 12]
 
 
+@pytest.mark.table(26)
 @pytest.mark.parametrize("model", MODELS)
 def test_rates_are_the_derivative_of_poses(model: str):
     """The loops stay closed to first order: an imaginary step of 1e-30 loses no digits."""

@@ -80,13 +80,10 @@ models
 # Some of all these, for each kind of answer that needs no kernels of sweeps.
 SAMPLE = (
     "report four_bar_kite --balance force",
-    "report near_special/pl_grid_1921.urdf",
     "design fuga_i --max-order 0 --keep left_lower --keep right_lower",
-    "remedies four_bar_general --only own_masses",
     "paths five_bar --length 0.2",
     "flex modes",
     "motion five_bar --to u1=0.05,u2=0.05",
-    "synthesize --positions '0.3,0.1,11; 0.1,0.4,-40; -0.1,0.5,-70' --kind four-bar",
 )
 
 

@@ -52,7 +52,7 @@ def both_routes(name, ray, order, planar):
     return C, C_exact, q_exact
 
 
-@pytest.mark.table(5)
+@pytest.mark.table(1)
 @pytest.mark.parametrize("planar", [True, False])
 @pytest.mark.parametrize(("name", "ray", "order"), spread(CASES, 2))
 def test_coefficients_agree_with_70_digits(name, ray, order, planar):

@@ -232,7 +232,7 @@ def test_a_share_is_neither_none_nor_all(share, part):
 # --- full turns ------------------------------------------------------------------------------
 
 
-@pytest.mark.table(3)
+@pytest.mark.table(1)
 @pytest.mark.parametrize(
     ("goal", "turns"),
     [(0.3, ""), (7.5, " + 1 turn"), (-19.0, " - 3 turns"), (13.0, " + 2 turns")],

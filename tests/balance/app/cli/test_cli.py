@@ -82,7 +82,7 @@ def test_a_report_reads_its_file_once_and_computes_its_space_once(model, monkeyp
     assert opened.count(path) == 1 and len(computed) == len(set(computed)) >= 1
 
 
-@pytest.mark.table
+@pytest.mark.table(3)
 @pytest.mark.parametrize("figure", FIGURES, ids=str)
 def test_every_figure_comes_out_of_the_command(figure, capsys):
     assert main(words(figure)) == 0

@@ -63,7 +63,7 @@ def options(row):
             "--balance", row.balance]  # fmt: skip
 
 
-@pytest.mark.table
+@pytest.mark.table(2)
 @pytest.mark.parametrize("row", spread(FIGURES, 3, 2), ids=str)
 def test_a_design_is_balanced_and_verified(row, tmp_path, capsys):
     """Written into the file, it passes the report and Pinocchio; else nothing is written."""
@@ -82,6 +82,7 @@ def test_a_design_is_balanced_and_verified(row, tmp_path, capsys):
         assert found["bodies"] == [] and found["certificate"]
 
 
+@pytest.mark.table(2)
 @pytest.mark.parametrize("objective", OBJECTIVES)
 def test_the_best_design_is_written_too(objective, tmp_path, capsys):
     out = tmp_path / "out.urdf"
@@ -234,6 +235,7 @@ def beside(folder):
     return path
 
 
+@pytest.mark.table(1)
 @pytest.mark.parametrize("words", [[], ["--as-written"], ["--loops", "{}"]])
 def test_the_command_to_verify_with_is_told(words, tmp_path, capsys, caplog):
     """It finds the loops that a file beside the model holds, and repeats the options."""

@@ -91,7 +91,7 @@ def in_this_process(job, file, *, workers, **options):
     return run_chunks(job, file, workers=0, **options)
 
 
-@pytest.mark.table
+@pytest.mark.table(3)
 @pytest.mark.parametrize(("verb", "name"), CASES, ids=lambda word: word)
 def test_every_option(verb, name, tmp_path, monkeypatch):
     """With what it wants, on a model that takes it; on two with ``ALL_CASES=1``."""
@@ -126,7 +126,7 @@ def test_every_option(verb, name, tmp_path, monkeypatch):
     assert ends & {0, 1, 4} or useless, ends
 
 
-@pytest.mark.table
+@pytest.mark.table(3)
 @pytest.mark.parametrize("choice", [
     (verb, name, choice) for verb, name in CASES
     for choice in options(parsers()[verb])[name].choices or ()
@@ -143,6 +143,7 @@ def test_every_choice(choice, tmp_path):
         check(words, asked(words))
 
 
+@pytest.mark.table(2)
 @pytest.mark.parametrize("model", MODELS)
 def test_kept_links_and_json(model):
     """What clashes with kept links has a certificate of its own, and JSON all the same."""
@@ -290,6 +291,7 @@ def test_only_one_encoder():
     assert users == {"json_text.py", "save.py"}
 
 
+@pytest.mark.slow
 def test_schemas_are_valid():
     for verb in parsers():
         validator(verb).check_schema(validator(verb).schema)

@@ -78,6 +78,7 @@ def test_a_wrong_word_shows_the_usage_of_its_command(capsys):
     assert lines[-1] == "balance flex modes: error: unrecognized arguments: --no-such"
 
 
+@pytest.mark.slow
 def test_a_linkage_of_the_gallery(capsys, tmp_path):
     page, picture = tmp_path / "page.html", tmp_path / "shaking.svg"
     words = ["simulate", "four_bar_kite", "--flex", "coupler=rect(0.02,0.02),steel", *FAST]

@@ -39,6 +39,7 @@ def test_own_masses_and_the_baseline(capsys, tmp_path):
     assert found["remedies"][0]["residual"] <= 1e-9
 
 
+@pytest.mark.slow
 def test_the_page_has_the_numbers_and_no_network(capsys, tmp_path):
     page = tmp_path / "page.html"
     words = ["remedies", NO, "--only", "partial", "--html", str(page)]
@@ -71,6 +72,7 @@ def test_bad_requests_get_one_line_and_write_nothing(words, code, said, capsys, 
     assert not out.exists()
 
 
+@pytest.mark.slow
 def test_folders_that_cannot_be_written_are_refused_first(capsys, tmp_path):
     """Before any work, and a folder that was there keeps what it held."""
     file = tmp_path / "file"
@@ -91,6 +93,7 @@ def test_folders_that_cannot_be_written_are_refused_first(capsys, tmp_path):
     }  # fmt: skip
 
 
+@pytest.mark.slow
 def test_a_failed_page_leaves_no_folder(capsys, tmp_path):
     """All files or none."""
     out = tmp_path / "out"

@@ -29,6 +29,7 @@ def spell(places):
     return "; ".join(f"{x!r},{y!r},{float(np.degrees(a))!r}" for x, y, a in places)
 
 
+@pytest.mark.slow
 def test_random_linear_syntheses_through_the_commands(capsys, tmp_path):
     """The written file is balanced in `balance report --motion`; all with ``ALL_CASES=1``."""
     rng = np.random.default_rng(6)
@@ -70,6 +71,7 @@ def test_random_nonlinear_syntheses_through_the_commands(capsys, tmp_path):
     assert done >= number_of_cases(2, 25) // 2
 
 
+@pytest.mark.slow
 @pytest.mark.table(1)
 @pytest.mark.parametrize(("words", "case", "kinds"), [
     ("--fixed=0.2,-0.1", "linear", {"pantograph"}),

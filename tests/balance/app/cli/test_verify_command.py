@@ -35,6 +35,7 @@ KEYS = (
 ).split()
 
 
+@pytest.mark.slow
 def test_exit_codes_tell_the_verdict(capsys, monkeypatch):
     assert main(["verify", BALANCED, *FEW]) == 0
     assert capsys.readouterr().out.splitlines()[-1].split()[:2] == ["verdict", "balanced"]
@@ -115,6 +116,7 @@ def test_two_linkages_stand_side_by_side(capsys):
     assert sum("overconstrained" in line for line in lines) == 2
 
 
+@pytest.mark.slow
 def test_both_readings_of_rounded_angles_are_told(tmp_path, capsys, caplog):
     rounded = str(four_bar(tmp_path))
     code, report = run(capsys, rounded, *FEW)

@@ -80,6 +80,7 @@ def test_the_default_region_is_half_the_link_about_its_joint(rod_arm):
     ]
 
 
+@pytest.mark.slow
 @pytest.mark.table(2)
 @pytest.mark.parametrize("seed", range(4))
 def test_boxes_hulls_and_many_points(seed, tmp_path):
@@ -186,6 +187,7 @@ def test_the_least_value_of_a_quadratic_polynomial(seed):
         assert np.einsum("ni,ij,nj->n", p, M, p).min() >= value - 1e-12 * np.abs(M).max()
 
 
+@pytest.mark.table(1)
 @pytest.mark.parametrize("merge", [False, True])
 @pytest.mark.parametrize("model", ["arm", "four_rrr_pair"])
 def test_files_with_counterweights_are_balanced(model, merge, rod_arm, tmp_path, capsys):

@@ -91,7 +91,7 @@ def poses(model, line, reach, count=6):
         yield left, placed[platform]
 
 
-@pytest.mark.table(4)
+@pytest.mark.table(1)
 @pytest.mark.parametrize(
     "model, line",
     [*((name, line) for name in ("in_line", "symmetric", "prototype") for line in "xy"),

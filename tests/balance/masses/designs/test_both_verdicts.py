@@ -155,6 +155,7 @@ def test_a_design_outside_its_ball_is_rejected():
     assert not check_design(space, within.z, narrower).accepted
 
 
+@pytest.mark.table(3)
 @pytest.mark.parametrize(("model", "within"), [
     ("four_bar_kite", 0.6), ("four_bar_kite", 1.0), ("slider_crank", 0.8),
     ("scissor_three_stage", 0.5), ("four_bar_antiparallelogram", 0.5), ("three_rsr", 0.3),

@@ -102,6 +102,7 @@ def test_no_general_four_bar(seed):
     assert judged(design_space(quadrilateral(general(rng), 3, rng))).verdict == "infeasible"
 
 
+@pytest.mark.slow
 def test_no_bennett_linkage():
     rng = np.random.default_rng(50)
     for _ in range(50):

@@ -44,6 +44,7 @@ def test_balls_are_those_of_the_second_reading(model, spatial):
         assert ball.radius == pytest.approx(radius, rel=1e-9)
 
 
+@pytest.mark.table(17)
 @pytest.mark.parametrize("seed", range(30))
 def test_the_middle_is_that_of_the_smallest_ball(seed):
     rng = np.random.default_rng(seed)

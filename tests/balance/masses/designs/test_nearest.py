@@ -84,6 +84,7 @@ def same(one, other, length=1.0, mass=1.0):
         assert np.abs((z - expected) / size).max() <= 1e-8 * np.abs(expected / size).max()
 
 
+@pytest.mark.table(2)
 @pytest.mark.parametrize(("model", "motion", "balance"), CASES)
 def test_no_unit_changes_the_optimum(model, motion, balance, tmp_path):
     base = nearest(model, motion, balance)
@@ -92,6 +93,7 @@ def test_no_unit_changes_the_optimum(model, motion, balance, tmp_path):
         same(base, nearest(path, motion, balance), length, mass)
 
 
+@pytest.mark.table(1)
 @pytest.mark.parametrize(("model", "motion", "balance"), CASES)
 def test_no_link_frame_changes_the_optimum(model, motion, balance, tmp_path):
     """The balls are about the origins of joints, which only turned frames leave in place."""

@@ -32,6 +32,7 @@ def made(name, folder):
     return str(FLAT[name].write(folder, "flat"))
 
 
+@pytest.mark.table(1)
 @pytest.mark.parametrize("name", KNOWN)
 def test_every_mode_has_its_ranks_and_verdict(name, tmp_path):
     answers = balance.motion_modes(made(name, tmp_path))
@@ -53,6 +54,7 @@ def run(capsys, *words):
     return code, capsys.readouterr().out
 
 
+@pytest.mark.slow
 def test_the_report_lists_the_modes(tmp_path, capsys):
     path = made("rhombus", tmp_path)
     code, out = run(capsys, "report", path, "--json")
@@ -72,6 +74,7 @@ def test_the_report_lists_the_modes(tmp_path, capsys):
     assert [mode["rank"] for mode in json.loads(out)["modes"]] == [2, 2, 2]
 
 
+@pytest.mark.table(1)
 @pytest.mark.parametrize("number", [1, 2])
 def test_the_file_written_on_a_mode_has_its_answer(number, tmp_path, capsys):
     path, written = made("kite", tmp_path), tmp_path / "written.urdf"
@@ -86,6 +89,7 @@ def test_the_file_written_on_a_mode_has_its_answer(number, tmp_path, capsys):
         assert again[key] == chosen[key]
 
 
+@pytest.mark.slow
 def test_a_design_on_a_mode_is_verified_on_it(tmp_path, capsys, caplog):
     """The antiparallelogram balances; the parallelogram through the same pose does not."""
     path, out = made("parallelogram", tmp_path), tmp_path / "out.urdf"
@@ -96,6 +100,7 @@ def test_a_design_on_a_mode_is_verified_on_it(tmp_path, capsys, caplog):
     assert main(["verify", str(out), "--mode", "1", "--trajectories", "1"]) == 1
 
 
+@pytest.mark.table(1)
 @pytest.mark.parametrize(
     "words",
     ["report {} --html {}.html", "report {} --write-closed {}.urdf", "report {} --explain",
@@ -131,6 +136,7 @@ def test_a_regular_pose_has_one_mode():
     assert repr(answers).splitlines()[0] == "ModeAnswers: 1 mode of four_bar_kite"
 
 
+@pytest.mark.slow
 def test_masses_of_a_mode_leave_it_without_momentum(tmp_path):
     """At a finite pose on the mode the momentum of its space vanishes, of the other not."""
     path = made("parallelogram", tmp_path)
@@ -144,6 +150,7 @@ def test_masses_of_a_mode_leave_it_without_momentum(tmp_path):
             assert np.abs(X @ spaces[other].basis).max() > 1e-3
 
 
+@pytest.mark.slow
 def test_a_study_follows_a_mode(tmp_path):
     """Parallelogram and antiparallelogram of one file; with another coupler it is general."""
     path = made("parallelogram", tmp_path)
@@ -156,6 +163,7 @@ def test_a_study_follows_a_mode(tmp_path):
         assert balance.studies.Study.from_tables(tables).run()["rank"].tolist() == [rank, 8]
 
 
+@pytest.mark.slow
 def test_modes_that_may_be_missing_are_a_doubt(tmp_path, capsys, monkeypatch):
     monkeypatch.setattr("kinematics.closure.mobility.reachable_modes.MAX_MODES", 2)
     path = made("rhombus", tmp_path)

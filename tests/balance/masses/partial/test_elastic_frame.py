@@ -29,6 +29,7 @@ def still(time, q=None):
     return Trajectory(time, x, x, x, x, x, x, 0.0, 1.0)
 
 
+@pytest.mark.table(1)
 @pytest.mark.parametrize("ratio", [0.3, 0.95, 2.5])
 def test_a_rotating_unbalance_shakes_a_frame_as_in_the_textbook(ratio, robot):
     """``m e ω² / |k - M ω² + i c ω|`` is the radius of the circle of the frame's middle."""

@@ -36,6 +36,7 @@ def robot_on_a_cycle(request, tmp_path):
     return space, from_csv(space.linkage, path)
 
 
+@pytest.mark.slow
 def test_a_robot_on_a_pick_and_place_cycle(robot_on_a_cycle):
     """Each of twelve designs is optimal, and each kilogram helps."""
     space, way = robot_on_a_cycle
@@ -91,6 +92,7 @@ def run(capsys, *words):
     return code, *capsys.readouterr()
 
 
+@pytest.mark.slow
 def test_the_command_prints_and_writes_what_the_function_finds(tmp_path, capsys):
     out, plot, way = tmp_path / "out.urdf", tmp_path / "front.svg", tmp_path / "way.csv"
     t = np.linspace(0.0, 1.0, 40)
@@ -116,7 +118,7 @@ def test_the_command_prints_and_writes_what_the_function_finds(tmp_path, capsys)
     assert code == 0 and "optimal: 0.6 kg leave" in text and "peak torque" in text
 
 
-@pytest.mark.table
+@pytest.mark.table(3)
 @pytest.mark.parametrize(
     ("words", "code"),
     [
@@ -193,6 +195,7 @@ def exudyn(folder, s1, s2):
     return path
 
 
+@pytest.mark.slow
 def test_the_slider_crank_of_exudyn_is_balanced_in_one_solve(tmp_path):
     """Exactly where the closed form says: s1 = -L1 (m2 + m3)/m1, s2 = -L2 m3/m2."""
     space = design_space(exudyn(tmp_path, 0.05, 0.15), balance="force")

@@ -156,6 +156,7 @@ def test_without_a_budget_nothing_changes():
     assert max(found.given.bearing.values()) == pytest.approx(bearing, rel=1e-12)
 
 
+@pytest.mark.table(1)
 @pytest.mark.parametrize(
     "shape",
     [
@@ -226,6 +227,7 @@ def test_a_budget_that_saves_next_to_nothing_is_told():
     assert any(told) and not told[-1]
 
 
+@pytest.mark.slow
 def test_the_lightest_of_the_best_designs_is_found():
     """With less mass than it has, something is left."""
     space, add = design_space("slider_crank", max_order=0), ["crank", "coupler", "slider"]

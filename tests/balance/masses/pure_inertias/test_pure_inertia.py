@@ -74,6 +74,7 @@ def test_pure_inertias_come_back_from_masses_at_joints():
         assert np.abs(there - before).max() < 1e-12 * size
 
 
+@pytest.mark.slow
 def test_any_masses_keep_their_momentum():
     """Random masses: what stays, stays with the same momentum."""
     for linkage, _, rng in random_linkages():

@@ -144,6 +144,7 @@ def test_a_walk_returns_to_related_angles():
         assert balance.design_space(whole).nullity > 7
 
 
+@pytest.mark.slow
 def test_walks_from_random_dyads_are_the_same_each_time():
     request = RemedyRequest(four_bar(*GAINS))
     first, second = (

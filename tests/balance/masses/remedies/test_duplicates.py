@@ -44,6 +44,7 @@ def rest_is_zero(urdf: bytes, size: float, seed=0) -> bool:
     return max(np.abs(step_momentum(urdf, rng)).max() for _ in range(5)) <= 1e-12 * size
 
 
+@pytest.mark.slow
 def test_two_slender_rods_need_three_copies():
     """3 × 2 kg are added; the inputs feel four times 1/3 + 1/12 + 1.5² and four times 1/3."""
     request = request_of(*PENDULUM)
@@ -68,6 +69,7 @@ def test_two_slender_rods_need_three_copies():
     assert one.added_mass == pytest.approx(2.0 * (first + second) + 2.0, rel=1e-6)
 
 
+@pytest.mark.slow
 @pytest.mark.table(2)
 @pytest.mark.parametrize("seed", range(3))
 def test_three_copies_balance_any_spatial_arm_and_two_do_not(seed):
@@ -130,7 +132,7 @@ def test_a_mirrored_copy_where_no_turn_helps():
     assert rest_is_zero(found.urdf, 10.0)
 
 
-@pytest.mark.table(2)
+@pytest.mark.table(1)
 @pytest.mark.parametrize("seed", range(3))
 def test_an_inverted_copy_balances_the_force_of_anything(seed):
     """The inversion is a mirroring: slides, screws and centres of mass change their signs."""
@@ -184,6 +186,7 @@ def unsigned(text: str) -> list[str]:
     return [word.lstrip("+-") for word in text.split()]
 
 
+@pytest.mark.slow
 def test_relations_of_the_linkage_are_those_of_its_copies():
     """A mimic joint: the copies have one too, and one input drives all."""
     parts = [

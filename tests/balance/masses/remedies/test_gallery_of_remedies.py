@@ -190,7 +190,7 @@ def test_a_balanced_antiparallelogram_is_a_rigid_body():
     assert found[2] == pytest.approx(found[0], abs=1e-14)
 
 
-@pytest.mark.table(3)
+@pytest.mark.table(1)
 @pytest.mark.parametrize(("name", "motion", "freedoms"), BALANCED)
 def test_report_and_verify_agree(name, motion, freedoms, capsys):
     from balance.app.cli.main import main

@@ -167,6 +167,7 @@ def test_directions_are_in_the_order_of_their_sizes(inputs):
         )
 
 
+@pytest.mark.slow
 def test_candidates_of_many_inputs_take_little_memory():
     """22 inputs have 3**22 directions of -1, 0 and 1."""
     code = (

@@ -68,6 +68,7 @@ def test_separate_rotors_on_the_ground(gear):
     assert found.inertia_ratio == pytest.approx(ratio, rel=1e-8)
 
 
+@pytest.mark.slow
 def test_separate_rotors_on_the_links():
     """The rotor of the second joint rides on the end of the first link."""
     gear, radius = 2.0, 0.8

@@ -39,6 +39,7 @@ def test_the_momentum_vanishes_along_the_path(name, choices):
         assert np.linalg.norm(ud[k]) > 1e-3
 
 
+@pytest.mark.slow
 def test_the_path_of_constant_inertias_is_a_straight_line():
     """1.2 u1 + 0.4 u2 + 0.1 u3 = 0 along it, the inertias of the file."""
     linkage, found, table = files_of("zero_reaction_arm")
@@ -50,6 +51,7 @@ def test_the_path_of_constant_inertias_is_a_straight_line():
     )
 
 
+@pytest.mark.slow
 def test_the_table_passes_verify(tmp_path, capsys):
     """``balance verify --csv`` confirms the table of the zero-reaction arm."""
     linkage = kinematics.load("zero_reaction_arm")

@@ -60,6 +60,7 @@ def test_planetary_transmission_of_a_double_pendulum():
     assert found.input_inertia == pytest.approx(inertia, rel=1e-8)
 
 
+@pytest.mark.slow
 @pytest.mark.table(1)
 @pytest.mark.parametrize("apply", BOTH)
 def test_the_train_has_the_rotation_of_the_last_link(apply):

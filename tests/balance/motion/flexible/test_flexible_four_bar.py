@@ -65,6 +65,7 @@ def folder(tmp_path_factory):
 RIGID = [("ends", 0.17045), ("gyration", 0.0), ("nodes", 0.04412), ("four points", 0.13631)]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("case", "moment"), RIGID[: number_of_cases(1, 4)])
 def test_the_rigid_four_bar(case, moment, tmp_path):
     """-m2 (L²/12 - 1/4) θ̈2 with the coupler's angle θ2, and no force: [M] Sec. 5.
@@ -148,6 +149,7 @@ def test_energy_is_kept_and_damping_takes_it(tmp_path):
     assert bent[1] < 0.9 * bent[0]
 
 
+@pytest.mark.slow
 def test_both_integrators_and_all_modes_agree(tmp_path):
     """Refinement: more modes and elements, and the implicit method, change little."""
     found = []

@@ -194,6 +194,7 @@ def linear_arm(arm, drive, times, count=12):
     return beam.bending * (v @ D3[0])
 
 
+@pytest.mark.slow
 def test_slow_arms_against_collocation_of_the_beam_equation():
     """[M] Eqs. 14 and 15 by Chebyshev collocation, a second route; EI v''' at the root is
     the force on the hub, which carries no load of its own.

@@ -22,6 +22,7 @@ def crank_at_speed(link, duration=0.2, **options):
     )  # fmt: skip
 
 
+@pytest.mark.slow
 def test_the_coupler_of_a_parallelogram_bends_as_a_beam_under_its_inertia():
     """It translates on a circle of 0.5 m: 5 ρA a L⁴ / (384 EI) in its middle, and no more."""
     found = crank_at_speed("EI:300,rhoA:0.4", modes=8)
@@ -42,6 +43,7 @@ def test_the_shaking_does_not_grow_with_the_number_of_modes():
     assert blows[1] > 1.3 * blows[0] > 1.3 * peaks[0]
 
 
+@pytest.mark.slow
 def test_stiff_links_start_as_rigid_ones(tmp_path):
     """The coupler is a uniform rod: the base reaction of rigid bodies, by the regressor."""
     path = tmp_path / "four_bar.urdf"

@@ -70,6 +70,7 @@ def test_pantograph_turns_faster_when_it_closes():
     assert found.verdict == "the inputs disturb the base" and not found.undisturbed
 
 
+@pytest.mark.slow
 def test_pantograph_on_a_spring():
     """[J] prints 5.4 Hz for k = 1e4 N m/rad at q = 2 m; it is √(k/9) / 2π = 5.305 Hz."""
     still = SteadyPath(np.zeros(1), np.zeros(1))
@@ -101,6 +102,7 @@ def test_the_pantograph_drives_the_vibration_of_its_base():
     assert 5.0 < peaks[0] < 7.0 and peaks[1] < 0.5
 
 
+@pytest.mark.slow
 def test_frequencies_of_an_unbalanced_linkage():
     """Held by a rotational spring a base turns about the centre of all masses."""
     linkage = kinematics.load("four_bar_general")
@@ -118,6 +120,7 @@ def test_frequencies_of_an_unbalanced_linkage():
     assert (times.size - 1) / np.ptp(times) == pytest.approx(formula, rel=1e-4)
 
 
+@pytest.mark.slow
 @pytest.mark.table(1)
 @pytest.mark.parametrize("model", BALANCED)
 def test_balanced_linkages_leave_the_base_at_rest(model):
@@ -145,6 +148,7 @@ def test_energy_and_momentum_over_ten_seconds(model):
     assert found.energy_drift < 1e-9 and found.momentum_drift < 1e-9
 
 
+@pytest.mark.slow
 def test_a_wheel_on_a_base_has_a_closed_form():
     """τ on a wheel of inertia J: the base turns by -τ t² / 2I, the wheel by τ t² / 2J + … ."""
     linkage = from_screws([ScrewJoint("wheel", "base", "disc")], inputs=["wheel"])
@@ -162,6 +166,7 @@ def test_a_wheel_on_a_base_has_a_closed_form():
     assert np.allclose(found.samples.work, 0.3 * relative, atol=1e-12)
 
 
+@pytest.mark.slow
 def test_a_base_on_a_spring_swings_as_a_pendulum_of_mass():
     """A translational spring alone: x = v sin(ω t) / ω with ω² = k / m of the whole."""
     linkage = kinematics.load(PANTOGRAPH)
@@ -176,6 +181,7 @@ def test_a_base_on_a_spring_swings_as_a_pendulum_of_mass():
     assert np.allclose(found.samples.displacement[:, 0], expected, atol=1e-12)
 
 
+@pytest.mark.slow
 @pytest.mark.table(1)
 @pytest.mark.parametrize("samples", [21, 51, 101])
 def test_a_table_of_any_number_of_samples(samples):
@@ -187,6 +193,7 @@ def test_a_table_of_any_number_of_samples(samples):
     assert found.momentum_drift < 1e-9
 
 
+@pytest.mark.slow
 def test_drift_is_noticed(monkeypatch):
     """A wrong force in the equations breaks the balance of energy."""
     monkeypatch.setattr(

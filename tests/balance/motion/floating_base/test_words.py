@@ -27,6 +27,7 @@ def simulated(tmp_path, capsys, beside=0.0, ground=""):
     return json_answer(capsys, "verify", str(path), *BASE, schema="floating_base")
 
 
+@pytest.mark.table(1)
 @pytest.mark.parametrize(("beside", "turns"), [(0.0, False), (0.1, True)])
 def test_attitude_has_a_verdict(tmp_path, capsys, beside, turns):
     """A block that slides through the centre of the base moves it, and does not turn it."""
@@ -44,6 +45,7 @@ def test_masses_on_the_ground_are_told(tmp_path, capsys):
     assert "ground_mass" not in codes[0] and "ground_mass" in codes[1]
 
 
+@pytest.mark.slow
 def test_inputs_at_speed_start_with_momentum():
     """The base rests at the start, so the momentum is that of the linkage alone."""
     linkage = kinematics.load("four_bar_kite")

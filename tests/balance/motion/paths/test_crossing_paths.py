@@ -38,6 +38,7 @@ def deviations(found):
         yield tangent, np.ptp(aside), points
 
 
+@pytest.mark.slow
 @pytest.mark.table(1)
 @pytest.mark.parametrize(
     ("lower", "angle", "straight"),
@@ -78,6 +79,7 @@ def bends(masses, start=(0.0, 0.0)):
     return np.degrees(np.arccos(abs(one @ two))), np.sort([first, second])
 
 
+@pytest.mark.slow
 def test_arms_that_are_mirror_images_without_moment():
     """69.0 mm at 150.0° and 1.461 g m²: the symmetry line, and a path straight to 0.2 mm."""
     angle, bent = bends(Masses((0.10274, 88.84), (0.069, 150.0), 1.4615e-3))
@@ -119,6 +121,7 @@ def test_the_paths_do_not_shake_and_the_diagonal_does():
     assert moments[2] > 0.1
 
 
+@pytest.mark.slow
 def test_the_linkage_of_the_gallery_is_near_its_crossing():
     """The rounding of its table moves the crossing by less than 0.002."""
     found = balance.find_paths("fuga_i")

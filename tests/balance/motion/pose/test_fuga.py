@@ -126,6 +126,7 @@ def test_moment_of_inertia_that_leaves_no_moment(x, moment):
     assert 1e-3 < whole.singular_values[0] / whole.scale < 1e-1
 
 
+@pytest.mark.slow
 @pytest.mark.lanes
 def test_two_rates_are_free_in_the_balanced_pose_and_one_elsewhere():
     """[J] Fig. 3.6: with the forces balanced, every pose has one direction without reaction."""

@@ -89,6 +89,7 @@ def test_the_point_of_the_moment_matters_without_the_force_alone():
         reaction_null_space(linkage, u, "torque")
 
 
+@pytest.mark.slow
 @pytest.mark.lanes
 def test_a_map_holds_the_matrices_of_its_poses():
     linkage = kinematics.load("five_bar")

@@ -54,6 +54,7 @@ def test_all_nine_cases_are_drawn():
             assert (found.twist_pitch, found.momentum_pitch) == case
 
 
+@pytest.mark.table(1)
 @pytest.mark.parametrize("case", POSSIBLE)
 def test_closed_form_is_the_null_space_of_order_0(case):
     """As affine sets of parameters of bodies a, with bodies b as they are: both ways."""

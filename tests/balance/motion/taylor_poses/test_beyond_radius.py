@@ -160,6 +160,7 @@ def test_all_orders_reach_the_same_poses(name):
     assert ((True, True) in ends) == (name in ("five_bar", "three_rrr", "six_bar_stephenson"))
 
 
+@pytest.mark.table(1)
 @pytest.mark.parametrize(
     ("model", "link", "directions", "point"),
     [

@@ -103,6 +103,7 @@ def test_a_piston_shakes_as_the_textbook_says(tmp_path):
     )
 
 
+@pytest.mark.table(1)
 @pytest.mark.parametrize("model", TURNING)
 def test_the_force_is_the_derivative_of_the_momentum_over_the_revolution(model):
     """By the Fourier series of the momentum that Pinocchio finds, all around."""
@@ -254,6 +255,7 @@ def test_words_of_a_speed_that_are_refused(words, capsys, tmp_path, monkeypatch)
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.slow
 def test_the_command_tells_peak_and_rms(capsys, tmp_path):
     page, table = tmp_path / "a.html", tmp_path / "a.csv"
     code, report = run(

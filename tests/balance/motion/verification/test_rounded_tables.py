@@ -73,6 +73,7 @@ def check_range(tmp_path, number, decimals, samples):
             assert most - least < 0.05 * peak
 
 
+@pytest.mark.table(1)
 @pytest.mark.parametrize(("number", "decimals"), [(0, 4), (4, 5), (2, 6), (3, 8)])
 def test_the_printed_range_holds_the_truth(tmp_path, number, decimals):
     check_range(tmp_path, number, decimals, 201)
@@ -85,6 +86,7 @@ def test_printed_ranges_hold_the_truth_of_twenty_motions(tmp_path, decimals):
         check_range(tmp_path, number, decimals, (201, 1001, 400)[number % 3])
 
 
+@pytest.mark.slow
 def test_rounding_does_not_shake(tmp_path, capsys):
     """The table of issue 38: 0.3 (1 - cos 2πt) with 4 decimals gave 428 N instead of 5.262."""
     linkage = kinematics.load("four_bar_general")

@@ -44,7 +44,7 @@ def sizes(linkage, way, z):
     return chain.frame.length * np.linalg.norm(loads.rate, axis=2).sum(axis=1)
 
 
-@pytest.mark.table(4)
+@pytest.mark.table(1)
 @pytest.mark.parametrize("model", spread(TWENTY, 2))
 def test_three_routes_agree(model):
     """Our series, Newton-Euler in Pinocchio, differences of the momentum in Pinocchio."""

@@ -136,6 +136,7 @@ def test_a_page_of_two_files_names_both(tmp_path, capsys):
     assert one in files
 
 
+@pytest.mark.table(2)
 @pytest.mark.parametrize(
     ("time", "u"),
     [

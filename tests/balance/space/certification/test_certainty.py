@@ -69,7 +69,7 @@ def test_serial_arms_are_proved(tmp_path):
     check(proof_of(found))
 
 
-@pytest.mark.table
+@pytest.mark.table(2)
 @pytest.mark.parametrize("digits", range(2, 15))
 def test_a_margin_falls_with_what_makes_it_down_to_the_floor(digits, tmp_path):
     """The base of an antiparallelogram longer by a part δ of 10^-digits.
@@ -172,7 +172,7 @@ def test_masses_and_names_do_not_make_a_linkage_another_one():
     assert one == other and one.level == "proved"
 
 
-@pytest.mark.table
+@pytest.mark.table(3)
 @pytest.mark.parametrize("figure", [f for f in ROWS if f.kmax > 1 and not f.motion], ids=str)
 def test_orders_that_are_not_enough_are_an_estimate(figure):
     found = certify(space(figure, max_order=figure.kmax - 1))
@@ -230,6 +230,7 @@ def test_no_other_certainty_can_be_required(capsys):
     assert "estimated" in capsys.readouterr().err
 
 
+@pytest.mark.table(1)
 @pytest.mark.parametrize("words", ["four_bar_kite", "three_rsr --motion u2=u3", "hprs"])
 def test_exact_ranks_stand_in_the_report(words, capsys):
     assert main(["report", *words.split(), "--exact", "--json"]) == 0
@@ -279,6 +280,7 @@ def test_poses_find_what_orders_alone_do_not(count, seed, tmp_path):
         check(proof_of(sure))
 
 
+@pytest.mark.slow
 def test_digits_that_describe_another_linkage(capsys):
     """By its digits a 3-UPU has skew axes: which answer to believe, and why.
 

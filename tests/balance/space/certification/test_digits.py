@@ -46,6 +46,7 @@ def report(name, capsys, *options):
     return code, json.loads(capsys.readouterr().out)
 
 
+@pytest.mark.table(1)
 @pytest.mark.parametrize("name", EXACT)
 def test_the_true_integers_are_reported(name, capsys):
     mobility, ranks, serial, parallel = EXACT[name]
@@ -56,6 +57,7 @@ def test_the_true_integers_are_reported(name, capsys):
     assert (code, found["certainty"]) == (0, "verified" if parallel else "proved")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", DOUBTFUL)
 def test_what_floating_point_alone_decides_is_in_doubt(name, capsys):
     code, found = report(name, capsys)

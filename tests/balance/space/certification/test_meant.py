@@ -57,6 +57,7 @@ def codes(space):
     return {notice.code for notice in space.notices}
 
 
+@pytest.mark.slow
 def test_the_figures_are_those_of_sixty_digits():
     for family in ("parallelogram", "slider_crank"):
         mobility, special, general = TRUE[family]
@@ -64,6 +65,7 @@ def test_the_figures_are_those_of_sixty_digits():
         assert true_ranks(meant_linkage(family, 5, 1e-12), True) == (mobility, general)
 
 
+@pytest.mark.table(1)
 @pytest.mark.parametrize("digits", [17, 12, 9, 6])
 @pytest.mark.parametrize("family", TRUE)
 def test_special_linkages_are_read_as_meant(family, digits, tmp_path):
@@ -84,6 +86,7 @@ def test_loops_of_few_digits_close_near_a_singular_pose_and_about_a_point(
     assert (space.linkage.mobility, ranks(space)) == TRUE[family][:2]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("digits", [17, 9, 6])
 @pytest.mark.parametrize("family", ["kite", "slider_crank", "bennett"])
 def test_a_file_that_is_written_at_another_pose_has_the_same_answer(family, digits, tmp_path):
@@ -100,6 +103,7 @@ def test_a_file_that_is_written_at_another_pose_has_the_same_answer(family, digi
         assert not space.doubts
 
 
+@pytest.mark.table(3)
 @pytest.mark.parametrize("off", [1e-12, 1e-8, 1e-4])
 @pytest.mark.parametrize("family", [name for name in TRUE if TRUE[name][2]])
 def test_linkages_that_are_off_in_all_digits_are_general(family, off, tmp_path):
@@ -123,6 +127,7 @@ def planar_linkage(name, seed):
     ))  # fmt: skip
 
 
+@pytest.mark.table(3)
 @pytest.mark.parametrize("digits", [17, 12, 6])
 @pytest.mark.parametrize(
     ("name", "expected"), [("arm", [9]), ("watt", [3, 6, 9, 10, 11, 12, 13])]
@@ -208,6 +213,7 @@ def test_a_kite_that_is_off_by_more_than_its_digits_is_general_and_told_to_be_ne
     assert reading["relations"] == ["kite j1 j2 j3 j4"] and 1 < reading["nearness"] < 30
 
 
+@pytest.mark.table(1)
 @pytest.mark.parametrize("seed", [1, 3, 6])
 @pytest.mark.parametrize("family", ["kite", "parallelogram"])
 def test_a_file_with_the_digits_that_would_decide_decides(family, seed, tmp_path):
@@ -228,6 +234,7 @@ def test_digits_that_would_decide_are_those_of_a_double_at_most():
     assert deciding_digits(9, 0.0) is None
 
 
+@pytest.mark.table(1)
 @pytest.mark.parametrize(("seed", "modes"), [(88, 1), (136, 2)])
 def test_kites_of_six_digits_with_short_angles_or_nearly_folded(seed, modes, tmp_path, capsys):
     """1.8328 is no 3.142 × 7/12 there; 1e-3 from the folded pose both modes are listed."""

@@ -47,6 +47,7 @@ def test_the_figures_are_those_modulo_a_prime_with_the_root(kind):
     assert (found.mobility, found.ranks, found.serial) == TRUE[kind]
 
 
+@pytest.mark.slow
 def test_a_delta_is_verified_with_its_numbers_read_as_roots(tmp_path):
     space = certify(design_space(load(tmp_path, ORIGINAL)))
     assert answer(space) == TRUE["3_ruu"] and space.level == "verified" and not space.doubts
@@ -89,6 +90,7 @@ def test_platforms_in_a_frame_that_is_turned_at_random(kind, seed, tmp_path):
     assert "read as roots" in space.certainty.reason
 
 
+@pytest.mark.slow
 def test_a_root_that_is_off_is_not_read_so(tmp_path):
     """The axis of one arm is turned by 1e-9: the platform turns."""
     text = ORIGINAL.replace('axis xyz="-0.8660254037844386', 'axis xyz="-0.8660254047844386', 1)

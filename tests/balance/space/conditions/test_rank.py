@@ -47,7 +47,7 @@ def check(conditions, matrix, rank):
         assert decision.dropped < RANK_RELATIVE
 
 
-@pytest.mark.table
+@pytest.mark.table(2)
 @pytest.mark.parametrize("blocks", [1, 2, 5])
 @pytest.mark.parametrize("shape", SHAPES, ids=str)
 def test_rank_is_exact(shape, blocks):
@@ -95,7 +95,7 @@ def test_round_off_is_not_a_condition():
     assert conditions.contains(size * noise)
 
 
-@pytest.mark.table
+@pytest.mark.table(3)
 @pytest.mark.parametrize("shape", SHAPES, ids=str)
 def test_rows_of_the_span_are_implied_and_others_are_not(shape):
     matrix = whole_numbers(shape, 78)
@@ -184,7 +184,7 @@ def of_spectrum(rng, columns, least):
     return (left * values) @ right * rng.uniform(rng.choice([0.1, 1.0]), 1.0, columns)
 
 
-@pytest.mark.table
+@pytest.mark.table(3)
 @pytest.mark.parametrize("seed", range(8))
 def test_a_pivot_never_hides_that_the_smallest_singular_value_is_near_round_off(seed):
     """Whether decided by pivots or not, with and without solutions that are known before."""

@@ -76,7 +76,7 @@ def test_derivatives_have_the_same_rank_order_by_order(figure):
     assert [decision.rank for decision in decisions] == [*ranks(answer), answer.rank]
 
 
-@pytest.mark.table
+@pytest.mark.table(2)
 @pytest.mark.parametrize("figure", ROWS, ids=str)
 def test_the_masses_of_the_file_keep_the_inertia_constant_or_not(figure):
     """Balanced masses are decoupled if and only if M is the same at fifty finite poses."""

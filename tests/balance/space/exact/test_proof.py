@@ -83,7 +83,7 @@ CLAIMS = (
 )  # fmt: skip
 
 
-@pytest.mark.table(5)
+@pytest.mark.table(2)
 @pytest.mark.parametrize("claim", CLAIMS)
 def test_a_proof_of_something_else_is_refused_whatever_its_digest(claim, four_bar):
     """With the digest of what was changed: the numbers themselves do not fit."""
@@ -119,7 +119,7 @@ def exactly(part):
         return part
 
 
-@pytest.mark.table(2)
+@pytest.mark.table(1)
 @pytest.mark.parametrize("model", ["four_bar_general", "five_bar", "four_bar_spherical"])
 def test_other_pivots_are_refused_where_their_minor_vanishes(model):
     """The determinant comes from the product's conditions, the verdict from the checker."""

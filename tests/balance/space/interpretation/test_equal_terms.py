@@ -23,6 +23,7 @@ def solutions(space, turn, noise):
     return [np.flatnonzero(np.abs(x) > 1e-9).tolist() for x in search.independent()]
 
 
+@pytest.mark.table(1)
 @pytest.mark.parametrize("model", ["double_pendulum_duplicates", "four_bar_added_slider_crank"])
 def test_terms_do_not_depend_on_the_basis_or_on_last_bits(model):
     space = design_space(kinematics.load(model))

@@ -82,7 +82,7 @@ def test_serial_and_parallel_freedoms_span_the_space(figure):
     assert sizes.size == found.nullity and sizes[-1] > 1e-6
 
 
-@pytest.mark.table
+@pytest.mark.table(3)
 @pytest.mark.parametrize("figure", spread(FIGURES, 2, 0), ids=str)
 def test_transfer_freedoms_span_the_transfers(figure):
     found, _ = freed(figure)
@@ -95,7 +95,7 @@ def test_transfer_freedoms_span_the_transfers(figure):
             assert bodies == set(transfer.bodies)
 
 
-@pytest.mark.table
+@pytest.mark.table(2)
 @pytest.mark.parametrize("figure", CLOSED, ids=str)
 def test_a_freedom_is_the_sum_of_its_primitives(figure):
     found, freedoms = freed(figure)
@@ -217,7 +217,7 @@ def test_rods_of_the_3rsr_are_those_of_the_thesis():
     assert {p.kind for p in freedoms[1].primitives} == {"rod"}
 
 
-@pytest.mark.table
+@pytest.mark.table(1)
 @pytest.mark.parametrize("figure", CLOSED, ids=str)
 def test_the_vocabulary_says_everything(figure):
     """Of every body that moves, and each name means one thing."""

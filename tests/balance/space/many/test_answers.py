@@ -192,7 +192,7 @@ TOPOLOGIES = (
 )  # fmt: skip
 
 
-@pytest.mark.table(4)
+@pytest.mark.table(2)
 @pytest.mark.parametrize("topology", TOPOLOGIES, ids=lambda topology: topology.model)
 def test_every_integer(topology):
     linkage, rng = load(topology.model), np.random.default_rng(311)

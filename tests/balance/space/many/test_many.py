@@ -82,6 +82,7 @@ def test_four_bars_of_every_kind(monkeypatch):
     assert np.array_equal(again.bases, found.bases)
 
 
+@pytest.mark.table(3)
 @pytest.mark.parametrize(
     ("name", "options"),
     [
@@ -107,6 +108,7 @@ def test_other_topologies_in_other_places(name, options):
     agree(found, one_by_one(linkage, screws, **options), linkage.frames)
 
 
+@pytest.mark.table(1)
 @pytest.mark.parametrize(
     ("name", "kmax"), [("six_bar_stephenson", 6), ("eight_bar", 9), ("three_rsr", 1)]
 )
@@ -182,6 +184,7 @@ def test_joints_that_follow_others(kinds):
     agree(found, one_by_one(linkage, screws), linkage.frames)
 
 
+@pytest.mark.slow
 def test_what_cannot_be_assembled_is_told_and_the_rest_answered():
     linkage = load("four_bar_general")
     corners = four_bars(5, seed=93)

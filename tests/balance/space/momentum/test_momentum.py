@@ -159,7 +159,7 @@ def loaded(name, rng):
     return replace(linkage, bodies=tuple(bodies))
 
 
-@pytest.mark.table
+@pytest.mark.table(3)
 @pytest.mark.parametrize("name", spread(sorted({*FIVE, *MODELS}), 2, 0))
 def test_momentum_is_that_of_pinocchio(name):
     rng = np.random.default_rng(40)

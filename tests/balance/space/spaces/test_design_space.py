@@ -78,7 +78,7 @@ def same_space(one, other):
     assert max(outside(one, other), outside(other, one)) < 1e-9
 
 
-@pytest.mark.table
+@pytest.mark.table(2)
 @pytest.mark.parametrize("figure", FIGURES, ids=str)
 def test_the_table_comes_out(figure):
     found = known(figure)
@@ -93,7 +93,7 @@ def test_the_table_comes_out(figure):
     assert set(found.bodies) == set(reference.load(figure.model).bodies)
 
 
-@pytest.mark.table
+@pytest.mark.table(1)
 @pytest.mark.parametrize("figure", spread(FIGURES, 2, 0), ids=str)
 def test_every_column_is_balanced_at_fresh_poses(figure):
     """1e-11: at a quarter of a radian, poses close to 1e-13 and vectors cancel."""
@@ -129,7 +129,7 @@ MOTIONS = [
 ]
 
 
-@pytest.mark.table
+@pytest.mark.table(3)
 @pytest.mark.parametrize(("name", "motion", "balance", "spatial"), MOTIONS)
 def test_other_questions_have_the_rank_of_finite_poses(name, motion, balance, spatial):
     decision = reference.rank_over_poses(reference.load(name), motion, balance, spatial)
@@ -139,7 +139,7 @@ def test_other_questions_have_the_rank_of_finite_poses(name, motion, balance, sp
     assert unbalanced(X, found.basis) < 1e-11
 
 
-@pytest.mark.table
+@pytest.mark.table(2)
 @pytest.mark.parametrize("figure", spread(FIGURES, 3, 0), ids=str)
 def test_the_frame_of_the_file_does_not_matter(figure, tmp_path):
     """The whole linkage is put elsewhere, in a random direction, on a new root link."""
@@ -154,7 +154,7 @@ def test_the_frame_of_the_file_does_not_matter(figure, tmp_path):
         same_space(carried(H, len(one.bodies)) @ one.basis, other.basis)
 
 
-@pytest.mark.table
+@pytest.mark.table(3)
 @pytest.mark.parametrize("factor", [1e-3, 1e3])
 @pytest.mark.parametrize("figure", spread(FIGURES, 3, 1), ids=str)
 def test_the_unit_of_length_does_not_matter(figure, factor, tmp_path):
@@ -188,6 +188,7 @@ def test_the_choice_of_inputs_does_not_matter(name, inputs):
     same_space(one.basis, other.basis)
 
 
+@pytest.mark.table(6)
 @pytest.mark.parametrize("figure", FIGURES, ids=str)
 def test_columns_are_orthonormal_in_units_of_the_mechanism(figure):
     found = known(figure)
@@ -198,6 +199,7 @@ def test_columns_are_orthonormal_in_units_of_the_mechanism(figure):
     assert columns.T @ columns == pytest.approx(np.eye(found.nullity), abs=1e-12)
 
 
+@pytest.mark.table(20)
 @pytest.mark.parametrize("name", PLANAR)
 def test_planar_spaces_lie_in_the_spatial_ones(name):
     """Bodies in the plane, balanced there, are balanced in space: ``mcz = Exz = Eyz = 0``."""

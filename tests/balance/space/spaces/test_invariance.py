@@ -56,7 +56,7 @@ def test_the_place_does_not_matter(figure, tmp_path):
     check(space(figure, altered(figure.model, tmp_path, placed(H))), figure)
 
 
-@pytest.mark.table
+@pytest.mark.table(2)
 @pytest.mark.parametrize("figure", spread(FIGURES, 3, 2), ids=str)
 def test_the_direction_does_not_matter(figure, tmp_path):
     for R in ROTATIONS:
@@ -133,7 +133,7 @@ def rescaled(exponent):
     return change
 
 
-@pytest.mark.table
+@pytest.mark.table(2)
 @pytest.mark.parametrize("exponent", [-6, 6])
 @pytest.mark.parametrize("figure", FIGURES[::3], ids=str)
 def test_what_is_proved_does_not_depend_on_the_size(figure, exponent, tmp_path):

@@ -50,6 +50,7 @@ def report(words, capsys):
     return json.loads(capsys.readouterr().out)
 
 
+@pytest.mark.slow
 @pytest.mark.table(3)
 @pytest.mark.parametrize("words", TRUE)
 def test_the_true_integers_are_reported(words, capsys):
@@ -65,7 +66,7 @@ def test_the_true_integers_are_reported(words, capsys):
         assert found["certainty"] == "proved"
 
 
-@pytest.mark.table(5)
+@pytest.mark.table(1)
 @pytest.mark.parametrize("rpy", ["0 0 0.3", "1.5707963267948966 0 0", "0 2.0943951023931953 0"])
 @pytest.mark.parametrize("name", ["parallelogram_off_1e-6", "rssr_tilt_1e-4", "m_sarrus_2_5"])
 def test_a_linkage_that_is_turned_as_a_whole_has_the_same_integers(name, rpy, tmp_path, capsys):
@@ -87,6 +88,7 @@ def test_a_linkage_that_is_turned_as_a_whole_has_the_same_integers(name, rpy, tm
     assert (found["serial"], found["parallel"]) == (serial, parallel)
 
 
+@pytest.mark.slow
 def test_a_loop_that_was_open_elsewhere_does_not_hide_conditions(tmp_path, capsys):
     """A four-bar is closed by Newton's method beside a Sarrus linkage tilted by 1e-9 rad."""
     parts = [f'<link name="F{i}">{INERTIAL}</link>' for i in (1, 2, 3)]
@@ -138,6 +140,7 @@ def test_transfers_in_words_are_the_exact_ones(capsys):
     assert loop["freedoms"] == [] and all(t["dimension"] for t in loop["transfers"])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["min_arm", "parallelogram_off_1e-6", "m_sarrus_2_5"])
 def test_the_basis_belongs_to_the_integers(name):
     """It has as many independent columns, and they fulfil the conditions to round-off."""

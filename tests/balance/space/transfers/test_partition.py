@@ -156,7 +156,7 @@ POSES = [
 ]
 
 
-@pytest.mark.table(5)
+@pytest.mark.table(2)
 @pytest.mark.parametrize(("model", "motion", "spatial"), POSES)
 def test_the_serial_space_is_balanced_at_fifty_finite_poses(model, motion, spatial):
     """Poses and momentum by a route of their own; relative to the parts of the bodies."""

@@ -48,6 +48,7 @@ def test_one_four_bar_in_ten_ends_on_a_special_one(four_bars):
     assert 10 * four_bars.outcomes["special"] >= STARTS
 
 
+@pytest.mark.slow
 def test_the_families_of_the_four_bar_are_the_known_ones(four_bars):
     """The list is proved complete: B. Moore, J. Schicho, C. Gosselin, 2009."""
     families = four_bars.families
@@ -62,6 +63,7 @@ def test_random_members_confirm_a_family(four_bars):
     assert (done.members, done.agreed) == (30, 30)
 
 
+@pytest.mark.slow
 def test_relations_that_do_not_suffice_are_not_confirmed(four_bars):
     """A family that is told by half of its relations has other members."""
     from dataclasses import replace

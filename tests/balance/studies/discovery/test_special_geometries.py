@@ -71,6 +71,7 @@ def test_near_ones_are_rejected(kind, off):
     assert not special.any()
 
 
+@pytest.mark.slow
 def test_folded_ones_are_rejected():
     """Two joints in one place: the links turn about it as one."""
     points = planted("kite", 40, 5)
@@ -79,6 +80,7 @@ def test_folded_ones_are_rejected():
     assert not special.any()
 
 
+@pytest.mark.slow
 def test_four_bars_at_a_meeting_of_motions_are_rejected():
     """In line: at this pose the conditions are nearly dependent, whatever the lengths."""
     rng = np.random.default_rng(6)

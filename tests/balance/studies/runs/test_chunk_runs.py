@@ -57,6 +57,7 @@ def covered(path: Path) -> int:
         return 0
 
 
+@pytest.mark.slow
 @pytest.mark.table(1)
 @posix
 @pytest.mark.parametrize("where", [{"workers": 2}, {"workers": 2, "dask": "local"}])
@@ -75,6 +76,7 @@ def test_a_worker_may_die(tmp_path, where):
     assert exported(tmp_path / "a.db", job) == undisturbed(tmp_path, job)
 
 
+@pytest.mark.slow
 @posix
 def test_a_chunk_that_ends_every_worker_ends_the_run(tmp_path):
     job = Squares(deadly=5)
@@ -116,6 +118,7 @@ def test_workers_of_another_version_are_refused(tmp_path, monkeypatch):
         chunk_worker.values_of(outcome._replace(program="0.1"))
 
 
+@pytest.mark.slow
 def test_no_cluster_is_told_in_one_line(tmp_path, monkeypatch):
     pytest.importorskip("distributed")
     monkeypatch.setattr(dask_workers, "PATIENCE", 1)
@@ -159,6 +162,7 @@ def held_halfway(path: Path) -> subprocess.Popen:
     return writer
 
 
+@pytest.mark.slow
 @posix
 @pytest.mark.table(1)
 @pytest.mark.parametrize("files", [["a.db"], []], ids=["file", "table"])
@@ -177,6 +181,7 @@ def test_workers_end_with_their_writer(tmp_path, files):
     assert not alive
 
 
+@pytest.mark.slow
 @posix
 def test_workers_that_are_killed_as_they_start_are_started_again(tmp_path):
     """If they always are, the answer says so, and advises nothing that would not help."""
@@ -196,6 +201,7 @@ def test_workers_that_are_killed_as_they_start_are_started_again(tmp_path):
     )
 
 
+@pytest.mark.slow
 @posix
 def test_an_interrupt_reaches_the_writer_alone(tmp_path):
     """Ctrl-C goes to all processes of the terminal: one of them speaks, none stays."""

@@ -64,7 +64,7 @@ DAMAGES = [
 ]  # fmt: skip
 
 
-@pytest.mark.table(12)
+@pytest.mark.table(1)
 @pytest.mark.parametrize(("kind", "damage", "words", "said"), DAMAGES)
 def test_a_damaged_file_is_told_in_one_line(tmp_path, kind, damage, words, said):
     path = tmp_path / "results.db"
@@ -94,6 +94,7 @@ def test_a_schema_that_is_no_text_is_told_in_one_line(tmp_path):
     assert check(words, done) == "sweep: 3" and "is damaged" in done.err
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["sweep", "search"])
 def test_the_good_files_are_read(tmp_path, kind):
     path = tmp_path / "results.db"

@@ -137,6 +137,7 @@ def test_the_name_of_the_number_of_a_row_is_taken():
         Column("row", "real")
 
 
+@pytest.mark.slow
 def test_csv_and_parquet_give_the_numbers_back(tmp_path):
     pyarrow = pytest.importorskip("pyarrow.parquet")
     with filled(tmp_path / "a.db", Squares()) as file:

@@ -95,6 +95,7 @@ def test_masses_of_the_file_are_parameters():
     assert np.isnan(broken["inertia_u1"][0]) and "cannot exist" in broken["reason"][0]
 
 
+@pytest.mark.slow
 def test_the_study_of_five_bars_by_hand():
     """A uniform bar is balanced by matter at the far side of its joint, at the radius r.
 

@@ -152,6 +152,7 @@ def test_the_page_says_what_happens():
         assert f"`{name}`" in text
 
 
+@pytest.mark.slow
 @pytest.mark.lanes
 def test_values_of_a_row_follow_from_its_number():
     """Whatever rows are computed together; and a stream is that of its parameter alone."""
@@ -172,6 +173,7 @@ def test_values_of_a_row_follow_from_its_number():
     assert whole["b"].tolist() == ([5.0] * 7 + [7.0] * 7) * 3
 
 
+@pytest.mark.slow
 def test_samples_have_the_distribution_that_is_asked():
     ranges = {
         "u": read_range({"uniform": [2, 4]}), "n": read_range({"normal": [1, 0.5]}),
@@ -289,6 +291,7 @@ def test_geometries_that_do_not_assemble_stay_with_their_reason():
     )
 
 
+@pytest.mark.slow
 @pytest.mark.lanes
 def test_reach_is_that_of_two_circles():
     """The tip of a crank reaches targets on its circle and no others."""

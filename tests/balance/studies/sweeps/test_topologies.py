@@ -30,7 +30,7 @@ def integers(space: balance.DesignSpace) -> tuple[int, ...]:
     return space.rank, space.nullity, space.serial_nullity, kmax
 
 
-@pytest.mark.table
+@pytest.mark.table(2)
 @pytest.mark.parametrize("name", CASES)
 def test_integers_are_those_of_the_written_files(name: str):
     model = TOPOLOGIES[name]
@@ -45,7 +45,7 @@ def test_integers_are_those_of_the_written_files(name: str):
     assert np.array_equal(table["parallel"][answered], parallel[answered])
 
 
-@pytest.mark.table
+@pytest.mark.table(2)
 @pytest.mark.parametrize("name", CASES)
 def test_special_geometries_are_found_and_none_is_invented(name: str):
     model = TOPOLOGIES[name]

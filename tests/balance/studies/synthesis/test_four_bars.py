@@ -34,6 +34,7 @@ def test_lengths_stay(kind):
     assert np.ptp(np.angle(B - A)) > 0.3
 
 
+@pytest.mark.table(1)
 @pytest.mark.parametrize("kind", FOUR_BARS)
 def test_random_positions_are_met_and_confirmed(kind):
     """The coupler by its four pivots at every position; masses by the core and Pinocchio."""

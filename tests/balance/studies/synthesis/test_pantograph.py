@@ -146,6 +146,7 @@ def relation(ratio):
     return f"elbow={1.0 / ratio - 1.0!r}*shoulder"
 
 
+@pytest.mark.slow
 def test_the_commands_confirm_a_written_file(tmp_path, capsys):
     pantograph, ratio = random_pantograph(4)
     path = tmp_path / "pantograph.urdf"

@@ -16,6 +16,7 @@ from kinematics.model.document.element import Document
 LONGER = StackedChains(leg=0.4, leg_angle=0.9, crank=0.15, slider_mass=0.7, platform_mass=2.0)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("chains", [StackedChains(), LONGER])
 def test_two_freedoms_without_momentum(chains):
     """Balanced in every motion of both inputs, by the design space and by Pinocchio."""

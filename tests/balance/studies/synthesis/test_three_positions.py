@@ -41,6 +41,7 @@ def test_random_triples_are_met():
     assert good >= 20
 
 
+@pytest.mark.slow
 def test_random_triples_are_confirmed_by_the_core():
     """The written file follows its motion without momentum, by Pinocchio."""
     confirmed = 0

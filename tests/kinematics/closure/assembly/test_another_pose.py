@@ -89,6 +89,7 @@ def test_the_crank_has_turned_by_the_angle():
     np.testing.assert_allclose(ours.inertia[1:4] / ours.inertia[0], centre, atol=1e-14)
 
 
+@pytest.mark.table(1)
 @pytest.mark.parametrize("name", ["four_bar_general", "five_bar", "three_rsr"])
 def test_poses_add_up(name, tmp_path):
     """Of a file at one pose, another pose is the sum of both."""
@@ -100,6 +101,7 @@ def test_poses_add_up(name, tmp_path):
         np.testing.assert_allclose(place.pose, whole.places[link].pose, atol=1e-11)
 
 
+@pytest.mark.slow
 @pytest.mark.table
 @pytest.mark.parametrize("name", POSES)
 def test_the_space_is_that_of_the_written_file(name, tmp_path):
@@ -168,6 +170,7 @@ def test_a_saved_space_says_at_which_pose_it_is(tmp_path):
     assert notice.code == "reference_pose" and "u1 = 0.3 rad from the pose" in notice.message
 
 
+@pytest.mark.slow
 def test_motions_start_from_the_pose(tmp_path, capsys):
     """The same random motions from the pose shake as they do for the file written there."""
     _, path = written_at("four_bar_general", {"u1": 0.3}, tmp_path)

@@ -66,6 +66,7 @@ def loop_type(kind):
     return change
 
 
+@pytest.mark.table(20)
 @pytest.mark.parametrize("name", MODELS)
 def test_mobility_and_marked_inputs(name):
     linkage, mechanism = kinematics.load(name), reference.load(name)
@@ -292,6 +293,7 @@ LOOPED = [
 ]
 
 
+@pytest.mark.table(8)
 @pytest.mark.parametrize("figure", LOOPED, ids=str)
 def test_a_slightly_open_file_is_closed_and_told(figure, tmp_path):
     """Joints of the tree are turned by 1e-4 in the file: the same linkage, a bit open."""

@@ -48,7 +48,7 @@ def rewritten(linkage, folder):
     return path
 
 
-@pytest.mark.table
+@pytest.mark.table(2)
 @pytest.mark.parametrize("model", GENERAL + SPATIAL)
 def test_the_ranks_of_an_open_file_are_exact(model, tmp_path):
     linkage = kinematics.load(opened(model, tmp_path))
@@ -63,6 +63,7 @@ def test_the_ranks_of_an_open_file_are_exact(model, tmp_path):
     assert any("closed by Newton's method" in notice.message for notice in found.notices)
 
 
+@pytest.mark.table(2)
 @pytest.mark.parametrize("model", GENERAL)
 def test_open_files_are_as_certain_as_closed_ones(model, tmp_path):
     linkage = kinematics.load(opened(model, tmp_path))
@@ -83,6 +84,7 @@ def test_special_linkages_stay_as_certain_when_they_are_open(model, tmp_path):
     assert found.dropped < 1e-14
 
 
+@pytest.mark.table(3)
 @pytest.mark.parametrize("model", GENERAL + SPATIAL)
 def test_exact_screws_are_those_of_the_pose_found(model, tmp_path):
     linkage = kinematics.load(opened(model, tmp_path))
@@ -129,6 +131,7 @@ def test_axes_that_were_moved_are_refused(tmp_path):
         exact_geometry(linkage)
 
 
+@pytest.mark.table(4)
 @pytest.mark.parametrize("model", GENERAL + SPATIAL + ("bennett", "delta", "slider_crank"))
 def test_a_written_file_is_the_same_linkage_closed(model, tmp_path):
     path = opened(model, tmp_path)
@@ -165,6 +168,7 @@ def test_links_are_where_another_reader_puts_them(model, tmp_path):
 KINDS = ("revolute", "prismatic", "cylindrical", "planar", "spherical")
 
 
+@pytest.mark.table(15)
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("rpy", [(0, 0, 0), (0.3, -0.2, 0.9), (np.pi / 2, 0, 0.4)])
 @pytest.mark.parametrize("axis", [(1, 0, 0), (0, -1, 0), (0, 0, 1), (0.6, 0, 0.8)])

@@ -40,6 +40,7 @@ def codes(linkage):
     return {notice.code for notice in linkage.notices}
 
 
+@pytest.mark.slow
 def test_the_nearest_branch_is_taken(tmp_path):
     """By an exhaustive search in arrays of its own; three or six linkages of eight families."""
     found = []
@@ -200,6 +201,7 @@ def test_one_start_that_overflows_leaves_the_others(tmp_path, monkeypatch):
 # --- motions ------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_motions_are_found_where_the_inputs_are_nearly_singular(tmp_path):
     """A rocker near its dead centre drives the crank: it turns hardly, the others much."""
     home = kinematics.load("four_bar_general")

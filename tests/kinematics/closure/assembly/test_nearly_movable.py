@@ -41,6 +41,7 @@ def neck(folder, longer, size=1.0):
     return saved(folder, *parts)
 
 
+@pytest.mark.table(1)
 @pytest.mark.parametrize("size, longer", [(1.0, 1e-4), (0.2, 2.6e-5), (1.0, 1e-3)])
 def test_a_parallelogram_that_is_off_by_a_hair_leaves_the_mobility_in_doubt(
     tmp_path, size, longer

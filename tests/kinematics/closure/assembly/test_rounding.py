@@ -91,6 +91,7 @@ def test_a_spherical_manipulator_with_rounded_axes(tmp_path):
     assert max(apart) < 1e-12 and np.linalg.norm(centre) < 5e-6
 
 
+@pytest.mark.slow
 def test_loops_with_moved_axes_close_at_finite_poses(tmp_path):
     """By products of rotations and least squares, from positions that are drawn."""
     linkage = kinematics.load(spherical(tmp_path, 1e-6))

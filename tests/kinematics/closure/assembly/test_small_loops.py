@@ -30,6 +30,7 @@ def loaded(tmp_path):
     return load
 
 
+@pytest.mark.table(18)
 @pytest.mark.parametrize("name", NAMES)
 @pytest.mark.parametrize("size", SIZES)
 def test_mobility_does_not_depend_on_the_arm(name, size, loaded):
@@ -39,7 +40,7 @@ def test_mobility_does_not_depend_on_the_arm(name, size, loaded):
     assert not linkage.notices and not linkage.idle
 
 
-@pytest.mark.table
+@pytest.mark.table(1)
 @pytest.mark.parametrize("name", NAMES)
 @pytest.mark.parametrize("arm", [1, 100_000])
 def test_ranks_do_not_depend_on_the_arm(name, arm, loaded):
@@ -53,6 +54,7 @@ def test_ranks_do_not_depend_on_the_arm(name, arm, loaded):
         assert space.certainty.level != "estimated"
 
 
+@pytest.mark.slow
 @pytest.mark.table(1)
 @pytest.mark.parametrize("name", [name for name in NAMES if name != "rssr"])
 def test_the_ranks_by_series_in_fractions(name, loaded):

@@ -203,6 +203,7 @@ def test_a_bifurcation_is_refused_and_lists_the_modes(tmp_path):
     assert nullities == [7, 5]
 
 
+@pytest.mark.table(1)
 @pytest.mark.parametrize("arms", [["base"], ["top"], ["base", "top", "bar0"]])
 def test_a_bifurcation_counts_the_freedoms_of_the_linkage(arms, tmp_path):
     """Arms on links of the loop add a freedom each, here and elsewhere."""
@@ -269,6 +270,7 @@ def test_a_pose_near_a_singular_one_is_left(turn, tmp_path):
     assert design_space(linkage).nullity == 7
 
 
+@pytest.mark.table(1)
 @pytest.mark.parametrize("turn", [1e-3, 1e-6, 1e-9])
 def test_a_pose_that_cannot_be_told_from_a_singular_one_is_refused(turn, tmp_path):
     feet, heads = (points[:2] for points in COLLINEAR)

@@ -87,6 +87,7 @@ def condition_of(points, modes):
     return named[0] if named else next(known for known in modes if known[0] is NONE)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", KNOWN)
 def test_the_modes_of_flat_linkages_are_those_known_by_hand(name, tmp_path):
     linkage, (here, further) = FLAT[name], KNOWN[name]
@@ -109,6 +110,7 @@ def test_the_modes_of_flat_linkages_are_those_known_by_hand(name, tmp_path):
     assert seen == {condition[0] for condition, _ in here}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("cells", [1, 2])
 def test_each_cell_of_coupled_parallelograms_may_cross(cells, tmp_path):
     """Every combination of parallel and crossed cells is a mode, and the tracer finds each."""
@@ -169,6 +171,7 @@ def test_wunderlichs_linkage_changes_between_mobility_one_and_two(tmp_path):
         assert all(alike) if mobility == 2 else not any(alike)
 
 
+@pytest.mark.slow
 def test_a_folded_sarrus_linkage_lifts_its_platform_or_swings_its_legs(tmp_path):
     """It lifts with mobility 1, or both legs swing about their axes on the ground."""
     path = folded_sarrus(tmp_path)
@@ -191,6 +194,7 @@ def test_a_folded_sarrus_linkage_lifts_its_platform_or_swings_its_legs(tmp_path)
     assert both.places["platform"].pose == pytest.approx(np.eye(4), abs=1e-12)
 
 
+@pytest.mark.slow
 def test_modes_that_are_tangent_to_one_another_are_both_listed(tmp_path):
     """The slider stays, or is at -2 sin a; a is of second order in the angle o that drives."""
     staying, sliding = modes_of(limit_pose(tmp_path))
@@ -205,6 +209,7 @@ def test_modes_that_are_tangent_to_one_another_are_both_listed(tmp_path):
     assert q["b"] == pytest.approx(-2 * q["a"], abs=1e-12)
 
 
+@pytest.mark.slow
 def test_two_branches_on_one_closed_curve_are_one_motion(tmp_path):
     """A four-bar with 2 + 5 = 4 + 3 passes its flat pose twice; the way between is found."""
     path = FLAT["change point"].write(tmp_path, "flat")
@@ -223,6 +228,7 @@ def test_two_branches_on_one_closed_curve_are_one_motion(tmp_path):
         kinematics.load(path, mode=2)
 
 
+@pytest.mark.slow
 def test_both_halves_of_a_cone_are_one_mode(tmp_path):
     """The flat five-bar: closed poses are a cone over two circles, opposite one another."""
     linkage = kinematics.load(FLAT["five-bar"].write(tmp_path, "flat"))
@@ -234,6 +240,7 @@ WATT = dict(a=2.0, b=2.4, d=3.5, c=0.7, e=1.5, h=1.4, f=4.4)
 STEPHENSON = dict(a=2.8, b=4.6, d=4.3, c=1.0, e=0.8, h=3.1, f=4.8)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("places, carrier", [(WATT, "l3"), (STEPHENSON, "l2")])
 def test_six_bars_folded_flat(places, carrier, tmp_path):
     """Every pose next to the flat one is on a branch through it; modes are whole curves."""
@@ -257,6 +264,7 @@ def test_a_slider_crank_of_equal_bars_turns_or_slides(tmp_path):
     assert q["s"] == pytest.approx(-2 * np.sin(q["a"]), abs=1e-12)
 
 
+@pytest.mark.table(1)
 @pytest.mark.parametrize(
     "name, angles, here, further",
     [
@@ -283,6 +291,7 @@ def test_spherical_four_bars_have_the_modes_of_planar_ones(
         assert np.abs(off[:, 2]).max() > 0.1
 
 
+@pytest.mark.slow
 def test_the_three_upu_translates_or_turns_too(tmp_path):
     """A leg holds its outer axis n, n on the platform and its own direction in one plane.
 
@@ -324,6 +333,7 @@ def conditions_of_legs(H, linkage):
     return errors(R, t), np.array(rates).T
 
 
+@pytest.mark.slow
 def test_modes_have_one_order_in_every_frame_and_scale(tmp_path):
     """Numbers, and angles at the poses, stay; lengths grow by the scale."""
     text = FLAT["rhombus"].write(tmp_path, "flat").read_text()
@@ -342,6 +352,7 @@ def test_modes_have_one_order_in_every_frame_and_scale(tmp_path):
             assert mode.positions == pytest.approx(other.positions, abs=1e-7)
 
 
+@pytest.mark.slow
 def test_a_mode_is_followed_from_its_pose(tmp_path):
     path = FLAT["kite"].write(tmp_path, "flat")
     folded = kinematics.load(path, mode=1)
@@ -370,6 +381,7 @@ def test_an_input_of_the_file_that_rests_on_a_mode_is_replaced(tmp_path):
     assert text == "a of the file cannot drive this mode: the inputs are b"
 
 
+@pytest.mark.slow
 def test_the_modes_of_a_pose_that_is_asked_for(tmp_path):
     """A parallelogram that is moved to its flat pose: numbers are those of the modes there."""
     path = FLAT["parallelogram"].write(tmp_path, "flat")
@@ -390,6 +402,7 @@ def test_the_modes_of_a_pose_that_is_asked_for(tmp_path):
         kinematics.load(path, at={"a": -0.1}, mode=2)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("number", [1, 2])
 def test_a_mode_is_followed_straight_through_the_meeting(number, tmp_path):
     """On the parallelogram the sides stay parallel on both sides of the flat pose."""
@@ -413,6 +426,7 @@ def test_a_list_that_may_be_incomplete_says_so(tmp_path, monkeypatch):
     assert caught.value.doubt == "a mode was not followed to its end"
 
 
+@pytest.mark.slow
 def test_a_regular_linkage_loads_no_module_of_modes():
     text = (
         "import sys, kinematics\n"

@@ -198,6 +198,7 @@ def test_an_open_chain_is_linear_and_has_no_radius():
 # --- radius, error and Newton's method -----------------------------------------------------
 
 
+@pytest.mark.table(1)
 @pytest.mark.parametrize("name", SIX)
 def test_newton_closes_and_the_error_is_honest(name):
     """Order 6, 170 points within the radius on each of six linkages.

@@ -39,6 +39,7 @@ def test_reports_agree(model, capsys):
     assert set(answers[0]["bodies"]) == set(answers[1]["bodies"])
 
 
+@pytest.mark.slow
 def test_designs_are_written_as_urdf(model, caplog):
     out = model.with_name("out.urdf")
     words = ["design", str(model), "--inputs", "u1", "--minimise", "mass", "--out", str(out)]

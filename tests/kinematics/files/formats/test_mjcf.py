@@ -47,7 +47,7 @@ def spaces():
     return find
 
 
-@pytest.mark.table
+@pytest.mark.table(1)
 @pytest.mark.parametrize(("name", "style"), PAIRS)
 def test_linkages_are_those_of_the_urdf_files(name, style, spaces, tmp_path):
     path = tmp_path / "model.xml"
@@ -66,6 +66,7 @@ def test_linkages_are_those_of_the_urdf_files(name, style, spaces, tmp_path):
         assert off <= 1e-12 * np.abs(body.inertia).max()
 
 
+@pytest.mark.table(4)
 @pytest.mark.parametrize("style", STYLES)
 @pytest.mark.parametrize("name", ["four_bar_general", "three_rsr_rational"])
 def test_nothing_is_lost_to_exact_arithmetic(name, style, spaces, tmp_path):

@@ -100,6 +100,7 @@ def set_pose(model, linkage, q):
     return qpos, rates
 
 
+@pytest.mark.table(1)
 @pytest.mark.parametrize("seed", TREES)
 def test_mass_matrix_and_momentum_of_trees(seed, tmp_path):
     path = tmp_path / "tree.xml"
@@ -155,7 +156,7 @@ def closed_chain(closure):
     )
 
 
-@pytest.mark.table
+@pytest.mark.table(3)
 @pytest.mark.parametrize("name", [*LOOPS, *CLOSURES])
 def test_equality_jacobian_of_loops(name, tmp_path):
     """Velocities that MuJoCo's constraints allow are those that our loops allow."""

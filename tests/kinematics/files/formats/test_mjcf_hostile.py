@@ -138,6 +138,7 @@ def test_bad_files_get_one_line(text, fragments, capfd, tmp_path, monkeypatch):
     assert os.listdir(tmp_path) == ["model.xml"]
 
 
+@pytest.mark.slow
 def test_mujoco_writes_no_file_and_no_line(tmp_path):
     """A warning of MuJoCo's reader is a remark, in a process of its own."""
     text = four_bar('<compiler settotalmass="3"/>')

@@ -99,7 +99,7 @@ WRONG = {
 }
 
 
-@pytest.mark.table
+@pytest.mark.table(2)
 @pytest.mark.parametrize("case", WRONG)
 def test_errors_of_xacro_are_one_line(tmp_path, case, capfd):
     text, words = WRONG[case]

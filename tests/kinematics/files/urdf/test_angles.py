@@ -140,6 +140,7 @@ def test_the_published_angles_are_those_of_the_package():
     assert len(near) > 30 and near <= set(PUBLISHED.split())
 
 
+@pytest.mark.table(4)
 @pytest.mark.parametrize("k", [1, 2, 3, 4, 6, 8, 12, 15, 18, 24])
 def test_every_way_to_write_a_multiple_is_known(k):
     """With four decimals and more; with fewer, as the module says."""

@@ -60,6 +60,7 @@ def test_the_gallery(name):
     assert agree(gallery()[name]) > 0
 
 
+@pytest.mark.slow
 def test_robots_of_example_robot_data():
     found, weighed = models.robots(), 0
     if not found:
@@ -132,6 +133,7 @@ def random_file(folder, seed):
     return path
 
 
+@pytest.mark.slow
 def test_random_files(tmp_path):
     """A hundred; three hundred with ``ALL_CASES=1``."""
     count = number_of_cases(100, 300)

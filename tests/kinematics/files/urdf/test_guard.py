@@ -248,6 +248,7 @@ def test_long_chains_of_joints_and_mimics(robot):
     assert "circle" in refusal(robot(closed)).problem
 
 
+@pytest.mark.slow
 def test_the_work_to_check_a_chain_grows_linearly(robot):
     """Equal steps in the number of joints take equal numbers of instructions."""
     counts = [instructions(lambda n=n: read_robot(robot(mimicking_chain(n))))

@@ -127,6 +127,7 @@ ROWS = {
 }  # fmt: skip
 
 
+@pytest.mark.table(16)
 @pytest.mark.parametrize("case", ROWS)
 def test_refused_in_one_line(case, tmp_path, capsys):
     content, element, problem, remedy = ROWS[case]

@@ -105,6 +105,7 @@ def test_refused(write, case, explicit):
     assert problem in error.problem and remedy in error.remedy
 
 
+@pytest.mark.slow
 @pytest.mark.table(2)
 @pytest.mark.parametrize(
     "data",
@@ -132,6 +133,7 @@ def test_hostile_files_are_refused(write, data):
     assert "robot.yaml" in line and done.stderr == ""
 
 
+@pytest.mark.slow
 def test_no_byte_that_is_lost_does_more_than_refuse(write):
     """Truncated and damaged files raise nothing but the error that names them."""
     text = PAIR + "type: ['3d']\njoint_name: [j2]\njoint_type: [UJOINT_ZY]\nname_mot: ['j1']\n"

@@ -87,6 +87,7 @@ def test_entities_are_never_expanded(robot, text):
     assert error.element.startswith("<!DOCTYPE>") and "DOCTYPE" in error.remedy
 
 
+@pytest.mark.slow
 def test_limits(robot):
     deep = "<robot name='a'>" + "<link name='l'>" * 300 + "</link>" * 300 + "</robot>"
     assert "200 levels deep" in refusal(robot(deep)).problem

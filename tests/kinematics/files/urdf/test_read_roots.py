@@ -62,6 +62,7 @@ def test_a_number_that_is_a_few_units_away_is_not_read():
     assert read_roots(tree_of("0.866025403784 1 0")) is None
 
 
+@pytest.mark.slow
 def test_hardly_any_of_random_numbers_are_read():
     rng = np.random.default_rng(3)
     for _ in range(4):

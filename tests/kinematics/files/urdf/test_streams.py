@@ -100,6 +100,7 @@ def test_a_named_pipe(way, tmp_path, capsys):
     assert not writer.is_alive()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("word", ["-", "/dev/stdin"])
 def test_a_process_is_given_a_pipe(word):
     done = subprocess.run(

@@ -321,12 +321,14 @@ def a_chain(count):
     return parts
 
 
+@pytest.mark.slow
 def test_a_thousand_joints(read):
     draft = read(*a_chain(1000))
     assert len(draft.joints) == len(draft.bodies) == 1000
     assert draft.bodies[-1].frame[:3, 3].tolist() == [1000.0, 0.0, 0.0]
 
 
+@pytest.mark.slow
 def test_the_work_to_read_a_chain_grows_linearly(read):
     """Equal steps in the number of joints take equal numbers of instructions."""
     read(*a_chain(2))

@@ -100,6 +100,7 @@ def check_momentum(model, linkage, seed=0):
         assert np.abs(found - expected).max() <= 1e-11 * max(1.0, np.abs(expected).max())
 
 
+@pytest.mark.table(4)
 @pytest.mark.parametrize("name", ROBOTS)
 def test_robots_are_those_of_their_files(name):
     path = path_of(name)

@@ -133,6 +133,7 @@ def test_only_named_bodies_carry_parameters():
     ]  # fmt: skip
 
 
+@pytest.mark.table(16)
 @pytest.mark.parametrize("name", MODELS)
 def test_ranks_are_those_of_the_same_linkage_in_a_file(name):
     """Each freedom of the file as a joint of its own, where it has one joint each."""

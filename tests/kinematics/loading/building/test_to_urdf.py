@@ -67,7 +67,7 @@ def same(found, linkage, screws=1e-14):
         assert np.abs(found.places[link].pose - place.pose).max() <= 1e-13 * size
 
 
-@pytest.mark.table
+@pytest.mark.table(2)
 @pytest.mark.parametrize("name", spread(MODELS, 3, 0))
 def test_the_gallery_comes_back(name, again):
     linkage = kinematics.load(name)
@@ -79,6 +79,7 @@ def test_the_gallery_comes_back(name, again):
     assert ours.certainty.level == theirs.certainty.level
 
 
+@pytest.mark.table(4)
 @pytest.mark.parametrize("name", spread(MODELS, 3, 1))
 def test_another_pose_is_written(name, again):
     """Momenta at a finite distance from it agree; screws of spherical joints may turn."""
@@ -95,6 +96,7 @@ def test_another_pose_is_written(name, again):
     assert np.abs(X - Y).max() <= 1e-10 * np.abs(Y).max()
 
 
+@pytest.mark.table(3)
 @pytest.mark.parametrize("name", spread(sorted(models.robots()), 4, 0))
 def test_robots_come_back(name, again):
     linkage = None

@@ -160,6 +160,7 @@ def test_a_compiler_that_fails_is_told_and_tried_again(small):
     wait_until_true(lambda: is_complete(environment))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("choice, imported", [("now", "True"), ("never", "False")])
 def test_the_environment_chooses(small, choice, imported):
     folder, environment = small
@@ -203,6 +204,7 @@ def on_terminal(folder, *words, **environment):
     return text.decode(errors="replace")
 
 
+@pytest.mark.slow
 def test_a_terminal_counts_kernels(small):
     folder, environment = small
     code = (

@@ -54,6 +54,7 @@ def row(loops, seed, mimics=0):
     return replace(chain, dependent=freeze(dependent, whole), columns=freeze(columns))
 
 
+@pytest.mark.table(2)
 @pytest.mark.parametrize(("loops", "mimics"), [(3, 0), (9, 0), (9, 3), (40, 0), (40, 7)])
 def test_rates_close_the_loops(loops, mimics):
     chain = row(loops, seed=loops, mimics=mimics)

@@ -34,6 +34,7 @@ def foretold(motion, *points, line=False):
 # --- curves --------------------------------------------------------------------------------
 
 
+@pytest.mark.table(1)
 @pytest.mark.parametrize(("name", "column"), [("five_bar", 1), ("bennett", 0), ("delta", 2)])
 def test_curves_are_errors_against_another_route(name, column):
     """Every order's own expansion, and poses of `reference`, at three distances each way."""

@@ -59,6 +59,7 @@ def test_page_needs_nothing_else(model, motion):
     assert not re.search(r"https?://|\{\{", found.text + found.scripts[-1][1])
 
 
+@pytest.mark.table(1)
 @pytest.mark.parametrize("model, motion", CASES)
 def test_page_holds_the_report(model, motion):
     space, found = case(model, motion)

@@ -45,6 +45,7 @@ def saved(folder, text, name="robot"):
     return path
 
 
+@pytest.mark.table(3)
 @pytest.mark.parametrize("case", SAME)
 def test_the_answer_is_that_of_the_loop(case, tmp_path):
     found, wanted = (answer(saved(tmp_path, text)) for text in SAME[case])
@@ -53,6 +54,7 @@ def test_the_answer_is_that_of_the_loop(case, tmp_path):
         assert found[0] == [3, 6, 7, 8] and found[3] in ("proved", "verified")
 
 
+@pytest.mark.table(2)
 @pytest.mark.parametrize("case", SAME)
 def test_a_file_at_another_pose_is_the_same_linkage(case, tmp_path):
     """The file that --write-closed writes at the pose of --at, in the words of the tool."""
@@ -67,6 +69,7 @@ def test_a_file_at_another_pose_is_the_same_linkage(case, tmp_path):
     assert answer(target)[1:3] == answer(source)[1:3]
 
 
+@pytest.mark.table(1)
 @pytest.mark.parametrize("case", ["SDF joint", "connect", "coupling"])
 def test_the_commands_write_what_they_read(case, tmp_path, capsys):
     source, target = saved(tmp_path, SAME[case][0]), tmp_path / "closed.urdf"

@@ -27,6 +27,7 @@ def test_a_plain_file_stays_as_it_is(name):
     assert found.tree is tree and not found.remarks and not found.dialects
 
 
+@pytest.mark.slow
 @pytest.mark.table(2)
 @pytest.mark.parametrize(
     "text, loaded", [(hand_written("revolute"), "False"), (BALL, "False"), (connect(), "True")]
@@ -75,6 +76,7 @@ def test_a_long_decimal_and_an_offset_along_an_irrational_axis(tmp_path):
         assert len(draft.loops) == 1 and abs(draft.loops[0].gap[:3, 3]).max() < 1e-14
 
 
+@pytest.mark.slow
 def test_robots_of_example_robot_data():
     """They close no loops in these words; the grippers of one are told of."""
     found = model_gallery.robots()

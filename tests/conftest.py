@@ -30,6 +30,7 @@ PLAIN = (
 COMPILE = """
 import pathlib, sys, balance, kinematics
 from filelock import FileLock
+from kinematics.numerics.compiled.background import collect_garbage_seldom
 from kinematics.numerics.compiled.cache_contents import ALL, cache_folder, ready_kernels
 folder = cache_folder()
 if folder is not None:
@@ -41,8 +42,9 @@ if folder is not None:
             else:
                 from balance.app.warmup import warm_up_single
                 from kinematics.loading.warmup import smallest_linkages
-                for _ in warm_up_single(smallest_linkages()):
-                    pass
+                with collect_garbage_seldom():
+                    for _ in warm_up_single(smallest_linkages()):
+                        pass
 """
 PERTURB = """
 from tests.support.rounding import perturb_rounding

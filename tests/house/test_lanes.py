@@ -15,6 +15,7 @@ FOLDERS = (
     "tests/balance/studies/discovery",
     "tests/balance/motion/pose",
     "tests/balance/space/many",
+    "tests/balance/studies/runs",
     "tests/balance/studies/sweeps",
     "tests/fuzz/test_fuzz_results.py",
     "tests/kinematics/closure/taylor",

@@ -27,7 +27,7 @@ SAMPLE = {
 }  # fmt: skip
 
 
-@pytest.mark.table(1)
+@pytest.mark.slow
 @pytest.mark.parametrize("family", HARD)
 def test_hard_cases(family, tmp_path):
     for seed in SAMPLE[family]:

@@ -10,10 +10,12 @@ for the rest of this command and for later ones. Sessions of Python compile at o
 
 from __future__ import annotations
 
+import gc
 import logging
 import os
 import sys
 from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from time import monotonic
 from typing import NamedTuple
@@ -35,6 +37,8 @@ MODES = ("now", "background", "never")
 WORTH = 0.5
 # Seconds between two checks whether another process has compiled the kernels.
 PAUSE = 0.2
+# New objects, while kernels are compiled, after which Python looks for garbage.
+NEW_OBJECTS = 200_000
 # The process beside a command takes the lock before it imports anything heavy.
 CHILD = (
     "import {}; from kinematics.numerics.compiled.background import compile_in_background; "
@@ -121,11 +125,27 @@ def compile() -> None:
 
     kernel_clock.compile_all()
     folder, package = cache_folder(), _ProcessChoice.warm_up.package
-    for _ in _ProcessChoice.warm_up.stages():
-        if folder is not None and not folder.exists():
-            return  # another process has removed the cache
-        note_kernels(package, compiled_kernels())
+    with collect_garbage_seldom():
+        for _ in _ProcessChoice.warm_up.stages():
+            if folder is not None and not folder.exists():
+                return  # another process has removed the cache
+            note_kernels(package, compiled_kernels())
     note_kernels(package, [*compiled_kernels(), ALL])
+
+
+@contextmanager
+def collect_garbage_seldom() -> Iterator[None]:
+    """Look for garbage less often while kernels are compiled.
+
+    Numba makes and keeps so many objects that looking for garbage among them takes an eighth
+    of the time.
+    """
+    usual = gc.get_threshold()
+    gc.set_threshold(NEW_OBJECTS, *usual[1:])
+    try:
+        yield
+    finally:
+        gc.set_threshold(*usual)
 
 
 class _KernelClock:

@@ -32,6 +32,7 @@ def test_the_table_is_what_verify_takes(capsys, tmp_path):
     assert "balanced" in capsys.readouterr().out
 
 
+@pytest.mark.lanes
 def test_no_path_and_why(capsys, tmp_path):
     table = tmp_path / "a.csv"
     code, found = run(capsys, "five_bar", "--csv", str(table))
@@ -71,6 +72,7 @@ def test_the_moment_about_another_point(capsys):
     assert "no shaking moment about (0.4, -0.2, 0) m" in capsys.readouterr().out
 
 
+@pytest.mark.lanes
 @pytest.mark.parametrize(("words", "code", "what"), [
     (["--attitude"], 2, "only with --base free"),
     (["--base", "free", "--attitude"], 2, "--base-mass"),

@@ -13,6 +13,8 @@ from tests.fuzz.results_mutants import SEARCH, good_file
 from tests.fuzz.sweep_words import STUDY
 from tests.support.command_runs import asked
 
+pytestmark = pytest.mark.lanes
+
 SHOW = ["sweep", "show", "{file}"]
 PAGE = [*SHOW, "--html", "{folder}/page.html"]
 EXPORT = ["sweep", "export", "{file}", "--out", "{folder}/a.csv"]
@@ -64,7 +66,7 @@ DAMAGES = [
 ]  # fmt: skip
 
 
-@pytest.mark.table(1)
+@pytest.mark.table(12)
 @pytest.mark.parametrize(("kind", "damage", "words", "said"), DAMAGES)
 def test_a_damaged_file_is_told_in_one_line(tmp_path, kind, damage, words, said):
     path = tmp_path / "results.db"

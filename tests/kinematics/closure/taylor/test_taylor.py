@@ -280,6 +280,7 @@ def test_what_is_almost_a_kite_does_not_pass_through_its_fold(tmp_path):
             motion.polish([share * edge])
 
 
+@pytest.mark.lanes
 def test_no_condition_is_below_one():
     """Loops of one equation have condition 1, which round-off may not lower."""
     for angle in np.linspace(0.1, 3.0, 40):

@@ -14,12 +14,11 @@ from balance.app.cli.discover_walk import add_walk
 from balance.app.cli.exit_codes import DONE, NEGATIVE, UNDECIDED, verdict_code
 from balance.app.cli.number_arguments import positive_number, whole_number
 from balance.app.cli.outputs import add_page_option
-from balance.app.cli.progress_bar import Advance, progress_bar
+from balance.app.cli.progress_bar import progress_bar
 from kinematics.errors import WorkerError
 
 if TYPE_CHECKING:
     from balance.studies.discovery.job import DiscoveryJob
-    from balance.studies.discovery.results import FamilyTally
     from balance.studies.runs.results_file import ResultsFile
 
 
@@ -97,10 +96,6 @@ def _add_run(kinds: Verbs) -> None:
     add_json_option(parser, _compute)
 
 
-class _TimeIsUp(Exception):
-    """The time that a search may take has passed."""
-
-
 def _compute(arguments: argparse.Namespace) -> Answer:
     """Run the search of the options.
 
@@ -108,7 +103,7 @@ def _compute(arguments: argparse.Namespace) -> Answer:
         LinkageError: there is no such topology, the file cannot be used, or workers fail.
     """
     from balance.app.answers.text.discovery import search_body, search_data
-    from balance.studies.discovery.results import FamilyTally, found_in
+    from balance.studies.discovery.results import found_in
     from balance.studies.runs.results_file import ResultsFile
     from kinematics.wording import count_noun
 
@@ -116,23 +111,22 @@ def _compute(arguments: argparse.Namespace) -> Answer:
     path = arguments.out or f"{name}.db"
     open_file = ResultsFile.resume if arguments.resume else ResultsFile.create
     with open_file(path, job) as file:
-        begin, tally = monotonic(), FamilyTally(file)
+        begin = monotonic()
         try:
-            with progress_bar("walks", True) as advance:
-                _walk_all(arguments, job, file, tally, advance)
-        except _TimeIsUp:
-            rows, count = file.computed()[0], tally.count(at_once=True)
-            logger.warning(
-                "time is up after %d of %d walks, with %s; --resume goes on from there",
-                rows, file.rows, count_noun(count, "family"),
-            )  # fmt: skip
+            ended = _walk_all(arguments, job, file)
         except KeyboardInterrupt:
             logger.warning("%s %s", path, KEPT)
             raise
         except WorkerError as error:
             error.add_note(f"{path} {KEPT}")
             raise
-        data = search_data(file, found_in(file), monotonic() - begin)
+        search = found_in(file)
+        if ended == "time":
+            logger.warning(
+                "time is up after %d of %d walks, with %s; --resume goes on from there",
+                file.computed()[0], file.rows, count_noun(len(search.families), "family"),
+            )  # fmt: skip
+        data = search_data(file, search, monotonic() - begin)
     code = DONE if data["families"] else NEGATIVE
     return Answer(code, lambda: data, lambda: search_body(data, job.topology))
 
@@ -160,30 +154,21 @@ def _job(arguments: argparse.Namespace) -> tuple[DiscoveryJob, str]:
     return DiscoveryJob(graph.name, *some, arguments.buildable, origin), name
 
 
-def _walk_all(
-    arguments: argparse.Namespace,
-    job: DiscoveryJob,
-    file: ResultsFile,
-    tally: FamilyTally,
-    advance: Advance,
-) -> None:
-    """Compute the chunks that the file lacks, one at least, as long as the time lasts.
-
-    Raises:
-        _TimeIsUp: chunks are left.
-    """
+def _walk_all(arguments: argparse.Namespace, job: DiscoveryJob, file: ResultsFile) -> str:
+    """Compute the chunks that the file lacks, as long as the time lasts; why that ended."""
+    from balance.studies.discovery.results import FamilyTally
     from balance.studies.runs.chunk_runs import run_chunks
     from kinematics.wording import count_noun
 
-    end = None if arguments.seconds is None else monotonic() + arguments.seconds
-    before = file.computed()[0]
-
-    def progress(done: int, total: int) -> None:
-        advance(done, total, f"{count_noun(tally.count(), 'family')} so far")
-        if end is not None and before < done < total and monotonic() > end:
-            raise _TimeIsUp
-
-    run_chunks(job, file, workers=arguments.workers, progress=progress)
+    deadline = None if arguments.seconds is None else monotonic() + arguments.seconds
+    tally = FamilyTally(file)
+    with progress_bar("walks", True) as advance:
+        return run_chunks(
+            job, file, workers=arguments.workers, deadline=deadline,
+            progress=lambda done, total: advance(
+                done, total, f"{count_noun(tally.count(), 'family')} so far"
+            ),
+        ).ended  # fmt: skip
 
 
 def _add_show(kinds: Verbs) -> None:

@@ -94,7 +94,7 @@ def found_in(file: ResultsFile) -> Found:
         raise damaged(file.path, "its rows or columns are not those of its search")
     table = file.read()
     special = np.flatnonzero(table["outcome"] == "special").tolist()
-    ends = (_end_of(file.path, job, table, k) for k in special)
+    ends = [_end_of(file.path, job, table, k) for k in special]
     families = group_members(job.topology, job.structure, job.generic, ends)
     return Found(job, dict(Counter(table["outcome"].tolist()).most_common()), families)
 
@@ -132,14 +132,10 @@ class FamilyTally:
         self._file = file
         self._known, self._next = 0, 0.0
 
-    def count(self, *, at_once: bool = False) -> int:
-        """Return the number of families.
-
-        Args:
-            at_once: whether to count now in any case.
-        """
+    def count(self) -> int:
+        """Return the number of families, as it was when they were last counted."""
         begin = monotonic()
-        if at_once or begin >= self._next:
+        if begin >= self._next:
             self._known = len(found_in(self._file).families)
             end = monotonic()
             self._next = end + TALLY_PAUSE * (end - begin)

@@ -8,6 +8,7 @@ from contextlib import closing
 from dataclasses import dataclass
 from itertools import chain
 from time import monotonic
+from typing import Literal
 
 from balance.studies.runs.chunk_job import ChunkJob, chunk_size
 from balance.studies.runs.chunk_worker import ChunkOutcome, compute_chunk, values_of
@@ -26,6 +27,7 @@ class RunSummary:
         kept: rows that the file covered before.
         seconds: duration.
         lost_workers: processes on this machine that ended before their work did.
+        ended: why the run ended: the file is ``"complete"``, or the ``"time"`` was up.
     """
 
     chunks: int
@@ -33,6 +35,7 @@ class RunSummary:
     kept: int
     seconds: float
     lost_workers: int
+    ended: Literal["complete", "time"]
 
     @property
     def rate(self) -> float:
@@ -47,6 +50,7 @@ def usable_cores() -> int:
 
 def run_chunks(
     job: ChunkJob, file: ResultsFile, *, workers: int | None = None, dask: str | None = None,
+    deadline: float | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> RunSummary:  # fmt: skip
     """Compute the chunks that a file lacks, and write each as soon as it is done.
@@ -58,10 +62,11 @@ def run_chunks(
         file: its file, from `ResultsFile.create` or `ResultsFile.resume`.
         workers: number of processes, one per core by default; 0 computes in this process.
         dask: address of a Dask scheduler, or ``"local"``.
+        deadline: time of `time.monotonic` from which a chunk that is done is the last one.
         progress: called with the rows that the file covers, and all rows of the job.
 
     Returns:
-        What was done.
+        What was done, and why it ended.
 
     Raises:
         FileError: the file cannot be written.
@@ -82,7 +87,10 @@ def run_chunks(
             covered += chunk_size(outcome.chunk, file.rows, file.chunk_rows)
             if progress is not None:
                 progress(kept + covered, file.rows)
-    return RunSummary(chunks, covered, kept, monotonic() - begin, processes.lost)
+            if deadline is not None and monotonic() > deadline:
+                break
+    ended: Literal["complete", "time"] = "complete" if kept + covered == file.rows else "time"
+    return RunSummary(chunks, covered, kept, monotonic() - begin, processes.lost, ended)
 
 
 def _outcomes(

@@ -9,6 +9,7 @@ import sqlite3
 import subprocess
 import sys
 from pathlib import Path
+from time import monotonic
 
 import pytest
 
@@ -130,6 +131,19 @@ def test_no_cluster_is_told_in_one_line(tmp_path, monkeypatch):
     # Some loggers of the library have levels of their own.
     for name in ("distributed", "distributed.client", "distributed.nanny"):
         assert not logging.getLogger(name).isEnabledFor(logging.ERROR)
+
+
+def test_a_run_ends_with_the_chunk_at_its_deadline(tmp_path):
+    """It computes one at least, says why it ended, and another run goes on from there."""
+    job, path = Squares(), tmp_path / "a.db"
+    with ResultsFile.create(path, job) as file:
+        for number in (1, 2):
+            summary = run_chunks(job, file, workers=0, deadline=monotonic() - 1.0)
+            assert (summary.chunks, summary.ended) == (1, "time")
+            assert file.computed()[0] == 64 * number
+        assert run_chunks(job, file, workers=0, deadline=monotonic() + 1e6).ended == "complete"
+        assert run_chunks(job, file, workers=0, deadline=monotonic() - 1.0).ended == "complete"
+    assert exported(path, job) == undisturbed(tmp_path, job)
 
 
 def test_a_complete_file_starts_nobody(tmp_path):

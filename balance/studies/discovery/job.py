@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from balance.studies.discovery.buildable_walk import margins, walk_to_buildable
 from balance.studies.discovery.judge import judge_geometries
-from balance.studies.discovery.polish import AGAIN, polish, walk_again
+from balance.studies.discovery.polish import move_away, polish
 from balance.studies.discovery.splits import motion_splits
 from balance.studies.discovery.starts import random_starts, starts_near
 from balance.studies.discovery.structure import LaneGeometry, TopologyArrays
@@ -35,6 +35,8 @@ IntArray = NDArray[np.int64]
 CHUNK_ROWS = 50
 # Random geometries by which the nullity of most geometries is found.
 SAMPLE = 16
+# Way of the fastest joint in the second walk.
+AGAIN = 1.0
 # Version of the method: results of another one are not mixed with these.
 METHOD = 3
 
@@ -153,10 +155,12 @@ class DiscoveryJob:
         rows = _Rows(len(numbers))
         arrived = np.flatnonzero(walks.arrived)
         rows.outcome[arrived] = "lost at a node"
-        again, kept = walk_again(
-            self.structure, walks.geometry.take(arrived), lambda ends: self.walk(ends, AGAIN)
-        )
-        rows.fill(self, arrived[kept], again)
+        if arrived.size:
+            moved, lanes = move_away(self.structure, walks.geometry.take(arrived))
+            if lanes.size:
+                again = self.walk(moved, AGAIN)
+                kept = arrived[lanes[again.arrived]]
+                rows.fill(self, kept, again.geometry.take(again.arrived))
         ratio = np.where(np.isfinite(walks.ratio), walks.ratio, np.nan)
         return {
             "outcome": rows.outcome.tolist(), "nullity": rows.nullity,

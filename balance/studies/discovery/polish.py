@@ -8,7 +8,6 @@ codimension of the family: the number of equations that the geometry fulfils.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -18,7 +17,6 @@ from balance.studies.discovery.lane_motion import momentum_rates
 from balance.studies.discovery.structure import LaneGeometry, TopologyArrays
 from balance.studies.discovery.walk import (
     LaneConditions,
-    Walks,
     conditions_at,
     put_conditions,
     take_conditions,
@@ -30,8 +28,6 @@ Flags = NDArray[np.bool_]
 
 # Way of the fastest joint, and poses on each curve.
 FAR, FAR_POSES, FAR_POSES_OF_MANY = 1.2, 14, 5
-# Way of the fastest joint in the second walk.
-AGAIN = 1.0
 # How often the way is halved if it crosses a meeting of motions.
 HALVINGS = 3
 STEPS = 10
@@ -112,31 +108,25 @@ def _far_poses(structure: TopologyArrays) -> int:
     return FAR_POSES if structure.width == 1 else FAR_POSES_OF_MANY
 
 
-def walk_again(
-    structure: TopologyArrays, geometry: LaneGeometry, walk: Callable[[LaneGeometry], Walks]
+def move_away(
+    structure: TopologyArrays, geometry: LaneGeometry
 ) -> tuple[LaneGeometry, IntArray]:
-    """Walk on from a pose away from the first one; the lanes that arrive there too.
+    """Take a pose away from the first one as the reference pose of ends of walks.
 
-    The walk may have come near a meeting of motions at its own pose only.
+    A walk that goes on from there does not arrive again if it has only come near a meeting of
+    motions at its own pose.
 
     Args:
-        geometry: ends of walks that have arrived.
-        walk: walks on, with poses up to `AGAIN` away.
+        geometry: ends of walks that have arrived, one at least.
 
     Returns:
-        The geometries, and the numbers of their lanes.
+        The geometries that can be moved, and the numbers of their lanes.
     """
-    lanes = np.arange(len(geometry.points))
-    if not lanes.size:
-        return geometry, lanes
     conditions = far_conditions(structure, geometry)
     curves = conditions.poses.q.shape[1] // _far_poses(structure)
     pose = np.full(len(geometry.points), curves * (_far_poses(structure) // 2))
-    moved = geometry_at(structure, geometry, conditions, pose).take(conditions.usable)
-    if not conditions.usable.any():
-        return moved, lanes[:0]
-    again = walk(moved)
-    return again.geometry.take(again.arrived), lanes[conditions.usable][again.arrived]
+    moved = geometry_at(structure, geometry, conditions, pose)
+    return moved.take(conditions.usable), np.flatnonzero(conditions.usable)
 
 
 def far_conditions(

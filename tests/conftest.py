@@ -243,6 +243,18 @@ def pytest_xdist_auto_num_workers(config):
 
 
 @pytest.fixture
+def compiled_kernels():
+    """Wait until all kernels are compiled, for tests whose processes would compile them too."""
+    from filelock import FileLock
+
+    from kinematics.numerics.compiled.cache_contents import cache_folder
+
+    if folder := cache_folder():
+        with FileLock(folder / "kernels.lock"):
+            pass
+
+
+@pytest.fixture
 def robot(tmp_path):
     """Write a text or bytes to a file and return its path."""
 

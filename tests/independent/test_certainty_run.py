@@ -45,6 +45,7 @@ def test_more_hard_cases(family, tmp_path, capsys):
     assert float(share.rstrip("%")) >= 85.0
 
 
+@pytest.mark.slow
 def test_a_run_goes_on_with_its_table(tmp_path, capsys):
     path = tmp_path / "cases.jsonl"
     words = ["--family", "tilted_arm", "--table", str(path), "--count"]

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from balance.app.answers.answer import Answer, Files
 from balance.app.cli.arguments import refuse_given
 from balance.app.cli.exit_codes import verdict_code
-from balance.app.cli.model_options import certified_space
+from balance.app.cli.model_readings import certified_space
 from balance.app.cli.outputs import describe_written
 from balance.app.cli.spinner import spinner
 from kinematics.errors import UsageError

@@ -16,7 +16,8 @@ from balance.app.cli.counterweights import (
     run_counterweights,
 )
 from balance.app.cli.exit_codes import verdict_code
-from balance.app.cli.model_options import add_model_options, certified_space
+from balance.app.cli.model_options import add_model_options
+from balance.app.cli.model_readings import certified_space
 from balance.app.cli.number_arguments import whole_number
 from balance.app.cli.outputs import add_page_option, describe_written
 from balance.app.cli.partial import add_partial_options, check_partial_options, run_partial

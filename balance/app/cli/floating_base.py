@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING, Any
 
 from balance.app.answers.answer import Answer, Files
 from balance.app.cli.arguments import refuse_given
-from balance.app.cli.both_readings import solve_both_readings
 from balance.app.cli.exit_codes import DONE, NEGATIVE, UNDECIDED
-from balance.app.cli.model_options import load_model, parse_coordinates
+from balance.app.cli.model_options import parse_coordinates
+from balance.app.cli.model_readings import solve_model
 from balance.app.cli.number_arguments import number_between, point
 from balance.app.cli.outputs import kind_of
 from balance.app.cli.progress_bar import progress_bar
@@ -22,6 +22,7 @@ from balance.app.cli.several_models import data_against
 if TYPE_CHECKING:
     from balance.motion.floating_base.base import FloatingBase
     from balance.motion.floating_base.result import FloatingBaseMotion
+    from kinematics.model.linkage import Linkage
 
 
 NUMBER = r"[+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?"
@@ -119,8 +120,7 @@ def _simulate(
     base = _base(arguments)
     base.check()
 
-    def simulate_first(angles: str) -> FloatingBaseMotion:
-        linkage = load_model(arguments, angles)
+    def simulate_first(linkage: Linkage) -> FloatingBaseMotion:
         # Load the kernels only after the file is accepted.
         from balance.motion.floating_base.simulate import simulate_floating_base
         from balance.motion.verification.crank_revolution import revolve_crank
@@ -140,16 +140,14 @@ def _simulate(
             return simulation
         return replace(simulation, notices=(*simulation.notices, *rounding_notice(along)))
 
-    def simulate_second(angles: str) -> FloatingBaseMotion:
+    def simulate_other(linkage: Linkage) -> FloatingBaseMotion:
         from balance.motion.floating_base.simulate import simulate_second
 
-        other = load_model(arguments, angles, arguments.against)
-        return simulate_second(first, other, **_options(arguments), progress=advance)
+        return simulate_second(first, linkage, **_options(arguments), progress=advance)
 
-    first = solve_both_readings(simulate_first, arguments.angles)
-    if not arguments.against:
-        return [first]
-    return [first, solve_both_readings(simulate_second, arguments.angles)]
+    first = solve_model(arguments, simulate_first)
+    others = [arguments.against] if arguments.against else []
+    return [first, *(solve_model(arguments, simulate_other, model) for model in others)]
 
 
 def _base(arguments: argparse.Namespace) -> FloatingBase:

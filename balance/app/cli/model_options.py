@@ -1,17 +1,14 @@
-"""Options that commands on a model share, and the linkage and design space from them."""
+"""Options that commands on a model share, and the linkage from them."""
 
 from __future__ import annotations
 
 import argparse
 import math
-from functools import partial
 from typing import TYPE_CHECKING
 
-from balance.app.cli.both_readings import solve_both_readings
 from balance.app.cli.number_arguments import whole_number
 
 if TYPE_CHECKING:
-    from balance.space.certification.certified_space import CertifiedSpace
     from kinematics.model.linkage import Linkage
 
 
@@ -119,30 +116,6 @@ def load_model(arguments: argparse.Namespace, angles: str, other: str = "") -> L
         fix_base=arguments.fix_base, bodies=arguments.bodies, massless=arguments.massless,
         angles=angles, at=arguments.at, mode=arguments.mode, ground=arguments.ground,
     )  # fmt: skip
-
-
-def certified_space(arguments: argparse.Namespace) -> CertifiedSpace:
-    """Compute and certify the design space of the options.
-
-    Raises:
-        LinkageError: the file, the linkage or the motion cannot be used.
-    """
-    return solve_both_readings(partial(_space, arguments), arguments.angles)
-
-
-def _space(arguments: argparse.Namespace, angles: str) -> CertifiedSpace:
-    """Compute the design space for one reading of rounded angles."""
-    linkage = load_model(arguments, angles)
-    # Load the kernels only after the file is accepted.
-    from balance.space.certification.certify_space import certify
-    from balance.space.certification.compare_branches import compare_branches
-    from balance.space.spaces.compute_space import design_space
-
-    space = design_space(
-        linkage, arguments.motion, arguments.balance, arguments.max_order,
-        spatial=arguments.spatial,
-    )  # fmt: skip
-    return compare_branches(certify(space))
 
 
 def _names(text: str) -> list[str]:

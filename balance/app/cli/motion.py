@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from balance.app.answers.answer import Answer, Files
 from balance.app.cli.arguments import Parser
-from balance.app.cli.both_readings import solve_both_readings
 from balance.app.cli.exit_codes import DONE, NEGATIVE
-from balance.app.cli.model_options import add_model_options, load_model
+from balance.app.cli.model_options import add_model_options
+from balance.app.cli.model_readings import solve_model
 from balance.app.cli.number_arguments import point, whole_number
 from balance.app.cli.outputs import add_page_option, add_picture_option, kind_of
 from balance.app.cli.spinner import spinner
@@ -116,11 +116,7 @@ def _predict(arguments: argparse.Namespace) -> Predictions:
         arguments.refuse("--point is a point of the tool: name that by --tool and --along")
     if arguments.tool is not None and arguments.inputs is not None:
         arguments.refuse("--inputs: with --tool the inputs are named by --along")
-
-    def build(angles: str) -> Predictions:
-        return _compute_predictions(arguments, load_model(arguments, angles))
-
-    return solve_both_readings(build, arguments.angles)
+    return solve_model(arguments, partial(_compute_predictions, arguments))
 
 
 def _compute_predictions(arguments: argparse.Namespace, linkage: Linkage) -> Predictions:

@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, NamedTuple
 from balance.app.answers.answer import Answer, Files, side_by_side
 from balance.app.cli.arguments import Parser
 from balance.app.cli.exit_codes import DONE, UNDECIDED
-from balance.app.cli.model_options import add_model_options, certified_space
+from balance.app.cli.model_options import add_model_options
+from balance.app.cli.model_readings import certified_space
 from balance.app.cli.number_arguments import whole_number
 from balance.app.cli.outputs import add_meshes_option, add_page_option
 from balance.app.cli.several_models import (

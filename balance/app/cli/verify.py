@@ -11,14 +11,14 @@ from typing import TYPE_CHECKING, Any
 
 from balance.app.answers.answer import Answer, Files, side_by_side
 from balance.app.cli.arguments import Parser, refuse_given
-from balance.app.cli.both_readings import solve_both_readings
 from balance.app.cli.exit_codes import DONE, NEGATIVE, UNDECIDED
 from balance.app.cli.floating_base import (
     add_base_options,
     check_base_options,
     run_floating_base,
 )
-from balance.app.cli.model_options import add_model_options, load_model
+from balance.app.cli.model_options import add_model_options
+from balance.app.cli.model_readings import solve_model
 from balance.app.cli.number_arguments import add_about, whole_number
 from balance.app.cli.outputs import (
     add_meshes_option,
@@ -36,6 +36,7 @@ from balance.app.cli.several_models import (
 
 if TYPE_CHECKING:
     from balance.motion.verification.result import Verification
+    from kinematics.model.linkage import Linkage
 
 
 # Default number of random motions.
@@ -140,8 +141,7 @@ def _verify(
     """
     options = _options(arguments) | {"progress": advance}
 
-    def verify_first(angles: str) -> Verification:
-        linkage = load_model(arguments, angles)
+    def verify_first(linkage: Linkage) -> Verification:
         # Load the kernels only after the file is accepted.
         from balance.motion.verification.given_motions import from_csv
         from balance.motion.verification.to_pinocchio import verify
@@ -152,18 +152,14 @@ def _verify(
             along = [from_csv(linkage, arguments.csv, motion_of(linkage, arguments.motion))]
         return verify(linkage, along=along, **options)
 
-    def verify_other(model: str, angles: str) -> Verification:
+    def verify_other(linkage: Linkage) -> Verification:
         from balance.motion.verification.to_pinocchio import verify_second
 
-        return verify_second(first, load_model(arguments, angles, model), **options)
+        return verify_second(first, linkage, **options)
 
-    first = solve_both_readings(verify_first, arguments.angles)
+    first = solve_model(arguments, verify_first)
     others = [arguments.against] if arguments.against else arguments.others
-    return [
-        first,
-        *(solve_both_readings(partial(verify_other, model), arguments.angles)
-          for model in others),
-    ]  # fmt: skip
+    return [first, *(solve_model(arguments, verify_other, model) for model in others)]
 
 
 def _refuse_exclusive_options(arguments: argparse.Namespace) -> None:

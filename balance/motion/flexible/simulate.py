@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from balance.motion.flexible.mechanism import PlanarMechanism
 from kinematics.errors import LinkageError
+from kinematics.numerics.integration import Integration, StalledError
 
 Array = NDArray[np.float64]
 
@@ -188,19 +189,23 @@ def _integrate(
     Raises:
         LinkageError: the integrator fails.
     """
-    from scipy.integrate import DOP853, Radau
-
     mechanism, n = run.mechanism, (len(y) - 1) // 2
     states, steps, k = np.empty((len(times), len(y))), 0, 1
     states[0] = y
     scale = rtol * _absolute_scale(mechanism, y[:n], times[-1])
-    options = {"rtol": rtol, "atol": scale}
-    if name == "Radau":
-        solver = Radau(run.slope, 0.0, y, times[-1], jac=run.jacobian, **options)
-    else:
-        solver = DOP853(run.slope, 0.0, y, times[-1], **options)
-    while solver.status == "running" and run.evaluations < MOST_EVALUATIONS:
-        solver.step()
+    jacobian = run.jacobian if name == "Radau" else None
+    integration = Integration(
+        run.slope, 0.0, y, times[-1], jacobian=jacobian, rtol=rtol, atol=scale
+    )
+    solver = integration.solver
+    while integration.running and run.evaluations < MOST_EVALUATIONS:
+        try:
+            integration.step()
+        except StalledError:
+            raise LinkageError(
+                f"the integration stops at {solver.t:g} s: the mechanism reaches a singular "
+                "pose, or bends too far; lower the speed"
+            ) from None
         steps += 1
         if k < len(times) and times[k] <= solver.t:
             dense = solver.dense_output()
@@ -213,15 +218,10 @@ def _integrate(
         corrected = _correct(mechanism, solver.t, solver.y)
         if corrected is not solver.y:
             solver.y, solver.f = corrected, run.slope(solver.t, corrected)
-    if solver.status == "running":
+    if integration.running:
         raise LinkageError(
             f"the integration is slow at {solver.t:g} s: the mechanism is near a singular "
             "pose, or vibrates fast; give a shorter duration, a lower speed or fewer modes"
-        )
-    if solver.status != "finished":
-        raise LinkageError(
-            f"the integration stops at {solver.t:g} s: the mechanism reaches a singular pose, "
-            "or bends too far; lower the speed"
         )
     return states, steps
 

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from balance.motion.floating_base.equations import BaseEquations
 from balance.motion.motion_tolerances import BASE_STEP_RELATIVE
 from kinematics.errors import PoseError
+from kinematics.numerics.integration import Integration, StalledError
 
 Array = NDArray[np.float64]
 
@@ -82,23 +83,22 @@ def _advance(
     The last step may be cut short to end at the stop: what the solver proposes after it is then
     no measure of the motion, and the longest of the proposals before and after it counts.
     """
-    from scipy.integrate import DOP853
-
     now = times[-1]
     first = None if step is None else min(step, stop - now)
-    solver = DOP853(
+    integration = Integration(
         equations, now, states[-1], stop, rtol=BASE_STEP_RELATIVE, atol=tolerances,
         max_step=duration / FEWEST_STEPS, first_step=first,
     )  # fmt: skip
-    proposed = 0.0
-    while solver.status == "running":
-        proposed = float(solver.h_abs)
+    solver, stalled = integration.solver, False
+    while integration.running:
         try:
-            solver.step()
+            integration.step()
         except PoseError as error:
             raise PoseError(f"{error} beyond {solver.t:.6g} s of the motion") from None
+        except StalledError:
+            stalled = True
         short = solver.t < stop and not solver.step_size > SHORTEST_STEP * duration
-        if solver.status == "failed" or short or equations.evaluations > MAX_EVALUATIONS:
+        if stalled or short or equations.evaluations > MAX_EVALUATIONS:
             raise PoseError(
                 f"the motion needs too many steps beyond {solver.t:.6g} s: it is near a "
                 "singular pose, or a spring is stiff; give a shorter duration, smaller "
@@ -106,7 +106,7 @@ def _advance(
             )
         times.append(float(solver.t))
         states.append(solver.y.copy())
-    return max(proposed, float(solver.h_abs))
+    return max(integration.proposed, float(solver.h_abs))
 
 
 def integrate_at(

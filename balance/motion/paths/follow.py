@@ -6,16 +6,14 @@ and characteristic lengths:
     dq/ds = C N y / |C N y|,    N = null space of A(q),  C the joint rates per input rate
 
 where y is the last tangent in a null space of dimension 1, and the first tangent, projected,
-in a larger one. Each evaluation first closes the loops, so that their error does not grow. The
-integrator is the Runge-Kutta method of order 8 of E. Hairer, S. P. Nørsett and G. Wanner
-(DOP853) with dense output.
+in a larger one. Each evaluation first closes the loops, so that their error does not grow.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from functools import partial
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,10 +28,7 @@ from balance.motion.motion_tolerances import (
 from balance.motion.paths.pass_meeting import MeetingAhead, PassedMeeting
 from balance.motion.paths.rest_equations import RestEquations, RowsAtPose
 from kinematics.errors import PoseError
-
-if TYPE_CHECKING:
-    from scipy.integrate import DOP853
-
+from kinematics.numerics.integration import Integration, StalledError
 
 Array = NDArray[np.float64]
 Dense = Callable[[float], Array]
@@ -163,43 +158,42 @@ class _Walk:
 
     def run(self, q: Array, s: float) -> None:
         """Integrate from a pose to the event that ends the path."""
-        solver = None
+        integration = None
         for _ in range(MAX_STEPS):
             try:
-                solver = solver or self._solver(q, s)
-                solver.step()
+                integration = integration or self._start(q, s)
+                integration.step()
             except PoseError:
                 self.retries += 1
                 if self.retries > MAX_RETRIES:
                     self.events.append(self.watch.lost(q, s))
                     return
-                solver, self.longest = None, self.longest / 4.0
+                integration, self.longest = None, self.longest / 4.0
                 continue
-            if solver.status == "failed":
+            except StalledError:
                 self.events.append(self.watch.lost(q, s))
                 return
+            solver = integration.solver
             ended = self._keep(s, float(solver.t), solver.dense_output())
             if ended:
                 return
             q, s = self.equations.close(solver.y), float(solver.t)
-            if solver.status == "finished":
+            if not integration.running:
                 self.events.append(PathEvent("length", s, "as long as asked for"))
                 return
             passed = self._look(q, s)
             if passed is not None:
                 if self._pass(passed, s):
                     return
-                q, s, solver = self.equations.close(passed.positions(passed.length)), (
+                q, s, integration = self.equations.close(passed.positions(passed.length)), (
                     s + passed.length
                 ), None  # fmt: skip
         self.events.append(PathEvent("stop", s, "too many steps"))
 
-    def _solver(self, q: Array, s: float) -> DOP853:
-        """Start the integrator at a pose."""
-        from scipy.integrate import DOP853
-
+    def _start(self, q: Array, s: float) -> Integration:
+        """Start the integration at a pose."""
         error = max(PATH_STEP_ERROR, self._round_off(q))
-        return DOP853(
+        return Integration(
             self.direction, s, q, self.length, rtol=error, atol=error, max_step=self.longest
         )
 

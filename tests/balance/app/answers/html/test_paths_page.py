@@ -9,8 +9,7 @@ import numpy as np
 import pytest
 
 import balance
-from balance.app.answers.html.momentum_field import momentum_field
-from balance.app.answers.html.paths import paths_page
+from balance.app.answers.html.paths import momentum_field, paths_page
 
 
 def run_of(text):

@@ -2,7 +2,7 @@
 
 ``python -m tests.independent.added_dyads --cases 200 --seed 0 --out DIR`` draws four-bars with
 hinges at random decimals, none of which masses of its own balance, tries the known dyads of
-`balance.masses.remedies.dyads.dyad_seeds` on each, and walks from random ones with
+`balance.masses.remedies.dyads.added_dyad` on each, and walks from random ones with
 ``--walks N``. The first dyad with buildable masses is written to DIR, with masses, and read
 again. Pinocchio must confirm the file to 1e-9; how sure the rank of its conditions is, is
 counted.
@@ -22,9 +22,13 @@ import numpy as np
 from balance import certify, design_space, verify
 from balance.masses import feasible
 from balance.masses.designs.write_urdf import replace_inertials
-from balance.masses.remedies.dyads.added_dyad import buildable, walks_from_random
+from balance.masses.remedies.dyads.added_dyad import (
+    DyadSeed,
+    buildable,
+    dyad_seeds,
+    walks_from_random,
+)
 from balance.masses.remedies.dyads.dyad_geometry import dyad_document
-from balance.masses.remedies.dyads.dyad_seeds import DyadSeed, dyad_seeds
 from balance.masses.remedies.request import RemedyRequest
 from kinematics import ScrewJoint, from_screws, load
 from kinematics.errors import LinkageError

@@ -11,13 +11,15 @@ The shaking force and moment are the reverse of the rate of change of the moment
 
 from __future__ import annotations
 
+import math
+from collections.abc import Sequence
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from balance.motion.flexible.beam_part import MovingPart
-from balance.motion.flexible.joint_rows import add_joint, evaluate_point, position_row
 from balance.motion.flexible.mechanism_types import (
     ConstraintRows,
     Dynamics,
@@ -25,6 +27,7 @@ from balance.motion.flexible.mechanism_types import (
     JointDrive,
     MechanismJoint,
     On,
+    Row,
     Shaking,
 )
 from kinematics.errors import LinkageError
@@ -110,10 +113,13 @@ class PlanarMechanism:
         )
         k, at = 0, self.slices
         for j, joint in enumerate(self.joints):
-            a, b = evaluate_point(joint.first, at, p, v), evaluate_point(joint.second, at, p, v)
-            k = add_joint(constraints, k, joint, a, b, v)
+            a, b = (
+                _evaluate_point(joint.first, at, p, v),
+                _evaluate_point(joint.second, at, p, v),
+            )
+            k = _add_joint(constraints, k, joint, a, b, v)
             if j in self._needed:
-                constraints.positions[j] = position_row(joint, a, b, v)
+                constraints.positions[j] = _position_row(joint, a, b, v)
         for k, relation in enumerate(self.relations, fixed):
             x, y = constraints.positions[relation.joint], constraints.positions[relation.source]
             constraints.g[k] = x.value - relation.ratio * y.value
@@ -181,7 +187,7 @@ class PlanarMechanism:
         Args:
             p: coordinates (n,).
         """
-        point = evaluate_point(on, self.slices, p, np.zeros(len(p)))
+        point = _evaluate_point(on, self.slices, p, np.zeros(len(p)))
         return np.array([point.x, point.y])
 
     def joint_position(self, joint: int, p: Array) -> float:
@@ -192,8 +198,8 @@ class PlanarMechanism:
             p: coordinates (n,).
         """
         pair, rest = self.joints[joint], np.zeros(len(p))
-        a, b = (evaluate_point(on, self.slices, p, rest) for on in (pair.first, pair.second))
-        return position_row(pair, a, b, rest).value
+        a, b = (_evaluate_point(on, self.slices, p, rest) for on in (pair.first, pair.second))
+        return _position_row(pair, a, b, rest).value
 
     def assemble(self, t: float, p: Array, v: Array) -> tuple[Array, Array]:
         """Move coordinates and rates onto the constraints, by the least change of momentum.
@@ -263,3 +269,157 @@ def solve_bordered(mass: Array, rows: Array, right: Array) -> Array:
             "the flexible mechanism reaches a singular pose, where its constraints depend on "
             "one another; give a shorter duration or another motion"
         ) from None
+
+
+class _PointState(NamedTuple):
+    """A point at a state; rows are over the coordinates of its part alone.
+
+    Attributes:
+        own: where these coordinates are.
+        x, y: position in the plane.
+        rows: derivatives of x and y; shape (2, 3 + n).
+        ax, ay: acceleration without that of the coordinates.
+        angle: direction of the marker.
+        turn: its derivatives; shape (3 + n,).
+    """
+
+    own: slice
+    x: float
+    y: float
+    rows: Array
+    ax: float
+    ay: float
+    angle: float
+    turn: Array
+
+
+_NOWHERE = slice(0, 0)
+
+
+_NO_ROWS = np.zeros((2, 0))
+
+
+_NO_TURN = np.zeros(0)
+
+
+_RIGID_TURN = np.array([0.0, 0.0, 1.0])
+
+
+def _evaluate_point(on: On, slices: Sequence[slice], p: Array, v: Array) -> _PointState:
+    """Evaluate a point at a state.
+
+    Args:
+        slices: where the coordinates of each part are.
+        p: coordinates (n,).
+        v: their rates (n,).
+    """
+    marker = on.marker
+    if on.part < 0:
+        x, y = marker.at.tolist()
+        return _PointState(_NOWHERE, x, y, _NO_ROWS, 0.0, 0.0, 0.0, _NO_TURN)
+    columns = slices[on.part]
+    k = columns.start
+    x, y, angle = p[k : k + 3].tolist()
+    spin = v[k + 2].item()
+    c, s = math.cos(angle), math.sin(angle)
+    lx, ly = marker.at.tolist()
+    if columns.stop == k + 3:
+        rx, ry = c * lx - s * ly, s * lx + c * ly
+        rows = np.array([[1.0, 0.0, -ry], [0.0, 1.0, rx]])
+        two = spin * spin
+        return _PointState(
+            columns, x + rx, y + ry, rows, -two * rx, -two * ry, angle, _RIGID_TURN
+        )
+    q, dq = p[k + 3 : columns.stop], v[k + 3 : columns.stop]
+    bent = marker.shortening @ q
+    along = marker.along - bent
+    lx += (marker.along @ q - 0.5 * (bent @ q)).item()
+    ly += (marker.across @ q).item()
+    ax = -(spin**2) * lx - 2.0 * spin * (marker.across @ dq).item()
+    ax -= (dq @ (marker.shortening @ dq)).item()
+    ay = -(spin**2) * ly + 2.0 * spin * (along @ dq).item()
+    rx, ry = c * lx - s * ly, s * lx + c * ly
+    rows = np.empty((2, columns.stop - k))
+    rows[:, :3] = ((1.0, 0.0, -ry), (0.0, 1.0, rx))
+    rows[0, 3:] = c * along - s * marker.across
+    rows[1, 3:] = s * along + c * marker.across
+    turn = np.concatenate([_RIGID_TURN, marker.turn])
+    angle += (marker.turn @ q).item()
+    return _PointState(
+        columns, x + rx, y + ry, rows, c * ax - s * ay, s * ax + c * ay, angle, turn
+    )
+
+
+def _add_joint(
+    constraints: ConstraintRows,
+    k: int,
+    joint: MechanismJoint,
+    a: _PointState,
+    b: _PointState,
+    v: Array,
+) -> int:
+    """Write the constraints of a joint.
+
+    Args:
+        constraints: out: the constraints.
+        k: first row of the joint.
+        a: its point on the first part.
+        b: its point on the second part.
+        v: rates of the coordinates (n,).
+
+    Returns:
+        The row after those of the joint.
+    """
+    if joint.kind == "prismatic":
+        value, row, bias = _slide(joint, a, b, v, across=True)
+        constraints.g[k], constraints.rows[k], constraints.gamma[k] = value, row, -bias
+        k += 1
+    else:
+        constraints.g[k], constraints.g[k + 1] = b.x - a.x, b.y - a.y
+        constraints.rows[k : k + 2, b.own] += b.rows
+        constraints.rows[k : k + 2, a.own] -= a.rows
+        constraints.gamma[k], constraints.gamma[k + 1] = a.ax - b.ax, a.ay - b.ay
+        k += 2
+    if joint.kind != "revolute":
+        constraints.g[k] = b.angle - a.angle - joint.angle
+        constraints.rows[k, b.own] += b.turn
+        constraints.rows[k, a.own] -= a.turn
+        k += 1
+    return k
+
+
+def _position_row(joint: MechanismJoint, a: _PointState, b: _PointState, v: Array) -> Row:
+    """Compute the position of a joint: an angle, or a distance along its axis.
+
+    Args:
+        a: its point on the first part.
+        b: its point on the second part.
+        v: rates of the coordinates (n,).
+    """
+    if joint.kind == "prismatic":
+        return _slide(joint, a, b, v, across=False)
+    row = np.zeros(len(v))
+    row[b.own] += b.turn
+    row[a.own] -= a.turn
+    return Row(b.angle - a.angle - joint.angle, row, 0.0)
+
+
+def _slide(
+    joint: MechanismJoint, a: _PointState, b: _PointState, v: Array, across: bool
+) -> Row:
+    """Project the difference of two points on the axis of a slider, or across it."""
+    c, s = math.cos(a.angle), math.sin(a.angle)
+    ex, ey = joint.axis
+    ex, ey = (-ey, ex) if across else (ex, ey)
+    e = np.array([c * ex - s * ey, s * ex + c * ey])
+    normal = np.array([-e[1], e[0]])
+    apart = np.array([b.x - a.x, b.y - a.y])
+    row = np.zeros(len(v))
+    row[b.own] += e @ b.rows
+    row[a.own] -= e @ a.rows
+    row[a.own] += float(normal @ apart) * a.turn
+    speed = b.rows @ v[b.own] - a.rows @ v[a.own]
+    spin, value = float(a.turn @ v[a.own]), float(e @ apart)
+    bias = e[0] * (b.ax - a.ax) + e[1] * (b.ay - a.ay)
+    bias += 2.0 * spin * float(normal @ speed) - spin**2 * value
+    return Row(value, row, float(bias))

@@ -6,15 +6,58 @@ wheel about the normal of a planar linkage, of inertia J, takes it at the speed 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import suppress
 from dataclasses import replace
 
-from balance.masses.remedies.applied import AppliedRemedy, refused
+import numpy as np
+from numpy.typing import NDArray
+
+from balance.masses.remedies.applied import AppliedRemedy, inertia_ratio, refused
+from balance.masses.remedies.judge import MOTIONS
+from balance.masses.remedies.momentum_along import Momentum, momentum_along
 from balance.masses.remedies.request import RemedyRequest
-from balance.masses.remedies.wheels.geared_wheel import build_geared_wheel
-from balance.masses.remedies.wheels.motor_wheels import build_motor_wheels
-from balance.masses.remedies.wheels.wheels_on_base import NoWheel
-from kinematics.errors import LinkageError
+from balance.masses.remedies.wheels.varying_ratio import (
+    PitchCurves,
+    VaryingRatio,
+    integrate,
+    table_bytes,
+)
+from balance.masses.remedies.wheels.wheels_on_base import (
+    ForceBalanced,
+    NoWheel,
+    Wheel,
+    balance_force,
+    fine_motion,
+    has_momentum,
+    make_wheel,
+    motion_columns,
+    verify_with_wheels,
+)
+from balance.motion.motion_tolerances import CONDITIONING_NOTICE, RELATION_RESIDUAL
+from balance.motion.verification.crank_revolution import crank_limits, revolve_crank
+from balance.motion.verification.trajectory import (
+    Trajectory,
+    drive,
+    order_inputs,
+    random_motions,
+)
+from kinematics.errors import LinkageError, PoseError
+from kinematics.model.linkage import GROUND, Joint, Linkage
+from kinematics.model.motion import Motion, motion_of
+from kinematics.wording import number_text
+
+Array = NDArray[np.float64]
+
+SEED = 3
+# Samples over the range of a crank that cannot turn fully, and the part of the range taken:
+# at its ends, the dead centres, the ratio is infinite.
+SAMPLES = 721
+RANGE_SHARE = 0.9
+# Steps between the rows of tables in the details; the files have all rows.
+STRIDE = 10
+# Most times that the range is shortened.
+MAX_SHORTER = 30
 
 
 def apply_passive_wheel(request: RemedyRequest) -> Iterator[AppliedRemedy]:
@@ -27,7 +70,7 @@ def apply_passive_wheel(request: RemedyRequest) -> Iterator[AppliedRemedy]:
     Yields:
         One result.
     """
-    yield _attempt("passive_wheel", request, build_geared_wheel)
+    yield _attempt("passive_wheel", request, _build_geared_wheel)
 
 
 def apply_active_wheel(request: RemedyRequest) -> Iterator[AppliedRemedy]:
@@ -39,7 +82,7 @@ def apply_active_wheel(request: RemedyRequest) -> Iterator[AppliedRemedy]:
     Yields:
         One result.
     """
-    yield _attempt("active_wheel", request, build_motor_wheels)
+    yield _attempt("active_wheel", request, _build_motor_wheels)
 
 
 def _attempt(
@@ -54,3 +97,320 @@ def _attempt(
         return replace(refused(remedy, no.reason), verdict=no.verdict, proof=no.proof)
     except LinkageError as error:
         return refused(remedy, str(error))
+
+
+def _build_motor_wheels(request: RemedyRequest) -> AppliedRemedy:
+    """Build a wheel with a motor for each axis along which a moment is left.
+
+    The force is balanced by counterweights. The axes are the normal of a planar linkage, and
+    where its centres of mass are in different planes two across it; or those of the root. The
+    speed is ``-h / J``, the torque ``-ḣ``, the power ``h ḣ / J`` along random motions of one
+    second. J is the mean of ``|h|`` over the mean speed of the fastest input (radians and
+    characteristic lengths per second) and over the gear of the request; the torque does not
+    depend on it. Each wheel is a thin ring of the rotor radius ρ, of mass ``J / ρ²``.
+
+    Returns:
+        The result; a file has time, inputs, and the wheels' motion at the greatest power, and
+        one a motion with the wheels for ``balance verify --csv``.
+
+    Raises:
+        NoWheel: the force cannot be balanced, or no moment is left.
+        LinkageError: the linkage cannot be moved.
+    """
+    balanced = balance_force(request)
+    limits = motion_of(balanced.linkage, request.motion or None)
+    runs = [*random_motions(balanced.linkage, MOTIONS, seed=SEED, motion=limits)]
+    wheels = _wheels(request, balanced, runs)
+    mass = sum(wheel.mass for wheel in wheels)
+    count = "a wheel" if len(wheels) == 1 else f"{len(wheels)} wheels about perpendicular axes"
+    blank = AppliedRemedy(
+        "active_wheel",
+        f"{count} of {number_text(mass)} kg on the base, with motors",
+        "undecided",
+        "",
+    )
+    fine = fine_motion(balanced.linkage, limits)
+    done, (*moved, shown) = verify_with_wheels(request, blank, balanced, wheels, [*runs, fine])
+    first = balanced.linkage.mobility
+    peaks = [
+        [
+            w.peaks(trajectory.ud[:, first + k], trajectory.udd[:, first + k])
+            for k, w in enumerate(wheels)
+        ]
+        for trajectory in moved
+    ]
+    worst = max(range(len(moved)), key=lambda k: max(peak["power"] for peak in peaks[k]))
+    table = _table(balanced.linkage.inputs, moved[worst], wheels)
+    names = *balanced.linkage.inputs, *(wheel.joint for wheel in wheels)
+    motion = motion_columns(names, shown)
+    return replace(
+        done, files={"drive.csv": table_bytes(table), "motion.csv": table_bytes(motion)},
+        details={
+            "wheels": [wheel.details() for wheel in wheels],
+            "motions": [
+                {"name": f"random motion {k + 1} of 1 s", "peaks": part}
+                for k, part in enumerate(peaks)
+            ],
+            "worst": worst + 1,
+            "peaks": [
+                {key: max(part[k][key] for part in peaks) for key in peaks[0][k]}
+                for k in range(len(wheels))
+            ],
+        },
+    )  # fmt: skip
+
+
+def _wheels(
+    request: RemedyRequest, balanced: ForceBalanced, runs: Sequence[Trajectory]
+) -> list[Wheel]:
+    """Make the wheels; several are at two radii from the origin, along their axes."""
+    linkage = balanced.linkage
+    momenta = [momentum_along(linkage, trajectory) for trajectory in runs]
+    candidates = linkage.chain.frame.R[::-1] if linkage.planar else np.eye(3)
+    axes = [axis for axis in candidates if has_momentum(linkage, momenta, axis[None])]
+    if not axes:
+        raise NoWheel("refused", "no moment is left once counterweights balance the force")
+    radius, pace = request.rotor_radius, _pace(request, balanced, runs)
+    several = len(axes) > 1
+    return [
+        make_wheel(
+            balanced.document, axis, 2.0 * radius * axis * several,
+            _mean_size(momenta, axis) / (pace * request.gear), radius,
+            f"_{k}" if several else "",
+        )
+        for k, axis in enumerate(axes, 1)
+    ]  # fmt: skip
+
+
+def _mean_size(momenta: Sequence[Momentum], axis: Array) -> float:
+    """Compute the mean of ``|h|`` about an axis."""
+    return float(np.mean([np.abs(momentum.total[:, :3] @ axis).mean() for momentum in momenta]))
+
+
+def _pace(request: RemedyRequest, balanced: ForceBalanced, runs: Sequence[Trajectory]) -> float:
+    """Compute the mean speed of the fastest input, rad/s and characteristic lengths/s."""
+    kinds = {joint.name: joint.kind for joint in balanced.linkage.joints}
+    slides = [kinds[name] == "prismatic" for name in balanced.linkage.inputs]
+    units = np.where(slides, request.space.length, 1.0)
+    return float(
+        np.mean([np.abs(trajectory.ud / units).max(axis=1).mean() for trajectory in runs])
+    )
+
+
+def _table(
+    inputs: Sequence[str], motion: Trajectory, wheels: Sequence[Wheel]
+) -> dict[str, Array]:
+    """List time, inputs, and angle, speed, torque and power of each wheel."""
+    columns = {"time": motion.time}
+    columns |= {name: motion.u[:, k] for k, name in enumerate(inputs)}
+    for k, wheel in enumerate(wheels, len(inputs)):
+        speed, torque = motion.ud[:, k], wheel.inertia * motion.udd[:, k]
+        columns |= {
+            f"{wheel.name} angle": motion.u[:, k], f"{wheel.name} speed": speed,
+            f"{wheel.name} torque": torque, f"{wheel.name} power": torque * speed,
+        }  # fmt: skip
+    return columns
+
+
+def _build_geared_wheel(request: RemedyRequest) -> AppliedRemedy:
+    """Build the wheel that the crank drives at the ratio ``i(u) = -h(u) / J``.
+
+    The force is balanced by counterweights; h is the angular momentum that is left for a unit
+    rate of the crank, over a full turn of it, or over 90 % of the reachable range either way,
+    and less if a singular pose is on the way. J is the mean of ``|h|`` there over the gear N of
+    the request, so that the mean of ``|i|`` is N, and a full turn turns the wheel by N turns if
+    the ratio keeps its sign. The wheel is a thin ring of the rotor radius ρ, of mass
+    ``J / ρ²``, its centre ``2 ρ`` from the axis of the crank. Gears there have the pitch curves
+    of `balance.masses.remedies.wheels.varying_ratio`, if the crank turns on the base and the
+    ratio keeps its sign; otherwise a cam moves the wheel. The crank feels ``J i²`` besides the
+    linkage.
+
+    The wheel is an input of its own in the file, which is verified along random motions, and
+    over the table unless that passes a singular pose, where round-off is amplified.
+
+    Returns:
+        The result; its files have a random motion with the wheel, the ratio and the pitch
+        curves.
+
+    Raises:
+        NoWheel: the linkage is spatial or has several freedoms, its force cannot be balanced,
+            no moment is left, or one about other axes.
+        LinkageError: the linkage cannot be moved.
+    """
+    _refuse_several_freedoms(request)
+    balanced = balance_force(request)
+    linkage, normal = balanced.linkage, balanced.linkage.chain.frame.R[2]
+    limits = motion_of(linkage, request.motion or None)
+    crank, rates = _crank_rates(linkage, limits)
+    sweep, turns = _sweep(linkage, limits, crank, rates)
+    fine = fine_motion(linkage, limits)
+    runs = [fine, *random_motions(linkage, MOTIONS, seed=SEED, motion=limits)]
+    if regular := sweep.conditioning > CONDITIONING_NOTICE:
+        runs.append(sweep)
+    _refuse_other_moments(linkage, runs)
+    table = _ratio_table(request, linkage, sweep, crank, turns)
+    radius, centre = request.rotor_radius, _crank_joint(linkage, crank).point
+    point = centre + 2.0 * radius * linkage.chain.frame.R[0]
+    wheel = make_wheel(balanced.document, normal, point, table.inertia, radius)
+    words = (
+        f"a wheel of {number_text(wheel.mass)} kg on the base that {crank} drives at "
+        "a varying ratio"
+    )
+    blank = AppliedRemedy("passive_wheel", words, "undecided", "")
+    done, moved = verify_with_wheels(request, blank, balanced, [wheel], runs)
+    motion = motion_columns((*linkage.inputs, wheel.joint), moved[0])
+    done = replace(done, files={"motion.csv": table_bytes(motion)})
+    at_start = drive(linkage, [0.0], [0.0 * rates], [rates], [0.0 * rates])
+    h = float(momentum_along(linkage, at_start).total[0, :3] @ normal)
+    done = _with_wheel(request, done, crank, h**2 / table.inertia)
+    return _with_tables(linkage, done, table, wheel, regular)
+
+
+def _with_tables(
+    linkage: Linkage, done: AppliedRemedy, table: VaryingRatio, wheel: Wheel, regular: bool
+) -> AppliedRemedy:
+    """Add the ratio, the pitch curves and the peaks to a result, as files and as data."""
+    curves, words = _pitch_curves(linkage, table, 2.0 * wheel.radius)
+    files = {"ratio.csv": table_bytes(table.columns())}
+    if curves is not None:
+        files["pitch_curves.csv"] = table_bytes(curves.columns())
+    peaks = wheel.peaks(table.ratio, table.slope)
+    details = {
+        "wheel": wheel.details(), "crank": table.crank, "full_turn": table.turns,
+        "range": [float(table.u[0]), float(table.u[-1])], "cycle": table.cycle,
+        "singular": not regular, "drive": words, **_tables(table, curves),
+        "peaks": {"at": "unit rate of the crank", **peaks},
+    }  # fmt: skip
+    return replace(done, files={**done.files, **files}, details=details)
+
+
+def _refuse_several_freedoms(request: RemedyRequest) -> None:
+    """Raise NoWheel unless the linkage is planar and has one degree of freedom."""
+    if not request.linkage.planar:
+        raise NoWheel(
+            "refused", "a spatial linkage: its moment changes its direction, which one wheel "
+            "about a fixed axis cannot follow; active wheels can"
+        )  # fmt: skip
+    if request.freedoms != 1:
+        count = f"{request.freedoms} degrees of freedom"
+        raise NoWheel("refused", f"{count}, but a ratio is a function of one")
+
+
+def _crank_rates(linkage: Linkage, limits: Motion | None) -> tuple[str, Array]:
+    """Choose the crank: the first revolute input that moves, else the first that does.
+
+    Returns:
+        Its name, and the rates of all inputs (mobility,) for its unit rate.
+    """
+    basis = np.ones((1, 1)) if limits is None else order_inputs(limits, linkage)
+    kinds = {joint.name: joint.kind for joint in linkage.joints}
+    moving = [name for k, name in enumerate(linkage.inputs) if basis[k, 0] != 0.0]
+    crank = next((name for name in moving if kinds[name] == "revolute"), moving[0])
+    column = basis[:, 0] / basis[linkage.inputs.index(crank), 0]
+    return crank, np.asarray(column)
+
+
+def _sweep(
+    linkage: Linkage, limits: Motion | None, crank: str, rates: Array
+) -> tuple[Trajectory, bool]:
+    """Move the crank at a unit rate: a full turn if it can, else over most of its range."""
+    with suppress(LinkageError):
+        return revolve_crank(linkage, 1.0, crank, limits)[0], True
+    ends = (RANGE_SHARE * end for end in crank_limits(linkage, crank, rates))
+    low, high = (_regular_end(linkage, rates, end) for end in ends)
+    return _move(linkage, rates, np.linspace(low, high, SAMPLES)), False
+
+
+def _move(linkage: Linkage, rates: Array, u: Array) -> Trajectory:
+    """Move the crank at a unit rate through displacements (N,)."""
+    ud = np.tile(rates, (u.size, 1))
+    return drive(linkage, u, np.outer(u, rates), ud, 0.0 * ud)
+
+
+def _regular_end(linkage: Linkage, rates: Array, end: float) -> float:
+    """Shorten a way from the reference pose until no singular pose is on it."""
+    for _ in range(MAX_SHORTER):
+        with suppress(PoseError):
+            way = _move(linkage, rates, np.linspace(0.0, end, SAMPLES // 2))
+            if way.conditioning > CONDITIONING_NOTICE:
+                break
+        end *= RANGE_SHARE
+    return end
+
+
+def _refuse_other_moments(linkage: Linkage, runs: list[Trajectory]) -> None:
+    """Raise NoWheel if no moment is left, or one across the normal."""
+    momenta = [momentum_along(linkage, trajectory) for trajectory in runs]
+    across, normal = linkage.chain.frame.R[:2], linkage.chain.frame.R[2:]
+    if has_momentum(linkage, momenta, across):
+        raise NoWheel(
+            "undecided", "centres of mass are in different planes, so that a moment across the "
+            "normal is left, which this wheel does not take; active wheels do"
+        )  # fmt: skip
+    if not has_momentum(linkage, momenta, normal):
+        raise NoWheel("refused", "no moment is left once counterweights balance the force")
+
+
+def _ratio_table(
+    request: RemedyRequest, linkage: Linkage, sweep: Trajectory, crank: str, turns: bool
+) -> VaryingRatio:
+    """Compute the ratio along a motion at a unit rate of the crank."""
+    momentum, normal = momentum_along(linkage, sweep), linkage.chain.frame.R[2]
+    h, change = (x[:, :3] @ normal for x in (momentum.total, momentum.rate))
+    u = sweep.u[:, linkage.inputs.index(crank)]
+    mean = float(np.trapezoid(np.abs(h), u)) / float(u[-1] - u[0])
+    inertia = mean / request.gear
+    ratio, slope = -h / inertia, -change / inertia
+    angle = integrate(u, ratio, slope)
+    return VaryingRatio(crank, turns, inertia, u, ratio, slope, angle)
+
+
+def _crank_joint(linkage: Linkage, crank: str) -> Joint:
+    """Find the joint of the crank."""
+    return linkage.joints[int(linkage.positions_of([crank])[0])]
+
+
+def _pitch_curves(
+    linkage: Linkage, table: VaryingRatio, distance: float
+) -> tuple[PitchCurves | None, str]:
+    """Compute the pitch curves, and say what drives the wheel."""
+    joint = _crank_joint(linkage, table.crank)
+    if joint.kind != "revolute" or joint.parent != GROUND:
+        return None, "a cam: the crank does not turn on the base, so that no gear does either"
+    curves = table.pitch_curves(distance)
+    if curves is None:
+        return None, "a cam: the ratio changes its sign or comes near 0, so that no gears roll"
+    words = "non-circular gears"
+    if np.ptp(table.ratio) <= RELATION_RESIDUAL * np.abs(table.ratio).max():
+        words = "circular gears"
+    if curves.reversed:
+        words += " and a pair of equal wheels that reverse"
+    if not table.turns:
+        return curves, f"{words}: segments, since the crank does not turn fully"
+    ends = "close" if curves.closed else "do not close: the wheel makes no n-th part of a turn"
+    return curves, f"{words}, whose pitch curves {ends}"
+
+
+def _tables(table: VaryingRatio, curves: PitchCurves | None) -> dict[str, object]:
+    """Describe ratio and pitch curves as plain data, by every tenth row."""
+    tables: dict[str, object] = {
+        "ratio": {name: x[::STRIDE].tolist() for name, x in table.columns().items()},
+        "pitch_curves": None,
+    }
+    if curves is not None:
+        tables["pitch_curves"] = {
+            "distance": curves.distance, "closed": curves.closed,
+            "reversed": curves.reversed, "rolled": list(curves.rolled),
+            **{name: x[::STRIDE].tolist() for name, x in curves.columns().items()},
+        }  # fmt: skip
+    return tables
+
+
+def _with_wheel(
+    request: RemedyRequest, done: AppliedRemedy, crank: str, felt: float
+) -> AppliedRemedy:
+    """Add the inertia of the wheel that the crank feels at the reference pose."""
+    if done.input_inertia is None:
+        return done
+    inertia = {**done.input_inertia, crank: done.input_inertia[crank] + felt}
+    return replace(done, input_inertia=inertia, inertia_ratio=inertia_ratio(request, inertia))

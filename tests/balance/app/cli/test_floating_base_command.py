@@ -103,7 +103,7 @@ def test_files(tmp_path, capsys):
     (3, "vibrates", [*FREE[:1], "spring", *FREE[2:], "--stiffness", "1e12N/m"]),
 ])  # fmt: skip
 def test_refusals(code, match, words, capsys, monkeypatch):
-    monkeypatch.setattr("balance.motion.floating_base.integrate.MAX_EVALUATIONS", 2000)
+    monkeypatch.setattr("balance.motion.floating_base.simulate.MAX_EVALUATIONS", 2000)
     assert main(["verify", SHAKING, *words, "--json"]) == code
     out, err = capsys.readouterr()
     assert out == "" and match in err.splitlines()[-1]

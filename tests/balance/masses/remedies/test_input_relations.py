@@ -12,14 +12,15 @@ import balance
 import kinematics
 from balance.masses.remedies.compare import compare_request
 from balance.masses.remedies.constraints import input_relations
-from balance.masses.remedies.constraints.input_relations import apply_input_relation
-from balance.masses.remedies.constraints.relation_candidates import _primitive, candidates
-from balance.masses.remedies.constraints.relation_search import (
+from balance.masses.remedies.constraints.input_relations import (
     RelationSearch,
+    apply_input_relation,
     free_inputs,
+    inertia_needs,
     search_relations,
+    turning_ratios,
 )
-from balance.masses.remedies.constraints.relation_words import inertia_needs, turning_ratios
+from balance.masses.remedies.constraints.relation_candidates import _primitive, candidates
 from balance.masses.remedies.request import RemedyRequest
 from kinematics import Motion
 from kinematics.model.document.element import Document
@@ -196,8 +197,11 @@ def test_relations_of_many_inputs_are_tried_if_the_user_insists(monkeypatch):
 
 def test_inputs_that_rest_follow_one_that_moves():
     """Two inputs at rest both follow the third with ratio 0: no circle of mimics."""
-    from balance.masses.remedies.constraints.input_relations import _driven, _with_mimics
-    from balance.masses.remedies.constraints.relation_search import InputRelation
+    from balance.masses.remedies.constraints.input_relations import (
+        InputRelation,
+        _driven,
+        _with_mimics,
+    )
 
     arm = RemedyRequest(kinematics.load("zero_reaction_arm"))
     line = next(one for one in candidates(3, 1) if one.columns[0] == (0, 0, 1))

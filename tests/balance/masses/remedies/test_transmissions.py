@@ -7,10 +7,10 @@ import pytest
 
 import balance
 import kinematics
-from balance.masses.remedies.counter_rotations.transmission_elements import mass_per_length
 from balance.masses.remedies.counter_rotations.transmissions import (
     apply_parallelogram_transmission,
     apply_planetary_transmission,
+    mass_per_length,
 )
 from balance.masses.remedies.request import RemedyRequest
 from kinematics import ScrewJoint, from_screws

@@ -223,7 +223,7 @@ def test_drift_is_noticed(monkeypatch):
     (MotionError, "inputs", {"motion": "x=0"}),
 ])  # fmt: skip
 def test_bad_requests_are_refused(error, match, options, monkeypatch):
-    monkeypatch.setattr("balance.motion.floating_base.integrate.MAX_EVALUATIONS", 3000)
+    monkeypatch.setattr("balance.motion.floating_base.simulate.MAX_EVALUATIONS", 3000)
     base = options.pop("base", BASE)
     with pytest.raises(error, match=match) as caught:
         simulate_floating_base("four_bar_general", base, **options)

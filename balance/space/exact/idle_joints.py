@@ -1,13 +1,25 @@
-"""Joints at rest in every motion, shown by the loops that they are in, not by orders alone."""
+"""Joints at rest in every motion, shown by the loops that they are in, not by orders alone.
+
+A reflection ``x' = R x + d`` acts on twists: ``Σ [ω; v] = [-R ω; R v + R ω × d]``. Where it
+maps the joints of a linkage onto joints, and the rates of the independent joints onto
+themselves, the mirror image of every motion is a motion with the same inputs, and so the same
+motion, since the inputs determine it. A joint that is its own image then only has displacements
+that commute with the reflection: of the units of which it is made, those turn for which
+``Σ s = s``, and the others are at rest.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from fractions import Fraction
+from itertools import combinations
+from typing import NamedTuple
 
 from balance.space.exact.chain import ExactChain, lie_algebra, loops_are_regular
-from balance.space.exact.mirrored_motions import joints_at_rest_by_symmetry
 from kinematics.model.chain import loop_joints, rigid_parts
-from kinematics.numerics.linalg.rational import echelon
+from kinematics.numerics.linalg.rational import Vector, cross, dot, echelon
+
+Span = tuple[tuple[Fraction, ...], ...]
 
 
 def joints_shown_at_rest(chain: ExactChain, idle: Collection[int]) -> set[int]:
@@ -85,3 +97,206 @@ def _leaves_group_of_others(chain: ExactChain, around: set[int], joints: set[int
     basis = lie_algebra([chain.screws[j] for j in sorted(around - joints)])
     more = [list(chain.screws[j]) for j in sorted(joints)]
     return len(echelon(basis + more)[0]) == len(basis) + len(more)
+
+
+class _Mirror(NamedTuple):
+    """A plane ``n·x = α``, with n of any length."""
+
+    n: Vector
+    alpha: Fraction
+
+    def turn(self, a: Vector) -> Vector:
+        """Mirror a direction: ``a - 2 (a·n) n / n²``."""
+        factor = 2 * dot(a, self.n) / dot(self.n, self.n)
+        return tuple(x - factor * y for x, y in zip(a, self.n, strict=True))
+
+    def carry(self, twist: Vector) -> Vector:
+        """Mirror a twist: ``ω' = -R ω``, ``v' = R v - ω' × d``, d the image of the origin."""
+        w = tuple(-x for x in self.turn(twist[:3]))
+        factor = 2 * self.alpha / dot(self.n, self.n)
+        moved = cross(w, tuple(factor * x for x in self.n))
+        v = tuple(x - y for x, y in zip(self.turn(twist[3:]), moved, strict=True))
+        return w + v
+
+
+class _Edge(NamedTuple):
+    """A joint between two links, made of one unit, or of three that turn about one point."""
+
+    before: int
+    after: int
+    units: tuple[int, ...]
+
+
+def joints_at_rest_by_symmetry(chain: ExactChain) -> set[int]:
+    """Find joints that are at rest in every motion because the motion is its own mirror image.
+
+    Planes are tried that exchange two independent joints of equal or opposite rates.
+
+    Args:
+        chain: the linkage and its motion, whose inputs determine all joints.
+    """
+    if chain.mimics or any(chain.radicands):
+        return set()
+    edges = _edges(chain)
+    resting: set[int] = set()
+    for mirror in _mirrors(chain):
+        images = _images(chain, edges, mirror)
+        if images is not None and _keeps_inputs(chain, edges, images, mirror):
+            for edge, image, kept in zip(edges, *images, strict=True):
+                if edges[image] is edge and kept:
+                    resting |= _resting_units(chain, edge, mirror)
+    return resting
+
+
+def _edges(chain: ExactChain) -> list[_Edge]:
+    """Join the units of a linkage to joints; welded links have one number."""
+    of = {link: link for link in range(-1, len(chain.parent))}
+
+    def find(link: int) -> int:
+        while of[link] != link:
+            link = of[link]
+        return link
+
+    for ends in chain.ends:
+        low, high = sorted(map(find, ends))
+        of[high] = low
+    single = [
+        _Edge(find(parent), find(unit), (unit,)) for unit, parent in enumerate(chain.parent)
+    ]
+    uses = [link for edge in single for link in (edge.before, edge.after)]
+    edges, taken = list[_Edge](), set[int]()
+    for first in single:
+        run = [first]
+        while len(run) < 3 and uses.count(run[-1].after) == 2:
+            following = [x for x in single if x.before == run[-1].after]
+            if not following:
+                break
+            run.append(following[0])
+        units = tuple(edge.units[0] for edge in run)
+        if len(run) == 3 and not taken & set(units) and _is_spherical(chain, units):
+            taken |= set(units)
+            edges.append(_Edge(run[0].before, run[-1].after, units))
+    return edges + [edge for edge in single if edge.units[0] not in taken]
+
+
+def _is_spherical(chain: ExactChain, units: Sequence[int]) -> bool:
+    """Whether three units turn independently about one point."""
+    screws = [chain.screws[unit] for unit in units]
+    turning = len(echelon([screw[:3] for screw in screws])[0]) == 3
+    return turning and len(lie_algebra(screws)) == 3
+
+
+def _mirrors(chain: ExactChain) -> Iterator[_Mirror]:
+    """Yield planes that exchange two independent joints of equal or opposite rates."""
+    inputs = [
+        j for j, screw in enumerate(chain.screws)
+        if j not in chain.dependent and any(screw[:3]) and any(chain.columns[j])
+    ]  # fmt: skip
+    for j, k in combinations(inputs, 2):
+        opposite = tuple(-x for x in chain.columns[k])
+        if chain.columns[j] not in (chain.columns[k], opposite):
+            continue
+        a, b = chain.screws[j], chain.screws[k]
+        if dot(a[:3], a[:3]) != dot(b[:3], b[:3]):
+            continue
+        for sign in (-1, 1):
+            n = tuple(x + sign * y for x, y in zip(a[:3], b[:3], strict=True))
+            if any(n):
+                yield from _plane(a, b, n)
+
+
+def _plane(a: Vector, b: Vector, n: Vector) -> Iterator[_Mirror]:
+    """Yield the plane of a normal that exchanges two lines, if there is one.
+
+    With ``x = p + t d`` on the first line and ``Σ`` for ``n·x = 0``, the moment of the image
+    differs from that of the second line by ``2 α n × ω' / n²``, which gives α.
+    """
+    centred = _Mirror(n, Fraction(0))
+    for target in (b, tuple(-x for x in b)):
+        image = centred.carry(a)
+        if image[:3] != target[:3]:
+            continue
+        away = tuple(x - y for x, y in zip(image[3:], target[3:], strict=True))
+        step = cross(image[:3], tuple(2 * x / dot(n, n) for x in n))
+        if not any(step):
+            continue
+        mirror = _Mirror(n, dot(away, step) / dot(step, step))
+        if mirror.carry(a) == target:
+            yield mirror
+
+
+def _span(screws: Sequence[Vector]) -> Span:
+    """Write the span of screws in a form that is the same for all bases."""
+    return tuple(tuple(row) for row in echelon(screws)[0])
+
+
+def _images(
+    chain: ExactChain, edges: Sequence[_Edge], mirror: _Mirror
+) -> tuple[list[int], list[bool]] | None:
+    """Find the joint onto which a reflection maps each, and whether it keeps its direction.
+
+    Returns:
+        Both; None if the linkage is not its own image.
+    """
+    places: dict[Span, int] = {}
+    for k, edge in enumerate(edges):
+        places[_span([chain.screws[unit] for unit in edge.units])] = k
+    if len(places) < len(edges):
+        return None
+    spans = (_span([mirror.carry(chain.screws[u]) for u in edge.units]) for edge in edges)
+    images = [places.get(span, -1) for span in spans]
+    if -1 in images:
+        return None
+    links, kept = {-1: -1}, [True] * len(edges)
+    for _ in edges:
+        for k, edge in enumerate(edges):
+            image = edges[images[k]]
+            for here, there in ((edge.before, edge.after), (edge.after, edge.before)):
+                if here not in links or links[here] not in (image.before, image.after):
+                    continue
+                across = {image.before: image.after, image.after: image.before}
+                links.setdefault(there, across[links[here]])
+    for k, edge in enumerate(edges):
+        image = edges[images[k]]
+        ends = links.get(edge.before), links.get(edge.after)
+        if ends not in ((image.before, image.after), (image.after, image.before)):
+            return None
+        kept[k] = ends == (image.before, image.after)
+    return images, kept
+
+
+def _keeps_inputs(
+    chain: ExactChain, edges: Sequence[_Edge], images: tuple[list[int], list[bool]],
+    mirror: _Mirror,
+) -> bool:  # fmt: skip
+    """Whether the rates of the independent joints are their own mirror image."""
+    for edge, image, kept in zip(edges, *images, strict=True):
+        other = edges[image]
+        free = [unit for unit in (*edge.units, *other.units) if unit not in chain.dependent]
+        if not free:
+            continue
+        if len(edge.units) > 1 or len(free) < len({*edge.units, *other.units}):
+            return False
+        (unit,), (there,) = edge.units, other.units
+        carried, screw = mirror.carry(chain.screws[unit]), chain.screws[there]
+        place = next(i for i, x in enumerate(screw) if x)
+        factor = carried[place] / screw[place] * (1 if kept else -1)
+        if tuple(factor * x for x in chain.columns[unit]) != chain.columns[there]:
+            return False
+    return True
+
+
+def _resting_units(chain: ExactChain, edge: _Edge, mirror: _Mirror) -> set[int]:
+    """Find the units at rest of a joint whose displacements commute with a reflection."""
+    screws = [chain.screws[unit] for unit in edge.units]
+    images = [mirror.carry(screw) for screw in screws]
+    turning = {
+        unit for unit, screw, image in zip(edge.units, screws, images, strict=True)
+        if screw == image
+    }  # fmt: skip
+    sums = [
+        tuple(x + y for x, y in zip(screw, image, strict=True))
+        for screw, image in zip(screws, images, strict=True)
+    ]
+    fixed = len(echelon(sums)[0])
+    return set(edge.units) - turning if len(turning) == fixed else set()

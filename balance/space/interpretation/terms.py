@@ -16,22 +16,19 @@ from numpy.typing import NDArray
 
 from balance.space.inertial_parameters.conversions import to_chain
 from balance.space.inertial_parameters.multipole import UNITS, Primitive
-from balance.space.interpretation.named_points import (
-    NamedDirection,
-    NamedPoint,
-    distinct_directions,
-    named_directions,
-    named_points,
-)
 from balance.space.spaces.design_space import DesignSpace
 from balance.support.tolerances import FRACTION_IN_TEXT, GEOMETRY_EQUAL, TERMS_RANK
 from kinematics.model.arrays import Frame
+from kinematics.model.linkage import Joint
+from kinematics.numerics.linalg import vectors
 from kinematics.wording import number_text
 
 Array = NDArray[np.float64]
 
 # Cost of a term in the search for few terms: along a direction, across it, between two.
 PLAIN, CROSSING, OBLIQUE = 1.0, 1.02, 1.05
+# How the names of directions begin that are normal to others.
+NORMAL = "the normal to "
 
 
 class Term(NamedTuple):
@@ -94,19 +91,19 @@ def candidate_terms(space: DesignSpace) -> list[Term]:
     terms: list[Term] = []
     for b, name in enumerate(space.bodies):
         if space.chain.links[b] >= 0:
-            terms += _terms_of_body(space, name, named_points(space, b))
+            terms += _terms_of_body(space, name, _named_points(space, b))
     return terms
 
 
-def _terms_of_body(space: DesignSpace, body: str, places: Sequence[NamedPoint]) -> list[Term]:
+def _terms_of_body(space: DesignSpace, body: str, places: Sequence[_NamedPoint]) -> list[Term]:
     """List masses and displacements at joints, and rods, that span all parameters of a body."""
-    named = [named_directions(space, k, places) for k in range(len(places))]
+    named = [_named_directions(space, k, places) for k in range(len(places))]
     terms = _terms_at(space, body, places, named)
     parts = [p for term in terms for p in term.primitives]
     if np.linalg.matrix_rank(term_vectors(space, parts, True), TERMS_RANK) < len(space.labels):
-        axes = [NamedDirection(a, name) for a, name in zip(space.axes, "xyz", strict=True)]
+        axes = [_NamedDirection(a, name) for a, name in zip(space.axes, "xyz", strict=True)]
         axes = axes[:2] if space.planar else axes
-        origin = NamedPoint("the origin", np.zeros(3), space.axes[0], "x")
+        origin = _NamedPoint("the origin", np.zeros(3), space.axes[0], "x")
         names = {term.name for term in terms}
         more = _terms_at(space, body, places[:1] or [origin], [axes])
         terms += [term for term in more if term.name not in names]
@@ -116,8 +113,8 @@ def _terms_of_body(space: DesignSpace, body: str, places: Sequence[NamedPoint]) 
 def _terms_at(
     space: DesignSpace,
     body: str,
-    places: Sequence[NamedPoint],
-    named: Sequence[Sequence[NamedDirection]],
+    places: Sequence[_NamedPoint],
+    named: Sequence[Sequence[_NamedDirection]],
 ) -> list[Term]:
     """List all terms at places, each in the directions of its own."""
     terms = [
@@ -126,7 +123,7 @@ def _terms_at(
     ]
     if space.balance == "force":
         # The place of a displacement does not matter to the linear momentum.
-        some = distinct_directions([d for group in named for d in group])
+        some = _distinct_directions([d for group in named for d in group])
         return terms + _displacements(body, places[0].point, "displacement", some)
     for site, group in zip(places, named, strict=True):
         terms += _displacements(body, site.point, f"displacement at {site.name}", group)
@@ -134,7 +131,7 @@ def _terms_at(
 
 
 def _displacements(
-    body: str, point: Array, name: str, some: Sequence[NamedDirection]
+    body: str, point: Array, name: str, some: Sequence[_NamedDirection]
 ) -> list[Term]:  # fmt: skip
     """List displacements from a point in some directions."""
     return [
@@ -146,13 +143,13 @@ def _displacements(
     ]  # fmt: skip
 
 
-def _rods(body: str, named: Sequence[Sequence[NamedDirection]], planar: bool) -> list[Term]:
+def _rods(body: str, named: Sequence[Sequence[_NamedDirection]], planar: bool) -> list[Term]:
     """List rods in all directions, and ± pairs between perpendicular ones at a joint.
 
     In a plane all rods are the same.
     """
     some = sorted(
-        distinct_directions([d for group in named for d in group]), key=lambda d: d.normal
+        _distinct_directions([d for group in named for d in group]), key=lambda d: d.normal
     )
     if planar:
         return [Term("rod", (Primitive("rod", body, 1.0, None, d.along),)) for d in some[:1]]
@@ -178,7 +175,7 @@ def _rods(body: str, named: Sequence[Sequence[NamedDirection]], planar: bool) ->
     return terms
 
 
-def _pair(body: str, direction: NamedDirection, other: NamedDirection) -> Term:
+def _pair(body: str, direction: _NamedDirection, other: _NamedDirection) -> Term:
     """Make rods halfway between perpendicular a and b: + along a + b, - along a - b."""
     sides = ((1.0, direction.along + other.along), (-1.0, direction.along - other.along))
     rods = (Primitive("rod", body, sign, None, v / 2.0**0.5) for sign, v in sides)
@@ -217,3 +214,131 @@ def _number(value: float) -> str:
     if fraction and abs(float(fraction) - value) <= FRACTION_IN_TEXT:
         return f"{'-' if value < 0 else '+'}{abs(fraction)}"
     return number_text(value, "+.6g")
+
+
+class _NamedDirection(NamedTuple):
+    """A direction with a name.
+
+    Attributes:
+        along: unit vector (3,).
+        name: such as ``"u1-q2"``, which points from u1 to q2, ``"the axis of u1"`` or
+            ``"the normal to u1-q2"``.
+    """
+
+    along: Array
+    name: str
+
+    @property
+    def normal(self) -> bool:
+        """Whether it is normal to other directions."""
+        return self.name.startswith(NORMAL)
+
+    @property
+    def adverb(self) -> str:
+        """The name as it follows a noun: ``"along u1-q2"``, ``"across u1-q2"``."""
+        return f"across {self.name[len(NORMAL) :]}" if self.normal else f"along {self.name}"
+
+
+class _NamedPoint(NamedTuple):
+    """A joint of a body, as a point with an axis.
+
+    Attributes:
+        name: of the joint in the file.
+        point: its centre (3,), metres.
+        axis: unit vector along it (3,).
+        label: name of the axis.
+    """
+
+    name: str
+    point: Array
+    axis: Array
+    label: str
+
+
+def _named_points(space: DesignSpace, body: int) -> list[_NamedPoint]:
+    """List the moving joints at a body, one for every centre; those of loops come last.
+
+    Args:
+        body: number of the body.
+    """
+    chain, joints = space.chain, space.linkage.joints
+    part = space.chain_transfers.rigid_part
+    here = [
+        joints[k]
+        for j, k in enumerate(chain.joints)
+        if part[chain.links[body]] in (part[j], part[chain.parent[j]])
+    ]
+    apart = GEOMETRY_EQUAL * space.length
+    first = vectors.distinct_vectors(
+        [joint.point for joint in here],
+        lambda some, point: np.linalg.norm(some - point, axis=1) <= apart,
+    )
+    return [_named_point(here[k]) for k in first]
+
+
+def _named_point(joint: Joint) -> _NamedPoint:
+    """Name a joint; one of several degrees goes by its own name."""
+    axis = joint.screw[3:] if joint.kind == "prismatic" else joint.screw[:3]
+    return _NamedPoint(joint.whole, joint.point, axis / np.linalg.norm(axis), joint.name)
+
+
+def _named_directions(
+    space: DesignSpace, place: int, places: Sequence[_NamedPoint]
+) -> list[_NamedDirection]:
+    """List directions at a joint of a body: along its links and axes, and across them.
+
+    Across is the vector product of the axis, or of the normal of the plane, with another.
+
+    Args:
+        space: whose axes count if it is planar.
+        place: number of the joint.
+        places: the joints of the body.
+    """
+    site = places[place]
+    axis = _NamedDirection(site.axis, f"the axis of {site.label}")
+    links = _link_directions(place, places)
+    if space.planar:
+        n = space.axes[2]
+        plain = _distinct_directions(
+            [*links, *([axis] if abs(site.axis @ n) < GEOMETRY_EQUAL else [])]
+        )
+        crossed, end = plain, ""
+    else:
+        n = site.axis
+        crossed = [*links, *(_NamedDirection(s.axis, f"the axis of {s.label}") for s in places)]
+        plain = _distinct_directions([*links, axis])
+        parallel = all(np.linalg.norm(np.cross(s.axis, n)) < GEOMETRY_EQUAL for s in places)
+        end = "" if parallel else f" and {axis.name}"
+    normals = [_NamedDirection(np.cross(n, d.along), f"{NORMAL}{d.name}{end}") for d in crossed]
+    return _distinct_directions([*plain, *normals])
+
+
+def _link_directions(place: int, places: Sequence[_NamedPoint]) -> list[_NamedDirection]:
+    """List directions from joint to joint, and to the middle of more than two."""
+    site, directions = places[place], []
+    for k, other in enumerate(places):
+        if k != place:
+            first, second = (site, other) if place < k else (other, site)
+            along = second.point - first.point
+            directions.append(_NamedDirection(along, f"{first.name}-{second.name}"))
+    if len(places) > 2:
+        middle = np.mean([other.point for other in places], axis=0)
+        directions.append(_NamedDirection(middle - site.point, f"{site.name}-middle"))
+    return _distinct_directions(directions)
+
+
+def _distinct_directions(directions: Sequence[_NamedDirection]) -> list[_NamedDirection]:
+    """Normalise directions, and remove zeros and repetitions up to sign."""
+    unit = [
+        direction._replace(along=direction.along / size)
+        for direction in directions
+        if (size := float(np.linalg.norm(direction.along))) > GEOMETRY_EQUAL
+    ]
+    first = vectors.distinct_vectors([direction.along for direction in unit], _opposite_or_same)
+    return [unit[k] for k in first]
+
+
+def _opposite_or_same(some: Array, vector: Array) -> NDArray[np.bool_]:
+    """Mark the unit vectors (k, 3) that equal another one (3,), up to sign."""
+    apart = np.minimum(abs(some - vector).max(axis=1), abs(some + vector).max(axis=1))
+    return np.asarray(apart <= GEOMETRY_EQUAL)

@@ -14,15 +14,19 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from math import comb
 from types import MappingProxyType
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from balance.space.conditions.collect import collect_conditions
-from balance.space.conditions.order_kernels import generic_directions
+from balance.space.conditions.order_kernels import (
+    EXPANSION_ORDERS,
+    FIRST_EXPANSION_ORDER,
+    generic_directions,
+)
 from balance.space.inertial_parameters.conversions import to_chain
 from balance.space.many.lane_kernels import lane_sweep
-from balance.space.many.lane_workspace import lane_workspace
 from balance.space.many.many_geometries_kernels import (
     planar_sweep,
     spatial_sweep,
@@ -39,11 +43,15 @@ from balance.space.transfers.rigid_parts import number_rigid_parts
 from balance.support.options import Balance
 from balance.support.tolerances import SWEEP_PIVOT_CLEAR
 from kinematics.closure.assembly.assemble import assemble
+from kinematics.closure.lane_poses import LanePoses, poses_lanes
+from kinematics.closure.lane_series import LaneSeries, series_lanes
 from kinematics.errors import LinkageError
 from kinematics.loading.model_gallery import LinkageLike, as_linkage
-from kinematics.model.arrays import Frame, freeze, read_only
+from kinematics.model.arrays import Chain, Frame, freeze, read_only
 from kinematics.model.linkage import Linkage
 from kinematics.model.spatial.inertia import displace_parameters
+from kinematics.numerics.compiled.simd import VECTOR_WIDTH, lanes
+from kinematics.numerics.linalg.lane_pivoted_qr import LaneFactor, factor_lanes
 from kinematics.numerics.linalg.skyline_qr import COUNT, ROWS
 
 Array = NDArray[np.float64]
@@ -218,7 +226,7 @@ class _Sweep:
         """Compute those geometries of a chunk that agree with others of it in every rank."""
         chain, size = self.chain, self.parameters_per_body
         shape = len(listed) + len(self.rigid_transfers), self.rows_per_column, size
-        workspace = chain.borrow(("lanes", *shape), lambda: lane_workspace(chain, *shape))
+        workspace = chain.borrow(("lanes", *shape), lambda: _lane_workspace(chain, *shape))
         lane_sweep(
             (chain.walked, chain.links, listed, self.rigid_transfers),
             geometries, size, results, np.empty(len(results[0]), np.int64), workspace,
@@ -331,3 +339,112 @@ def _move_back(space: DesignSpace, linkage: Linkage) -> Array:
     scaled = to_chain(here.reshape(-1, 10), space.chain.frame, space.planar, force)
     Q, _ = np.linalg.qr(scaled.reshape(space.nullity, -1).T)
     return np.asarray(Q.T)
+
+
+class _FreshPose(NamedTuple):
+    """Arrays of a finite pose; the last axis is that of the lanes.
+
+    Attributes:
+        series: motions there.
+        H: displacements of the bodies (bodies, 1, 4, lanes).
+        N: their rates, likewise.
+        X: momentum rows (1, rows, bodies, parameters, lanes).
+        rows: the same memory (rows, unknowns, lanes).
+        radius: as from `radius_lanes` (4, lanes).
+        poses: the pose.
+    """
+
+    series: LaneSeries
+    H: Array
+    N: Array
+    X: Array
+    rows: Array
+    radius: Array
+    poses: LanePoses
+
+
+class _OneLane(NamedTuple):
+    """Arrays of one lane, for its basis.
+
+    Attributes:
+        order: places of columns, or their numbers (unknowns,).
+        left: unknowns that the factor has (unknowns,).
+        known: factor of the transfers (unknowns, unknowns).
+        R: factor of the conditions (unknowns, unknowns).
+    """
+
+    order: IntArray
+    left: IntArray
+    known: Array
+    R: Array
+
+
+class _LaneSweep(NamedTuple):
+    """Arrays of one thread; the last axis is that of the lanes where one is named.
+
+    Attributes:
+        screws: joint screws (n, 3, lanes).
+        mimics: mimic relations (g, n, lanes).
+        series: motions at the reference pose.
+        H: displacements of the bodies (bodies, orders, 4, lanes).
+        N: their rates, likewise.
+        X: momentum rows (orders, rows, bodies, parameters, lanes).
+        rows: the same memory (orders, rows, unknowns, lanes).
+        radius: as from `radius_lanes` (4, lanes).
+        fresh: a finite pose.
+        serial: factors of the transfers.
+        factor: factors of the conditions.
+        weight: weight of the rows of one order (lanes,).
+        ranks: rank after each order (orders,).
+        state: 1 for a lane that is settled, -1 for one that is given up (lanes,).
+        one: for the basis of one lane.
+    """
+
+    screws: Array
+    mimics: Array
+    series: LaneSeries
+    H: Array
+    N: Array
+    X: Array
+    rows: Array
+    radius: Array
+    fresh: _FreshPose
+    serial: LaneFactor
+    factor: LaneFactor
+    weight: Array
+    ranks: IntArray
+    state: IntArray
+    one: _OneLane
+
+
+def _lane_workspace(chain: Chain, transfers: int, per: int, size: int) -> _LaneSweep:
+    """Allocate the workspace of `balance.space.many.lane_kernels.lane_sweep`.
+
+    Args:
+        chain: one of the linkages, planar.
+        transfers: their number, with those between bodies of rigid parts.
+        per: momentum components of each column.
+        size: parameters of each body.
+    """
+    n, bodies, orders = (
+        chain.parent.size, chain.links.size, EXPANSION_ORDERS[-1] + 1,
+    )  # fmt: skip
+    unknowns = bodies * size
+    X, fresh_X = (lanes(count, per, bodies, size) for count in (orders, 1))
+    fresh = _FreshPose(
+        series_lanes(chain, FIRST_EXPANSION_ORDER), lanes(bodies, 1, 4),
+        lanes(bodies, 1, 4), fresh_X, fresh_X.reshape(per, unknowns, VECTOR_WIDTH),
+        lanes(4), poses_lanes(chain),
+    )  # fmt: skip
+    lane_work = _OneLane(
+        np.zeros(unknowns, np.int64), np.zeros(unknowns, np.int64),
+        np.zeros((unknowns, unknowns)), np.zeros((unknowns, unknowns)),
+    )  # fmt: skip
+    return _LaneSweep(
+        lanes(n, 3), lanes(len(chain.mimics), n),
+        series_lanes(chain, orders - 1), lanes(bodies, orders, 4),
+        lanes(bodies, orders, 4), X, X.reshape(orders, per, unknowns, VECTOR_WIDTH),
+        lanes(4), fresh, factor_lanes(unknowns, transfers),
+        factor_lanes(unknowns, per), lanes(), np.zeros(orders, np.int64),
+        np.zeros(VECTOR_WIDTH, np.int64), lane_work,
+    )  # fmt: skip

@@ -1,4 +1,9 @@
-"""A search as a job in chunks: walks from numbered starts, and what becomes of each."""
+"""A search as a job in chunks: walks from numbered starts, and what becomes of each.
+
+A kite that is folded along its axis turns as one, or opens as two pairs of links: its parts
+move independently. Only a pose next to it, closed by steps of least norm, tells this from a
+node, where two motions meet.
+"""
 
 from __future__ import annotations
 
@@ -14,9 +19,8 @@ from numpy.typing import NDArray
 
 from balance.studies.discovery.buildable_walk import margins, walk_to_buildable
 from balance.studies.discovery.judge import judge_geometries
+from balance.studies.discovery.lane_motion import freedoms
 from balance.studies.discovery.polish import move_away, polish
-from balance.studies.discovery.splits import motion_splits
-from balance.studies.discovery.starts import random_starts, starts_near
 from balance.studies.discovery.structure import LaneGeometry, TopologyArrays
 from balance.studies.discovery.topologies import Topology, topology
 from balance.studies.discovery.walk import (
@@ -31,6 +35,7 @@ from kinematics.errors import UsageError
 from kinematics.version import __version__
 
 IntArray = NDArray[np.int64]
+Array = NDArray[np.float64]
 
 CHUNK_ROWS = 50
 # Random geometries by which the nullity of most geometries is found.
@@ -39,18 +44,20 @@ SAMPLE = 16
 AGAIN = 1.0
 # Version of the method: results of another one are not mixed with these.
 METHOD = 3
-
 # Entries of a description, and their types.
 DESCRIPTION = {"topology": str, "starts": int, "seed": int, "buildable": bool, "origin": str}
 MOST_SEED = 2**63
 # Axes of a geometry as text have length 1 within this.
 UNIT = 1e-6
-
 COLUMNS = (
     Column("outcome", "text"), Column("nullity", "integer"), Column("codimension", "integer"),
     Column("margin", "real"), Column("ratio", "real"), Column("steps", "integer"),
     Column("geometry", "text"),
 )  # fmt: skip
+# Way from the reference pose, radians, and number of directions in which it is gone.
+WAY, WAYS = 0.2, 3
+# Least and largest size of the random changes of a linkage, over its size.
+NEAREST, FARTHEST = 0.01, 1.0
 
 
 @dataclass(frozen=True)
@@ -176,7 +183,7 @@ class DiscoveryJob:
         """
         if self.origin:
             origin = geometry_of_text(self.origin)
-            return starts_near(self.structure, origin, self.seed, numbers)
+            return _starts_near(self.structure, origin, self.seed, numbers)
         return random_starts(self.structure, self.seed, numbers)
 
     def walk(
@@ -251,3 +258,61 @@ def geometry_of_text(text: str, structure: TopologyArrays | None = None) -> Lane
     if not fine or not np.allclose(np.linalg.norm(axes, axis=1), 1.0, rtol=0.0, atol=UNIT):
         raise UsageError("the text of a geometry is not one of this topology")
     return LaneGeometry(points[None], axes[None])
+
+
+def motion_splits(structure: TopologyArrays, geometry: LaneGeometry) -> NDArray[np.bool_]:
+    """Tell which linkages have more freedoms than generic ones, at all poses around."""
+    n = len(structure.parent)
+    screws = structure.screws(geometry)
+    more = np.ones(len(screws), bool)
+    for direction in np.random.default_rng(3).standard_normal((WAYS, n)):
+        q, count = freedoms(structure, screws, np.zeros((len(screws), n)), 0.0 * direction)
+        for _ in range(2):
+            more &= count > structure.width
+            q, count = freedoms(structure, screws, q, 0.5 * WAY * direction)
+        more &= count > structure.width
+    return more
+
+
+def random_starts(structure: TopologyArrays, seed: int, numbers: range) -> LaneGeometry:
+    """Draw starts: normally distributed points, and directions that are equally likely.
+
+    Args:
+        seed: seed of all starts.
+        numbers: numbers of the starts; a start depends on its number alone.
+    """
+    drawn = [_draw(structure, np.random.default_rng([seed, number])) for number in numbers]
+    points, axes = (np.stack(arrays) for arrays in zip(*drawn, strict=True))
+    return structure.normalise(LaneGeometry(points, axes))
+
+
+def _starts_near(
+    structure: TopologyArrays, origin: LaneGeometry, seed: int, numbers: range
+) -> LaneGeometry:
+    """Change a linkage by random amounts, from a hundredth of its size to all of it.
+
+    Args:
+        origin: the linkage, in one lane.
+        seed: seed of all starts.
+        numbers: numbers of the starts; 0 is the linkage itself.
+    """
+    count = len(structure.shifts)
+    steps = []
+    for number in numbers:
+        rng = np.random.default_rng([seed, number])
+        size = NEAREST * (FARTHEST / NEAREST) ** rng.random()
+        steps.append((number > 0) * size * rng.standard_normal(count))
+    many = LaneGeometry(*(np.repeat(array, len(steps), axis=0) for array in origin))
+    return structure.change(many, np.stack(steps))
+
+
+def _draw(structure: TopologyArrays, rng: np.random.Generator) -> tuple[Array, Array]:
+    """Draw points and axes (joints, 3) of one start."""
+    n = len(structure.parent)
+    points = rng.standard_normal((structure.origin.max() + 1, 3))[structure.origin]
+    axes = rng.standard_normal((n, 3))
+    if structure.planar:
+        points[:, 2] = axes[:, 2] = 0.0
+        axes = np.where(structure.sliding[:, None], axes, np.eye(3)[2])
+    axes[structure.free_axes] = np.tile(np.eye(3), (int(structure.free_axes.sum()) // 3, 1))
+    return points, axes

@@ -9,7 +9,7 @@ from __future__ import annotations
 import os
 import sqlite3
 from collections.abc import Iterator, Sequence
-from contextlib import suppress
+from contextlib import contextmanager, suppress
 from typing import Any
 
 from filelock import FileLock, Timeout
@@ -24,19 +24,17 @@ from balance.studies.runs.chunk_job import (
     chunk_count,
     chunk_size,
 )
-from balance.studies.runs.connections import (
-    PATIENCE,
-    begin_file,
-    connect_to_read,
-    transaction,
-)
 from balance.studies.runs.file_errors import (
     check_header,
     check_job,
     refusal,
     sqlite_errors,
 )
+from balance.studies.runs.program import program
 from balance.studies.runs.tables import (
+    APPLICATION,
+    FILE_VERSION,
+    create_statements,
     insert_statement,
     sql_names,
     sql_quoted,
@@ -47,6 +45,8 @@ from kinematics.errors import UsageError
 
 # Rows that are read at once.
 BATCH = 10_000
+PATIENCE = 30.0
+"""Seconds to wait for another program that holds a file."""
 
 
 class ResultsFile:
@@ -141,7 +141,7 @@ class ResultsFile:
                 connection.execute("PRAGMA synchronous = NORMAL")
                 connection.execute("PRAGMA journal_mode = WAL")
             if not begun:
-                begin_file(path, connection, job)
+                _begin_file(path, connection, job)
             file = cls(path, connection)
         except BaseException:
             connection.close()
@@ -162,7 +162,7 @@ class ResultsFile:
         path = os.fspath(path)
         if not os.path.isfile(path):
             raise refusal(path, "no such file", "give the file of a run")
-        connection = connect_to_read(path)
+        connection = _connect_to_read(path)
         try:
             if not check_header(path, connection):
                 raise refusal(path, "holds no results yet", "give the file of a run")
@@ -206,7 +206,7 @@ class ResultsFile:
         """
         limit = chunk_size(chunk, self.rows, self.chunk_rows)
         rows = to_rows(self.columns, values, chunk * self.chunk_rows, limit)
-        with sqlite_errors(self.path), transaction(self._connection) as cursor:
+        with sqlite_errors(self.path), _transaction(self._connection) as cursor:
             cursor.execute("INSERT OR IGNORE INTO chunks VALUES (?, ?)", (chunk, len(rows)))
             if cursor.rowcount == 0:
                 return False
@@ -344,3 +344,66 @@ class ResultsFile:
     def __exit__(self, *_: object) -> None:
         """Close the file."""
         self.close()
+
+
+def _connect_to_read(path: str) -> sqlite3.Connection:
+    """Connect to a file for reading, also on a medium that cannot be written to.
+
+    Raises:
+        FileError: it cannot be opened.
+    """
+    from urllib.request import pathname2url
+
+    address = f"file:{pathname2url(os.path.abspath(path))}?mode=ro"
+    with sqlite_errors(path):
+        connection = sqlite3.connect(address, uri=True, timeout=PATIENCE, isolation_level=None)
+        try:
+            connection.execute("PRAGMA schema_version")
+        except sqlite3.Error as error:
+            connection.close()
+            unopened = getattr(error, "sqlite_errorname", "") == "SQLITE_CANTOPEN"
+            if not unopened or os.path.exists(f"{path}-wal"):
+                raise
+            connection = sqlite3.connect(f"{address}&immutable=1", uri=True)
+    return connection
+
+
+def _begin_file(path: str, connection: sqlite3.Connection, job: ChunkJob) -> None:
+    """Write all of a new file but the chunks.
+
+    Args:
+        path: path of the file.
+
+    Raises:
+        FileError: it cannot be written.
+    """
+    facts = {
+        "kind": job.kind, "digest": job.digest, "description": job.description,
+        "program": program(), "rows": job.rows, "chunk_rows": job.chunk_rows,
+    }  # fmt: skip
+    names = sql_names(job.columns)
+    columns = [
+        (k, column.name, column.kind, column.unit, names[column.name])
+        for k, column in enumerate(job.columns)
+    ]
+    with sqlite_errors(path), _transaction(connection) as cursor:
+        for statement in create_statements(job.columns):
+            cursor.execute(statement)
+        cursor.executemany("INSERT INTO about VALUES (?, ?)", facts.items())
+        cursor.executemany("INSERT INTO columns VALUES (?, ?, ?, ?, ?)", columns)
+        cursor.execute(f"PRAGMA application_id = {APPLICATION}")
+        cursor.execute(f"PRAGMA user_version = {FILE_VERSION}")
+
+
+@contextmanager
+def _transaction(connection: sqlite3.Connection) -> Iterator[sqlite3.Cursor]:
+    """Run statements that all have effect, or none."""
+    cursor = connection.cursor()
+    cursor.execute("BEGIN IMMEDIATE")
+    try:
+        yield cursor
+        cursor.execute("COMMIT")
+    except BaseException:
+        if connection.in_transaction:
+            cursor.execute("ROLLBACK")
+        raise

@@ -1,20 +1,33 @@
-"""What must hold for a geometry of a sweep, beyond loops that close."""
+"""What must hold for a geometry of a sweep, beyond loops that close.
+
+A spherical joint at the point welds the link to the ground there, as a further loop. Its gap is
+closed in steps along the straight line to the target, with all joints moving by steps of least
+norm: the linkage reaches the target if it can follow that line on its branch.
+"""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
-from typing import Any
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from balance.studies.sweeps.closing import ClosedGeometries, Closer
+from balance.motion.motion_tolerances import (
+    SWEEP_BRANCH_DISTANCE,
+    SWEEP_CLOSED,
+    SWEEP_FREE_DAMPING,
+    SWEEP_NEWTON_DONE,
+)
+from balance.studies.sweeps.closing import NEWTON_STEPS, SHORTEST, ClosedGeometries, Closer
+from balance.studies.sweeps.closing_kernels import close_each, closing_workspace
 from balance.studies.sweeps.expressions import Expression, ExpressionError, read_expression
-from balance.studies.sweeps.loop_shapes import FourBar, loop_cycle
-from balance.studies.sweeps.reach import Reach
+from balance.support.tolerances import SCREW_ROUNDED
 from kinematics.error_text import clean, closest_names
 from kinematics.errors import FileError
+from kinematics.model.arrays import freeze
+from kinematics.model.chain import arrange_loops, loop_signs, path
 from kinematics.model.linkage import Linkage, names_of
 
 Array = NDArray[np.float64]
@@ -79,7 +92,7 @@ class StudyConstraints:
         self.conditions = tuple(
             self._expression("conditions", text, True) for text in table.get("conditions", ())
         )
-        self._four_bar = FourBar.of(linkage)
+        self._four_bar = _FourBar.of(linkage)
         wants = [name for name in ("grashof", "transmission") if name in table]
         if isinstance(table.get("transmission"), Mapping):
             wants.remove("transmission")
@@ -122,15 +135,15 @@ class StudyConstraints:
             _note(reasons, closed.closed == 2, REASONS["here"])
         if self._four_bar is not None and "grashof" in table:
             lengths = self._four_bar.lengths(points)
-            _note(reasons, ~FourBar.is_grashof(lengths), REASONS["grashof"])
+            _note(reasons, ~_FourBar.is_grashof(lengths), REASONS["grashof"])
             if table["grashof"] == "crank":
-                _note(reasons, ~FourBar.turns_fully(lengths), REASONS["crank"])
+                _note(reasons, ~_FourBar.turns_fully(lengths), REASONS["crank"])
         if "transmission" in table:
             least, angle = self._transmission(points)
             text = f"transmission angle below {least:g} degrees"
             _note(reasons, ~(angle >= least), text)
         if "reach" in table:
-            reach = Reach(self._linkage, closer, table["reach"]["link"])
+            reach = _Reach(self._linkage, closer, table["reach"]["link"])
             parts = [np.broadcast_to(x(values), reasons.size) for x in self._point]
             given = np.stack(parts, axis=-1).astype(np.float64)
             rows = np.flatnonzero(reasons == "")
@@ -156,7 +169,7 @@ class StudyConstraints:
     def _find_corner(self, name: str) -> tuple[int, int, int]:
         """Find a joint in its loop, and its two neighbours there."""
         for number in range(len(self._linkage.loops)):
-            cycle = loop_cycle(self._linkage, number)
+            cycle = _loop_cycle(self._linkage, number)
             names = names_of([self._linkage.joints[j] for j in cycle])
             if name in names:
                 k = names.index(name)
@@ -171,7 +184,7 @@ class StudyConstraints:
         if not isinstance(wanted, Mapping):
             assert self._four_bar is not None
             lengths = self._four_bar.lengths(points)
-            return float(wanted), FourBar.least_transmission(lengths)
+            return float(wanted), _FourBar.least_transmission(lengths)
         before, here, after = (points[:, j] for j in self._corner)
         first, second = before - here, after - here
         across = np.linalg.norm(np.cross(first, second), axis=1)
@@ -226,3 +239,166 @@ def _is_reach(value: object) -> bool:
 
 def _fault(source: str, name: str, problem: str, remedy: str) -> FileError:
     return FileError(source, f"[constraints] {clean(name)}", problem, remedy)
+
+
+def _loop_cycle(linkage: Linkage, number: int) -> list[int]:
+    """List the joints round a loop, in order."""
+    parent, loop = [joint.parent for joint in linkage.joints], linkage.loops[number]
+    out, back = path(parent, loop.end), path(parent, loop.successor)
+    shared = set(out) & set(back)
+    return [j for j in reversed(out) if j not in shared] + [j for j in back if j not in shared]
+
+
+class _FourBar(NamedTuple):
+    """The loop of a planar four-bar linkage, driven at one joint.
+
+    Attributes:
+        cycle: its joints, from the driven one on: the first link follows that joint.
+        normal: of its plane (3,).
+    """
+
+    cycle: tuple[int, ...]
+    normal: Array
+
+    @classmethod
+    def of(cls, linkage: Linkage) -> _FourBar | None:
+        """Find the four-bar of a linkage; None if it is none, or is not driven at a joint."""
+        cycle = _loop_cycle(linkage, 0) if len(linkage.loops) == 1 else []
+        joints = [linkage.joints[j] for j in cycle]
+        if len(cycle) != 4 or not all(joint.kind == "revolute" for joint in joints):
+            return None
+        n = joints[0].screw[:3]
+        if any(np.abs(np.cross(n, j.screw[:3])).max() > SCREW_ROUNDED for j in joints):
+            return None
+        driven = [k for k, name in enumerate(names_of(joints)) if name in linkage.inputs]
+        if len(driven) != 1:
+            return None
+        return cls((*cycle[driven[0] :], *cycle[: driven[0]]), n)
+
+    def lengths(self, points: Array) -> Array:
+        """Compute the lengths of the links (rows, 4), in the plane, from points of the joints.
+
+        Args:
+            points: of all joints (rows, n, 3), metres.
+        """
+        corners = points[:, list(self.cycle)]
+        spans = np.roll(corners, -1, axis=1) - corners
+        spans -= (spans @ self.normal)[..., None] * self.normal
+        return np.sqrt(np.sum(spans**2, axis=-1))
+
+    @staticmethod
+    def is_grashof(lengths: Array) -> NDArray[np.bool_]:
+        """Whether some link can turn fully: shortest and longest are at most the other two."""
+        ends = lengths.min(axis=1) + lengths.max(axis=1)
+        return np.asarray(2.0 * ends <= lengths.sum(axis=1))
+
+    @staticmethod
+    def turns_fully(lengths: Array) -> NDArray[np.bool_]:
+        """Whether the driven joint turns fully: the shortest link is at it, by Grashof."""
+        at_joint = np.minimum(lengths[:, 0], lengths[:, 3]) <= lengths.min(axis=1)
+        return _FourBar.is_grashof(lengths) & at_joint
+
+    @staticmethod
+    def least_transmission(lengths: Array) -> Array:
+        """Compute the least transmission angle (rows,) over a full turn, degrees.
+
+        Opposite to the driven joint, between links b and c: ``cos μ = (b² + c² - D²) / 2bc``
+        with the diagonal D between ``|a - d|`` and ``a + d``. It is 0 where the driven joint
+        cannot turn fully: the linkage then reaches a dead centre.
+        """
+        a, b, c, d = lengths.T
+        with np.errstate(all="ignore"):
+            cosines = [(b * b + c * c - D * D) / (2.0 * b * c) for D in (np.abs(a - d), a + d)]
+            largest = np.clip(np.max(np.abs(cosines), axis=0), 0.0, 1.0)
+        angle = np.degrees(np.arccos(largest))
+        return np.where(_FourBar.turns_fully(lengths), angle, 0.0)
+
+
+class _Reach:
+    """A link of a model whose points are to reach targets."""
+
+    def __init__(self, linkage: Linkage, closer: Closer, link: str) -> None:
+        """Extend the chain of the model by a spherical joint.
+
+        Args:
+            link: name of the link.
+        """
+        self._closer, self._place, self._name = closer, linkage.places[link], link
+        chain = arrange_loops(linkage)
+        n, at = chain.parent.size, self._place.link
+        parent = np.append(chain.parent, [at, n, n + 1])
+        ends = np.vstack([chain.ends, [n + 2, -1]])
+        mimics = np.hstack([chain.mimics, np.zeros((len(chain.mimics), 3))])
+        signs = loop_signs(parent, ends)
+        moving = np.any(signs != 0.0, axis=0) | np.any(mimics != 0.0, axis=0)
+        self._topology = (
+            freeze(parent, np.int64), freeze(ends, np.int64), freeze(signs), freeze(mimics),
+            freeze(signs.T @ signs), freeze(np.flatnonzero(moving), np.int64),
+        )  # fmt: skip
+        self._axes = np.roll(linkage.chain.frame.R, 1, axis=0)  # the normal of a plane first
+        self._workspace = closing_workspace(n + 3, len(ends), len(mimics))
+
+    def reaches(
+        self, closed: ClosedGeometries, rows: NDArray[np.int64], points: Array,
+        target: Sequence[float],
+    ) -> NDArray[np.bool_]:  # fmt: skip
+        """Decide which geometries bring their points of the link to a target.
+
+        Args:
+            points: in the frame of the link (rows, 3), metres; one of each geometry.
+            target: in the inertial frame (3,), metres.
+
+        Returns:
+            Whether each of these rows does (rows,).
+        """
+        frame = self._closer.chain.frame
+        screws, gaps = self._closer.to_chain(closed.placed)
+        links = closed.placed.links[self._name]
+        frames = np.broadcast_to(links, (len(screws), 4, 4))[rows] @ self._place.pose
+        here = (frames[:, :3, :3] @ points[rows][..., None])[..., 0] + frames[:, :3, 3]
+        here = (here - frame.origin) / frame.length
+        goal = (np.array(target, dtype=np.float64) - frame.origin) / frame.length
+        axes = np.broadcast_to(self._axes, (rows.size, 3, 3))
+        moments = np.cross(here[:, None], axes)
+        added = np.concatenate([axes, moments], axis=-1)
+        q = np.concatenate(
+            [closed.q[rows] / self._closer.chain.units, np.zeros((rows.size, 3))], 1
+        )
+        start = self._starts(closed, rows, here)
+        welds = np.tile(np.eye(4), (rows.size, 1, 1, 1))
+        given = np.concatenate([screws[rows], added], axis=1), gaps[rows]
+        return self._follow(given, here, start, goal, welds, q)
+
+    def _starts(self, closed: ClosedGeometries, rows: NDArray[np.int64], here: Array) -> Array:
+        """Compute where the point is at the closed poses (rows, 3), in units of the chain."""
+        frame = self._closer.chain.frame
+        H = closed.H[rows, self._place.link]
+        si = frame.length * here + frame.origin
+        there = (H[:, :3, :3] @ si[..., None])[..., 0] + H[:, :3, 3]
+        return np.asarray((there - frame.origin) / frame.length)
+
+    def _follow(
+        self, given: tuple[Array, Array], here: Array, start: Array, goal: Array, welds: Array,
+        q: Array,
+    ) -> NDArray[np.bool_]:  # fmt: skip
+        """Follow the straight line from the start of each row to the goal."""
+        share, step = np.zeros(len(q)), np.ones(len(q))
+        limits = (
+            SWEEP_FREE_DAMPING, SWEEP_CLOSED, SWEEP_NEWTON_DONE, SWEEP_BRANCH_DISTANCE,
+            NEWTON_STEPS,
+        )  # fmt: skip
+        rows = np.arange(len(q))
+        while rows.size:
+            step[rows] = np.minimum(step[rows], 1.0 - share[rows])
+            ahead = share[rows] + step[rows]
+            line = start[rows] + ahead[:, None] * (goal - start[rows])
+            welds[rows, 0, :3, 3] = line - here[rows]
+            solutions, good = q[rows], np.zeros(rows.size, dtype=np.bool_)
+            gaps = np.concatenate([given[1][rows], welds[rows]], axis=1)
+            close_each(
+                self._topology, (given[0][rows], gaps), limits, solutions, good, self._workspace
+            )
+            q[rows[good]], share[rows[good]] = solutions[good], ahead[good]
+            step[rows] *= np.where(good, 2.0, 0.5)
+            rows = rows[(share[rows] < 1.0) & (step[rows] >= SHORTEST)]
+        return share == 1.0

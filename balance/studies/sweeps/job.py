@@ -3,20 +3,33 @@
 from __future__ import annotations
 
 import hashlib
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import Any
 
+import numpy as np
 from numpy.typing import NDArray
 
+from balance.space.many.many_geometries import design_space_many
 from balance.studies.runs.chunk_job import Column
+from balance.studies.sweeps.closing import ClosedGeometries
+from balance.studies.sweeps.geometry import SweptGeometry
 from balance.studies.sweeps.plan import Plan
-from balance.studies.sweeps.quantities import quantity_columns
-from balance.studies.sweeps.rows import compute_rows
+from balance.studies.sweeps.quantities import RANK_DROP, quantity_columns
+from balance.studies.sweeps.row_quantities import QUANTITIES
 from balance.studies.sweeps.study_data import StudyData
-from kinematics.errors import FileError
+from kinematics.errors import FileError, LinkageError
 from kinematics.version import __version__
+
+Array = NDArray[np.float64]
+Texts = NDArray[np.object_]
+
+OPEN = "its loops do not close"
+NO_NUMBER = "a parameter has no finite value"
+# Rows that tell the rank of generic geometries.
+PROBES = 64
 
 
 @dataclass(frozen=True)
@@ -82,7 +95,7 @@ class SweepJob:
         stop = min(start + self.chunk_rows, self.rows)
         if not 0 <= start < stop:
             raise ValueError(f"there is no chunk {chunk}")
-        values = compute_rows(_plan_of(self.description), start, stop)
+        values = _compute_rows(_plan_of(self.description), start, stop)
         return {column.name: values[column.name] for column in self.columns}
 
 
@@ -102,3 +115,117 @@ def _unit_of(path: str) -> str:
     if head.endswith((".origin", ".com")):
         return "m"
     return {"length": "m", "mass": "kg"}.get(last, "") if head else ""
+
+
+def _compute_rows(plan: Plan, start: int, stop: int) -> dict[str, Any]:
+    """Compute the columns of rows ``start`` to ``stop`` of a study.
+
+    Args:
+        plan: the study with its model.
+        start: first row.
+        stop: row after the last.
+
+    Returns:
+        Values by name of the column, texts as lists.
+    """
+    study = plan.study
+    values = plan.values(start, stop)
+    closed, reasons = _close(plan, values)
+    plan.constraints.check(plan.closer, values, closed, reasons)
+    columns: dict[str, Any] = {**values, "closed": closed.closed, "reason": reasons}
+    lower = any(options.get("where") == RANK_DROP for options in study.quantities.values())
+    if lower or "rank" in study.quantities:
+        columns |= _ranks(plan, closed.screws, reasons)
+    below = columns["rank"] < _generic_rank(plan) if lower else None
+    geometries: dict[int, SweptGeometry] = {}
+    for name, options in study.quantities.items():
+        if name != "rank":
+            chosen = reasons == ""
+            if options.get("where") == RANK_DROP:
+                chosen &= below
+            columns |= _by_row(plan, values, closed, name, chosen, reasons, geometries)
+    return {
+        name: column.tolist() if column.dtype == object else column
+        for name, column in columns.items()
+    }
+
+
+def _close(plan: Plan, values: dict[str, Array]) -> tuple[ClosedGeometries, Texts]:
+    """Close the geometries of rows, and note why some do not."""
+    closed = plan.close(values)
+    reasons = np.where(closed.closed > 0, "", OPEN).astype(object)
+    finite = np.all([np.isfinite(value) for value in values.values()], axis=0)
+    reasons[~finite] = NO_NUMBER
+    return closed, reasons
+
+
+def _ranks(plan: Plan, screws: Array, reasons: Texts) -> dict[str, Any]:
+    """Compute the integers of all closed geometries; the reason why one has none is noted."""
+    study, rows = plan.study, np.flatnonzero(reasons == "")
+    many = design_space_many(
+        plan.linkage, screws[rows], study.balance, spatial=study.spatial, threads=1
+    )
+    integers = {"rank": many.rank, "nullity": many.nullity, "serial": many.serial_nullity,
+                "kmax": many.kmax}  # fmt: skip
+    columns: dict[str, Any] = {}
+    for name, numbers in integers.items():
+        columns[name] = np.full(reasons.size, -1, dtype=np.int64)
+        columns[name][rows] = numbers
+    columns["parallel"] = np.where(
+        columns["rank"] >= 0, columns["nullity"] - columns["serial"], -1
+    )
+    columns["kept_pivot"] = np.full(reasons.size, np.nan)
+    columns["kept_pivot"][rows] = np.where(many.rank >= 0, many.kept, np.nan)
+    columns["unsure"] = np.full(reasons.size, "", dtype=object)
+    for number, text in many.unsure.items():
+        columns["unsure"][rows[number]] = text
+    for number, text in many.refused.items():
+        reasons[rows[number]] = _short(text, plan.linkage.source)
+    return columns
+
+
+@lru_cache(maxsize=4)
+def _generic_rank(plan: Plan) -> int:
+    """Compute the largest rank of 64 rows that are spread over a study."""
+    count = min(PROBES, plan.study.rows)
+    rows = sorted({(k * plan.study.rows) // count for k in range(count)})
+    parts = [plan.values(row, row + 1) for row in rows]
+    values = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
+    closed, reasons = _close(plan, values)
+    return int(_ranks(plan, closed.screws, reasons)["rank"].max())
+
+
+def _by_row(
+    plan: Plan, given: dict[str, Array], closed: ClosedGeometries, name: str,
+    chosen: NDArray[np.bool_], reasons: Texts, geometries: dict[int, SweptGeometry],
+) -> dict[str, Any]:  # fmt: skip
+    """Compute a quantity of the chosen rows; a reason is noted where it has no value."""
+    study, quantity = plan.study, QUANTITIES[name]
+    options = study.quantities[name]
+    columns = quantity.columns(plan.linkage, options)
+    empty = {"integer": -1, "real": np.nan, "text": ""}
+    types = {"integer": np.int64, "real": np.float64, "text": np.object_}
+    arrays: dict[str, Any] = {
+        column.name: np.full(reasons.size, empty[column.kind], dtype=types[column.kind])
+        for column in columns
+    }
+    for row in np.flatnonzero(chosen).tolist():
+        try:
+            if row not in geometries:
+                masses = plan.masses(given, row)
+                geometries[row] = SweptGeometry(
+                    plan.linkage, masses, closed, row, study.balance, study.spatial
+                )
+            values = quantity.compute(geometries[row], options)
+        except LinkageError as error:
+            reasons[row] = f"{name}: {_short(str(error), plan.linkage.source)}"
+            continue
+        for column, value in zip(columns, values, strict=True):
+            arrays[column.name][row] = value
+    return arrays
+
+
+def _short(text: str, source: str) -> str:
+    """Shorten a message to a reason that many rows share: without source, numbers, remedy."""
+    words = text.removeprefix(f"{source}: ").partition("; ")[0]
+    return re.sub(r"(?<![\w.])[-+]?\d+(\.\d+)?(e[-+]?\d+)?(?![\w.])", "#", words)

@@ -9,17 +9,14 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field, fields
+from dataclasses import asdict, dataclass, field, fields
+from os import PathLike
 from pathlib import Path
 from typing import Any, Self
 
+import numpy as np
+
 from balance.studies.sweeps.constraints import read_constraints
-from balance.studies.sweeps.model_text import (
-    ModelText,
-    check_options,
-    text_of_file,
-    text_of_linkage,
-)
 from balance.studies.sweeps.quantities import are_slow, read_quantities
 from balance.studies.sweeps.ranges import (
     MOST_POINTS,
@@ -31,8 +28,13 @@ from balance.studies.sweeps.ranges import (
 )
 from balance.support.options import Balance
 from kinematics.error_text import clean, closest_names
-from kinematics.errors import FileError
-from kinematics.model.linkage import Linkage
+from kinematics.errors import FileError, UsageError
+from kinematics.loading.model_gallery import load
+from kinematics.model.document.element import Document
+from kinematics.model.document.write_numbers import element_text
+from kinematics.model.linkage import Linkage, names_of
+
+Tables = Mapping[str, Any]
 
 TABLES = {
     "model": ("angles", "at", "bodies", "file", "fix_base", "ground", "inputs", "loops",
@@ -49,7 +51,8 @@ TABLES = {
 CHUNK_ROWS, SLOW_ROWS = 2048, 64
 # Entries of a study as text that are tables.
 STORED_TABLES = ("model", "parameters", "relations", "constraints", "quantities")
-Tables = Mapping[str, Any]
+# Largest coordinate of a pose: radians or metres.
+LARGEST = 1e9
 
 
 @dataclass(frozen=True)
@@ -71,7 +74,7 @@ class StudyData:
     """
 
     source: str
-    model: ModelText
+    model: _ModelText
     parameters: Mapping[str, Range]
     relations: Mapping[str, str] = field(default_factory=dict)
     constraints: Tables = field(default_factory=dict)
@@ -162,7 +165,7 @@ class StudyData:
         )  # fmt: skip
 
 
-def _stored_model(data: Tables) -> ModelText:
+def _stored_model(data: Tables) -> _ModelText:
     """Read the model of a study as `ModelText.to_dict` writes it."""
     wrong = set(data) != {"source", "text", "options"}
     if wrong or not isinstance(data["source"], str) or not isinstance(data["text"], str):
@@ -172,10 +175,10 @@ def _stored_model(data: Tables) -> ModelText:
     if (
         not isinstance(options, dict)
         or not set(options) <= option_names
-        or check_options(options)
+        or _check_options(options)
     ):
         raise _no_study("the options of its model have no meaning")
-    return ModelText(data["source"], data["text"], options)
+    return _ModelText(data["source"], data["text"], options)
 
 
 def _stored_range(name: str, pair: object) -> Range:
@@ -206,10 +209,10 @@ def _table(tables: Tables, name: str, source: str) -> Tables:
 
 def _read_model(
     table: Tables, model: Linkage | None, source: str, folder: Path | None
-) -> ModelText:
+) -> _ModelText:
     """Read the model of a study."""
     if model is not None:
-        return text_of_linkage(model)[0]
+        return _text_of_linkage(model)[0]
     name = table.get("file")
     if not isinstance(name, str):
         raise FileError(source, "[model]", "names no file", 'write file = "robot.urdf"')
@@ -217,10 +220,10 @@ def _read_model(
     beside = (folder or Path()) / name
     if isinstance(options.get("loops"), str):
         options["loops"] = str((folder or Path()) / options["loops"])
-    if wrong := check_options(options):
+    if wrong := _check_options(options):
         remedy = "write lists of texts, and a table of numbers for at"
         raise FileError(source, "[model]", wrong, remedy)
-    return text_of_file(beside if beside.is_file() else name, options)[0]
+    return _text_of_file(beside if beside.is_file() else name, options)[0]
 
 
 def _read_ranges(table: Tables, source: str) -> Iterator[tuple[str, Range]]:
@@ -292,3 +295,135 @@ def _whole(value: object, where: str, source: str, least: int, most: int) -> int
         problem = f"'{clean(str(value))}' is no whole number from {least} to {most:.3g}"
         raise FileError(source, where, problem, "give one")
     return value
+
+
+@dataclass(frozen=True)
+class _ModelText:
+    """A model with the options by which it is read.
+
+    Attributes:
+        source: name of the model in messages.
+        text: the elements of its file, with all loops, as URDF.
+        options: keyword arguments of `kinematics.load`.
+    """
+
+    source: str
+    text: str
+    options: Mapping[str, Any] = field(default_factory=dict)
+
+    def load(self) -> Linkage:
+        """Read the linkage."""
+        return load(Document(self.source, self.text.encode()), **self.options)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Convert to the values of a JSON object."""
+        return asdict(self)
+
+
+def _check_options(options: Mapping[str, Any]) -> str:
+    """Say which option of a model is of a wrong type; an empty text if none is.
+
+    Args:
+        options: keyword arguments of `kinematics.load` that were read from a file.
+    """
+    for name, value in options.items():
+        if name == "at":
+            fine = isinstance(value, Mapping) and all(map(_is_number, value.values()))
+            kind = "table of finite numbers"
+        elif name in ("inputs", "massless"):
+            fine = isinstance(value, list | tuple) and all(isinstance(x, str) for x in value)
+            kind = "list of texts"
+        elif name == "mode":
+            fine = isinstance(value, int) and not isinstance(value, bool) and value > 0
+            kind = "whole number from 1"
+        elif name == "fix_base":
+            fine, kind = isinstance(value, bool), "true or false"
+        else:
+            fine, kind = isinstance(value, str), "text"
+        if not fine:
+            return f"{name} = '{clean(str(value))}' is no {kind}"
+    return ""
+
+
+def _is_number(value: object) -> bool:
+    """Whether a value is a finite number that is neither true nor false."""
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        return False
+    return abs(value) <= LARGEST
+
+
+def _text_of_file(
+    model: str | PathLike[str], options: Mapping[str, Any]
+) -> tuple[_ModelText, Linkage]:
+    """Read a model of any format, and write its elements as text.
+
+    Args:
+        model: path or name, as for `kinematics.load`.
+        options: keyword arguments of `kinematics.load`.
+
+    Returns:
+        The text, and the linkage that was read from it.
+
+    Raises:
+        LinkageError: the model cannot be read.
+    """
+    return _text_and_linkage(load(model, **options), options)
+
+
+def _text_of_linkage(linkage: Linkage) -> tuple[_ModelText, Linkage]:
+    """Write the elements of a linkage as text, with options that give the same linkage.
+
+    Args:
+        linkage: an assembled linkage that has the elements of its file.
+
+    Returns:
+        The text, and the linkage that was read from it.
+
+    Raises:
+        UsageError: the linkage has no elements, or differs from what its file gives.
+    """
+    if linkage.tree is None:
+        raise UsageError(
+            f"{linkage.source}: it has no elements of a file whose numbers could vary; write "
+            "it by to_urdf() and load that"
+        )
+    body_names = set(names_of(linkage.bodies))
+    options: dict[str, Any] = {"inputs": linkage.inputs}
+    if any(not body.inertia.any() for body in linkage.bodies):
+        options["bodies"] = "all"
+    heavy = [link.name for link in linkage.tree.every("link") if link.first("inertial")]
+    tops = {place.link for place in linkage.places.values() if place.link >= 0}
+    bare = tops - {body.link for body in linkage.bodies}
+    options["massless"] = tuple(
+        name for name in heavy if name not in body_names and linkage.places[name].link in bare
+    )
+    if linkage.displaced is not None and linkage.at is not None:
+        names = names_of(linkage.joints)
+        options["at"] = dict(zip(names, linkage.displaced.tolist(), strict=True))
+    text, again = _text_and_linkage(linkage, options)
+    before, after = (
+        [*(joint.screw for joint in x.joints), *(body.inertia for body in x.bodies)]
+        for x in (linkage, again)
+    )
+    if len(before) != len(after) or not all(
+        np.allclose(a, b, rtol=1e-9, atol=1e-9) for a, b in zip(before, after, strict=True)
+    ):
+        raise UsageError(
+            f"{linkage.source}: its file alone does not give the same linkage; name the file "
+            "and its options in the [model] table of a study"
+        )
+    return text, again
+
+
+def _text_and_linkage(
+    linkage: Linkage, options: Mapping[str, Any]
+) -> tuple[_ModelText, Linkage]:
+    """Write the elements of a linkage as text, and read that."""
+    if linkage.tree is None:
+        raise UsageError(f"{linkage.source}: it has no elements of a file")
+    kept: dict[str, Any] = {"inputs": list(linkage.inputs)}
+    for name, value in options.items():
+        if name not in ("loops", "fix_base", "ground"):  # the elements have them
+            kept[name] = list(value) if isinstance(value, tuple) else value
+    text = _ModelText(linkage.source, element_text(linkage.tree), kept)
+    return text, text.load()

@@ -1,12 +1,20 @@
-"""Synthesis of balanced mechanisms whose tool passes through positions."""
+"""Synthesis of balanced mechanisms whose tool passes through positions.
+
+The masses are given, and the pivots are searched for which the motion without momentum passes
+through the positions: along a line for two positions (`pivot_line`), in the plane for three.
+"""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import asdict, dataclass, replace
 
 import numpy as np
+from numpy.typing import ArrayLike
 
+from balance.motion.motion_tolerances import SYNTHESIS_LINK_FLAT
+from balance.studies.synthesis.angle_error import chain_angles
 from balance.studies.synthesis.balanced_pantograph import (
     ELBOW,
     SHOULDER,
@@ -19,25 +27,32 @@ from balance.studies.synthesis.constrained_motion import (
     list_defects,
 )
 from balance.studies.synthesis.construction import construct_chain
-from balance.studies.synthesis.error_map import angle_error_map
+from balance.studies.synthesis.error_map import angle_error_map, offsets_without_error
 from balance.studies.synthesis.four_bar_masses import balanced_four_bar
 from balance.studies.synthesis.four_bars import FOUR_BARS, FourBarDesign, four_bars_through
-from balance.studies.synthesis.linear_pantograph import balance_chain
 from balance.studies.synthesis.mechanism import Synthesis, SynthesizedMechanism
-from balance.studies.synthesis.nonlinear_pantograph import (
-    through_three_positions,
-    through_two_positions,
+from balance.studies.synthesis.pantograph import (
+    PantographMasses,
+    decouple,
+    default_masses,
+    match_ratio,
 )
-from balance.studies.synthesis.pantograph import PantographMasses, default_masses
 from balance.studies.synthesis.pivot_line import PivotLine, fixed_pivot_line, moving_pivot_line
-from balance.studies.synthesis.positions import FARTHEST, Position, check_positions, size_of
+from balance.studies.synthesis.positions import (
+    FARTHEST,
+    Position,
+    check_positions,
+    displacements,
+    size_of,
+)
 from balance.studies.synthesis.rr_chain import (
+    RRChain,
     chain_from_fixed_pivot,
     chain_from_moving_pivot,
     chain_from_three_positions,
     check_ratio,
 )
-from balance.studies.synthesis.three_positions import default_window
+from balance.studies.synthesis.three_positions import CrossingMap, crossing_map, default_window
 from kinematics.errors import UsageError
 from kinematics.numerics.linalg.ties import rank_least_first
 from kinematics.wording import number_text
@@ -52,6 +67,8 @@ MOST, TRIES = 4, 8
 GRID, REACH, HIGHEST = 60, 3.0, 2.0
 # Mass m6 of default masses in the nonlinear case, kg: it couples the links.
 COUPLING_MASS = 1.0
+# Least angle between the links at which link 2 keeps pointing to the tool.
+CLEAR = math.radians(15.0)
 
 
 @dataclass(frozen=True)
@@ -218,7 +235,7 @@ def _nonlinear(request: SynthesisRequest) -> Synthesis:
         words = "moving pivots from ({0:.4g}, {2:.4g}) to ({1:.4g}, {3:.4g}) m were searched"
         return _choose(request, designs, crossings, words.format(*window))
     line, (low, high) = _line(request, size)
-    designs = through_two_positions(request.positions, line, masses, low, high)
+    designs = _through_two_positions(request.positions, line, masses, low, high)
     ratio = masses.inertia_1 / masses.inertia_2 if masses.inertia_2 else 0.0
     error_map = angle_error_map(
         request.positions, line, masses, np.linspace(low, high, GRID),
@@ -336,3 +353,93 @@ def _four_bar(four_bar: FourBarDesign) -> SynthesizedMechanism | None:
         four_bar.defects, urdf, None, None,
         confirm_balance(urdf, None, certified=False), numbers,
     )  # fmt: skip
+
+
+def balance_chain(
+    chain: RRChain, ratio: float, masses: PantographMasses | None = None
+) -> BalancedPantograph:
+    """Find masses with which the links of a chain turn in a ratio without momentum.
+
+    The centre of link 3 is moved until C vanishes, and a moment of inertia is raised until
+    ``-J2/J1`` is the ratio. Link 2 points from the moving pivot to the tool; if the
+    parallelogram would be nearly flat on the way, and the payload does not forbid it, in the
+    direction in which it stays furthest from that.
+
+    Args:
+        masses: to begin with; in proportion to the chain by default.
+
+    Returns:
+        The pantograph.
+
+    Raises:
+        SynthesisError: the ratio is positive.
+        UsageError: a mass is none.
+    """
+    given = masses or default_masses(chain.length, abs(chain.reach))
+    given.check()
+    start = BalancedPantograph(chain, decouple(given, chain.length))
+    if given.s5 is None:
+        start = replace(start, link_angle=_link_angle(start.deltas))
+    matched = match_ratio(start.masses, chain.length, start.payload, ratio)
+    return replace(start, masses=matched)
+
+
+def _link_angle(deltas: tuple[float, ...]) -> float:
+    """Choose the angle from the line to the tool to link 2."""
+    low, high = min(deltas), max(deltas)
+    if math.floor((low - CLEAR) / math.pi) == math.floor((high + CLEAR) / math.pi):
+        return 0.0
+    # δ falls by as much as link 2 is turned. Its middle goes to a right angle, or, if it passes
+    # a change point anyway, its value at the first position, which is the pose of the file.
+    clear = high - low < math.pi - 2.0 * SYNTHESIS_LINK_FLAT
+    middle = 0.5 * (low + high) if clear else deltas[0]
+    return math.remainder(middle - 0.5 * math.pi, math.pi)
+
+
+def _through_two_positions(
+    positions: Sequence[Position], line: PivotLine, masses: PantographMasses,
+    low: float, high: float,
+) -> tuple[BalancedPantograph, ...]:  # fmt: skip
+    """Find the pantographs through two positions with a pivot on a line.
+
+    Args:
+        positions: two positions of the tool.
+        line: of the pivot that is not chosen.
+        low: least offset of the pivot, metres.
+    """
+    offsets = offsets_without_error(positions, line, masses, low, high)
+    return _pantographs(positions, *line.pivots(offsets), masses)
+
+
+def through_three_positions(
+    positions: Sequence[Position], masses: PantographMasses,
+    window: tuple[float, float, float, float],
+    progress: Callable[[int, int], None] | None = None,
+) -> tuple[tuple[BalancedPantograph, ...], CrossingMap]:  # fmt: skip
+    """Find the pantographs through three positions.
+
+    Args:
+        positions: three positions of the tool.
+        window: of the moving pivots, see `crossing_map`.
+        progress: as of `crossing_map`.
+
+    Returns:
+        The pantographs, and the map with which they were found.
+    """
+    crossings = crossing_map(positions, masses, window, progress=progress)
+    return _pantographs(positions, crossings.fixed, crossings.moving, masses), crossings
+
+
+def _pantographs(
+    positions: Sequence[Position], fixed: ArrayLike, moving: ArrayLike, masses: PantographMasses
+) -> tuple[BalancedPantograph, ...]:
+    """Build the pantographs on pivots."""
+    steps, G, W = displacements(positions), np.asarray(fixed), np.asarray(moving)
+    angles = chain_angles(positions[0], steps, G, W, masses)
+    turns = np.cumsum(angles.link_turns, axis=0)
+    pantographs = []
+    for k in range(len(G)):
+        beta = (0.0, *turns[:, k].tolist())
+        chain = RRChain(tuple(positions), complex(G[k]), complex(W[k]), beta)
+        pantographs.append(BalancedPantograph(chain, masses))
+    return tuple(pantographs)

@@ -8,7 +8,7 @@ import pytest
 
 import kinematics
 from balance.space.exact.chain import exact_chain
-from balance.space.exact.mirrored_motions import joints_at_rest_by_symmetry
+from balance.space.exact.idle_joints import joints_at_rest_by_symmetry
 from kinematics.closure.assembly.assemble import moving_chain
 from kinematics.closure.continuation import continue_along
 from kinematics.files.urdf.rational_poses import RationalPose, rotation

@@ -5,12 +5,10 @@ import pytest
 
 import balance
 from balance.studies.discovery import lane_motion
-from balance.studies.discovery.buildable_walk import BuildableResidual, margins
-from balance.studies.discovery.job import DiscoveryJob, geometry_of_text
+from balance.studies.discovery.buildable_walk import BuildableResidual, margins, mass_cones
+from balance.studies.discovery.job import DiscoveryJob, geometry_of_text, random_starts
 from balance.studies.discovery.lane_motion import lane_momentum_rows
-from balance.studies.discovery.mass_cones import mass_cones
 from balance.studies.discovery.polish import decide_special
-from balance.studies.discovery.starts import random_starts
 from balance.studies.discovery.to_linkage import to_linkage
 from balance.studies.discovery.topologies import topology
 from balance.studies.discovery.walk import LaneConditions, conditions_at

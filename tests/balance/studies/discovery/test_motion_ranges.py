@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from balance.studies.discovery.job import random_starts
 from balance.studies.discovery.motion_range import motion_range
-from balance.studies.discovery.starts import random_starts
 from balance.studies.discovery.structure import LaneGeometry
 from balance.studies.discovery.topologies import topology
 

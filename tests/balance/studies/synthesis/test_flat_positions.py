@@ -11,9 +11,9 @@ import pytest
 import balance
 import kinematics
 from balance.studies.synthesis.constrained_motion import list_defects
-from balance.studies.synthesis.linear_pantograph import balance_chain
 from balance.studies.synthesis.positions import Position
 from balance.studies.synthesis.rr_chain import chain_from_moving_pivot
+from balance.studies.synthesis.synthesize import balance_chain
 from kinematics.closure.joint_positions import joint_positions
 
 PLACES = [(0.0, 0.0, 0.0), (0.2, 0.1, math.radians(84.0))]

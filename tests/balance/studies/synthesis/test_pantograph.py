@@ -20,7 +20,6 @@ from balance.studies.synthesis.constrained_motion import (
     list_defects,
     motion_csv,
 )
-from balance.studies.synthesis.linear_pantograph import balance_chain
 from balance.studies.synthesis.pantograph import (
     PantographMasses,
     decouple,
@@ -32,6 +31,7 @@ from balance.studies.synthesis.pantograph import (
 )
 from balance.studies.synthesis.positions import Position
 from balance.studies.synthesis.rr_chain import chain_from_moving_pivot
+from balance.studies.synthesis.synthesize import balance_chain
 from kinematics.errors import SynthesisError, UsageError
 from tests.support.covering import number_of_cases
 from tests.support.pantographs import S2, TABLE

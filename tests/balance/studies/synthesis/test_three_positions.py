@@ -11,9 +11,9 @@ import pytest
 from balance.studies.synthesis.balanced_pantograph import pantograph_urdf
 from balance.studies.synthesis.confirm import confirm_along
 from balance.studies.synthesis.constrained_motion import constrained_motion, list_defects
-from balance.studies.synthesis.nonlinear_pantograph import through_three_positions
 from balance.studies.synthesis.pantograph import default_masses
 from balance.studies.synthesis.positions import Position, displacements
+from balance.studies.synthesis.synthesize import through_three_positions
 from balance.studies.synthesis.three_positions import circle_centres, default_window
 from tests.support.covering import number_of_cases
 from tests.support.pantographs import integrated, random_triple

@@ -23,7 +23,6 @@ from kinematics.closure.assembly.repair_axes import (
     repair_axes,
     repair_component,
 )
-from kinematics.closure.assembly.welded_bodies import merge_welded_bodies
 from kinematics.closure.mobility.components import (
     Component,
     component_freedoms,
@@ -118,7 +117,7 @@ def _assemble(
     stay: bool,
 ) -> tuple[Linkage, bool]:  # fmt: skip
     """Close the loops of a linkage and choose its coordinates; see `assemble_mode`."""
-    draft = merge_welded_bodies(close_loops(draft, None if exactly else repair_component))
+    draft = _merge_welded_bodies(close_loops(draft, None if exactly else repair_component))
     wanted = tuple(inputs) if inputs is not None else draft.named_inputs
     repaired: UnassembledLinkage | str = ""
     try:
@@ -350,3 +349,29 @@ def _find_generic_pose(draft: UnassembledLinkage, part: Component, chain: Chain)
             order=order,
         )
     return pose
+
+
+def _merge_welded_bodies(draft: UnassembledLinkage) -> UnassembledLinkage:
+    """Merge every two bodies that a loop without a joint welds together.
+
+    A body that is welded to the ground is dropped. The loops must be closed. A notice names
+    the bodies.
+    """
+    bodies, notices = list(draft.bodies), list(draft.notices)
+    for loop in draft.loops:
+        if draft.joints[loop.end].in_loop:
+            continue
+        pair = [body for body in bodies if body.link in (loop.end, loop.successor)]
+        if not pair or (len(pair) == 1 and loop.successor >= 0):
+            continue
+        bodies = [body for body in bodies if body not in pair]
+        joined = "the ground"
+        if loop.successor >= 0:
+            first, second = pair
+            total = freeze(first.inertia + second.inertia)
+            bodies.append(replace(first, inertia=total))
+            bodies.sort(key=lambda body: body.link)
+            joined, pair = first.name, [second]
+        text = f"loop '{loop.name}' makes '{pair[0].name}' one body with {joined}"
+        notices.append(Notice("welded", text))
+    return replace(draft, bodies=tuple(bodies), notices=tuple(notices))

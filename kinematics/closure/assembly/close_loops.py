@@ -4,10 +4,15 @@ Newton steps of least norm close a pose that is nearly closed without moving it 
 freedoms. Where they fail, or move the links far, closed poses are looked for from the pose of
 the file and from seeded poses around it, and the one of least motion is taken; see
 `kinematics.closure.assembly.nearest_pose`. The pose found becomes the reference pose.
+
+With the joints held that most loops share, a component may fall apart into pieces that move
+independently. A start from which one piece closes with probability p closes n of them at once
+with pⁿ only; one by one, every piece takes the start that suits it.
 """
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
@@ -15,7 +20,6 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from kinematics.closure.assembly.close_by_pieces import close_by_pieces
 from kinematics.closure.assembly.closed_component import (
     ClosedComponent,
     closing_notices,
@@ -36,7 +40,7 @@ from kinematics.closure.assembly.rereference import rereference
 from kinematics.closure.mobility.components import Component, split_components
 from kinematics.closure.mobility.first_order import closure_equations
 from kinematics.closure.newton import forward_kinematics
-from kinematics.model.chain import arrange_loops, extent
+from kinematics.model.chain import arrange_loops, extent, loop_joints
 from kinematics.model.linkage import UnassembledLinkage
 from kinematics.numerics.linalg.gauss_newton import LeastNorm, gauss_newton, never_stop
 from kinematics.numerics.tolerances import (
@@ -50,6 +54,7 @@ from kinematics.numerics.tolerances import (
 
 Array = NDArray[np.float64]
 Repair = Callable[[UnassembledLinkage, Sequence[int], float, float], UnassembledLinkage | str]
+CloseComponent = Callable[[Component], ClosedComponent | str]
 
 # Random starts: how many near the pose of the file, and their mean distance from it in each
 # joint (radians, characteristic lengths); the same of further ones, if no start closes.
@@ -64,6 +69,8 @@ SEED = 0
 MOST_UNITS = 1e3
 # Weight of the motion of joints that other joints should spare; those of others are up to 1.
 PREFERENCE = 10.0
+# Most joints that are held for a component to fall apart.
+MAX_HELD = 3
 
 
 def close_loops(
@@ -238,3 +245,60 @@ def _close_with_repair(part: Component, repair: Repair) -> ClosedComponent | str
                 better if isinstance(better, str) else ClosedComponent(scaled, q, open=openings)
             )
     return ""
+
+
+def close_by_pieces(part: Component, close: CloseComponent) -> tuple[Array | None, int]:
+    """Find a closed pose of a component at which the joints that its pieces share rest.
+
+    Args:
+        part: a component whose loops are open.
+        close: closes one piece, or returns a hint.
+
+    Returns:
+        Positions of its joints (n,), in its own units, and how many pieces it has; None if it
+        does not fall apart, or a piece does not close.
+    """
+    pieces = _split(part)
+    q = np.zeros(part.joints.size)
+    for piece in pieces:
+        closed = close(piece)
+        if isinstance(closed, str) or closed.open:
+            return None, len(pieces)
+        q += closed.part.all_positions(closed.q, part.chain.units)
+    return (q if pieces else None), len(pieces)
+
+
+def _split(part: Component) -> list[Component]:
+    """Split a component by holding up to `MAX_HELD` joints; no pieces if it stays whole."""
+    held: set[int] = set()
+    for _ in range(MAX_HELD):
+        shared = _most_shared(part, held)
+        if shared is None:
+            return []
+        held |= _followers(part, shared)
+        pieces = split_components(part.draft, frozenset(held))
+        moved = {k for piece in pieces for k in piece.loops}
+        if len(moved) < len(part.draft.loops):  # a loop without joints stays open
+            return []
+        if sum(bool(piece.loops) for piece in pieces) > 1:
+            return pieces
+    return []
+
+
+def _most_shared(part: Component, held: set[int]) -> int | None:
+    """Find the joint of the tree that most loops share, the first of equals, if two do."""
+    counts: Counter[int] = Counter()
+    for loop in part.draft.loops:
+        counts.update(loop_joints(part.chain.parent, loop.end, loop.successor) - held)
+    most = max(counts.values(), default=0)
+    return min(j for j, count in counts.items() if count == most) if most > 1 else None
+
+
+def _followers(part: Component, joint: int) -> set[int]:
+    """Find a joint and those that mimic relations couple to it."""
+    joints = {joint}
+    for _ in part.draft.mimics:
+        for mimic in part.draft.mimics:
+            if {mimic.joint, mimic.source} & joints:
+                joints |= {mimic.joint, mimic.source}
+    return joints

@@ -5,10 +5,11 @@ A file without such words costs one pass over the elements in ``<robot>``, links
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
+from kinematics.error_text import quoted
 from kinematics.files.formats.loop_dialects.closing_frames import (
     CLOSING_PREFIX,
     translate_closing_frames,
@@ -23,7 +24,6 @@ from kinematics.files.formats.loop_dialects.drake_constraint import translate_dr
 from kinematics.files.formats.loop_dialects.gazebo_joint import translate_gazebo
 from kinematics.files.formats.loop_dialects.loop_joint import translate_loop_joint
 from kinematics.files.formats.loop_dialects.mujoco_equality import translate_mujoco
-from kinematics.files.formats.loop_dialects.unread_closures import tell_unread_closures
 from kinematics.files.formats.loop_dialects.urdfdom_constraint import translate_constraint
 from kinematics.model.document.element import Element
 
@@ -41,6 +41,19 @@ _DIALECTS: Mapping[str, Callable[[Draft, Element], None]] = {
     "loop_joint": translate_loop_joint,
 }
 _DRAKE = ("ball_constraint", "linear_bushing_rpy", "linear_spring_damper", "tendon_constraint")
+# Most remarks on one element of ``<robot>``.
+MAX_TOLD = 5
+# Elements that name links and join none, and what is inside them.
+_HARMLESS = {
+    "actuator", "camera", "chain", "contact", "end_effector", "exclude", "frame", "group",
+    "group_state", "inertial", "joint_properties", "loop", "material", "pair",
+    "passive_joint", "ros2_control", "self_collide", "sensor", "transmission",
+    "virtual_joint", "visual",
+}  # fmt: skip
+# Elements that hold others, which have nothing to do with each other.
+_HOLDERS = {"gazebo", "mujoco", "model", "world", "robot", "extension", "custom", "default"}
+# Attributes, and tags of texts, that name frames of messages.
+_LABELS = ("reference", "frame", "topic", "namespace")
 
 
 class Translated(NamedTuple):
@@ -80,7 +93,7 @@ def translate_loops(tree: Element, nominal: bool = True) -> Translated:
     for item in foreign:
         _translate(draft, item)
     for item in inside:
-        tell_unread_closures(draft, item, frozenset())
+        _tell_unread_closures(draft, item, frozenset())
     if framed:
         translate_closing_frames(draft)
     joints = {joint.name: joint for joint in tree.every("joint")}
@@ -120,7 +133,7 @@ def _translate(draft: Draft, item: Element) -> None:
         _DIALECTS[item.tag](draft, item)
         return
     partly_read = item.tag in ("gazebo", "mujoco")
-    tell_unread_closures(draft, item, frozenset(_read_parts(item) if partly_read else ()))
+    _tell_unread_closures(draft, item, frozenset(_read_parts(item) if partly_read else ()))
 
 
 def _has_ends(item: Element) -> bool:
@@ -178,3 +191,52 @@ def _drop_repeated(
         for loop, other in repeated
     )
     return replace(tree, children=tuple(x for x in tree.children if id(x) not in gone)), said
+
+
+def _tell_unread_closures(draft: Draft, item: Element, done: frozenset[int]) -> None:
+    """Add a remark on each innermost element that names two links.
+
+    Args:
+        draft: the tree of the file, which gets the remarks.
+        item: an element of another tool, in ``<robot>``.
+        done: identities of the elements inside that were read.
+    """
+    for element, names in _search(draft.links, item, done)[1][:MAX_TOLD]:
+        text = f"it names the links {quoted(sorted(names))}, and is not read; if it closes a "
+        draft.tell("unread_closure", element, f"{text}loop, write a <loop>")
+
+
+def _search(
+    links: set[str], item: Element, done: frozenset[int]
+) -> tuple[set[str], list[tuple[Element, set[str]]]]:
+    """Find the links that an element names, and the innermost elements that name two."""
+    word = item.tag.rpartition(":")[2]
+    if id(item) in done or word in _HARMLESS or "collision" in word:
+        return set(), []
+    names, closures = set(_named(links, item)), []
+    for child in item.children:
+        inner, below = _search(links, child, done)
+        closures += below
+        if word not in _HOLDERS:
+            names |= inner
+    if len(names) > 1 and not closures:
+        closures = [(item, names)]
+    return names, closures
+
+
+def _named(links: set[str], item: Element) -> Iterator[str]:
+    """Names of links among the attributes and the text of an element."""
+    values = [(item.tag, item.text), *item.attributes.items()]
+    for label, value in values:
+        if any(part in label.lower() for part in _LABELS):
+            continue
+        words = value.replace(",", " ").split()
+        several = len(words) > 1 and all(word in links for word in words)
+        for name in words if several else [value.strip().rpartition("::")[2]]:
+            if name in links and not _is_plain_value(name):
+                yield name
+
+
+def _is_plain_value(name: str) -> bool:
+    """Whether a name may be a number or a truth value as well."""
+    return name in ("true", "false", "True", "False") or not name.strip("0123456789.+-eE")

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from typing import Any
+from collections.abc import Iterable, Iterator
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from kinematics.error_text import clean
 from kinematics.files.formats.mjcf.body_tree import BodyTree, unused_name
-from kinematics.files.formats.mjcf.relations import Relation, follow_relations
 from kinematics.files.formats.mjcf.write_words import round_to, write_origin
 from kinematics.files.urdf.validate_fields import MAX_NUMBER
 from kinematics.files.urdf.xml_tree import Refusal
@@ -59,7 +58,7 @@ class EqualityReader:
         for e in self.active:
             if self.model.eq_type[e] == _JOINT:
                 relations += list(self._read_relation(e))
-        self.tree.relations.update(follow_relations(relations))
+        self.tree.relations.update(_follow_relations(relations))
 
     def loops(self) -> Iterator[Element]:
         """Make a ``<loop>`` for every other constraint; two connects of two bodies make one."""
@@ -101,7 +100,7 @@ class EqualityReader:
             return [int(self.model.site_bodyid[site]) for site in both]
         return both
 
-    def _read_relation(self, e: int) -> Iterator[Relation]:
+    def _read_relation(self, e: int) -> Iterator[_Relation]:
         """Read a constraint between joints: ``q1 = offset + multiplier q2``."""
         model, names = self.model, self.tree.joints
         offset, multiplier, *higher = (float(c) for c in model.eq_data[e][:5])
@@ -110,7 +109,7 @@ class EqualityReader:
             problem = "its polycoef is not linear, and a <mimic> is"
             raise Refusal(self._label(e), problem, "write a linear relation, or remove it")
         if second >= 0 and multiplier:
-            yield Relation(names[first], names[second], multiplier, offset, self._label(e))
+            yield _Relation(names[first], names[second], multiplier, offset, self._label(e))
             return
         if offset:
             problem = f"it holds a joint at {offset:g} beside its reference position"
@@ -191,3 +190,62 @@ class EqualityReader:
                     f"{self._label(e)}: '{clean(self.tree.bodies[body])}' is a mocap body, "
                     'taken as fixed to the ground; write active="false" to leave it out'
                 )
+
+
+class _Relation(NamedTuple):
+    """A relation ``first = offset + multiplier × second`` of joint positions.
+
+    Attributes:
+        first: name of a joint.
+        second: name of another.
+        multiplier: not zero.
+        offset: rad or m.
+        label: the constraint, in messages.
+    """
+
+    first: str
+    second: str
+    multiplier: float
+    offset: float
+    label: str
+
+
+def _follow_relations(relations: Iterable[_Relation]) -> dict[str, tuple[str, float, float]]:
+    """Let every joint follow at most one other, without circles.
+
+    A relation is used as it stands if possible, otherwise solved for its second joint.
+
+    Args:
+        relations: in the order of the file.
+
+    Returns:
+        Source, multiplier and offset of each joint that follows another, by its name.
+
+    Raises:
+        Refusal: relations form a circle.
+    """
+    waiting: list[_Relation] = []
+    groups: dict[str, set[str]] = {}
+    for relation in relations:
+        group, other = (groups.setdefault(end, {end}) for end in relation[:2])
+        if group is other:
+            problem = "it couples joints that other constraints couple already"
+            raise Refusal(relation.label, problem, "remove one of them")
+        group |= other
+        groups.update(dict.fromkeys(other, group))
+        waiting.append(relation)
+    firsts = {relation.first for relation in waiting}
+    reached: set[str] = set()
+    follows: dict[str, tuple[str, float, float]] = {}
+    while waiting:
+        r = next((r for r in waiting if r.first in reached or r.second in reached), None)
+        if r is None:
+            reached.add(next((r for r in waiting if r.second not in firsts), waiting[0]).second)
+            continue
+        waiting.remove(r)
+        if r.second in reached:
+            follows[r.first] = (r.second, r.multiplier, r.offset)
+        else:
+            follows[r.second] = (r.first, 1.0 / r.multiplier, -r.offset / r.multiplier)
+        reached |= {r.first, r.second}
+    return follows

@@ -1,14 +1,20 @@
-"""Convert an SDF file to the elements of a URDF file with loops, and say what was decided."""
+"""Convert an SDF file to the elements of a URDF file with loops, and say what was decided.
+
+A part ``x`` of a nested model ``m`` is called ``m::x``. Its pose is relative to the frame
+``m``, which is at the pose of the nested model, unless it names another one. Parts of a merged
+model keep their names.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 
 from kinematics.error_text import clean, closest_names, quoted
-from kinematics.files.formats.sdf.expand_includes import expand_sdf_includes
+from kinematics.files.formats.sdf.expand_includes import MERGED, expand_sdf_includes
+from kinematics.files.formats.sdf.fields import is_true
 from kinematics.files.formats.sdf.find_model import find_model, version_of
-from kinematics.files.formats.sdf.flatten_models import flatten_models
-from kinematics.files.formats.sdf.frames import WORLD, read_frames
+from kinematics.files.formats.sdf.frames import MODEL, WORLD, read_frames
 from kinematics.files.formats.sdf.inertials import has_inertial, uses_defaults
 from kinematics.files.formats.sdf.model_joints import LinkNames, ModelJoint, read_joint
 from kinematics.files.formats.sdf.spanning_tree import choose_root, span_all
@@ -16,6 +22,10 @@ from kinematics.files.formats.sdf.tags import check_tags
 from kinematics.files.formats.sdf.write_model import ModelWriter
 from kinematics.files.urdf.xml_tree import Refusal
 from kinematics.model.document.element import Element
+
+# Most models inside one another.
+MAX_NESTED = 50
+_PARTS = ("link", "joint", "frame")
 
 
 def convert_sdf(
@@ -39,7 +49,7 @@ def convert_sdf(
         Refusal: the file has something that cannot be converted.
     """
     version = version_of(root)
-    model = flatten_models(find_model(expand_sdf_includes(root, path)))
+    model = _flatten_models(find_model(expand_sdf_includes(root, path)))
     check_tags(model)
     frames, names = read_frames(model), LinkNames(model)
     if not names.links:
@@ -120,3 +130,134 @@ def _still_links(joints: Sequence[ModelJoint], ground: str) -> set[str]:
                 still.add(link)
                 ready.append(link)
     return still
+
+
+def _flatten_models(model: Element, depth: int = 0) -> Element:
+    """Write the parts of all nested models into a model.
+
+    Args:
+        model: the ``<model>``, without includes.
+        depth: number of models around it.
+
+    Returns:
+        The model, the same if none is nested in it.
+
+    Raises:
+        Refusal: models are nested too deeply, or two have one name.
+    """
+    if not model.every("model"):
+        return model
+    if depth > MAX_NESTED:
+        problem = f"more than {MAX_NESTED} models in one another"
+        raise Refusal(model.label, problem, "write their parts into one model")
+    children: list[Element] = []
+    canonical: dict[str, str] = {}
+    for child in model.children:
+        if child.tag != "model":
+            children.append(child)
+            continue
+        inner = _flatten_models(child, depth + 1)
+        merged = is_true(child, child, MERGED)
+        scope = _Scope(child.name, merged, len(children))
+        if not merged:
+            if not child.name or child.name in canonical:
+                problem = f"two nested models '{clean(child.name)}', or one without a name"
+                raise Refusal(child.label, problem, "give each nested model a name of its own")
+            canonical[child.name] = scope.name_outside(_canonical_link(inner))
+        pose = inner.first("pose")
+        placed = () if pose is None else (pose,)
+        children.append(Element("frame", {"name": scope.frame}, placed, child.line))
+        children += [
+            scope.move_part(part) if part.tag in _PARTS else part
+            for part in inner.children if part.tag not in ("pose", "static")
+        ]  # fmt: skip
+    return replace(model, children=tuple(_with_links(x, canonical) for x in children))
+
+
+def _canonical_link(model: Element) -> str:
+    """Name the link that stands for a flat model: the named one, or its first."""
+    named = model.attributes.get("canonical_link", "")
+    links = model.every("link")
+    return named or (links[0].name if links else MODEL)
+
+
+def _with_links(joint: Element, canonical: dict[str, str]) -> Element:
+    """Let a joint to a nested model be one to the link that stands for it."""
+    if joint.tag != "joint":
+        return joint
+    return replace(joint, children=tuple(
+        replace(x, text=canonical.get(x.text, x.text)) if x.tag in ("parent", "child") else x
+        for x in joint.children
+    ))  # fmt: skip
+
+
+class _Scope:
+    """The names and the frame of a nested model in the model around it."""
+
+    def __init__(self, name: str, merged: bool, number: int) -> None:
+        """Name the frame: that of the model, or of a number for a merged one."""
+        self.frame = f"__merged_{number}__" if merged else name
+        self._prefix = "" if merged else f"{name}::"
+
+    def name_outside(self, name: str) -> str:
+        """Write a name of the nested model as one of the model around it."""
+        if name == WORLD:
+            return name
+        return self.frame if name == MODEL else f"{self._prefix}{name}"
+
+    def move_part(self, part: Element) -> Element:
+        """Write a link, joint or frame of the nested model as one of the model around it."""
+        attributes = {**part.attributes, "name": self.name_outside(part.name)}
+        if attributes.get("attached_to"):
+            attributes["attached_to"] = self.name_outside(attributes["attached_to"])
+        children = tuple(self._move_child(x) for x in part.children)
+        free = part.tag == "link" or (
+            part.tag == "frame" and not part.attributes.get("attached_to")
+        )
+        if free and part.first("pose") is None:
+            children += (
+                Element("pose", {"relative_to": self.frame}, (), part.line, "0 0 0 0 0 0"),
+            )
+        elif free:
+            children = tuple(
+                replace(x, attributes={**x.attributes, "relative_to": self.frame})
+                if x.tag == "pose" and not _base_of(x) else x
+                for x in children
+            )  # fmt: skip
+        return replace(part, attributes=attributes, children=children)
+
+    def _move_child(self, item: Element) -> Element:
+        """Write the names inside a part as those of the model around it."""
+        if item.tag in ("parent", "child"):
+            return replace(item, text=self.name_outside(item.text))
+        if item.tag == "pose" and _base_of(item):
+            attributes = {k: v for k, v in item.attributes.items() if k != "frame"}
+            return replace(
+                item,
+                attributes={**attributes, "relative_to": self.name_outside(_base_of(item))},
+            )
+        if item.tag in ("axis", "axis2"):
+            return self._move_axis(item)
+        return item
+
+    def _move_axis(self, axis: Element) -> Element:
+        """Write the names inside an axis, and the frame in which it is expressed."""
+        old = axis.first("use_parent_model_frame")
+        in_model = old is not None and is_true(axis, old)
+        children = []
+        for item in axis.children:
+            attributes = dict(item.attributes)
+            if item.tag == "use_parent_model_frame":
+                continue
+            if item.tag == "xyz" and (in_model or attributes.get("expressed_in")):
+                named = attributes.get("expressed_in") or MODEL
+                attributes["expressed_in"] = self.name_outside(named)
+            if item.tag == "mimic" and attributes.get("joint"):
+                attributes["joint"] = self.name_outside(attributes["joint"])
+            children.append(replace(item, attributes=attributes))
+        return replace(axis, children=tuple(children))
+
+
+def _base_of(pose: Element) -> str:
+    """Name the frame that a pose is relative to, empty for the default."""
+    return pose.attributes.get("relative_to", "") or pose.attributes.get("frame", "")

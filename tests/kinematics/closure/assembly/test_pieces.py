@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from kinematics.closure.assembly import close_loops as module
-from kinematics.closure.assembly.close_by_pieces import close_by_pieces
-from kinematics.closure.assembly.close_loops import close_loops
+from kinematics.closure.assembly.close_loops import close_by_pieces, close_loops
 from kinematics.closure.mobility.components import split_components
 from kinematics.files.formats.robot_files import read_unassembled
 from kinematics.model.document.element import Document

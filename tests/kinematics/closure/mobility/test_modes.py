@@ -420,7 +420,7 @@ def test_a_list_that_may_be_incomplete_says_so(tmp_path, monkeypatch):
         kinematics.load(FLAT["rhombus"].write(tmp_path, "flat"))
     assert caught.value.doubt == "no more than 2 are listed" and len(caught.value.modes) == 2
     assert "there may be more: no more than 2 are listed; " in str(caught.value)
-    monkeypatch.setattr("kinematics.closure.mobility.mode_curves.MAX_STEPS", 3)
+    monkeypatch.setattr("kinematics.closure.mobility.reachable_modes.MAX_STEPS", 3)
     with pytest.raises(MeetingModesError) as caught:
         kinematics.load(FLAT["parallelogram"].write(tmp_path, "flat"))
     assert caught.value.doubt == "a mode was not followed to its end"

@@ -142,7 +142,7 @@ def simulate_flexible(
     The links become straight beams through their revolute joints, in floating frames;
     everything else stays as the file says. The linkage starts in its reference pose: at rest,
     or, if an input has a speed there, with the velocities of rigid links and the bending that
-    their inertia forces ask (`balance.motion.flexible.steady_start`).
+    their inertia forces ask.
 
     Args:
         linkage: an assembled linkage, or an argument of `kinematics.load`.

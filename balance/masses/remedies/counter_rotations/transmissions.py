@@ -58,8 +58,7 @@ def apply_planetary_transmission(request: RemedyRequest) -> Iterator[AppliedReme
 
     A wheel coaxial with each joint on the way from a link to the ground turns with that link,
     by belts or gears along the links between; the rotor turns -N times for one turn of the
-    link, N being ``request.gear``. Wheels have masses of their own; see
-    `balance.masses.remedies.counter_rotations.transmission_elements`.
+    link, N being ``request.gear``. Wheels have masses of their own.
 
     Yields:
         A result for the smallest set of links with the least momenta and, if no link of it
@@ -74,7 +73,7 @@ def apply_parallelogram_transmission(request: RemedyRequest) -> Iterator[Applied
     An idler coaxial with each joint on the way from a link to the ground keeps parallel to
     that link by a bar along each link between, which closes a loop; the rotor turns -N times
     for one turn of the idler on the ground, N being ``request.gear``. Idlers and bars have
-    masses of their own; see `balance.masses.remedies.counter_rotations.transmission_elements`.
+    masses of their own.
 
     Yields:
         As `apply_planetary_transmission`.

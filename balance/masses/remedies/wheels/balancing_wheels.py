@@ -64,8 +64,7 @@ def apply_passive_wheel(request: RemedyRequest) -> Iterator[AppliedRemedy]:
     """Balance a planar linkage of one freedom by a wheel that its crank drives.
 
     The wheel's ratio to the crank varies: ``i(u) = -h(u) / J`` with the angular momentum h for
-    a unit rate of the crank; see
-    `balance.masses.remedies.wheels.geared_wheel.build_geared_wheel`.
+    a unit rate of the crank.
 
     Yields:
         One result.
@@ -76,8 +75,7 @@ def apply_passive_wheel(request: RemedyRequest) -> Iterator[AppliedRemedy]:
 def apply_active_wheel(request: RemedyRequest) -> Iterator[AppliedRemedy]:
     """Balance a linkage by a wheel with a motor of its own, or by three if it is spatial.
 
-    Speed ``-h / J``, torque ``-ḣ`` and power ``h ḣ / J``; see
-    `balance.masses.remedies.wheels.motor_wheels.build_motor_wheels`.
+    Speed ``-h / J``, torque ``-ḣ`` and power ``h ḣ / J``.
 
     Yields:
         One result.

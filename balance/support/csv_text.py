@@ -5,9 +5,18 @@ from __future__ import annotations
 import csv
 from collections.abc import Sequence
 from io import StringIO
+from typing import TYPE_CHECKING, TextIO
 
 import numpy as np
 from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from _csv import Writer
+
+
+def csv_writer(text: TextIO) -> Writer:
+    """Write rows of words and numbers to an open text, one in a line."""
+    return csv.writer(text, lineterminator="\n")
 
 
 def csv_table(names: Sequence[str], columns: Sequence[NDArray[np.float64]]) -> bytes:
@@ -18,7 +27,7 @@ def csv_table(names: Sequence[str], columns: Sequence[NDArray[np.float64]]) -> b
         columns: columns (N,), or several at once (N, n).
     """
     text = StringIO(newline="")
-    writer = csv.writer(text, lineterminator="\n")
+    writer = csv_writer(text)
     writer.writerow(names)
     writer.writerows([map(repr, row) for row in np.column_stack(columns).tolist()])
     return text.getvalue().encode()

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import io
 from collections.abc import Callable
 from typing import Any
@@ -10,6 +9,7 @@ from typing import Any
 from balance.studies.runs.chunk_job import ROW_NUMBER
 from balance.studies.runs.results_file import ResultsFile
 from balance.support.atomic_files import open_atomic
+from balance.support.csv_text import csv_writer
 from kinematics.errors import PackageError
 
 
@@ -35,7 +35,7 @@ def export_csv(
     total, done = file.computed()[1], 0
     with open_atomic(path) as raw:
         text = io.TextIOWrapper(raw, encoding="utf-8", newline="", write_through=True)
-        writer = csv.writer(text, lineterminator="\n")
+        writer = csv_writer(text)
         writer.writerow([ROW_NUMBER, *names])
         for rows in file.batches(names):
             writer.writerows(rows)

@@ -5,7 +5,9 @@ Names for users, beside those of `balance` itself:
 - ``Study``: a model, what varies in it, what must hold, and what is computed
 - ``read_study``: read what varies and what is computed from a TOML file
 - ``PantographMasses``: lengths and masses of a pantograph
+- ``StackedChains``: lengths and masses of ``stacked_urdf``
 - ``SynthesizedMechanism``: one mechanism, its file and what confirms it
+- ``stacked_urdf``: write two balanced chains stacked into a mechanism of two freedoms
 """
 
 from __future__ import annotations

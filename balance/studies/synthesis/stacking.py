@@ -83,8 +83,21 @@ def stacked_urdf(chains: StackedChains | None = None, name: str = "stacked_chain
         chains: lengths and masses; see `StackedChains`.
         name: name of the robot.
 
+    Returns:
+        The file, whose masses balance both freedoms.
+
     Raises:
         UsageError: a length or mass is not positive, or an angle makes the mechanism flat.
+
+    Source:
+        G. Becht, MSc thesis, TU Delft, 2020, chapter 4, Fig. 4.1.
+
+    Example:
+        >>> from pathlib import Path
+        >>> import kinematics, balance.studies
+        >>> _ = Path("stacked.urdf").write_bytes(balance.studies.stacked_urdf())
+        >>> kinematics.load("stacked.urdf").inputs
+        ('lift', 'crank_joint')
     """
     c = chains or StackedChains()
     _check(c)

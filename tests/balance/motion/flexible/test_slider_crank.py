@@ -13,8 +13,8 @@ from balance.motion.flexible.beam_part import Marker, RigidPart
 from balance.motion.flexible.drives import constant_speed
 from balance.motion.flexible.mechanism import PlanarMechanism
 from balance.motion.flexible.mechanism_types import JointDrive, MechanismJoint, On
-from balance.motion.flexible.shape_integrals import ShapeIntegralPart
 from balance.motion.flexible.simulate import simulate
+from tests.support.shape_integrals import ShapeIntegralPart
 
 PI = 3.1415927
 CRANK, ROD = 0.15, 0.30

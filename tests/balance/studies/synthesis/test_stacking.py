@@ -7,8 +7,8 @@ import pytest
 
 import balance
 from balance.momentum import momentum_regressor
+from balance.studies import StackedChains, stacked_urdf
 from balance.studies.synthesis.confirm import confirm_balance
-from balance.studies.synthesis.stacking import StackedChains, stacked_urdf
 from kinematics import load
 from kinematics.errors import UsageError
 from kinematics.model.document.element import Document

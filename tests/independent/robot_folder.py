@@ -1,8 +1,8 @@
 """Reports on a folder of robot files, and their mobility in maximal coordinates.
 
-``python -m tests.independent.robot_folder FOLDER [--json RESULTS]`` runs ``balance report`` on
+``python -m tests.independent.robot_folder FOLDER… [--json RESULTS]`` runs ``balance report`` on
 each file as a user does, in a process of its own, and compares the mobility with that of a
-second route: six velocities of each link and the rows of each joint for URDF and SDF, read by
+second route; ``@LIST`` names a file of folders and files, one a line. The second route: six velocities of each link and the rows of each joint for URDF and SDF, read by
 the code below; the rank of the equality rows of MuJoCo for MJCF. The rank of the Jacobian at
 the pose of the file bounds the mobility from above; at a regular pose they are equal. Refusals
 are listed with their reasons; a crash, more than 20 s or more than 2 GB are failures.
@@ -169,10 +169,22 @@ def read_sdf(path):
     return mobility if fixed else mobility - 6
 
 
+def read_included(path, folder):
+    """The element of an MJCF file, with each ``<include>`` replaced by what its file contains."""
+    root = ET.fromstring(path.read_bytes().strip())
+    for parent in list(root.iter()):
+        for place, child in reversed(list(enumerate(parent))):
+            if child.tag == "include":
+                parent.remove(child)
+                for item in reversed(read_included(folder / child.get("file"), folder)):
+                    parent.insert(place, item)
+    return root
+
+
 def read_mjcf(path, fixed_base):
     import mujoco
 
-    root = ET.parse(path).getroot()
+    root = read_included(path, path.parent)
     for parent in list(root.iter()):
         for child in list(parent):
             if child.tag in ("geom", "mesh", "material", "texture", "skin", "hfield", "sensor",
@@ -277,18 +289,25 @@ def judge(record):
     return "unsure" if record["code"] == 4 else "differs"
 
 
+def robot_files(folders):
+    """Files that describe robots: those that are named, and those in folders, sorted."""
+    files = [path for path in folders if path.is_file()]
+    for folder in folders:
+        files += sorted(
+            path for path in folder.rglob("*")
+            if path.suffix in (".urdf", ".sdf")
+            or (path.suffix == ".xml" and re.search("<mujoco", path.read_text(errors="replace")))
+        )  # fmt: skip
+    return files
+
+
 def main():
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("folder", type=Path)
+    parser = argparse.ArgumentParser(description=__doc__, fromfile_prefix_chars="@")
+    parser.add_argument("folders", type=Path, nargs="+")
     parser.add_argument("--json", type=Path)
     arguments = parser.parse_args()
-    paths = sorted(
-        path for path in arguments.folder.rglob("*")
-        if path.suffix in (".urdf", ".sdf")
-        or (path.suffix == ".xml" and re.search("<mujoco", path.read_text(errors="replace")))
-    )  # fmt: skip
     counts = {}
-    for path in paths:
+    for path in robot_files(arguments.folders):
         record = report(path)
         counts[record["verdict"]] = counts.get(record["verdict"], 0) + 1
         words = record.get("reason") or record.get("why") or ""

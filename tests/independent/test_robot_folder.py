@@ -41,6 +41,29 @@ def test_loops_in_sdf(name, tmp_path):
     assert not why and mobility == kinematics.load(path).mobility
 
 
+def test_a_loop_that_is_open_in_the_file():
+    """A triangle of bars of 2, 2 and 3 m, all drawn along x, closes elsewhere and turns."""
+    z = (0, 0, 1)
+    bars = [joint("a", "revolute", (0, 0, 0), z, None, 0)]
+    bars += [joint("b", "revolute", (2, 0, 0), z, 0, 1)]
+    bars += [joint("c", "revolute", (0, 0, 0), z, None, 2)]
+    tips = [joint("x", "revolute", (x, 0, 0), z, 1, 2) for x in (4, 3)]
+    closed = (*tips[0], tips[1][2])
+    assert mobility_of(3, [*bars, closed], []) == 1
+    assert mobility_of(3, [*bars, joint("d", "fixed", (0, 0, 0), z, None, 2), closed], []) == 0
+
+
+def test_a_pose_that_is_singular():
+    """A flat parallelogram of equal bars has two freedoms there, and one beside it."""
+    z, corners = (0, 0, 1), [(0, 0, 0), (1, 0, 0), (3, 0, 0), (2, 0, 0)]
+    pairs = [(None, 0), (0, 1), (1, 2), (2, None)]
+    bars = [
+        joint(f"j{k}", "revolute", p, z, *pair)
+        for k, (p, pair) in enumerate(zip(corners, pairs, strict=True))
+    ]
+    assert mobility_of(3, bars, []) == 1
+
+
 @pytest.mark.parametrize(
     ("code", "seconds", "other", "verdict"),
     [(0, 1, 3, "right"), (0, 1, 2, "differs"), (4, 1, 2, "unsure"), (3, 1, None, "refused"),

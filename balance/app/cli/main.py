@@ -31,6 +31,7 @@ from balance.app.cli.exit_codes import (
     REFUSED,
     USAGE,
 )
+from balance.app.cli.memory_notice import memory_notice
 from balance.app.cli.outputs import check_files, write_outputs
 from kinematics.errors import LinkageError, UsageError
 from kinematics.numerics.compiled.background import compile_mode
@@ -104,7 +105,8 @@ def _run(argv: Sequence[str] | None, debug: bool) -> int:
         arguments = command_parser(words).parse_args(words)
         check_files(arguments)
         read_streams(arguments)
-        answer: Answer = arguments.run(arguments)
+        with memory_notice():
+            answer: Answer = arguments.run(arguments)
         write_outputs(arguments, answer)
         _print(answer, arguments.json)
         return answer.code

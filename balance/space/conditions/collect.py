@@ -31,8 +31,11 @@ from kinematics.numerics.linalg.pivoted_qr import round_off
 
 Array = NDArray[np.float64]
 
-# Most poses in one batch.
+# Most poses in one batch, and most multiplications, rows times the square of the unknowns, to
+# factor it: seconds. A large linkage has more rows in few poses than it has unknowns; those of
+# hundreds of poses would only add round-off.
 MAX_POSES_PER_BATCH = 256
+MAX_WORK_PER_BATCH = 5e8
 
 
 class CollectedConditions(NamedTuple):
@@ -160,6 +163,8 @@ def add_poses(
 ) -> tuple[Conditions, int, bool]:
     """Add the conditions at finite poses, twice as many each time, until a batch adds none.
 
+    At least two batches are added, and no other that is larger than the limits of a batch.
+
     Args:
         chain: the linkage without idle joints.
         force: whether only linear momentum counts.
@@ -172,7 +177,8 @@ def add_poses(
         chain, generic_directions(101, 101 + chain.width, chain.width)
     )
     used, batch, settled, before = 0, FRESH_POSE_STEPS, False, -1
-    while batch <= MAX_POSES_PER_BATCH:
+    most = _most_poses(chain, force, conditions)
+    while batch <= most:
         rows = [rows_at(here, pose, force) for here, pose in islice(poses, batch)]
         if not rows:
             break
@@ -190,3 +196,10 @@ def add_poses(
         batch *= 2
     stays = conditions.rank == before and conditions.rank >= least
     return conditions, used, settled or (stays and not conditions.ill_conditioned)
+
+
+def _most_poses(chain: Chain, force: bool, conditions: Conditions) -> float:
+    """Compute the number of poses that a batch may have, at least that of two batches."""
+    rows = chain.width * rows_per_column(chain.planar, force)
+    work = rows * max(conditions.columns.size, 1) ** 2
+    return max(2 * FRESH_POSE_STEPS, min(MAX_POSES_PER_BATCH, MAX_WORK_PER_BATCH / work))

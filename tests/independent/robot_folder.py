@@ -163,7 +163,8 @@ def read_urdf(path, fixed_base):
     root = ET.fromstring(path.read_bytes().strip())
     joints = [x for x in root.findall("joint") if x.find("parent") is not None]
     children = {x.find("child").get("link"): x for x in joints}
-    (base,) = [x.get("name") for x in root.findall("link") if x.get("name") not in children]
+    parents = {x.find("parent").get("link") for x in joints}
+    (base,) = parents - set(children)
     places = {base: np.eye(4)}
 
     def place(link):
@@ -196,8 +197,10 @@ def read_urdf(path, fixed_base):
         found.append(
             (loop.get("name"), loop.get("type"), frames[0], n, before, after, frames[1])
         )
-    others = ("loop_joint", "coupling", "{http://drake.mit.edu}linear_bushing_rpy")
-    if any(x.tag in others or x.tag.startswith("drake") for x in root):
+    names = {x.get("name", "") for x in root}
+    if {x.tag for x in root} & {"loop_joint", "coupling"} or any(
+        "closing_" in x for x in names
+    ):
         raise ValueError("loops in the words of another program")
     return mobility_of(len(children), found, mimics)
 
@@ -277,8 +280,8 @@ def read_mjcf(path, fixed_base):
         for child in list(parent):
             if child.tag in ("geom", "mesh", "material", "texture", "skin", "hfield", "sensor",
                              "contact", "actuator", "keyframe", "camera", "light", "custom",
-                             "flex", "tuple", "tendon", "plugin", "deformable", "asset"
-                             ):  # fmt: skip
+                             "flex", "tuple", "tendon", "plugin", "deformable", "asset",
+                             "option", "size", "statistic", "visual"):  # fmt: skip
                 parent.remove(child)
     for body in root.iter("body"):
         inertial = body.find("inertial")
@@ -288,11 +291,9 @@ def read_mjcf(path, fixed_base):
     ET.SubElement(root, "compiler", bounds)
     if fixed_base:
         free = {("freejoint", None), ("joint", "free")}
-        for body in root.findall("worldbody/body"):
-            for joint in list(body):
-                if (joint.tag, joint.get("type")) in free:
-                    body.remove(joint)
-                    break
+        bodies = [(x, y) for x in root.findall("worldbody/body") for y in x]
+        body, joint = next((x, y) for x, y in bodies if (y.tag, y.get("type")) in free)
+        body.remove(joint)
     model = mujoco.MjModel.from_xml_string(ET.tostring(root, encoding="unicode"))
     data = mujoco.MjData(model)
 
@@ -320,9 +321,10 @@ def read_mjcf(path, fixed_base):
 def other_mobility(path, fixed_base):
     """Mobility by the other route, or the reason why it has none."""
     try:
-        if path.suffix == ".urdf":
+        root = ET.fromstring(path.read_bytes().strip()).tag
+        if root == "robot":
             return read_urdf(path, fixed_base), ""
-        if path.suffix == ".sdf":
+        if root == "sdf":
             return read_sdf(path), ""
         return read_mjcf(path, fixed_base), ""
     except Exception as error:  # files of others: any of them may break a reader
@@ -394,7 +396,7 @@ def robot_files(folders):
     for folder in folders:
         files += sorted(
             path for path in folder.rglob("*")
-            if path.suffix in (".urdf", ".sdf")
+            if path.suffix.lower() in (".urdf", ".sdf")
             or (path.suffix == ".xml" and "<mujoco" in path.read_text(errors="replace"))
         )  # fmt: skip
     return files

@@ -11,8 +11,8 @@ from balance.space.conditions.rank import Conditions
 from kinematics import ScrewJoint, from_screws
 
 JOINTS = 3
-# A body that turns about an axis has seven parameters that shake what it is jointed to, but five
-# if that axis rests.
+# A body that turns about an axis has seven parameters that shake what it is jointed to, five
+# if the axis rests.
 RANK = 7 * JOINTS - 2
 
 

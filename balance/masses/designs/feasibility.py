@@ -148,9 +148,7 @@ def _decide_by_transfers(space: DesignSpace, constraints: Constraints) -> Feasib
     if not (isinstance(space, CertifiedSpace) and space.certainty.nullity == serial):
         return _undecided(UNSETTLED)
     decision = replace(space.decision, basis=space.decision.basis[:, :serial])
-    answer = decide_feasibility(
-        replace(space, basis=space.serial, decision=decision), constraints, True
-    )
+    answer = decide_feasibility(replace(space, decision=decision), constraints, True)
     return answer if answer.verdict == "feasible" else _undecided(UNSETTLED)
 
 

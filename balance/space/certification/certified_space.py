@@ -76,7 +76,7 @@ def with_certainty(space: DesignSpace, certainty: Certainty) -> CertifiedSpace:
     Args:
         certainty: level, reason, bounds, doubts and proof.
     """
-    values = {item.name: getattr(space, item.name) for item in fields(DesignSpace)}
+    values = {item.name: getattr(space, item.name) for item in fields(DesignSpace) if item.init}
     return CertifiedSpace(**values, certainty=certainty)
 
 

@@ -24,7 +24,7 @@ from balance.space.conditions.collect import (
 from balance.space.conditions.rank import singular_value_decomposition
 from balance.space.exact.modular_ranks import Exact
 from balance.space.exact.serial import ExactTransfer
-from balance.space.inertial_parameters.conversions import basis_from_chain, to_chain
+from balance.space.inertial_parameters.conversions import to_chain
 from balance.space.spaces.design_space import DesignSpace
 from balance.space.spaces.space_data import Order, rank_table
 from balance.space.transfers.compute_transfers import Transfers, serial_transfers
@@ -202,12 +202,11 @@ def _with_conditions(
     """
     decision = gathered.conditions.decide()
     decision = replace(decision, basis=freeze(decision.basis[:, :nullity]))
-    force, count = space.balance == "force", len(gathered.conditions.known)
-    basis = basis_from_chain(decision.basis, space.chain.frame, space.planar, force)
-    complete = basis.shape[1] == count
+    count = len(gathered.conditions.known)
+    complete = decision.basis.shape[1] == count
     return replace(
         space, orders=orders, poses=gathered.poses, settled=gathered.settled or complete,
-        basis=freeze(basis), serial_nullity=count, decision=decision, chain_transfers=transfers,
+        serial_nullity=count, decision=decision, chain_transfers=transfers,
     )  # fmt: skip
 
 

@@ -8,6 +8,7 @@ rank is small, poses all around are added.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from itertools import islice
 from math import comb
 from typing import NamedTuple
@@ -18,6 +19,7 @@ from numpy.typing import NDArray
 from balance.space.conditions.order_kernels import (
     EXPANSION_ORDERS,
     FRESH_POSE_STEPS,
+    OrderResult,
     conditions_up_to_order,
     generic_directions,
 )
@@ -26,7 +28,7 @@ from balance.space.momentum.regressor import rows_at, rows_per_column
 from balance.support.tolerances import SHORT_CONVERGENCE_RADIUS
 from kinematics.closure.continuation import continue_in_directions
 from kinematics.errors import MobilityError
-from kinematics.model.arrays import Chain
+from kinematics.model.arrays import Chain, freeze
 from kinematics.numerics.linalg.pivoted_qr import round_off
 
 Array = NDArray[np.float64]
@@ -36,6 +38,7 @@ Array = NDArray[np.float64]
 # hundreds of poses would only add round-off.
 MAX_POSES_PER_BATCH = 256
 MAX_WORK_PER_BATCH = 5e8
+NO_RANKS = freeze([], np.int64)
 
 
 class CollectedConditions(NamedTuple):
@@ -60,7 +63,12 @@ def relative_tolerance(chain: Chain) -> float:
 
 
 def collect_conditions(
-    chain: Chain, solutions: Array, force: bool, tolerance: float, max_order: int | None
+    chain: Chain,
+    solutions: Array,
+    force: bool,
+    tolerance: float,
+    max_order: int | None,
+    begun: OrderResult | None = None,
 ) -> CollectedConditions:
     """Collect conditions, order by order and then pose by pose, until no other is independent.
 
@@ -70,18 +78,24 @@ def collect_conditions(
         force: whether only linear momentum counts.
         tolerance: relative size of round-off.
         max_order: orders to compute exactly, instead of as many as needed.
+        begun: the conditions of the first expansion, or up to ``max_order``, if they are known.
 
     Raises:
         MobilityError: no finite pose is found to check the conditions at.
     """
-    none = Conditions.given(solutions, tolerance)
-    last = EXPANSION_ORDERS[-1] if max_order is None else max_order
-    rays = _ray_count(chain, solutions, force)
+    goals = EXPANSION_ORDERS if max_order is None else (max_order,)
+    rays = ray_count(chain, solutions.shape[1], force)
     while True:
         directions = generic_directions(0, rays, chain.width)
-        collected = _conditions_along(directions, chain, force, none, last, max_order is None)
+        if begun is None:
+            none = Conditions.given(solutions, tolerance)
+            begun = conditions_up_to_order(
+                chain, directions, force, none, NO_RANKS, goals[0], max_order is None
+            )
+        collected = _conditions_along(directions, chain, force, begun, goals, max_order is None)
         if collected is not None:
             break
+        begun = None
         rays *= 2
     conditions, ranks, settled, radius = collected
     poses = 0
@@ -92,18 +106,24 @@ def collect_conditions(
 
 
 def _conditions_along(
-    rays: Array, chain: Chain, force: bool, conditions: Conditions, last: int, stop: bool
+    rays: Array, chain: Chain, force: bool, begun: OrderResult, goals: Sequence[int], stop: bool
 ) -> tuple[Conditions, list[int], bool, float] | None:
     """Collect the conditions of all orders along rays.
+
+    Args:
+        begun: the conditions up to the first of ``goals``.
+        goals: highest orders of the expansions.
 
     Returns:
         The conditions, the rank after each order, whether they are settled, and the radius of
         convergence; None if there are not enough rays.
     """
-    ranks = np.empty(0, np.int64)
-    settled, radius = False, 1.0
-    for goal in EXPANSION_ORDERS if stop else (last,):
-        step = conditions_up_to_order(chain, rays, force, conditions, ranks, goal, stop)
+    step = begun
+    for goal in (None, *goals[1:]):
+        if goal is not None:
+            step = conditions_up_to_order(
+                chain, rays, force, step.conditions, step.ranks, goal, stop
+            )
         if not step.enough_rays:
             return None
         if not step.pose_found:
@@ -111,13 +131,12 @@ def _conditions_along(
                 "no closed pose was found near the reference pose to check the conditions at; "
                 "write the file at a pose further from a singularity"
             )
-        conditions, ranks, settled, radius = step[:4]
-        if settled and stop:
+        if step.settled and stop:
             break
-    listed: list[int] = ranks.tolist()
-    while settled and stop and len(listed) > 1 and listed[-1] == listed[-2]:
+    listed: list[int] = step.ranks.tolist()
+    while step.settled and stop and len(listed) > 1 and listed[-1] == listed[-2]:
         listed.pop()
-    return conditions, listed, settled, radius
+    return step.conditions, listed, step.settled, step.convergence_radius
 
 
 def conditions_by_order(
@@ -134,10 +153,10 @@ def conditions_by_order(
         tolerance: relative size of round-off.
         last: highest order of derivative.
     """
-    rays = _ray_count(chain, solutions, force)
+    rays = ray_count(chain, solutions.shape[1], force)
     while True:
         directions = generic_directions(0, rays, chain.width)
-        conditions, ranks = Conditions.given(solutions, tolerance), np.empty(0, np.int64)
+        conditions, ranks = Conditions.given(solutions, tolerance), NO_RANKS
         collected = []
         for order in range(last + 1):
             step = conditions_up_to_order(
@@ -152,10 +171,10 @@ def conditions_by_order(
         rays *= 2
 
 
-def _ray_count(chain: Chain, solutions: Array, force: bool) -> int:
+def ray_count(chain: Chain, unknowns: int, force: bool) -> int:
     """Compute how many rays to begin with: enough for orders 0 and 1, or for all unknowns."""
     rows = chain.width * rows_per_column(chain.planar, force)
-    return min(comb(chain.width + 1, 2), 1 - (-solutions.shape[1] // rows))
+    return min(comb(chain.width + 1, 2), 1 - (-unknowns // rows))
 
 
 def add_poses(

@@ -212,6 +212,11 @@ spatial_conditions_up_to_order, planar_conditions_up_to_order = (
 )
 
 
+def fresh_steps(goal: int) -> int:
+    """Give the number of steps to the pose at which conditions up to an order are checked."""
+    return 1 if goal == FIRST_EXPANSION_ORDER else FRESH_POSE_STEPS
+
+
 def orders_workspace(
     chain: Chain, rays: int, goal: int, per: int, size: int, unknowns: int
 ) -> tuple[object, ...]:
@@ -296,7 +301,7 @@ def conditions_up_to_order(
         conditions.factor, conditions.permutation, conditions.columns, conditions.scale,
         conditions.dropped, conditions.tolerance, done,
     )  # fmt: skip
-    orders = goal, stop, 1 if goal == FIRST_EXPANSION_ORDER else FRESH_POSE_STEPS
+    orders = goal, stop, fresh_steps(goal)
     rank, scale, dropped, done, settled, radius, _, _, enough_rays, pose_found = orders_kernel(
         chain.walked, chain.links, rays, orders, lower, (all_ranks, order, out), workspaces
     )

@@ -16,15 +16,15 @@ from balance.space.conditions.collect import (
     relative_tolerance,
 )
 from balance.space.conditions.rank import Decision
-from balance.space.inertial_parameters.conversions import basis_from_chain
 from balance.space.spaces.design_space import DesignSpace
+from balance.space.spaces.first_orders import first_orders
 from balance.space.spaces.space_data import rank_table
 from balance.space.transfers.compute_transfers import Transfers, serial_transfers
 from balance.support.options import Balance
 from kinematics.closure.assembly.assemble import moving_chain
 from kinematics.errors import MobilityError
 from kinematics.loading.model_gallery import LinkageLike, as_linkage
-from kinematics.model.arrays import Chain, freeze
+from kinematics.model.arrays import Chain
 from kinematics.model.linkage import Linkage, Notice, names_of
 from kinematics.model.motion import Motion, motion_of
 from kinematics.numerics.tolerances import MARGIN_DETERMINED
@@ -83,27 +83,34 @@ def design_space(
         raise ValueError(f"max_order must be a whole number from 0 to {MAX_ORDER}")
     motion = motion_of(linkage, motion)
     chain, force = moving_chain(linkage, motion, spatial), balance == "force"
-    tolerance = relative_tolerance(chain)
-    transfers = serial_transfers(chain, force, tolerance)
+    tolerance, first = relative_tolerance(chain), first_orders(chain, force, max_order)
+    transfers = first.transfers if first else serial_transfers(chain, force, tolerance)
     try:
-        gathered = collect_conditions(chain, transfers.rows, force, tolerance, max_order)
+        gathered = collect_conditions(
+            chain, transfers.rows, force, tolerance, max_order, first and first.orders
+        )
     except MobilityError as error:
         raise MobilityError(f"{linkage.source}: {error}") from None
-    return _build_space(linkage, chain, motion, balance, max_order, transfers, gathered)
+    if first and gathered.conditions is first.orders.conditions:
+        decision = first.decision
+    else:
+        decision = gathered.conditions.decide()
+    return _build_space(
+        linkage, chain, motion, balance, max_order, transfers, gathered, decision
+    )
 
 
 def _build_space(
     linkage: Linkage, chain: Chain, motion: Motion | None, balance: Balance,
     highest: int | None, transfers: Transfers, gathered: CollectedConditions,
+    decision: Decision,
 ) -> DesignSpace:  # fmt: skip
-    """Build the design space from its conditions, in SI units."""
-    decision = gathered.conditions.decide()
-    basis = basis_from_chain(decision.basis, chain.frame, chain.planar, balance == "force")
+    """Build the design space from its conditions and their null space."""
     return DesignSpace(
         source=linkage.source, linkage=linkage, motion=motion, balance=balance,
         planar=chain.planar, bodies=names_of(linkage.bodies), inputs=linkage.inputs,
         idle=_idle(linkage, chain), poses=gathered.poses, settled=gathered.settled,
-        orders=rank_table(gathered.ranks, len(basis)), basis=freeze(basis),
+        orders=rank_table(gathered.ranks, len(decision.basis)),
         serial_nullity=len(gathered.conditions.known), axes=chain.frame.R,
         frames=linkage.frames, length=chain.frame.length,
         notices=(*linkage.notices, *_notices(chain, gathered.settled, decision)),

@@ -15,7 +15,11 @@ from numpy.typing import NDArray
 
 from balance.space.conditions.collect import relative_tolerance
 from balance.space.conditions.rank import Decision
-from balance.space.inertial_parameters.conversions import to_chain, violations
+from balance.space.inertial_parameters.conversions import (
+    basis_from_chain,
+    to_chain,
+    violations,
+)
 from balance.space.spaces.readings import Reading
 from balance.space.spaces.space_data import SpaceData
 from balance.space.transfers.by_joint import Transfer, by_joint
@@ -27,7 +31,7 @@ from balance.support.tolerances import (
     SQUARE_ROUND_OFF,
 )
 from kinematics.files.urdf.validate_inertias import UNPHYSICAL
-from kinematics.model.arrays import Chain
+from kinematics.model.arrays import Chain, freeze
 from kinematics.model.linkage import Linkage, Notice
 from kinematics.numerics.tolerances import MARGIN_DETERMINED
 from kinematics.wording import first_names, html_facts, repr_lines, size_text
@@ -119,6 +123,23 @@ class DesignSpace(SpaceData):
             ("certainty", self.assurance),
             ("as given", self.as_given.verdict),
         )
+
+    @cached_property
+    def basis(self) -> Array:
+        """Null-space basis in SI units (parameters, nullity); see `SpaceRecord`."""
+        force = self.balance == "force"
+        basis = basis_from_chain(self.decision.basis, self.chain.frame, self.planar, force)
+        return freeze(basis)
+
+    @property
+    def rank(self) -> int:
+        """Number of independent conditions."""
+        return self.decision.rank
+
+    @property
+    def nullity(self) -> int:
+        """Dimension of the space."""
+        return self.decision.basis.shape[1]
 
     @property
     def singular_values(self) -> Array:

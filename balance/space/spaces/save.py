@@ -40,6 +40,10 @@ class SpaceRecord(SpaceData):
     """A design space as data, without the linkage it came from.
 
     Attributes:
+        basis: null-space basis (parameters, nullity): per body the parameters named by
+            ``labels``, about the inertial origin at the reference pose, SI units. Its
+            columns are orthonormal when lengths are measured from the middle of the
+            mechanism in units of ``length``.
         singular_values: of all conditions, relative to the largest (rank,).
         kept: the smallest singular value that counts; 1 if there are none.
         dropped: upper bound of the largest one that does not.
@@ -47,6 +51,7 @@ class SpaceRecord(SpaceData):
         version: of the package that made the record.
     """
 
+    basis: Array
     singular_values: Array
     kept: float
     dropped: float
@@ -68,8 +73,8 @@ def record_of(space: DesignSpace) -> SpaceRecord:
         pose = Notice("reference_pose", f"the reference pose is {space.linkage.pose}")
         data["notices"] = (*space.notices, pose)
     return SpaceRecord(
-        **data, singular_values=space.singular_values, kept=space.kept, dropped=space.dropped,
-        sha256=_sha256_of(space.source), version=__version__,
+        **data, basis=space.basis, singular_values=space.singular_values, kept=space.kept,
+        dropped=space.dropped, sha256=_sha256_of(space.source), version=__version__,
     )  # fmt: skip
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -60,10 +60,6 @@ class SpaceData:
         poses: number of finite poses added, because the orders were not enough.
         settled: whether no condition is missing: the conditions have full column rank, or
             finite poses that were not used add none.
-        basis: null-space basis (parameters, nullity): per body the parameters named by
-            ``labels``, about the inertial origin at the reference pose, SI units. Its
-            columns are orthonormal when lengths are measured from the middle of the
-            mechanism in units of ``length``.
         serial_nullity: number of columns of the basis, the first ones, that span the serial
             part: the inertia transfers of its joints, with all loops opened.
         axes: rows are the axes in which planar parameters are expressed (3, 3).
@@ -82,12 +78,17 @@ class SpaceData:
     orders: tuple[Order, ...]
     poses: int
     settled: bool
-    basis: Array
     serial_nullity: int
     axes: Array
     frames: Array
     length: float
     notices: tuple[Notice, ...]
+
+    if TYPE_CHECKING:  # a field of a record; a design space computes it when it is asked for
+
+        @property
+        def basis(self) -> Array:
+            """See `SpaceRecord`."""
 
     @property
     def rank(self) -> int:

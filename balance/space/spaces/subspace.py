@@ -9,10 +9,8 @@ from numpy.typing import NDArray
 
 from balance.space.conditions.collect import relative_tolerance
 from balance.space.conditions.rank import Conditions
-from balance.space.inertial_parameters.conversions import basis_from_chain
 from balance.space.spaces.design_space import DesignSpace
 from balance.space.spaces.space_data import Order
-from kinematics.model.arrays import freeze
 
 Array = NDArray[np.float64]
 
@@ -32,17 +30,14 @@ def subspace(
         The space that the columns span, with an orthonormal basis; without certainty, and with
         the transfers of ``space``.
     """
-    chain, tolerance = space.chain, relative_tolerance(space.chain)
+    tolerance = relative_tolerance(space.chain)
     columns = np.concatenate([serial, other], axis=1).T
     spanned = Conditions.given(np.empty((0, columns.shape[1])), tolerance).append(columns)
     across = spanned.decide().basis.T
     conditions = Conditions.given(serial.T, tolerance).append(across)
     decision = conditions.decide()
-    basis = basis_from_chain(
-        decision.basis, chain.frame, space.planar, space.balance == "force"
-    )
-    plain = {item.name: getattr(space, item.name) for item in fields(DesignSpace)}
+    plain = {item.name: getattr(space, item.name) for item in fields(DesignSpace) if item.init}
     return replace(
-        DesignSpace(**plain), orders=orders or space.orders, basis=freeze(basis),
+        DesignSpace(**plain), orders=orders or space.orders,
         serial_nullity=len(conditions.known), decision=decision,
     )  # fmt: skip

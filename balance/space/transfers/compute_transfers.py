@@ -158,6 +158,16 @@ def search_workspace(
     )
 
 
+def enough_states(n: int, size: int) -> int:
+    """Give a number of states that is enough for the search in most linkages.
+
+    Args:
+        n: number of joints.
+        size: parameters of each body.
+    """
+    return 2 * n + size
+
+
 class Transfers(NamedTuple):
     """Inertia transfers in the frame and units of the chain.
 
@@ -194,9 +204,9 @@ def serial_transfers(
     rigid_parts = chain.once(number_rigid_parts)
     node, _, joints = rigid_parts
     rows, unknowns = rows_per_column(chain.planar, force), chain.links.size * size
-    enough = 2 * n + size
     workspace = chain.borrow(
-        (size,), lambda: search_workspace(n, dim, unknowns, size, rows, enough)
+        (size,),
+        lambda: search_workspace(n, dim, unknowns, size, rows, enough_states(n, size)),
     )
     while True:
         count = search_transfers(

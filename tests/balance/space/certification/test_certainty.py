@@ -150,7 +150,9 @@ BREAKS = {
                                           *space.orders[2:])},
     "one order less": lambda space: {"orders": space.orders[:-1]},
     "the serial part": lambda space: {"serial_nullity": space.serial_nullity - 1},
-    "the rank": lambda space: {"basis": space.basis[:, 1:]},
+    "the rank": lambda space: {
+        "decision": replace(space.decision, basis=space.decision.basis[:, 1:])
+    },
 }  # fmt: skip
 
 

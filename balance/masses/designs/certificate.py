@@ -13,6 +13,17 @@ is ``<G_b, P_b> ≥ 0``, the certificate has a multiplier λ_b ≥ 0 for it, and
 
     Σ_b <Z_b + λ_b G_b, P_b> = 0  for every balanced distribution.
 
+If the density of a body is limited (`balance.masses.designs.density`), its Z_b need not be
+positive semidefinite. Let S be its block of second moments and s the Schur complement of S in
+Z_b, and let C be the second moments of the body about its centre of mass. Then
+
+    <Z_b, P_b>  ≥  <S, C> + s m  ≥  d det(S)^{1/d} det(C)^{1/d} + s m  ≥  d κ det(S)^{1/d} m^{1+2/d} + s m
+
+by the square of the distance between the centre of mass and that point where S vanishes, by the
+means of the eigenvalues of ``S^½ C S^½``, and by the limit. The least value of the last
+expression over the masses that the bounds allow is a known term, like the products of kept
+bodies.
+
 (Theorems of alternatives: S. Boyd, L. Vandenberghe, Convex Optimization, 2004, section 5.8.)
 """
 
@@ -25,6 +36,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from balance.masses.designs.constraints import Constraints
+from balance.masses.designs.density import mass_where_least
 from balance.masses.designs.pseudo_inertia_cone import (
     Cone,
     cone_of,
@@ -94,14 +106,16 @@ def check_certificate(
     times the mass, which is at least λ times the least mass, or the largest mass if λ < 0. The
     matrix of a kept body is arbitrary, because ``<Z_b, P_b>`` is known. The sum K of these
     known terms must not be negative. It is added to ``t T Σ tr Z_b``, where Z_b is the
-    remaining matrix. Bounds that the proof does not need are ignored.
+    remaining matrix. A body whose density is limited adds the least value of ``<Z_b, P_b>`` that
+    the limit allows, and no remaining matrix. Bounds and densities that the proof does not need
+    are ignored.
 
     Args:
         space: the design space.
         certificate: one symmetric matrix per body, in the coordinates of ``space.chain``:
             (4, 4), or (3, 3) in a plane.
-        constraints: kept bodies, mass bounds and balls, from ``Design.constraints``; none by
-            default.
+        constraints: kept bodies, mass bounds, balls and densities, from ``Design.constraints``;
+            none by default.
         multipliers: λ ≥ 0, one number per body; zeros by default. Only bodies whose mass must
             be within a ball may have one that is not zero.
 
@@ -141,7 +155,7 @@ def judge_certificate(
 
     Args:
         cone: its cone, from `balance.masses.designs.pseudo_inertia_cone.cone_of`.
-        constraints: kept bodies, mass bounds and balls.
+        constraints: kept bodies, mass bounds, balls and densities.
 
     Raises:
         ValueError: the shape of the matrices or of the multipliers is wrong.
@@ -157,10 +171,13 @@ def judge_certificate(
         matrices and numbers and set(np.flatnonzero(multipliers)) <= set(constraints.balls)
     ):
         return CertificateCheck(False, -np.inf, np.inf, np.inf)
-    checks = [_check(space, cone, proof, constraints._replace(bounds={}))]
+    light = constraints._replace(densities={})
+    checks = [_check(space, cone, proof, light._replace(bounds={}))]
     if constraints.bounds:
+        checks.append(_check(space, cone, proof, light))
+    if constraints.densities and constraints.sized:
         checks.append(_check(space, cone, proof, constraints))
-    # Either check proves infeasibility: a certificate need not use the bounds.
+    # Each check proves infeasibility: a certificate need not use the bounds and densities.
     return min(checks, key=lambda check: check.separation)
 
 
@@ -197,15 +214,25 @@ def _split_known_terms(
     The certificate holds if ``Σ_b <rest_b, P_b> + known_part`` is positive. A mass bound adds λ
     times its value to the known terms, for the λ subtracted from the corner of its Z_b. A
     negative λ must be subtracted. A positive λ is subtracted only as far as the known terms
-    need it, since a positive trace excludes more designs than a known mass.
+    need it, since a positive trace excludes more designs than a known mass. A body whose density
+    is limited is a known term if its mass has a lower bound, or if Z_b is not definite.
 
     Returns:
         The matrices rest_b (bodies, k, k), and the known part per unit of T0.
     """
     file, keep = matrices_of(space, given_parameters(space)), list(constraints.keep)
     rest, known_part = Z.copy(), float(np.sum(Z[keep] * file[keep]))
-    positive = []
+    positive, limited = [], set()
+    for b, limit in constraints.densities.items():
+        low, high = constraints.bounds.get(b, (0.0, np.inf))
+        if Z[b].any() and (low > 0.0 or _surplus(Z[b]) < 0.0):
+            kappa = limit.least_moment / space.chain.frame.length**2
+            rest[b], value = _least_product(Z[b], kappa, low, high)
+            known_part += value
+            limited.add(b)
     for b, (low, high) in constraints.bounds.items():
+        if b in limited:
+            continue
         surplus = _surplus(Z[b])
         if surplus < 0.0:
             rest[b, -1, -1] -= surplus
@@ -224,6 +251,31 @@ def _split_known_terms(
     if least > 0.0:
         return rest, known_part / least
     return rest, -np.inf if known_part < 0.0 else 0.0
+
+
+def _least_product(Z: Array, kappa: float, low: float, high: float) -> tuple[Array, float]:
+    """Compute the least of ``<Z - rest, P>`` for a body whose density is limited.
+
+    Args:
+        Z: matrix of the body.
+        kappa: κ in units of the chain.
+        low: least mass, kg.
+        high: largest mass, kg.
+
+    Returns:
+        The remaining matrix, which is round-off that makes S definite, and the least value.
+    """
+    d = len(Z) - 1
+    values = np.linalg.eigvalsh(Z[:d, :d])
+    slack = max(0.0, -float(values[0])) + MASS_MULTIPLIER_RELATIVE * float(np.abs(Z).max())
+    rest = np.zeros_like(Z)
+    rest[range(d), range(d)] = -slack
+    values = values + slack
+    S, w = Z[:d, :d] + slack * np.eye(d), Z[:d, -1]
+    per_mass = float(Z[-1, -1] - w @ np.linalg.solve(S, w))
+    area = d * kappa * float(np.exp(np.log(values).mean()))
+    m = min(max(mass_where_least(per_mass, area, d), low), high)
+    return rest, per_mass * m + area * m ** (1.0 + 2.0 / d)
 
 
 def _surplus(Z: Array) -> float:

@@ -21,6 +21,10 @@ UNSETTLED = (
     "not all conditions are known, and a design may break the others; leave out max_order, if "
     "it was given"
 )
+UNCHECKED = (
+    "neither a design nor a certificate stands up to its check; ask less of the masses, or "
+    "put the linkage nearer to the origin"
+)
 TOO_NARROW = (
     "a certificate excludes the designs of the space that was found, but conditions near "
     "round-off may be false ones, and there may be more designs"

@@ -8,7 +8,7 @@ its answers. No other module calls it.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
@@ -29,18 +29,12 @@ class ConstraintBlock(NamedTuple):
     Attributes:
         kind: ``"psd_triangle"``: positive semidefinite matrices, as vectors of `triangles`;
             ``"second_order"``: first entry at least the norm of the others;
-            ``"nonnegative"``: entries not negative; ``"zero"``: entries zero; ``"power"``:
-            product of powers of all entries but the last at least the size of that one;
-            ``"exponential"``: three entries, ``y e^{x/y} ≤ z`` with y > 0.
+            ``"nonnegative"``: entries not negative; ``"zero"``: entries zero.
         size: size of the matrices, or number of rows.
-        exponents: those of the powers, with the sum 1.
     """
 
-    kind: Literal[
-        "psd_triangle", "second_order", "nonnegative", "zero", "power", "exponential"
-    ]
+    kind: Literal["psd_triangle", "second_order", "nonnegative", "zero"]
     size: int
-    exponents: tuple[float, ...] = ()
 
     @property
     def rows(self) -> int:
@@ -94,13 +88,11 @@ def solve_conic(
     """
     import clarabel
 
-    kinds: dict[str, Callable[[ConstraintBlock], object]] = {
-        "psd_triangle": lambda part: clarabel.PSDTriangleConeT(part.size),
-        "second_order": lambda part: clarabel.SecondOrderConeT(part.size),
-        "nonnegative": lambda part: clarabel.NonnegativeConeT(part.size),
-        "zero": lambda part: clarabel.ZeroConeT(part.size),
-        "power": lambda part: clarabel.GenPowerConeT(list(part.exponents), 1),
-        "exponential": lambda part: clarabel.ExponentialConeT(),
+    kinds = {
+        "psd_triangle": clarabel.PSDTriangleConeT,
+        "second_order": clarabel.SecondOrderConeT,
+        "nonnegative": clarabel.NonnegativeConeT,
+        "zero": clarabel.ZeroConeT,
     }
     settings = clarabel.DefaultSettings()
     accuracy = SOLVER_RESIDUAL if careful else SOLVER_RESIDUAL_FAST
@@ -110,7 +102,7 @@ def solve_conic(
     settings.tol_infeas_abs = settings.tol_infeas_rel = SOLVER_INFEASIBILITY
     zero = _Columns([], [], [0] * (q.size + 1), 0, (q.size, q.size))
     quadratic = zero if H is None else _columns(np.triu(H))
-    cones = [kinds[part.kind](part) for part in parts]
+    cones = [kinds[kind](size) for kind, size in parts]
     solution: Any = clarabel.DefaultSolver(
         quadratic, q.tolist(), _columns(-rows), offset.tolist(), cones, settings
     ).solve()

@@ -1,24 +1,28 @@
-"""Limits of density as cones: a determinant by a semidefinite matrix, its root by a power.
+"""Limits of density as cones: a determinant by a semidefinite matrix, its root by squares.
 
 ``∏ w_i ≤ det(P)`` for the diagonal w of a lower triangular matrix W exactly if
 
     [[P, W], [Wᵀ, diag(w)]] ⪰ 0
 
 is possible: then ``P ⪰ W diag(w)⁻¹ Wᵀ``, whose factors have the determinants 1, ∏ w_i and 1.
-The limit of `balance.masses.designs.density` is then a power cone,
+With a further number t, the limit of `balance.masses.designs.density` is
 
-    ∏ w_i^{1/(d + 3)} τ^{2/(d + 3)} ≥ κ^{d/(d + 3)} m.
+    κ^{d/(d + 3)} m  ≤  t  ≤  (∏ w_i τ²)^{1/(d + 3)},
 
-(A. Ben-Tal, A. Nemirovski, Lectures on Modern Convex Optimization, 2001, section 4.2.)
+whose second part is five second-order cones: with ``w_4 = t`` in the plane,
+
+    a² ≤ w_1 w_2,    b² ≤ w_3 w_4,    e² ≤ a b,    f² ≤ τ t,    t² ≤ e f.
+
+(A. Ben-Tal, A. Nemirovski, Lectures on Modern Convex Optimization, 2001, sections 3.3 and 4.2.)
 
 The tolerances of the solver are absolute, and one body may be a thousand times lighter than
-another. Each body is therefore measured by a reference P0 of its own: the cones are those of
-``T P Tᵀ`` with ``T P0 Tᵀ = 1``, and masses are in units of that of P0.
+another. Each body is therefore measured by a reference P0: the cones are those of ``T P Tᵀ``
+with ``T P0 Tᵀ = 1``, and the unit of mass is that of the reference.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -28,130 +32,142 @@ from balance.masses.designs.clarabel_adapter import TRIANGLES, ConstraintBlock, 
 
 Array = NDArray[np.float64]
 
-
-class LiftedBodies(NamedTuple):
-    """Rows of the cones of some bodies, over their coordinates x and the entries of each W.
-
-    Attributes:
-        rows: rows (rows, n + entries).
-        offset: constants of the rows (rows,).
-        parts: cones of the rows, one pair for each body; a body without a limit has the first
-            alone.
-        pivots: columns of the diagonal of W of each body (bodies, k).
-        whiten: T of each body (bodies, k, k).
-        mass_rows: factor of the mass in the power cone of each body, 0 without one (bodies,).
-    """
-
-    rows: Array
-    offset: Array
-    parts: list[ConstraintBlock]
-    pivots: Array
-    whiten: Array
-    mass_rows: Array
+# Positions of t, a, b, e and f behind the entries of W.
+_T, _A, _B, _E, _F = range(5)
 
 
 class UnitOfMass(NamedTuple):
-    """The unit of mass as a function ``row · x + constant``, and its value at the reference."""
+    """The unit of mass τ as a function ``row · x + constant``, and its value at the reference."""
 
     row: Array
     constant: float
     reference: float = 1.0
 
 
-def lift_bodies(
-    blocks: Array, references: Array, unit: UnitOfMass, limits: Mapping[int, float]
-) -> LiftedBodies:
-    """Build the cones of some bodies and of their limits of density.
+class DensityRows(NamedTuple):
+    """Rows of the cones of limited bodies, over their coordinates x and further columns.
+
+    Attributes:
+        rows: rows (rows, n + further).
+        offset: constants of the rows (rows,).
+        parts: cones of the rows.
+        whiten: T of each body (bodies, k, k).
+        mass_factors: factor of the mass in the row ``t - factor m`` of each body (bodies,).
+    """
+
+    rows: Array
+    offset: Array
+    parts: list[ConstraintBlock]
+    whiten: Array
+    mass_factors: Array
+
+    def beside(self, more: int) -> Array:
+        """Return the rows with columns of zeros for more coordinates, which follow x.
+
+        Args:
+            more: number of those coordinates.
+        """
+        n = self.rows.shape[1] - len(self.whiten) * _further(self.whiten.shape[-1])
+        return np.insert(self.rows, [n] * more, 0.0, axis=1)
+
+
+def density_rows(
+    blocks: Array, references: Array, unit: UnitOfMass, kappas: Sequence[float],
+    constant: Array | None = None,
+) -> DensityRows:  # fmt: skip
+    """Build the cones of bodies whose density is limited.
 
     Args:
         blocks: matrices of each coordinate x (bodies, n, k, k).
         references: positive definite matrices P0 (bodies, k, k).
         unit: the unit of mass.
-        limits: κ by position of the body, in the units of the matrices.
+        kappas: κ of each body, in the units of the matrices.
+        constant: part of the matrices that does not depend on x (bodies, k, k); none by default.
     """
     count, n, k = blocks.shape[:3]
-    down, across = np.tril_indices(k)
-    entries, width = down.size, n + count * down.size
-    on_diagonal = np.flatnonzero(down == across)
-    lifted = np.zeros((entries, 2 * k, 2 * k))
-    lifted[range(entries), down, k + across] = lifted[range(entries), k + across, down] = 1.0
-    lifted[on_diagonal, range(k, 2 * k), range(k, 2 * k)] = 1.0
-    lifted_rows = triangles(lifted).T
+    fixed = np.zeros_like(references) if constant is None else constant
+    root, further = 1.0 / (k + 2), _further(k)
+    width = n + count * further
     whiten = np.linalg.inv(np.linalg.cholesky(references))
-    corner = np.zeros((n, 2 * k, 2 * k))
+    # (det P)^root τ^(2 root) is 1 at the reference.
+    sizes = np.prod(np.diagonal(whiten, axis1=1, axis2=2) ** (2.0 * root), axis=1)
+    factors = np.array(kappas) ** ((k - 1) * root) * sizes / unit.reference ** (2.0 * root)
     rows: list[Array] = []
     offset: list[Array] = []
-    parts: list[ConstraintBlock] = []
-    pivots, mass_rows = np.zeros((count, k), dtype=int), np.zeros(count)
     for b in range(count):
-        start = n + b * entries
-        pivots[b] = start + on_diagonal
-        corner[:, :k, :k] = whiten[b] @ blocks[b] @ whiten[b].T
-        own = np.zeros((lifted_rows.shape[0], width))
-        own[:, :n], own[:, start : start + entries] = triangles(corner).T, lifted_rows
-        rows.append(own)
-        offset.append(np.zeros(len(own)))
-        parts.append(ConstraintBlock("psd_triangle", 2 * k))
-        if b in limits:
-            root = 1.0 / (k + 2)
-            power = np.zeros((k + 2, width))
-            power[range(k), pivots[b]] = 1.0
-            power[k, :n] = unit.row / unit.reference
-            # The left side is 1 at the reference.
-            size = np.prod(np.diagonal(whiten[b]) ** (2.0 * root))
-            mass_rows[b] = limits[b] ** ((k - 1) * root) * size
-            mass_rows[b] /= unit.reference ** (2.0 * root)
-            power[k + 1, :n] = mass_rows[b] * blocks[b, :, -1, -1]
-            rows.append(power)
-            offset.append(np.eye(k + 2)[k] * unit.constant / unit.reference)
-            exponents = (*[root] * k, 2.0 * root)
-            parts.append(ConstraintBlock("power", k + 2, exponents))
-    return LiftedBodies(
-        np.concatenate(rows), np.concatenate(offset), parts, pivots, whiten, mass_rows
-    )
+        start = n + b * further
+        columns = np.zeros((n + 1, 2 * k, 2 * k))
+        columns[:n, :k, :k] = whiten[b] @ blocks[b] @ whiten[b].T
+        columns[n, :k, :k] = whiten[b] @ fixed[b] @ whiten[b].T
+        inner = triangles(columns).T
+        matrix = np.zeros((2 * k * (2 * k + 1) // 2, width))
+        matrix[:, :n] = inner[:, :n]
+        matrix[:, start : start + further - 5] = triangles(_lower_entries(k)).T
+        squares, constants = _square_rows(n, width, start, k, unit)
+        squares[-1, :n] = -factors[b] * blocks[b, :, -1, -1]
+        constants[-1] = -factors[b] * fixed[b, -1, -1]
+        rows += [matrix, squares]
+        offset += [inner[:, n], constants]
+    psd, squares = ConstraintBlock("psd_triangle", 2 * k), ConstraintBlock("second_order", 3)
+    parts = [psd, *[squares] * 5, ConstraintBlock("nonnegative", 1)] * count
+    return DensityRows(np.concatenate(rows), np.concatenate(offset), parts, whiten, factors)
 
 
-def logarithm_rows(
-    lifted: LiftedBodies,
-) -> tuple[Array, Array, list[ConstraintBlock]]:
-    """Build the cones ``u ≤ log w`` of all diagonals, with a further column for each u.
-
-    Returns:
-        Rows (3 entries, columns + entries), their constants, and their cones.
-    """
-    columns, width = lifted.pivots.reshape(-1), lifted.rows.shape[1]
-    count = columns.size
-    rows = np.zeros((count, 3, width + count))
-    rows[range(count), 0, width + np.arange(count)] = 1.0
-    rows[range(count), 2, columns] = 1.0
-    offset = np.tile([0.0, 1.0, 0.0], count)
-    parts = [ConstraintBlock("exponential", 3)] * count
-    return rows.reshape(-1, width + count), offset, parts
+def _further(k: int) -> int:
+    """Return how many columns a body has: the entries of W, and t, a, b, e and f."""
+    return k * (k + 1) // 2 + 5
 
 
-def split_dual(
-    lifted: LiftedBodies, dual: Array
+def _lower_entries(k: int) -> Array:
+    """Build the matrices (2 k, 2 k) of the entries of W."""
+    down, across = np.tril_indices(k)
+    every, diagonal = np.arange(down.size), np.flatnonzero(down == across)
+    entries = np.zeros((down.size, 2 * k, 2 * k))
+    entries[every, down, k + across] = entries[every, k + across, down] = 1.0
+    entries[diagonal, range(k, 2 * k), range(k, 2 * k)] = 1.0
+    return entries
+
+
+def _square_rows(
+    n: int, width: int, start: int, k: int, unit: UnitOfMass
 ) -> tuple[Array, Array]:
-    """Split the multipliers of `lift_bodies` into matrices and multipliers of the masses.
+    """Build the rows of the five cones ``c² ≤ a b``, and that of t; and their constants.
+
+    As a second-order cone, ``c² ≤ a b`` is ``|(2 c, a - b)| ≤ a + b``.
+    """
+    unknowns = np.eye(width)
+    down, across = np.tril_indices(k)
+    w = list(unknowns[start + np.flatnonzero(down == across)])
+    t, a, b, e, f = unknowns[start + down.size : start + down.size + 5]
+    w, tau = [*w, t][:4], np.zeros(width)
+    tau[:n] = unit.row / unit.reference
+    rows, constants = np.zeros((16, width)), np.zeros(16)
+    products = ((a, w[0], w[1]), (b, w[2], w[3]), (e, a, b), (f, tau, t), (t, e, f))
+    for i, (c, x, y) in enumerate(products):
+        rows[3 * i : 3 * i + 3] = x + y, 2.0 * c, x - y
+    constants[[9, 11]] = unit.constant / unit.reference
+    rows[15] = t
+    return rows, constants
+
+
+def split_dual(rows: DensityRows, dual: Array) -> tuple[Array, Array]:
+    """Split the multipliers of `density_rows` into matrices and multipliers of the masses.
 
     Args:
         dual: multipliers of the rows.
 
     Returns:
         Positive semidefinite matrices A (bodies, k, k) of the pseudo-inertias, and μ ≥ 0
-        (bodies,): the rows are ``Σ_b <A_b, P_b> - μ_b m_b`` and terms of W and τ.
+        (bodies,): the rows are ``Σ_b <A_b, P_b> - μ_b m_b`` and terms of τ and of the further
+        columns.
     """
-    k = lifted.whiten.shape[-1]
-    matrices, masses = np.zeros_like(lifted.whiten), np.zeros(len(lifted.whiten))
-    row, b = 0, -1
-    for part in lifted.parts:
-        values = dual[row : row + part.rows]
-        row += part.rows
-        if part.kind == "psd_triangle":
-            b += 1
-            A = (TRIANGLES[2 * k] @ values).reshape(2 * k, 2 * k)[:k, :k]
-            matrices[b] = lifted.whiten[b].T @ A @ lifted.whiten[b]
-        else:
-            masses[b] = max(0.0, -lifted.mass_rows[b] * float(values[-1]))
-    return matrices, masses
+    count, k = rows.whiten.shape[:2]
+    dual = dual.reshape(count, -1)
+    lifted = (dual[:, : k * (2 * k + 1)] @ TRIANGLES[2 * k].T).reshape(count, 2 * k, 2 * k)
+    matrices = rows.whiten.swapaxes(1, 2) @ lifted[:, :k, :k] @ rows.whiten
+    return matrices, rows.mass_factors * np.maximum(0.0, dual[:, -1])
 
+
+def widen(rows: Array, width: int) -> Array:
+    """Append columns of zeros to rows (..., n)."""
+    return np.pad(rows, [(0, 0)] * (rows.ndim - 1) + [(0, width - rows.shape[-1])])

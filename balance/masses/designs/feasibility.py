@@ -28,10 +28,11 @@ from balance.masses.designs.certificate_search import (
 from balance.masses.designs.clarabel_adapter import ConstraintBlock, solve_conic
 from balance.masses.designs.constraints import Constraints, Program, build_program
 from balance.masses.designs.density_cone import (
-    LiftedBodies,
+    DensityRows,
     UnitOfMass,
-    lift_bodies,
+    density_rows,
     split_dual,
+    widen,
 )
 from balance.masses.designs.design_check import (
     DesignCheck,
@@ -198,25 +199,25 @@ def _density_candidates(
     """
     cone, size = program.cone.with_all_moments(), program.traces.size
     reference = P[list(program.free)] / program.unit
-    wide = program._replace(cone=cone, lines=_widen(program.lines, cone.blocks.shape[1]),
-                            traces=_widen(program.traces, cone.blocks.shape[1]))  # fmt: skip
+    wide = program._replace(cone=cone, lines=widen(program.lines, cone.blocks.shape[1]),
+                            traces=widen(program.traces, cone.blocks.shape[1]))  # fmt: skip
     # The unit of mass at which ``P_b ⪰ 1``, as the program asks.
     tau = max(1.0, 1.0 / float(np.linalg.eigvalsh(reference)[:, 0].min()))
     limited = sorted(program.densities)
-    lifted = lift_bodies(
-        cone.blocks[limited], tau * reference[limited],
-        UnitOfMass(np.eye(cone.blocks.shape[1])[size - 1], 0.0, tau),
-        {i: program.densities[b] for i, b in enumerate(limited)},
+    unit = UnitOfMass(np.eye(cone.blocks.shape[1])[size - 1], 0.0, tau)
+    limits = density_rows(
+        cone.blocks[limited], tau * reference[limited], unit,
+        [program.densities[b] for b in limited],
     )  # fmt: skip
     q, rows, offset, parts = least_traces(wide)
     split = len(rows)
-    rows = np.concatenate([_widen(rows, lifted.rows.shape[1]), lifted.rows])
-    offset, q = np.append(offset, lifted.offset), _widen(q, lifted.rows.shape[1])
-    parts += lifted.parts
+    rows = np.concatenate([widen(rows, limits.rows.shape[1]), limits.rows])
+    offset, q = np.append(offset, limits.offset), widen(q, limits.rows.shape[1])
+    parts += limits.parts
     solution = solve_conic(q, rows, offset, parts)
     dual = solution.dual
     if solution.infeasible:
-        yield None, _density_certificates(program, lifted, limited, dual[:split], dual[split:])
+        yield None, _density_certificates(program, limits, limited, dual[:split], dual[split:])
     else:
         yield solution.x[:size], ()
     extended = np.block([[rows, offset[:, None]], [-q, 0.0]])
@@ -227,27 +228,22 @@ def _density_candidates(
     dual = solution.dual[:-1]
     yield (
         solution.x[:size],
-        _density_certificates(program, lifted, limited, dual[:split], dual[split:]),
+        _density_certificates(program, limits, limited, dual[:split], dual[split:]),
     )
 
 
 def _density_certificates(
-    program: Program, lifted: LiftedBodies, limited: Sequence[int], dual: Array, more: Array
+    program: Program, limits: DensityRows, limited: Sequence[int], dual: Array, more: Array
 ) -> Iterator[CertificateProof]:
-    """Construct certificates from the multipliers of `least_traces` and of `lift_bodies`."""
+    """Construct certificates from the multipliers of `least_traces` and of `density_rows`."""
     cone, count = program.cone.with_all_moments(), len(program.free)
     split = count * cone.part.rows
     matrices = cone.duals(dual[:split].reshape(count, -1))
-    added, of_limited = split_dual(lifted, more)
+    added, of_limited = split_dual(limits, more)
     matrices[list(limited)] += added
     masses = np.zeros(count)
     masses[list(limited)] = of_limited
     return certificates_within_densities(program, matrices, dual[split:], masses)
-
-
-def _widen(rows: Array, width: int) -> Array:
-    """Append columns of zeros to rows (..., n)."""
-    return np.pad(rows, [(0, 0)] * (rows.ndim - 1) + [(0, width - rows.shape[-1])])
 
 
 def _decide_by_transfers(space: DesignSpace, constraints: Constraints) -> Feasibility:

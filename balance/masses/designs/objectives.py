@@ -21,14 +21,12 @@ The least change depends neither on ε nor on that bound. Newton's method starts
 that minimises the distance to second order, ``Σ_b tr((P0_b⁻¹ (P_b - P0_b))²)``, with F = P0.
 
 With limits of density the size of a design is set, as by bounds. The cones of
-`balance.masses.designs.density_cone` measure each body by a design; a second solution measures it
-by the first one, since the best bodies may be a thousand times lighter. The least change then is
-a conic program, too, whose logarithms are exponential cones.
+`balance.masses.designs.density_cone` measure each body by a design; a second solution measures
+it by the first one, since the best bodies may be a thousand times lighter.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import Literal, NamedTuple
 
 import numpy as np
@@ -36,13 +34,8 @@ from numpy.typing import NDArray
 
 from balance.masses.designs.clarabel_adapter import ConstraintBlock, solve_conic, triangles
 from balance.masses.designs.constraints import Program
-from balance.masses.designs.density_cone import (
-    LiftedBodies,
-    UnitOfMass,
-    lift_bodies,
-    logarithm_rows,
-)
-from balance.masses.designs.nearest import file_distance, minimise_distance
+from balance.masses.designs.density_cone import DensityRows, widen
+from balance.masses.designs.nearest import file_distance, limit_rows, minimise_distance
 from balance.masses.designs.pseudo_inertia_cone import Cone, given_parameters, matrices_of
 from balance.space.spaces.design_space import DesignSpace
 from balance.support.tolerances import PSEUDO_INERTIA_SINGULAR
@@ -132,17 +125,13 @@ def minimise_objective(
         distance = SIZED_DISTANCE if program.bounded_below else BOUNDARY_DISTANCE
         epsilon = min(distance, 0.5 * margin * trace / largest)
         trace_limit = TRACE_FACTOR * trace
-    if program.densities:
-        start = matrices_of(space, z)[list(program.free)] / program.unit
-        if wanted == "change":
-            return _least_change_within_densities(program, cone, lower, start)
-        v = _solve_within_densities(
-            program, cone, goal, epsilon * lower, trace_limit, start
-        )
-    else:
-        v = _solve(program, cone, goal, epsilon * lower, trace_limit)
-    if v is None:
-        return None
+    v, P = None, matrices_of(space, z)[list(program.free)] / program.unit
+    for _ in range(2 if program.densities else 1):
+        limits = limit_rows(cone.blocks, P, program.densities) if program.densities else None
+        v = _solve(program, cone, goal, epsilon * lower, trace_limit, limits)
+        if v is None:
+            return None
+        P = cone.at(v[:-1])
     if wanted == "change":
         return _least_change(program, cone, lower, v[:-1])
     value = float((goal.q @ v + goal.constant) * goal.scale)
@@ -160,7 +149,7 @@ def _least_change(program: Program, cone: Cone, file: Array, start: Array) -> Op
         moves[unit], constant[unit] = False, start[unit]
     v = minimise_distance(
         cone.blocks[:, moves], cone.sums_at(constant), file, lines[:, moves], lines @ constant,
-        start[moves],
+        start[moves], program.densities,
     )  # fmt: skip
     if v is None:
         return None
@@ -169,94 +158,14 @@ def _least_change(program: Program, cone: Cone, file: Array, start: Array) -> Op
     return Optimum(program.unit * P, file_distance(P, file))
 
 
-def _solve_within_densities(
-    program: Program, cone: Cone, goal: _Goal, lower: Array, trace_limit: float, start: Array
-) -> Array | None:
-    """Minimise an objective as `_solve` does, with limits of density.
-
-    Args:
-        start: pseudo-inertias of a design (free, k, k).
-    """
-    limited, v = sorted(program.densities), None
-    for _ in range(2):
-        lifted = _lift(program, cone, limited, start)
-        v = _solve(program, cone, goal, lower, trace_limit, lifted)
-        if v is None:
-            return None
-        start = cone.sums_at(v[:-1])
-        if np.linalg.eigvalsh(start)[:, 0].min() <= 0.0:
-            return None
-    return v
-
-
-def _lift(program: Program, cone: Cone, bodies: Sequence[int], start: Array) -> LiftedBodies:
-    """Build the cones of free bodies at the unit of mass of the program.
-
-    Args:
-        bodies: positions among the free bodies.
-        start: the pseudo-inertias that measure them (free, k, k).
-    """
-    unit = UnitOfMass(np.zeros(cone.blocks.shape[1]), 1.0)
-    limits = {i: program.densities[b] for i, b in enumerate(bodies) if b in program.densities}
-    return lift_bodies(cone.blocks[list(bodies)], start[list(bodies)], unit, limits)
-
-
-def _least_change_within_densities(
-    program: Program, cone: Cone, file: Array, start: Array
-) -> Optimum | None:
-    """Minimise the log-det distance from the file with limits of density.
-
-    With the lifted diagonals w of a body, measured by ``P0``, its part of the distance is
-    ``2 (tr(F⁻¹ P) - Σ log w)`` and a constant.
-
-    Args:
-        file: pseudo-inertias F of the file (free, k, k).
-        start: pseudo-inertias of a design (free, k, k).
-    """
-    n, lines = cone.blocks.shape[1], program.lines[int(program.sized) :]
-    every = range(len(program.free))
-    inverse = np.linalg.inv(file)
-    P = start
-    for _ in range(2):
-        lifted = _lift(program, cone, every, P)
-        logarithms, constants, exponential = logarithm_rows(lifted)
-        width = logarithms.shape[1]
-        others = np.zeros((len(lines), width))
-        others[:, : lines.shape[1]] = lines
-        rows = np.concatenate([_widen(lifted.rows, width), logarithms, others])
-        offset = np.concatenate([lifted.offset, constants, np.zeros(len(others))])
-        parts = [*lifted.parts, *exponential]
-        parts += [ConstraintBlock("nonnegative", len(others))] if len(others) else []
-        q = np.zeros(width)
-        q[:n] = np.einsum("bij,bnij->n", inverse, cone.blocks)
-        q[lifted.rows.shape[1] :] = -1.0
-        values, free = np.zeros(width), np.ones(width, dtype=bool)
-        if program.sized:
-            unit = program.traces.size - 1
-            values[unit], free[unit] = 1.0, False
-        solution = solve_conic(q[free], rows[:, free], offset + rows @ values, parts)
-        if solution.infeasible or not np.isfinite(solution.x).all():
-            return None
-        values[free] = solution.x
-        P = cone.sums_at(values[:n])
-        if np.linalg.eigvalsh(P)[:, 0].min() <= 0.0:
-            return None
-    return Optimum(program.unit * P, file_distance(P, file))
-
-
-def _widen(rows: Array, width: int) -> Array:
-    """Append columns of zeros to rows (rows, n)."""
-    return np.pad(rows, [(0, 0), (0, width - rows.shape[1])])
-
-
 def _solve(
     program: Program, cone: Cone, goal: _Goal, lower: Array, trace_limit: float,
-    lifted: LiftedBodies | None = None,
+    limits: DensityRows | None,
 ) -> Array | None:  # fmt: skip
     """Minimise an objective with ``P_b ⪰ lower_b`` and traces up to ``trace_limit``.
 
     Args:
-        lifted: rows of limits of density.
+        limits: rows of the limits of density.
     """
     (count, n), size = cone.blocks.shape[:2], program.traces.size
     others = program.lines[int(program.sized) :]
@@ -268,22 +177,21 @@ def _solve(
     offset[: len(linear) - len(lines)] = -cone.rows(lower).reshape(-1)
     offset[len(linear) - len(lines)] = trace_limit
     parts = [cone.part] * count + [ConstraintBlock("nonnegative", len(lines)), *goal.parts]
-    width, q = n + 1, goal.q
-    if lifted is not None:
-        width += lifted.rows.shape[1] - n
-        # The upper bound stands between the coordinates and the entries of W.
-        more = np.insert(lifted.rows, n, 0.0, axis=1)
-        rows = np.concatenate([_widen(rows, width), more])
-        offset, parts = np.append(offset, lifted.offset), [*parts, *lifted.parts]
-        q = np.append(q, np.zeros(width - q.size))
+    q, H = goal.q, goal.H
+    if limits is not None:
+        more = limits.beside(1)
+        rows = np.concatenate([widen(rows, more.shape[1]), more])
+        offset, parts = np.append(offset, limits.offset), [*parts, *limits.parts]
+        q = widen(q, more.shape[1])
+        H = H if H is None else widen(widen(H, more.shape[1]).T, more.shape[1]).T
     # Fix the unit of mass at 1, and an unused upper bound at 0.
-    values, free = np.zeros(width), np.ones(width, dtype=bool)
+    values, free = np.zeros(q.size), np.ones(q.size, dtype=bool)
     if program.sized:
         values[size - 1], free[size - 1] = 1.0, False
     free[n] = len(goal.parts) > 0
-    H, q = None, q[free]
-    if goal.H is not None:
-        H, q = goal.H[np.ix_(free, free)], q + (goal.H @ values)[free]
+    q = q[free]
+    if H is not None:
+        H, q = H[np.ix_(free, free)], q + (H @ values)[free]
     solution = solve_conic(q, rows[:, free], offset + rows @ values, parts, H)
     if solution.infeasible or not np.isfinite(solution.x).all():
         return None

@@ -120,26 +120,24 @@ def solid_of(body: MassProperties, normal: Array | None = None) -> Solid | None:
     return Solid("ellipsoid" if normal is None else "plate", mass, centre, axes)
 
 
-def density_of(P: Array, thickness: float | None) -> float:
-    """Compute the least density of a body with a pseudo-inertia: that of its solid, kg/m³.
+def density_over_limit(P: Array, kappa: float) -> float:
+    """Compute the least density of a body, that of its solid, over the limit of its density.
 
-    ``(3 / 4π) m³ / (5^{3/2} √det P)`` in space, ``m^{5/2} / (4π t √det P)`` in the plane.
+    ``κ^{d/2} m^{(d + 3)/2} / √det P``, for κ falls with the density to the power of 2/d.
 
     Args:
-        P: pseudo-inertia (d + 1, d + 1), SI units, about any origin.
-        thickness: that of the body, m, if it is flat.
+        P: pseudo-inertia (d + 1, d + 1), about any origin.
+        kappa: κ of the limit, in the same units.
 
     Returns:
-        The density; infinite if P is not positive definite.
+        The quotient; infinite if P is not positive definite.
     """
     try:
         root = float(np.prod(np.diagonal(np.linalg.cholesky(P))))
     except np.linalg.LinAlgError:
         return np.inf
-    mass = float(P[-1, -1])
-    if thickness is None:
-        return 0.75 / np.pi * mass**3 / (5.0**1.5 * root)
-    return 0.25 / np.pi * mass**2.5 / (thickness * root)
+    d = len(P) - 1
+    return float((kappa**0.5) ** d * float(P[-1, -1]) ** (0.5 * (d + 3)) / root)
 
 
 def mass_where_least(per_mass: float, area: float, d: int) -> float:

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from balance.masses.designs.constraints import Constraints
-from balance.masses.designs.density import density_of
+from balance.masses.designs.density import density_over_limit
 from balance.masses.designs.mass_regions import reach_of
 from balance.masses.designs.pseudo_inertia_cone import from_si, matrices_of, parameters_by_body
 from balance.space.spaces.design_space import DesignSpace
@@ -129,11 +129,10 @@ def density_excess(space: DesignSpace, z: Array, constraints: Constraints) -> fl
             positive definite.
         constraints: the constraints with the limits.
     """
-    flat, length = matrices_of(space, z), space.chain.frame.length
-    scale = np.append(np.full(flat.shape[-1] - 1, length), 1.0)
+    P, area = matrices_of(space, z), space.chain.frame.length**2
     return max(
         (
-            density_of(scale[:, None] * flat[b] * scale, limit.thickness) / limit.density
+            density_over_limit(P[b], limit.least_moment / area)
             for b, limit in constraints.densities.items()
         ),
         default=0.0,

@@ -277,7 +277,13 @@ def _proof(
         return _undecided(TOO_NARROW)
     # Find the weakest constraints for which the certificate holds.
     less = (
-        (Constraints(), constraints._replace(keep=(), bounds={}), constraints.anywhere)
+        (
+            Constraints(),
+            Constraints(within=constraints.within, balls=constraints.balls),
+            constraints.anywhere._replace(densities={}),
+            constraints._replace(densities={}),
+            constraints.anywhere,
+        )
         if constraints
         else ()
     )

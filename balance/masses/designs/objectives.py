@@ -34,11 +34,12 @@ from numpy.typing import NDArray
 
 from balance.masses.designs.clarabel_adapter import ConstraintBlock, solve_conic, triangles
 from balance.masses.designs.constraints import Program
+from balance.masses.designs.density import density_over_limit
 from balance.masses.designs.density_cone import DensityRows, widen
 from balance.masses.designs.nearest import file_distance, limit_rows, minimise_distance
 from balance.masses.designs.pseudo_inertia_cone import Cone, given_parameters, matrices_of
 from balance.space.spaces.design_space import DesignSpace
-from balance.support.tolerances import PSEUDO_INERTIA_SINGULAR
+from balance.support.tolerances import DENSITY_RELATIVE, PSEUDO_INERTIA_SINGULAR
 from kinematics.closure.series import expand
 from kinematics.errors import BodyError
 
@@ -125,18 +126,30 @@ def minimise_objective(
         distance = SIZED_DISTANCE if program.bounded_below else BOUNDARY_DISTANCE
         epsilon = min(distance, 0.5 * margin * trace / largest)
         trace_limit = TRACE_FACTOR * trace
-    v, P = None, matrices_of(space, z)[list(program.free)] / program.unit
-    for _ in range(2 if program.densities else 1):
-        limits = limit_rows(cone.blocks, P, program.densities) if program.densities else None
-        v = _solve(program, cone, goal, epsilon * lower, trace_limit, limits)
-        if v is None:
-            return None
-        P = cone.at(v[:-1])
+    v = _solve(program, cone, goal, epsilon * lower, trace_limit)
+    if v is not None and not _within_densities(program, cone.at(v[:-1])):
+        P = matrices_of(space, z)[list(program.free)] / program.unit
+        for _ in range(2):
+            limits = limit_rows(cone.blocks, P, program.densities)
+            v = _solve(program, cone, goal, epsilon * lower, trace_limit, limits)
+            if v is None:
+                return None
+            P = cone.at(v[:-1])
+    if v is None:
+        return None
     if wanted == "change":
         return _least_change(program, cone, lower, v[:-1])
     value = float((goal.q @ v + goal.constant) * goal.scale)
     floor = program.unit * epsilon
     return Optimum(program.unit * cone.at(v[:-1]), value, (floor, floor * space.length**2))
+
+
+def _within_densities(program: Program, P: Array) -> bool:
+    """Whether free bodies (free, k, k) need no density above their limits."""
+    return all(
+        density_over_limit(P[b], kappa) <= 1.0 + DENSITY_RELATIVE
+        for b, kappa in program.densities.items()
+    )
 
 
 def _least_change(program: Program, cone: Cone, file: Array, start: Array) -> Optimum | None:
@@ -147,20 +160,24 @@ def _least_change(program: Program, cone: Cone, file: Array, start: Array) -> Op
     if program.sized:
         unit = program.traces.size - 1
         moves[unit], constant[unit] = False, start[unit]
-    v = minimise_distance(
+    problem = (
         cone.blocks[:, moves], cone.sums_at(constant), file, lines[:, moves], lines @ constant,
-        start[moves], program.densities,
+        start[moves],
     )  # fmt: skip
-    if v is None:
-        return None
-    constant[moves] = v
-    P = cone.sums_at(constant)
+    for densities in ({}, program.densities):
+        v = minimise_distance(*problem, densities)
+        if v is None:
+            return None
+        constant[moves] = v
+        P = cone.sums_at(constant)
+        if _within_densities(program, P):
+            break
     return Optimum(program.unit * P, file_distance(P, file))
 
 
 def _solve(
     program: Program, cone: Cone, goal: _Goal, lower: Array, trace_limit: float,
-    limits: DensityRows | None,
+    limits: DensityRows | None = None,
 ) -> Array | None:  # fmt: skip
     """Minimise an objective with ``P_b ⪰ lower_b`` and traces up to ``trace_limit``.
 
@@ -249,7 +266,7 @@ def _moments(space: DesignSpace, cone: Cone, free: list[int]) -> tuple[Array, Co
     shift[:, :d, d] = -origins
     S = (shift[:, None] @ cone.blocks @ shift[:, None].swapaxes(-1, -2))[..., :d, :d]
     trace = np.trace(S, axis1=-2, axis2=-1)
-    if cone.second_order:
+    if d == 2:
         return np.column_stack([-trace, np.ones(len(free))]), ConstraintBlock(
             "nonnegative", len(free)
         )

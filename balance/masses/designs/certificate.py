@@ -44,7 +44,11 @@ from balance.masses.designs.pseudo_inertia_cone import (
     matrices_of,
 )
 from balance.space.spaces.design_space import DesignSpace
-from balance.support.tolerances import CERTIFICATE_MARGIN, MASS_MULTIPLIER_RELATIVE
+from balance.support.tolerances import (
+    CERTIFICATE_MARGIN,
+    FIXED_RANK_RELATIVE,
+    MASS_MULTIPLIER_RELATIVE,
+)
 from kinematics.wording import check_summary
 
 Array = NDArray[np.float64]
@@ -177,6 +181,7 @@ def judge_certificate(
         checks.append(_check(space, cone, proof, light))
     if constraints.densities and constraints.sized:
         checks.append(_check(space, cone, proof, constraints))
+        checks += _check_all_densities(space, cone, proof, constraints)
     # Each check proves infeasibility: a certificate need not use the bounds and densities.
     return min(checks, key=lambda check: check.separation)
 
@@ -205,6 +210,48 @@ def _check(
     return CertificateCheck(accepted, eigenvalue, orthogonality, separation)
 
 
+def _check_all_densities(
+    space: DesignSpace, cone: Cone, proof: CertificateProof, constraints: Constraints
+) -> list[CertificateCheck]:
+    """Check a certificate whose bodies are all kept or have a limit of density.
+
+    The residual r is a function of these bodies alone. With σ the smallest singular value of
+    their pseudo-inertias as functions of the coordinates, and T_S the sum of their traces, it is
+    at most ``|r| / σ T_S``. Therefore no design is left, of whatever margin, if the known terms
+    of the matrices ``Z_b - |r| / σ`` are positive.
+
+    Returns:
+        The result if no design is left; else nothing.
+    """
+    Z, multipliers = proof
+    whole = Z.copy()
+    for b, ball in constraints.balls.items():
+        whole[b] += multipliers[b] * ball.form
+    weighed = np.flatnonzero(whole.any(axis=(1, 2)))
+    if not set(weighed.tolist()) <= {*constraints.keep, *constraints.densities}:
+        return []
+    size = float(np.sqrt(np.einsum("bij,bij->b", Z, Z)).sum())
+    residual = cone.sums(whole)
+    orthogonality = float(np.sqrt(residual @ residual))
+    blocks = cone.with_all_moments().blocks[weighed]
+    columns = blocks.transpose(0, 2, 3, 1).reshape(-1, blocks.shape[1])
+    values = np.linalg.svd(columns, compute_uv=False)
+    least = values[values > FIXED_RANK_RELATIVE * values[0]].min()
+    lowered = Z[weighed] - orthogonality / least * np.eye(cone.size)
+    file = matrices_of(space, given_parameters(space))
+    terms = []
+    for b, matrix in zip(weighed.tolist(), lowered, strict=True):
+        if b in constraints.keep:
+            terms.append(float(np.sum(matrix * file[b])))
+            continue
+        if np.linalg.eigvalsh(matrix[:-1, :-1])[0] <= MASS_MULTIPLIER_RELATIVE * size:
+            return []
+        terms.append(_least_product(space, matrix, constraints, b)[1])
+    if not sum(terms) > CERTIFICATE_MARGIN * float(np.abs(terms).sum()):
+        return []
+    return [CertificateCheck(True, 0.0, orthogonality / size, 0.0)]
+
+
 def _split_known_terms(
     space: DesignSpace, Z: Array, constraints: Constraints
 ) -> tuple[Array, float]:
@@ -223,11 +270,10 @@ def _split_known_terms(
     file, keep = matrices_of(space, given_parameters(space)), list(constraints.keep)
     rest, known_part = Z.copy(), float(np.sum(Z[keep] * file[keep]))
     positive, limited = [], set()
-    for b, limit in constraints.densities.items():
-        low, high = constraints.bounds.get(b, (0.0, np.inf))
+    for b in constraints.densities:
+        low = constraints.bounds.get(b, (0.0, np.inf))[0]
         if Z[b].any() and (low > 0.0 or _surplus(Z[b]) < 0.0):
-            kappa = limit.least_moment / space.chain.frame.length**2
-            rest[b], value = _least_product(Z[b], kappa, low, high)
+            rest[b], value = _least_product(space, Z[b], constraints, b)
             known_part += value
             limited.add(b)
     for b, (low, high) in constraints.bounds.items():
@@ -253,21 +299,24 @@ def _split_known_terms(
     return rest, -np.inf if known_part < 0.0 else 0.0
 
 
-def _least_product(Z: Array, kappa: float, low: float, high: float) -> tuple[Array, float]:
+def _least_product(
+    space: DesignSpace, Z: Array, constraints: Constraints, b: int
+) -> tuple[Array, float]:
     """Compute the least of ``<Z - rest, P>`` for a body whose density is limited.
 
     Args:
         Z: matrix of the body.
-        kappa: κ in units of the chain.
-        low: least mass, kg.
-        high: largest mass, kg.
+        b: its position.
 
     Returns:
         The remaining matrix, which is round-off that makes S definite, and the least value.
     """
     d = len(Z) - 1
+    kappa = constraints.densities[b].least_moment / space.chain.frame.length**2
+    low, high = constraints.bounds.get(b, (0.0, np.inf))
     values = np.linalg.eigvalsh(Z[:d, :d])
-    slack = max(0.0, -float(values[0])) + MASS_MULTIPLIER_RELATIVE * float(np.abs(Z).max())
+    definite = MASS_MULTIPLIER_RELATIVE * float(np.abs(Z).max())
+    slack = max(0.0, definite - float(values[0]))
     rest = np.zeros_like(Z)
     rest[range(d), range(d)] = -slack
     values = values + slack

@@ -197,6 +197,8 @@ BOUND_RELATIVE = 1e-8
 REACH_RELATIVE = 1e-6
 # Excess of a density over its limit, relative to it: the accuracy of the conic solver.
 DENSITY_RELATIVE = 1e-8
+# Part by which the solver is asked for more than a limit of density: what it may violate.
+DENSITY_TIGHTENED = 5e-8
 # Difference between the second moment of a flat body along its normal and that of a plate,
 # relative to it: parameters about a far origin keep no more.
 PLATE_RELATIVE = 1e-6

@@ -27,7 +27,7 @@ from balance.masses.designs.pseudo_inertia_cone import (
     matrices_of,
 )
 from balance.space.spaces.design_space import DesignSpace
-from balance.support.tolerances import FIXED_RANK_RELATIVE
+from balance.support.tolerances import DENSITY_TIGHTENED, FIXED_RANK_RELATIVE
 from kinematics.errors import BodyError, LinkageError
 from kinematics.numerics.linalg.vectors import project_out
 
@@ -83,7 +83,8 @@ class Program(NamedTuple):
         limits: body and factor of its mass, for each row that is a mass bound.
         balls: bodies whose mass is within a ball, and the matrices G of the balls.
         densities: κ of `balance.masses.designs.density` in units of the chain and of the
-            program, by position among the free bodies.
+            program, by position among the free bodies; a trifle larger, so that what the solver
+            violates is within the limit.
         traces: sum of the traces of all bodies as a function of x (n,).
         unit: kilograms per unit of the matrices.
         whole: the cone of all bodies.
@@ -213,9 +214,9 @@ def build_program(space: DesignSpace, constraints: Constraints) -> Program:
     unit = float(sum(body.inertia[0] for body in space.linkage.bodies)) / count or 1.0
     free = tuple(b for b in range(count) if b not in constraints.keep)
     balls = tuple((b, ball.form) for b, ball in constraints.balls.items())
-    area = space.chain.frame.length**2
+    tight = (1.0 + DENSITY_TIGHTENED) / space.chain.frame.length**2
     densities = {
-        free.index(b): limit.least_moment * unit ** (2.0 / limit.dimensions) / area
+        free.index(b): limit.least_moment * unit ** (2.0 / limit.dimensions) * tight
         for b, limit in constraints.densities.items()
     }
     if not constraints.sized:

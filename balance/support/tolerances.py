@@ -200,7 +200,7 @@ DENSITY_RELATIVE = 1e-8
 # Part by which the solver is asked for more than a limit of density: what it may violate.
 DENSITY_TIGHTENED = 5e-8
 # Difference between the second moment of a flat body along its normal and that of a plate,
-# relative to it: parameters about a far origin keep no more.
+# relative to it, beside the round-off of all second moments: what a sum of a file keeps.
 PLATE_RELATIVE = 1e-6
 # Length of a link that counts as zero, in characteristic lengths of the linkage.
 LINK_LENGTH_ZERO = 1e-3

@@ -230,7 +230,7 @@ def _solid_as_data(solid: Solid) -> dict[str, object]:
 
 
 def _directions(solid: Solid) -> Array:
-    """Compute unit vectors along the axes of a solid, as rows (3, 3); zeros without a length."""
+    """Compute unit vectors along the axes (3, 3); zeros along an axis without length."""
     sizes = 0.5 * solid.sizes[:, None]
     return np.asarray(solid.axes / np.where(sizes > 0.0, sizes, 1.0))
 
@@ -265,7 +265,8 @@ def design(
             ``"change"``: distance from the masses in the file, without a unit, the same in
             every link frame and unit; convex, so its minimum is a global one (see
             `balance.masses.designs.nearest`). By default, the margin is maximised, or the
-            change minimised with limits of density. Bounds of each: see `balance.masses.designs.objectives`.
+            change minimised with limits of density. Bounds of each: see
+            `balance.masses.designs.objectives`.
         keep: names of bodies that stay as in the file.
         bounds: least and largest mass of bodies, kg, by name.
         within: radius of the balls, in lengths of the links; None for masses anywhere.
@@ -300,9 +301,7 @@ def design(
         raise ValueError("balance at one pose needs a space of order 0: give it max_order=0")
     limits = dict(bounds or {})
     material = (density, thickness)
-    answer, constraints = _widest_margin(
-        space, tuple(keep), limits, within, one_pose, material
-    )
+    answer, constraints = _widest_margin(space, tuple(keep), limits, within, one_pose, material)
     if minimise is None and density is not None and answer.z is not None:
         answer = _least_change(answer, constraints)
     elif minimise and answer.z is not None:

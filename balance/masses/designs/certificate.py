@@ -17,12 +17,12 @@ If the density of a body is limited (`balance.masses.designs.density`), its Z_b 
 positive semidefinite. Let S be its block of second moments and s the Schur complement of S in
 Z_b, and let C be the second moments of the body about its centre of mass. Then
 
-    <Z_b, P_b>  ≥  <S, C> + s m  ≥  d det(S)^{1/d} det(C)^{1/d} + s m  ≥  d κ det(S)^{1/d} m^{1+2/d} + s m
+    <Z_b, P_b>  ≥  <S, C> + s m  ≥  d det(S)^{1/d} det(C)^{1/d} + s m
+                                 ≥  d det(S)^{1/d} κ m^{1+2/d} + s m
 
-by the square of the distance between the centre of mass and that point where S vanishes, by the
-means of the eigenvalues of ``S^½ C S^½``, and by the limit. The least value of the last
-expression over the masses that the bounds allow is a known term, like the products of kept
-bodies.
+because a square is left out, by the means of the eigenvalues of ``S^½ C S^½``, and by the
+limit. The least value of the last expression over the masses that the bounds allow is a known
+term, like the products of kept bodies.
 
 (Theorems of alternatives: S. Boyd, L. Vandenberghe, Convex Optimization, 2004, section 5.8.)
 """
@@ -110,9 +110,10 @@ def check_certificate(
     times the mass, which is at least λ times the least mass, or the largest mass if λ < 0. The
     matrix of a kept body is arbitrary, because ``<Z_b, P_b>`` is known. The sum K of these
     known terms must not be negative. It is added to ``t T Σ tr Z_b``, where Z_b is the
-    remaining matrix. A body whose density is limited adds the least value of ``<Z_b, P_b>`` that
-    the limit allows, and no remaining matrix. Bounds and densities that the proof does not need
-    are ignored.
+    remaining matrix. A body whose density is limited adds the least value of ``<Z_b, P_b>``
+    that the limit allows, and no remaining matrix. Bounds and densities that the proof does not
+    need are ignored. If it gives weight only to kept bodies and to those with a limit, it
+    excludes designs of every margin, and the separation is 0.
 
     Args:
         space: the design space.
@@ -216,9 +217,9 @@ def _check_all_densities(
     """Check a certificate whose bodies are all kept or have a limit of density.
 
     The residual r is a function of these bodies alone. With σ the smallest singular value of
-    their pseudo-inertias as functions of the coordinates, and T_S the sum of their traces, it is
-    at most ``|r| / σ T_S``. Therefore no design is left, of whatever margin, if the known terms
-    of the matrices ``Z_b - |r| / σ`` are positive.
+    their pseudo-inertias as functions of the coordinates, and T_S the sum of their traces, it
+    is at most ``|r| / σ T_S``. Therefore no design is left, of whatever margin, if the known
+    terms of the matrices ``Z_b - |r| / σ`` are positive.
 
     Returns:
         The result if no design is left; else nothing.
@@ -231,9 +232,9 @@ def _check_all_densities(
     if not set(weighed.tolist()) <= {*constraints.keep, *constraints.densities}:
         return []
     size = float(np.sqrt(np.einsum("bij,bij->b", Z, Z)).sum())
-    residual = cone.sums(whole)
+    lifted = cone.with_all_moments()
+    residual, blocks = lifted.sums(whole), lifted.blocks[weighed]
     orthogonality = float(np.sqrt(residual @ residual))
-    blocks = cone.with_all_moments().blocks[weighed]
     columns = blocks.transpose(0, 2, 3, 1).reshape(-1, blocks.shape[1])
     values = np.linalg.svd(columns, compute_uv=False)
     least = values[values > FIXED_RANK_RELATIVE * values[0]].min()
@@ -261,8 +262,8 @@ def _split_known_terms(
     The certificate holds if ``Σ_b <rest_b, P_b> + known_part`` is positive. A mass bound adds λ
     times its value to the known terms, for the λ subtracted from the corner of its Z_b. A
     negative λ must be subtracted. A positive λ is subtracted only as far as the known terms
-    need it, since a positive trace excludes more designs than a known mass. A body whose density
-    is limited is a known term if its mass has a lower bound, or if Z_b is not definite.
+    need it, since a positive trace excludes more designs than a known mass. A body whose
+    density is limited is a known term if its mass has a lower bound, or if Z_b is not definite.
 
     Returns:
         The matrices rest_b (bodies, k, k), and the known part per unit of T0.

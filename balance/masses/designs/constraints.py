@@ -108,7 +108,7 @@ class Program(NamedTuple):
     fixed: Array
     fixed_masses: tuple[int, ...]
     residual: Array
-    densities: Mapping[int, float]
+    densities: Mapping[int, float] = {}
 
     @property
     def bounded_below(self) -> bool:
@@ -167,9 +167,10 @@ def constraints_of(
     )
     if isinstance(density, Mapping):
         limits = {at[name]: value for name, value in density.items()}
+    elif density is not None:
+        limits = {b: density for b in at.values() if b not in constraints.keep}
     else:
-        free = (b for b in range(len(names)) if b not in constraints.keep and density is not None)
-        limits = dict.fromkeys(free, density)
+        limits = {}
     constraints = constraints._replace(densities=_density_limits(space, limits, thickness))
     if within is None:
         return constraints

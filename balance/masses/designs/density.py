@@ -10,7 +10,8 @@ isotropic, and among bodies of one volume the ball has the least trace. With
 
 where C of a flat body holds the second moments in the plane, and the elliptic plate takes the
 place of the ellipsoid. An ellipsoid or a plate of lower density has every C above the limit.
-Both are ``det(C)^{1/d} ≥ κ m^{1 + 2/d}``. With the pseudo-inertia P, ``det P = m det C``, so that
+Both are ``det(C)^{1/d} ≥ κ m^{1 + 2/d}``. With the pseudo-inertia P, ``det P = m det C``, so
+that
 
     det(P)^{1/(d + 3)} ≥ κ^{d/(d + 3)} m,
 

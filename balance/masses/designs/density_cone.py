@@ -32,12 +32,9 @@ from balance.masses.designs.clarabel_adapter import TRIANGLES, ConstraintBlock, 
 
 Array = NDArray[np.float64]
 
-# Positions of t, a, b, e and f behind the entries of W.
-_T, _A, _B, _E, _F = range(5)
-
 
 class UnitOfMass(NamedTuple):
-    """The unit of mass τ as a function ``row · x + constant``, and its value at the reference."""
+    """The unit of mass τ, ``row · x + constant``, and its value at the reference."""
 
     row: Array
     constant: float
@@ -82,7 +79,8 @@ def density_rows(
         references: positive definite matrices P0 (bodies, k, k).
         unit: the unit of mass.
         kappas: κ of each body, in the units of the matrices.
-        constant: part of the matrices that does not depend on x (bodies, k, k); none by default.
+        constant: part of the matrices that does not depend on x (bodies, k, k); none by
+            default.
     """
     count, n, k = blocks.shape[:3]
     fixed = np.zeros_like(references) if constant is None else constant
@@ -103,13 +101,13 @@ def density_rows(
         matrix = np.zeros((2 * k * (2 * k + 1) // 2, width))
         matrix[:, :n] = inner[:, :n]
         matrix[:, start : start + further - 5] = triangles(_lower_entries(k)).T
-        squares, constants = _square_rows(n, width, start, k, unit)
-        squares[-1, :n] = -factors[b] * blocks[b, :, -1, -1]
+        powers, constants = _square_rows(n, width, start, k, unit)
+        powers[-1, :n] = -factors[b] * blocks[b, :, -1, -1]
         constants[-1] = -factors[b] * fixed[b, -1, -1]
-        rows += [matrix, squares]
+        rows += [matrix, powers]
         offset += [inner[:, n], constants]
-    psd, squares = ConstraintBlock("psd_triangle", 2 * k), ConstraintBlock("second_order", 3)
-    parts = [psd, *[squares] * 5, ConstraintBlock("nonnegative", 1)] * count
+    psd, square = ConstraintBlock("psd_triangle", 2 * k), ConstraintBlock("second_order", 3)
+    parts = [psd, *[square] * 5, ConstraintBlock("nonnegative", 1)] * count
     return DensityRows(np.concatenate(rows), np.concatenate(offset), parts, whiten, factors)
 
 

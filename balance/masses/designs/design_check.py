@@ -68,10 +68,10 @@ def check_design(
         space: the design space.
         z: parameters (bodies, 10) about the inertial origin, SI units.
         constraints: kept bodies, mass bounds, balls and densities, from ``Design.constraints``;
-            none by default. Kept bodies must equal those of the file. Masses in files are rounded, so
-            the conditions need then hold to 1e-9 only, and these bodies need not be definite.
-            Bounds, radii of balls and densities must hold to 1e-8 of their value, and flat
-            bodies whose density is limited are plates of their thickness to 1e-6 of it.
+            none by default. Kept bodies must equal those of the file. Masses in files are
+            rounded, so the conditions need then hold to 1e-9 only, and these bodies need not be
+            definite. Bounds, radii of balls and densities must hold to 1e-8 of their value, and
+            flat bodies whose density is limited are plates of their thickness to 1e-6 of it.
 
     Returns:
         The verdict on the design and its residuals.
@@ -149,7 +149,8 @@ def _are_plates(space: DesignSpace, P: Array, constraints: Constraints) -> bool:
         if limit.thickness is not None:
             along = P[b, 2, 2] - P[b, 2, 3] ** 2 / P[b, 3, 3]
             plate = P[b, 3, 3] * (limit.thickness / space.chain.frame.length) ** 2 / 12.0
-            if not abs(along - plate) <= PLATE_RELATIVE * plate:
+            round_off = DESIGN_RESIDUAL * float(np.trace(P[b]))
+            if not abs(along - plate) <= PLATE_RELATIVE * plate + round_off:
                 return False
     return True
 

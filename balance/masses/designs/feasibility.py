@@ -139,11 +139,10 @@ def decide_feasibility(
     """
     if constraints.densities:
         looser = decide_feasibility(space, constraints._replace(densities={}), trusted)
-        sure = trusted or space.sure
-        return (
-            looser if looser.z is None
-            else _limit_densities(space if sure else _transfers_alone(space), constraints, looser)
-        )  # fmt: skip
+        if looser.z is None:
+            return looser
+        balanced = space if trusted or space.sure else _transfers_alone(space)
+        return _limit_densities(balanced, constraints, looser)
     # A certificate for weaker constraints also proves the constraints infeasible.
     less = constraints.anywhere, Constraints(constraints.keep), Constraints()
     dropped = constraints.balls, constraints.bounds, constraints.keep

@@ -16,9 +16,10 @@ its properties: I. S. Dhillon, J. A. Tropp, SIAM Journal on Matrix Analysis and 
 
 The sum of d/2 over the bodies is self-concordant, so damped Newton steps converge from every
 interior point. With limits of density, which are convex, each step minimises the same quadratic
-model within their cones, measured by the bodies of the last step. With the Newton decrement λ below 0.68 the sum exceeds its minimum by at most
-λ² (Y. Nesterov, Lectures on Convex Optimization, 2018, section 5.2; with constraints: Q. Tran-
-Dinh, A. Kyrillidis, V. Cevher, Journal of Machine Learning Research 16, 2015).
+model within their cones, measured by the bodies of the last step. With the Newton decrement λ
+below 0.68 the sum exceeds its minimum by at most λ² (Y. Nesterov, Lectures on Convex
+Optimization, 2018, section 5.2; with constraints: Q. Tran-Dinh, A. Kyrillidis, V. Cevher,
+Journal of Machine Learning Research 16, 2015).
 """
 
 from __future__ import annotations
@@ -180,7 +181,8 @@ def _constrained_step(
         more = limits.rows.copy()
         more[:, :n] = np.linalg.solve(L, more[:, :n].T).T
         width = more.shape[1]
-        rows, offset = np.concatenate([widen(rows, width), more]), np.append(offset, limits.offset)
+        rows = np.concatenate([widen(rows, width), more])
+        offset = np.append(offset, limits.offset)
         parts += limits.parts
         q, H = widen(q, width), np.diag(widen(np.ones(n), width))
     return solve_conic(q, rows, offset, parts, H).x[:n]

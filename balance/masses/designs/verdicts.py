@@ -68,8 +68,8 @@ def describe_conflict(space: DesignSpace, Z: Array, constraints: Constraints) ->
     positive = "which are positive for bodies that can be built"
     if constraints.densities:
         return (
-            f"{verdict}: with what is kept and bounded, {listed} would be denser than that; take "
-            "a denser material, keep fewer links, or widen the bounds"
+            f"{verdict}: with what is kept and bounded, {listed} would be denser than that; "
+            "take a denser material, keep fewer links, or widen the bounds"
         )
     if constraints.sized:
         return (

@@ -2,9 +2,10 @@
 
 Momentum is that of finite poses (`random_designs.rows_of`), and the limit is written as
 
-    (∏ w_i)^{1/4} ≥ k^{3/4} m^{3/2}        or, in a plane,        (∏ w_i)^{1/3} ≥ (m⁵ / (4πρt)²)^{1/3}
+    (∏ w_i)^{1/4} ≥ k^{3/4} m^{3/2}    or, in a plane,    (∏ w_i)^{1/3} ≥ (m⁵ / (4πρt)²)^{1/3}
 
-with the diagonal w of a triangular W, ``[[P, W], [Wᵀ, diag w]] ⪰ 0``.
+with the diagonal w of a triangular W, ``[[P, W], [Wᵀ, diag w]] ⪰ 0``. Each body is measured in
+axes and units of its own, those of the answer, which gives the solver more digits.
 """
 
 from __future__ import annotations
@@ -53,11 +54,14 @@ def least(found, keep, bounds, rows, mechanism, forms, density, thickness):
             goal += inertias[b][0] if found.minimise == "mass" else 0.0
             continue
         P, W = cp.Variable((k, k), symmetric=True), cp.Variable((k, k))
-        m = own[0]
-        limits += [P == sum(own[i] * basis[i] for i in range(10)), P >> floor * np.eye(k)]
+        m, X = own[0], np.eye(k)
+        if found.z is not None:
+            X = np.linalg.inv(np.linalg.cholesky(T @ matrix(found.z[b] / unit) @ T.T))
+        limits += [P == sum(own[i] * (X @ basis[i] @ X.T) for i in range(10))]
+        limits += [P >> floor * X @ X.T]
         limits += [cp.upper_tri(W) == 0]
         limits += [cp.bmat([[P, W], [W.T, cp.diag(cp.diag(W))]]) >> 0]
-        root = cp.geo_mean(cp.diag(W))
+        root = cp.geo_mean(cp.diag(W)) * np.linalg.det(X) ** (-2.0 / k)
         if thickness is None:
             kappa = 0.2 * (3.0 / (4.0 * pi * density)) ** (2.0 / 3.0) / length**2
             limits.append(root >= kappa**0.75 * unit**0.5 * cp.power(m, 1.5))
@@ -71,8 +75,9 @@ def least(found, keep, bounds, rows, mechanism, forms, density, thickness):
         if found.minimise == "mass":
             goal += m
         else:
-            logarithm = np.linalg.slogdet(file)[1] - k
-            goal += 2.0 * (cp.trace(np.linalg.inv(file) @ P) - cp.log_det(P) + logarithm)
+            there = X @ file @ X.T
+            logarithm = np.linalg.slogdet(there)[1] - k
+            goal += 2.0 * (cp.trace(np.linalg.inv(there) @ P) - cp.log_det(P) + logarithm)
     problem = cp.Problem(cp.Minimize(goal), limits)
     for accuracy in (1e-10, 1e-8):
         precise = dict.fromkeys(("tol_feas", "tol_gap_abs", "tol_gap_rel"), accuracy)

@@ -195,6 +195,13 @@ BOUND_RELATIVE = 1e-8
 # Violation of ball radii, relative to them: the solver keeps second moments to its accuracy
 # relative to all of them, and those about a ball's centre may be a thousand times smaller.
 REACH_RELATIVE = 1e-6
+# Excess of a density over its limit, relative to it: the accuracy of the conic solver.
+DENSITY_RELATIVE = 1e-8
+# Part by which the solver is asked for more than a limit of density: what it may violate.
+DENSITY_TIGHTENED = 5e-8
+# Difference between the second moment of a flat body along its normal and that of a plate,
+# relative to it, beside the round-off of all second moments: what a sum of a file keeps.
+PLATE_RELATIVE = 1e-6
 # Length of a link that counts as zero, in characteristic lengths of the linkage.
 LINK_LENGTH_ZERO = 1e-3
 # Distances that count as equal where a smallest ball is sought, in characteristic lengths:

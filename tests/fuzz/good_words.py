@@ -66,6 +66,7 @@ GOOD: dict[str, list[str]] = {
     "--speed": ["{first}=300rpm"], "--table": ["{folder}/table.csv"],
     "--tolerance": ["1e-6"], "--against": ["five_bar"], "--plot": ["{folder}/plot.svg"],
     "--minimise": ["mass"], "--keep": ["{link}"], "--bounds": ["{link}=0.1:2"],
+    "--density": ["7850", "--thickness", "0.01"], "--thickness": ["0.01", "--density", "7850"],
     "--add": ["{link}"], "--region": ["{link}=ball(0,0,0,0.1)", "--add", "{link}"],
     "--merge": ["--add", "{link}", "--out", "{folder}/out.urdf"],
     "--partial": ["--add", "{link}", "--budget", "0.1"],

@@ -106,6 +106,11 @@ def _bounds(rng: random.Random, place: Place) -> str:
     return f"{_one(rng, place.names.links, 0.05)}={low}{sign}{high}"
 
 
+def _density(rng: random.Random, place: Place) -> str:
+    name = f"{_one(rng, place.names.links, 0.05)}=" if rng.random() < 0.5 else ""
+    return f"{name}{_number(rng)}"
+
+
 def _region(rng: random.Random, place: Place) -> str:
     """A region of a link, good or bad."""
     kinds = (
@@ -244,6 +249,8 @@ WORDS: dict[str, Maker] = {
     "--minimise": _of("mass", "inertia", "rotor", "change"),
     "--keep": lambda rng, place: [_one(rng, place.names.links, 0.05)],
     "--bounds": lambda rng, place: [_bounds(rng, place)],
+    "--density": lambda rng, place: [_density(rng, place)],
+    "--thickness": lambda rng, place: [_number(rng)],
     "--add": lambda rng, place: [_list(rng, place.names.links)],
     "--region": lambda rng, place: [_region(rng, place)],
     "--budget": lambda rng, place: [_number(rng)],

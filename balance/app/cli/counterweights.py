@@ -61,7 +61,7 @@ def check_counterweight_options(arguments: argparse.Namespace) -> None:
         if name in arguments.add:
             arguments.refuse(f"link '{name}' is both kept and added to: name it once")
     clash = "{} does not go with --add, which keeps the given masses"
-    refuse_given(arguments, ("keep", "bounds", "anywhere"), clash)
+    refuse_given(arguments, ("keep", "bounds", "anywhere", "density", "thickness"), clash)
     if arguments.minimise == "change":
         arguments.refuse(clash.format("--minimise change"))
     if arguments.merge and not arguments.out:

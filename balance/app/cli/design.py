@@ -18,7 +18,7 @@ from balance.app.cli.counterweights import (
 from balance.app.cli.exit_codes import verdict_code
 from balance.app.cli.model_options import add_model_options
 from balance.app.cli.model_readings import certified_space
-from balance.app.cli.number_arguments import whole_number
+from balance.app.cli.number_arguments import positive_number, whole_number
 from balance.app.cli.outputs import add_page_option, describe_written
 from balance.app.cli.partial import add_partial_options, check_partial_options, run_partial
 from balance.app.cli.spinner import spinner
@@ -57,6 +57,15 @@ def add_design(parser: Parser) -> None:
     parser.add_argument(
         "--bounds", action="append", type=_bounds, default=[], metavar="L=LO:HI",
         help="least and largest mass of a link in kg, either may be left out; repeatable",
+    )  # fmt: skip
+    parser.add_argument(
+        "--density", action="append", type=_density, default=[], metavar="[L=]KG/M3",
+        help="largest density of a link, or of all that no other --density names, in kg/m³ "
+        "(steel: 7850); repeatable. Without --minimise, the design changes the masses least",
+    )  # fmt: skip
+    parser.add_argument(
+        "--thickness", type=positive_number, metavar="METRES",
+        help="thickness of the links of a planar linkage, which --density needs there",
     )  # fmt: skip
     parser.add_argument(
         "--anywhere", action="store_true",
@@ -119,8 +128,25 @@ def _design(arguments: argparse.Namespace, space: DesignSpace) -> Design:
     within = None if arguments.anywhere else BALL_RADIUS
     return design(
         space, arguments.minimise, keep=arguments.keep, bounds=limits, within=within,
-        one_pose=arguments.max_order == 0,
+        one_pose=arguments.max_order == 0, density=_densities(arguments, space.bodies),
+        thickness=arguments.thickness,
     )  # fmt: skip
+
+
+def _densities(
+    arguments: argparse.Namespace, bodies: tuple[str, ...]
+) -> float | dict[str, float] | None:
+    """Collect densities by link; of two for the same links the lower one holds."""
+    named: dict[str, float] = {}
+    for name, value in arguments.density:
+        named[name] = min(named.get(name, value), value)
+    rest = named.pop("", None)
+    if rest is None:
+        return named or None
+    if not named:
+        return rest
+    others = (name for name in bodies if name not in arguments.keep)
+    return {name: rest for name in others} | named
 
 
 def _files(design: Design) -> Files:
@@ -181,6 +207,14 @@ def _loop_file(design: Design, out: str) -> str | None:
         return None
     file = loop_file_of(linkage.source)
     return None if file == loop_file_of(out) else file
+
+
+def _density(text: str) -> tuple[str, float]:
+    """Parse name and density of ``L=KG/M3``; the name of all others is empty."""
+    name, equals, value = text.rpartition("=")
+    if equals and not name:
+        raise argparse.ArgumentTypeError(f"'{text}' names no link; write crank=2700, or 2700")
+    return name, positive_number(value)
 
 
 def _bounds(text: str) -> tuple[str, float, float]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from math import inf
 from typing import get_args
 
@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from balance.masses.designs.certificate import CertificateCheck
 from balance.masses.designs.constraints import Constraints, build_program, constraints_of
+from balance.masses.designs.density import Solid, solid_of
 from balance.masses.designs.design_check import (
     DesignCheck,
     check_design,
@@ -25,15 +26,19 @@ from balance.masses.designs.verdicts import describe_furthest, describe_limits
 from balance.space.certification.certified_space import CertifiedSpace
 from balance.space.certification.certify_space import certify
 from balance.space.inertial_parameters.body_inertia import BodyInertia, body_inertias
-from balance.space.inertial_parameters.conversions import LABELS
+from balance.space.inertial_parameters.conversions import LABELS, MassProperties
 from balance.space.spaces.compute_space import design_space
 from balance.space.spaces.design_space import DesignSpace
-from balance.support.tolerances import KEPT_BODY_RESIDUAL
+from balance.support.tolerances import KEPT_BODY_RESIDUAL, MASSES_EQUAL
+from kinematics.errors import BodyError
+from kinematics.numerics.linalg.ties import first_largest
 from kinematics.wording import html_facts, number_text, repr_lines
 
 Array = NDArray[np.float64]
 
 DESIGN_SCHEMA = "balance.design/2"
+# Density of the bodies and thickness of flat ones, as `design` takes them.
+Material = tuple[float | Mapping[str, float] | None, float | None]
 # End of the verdict on one pose.
 ONE_POSE = "; at the reference pose alone"
 
@@ -65,6 +70,8 @@ class Design:
         floor: least mass of a body that is not kept, kg, and its least second moment about its
             centre of mass, kg m², that an objective other than the change was minimised with;
             see `balance.masses.designs.objectives`. None otherwise.
+        density: density that each body nowhere exceeds, kg/m³, by name; empty without limits.
+        thickness: that of the bodies whose density is limited, m; None in space.
     """
 
     space: DesignSpace
@@ -82,11 +89,15 @@ class Design:
     words: str
     anywhere: Design | None = None
     floor: tuple[float, float] | None = None
+    density: Mapping[str, float] = field(default_factory=dict)
+    thickness: float | None = None
 
     @property
     def constraints(self) -> Constraints:
         """Constraints of the design, as `check_design` and `check_certificate` take them."""
-        return constraints_of(self.space, self.keep, self.bounds, self.within)
+        return constraints_of(
+            self.space, self.keep, self.bounds, self.within, self.density, self.thickness
+        )
 
     @property
     def balls(self) -> dict[str, Ball]:
@@ -125,6 +136,35 @@ class Design:
             LABELS, space.length, space.source,
         )  # fmt: skip
 
+    @property
+    def solids(self) -> tuple[Solid | None, ...]:
+        """Homogeneous solid that has the inertia of each body; empty without a design.
+
+        Lengths are in metres, in the frame of the link. Flat bodies whose density is limited
+        are plates, others are ellipsoids. None for a kept body that no body can be.
+        """
+        normal = self.space.axes[2]
+        solids = []
+        for body, frame in zip(self.bodies, self.space.frames, strict=False):
+            assert body.link_com is not None and body.link_inertia is not None
+            flat = self.thickness is not None and body.name in self.density
+            properties = MassProperties(body.mass, body.link_com, body.link_inertia)
+            solids.append(solid_of(properties, frame[:3, :3].T @ normal if flat else None))
+        return tuple(solids)
+
+    @property
+    def densest(self) -> tuple[str, float] | None:
+        """The body that needs the largest density, kg/m³, of those that are not kept."""
+        needed = {
+            body.name: solid.density
+            for body, solid in zip(self.bodies, self.solids, strict=True)
+            if solid is not None and body.name not in self.keep
+        }
+        if not needed:
+            return None
+        first = first_largest(list(needed.values()), relative=MASSES_EQUAL)
+        return list(needed.items())[first]
+
     def to_dict(self) -> dict[str, object]:
         """Return the design as plain data for JSON; see ``schemas/design.schema.json``."""
         return {
@@ -151,7 +191,12 @@ class Design:
             "words": self.words,
             "certificate": [Z.tolist() for Z in self.certificate] if self.certificate else None,
             "multipliers": None if self.multipliers is None else self.multipliers.tolist(),
-            "bodies": [_as_data(body) for body in self.bodies],
+            "density": dict(self.density),
+            "thickness": self.thickness,
+            "bodies": [
+                {**_as_data(body), "solid": solid and _solid_as_data(solid)}
+                for body, solid in zip(self.bodies, self.solids, strict=True)
+            ],
             "anywhere": self.anywhere.to_dict() if self.anywhere else None,
             "floor": None if self.floor is None else list(self.floor),
             "readings": [reading.to_dict() for reading in self.space.readings],
@@ -172,10 +217,29 @@ def _as_data(body: BodyInertia) -> dict[str, object]:
     }
 
 
+def _solid_as_data(solid: Solid) -> dict[str, object]:
+    """Return a solid as plain data for JSON, in mm and g."""
+    return {
+        "shape": solid.shape,
+        "mass_g": 1e3 * solid.mass,
+        "sizes_mm": (1e3 * solid.sizes).tolist(),
+        "centre_mm": (1e3 * solid.centre).tolist(),
+        "directions": _directions(solid).tolist(),
+        "density": solid.density if solid.density < inf else None,
+    }
+
+
+def _directions(solid: Solid) -> Array:
+    """Compute unit vectors along the axes (3, 3); zeros along an axis without length."""
+    sizes = 0.5 * solid.sizes[:, None]
+    return np.asarray(solid.axes / np.where(sizes > 0.0, sizes, 1.0))
+
+
 def design(
     space: DesignSpace, minimise: Objective | None = None, *, keep: Sequence[str] = (),
     bounds: Mapping[str, tuple[float, float]] | None = None,
     within: float | None = BALL_RADIUS, one_pose: bool = False,
+    density: float | Mapping[str, float] | None = None, thickness: float | None = None,
 ) -> Design:  # fmt: skip
     """Compute the best balanced mass distribution, or a certificate that there is none.
 
@@ -186,6 +250,12 @@ def design(
     the joints of its link; see `balance.masses.designs.mass_regions.ball_of`. If this leaves no
     design, the answer without balls is computed too.
 
+    A limit of density makes bodies be those that a material allows: a homogeneous ellipsoid of
+    at most this density has the inertia of the body, or, in a plane, an elliptic plate of the
+    thickness; see `balance.masses.designs.density`. Other solids of the same inertia are less
+    compact and need less density in places only. With such a limit, and without an objective,
+    the design is that of the least change, if all bodies of the file have mass and extent.
+
     Args:
         space: a design space.
         minimise: ``"mass"``: total mass, kg; ``"inertia"``: the largest principal moment of
@@ -194,22 +264,28 @@ def design(
             pose, kg m², with sliding coordinates in lengths of ``space.length`` metres;
             ``"change"``: distance from the masses in the file, without a unit, the same in
             every link frame and unit; convex, so its minimum is a global one (see
-            `balance.masses.designs.nearest`). By default, the margin is maximised. Bounds of
-            each: see `balance.masses.designs.objectives`.
+            `balance.masses.designs.nearest`). By default, the margin is maximised, or the
+            change minimised with limits of density. Bounds of each: see
+            `balance.masses.designs.objectives`.
         keep: names of bodies that stay as in the file.
         bounds: least and largest mass of bodies, kg, by name.
         within: radius of the balls, in lengths of the links; None for masses anywhere.
         one_pose: whether balance at the reference pose alone is enough: no momentum for any
             rates there. The space is then one of order 0, ``max_order=0``.
+        density: density that no body exceeds, or that of some bodies by name, kg/m³; bodies
+            that are kept have no limit. None for no limits.
+        thickness: that of the bodies of a planar linkage whose density is limited, m.
 
     Returns:
         The design, or the certificate, and the result of its check.
 
     Raises:
         BodyError: a body is unknown, its bounds contradict each other, it is kept and
-            bounded, or the change is measured from one that is singular.
-        LinkageError: all bodies are kept.
-        ValueError: there is no such objective, or the radius is not above 0.
+            limited, or the change is measured from one that is singular.
+        LinkageError: all bodies are kept; or the thickness is missing, or there is one without
+            a density, or in space.
+        ValueError: there is no such objective, or the radius, a density or the thickness is
+            not above 0.
 
     Source: T. Lee, P. M. Wensing, F. C. Park, IEEE Transactions on Robotics 36(1), 2020.
 
@@ -224,10 +300,14 @@ def design(
     if one_pose and len(space.orders) > 1:
         raise ValueError("balance at one pose needs a space of order 0: give it max_order=0")
     limits = dict(bounds or {})
-    answer, constraints = _widest_margin(space, tuple(keep), limits, within, one_pose)
-    answer = replace(answer, minimise=minimise)
-    if minimise and answer.z is not None:
-        answer = _minimise(answer, constraints)
+    material = (density, thickness)
+    answer, constraints = _widest_margin(space, tuple(keep), limits, within, one_pose, material)
+    if minimise is None and density is not None and answer.z is not None:
+        answer = _least_change(answer, constraints)
+    elif minimise and answer.z is not None:
+        answer = _minimise(replace(answer, minimise=minimise), constraints)
+    else:
+        answer = replace(answer, minimise=minimise)
     if within is not None and answer.z is None:
         answer = _with_answer_anywhere(answer, constraints, one_pose)
     return replace(answer, words=f"{answer.words}{ONE_POSE}") if one_pose else answer
@@ -235,7 +315,7 @@ def design(
 
 def _widest_margin(
     space: DesignSpace, keep: tuple[str, ...], bounds: Mapping[str, tuple[float, float]],
-    within: float | None, one_pose: bool,
+    within: float | None, one_pose: bool, material: Material,
 ) -> tuple[Design, Constraints]:  # fmt: skip
     """Compute the design of the largest margin, and its constraints; the space may widen."""
     constraints = constraints_of(space, keep, bounds, within)
@@ -243,11 +323,13 @@ def _widest_margin(
         order = 0 if one_pose else None
         wider = design_space(space.linkage, space.motion, max_order=order, spatial=True)
         space = certify(wider) if isinstance(space, CertifiedSpace) else wider
-        constraints = constraints_of(space, keep, bounds, within)
+    constraints = constraints_of(space, keep, bounds, within, *material)
     answer = decide_feasibility(space, constraints, trusted=one_pose)
     return Design(
         space, answer.verdict, None, None, keep, bounds, within, answer.z,
         answer.certificate, answer.multipliers, answer.margin, answer.residuals, answer.words,
+        density={space.bodies[b]: it.density for b, it in constraints.densities.items()},
+        thickness=material[1],
     ), constraints  # fmt: skip
 
 
@@ -255,7 +337,7 @@ def _with_answer_anywhere(answer: Design, constraints: Constraints, one_pose: bo
     """Add the answer without balls to one without a design within them."""
     without_balls = design(
         answer.space, answer.minimise, keep=answer.keep, bounds=answer.bounds, within=None,
-        one_pose=one_pose,
+        one_pose=one_pose, density=answer.density or None, thickness=answer.thickness,
     )  # fmt: skip
     without_balls = replace(without_balls, words=without_balls.words.removesuffix(ONE_POSE))
     if without_balls.verdict == "infeasible":
@@ -301,6 +383,15 @@ def _minimise(answer: Design, constraints: Constraints) -> Design:
         "for no objective to see one"
     )
     return replace(answer, verdict="undecided", z=None, margin=0.0, residuals=None, words=text)
+
+
+def _least_change(answer: Design, constraints: Constraints) -> Design:
+    """Replace a design by that of the least change, if it can be measured and is found."""
+    try:
+        nearest = _minimise(replace(answer, minimise="change"), constraints)
+    except BodyError:
+        return answer
+    return nearest if nearest.z is not None else answer
 
 
 def _normal_moments(space: DesignSpace) -> Array:

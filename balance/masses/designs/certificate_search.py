@@ -56,6 +56,40 @@ def certificates_from_dual(program: Program, dual: Array) -> Iterator[Certificat
         yield _all_bodies(program, matrices[:count], matrices[count + program.sized :, 0, 0])
 
 
+def certificates_within_densities(
+    program: Program, matrices: Array, lines: Array, masses: Array
+) -> Iterator[CertificateProof]:
+    """Construct certificates from a dual solution that limits of density have a part in.
+
+    The factors of μ and of the matrices are refined together. The condition on the unit of mass
+    is left to the check, which takes the best value of that part.
+
+    Args:
+        matrices: positive semidefinite matrices of the free bodies (free, k, k).
+        lines: multipliers of the inequalities (lines,).
+        masses: μ of the free bodies (free,), taken from the corners of their matrices.
+
+    Yields:
+        One certificate for each decision on the ranks of its matrices.
+    """
+    cone, count = program.cone.with_all_moments(), len(matrices)
+    tau = program.traces.size - 1
+    blocks = np.delete(cone.blocks, tau, axis=1)
+    (n, k), inner = blocks.shape[1:3], np.delete(program.lines, tau, axis=1)[1:]
+    units = np.array([abs(factor) for _, factor in program.limits] + [1.0] * len(program.balls))
+    rows = np.zeros((len(inner) + count, n, k, k))
+    rows[: len(inner), : inner.shape[1], 0, 0] = inner / units[:, None]
+    rows[len(inner) :, :, 0, 0] = -blocks[:, :, -1, -1]
+    more = np.zeros((len(rows), k, k))
+    more[:, 0, 0] = np.append(units * np.maximum(lines[1:], 0.0), masses)
+    every = np.concatenate([blocks, rows]), np.concatenate([matrices, more])
+    for refined in refine_matrices(*every):
+        values = refined[count:, 0, 0]
+        free = refined[:count].copy()
+        free[:, -1, -1] -= values[len(inner) :]
+        yield _all_bodies(program, free, values[: len(inner)])
+
+
 def _all_bodies(program: Program, free: Array, values: Array) -> CertificateProof:
     """Extend a certificate to all bodies; the matrices of kept bodies make the sum vanish.
 

@@ -111,7 +111,7 @@ def solve_conic(
 
 
 def triangles(matrices: Array) -> Array:
-    """Convert symmetric matrices (..., k, k) to vectors (..., k (k + 1) / 2); k is 3 or 4.
+    """Convert symmetric matrices (..., k, k) to vectors (..., k (k + 1) / 2), k of 3, 4, 6, 8.
 
     A vector holds the upper triangle column by column, with off-diagonal entries times √2, so
     that inner products are the same.
@@ -130,7 +130,7 @@ def _triangle_weights(k: int) -> Array:
     return W.reshape(k * k, -1)
 
 
-TRIANGLES = {k: _triangle_weights(k) for k in (3, 4)}
+TRIANGLES = {k: _triangle_weights(k) for k in (3, 4, 6, 8)}
 
 
 def _columns(matrix: Array) -> _Columns:

@@ -1,9 +1,12 @@
-"""Constraints on a design: kept bodies, bounds on masses, and balls that contain the masses.
+"""Constraints on a design: kept bodies, bounds on masses, densities, and balls for the masses.
 
 The unit of mass is a coordinate τ of its own. Kept bodies are τ times those of the file, and
 bounds are τ times the given ones, so that both constraints are linear and homogeneous. The
 program stays conic, and the design is its solution divided by τ. The condition that the mass
 of a body is within a ball is linear without τ; see `balance.masses.designs.mass_regions`.
+Limits of density are homogeneous of degree one in the masses and τ, and not linear; see
+`balance.masses.designs.density_cone`. Where τ is no coordinate, masses may be as small as they
+need to be, and no density excludes a design.
 """
 
 from __future__ import annotations
@@ -15,6 +18,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from balance.masses.designs.density import DensityLimit
 from balance.masses.designs.mass_regions import Ball, ball_of
 from balance.masses.designs.pseudo_inertia_cone import (
     Cone,
@@ -23,7 +27,7 @@ from balance.masses.designs.pseudo_inertia_cone import (
     matrices_of,
 )
 from balance.space.spaces.design_space import DesignSpace
-from balance.support.tolerances import FIXED_RANK_RELATIVE
+from balance.support.tolerances import DENSITY_TIGHTENED, FIXED_RANK_RELATIVE
 from kinematics.errors import BodyError, LinkageError
 from kinematics.numerics.linalg.vectors import project_out
 
@@ -42,16 +46,18 @@ class Constraints(NamedTuple):
         bounds: least and largest mass in kg, by position of the body.
         within: radius of the balls, in lengths of the links; infinite without balls.
         balls: ball that must contain the mass of each other body, by its position.
+        densities: density that a body nowhere exceeds, by its position.
     """
 
     keep: tuple[int, ...] = ()
     bounds: Mapping[int, tuple[float, float]] = {}
     within: float = inf
     balls: Mapping[int, Ball] = {}
+    densities: Mapping[int, DensityLimit] = {}
 
     def __bool__(self) -> bool:
         """Whether there is any constraint."""
-        return bool(self.keep or self.bounds or self.balls)
+        return bool(self.keep or self.bounds or self.balls or self.densities)
 
     @property
     def sized(self) -> bool:
@@ -61,7 +67,7 @@ class Constraints(NamedTuple):
     @property
     def anywhere(self) -> Constraints:
         """The same constraints without balls."""
-        return Constraints(self.keep, self.bounds)
+        return self._replace(within=inf, balls={})
 
 
 class Program(NamedTuple):
@@ -76,6 +82,9 @@ class Program(NamedTuple):
             then ``balls``.
         limits: body and factor of its mass, for each row that is a mass bound.
         balls: bodies whose mass is within a ball, and the matrices G of the balls.
+        densities: κ of `balance.masses.designs.density` in units of the chain and of the
+            program, by position among the free bodies; a trifle larger, so that what the solver
+            violates is within the limit.
         traces: sum of the traces of all bodies as a function of x (n,).
         unit: kilograms per unit of the matrices.
         whole: the cone of all bodies.
@@ -99,6 +108,7 @@ class Program(NamedTuple):
     fixed: Array
     fixed_masses: tuple[int, ...]
     residual: Array
+    densities: Mapping[int, float] = {}
 
     @property
     def bounded_below(self) -> bool:
@@ -109,7 +119,8 @@ class Program(NamedTuple):
 
 def constraints_of(
     space: DesignSpace, keep: Sequence[str], bounds: Mapping[str, tuple[float, float]],
-    within: float | None = None,
+    within: float | None = None, density: float | Mapping[str, float] | None = None,
+    thickness: float | None = None,
 ) -> Constraints:  # fmt: skip
     """Build the constraints from names of bodies.
 
@@ -118,17 +129,22 @@ def constraints_of(
         bounds: least and largest mass of bodies, kg.
         within: radius of the balls that contain the masses of the other bodies, in lengths of
             their links; None for no limits. See `balance.masses.designs.mass_regions.ball_of`.
+        density: density that the other bodies nowhere exceed, or that of some bodies by name,
+            kg/m³.
+        thickness: that of the bodies of a planar space, m; needed for their densities.
 
     Raises:
         BodyError: a body is unknown, its bounds contradict each other, or it is kept and
-            bounded.
-        LinkageError: all bodies are kept.
-        ValueError: the radius is not positive and finite.
+            limited.
+        LinkageError: all bodies are kept, or the thickness is missing, or there is one without
+            a density, or in space.
+        ValueError: the radius, a density or the thickness is not positive and finite.
     """
     if within is not None and not 0.0 < within < inf:
         raise ValueError(f"within = {within}: give lengths of a link, above 0, or None")
     source, names = space.source, space.bodies
-    for name in (*keep, *bounds):
+    material = density if isinstance(density, Mapping) else {}
+    for name in (*keep, *bounds, *material):
         if name not in names:
             raise BodyError(source, name, "carries no inertial parameters", names)
     if not set(names) - set(keep):
@@ -140,16 +156,53 @@ def constraints_of(
             raise BodyError(source, name, text)
         if name in keep:
             raise BodyError(source, name, "is kept and bounded: give one of the two")
+    for name in material:
+        if name in keep:
+            text = "is kept and has a density: give one of the two"
+            raise BodyError(source, name, text)
     at = {name: b for b, name in enumerate(names)}
     constraints = Constraints(
         tuple(sorted({at[name] for name in keep})),
         {at[name]: (float(low), float(high)) for name, (low, high) in bounds.items()},
     )
+    if isinstance(density, Mapping):
+        limits = {at[name]: value for name, value in density.items()}
+    elif density is not None:
+        limits = {b: density for b in at.values() if b not in constraints.keep}
+    else:
+        limits = {}
+    constraints = constraints._replace(densities=_density_limits(space, limits, thickness))
     if within is None:
         return constraints
     bodies = enumerate(space.linkage.bodies)
     balls = {b: ball_of(space, body, within) for b, body in bodies if b not in constraints.keep}
     return constraints._replace(within=float(within), balls=balls)
+
+
+def _density_limits(
+    space: DesignSpace, limits: Mapping[int, float], thickness: float | None
+) -> dict[int, DensityLimit]:
+    """Check densities by position of the body, and the thickness of flat bodies.
+
+    Raises:
+        LinkageError: the thickness is missing, or there is one without a density, or in space.
+        ValueError: a density or the thickness is not positive and finite.
+    """
+    for what, value in (*(("density", value) for value in limits.values()),
+                        ("thickness", thickness)):  # fmt: skip
+        if value is not None and not 0.0 < value < inf:
+            unit = "kg/m³" if what == "density" else "m"
+            raise ValueError(f"{what} = {value}: give a number above 0, in {unit}")
+    if thickness is not None and not space.planar:
+        text = "the bodies of a design in space have no thickness; leave it out"
+        raise LinkageError(f"{space.source}: {text}")
+    if limits and space.planar and thickness is None:
+        text = "a density limits flat bodies only together with their thickness; give it too"
+        raise LinkageError(f"{space.source}: {text}")
+    if thickness is not None and not limits:
+        text = "a thickness limits nothing without a density; give one too"
+        raise LinkageError(f"{space.source}: {text}")
+    return {b: DensityLimit(float(value), thickness) for b, value in limits.items()}
 
 
 def build_program(space: DesignSpace, constraints: Constraints) -> Program:
@@ -162,11 +215,16 @@ def build_program(space: DesignSpace, constraints: Constraints) -> Program:
     unit = float(sum(body.inertia[0] for body in space.linkage.bodies)) / count or 1.0
     free = tuple(b for b in range(count) if b not in constraints.keep)
     balls = tuple((b, ball.form) for b, ball in constraints.balls.items())
+    tight = (1.0 + DENSITY_TIGHTENED) / space.chain.frame.length**2
+    densities = {
+        free.index(b): limit.least_moment * unit ** (2.0 / limit.dimensions) * tight
+        for b, limit in constraints.densities.items()
+    }
     if not constraints.sized:
         n = cone.blocks.shape[1]
         return Program(
             cone, free, False, _ball_rows(cone, free, balls), (), balls, _traces(cone), unit,
-            cone, np.eye(n), np.empty((0, n)), (), np.empty(0),
+            cone, np.eye(n), np.empty((0, n)), (), np.empty(0), densities,
         )  # fmt: skip
     file = matrices_of(space, given_parameters(space))
     fixed_masses = tuple(b for b, (low, high) in constraints.bounds.items() if low == high)
@@ -180,7 +238,7 @@ def build_program(space: DesignSpace, constraints: Constraints) -> Program:
     kept = np.trace(file[list(constraints.keep)], axis1=1, axis2=2).sum() / unit
     return Program(
         free_cone, free, True, lines, limits, balls, _traces(free_cone) + kept * tau, unit,
-        cone, embed, fixed, fixed_masses, residual,
+        cone, embed, fixed, fixed_masses, residual, densities,
     )  # fmt: skip
 
 

@@ -11,14 +11,17 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from balance.masses.designs.constraints import Constraints
+from balance.masses.designs.density import density_over_limit
 from balance.masses.designs.mass_regions import reach_of
 from balance.masses.designs.pseudo_inertia_cone import from_si, matrices_of, parameters_by_body
 from balance.space.spaces.design_space import DesignSpace
 from balance.support.tolerances import (
     BOUND_RELATIVE,
+    DENSITY_RELATIVE,
     DESIGN_RESIDUAL,
     FAR_ORIGIN_ROUND_OFF,
     KEPT_BODY_RESIDUAL,
+    PLATE_RELATIVE,
     REACH_RELATIVE,
 )
 from kinematics.model.spatial.inertia import from_pseudo_inertia
@@ -41,12 +44,15 @@ class DesignCheck(NamedTuple):
         eigenvalue: smallest eigenvalue of the pseudo-inertias over the sum of their traces.
         reach: largest root mean square distance of a body's mass from the centre of the ball
             that must contain it, over the radius; 0 if there are no balls.
+        density: largest density that a body needs over its limit, 0 if there are no limits;
+            see `balance.masses.designs.density`.
     """
 
     accepted: bool
     conditions: float
     eigenvalue: float
     reach: float = 0.0
+    density: float = 0.0
 
     def __repr__(self) -> str:
         """One line: whether it is accepted, and its residuals to three digits."""
@@ -61,10 +67,11 @@ def check_design(
     Args:
         space: the design space.
         z: parameters (bodies, 10) about the inertial origin, SI units.
-        constraints: kept bodies, mass bounds and balls, from ``Design.constraints``; none by
-            default. Kept bodies must equal those of the file. Masses in files are rounded, so
-            the conditions need then hold to 1e-9 only, and these bodies need not be definite.
-            Bounds and radii of balls must hold to 1e-8 of their value.
+        constraints: kept bodies, mass bounds, balls and densities, from ``Design.constraints``;
+            none by default. Kept bodies must equal those of the file. Masses in files are
+            rounded, so the conditions need then hold to 1e-9 only, and these bodies need not be
+            definite. Bounds, radii of balls and densities must hold to 1e-8 of their value, and
+            flat bodies whose density is limited are plates of their thickness to 1e-6 of it.
 
     Returns:
         The verdict on the design and its residuals.
@@ -100,13 +107,52 @@ def check_design(
     furthest = max(
         (reach_of(ball, flat[b]) for b, ball in constraints.balls.items()), default=0.0
     )
+    if not eigenvalue > 0.0:
+        return DesignCheck(False, conditions, eigenvalue, furthest)
+    excess = density_excess(space, z, constraints)
     accepted = (
         balanced
         and eigenvalue > doubt
         and furthest <= 1.0 + REACH_RELATIVE
+        and excess <= 1.0 + DENSITY_RELATIVE
+        and _are_plates(space, P, constraints)
         and _satisfies(space, z, constraints)
     )
-    return DesignCheck(accepted, conditions, eigenvalue, furthest)
+    return DesignCheck(accepted, conditions, eigenvalue, furthest, excess)
+
+
+def density_excess(space: DesignSpace, z: Array, constraints: Constraints) -> float:
+    """Compute the largest density that a body needs, over its limit; 0 without limits.
+
+    Args:
+        z: parameters (bodies, 10) about the inertial origin, SI units, of bodies that are
+            positive definite.
+        constraints: the constraints with the limits.
+    """
+    P, area = matrices_of(space, z), space.chain.frame.length**2
+    return max(
+        (
+            density_over_limit(P[b], limit.least_moment / area)
+            for b, limit in constraints.densities.items()
+        ),
+        default=0.0,
+    )
+
+
+def _are_plates(space: DesignSpace, P: Array, constraints: Constraints) -> bool:
+    """Whether flat bodies with a limit have the second moments of plates along the normal.
+
+    Args:
+        P: pseudo-inertias (bodies, 4, 4) in the coordinates of the chain.
+    """
+    for b, limit in constraints.densities.items():
+        if limit.thickness is not None:
+            along = P[b, 2, 2] - P[b, 2, 3] ** 2 / P[b, 3, 3]
+            plate = P[b, 3, 3] * (limit.thickness / space.chain.frame.length) ** 2 / 12.0
+            round_off = DESIGN_RESIDUAL * float(np.trace(P[b]))
+            if not abs(along - plate) <= PLATE_RELATIVE * plate + round_off:
+                return False
+    return True
 
 
 def _satisfies(space: DesignSpace, z: Array, constraints: Constraints) -> bool:

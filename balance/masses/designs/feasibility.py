@@ -8,7 +8,7 @@ answer, the margin itself is maximised. Either answer is checked without the sol
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Literal
 
@@ -22,17 +22,36 @@ from balance.masses.designs.certificate import (
 )
 from balance.masses.designs.certificate_search import (
     certificates_from_dual,
+    certificates_within_densities,
     conflict_certificate,
 )
 from balance.masses.designs.clarabel_adapter import ConstraintBlock, solve_conic
 from balance.masses.designs.constraints import Constraints, Program, build_program
-from balance.masses.designs.design_check import DesignCheck, check_design, plane_offset
+from balance.masses.designs.density_cone import (
+    DensityRows,
+    UnitOfMass,
+    density_rows,
+    split_dual,
+    widen,
+)
+from balance.masses.designs.design_check import (
+    DesignCheck,
+    check_design,
+    density_excess,
+    plane_offset,
+)
 from balance.masses.designs.pseudo_inertia_cone import (
     from_si,
     given_parameters,
+    matrices_of,
     to_si,
 )
-from balance.masses.designs.verdicts import TOO_NARROW, UNSETTLED, describe_conflict
+from balance.masses.designs.verdicts import (
+    TOO_NARROW,
+    UNCHECKED,
+    UNSETTLED,
+    describe_conflict,
+)
 from balance.space.certification.certified_space import CertifiedSpace
 from balance.space.spaces.design_space import DesignSpace
 from balance.support.tolerances import KEPT_BODY_RESIDUAL
@@ -118,6 +137,12 @@ def decide_feasibility(
     Returns:
         The verdict; see `feasible`.
     """
+    if constraints.densities:
+        looser = decide_feasibility(space, constraints._replace(densities={}), trusted)
+        if looser.z is None:
+            return looser
+        balanced = space if trusted or space.sure else _transfers_alone(space)
+        return _limit_densities(balanced, constraints, looser)
     # A certificate for weaker constraints also proves the constraints infeasible.
     less = constraints.anywhere, Constraints(constraints.keep), Constraints()
     dropped = constraints.balls, constraints.bounds, constraints.keep
@@ -132,10 +157,92 @@ def decide_feasibility(
             for proof in proofs:
                 if answer := _proof(space, constraints, program, proof):
                     return answer
-    return _undecided(
-        "neither a design nor a certificate stands up to its check; ask less of the masses, or "
-        "put the linkage nearer to the origin"
+    return _undecided(UNCHECKED)
+
+
+def _limit_densities(
+    space: DesignSpace, constraints: Constraints, looser: Feasibility
+) -> Feasibility:
+    """Decide feasibility with limits of density.
+
+    Args:
+        space: a space of which every distribution is known to be balanced.
+        looser: the answer without the limits, which is a design.
+    """
+    assert looser.z is not None and looser.y is not None
+    P = matrices_of(space, looser.z)
+    scale = 1.0
+    if not constraints.sized:
+        scale = min(1.0, 1.0 / density_excess(space, looser.z, constraints))
+    z = assemble_design(space, constraints, scale * P)
+    check = check_design(space, z, constraints)
+    if check.accepted:
+        return replace(looser, y=freeze(scale * looser.y), z=z, residuals=check)
+    program = build_program(space, constraints)
+    for x, proofs in _density_candidates(program, P):
+        if x is not None and (answer := _design(space, constraints, program, x)):
+            return answer
+        for proof in proofs:
+            if answer := _proof(space, constraints, program, proof):
+                return answer
+    return _undecided(UNCHECKED)
+
+
+def _density_candidates(
+    program: Program, P: Array
+) -> Iterator[tuple[Array | None, Iterable[CertificateProof]]]:
+    """Solve with limits of density, as `_candidates` does without.
+
+    Args:
+        P: pseudo-inertias of a design without them (bodies, k, k), kg.
+    """
+    cone, size = program.cone.with_all_moments(), program.traces.size
+    reference = P[list(program.free)] / program.unit
+    wide = program._replace(cone=cone, lines=widen(program.lines, cone.blocks.shape[1]),
+                            traces=widen(program.traces, cone.blocks.shape[1]))  # fmt: skip
+    # The unit of mass at which ``P_b ⪰ 1``, as the program asks.
+    tau = max(1.0, 1.0 / float(np.linalg.eigvalsh(reference)[:, 0].min()))
+    limited = sorted(program.densities)
+    unit = UnitOfMass(np.eye(cone.blocks.shape[1])[size - 1], 0.0, tau)
+    limits = density_rows(
+        cone.blocks[limited], tau * reference[limited], unit,
+        [program.densities[b] for b in limited],
+    )  # fmt: skip
+    q, rows, offset, parts = least_traces(wide)
+    split = len(rows)
+    rows = np.concatenate([widen(rows, limits.rows.shape[1]), limits.rows])
+    offset, q = np.append(offset, limits.offset), widen(q, limits.rows.shape[1])
+    parts += limits.parts
+    solution = solve_conic(q, rows, offset, parts)
+    dual = solution.dual
+    if solution.infeasible:
+        yield None, _density_certificates(program, limits, limited, dual[:split], dual[split:])
+    else:
+        yield solution.x[:size], ()
+    extended = np.block([[rows, offset[:, None]], [-q, 0.0]])
+    bound = np.append(np.zeros(offset.size), 1.0)
+    solution = solve_conic(
+        np.append(0.0 * q, -1.0), extended, bound, [*parts, ConstraintBlock("nonnegative", 1)]
     )
+    dual = solution.dual[:-1]
+    yield (
+        solution.x[:size],
+        _density_certificates(program, limits, limited, dual[:split], dual[split:]),
+    )
+
+
+def _density_certificates(
+    program: Program, limits: DensityRows, limited: Sequence[int], dual: Array, more: Array
+) -> Iterator[CertificateProof]:
+    """Construct certificates from the multipliers of `least_traces` and of `density_rows`."""
+    cone, count = program.cone.with_all_moments(), len(program.free)
+    split = count * cone.part.rows
+    matrices = cone.duals(dual[:split].reshape(count, -1))
+    added, of_limited = split_dual(limits, more)
+    matrices[list(limited)] += added
+    masses = np.zeros(count)
+    masses[list(limited)] = of_limited
+    return certificates_within_densities(program, matrices, dual[split:], masses)
 
 
 def _decide_by_transfers(space: DesignSpace, constraints: Constraints) -> Feasibility:
@@ -144,12 +251,18 @@ def _decide_by_transfers(space: DesignSpace, constraints: Constraints) -> Feasib
     Proved inertia transfers are balanced whatever the true space is. A design made of them
     alone is therefore a design; otherwise the verdict is undecided.
     """
-    serial = space.serial_nullity
-    if not (isinstance(space, CertifiedSpace) and space.certainty.nullity == serial):
+    if not (
+        isinstance(space, CertifiedSpace) and space.certainty.nullity == space.serial_nullity
+    ):
         return _undecided(UNSETTLED)
-    decision = replace(space.decision, basis=space.decision.basis[:, :serial])
-    answer = decide_feasibility(replace(space, decision=decision), constraints, True)
+    answer = decide_feasibility(_transfers_alone(space), constraints, True)
     return answer if answer.verdict == "feasible" else _undecided(UNSETTLED)
+
+
+def _transfers_alone(space: DesignSpace) -> DesignSpace:
+    """Return the space of the inertia transfers alone."""
+    basis = space.decision.basis[:, : space.serial_nullity]
+    return replace(space, decision=replace(space.decision, basis=basis))
 
 
 def _proof(
@@ -163,7 +276,13 @@ def _proof(
         return _undecided(TOO_NARROW)
     # Find the weakest constraints for which the certificate holds.
     less = (
-        (Constraints(), constraints._replace(keep=(), bounds={}), constraints.anywhere)
+        (
+            Constraints(),
+            Constraints(within=constraints.within, balls=constraints.balls),
+            constraints.anywhere._replace(densities={}),
+            constraints._replace(densities={}),
+            constraints.anywhere,
+        )
         if constraints
         else ()
     )
@@ -252,14 +371,21 @@ def assemble_design(
             the others have their height.
         P: pseudo-inertias (bodies, k, k).
         along: see `to_si`; if given and no body is kept, the centres of mass in a plane have
-            the height of those in the file.
+            the height of those in the file. Bodies whose density is limited are plates.
 
     Returns:
         Parameters (bodies, 10) about the inertial origin.
     """
     frame, keep = space.chain.frame, list(constraints.keep)
-    if not keep and along is None:
-        return freeze(to_si(P, frame))
+    placed = bool(keep) or along is not None
+    flat = [(b, limit.thickness) for b, limit in constraints.densities.items()]
+    if space.planar and flat:
+        along = np.zeros(len(P)) if along is None else along.copy()
+        for b, thickness in flat:
+            assert thickness is not None
+            along[b] = P[b, -1, -1] * (thickness / frame.length) ** 2 / 12.0
+    if not placed:
+        return freeze(to_si(P, frame, along=along))
     file = given_parameters(space)
     moving = [b for b in keep or range(len(P)) if space.chain.links[b] >= 0]
     z = to_si(P, frame, plane_offset(from_si(file[moving], frame)), along)

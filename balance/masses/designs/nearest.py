@@ -15,17 +15,27 @@ its properties: I. S. Dhillon, J. A. Tropp, SIAM Journal on Matrix Analysis and 
 29(4), 2007.)
 
 The sum of d/2 over the bodies is self-concordant, so damped Newton steps converge from every
-interior point. With the Newton decrement λ below 0.68 the sum exceeds its minimum by at most
-λ² (Y. Nesterov, Lectures on Convex Optimization, 2018, section 5.2; with constraints: Q. Tran-
-Dinh, A. Kyrillidis, V. Cevher, Journal of Machine Learning Research 16, 2015).
+interior point. With limits of density, which are convex, each step minimises the same quadratic
+model within their cones, measured by the bodies of the last step. With the Newton decrement λ
+below 0.68 the sum exceeds its minimum by at most λ² (Y. Nesterov, Lectures on Convex
+Optimization, 2018, section 5.2; with constraints: Q. Tran-Dinh, A. Kyrillidis, V. Cevher,
+Journal of Machine Learning Research 16, 2015).
 """
 
 from __future__ import annotations
+
+from collections.abc import Callable, Mapping
 
 import numpy as np
 from numpy.typing import NDArray
 
 from balance.masses.designs.clarabel_adapter import ConstraintBlock, solve_conic, triangles
+from balance.masses.designs.density_cone import (
+    DensityRows,
+    UnitOfMass,
+    density_rows,
+    widen,
+)
 from balance.support.tolerances import NEWTON_DECREMENT_LEAST, NEWTON_DECREMENT_STALLED
 
 Array = NDArray[np.float64]
@@ -53,8 +63,9 @@ def file_distance(P: Array, file: Array) -> float:
 
 
 def minimise_distance(
-    blocks: Array, constant: Array, file: Array, lines: Array, offset: Array, start: Array
-) -> Array | None:
+    blocks: Array, constant: Array, file: Array, lines: Array, offset: Array, start: Array,
+    densities: Mapping[int, float] | None = None,
+) -> Array | None:  # fmt: skip
     """Minimise the distance over ``P_b = constant_b + blocks_b · v``, ``lines v + offset ≥ 0``.
 
     Args:
@@ -64,24 +75,55 @@ def minimise_distance(
         lines: rows of the inequalities (rows, n).
         offset: their constants (rows,).
         start: coordinates (n,) that fulfil them, with positive definite matrices.
+        densities: κ of `balance.masses.designs.density` by position of the body, in the units
+            of the matrices, which the bodies at ``start`` fulfil too; none by default.
 
     Returns:
         The minimiser (n,); None if round-off keeps the Newton steps from converging.
     """
+    kappas = densities or {}
+
+    def limits_at(v: Array) -> DensityRows | None:
+        P = constant + np.einsum("bnij,n->bij", blocks, v)
+        return limit_rows(blocks, P, kappas, P) if kappas else None
+
     whiten = np.linalg.inv(np.linalg.cholesky(file))
     fixed = whiten @ constant @ whiten.swapaxes(-1, -2)
     whiten = whiten[:, None]
     whitened = whiten @ blocks @ whiten.swapaxes(-1, -2)
     try:
-        return _take_newton_steps(whitened, fixed, lines, offset, start)
+        return _take_newton_steps(whitened, fixed, lines, offset, start, limits_at)
     except np.linalg.LinAlgError:
         return None
 
 
+def limit_rows(
+    blocks: Array, references: Array, densities: Mapping[int, float],
+    constant: Array | None = None,
+) -> DensityRows:  # fmt: skip
+    """Build the cones of limits of density for ``P_b = constant_b + blocks_b · v``.
+
+    Args:
+        blocks: matrices of each coordinate (bodies, n, k, k).
+        references: positive definite matrices that measure the bodies (bodies, k, k).
+        densities: κ by position of the body, in the units of the matrices.
+        constant: constant matrices (bodies, k, k); none by default.
+    """
+    limited = sorted(densities)
+    return density_rows(
+        blocks[limited], references[limited], UnitOfMass(np.zeros(blocks.shape[1]), 1.0),
+        [densities[b] for b in limited], None if constant is None else constant[limited],
+    )  # fmt: skip
+
+
 def _take_newton_steps(
-    blocks: Array, fixed: Array, lines: Array, offset: Array, start: Array
-) -> Array | None:
+    blocks: Array, fixed: Array, lines: Array, offset: Array, start: Array,
+    limits_at: Callable[[Array], DensityRows | None],
+) -> Array | None:  # fmt: skip
     """Minimise the distance from the identity; see `minimise_distance`.
+
+    Args:
+        limits_at: builds the rows of a step from coordinates v.
 
     Raises:
         LinAlgError: round-off makes the Hessian singular, or a matrix indefinite.
@@ -89,9 +131,7 @@ def _take_newton_steps(
     v, before = start.copy(), np.inf
     for _ in range(MAX_STEPS):
         L, down = _newton_system(blocks, fixed + np.einsum("bnij,n->bij", blocks, v))
-        y = _constrained_step(
-            down, np.asarray(np.linalg.solve(L, lines.T)).T, lines @ v + offset
-        )
+        y = _constrained_step(down, lines, lines @ v + offset, L, limits_at(v))
         decrement = float(np.linalg.norm(y))
         if not np.isfinite(decrement):
             return None
@@ -118,11 +158,31 @@ def _newton_system(blocks: Array, P: Array) -> tuple[Array, Array]:
     return L, -np.linalg.solve(L, np.einsum("bnii->n", blocks - D))
 
 
-def _constrained_step(down: Array, lines: Array, inside: Array) -> Array:
-    """Minimise ``½ |y|² - down·y`` with ``lines y + inside ≥ 0``: the Newton step."""
-    if not len(lines) or np.all(lines @ down + inside >= 0.0):
+def _constrained_step(
+    down: Array, lines: Array, inside: Array, L: Array, limits: DensityRows | None
+) -> Array:
+    """Minimise ``½ |y|² - down·y`` for a step ``L⁻ᵀ y`` within the constraints: Newton's step.
+
+    Args:
+        lines: rows of the inequalities (rows, n).
+        inside: their values before the step (rows,).
+        limits: rows of the limits of density.
+    """
+    n = down.size
+    lines = np.asarray(np.linalg.solve(L, lines.T)).T
+    if limits is None and (not len(lines) or np.all(lines @ down + inside >= 0.0)):
         return down
     size = np.linalg.norm(lines, axis=1)
     size = np.where(size > 0.0, size, 1.0)
-    part = ConstraintBlock("nonnegative", len(lines))
-    return solve_conic(-down, lines / size[:, None], inside / size, [part], np.eye(down.size)).x
+    rows, offset = lines / size[:, None], inside / size
+    parts = [ConstraintBlock("nonnegative", len(lines))] if len(lines) else []
+    q, H = -down, np.eye(n)
+    if limits is not None:
+        more = limits.rows.copy()
+        more[:, :n] = np.linalg.solve(L, more[:, :n].T).T
+        width = more.shape[1]
+        rows = np.concatenate([widen(rows, width), more])
+        offset = np.append(offset, limits.offset)
+        parts += limits.parts
+        q, H = widen(q, width), np.diag(widen(np.ones(n), width))
+    return solve_conic(q, rows, offset, parts, H).x[:n]

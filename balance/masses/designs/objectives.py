@@ -19,6 +19,10 @@ own sum.
 
 The least change depends neither on ε nor on that bound. Newton's method starts at the design
 that minimises the distance to second order, ``Σ_b tr((P0_b⁻¹ (P_b - P0_b))²)``, with F = P0.
+
+With limits of density the size of a design is set, as by bounds. The cones of
+`balance.masses.designs.density_cone` measure each body by a design; a second solution measures
+it by the first one, since the best bodies may be a thousand times lighter.
 """
 
 from __future__ import annotations
@@ -30,10 +34,12 @@ from numpy.typing import NDArray
 
 from balance.masses.designs.clarabel_adapter import ConstraintBlock, solve_conic, triangles
 from balance.masses.designs.constraints import Program
-from balance.masses.designs.nearest import file_distance, minimise_distance
+from balance.masses.designs.density import density_over_limit
+from balance.masses.designs.density_cone import DensityRows, widen
+from balance.masses.designs.nearest import file_distance, limit_rows, minimise_distance
 from balance.masses.designs.pseudo_inertia_cone import Cone, given_parameters, matrices_of
 from balance.space.spaces.design_space import DesignSpace
-from balance.support.tolerances import PSEUDO_INERTIA_SINGULAR
+from balance.support.tolerances import DENSITY_RELATIVE, PSEUDO_INERTIA_SINGULAR
 from kinematics.closure.series import expand
 from kinematics.errors import BodyError
 
@@ -105,7 +111,7 @@ def minimise_objective(
     """
     file, cone = matrices_of(space, given_parameters(space)) / program.unit, program.cone
     # Spatial force balance does not constrain second moments, but objectives depend on them.
-    if wanted == "change" or (cone.second_order and cone.size == 4):
+    if wanted == "change" or program.densities or (cone.second_order and cone.size == 4):
         cone = cone.with_all_moments()
     lower = np.tile(np.eye(cone.size), (len(cone.blocks), 1, 1))
     if wanted == "change":
@@ -116,11 +122,19 @@ def minimise_objective(
     largest = float(np.linalg.eigvalsh(lower).max())
     epsilon = BOUNDARY_DISTANCE
     trace_limit = TRACE_FACTOR * BOUNDARY_DISTANCE * largest / margin
-    if program.sized:
+    if program.sized or program.densities:
         distance = SIZED_DISTANCE if program.bounded_below else BOUNDARY_DISTANCE
         epsilon = min(distance, 0.5 * margin * trace / largest)
         trace_limit = TRACE_FACTOR * trace
     v = _solve(program, cone, goal, epsilon * lower, trace_limit)
+    if v is not None and not _within_densities(program, cone.at(v[:-1])):
+        P = matrices_of(space, z)[list(program.free)] / program.unit
+        for _ in range(2):
+            limits = limit_rows(cone.blocks, P, program.densities)
+            v = _solve(program, cone, goal, epsilon * lower, trace_limit, limits)
+            if v is None:
+                return None
+            P = cone.at(v[:-1])
     if v is None:
         return None
     if wanted == "change":
@@ -128,6 +142,14 @@ def minimise_objective(
     value = float((goal.q @ v + goal.constant) * goal.scale)
     floor = program.unit * epsilon
     return Optimum(program.unit * cone.at(v[:-1]), value, (floor, floor * space.length**2))
+
+
+def _within_densities(program: Program, P: Array) -> bool:
+    """Whether free bodies (free, k, k) need no density above their limits."""
+    return all(
+        density_over_limit(P[b], kappa) <= 1.0 + DENSITY_RELATIVE
+        for b, kappa in program.densities.items()
+    )
 
 
 def _least_change(program: Program, cone: Cone, file: Array, start: Array) -> Optimum | None:
@@ -138,21 +160,30 @@ def _least_change(program: Program, cone: Cone, file: Array, start: Array) -> Op
     if program.sized:
         unit = program.traces.size - 1
         moves[unit], constant[unit] = False, start[unit]
-    v = minimise_distance(
+    problem = (
         cone.blocks[:, moves], cone.sums_at(constant), file, lines[:, moves], lines @ constant,
         start[moves],
     )  # fmt: skip
-    if v is None:
-        return None
-    constant[moves] = v
-    P = cone.sums_at(constant)
+    for densities in ({}, program.densities):
+        v = minimise_distance(*problem, densities)
+        if v is None:
+            return None
+        constant[moves] = v
+        P = cone.sums_at(constant)
+        if _within_densities(program, P):
+            break
     return Optimum(program.unit * P, file_distance(P, file))
 
 
 def _solve(
-    program: Program, cone: Cone, goal: _Goal, lower: Array, trace_limit: float
-) -> Array | None:
-    """Minimise an objective with ``P_b ⪰ lower_b`` and traces up to ``trace_limit``."""
+    program: Program, cone: Cone, goal: _Goal, lower: Array, trace_limit: float,
+    limits: DensityRows | None = None,
+) -> Array | None:  # fmt: skip
+    """Minimise an objective with ``P_b ⪰ lower_b`` and traces up to ``trace_limit``.
+
+    Args:
+        limits: rows of the limits of density.
+    """
     (count, n), size = cone.blocks.shape[:2], program.traces.size
     others = program.lines[int(program.sized) :]
     lines = np.zeros((1 + len(others), n))
@@ -163,19 +194,26 @@ def _solve(
     offset[: len(linear) - len(lines)] = -cone.rows(lower).reshape(-1)
     offset[len(linear) - len(lines)] = trace_limit
     parts = [cone.part] * count + [ConstraintBlock("nonnegative", len(lines)), *goal.parts]
+    q, H = goal.q, goal.H
+    if limits is not None:
+        more = limits.beside(1)
+        rows = np.concatenate([widen(rows, more.shape[1]), more])
+        offset, parts = np.append(offset, limits.offset), [*parts, *limits.parts]
+        q = widen(q, more.shape[1])
+        H = H if H is None else widen(widen(H, more.shape[1]).T, more.shape[1]).T
     # Fix the unit of mass at 1, and an unused upper bound at 0.
-    values, free = np.zeros(n + 1), np.ones(n + 1, dtype=bool)
+    values, free = np.zeros(q.size), np.ones(q.size, dtype=bool)
     if program.sized:
         values[size - 1], free[size - 1] = 1.0, False
     free[n] = len(goal.parts) > 0
-    H, q = None, goal.q[free]
-    if goal.H is not None:
-        H, q = goal.H[np.ix_(free, free)], q + (goal.H @ values)[free]
+    q = q[free]
+    if H is not None:
+        H, q = H[np.ix_(free, free)], q + (H @ values)[free]
     solution = solve_conic(q, rows[:, free], offset + rows @ values, parts, H)
     if solution.infeasible or not np.isfinite(solution.x).all():
         return None
     values[free] = solution.x
-    return values
+    return values[: n + 1]
 
 
 def _check_definite(space: DesignSpace, free: tuple[int, ...], P: Array) -> None:
@@ -228,7 +266,7 @@ def _moments(space: DesignSpace, cone: Cone, free: list[int]) -> tuple[Array, Co
     shift[:, :d, d] = -origins
     S = (shift[:, None] @ cone.blocks @ shift[:, None].swapaxes(-1, -2))[..., :d, :d]
     trace = np.trace(S, axis1=-2, axis2=-1)
-    if cone.second_order:
+    if d == 2:
         return np.column_stack([-trace, np.ones(len(free))]), ConstraintBlock(
             "nonnegative", len(free)
         )

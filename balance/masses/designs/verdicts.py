@@ -21,6 +21,10 @@ UNSETTLED = (
     "not all conditions are known, and a design may break the others; leave out max_order, if "
     "it was given"
 )
+UNCHECKED = (
+    "neither a design nor a certificate stands up to its check; ask less of the masses, or "
+    "put the linkage nearer to the origin"
+)
 TOO_NARROW = (
     "a certificate excludes the designs of the space that was found, but conditions near "
     "round-off may be false ones, and there may be more designs"
@@ -28,8 +32,13 @@ TOO_NARROW = (
 
 
 def describe_limits(constraints: Constraints) -> str:
-    """Describe the balls of the constraints, to follow a verdict; empty without balls."""
-    return f" within {constraints.within:g} link lengths" if constraints.balls else ""
+    """Describe the balls and densities of the constraints, to follow a verdict."""
+    within = f" within {constraints.within:g} link lengths" if constraints.balls else ""
+    densities = sorted({limit.density for limit in constraints.densities.values()})
+    if not densities:
+        return within
+    span = f"{densities[0]:g}" + (f" to {densities[-1]:g}" if len(densities) > 1 else "")
+    return f"{within} at no more than {span} kg/m³"
 
 
 def describe_conflict(space: DesignSpace, Z: Array, constraints: Constraints) -> str:
@@ -57,6 +66,11 @@ def describe_conflict(space: DesignSpace, Z: Array, constraints: Constraints) ->
     what = "some second moments" if extent else "the masses"
     sums = f"{what} of {listed} {'are zero' if len(clash) == 1 else 'add up to zero'}"
     positive = "which are positive for bodies that can be built"
+    if constraints.densities:
+        return (
+            f"{verdict}: with what is kept and bounded, {listed} would be denser than that; "
+            "take a denser material, keep fewer links, or widen the bounds"
+        )
     if constraints.sized:
         return (
             f"{verdict}: with what is kept and bounded, {sums} or less, {positive}; keep fewer "

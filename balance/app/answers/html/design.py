@@ -1,8 +1,7 @@
 """HTML page of a design: the moving linkage with the masses of the file and of the design.
 
-A body is drawn as the homogeneous solid ellipsoid of its mass and inertia. The second moments
-about its centre of mass are ``Σ = ½ tr(I) 1 - I``. With their eigenvalues σ the semi-axes are
-``√(5 σ / m)`` along the eigenvectors.
+A body is drawn as the homogeneous solid ellipsoid of its mass and inertia; see
+`balance.masses.designs.density.solid_of`.
 """
 
 from __future__ import annotations
@@ -17,9 +16,9 @@ from balance.app.answers.html.render import facts_list, render_page, rows_table
 from balance.app.answers.html.scene import scene
 from balance.app.answers.text.design import body_rows, design_facts
 from balance.masses.designs.best_design import Design
+from balance.masses.designs.density import solid_of
 from balance.space.inertial_parameters.body_inertia import BodyInertia
 from balance.space.inertial_parameters.conversions import mass_properties
-from balance.support.tolerances import SECOND_MOMENT_NEGATIVE_RELATIVE
 from kinematics.model.arrays import freeze
 
 Array = NDArray[np.float64]
@@ -40,13 +39,10 @@ def ellipsoid(z: Array) -> dict[str, object] | None:
         ``mass`` in kg, ``centre`` (3,) and ``axes``, whose rows are the three semi-axes
         (3, 3), in metres, in the frame and about the origin of z.
     """
-    if not z[0] > 0.0:
+    solid = solid_of(mass_properties(z)) if z[0] > 0.0 else None
+    if solid is None:
         return None
-    mass, centre, inertia = mass_properties(z)
-    sigma, directions = np.linalg.eigh(0.5 * np.trace(inertia) * np.eye(3) - inertia)
-    if sigma[0] < -SECOND_MOMENT_NEGATIVE_RELATIVE * sigma[2]:
-        return None
-    axes = np.sqrt(5.0 * np.clip(sigma, 0.0, None) / mass)[:, None] * directions.T
+    mass, centre, axes = solid.mass, solid.centre, solid.axes
     return {"mass": mass, "centre": centre.tolist(), "axes": axes.tolist()}
 
 

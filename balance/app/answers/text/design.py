@@ -14,6 +14,7 @@ from balance.app.answers.answer import AnswerBody, AnswerPart, AnswerTable, Fact
 from balance.app.answers.text.linkage import linkage_facts
 from balance.app.answers.text.report import distance_text
 from balance.masses.designs.best_design import Design
+from balance.masses.designs.density import STEEL
 from balance.space.inertial_parameters.body_inertia import BodyInertia
 from balance.space.spaces.distance_to_rank_drop import distance_to_rank_drop
 from kinematics.numerics.linalg.ties import round_decimals
@@ -67,8 +68,11 @@ def design_facts(design: Design) -> list[tuple[str, str]]:
         limits = (f"{name} {_mass_range(*pair)} kg" for name, pair in design.bounds.items())
         pairs.append(("bounds", ", ".join(limits)))
     pairs.append(("limits", _region_text(design)))
+    if text := _density_text(design):
+        pairs.append(("density", text))
     if design.residuals:
-        named = [item for item in design.residuals._asdict().items() if item[0] != "accepted"]
+        unasked = {"accepted"} if design.density else {"accepted", "density"}
+        named = [item for item in design.residuals._asdict().items() if item[0] not in unasked]
         pairs.append(("residuals", ", ".join(f"{name} {size_text(x)}" for name, x in named)))
     return pairs
 
@@ -88,6 +92,8 @@ def design_body(design: Design) -> AnswerBody:
     body: list[AnswerPart] = [Facts(design_facts(design), least=13)]
     if design.bodies:
         body += ["", AnswerTable(body_rows(design.bodies, design.space.length))]
+    if design.bodies and design.density:
+        body += ["", AnswerTable(_solid_rows(design))]
     return body
 
 
@@ -129,6 +135,55 @@ def _region_text(design: Design) -> str:
         f"the mass of each link within {design.within:g} lengths of the link from the middle "
         f"of its joints{flat} (--anywhere lifts this)"
     )
+
+
+def _density_text(design: Design) -> str:
+    """Describe the limits of density, and the density of the body that needs most."""
+    text = ""
+    if design.density:
+        limits = [f"{limit:g}" for limit in sorted(set(design.density.values()))]
+        text = f"at most {' to '.join(dict.fromkeys((limits[0], limits[-1])))} kg/m³"
+        if design.thickness is not None:
+            text += f", links {1e3 * design.thickness:g} mm thick"
+        unlimited = [
+            name for name in design.space.bodies if name not in {*design.density, *design.keep}
+        ]
+        if unlimited:
+            text += f"; no limit for {', '.join(unlimited)}"
+    if design.densest is None:
+        return text
+    name, density = design.densest
+    if design.density:
+        return f"{text}; densest body: {name}, {_plain_number(density, COM_DIGITS)} kg/m³"
+    text = f"no limit; densest body: {name}, {_plain_number(density, MOMENT_DIGITS)} kg/m³"
+    if density > STEEL:
+        text += f", {_plain_number(density / STEEL, MOMENT_DIGITS)} times steel"
+    return f"{text}, as an ellipsoid (--density limits it)"
+
+
+def _plain_number(value: float, digits: int) -> str:
+    """Write a number without an exponent where it is short."""
+    text = number_text(value, f".{digits}g")
+    return f"{float(text):.0f}" if "e+0" in text and float(text) < 1e7 else text
+
+
+def _solid_rows(design: Design) -> list[tuple[str, ...]]:
+    """Build the table of the solids that have the inertia of the bodies, its head first."""
+    rows: list[tuple[str, ...]] = [
+        ("body", "solid of its inertia", "size (mm)", "mass (g)", "density (kg/m³)")
+    ]
+    for name, solid in zip(design.space.bodies, design.solids, strict=True):
+        if solid is None:
+            rows.append((name, "none", "", "", ""))
+            continue
+        sizes = " × ".join(_plain_number(1e3 * size, COM_DIGITS) for size in solid.sizes)
+        mass = _plain_number(1e3 * solid.mass, DIGITS)
+        density = "no volume"
+        if solid.density < np.inf:
+            density = _plain_number(solid.density, COM_DIGITS)
+        shape = "elliptic plate" if solid.shape == "plate" else "ellipsoid"
+        rows.append((name, shape, sizes, mass, density))
+    return rows
 
 
 def _objective_text(value: float) -> str:

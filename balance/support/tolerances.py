@@ -38,6 +38,8 @@ LINES_MEET = 1e-6
 FORMULA_ZERO = 1e-9
 # Difference of two distances over their size: up to this they are equal in formulas.
 FORMULA_RELATION = 1e-9
+# Violation of formulas by balanced masses over the sizes of their terms: up to this they agree.
+FORMULA_AGREES = 1e-12
 
 # --- conditions
 

@@ -14,11 +14,12 @@ from balance.space.formulas.parameters import Parameter
 from balance.space.formulas.planar_parts import PlanarParts
 from balance.space.formulas.relations import FreeDimensions
 from balance.space.spaces.design_space import DesignSpace
-from kinematics.errors import ExactError
 from kinematics.numerics.linalg.prime_field import PRIMES_OF_61_BITS, reduced_echelon
 
 Array = NDArray[np.float64]
 
+# Size of a row over the largest, or singular value of unit rows: below this they vanish.
+ROW_VANISHES = 1e-9
 FRESH_GEOMETRIES = 20
 """Number of geometries at which formulas are checked."""
 
@@ -26,17 +27,17 @@ FRESH_GEOMETRIES = 20
 def fresh_geometries(
     samples: GeometrySamples, parameters: Sequence[Parameter], conditions: Sequence[Condition]
 ) -> int:
-    """Check formulas modulo another prime; return the number of geometries.
+    """Count the fresh geometries, up to 20, at which formulas hold modulo another prime.
 
     At each geometry velocities at finite poses, without series, give the conditions: they and
     the formulas span the same space.
 
-    Raises:
-        ExactError: they do not.
+    Returns:
+        20, or the number of geometries before one at which they do not.
     """
     p, rng = PRIMES_OF_61_BITS[1], random.Random(11)
     place = {parameter: i for i, parameter in enumerate(parameters)}
-    for _ in range(FRESH_GEOMETRIES):
+    for done in range(FRESH_GEOMETRIES):
         point = samples.free.draw(p, rng)
         rows = []
         for condition in conditions:
@@ -48,71 +49,62 @@ def fresh_geometries(
         every = range(len(parameters))
         ours = reduced_echelon(rows, every, p)
         if ours != reduced_echelon(samples.finite_rows(point, p), every, p):
-            raise ExactError(
-                f"{samples.source.linkage.source}: the formulas do not hold at other poses of "
-                "other dimensions: several motions may meet in these"
-            )
+            return done
     return FRESH_GEOMETRIES
 
 
 def file_residual(
     space: DesignSpace, parts: PlanarParts, free: FreeDimensions,
-    parameters: Sequence[Parameter], conditions: Sequence[Condition], target: int,
+    parameters: Sequence[Parameter], conditions: Sequence[Condition], complete: bool,
 ) -> float:  # fmt: skip
     """Compute how far masses of the design space of the file violate the formulas.
 
     Returns:
         The largest violation over the sum of the sizes of its terms; infinite if the formulas
-        are fewer than the conditions.
+        are complete and fewer than the conditions.
     """
-    rows = real_rows(space, parts, free, parameters, conditions)
-    if not len(rows):
-        return 0.0 if target == 0 else float("inf")
-    scale = np.ones(len(space.labels))
-    for k, label in enumerate(space.labels):
-        scale[k] = space.length ** {"m": 0, "E": 2}.get(label.rstrip("xyzc"), 1)
+    rows = real_rows(space, parts, free, conditions)
+    if not rows.size:
+        return 0.0 if space.rank == 0 or not complete else float("inf")
+    powers = [{"m": 0, "Ezz": 2}.get(label, 1) for label in space.labels]
+    scale = space.length ** np.array(powers, float)
     units = np.tile(scale, len(space.bodies))
-    basis = space.basis / units[:, None]
-    scaled = rows * units
+    scaled, basis = rows * units, space.basis / units[:, None]
+    scaled = scaled[np.abs(scaled).max(axis=1) > ROW_VANISHES * np.abs(scaled).max()]
+    scaled /= np.linalg.norm(scaled, axis=1)[:, None]
+    if complete and np.linalg.matrix_rank(scaled, tol=ROW_VANISHES) != space.rank:
+        return float("inf")
     sizes = np.abs(scaled) @ np.abs(basis)
-    residual = float((np.abs(scaled @ basis) / np.maximum(sizes, sizes.max() * 1e-3)).max(initial=0.0))
-    norms = np.linalg.norm(scaled, axis=1)
-    kept = scaled[norms > 1e-9 * norms.max()]
-    independent = np.linalg.matrix_rank(kept / np.linalg.norm(kept, axis=1)[:, None], tol=1e-9)
-    return residual if independent == space.rank else float("inf")
+    return float((np.abs(scaled @ basis) / sizes.max(axis=1, keepdims=True)).max(initial=0.0))
 
 
 def real_rows(
     space: DesignSpace, parts: PlanarParts, free: FreeDimensions,
-    parameters: Sequence[Parameter], conditions: Sequence[Condition],
+    conditions: Sequence[Condition],
 ) -> Array:  # fmt: skip
     """Evaluate formulas in the numbers of the file, as rows for the parameters of the space."""
-    labels = space.labels
-    values = free.values_in_file()
+    count, values = len(space.labels), free.values_in_file()
     rows = []
     for condition in conditions:
-        row = np.zeros(len(space.bodies) * len(labels), complex)
+        row = np.zeros(len(space.bodies) * count, complex)
         for parameter, coefficient in [
             (condition.solved, 1 + 0j),
-            *((term.parameter, term.coefficient.value(values)) for term in condition.terms),
+            *((each.parameter, 1j**each.turns * each.coefficient.value(values))
+              for each in condition.terms),
         ]:
             part = parts.parts[parts.body_parts[parameter.body]]
-            start = parameter.body * len(labels)
-            row[start : start + len(labels)] += coefficient * _in_plane(
-                parameter.kind, part.origin, part.axis, len(labels)
-            )
+            start = parameter.body * count
+            entry = _in_plane(parameter.kind, part.origin, part.axis)
+            row[start : start + count] += coefficient * entry[:count]
         rows += [row.real, row.imag]
     return np.array(rows)
 
 
-def _in_plane(kind: str, origin: complex, axis: complex, count: int) -> NDArray[np.complex128]:
+def _in_plane(kind: str, origin: complex, axis: complex) -> NDArray[np.complex128]:
     """Express a parameter in the frame of a part by ``m, mcx, mcy, Ezz`` about the origin."""
-    row = np.zeros(4, complex)
     if kind == "m":
-        row[0] = 1
-    elif kind == "J":
-        row[:] = abs(origin) ** 2, -2 * origin.real, -2 * origin.imag, 1
-    else:
-        s = np.array([-origin, 1, 1j, 0]) * axis.conjugate()
-        row[:] = {"s": s, "sx": s.real + 0j, "sy": 1j * s.imag}[kind]
-    return row[:count]
+        return np.array([1, 0, 0, 0], complex)
+    if kind == "J":
+        return np.array([abs(origin) ** 2, -2 * origin.real, -2 * origin.imag, 1], complex)
+    s = np.array([-origin, 1, 1j, 0]) * axis.conjugate()
+    return {"s": s, "sx": s.real + 0j, "sy": s.imag + 0j}[kind]

@@ -34,11 +34,13 @@ MAX_UNKNOWNS = 600
 """Most monomials of an entry; the time of a fit grows with their cube."""
 MAX_SOLVED_CHOICES = 300
 """Most choices of solved parameters that are compared."""
+SAME_GEOMETRY = 4
+"""Number of times that two poses of one geometry are compared."""
 
 
 def formulas(
     linkage: LinkageLike,
-    balance: Balance = "force",
+    balance: Balance = "dynamic",
     *,
     where: str | Sequence[str] = (),
     solve: Sequence[str] = (),
@@ -80,7 +82,7 @@ def formulas(
 
     Example:
         >>> import balance
-        >>> print(balance.formulas("four_bar_general"))
+        >>> print(balance.formulas("four_bar_general", "force"))
         s_crank + (l_crank/l_rocker) s_rocker + l_crank m_coupler = 0
         s_coupler + (l_coupler/l_rocker) s_rocker = 0
     """
@@ -92,23 +94,22 @@ def formulas(
         raise ExactError(
             f"{space.source}: its links cannot be placed two at a time: formulas need dyads"
         )
-    target = space.rank // 2 if force else space.rank
     source = ConditionSource(parts, *order, force)
     deadline = None if seconds is None else monotonic() + seconds
     given = parse_relations(parts, [where] if isinstance(where, str) else where)
-    relations, samples = _relations_for(source, given, target, deadline)
+    relations, samples = _relations_for(source, given, space.rank, deadline)
     parameters = name_parameters(space.bodies, force)
     samples.solve_for(_solved(samples, parameters, solve))
     conditions, unknown = _conditions(samples, parameters)
-    dimensions = samples.free
-    result = Formulas(
+    return Formulas(
         source=space.source, name=space.linkage.name, balance=balance, parts=parts,
-        relations=tuple(relation.words for relation in relations), free=dimensions,
+        relations=tuple(relation.words for relation in relations), free=samples.free,
         parameters=parameters, conditions=conditions, unknown=unknown, rank=space.rank,
-        residual=file_residual(space, parts, dimensions, parameters, conditions, target),
+        residual=file_residual(
+            space, parts, samples.free, parameters, conditions, complete=not unknown
+        ),
         geometries=0 if unknown else fresh_geometries(samples, parameters, conditions),
     )  # fmt: skip
-    return result
 
 
 def _relations_for(
@@ -138,7 +139,7 @@ def _samples(
     source: ConditionSource, relations: Sequence[Relation], target: int, deadline: float | None
 ) -> GeometrySamples | None:
     """Prepare geometries under relations; None if their conditions have another rank."""
-    free = FreeDimensions(source.linkage, relations)
+    free = FreeDimensions(source.linkage, relations, cartesian=not source.force)
     try:
         return GeometrySamples(source, free, target, deadline)
     except UnclosedError:
@@ -163,13 +164,12 @@ def _solved(
     moments = [i for i, parameter in enumerate(parameters) if not parameter.is_mass]
     if len(first) > len(moments):
         return first
-    choices = islice(combinations(moments, len(first)), MAX_SOLVED_CHOICES)
-    counts = {first: samples.count_terms(first)} if (first := tuple(first)) else {}
-    for choice in choices:
+    counts = {tuple(first): samples.count_terms(first)}
+    for choice in islice(combinations(moments, len(first)), MAX_SOLVED_CHOICES):
         count = samples.count_terms(choice)
         if count is not None:
             counts.setdefault(choice, count)
-    return list(min(counts, key=lambda choice: (counts[choice], choice))) if counts else []
+    return list(min(counts, key=lambda choice: (counts[choice] or 0, choice)))
 
 
 def _conditions(
@@ -181,6 +181,7 @@ def _conditions(
     rng = random.Random(7)
     p = PRIMES_OF_61_BITS[0]
     try:
+        _check_one_motion(samples, rng)
         interpolation = Interpolation(
             samples.values, len(samples.free.variables), lambda: samples.free.draw(p, rng), p
         )
@@ -193,13 +194,27 @@ def _conditions(
             fit = interpolation.fit(e, known)
             if fit is None:
                 raise ExactError(
-                    f"{samples.source.linkage.source}: an entry is no quotient of polynomials "
-                    "with small coefficients: several motions may meet in these dimensions"
+                    f"{samples.source.linkage.source}: the coefficients of a formula are too "
+                    "large for one prime; give relations (--where)"
                 )
             fitted[e] = fit
     except OutOfTimeError:
         pass
     return _write(samples, parameters, fitted)
+
+
+def _check_one_motion(samples: GeometrySamples, rng: random.Random) -> None:
+    """Check that the dimensions determine the conditions, whatever the pose.
+
+    Raises:
+        ExactError: several motions of these dimensions have the same rank.
+    """
+    point = samples.free.draw(PRIMES_OF_61_BITS[0], rng)
+    if any(samples.values(point) != samples.values(point) for _ in range(SAME_GEOMETRY)):
+        raise ExactError(
+            f"{samples.source.linkage.source}: its dimensions have several motions with as many "
+            "conditions: formulas do not tell them apart"
+        )
 
 
 def _size(degrees: Degrees | None) -> int:
@@ -232,8 +247,11 @@ def _write(
         if any(e not in fitted for e in here):
             unknown += 1
             continue
-        terms = [
-            Term(parameters[samples.entries[e][1]], pool.factorise(*fitted[e])) for e in here
-        ]
-        conditions.append(Condition(parameters[pivot], tuple(terms)))
+        solved = parameters[pivot]
+        terms = []
+        for e in here:
+            parameter = parameters[samples.entries[e][1]]
+            turns = ((parameter.kind == "sy") - (solved.kind == "sy")) % 4
+            terms.append(Term(parameter, pool.factorise(*fitted[e]), turns))
+        conditions.append(Condition(solved, tuple(terms)))
     return tuple(conditions), unknown

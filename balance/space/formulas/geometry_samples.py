@@ -33,7 +33,7 @@ class GeometrySamples:
     Attributes:
         source: computes conditions.
         free: the dimensions that can be chosen.
-        target: the rank.
+        target: the rank, of real conditions.
         solved: columns with pivots, in the order of the rows.
         entries: row and column of the entries that do not vanish.
     """
@@ -51,8 +51,7 @@ class GeometrySamples:
         self.rng = random.Random(5)
         p = PRIMES_OF_61_BITS[0]
         # Of dimensions with several motions, one extent more tells them apart.
-        special = len(free.free) < len(free.terms)
-        self.extent = EXTENTS[min(self._least_extent(p) + special, len(EXTENTS) - 1)]
+        self.extent = EXTENTS[min(self._least_extent(p) + free.special, len(EXTENTS) - 1)]
         self._base_rows = self.rows(free.draw(p, self.rng), p)
         self.solved: list[int] = []
         self.entries: list[tuple[int, int]] = []
@@ -64,7 +63,7 @@ class GeometrySamples:
             motion, origins = self.source.motion_at(values, p, self.rng)
             counts: list[int] = []
             for self.extent in EXTENTS:
-                counts.append(len(self._reduced(motion, origins, p)))
+                counts.append(self.source.real_rank(self._reduced(motion, origins, p)))
                 if counts[-1] > self.target or counts[-SURE_EXTENTS:] == [self.target] * SURE_EXTENTS:
                     break
             if counts[-1] == self.target:
@@ -86,7 +85,7 @@ class GeometrySamples:
         values = self.free.pairs(point, p)
         for _ in range(MAX_BRANCHES):
             rows = self._reduced(*self.source.motion_at(values, p, self.rng), p)
-            if len(rows) == self.target:
+            if self.source.real_rank(rows) == self.target:
                 return rows
         raise UnclosedError
 
@@ -102,7 +101,7 @@ class GeometrySamples:
     def count_terms(self, solved: Sequence[int]) -> int | None:
         """Count entries that do not vanish; None if these columns cannot be solved for."""
         rows, pivots = reduced_echelon(self._base_rows, solved, PRIMES_OF_61_BITS[0])
-        if len(pivots) < self.target:
+        if len(pivots) < len(self._base_rows):
             return None
         return sum(sum(1 for x in row if x) for row in rows)
 
@@ -121,7 +120,7 @@ class GeometrySamples:
         """Compute the entries at values of the variables, modulo the first prime."""
         p = PRIMES_OF_61_BITS[0]
         rows, pivots = reduced_echelon(self.rows(point, p), self.solved, p)
-        if len(pivots) < self.target:
+        if len(pivots) < len(self.solved):
             raise UnclosedError
         return [rows[r][c] for r, c in self.entries]
 
@@ -131,13 +130,15 @@ class GeometrySamples:
         Where the dimensions have several motions, poses whose series have another rank than
         the linkage are passed over.
         """
-        values, special = self.free.pairs(point, p), len(self.free.free) < len(self.free.terms)
+        values, special = self.free.pairs(point, p), self.free.special
         rows: list[Row] = []
         left = self.target + SPARE_POSES
         for _ in range(MAX_BRANCHES + left):
             motion, origins = self.source.motion_at(values, p, self.rng)
-            if special and len(self._reduced(motion, origins, p)) != self.target:
-                continue
+            if special:
+                reduced = self._reduced(motion, origins, p)
+                if self.source.real_rank(reduced) != self.target:
+                    continue
             rows += self.source.rows_from(motion, origins, p, self.rng, 0, 1)
             left -= 1
             if not left:

@@ -47,6 +47,15 @@ class ConditionSource:
         """Number of parameters: columns of the conditions."""
         return len(self.linkage.body_parts) * (2 if self.force else 4)
 
+    def real_rank(self, rows: Sequence[Row]) -> int:
+        """Count the real conditions that rows in reduced echelon form are.
+
+        A complex condition is two of them, but for one on masses alone, whose coefficients are
+        real: that of a linkage which slides as a whole.
+        """
+        moments = len(self.linkage.body_parts)
+        return sum(2 if self.force and any(row[:moments]) else 1 for row in rows)
+
     def motion_at(
         self, values: Sequence[Pair], p: int, rng: random.Random
     ) -> tuple[ModularMotion, list[Coefficients]]:

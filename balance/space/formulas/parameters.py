@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import NamedTuple
 
+from balance.space.formulas.notations import plain_name
+
 
 class Parameter(NamedTuple):
     """A parameter of a body.
@@ -27,7 +29,13 @@ class Parameter(NamedTuple):
 
 def name_parameters(bodies: Sequence[str], force: bool) -> tuple[Parameter, ...]:
     """Name the parameters of bodies: first moments first, masses last."""
+    words: list[str] = []
+    for body in bodies:
+        word, number = plain_name(body), 2
+        while word in words:
+            word, number = f"{plain_name(body)}_{number}", number + 1
+        words.append(word)
     kinds = ("s", "m") if force else ("sx", "sy", "J", "m")
     return tuple(
-        Parameter(f"{kind}_{body}", kind, b) for kind in kinds for b, body in enumerate(bodies)
+        Parameter(f"{kind}_{body}", kind, b) for kind in kinds for b, body in enumerate(words)
     )

@@ -12,6 +12,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
+from balance.space.formulas.notations import plain_name
 from balance.space.spaces.design_space import DesignSpace
 from balance.support.tolerances import FORMULA_ZERO
 from kinematics.errors import ExactError
@@ -37,11 +38,6 @@ class Dimension(NamedTuple):
     part: int
     joints: str
     value: complex
-
-    @property
-    def letters(self) -> str:
-        """The dimension by the letters of its joints, such as ``AB``."""
-        return self.joints
 
 
 @dataclass
@@ -156,11 +152,7 @@ def planar_parts(space: DesignSpace) -> PlanarParts:
         )
         for part in ends:
             parts[part].joints.append(k)
-    for number, part in enumerate(parts):
-        if number:
-            part.name = (
-                space.bodies[part.bodies[0]] if part.bodies else f"link_{joints[part.joints[0]].name}"
-            )
+    _name_parts(parts, joints, space.bodies)
     dimensions: list[Dimension] = []
     for number, part in enumerate(parts):
         _place_frame(space.source, part, joints)
@@ -172,6 +164,20 @@ def planar_parts(space: DesignSpace) -> PlanarParts:
         space.source, tuple(parts), tuple(joints), tuple(dimensions),
         tuple(part_of[link] for link in chain.links.tolist()), linkage.mobility,
     )  # fmt: skip
+
+
+def _name_parts(
+    parts: Sequence[Part], joints: Sequence[PartJoint], bodies: Sequence[str]
+) -> None:
+    """Name the moving parts by their first bodies, or joints, without odd characters."""
+    used = {parts[GROUND_PART].name}
+    for part in parts[1:]:
+        word = bodies[part.bodies[0]] if part.bodies else f"link_{joints[part.joints[0]].name}"
+        name, number = plain_name(word), 2
+        while name in used:
+            name, number = f"{plain_name(word)}_{number}", number + 1
+        used.add(name)
+        part.name = name
 
 
 def _place_frame(source: str, part: Part, joints: Sequence[PartJoint]) -> None:
@@ -241,6 +247,6 @@ def _with_offset(
     if abs(across) > FORMULA_ZERO * size:
         offset = len(dimensions)
         dimensions.append(
-            Dimension(f"h_{joint.name}", "offset", joint.parts[0], joint.letter, complex(across))
+            Dimension(f"h_{plain_name(joint.name)}", "offset", joint.parts[0], joint.letter, complex(across))
         )
     return joint._replace(signs=(signs[0], signs[1]), offset=offset)

@@ -10,6 +10,7 @@ from itertools import combinations
 from typing import NamedTuple
 
 from balance.space.formulas.modular_pose import Pair
+from balance.space.formulas.notations import Variable
 from balance.space.formulas.planar_parts import PlanarParts
 from balance.support.tolerances import FORMULA_RELATION
 from kinematics.errors import UsageError
@@ -123,18 +124,30 @@ def _side(
 class FreeDimensions:
     """Dimensions under relations: some are free, the others are combinations of them.
 
+    A free point has two variables: itself and its conjugate, or x and i y. The variable of an
+    offset is i times it.
+
     Attributes:
+        linkage: the parts.
         free: indices of the free dimensions.
-        names: of the variables: a point has two, itself and its conjugate.
+        terms: each dimension as a combination of free ones.
+        variables: of the formulas.
     """
 
-    def __init__(self, linkage: PlanarParts, relations: Sequence[Relation]) -> None:
+    def __init__(
+        self, linkage: PlanarParts, relations: Sequence[Relation], cartesian: bool
+    ) -> None:
         """Solve the relations.
+
+        Args:
+            linkage: the parts.
+            relations: between their dimensions.
+            cartesian: whether variables of points are x and i y.
 
         Raises:
             UsageError: they leave a dimension zero.
         """
-        self.linkage = linkage
+        self.linkage, self.cartesian = linkage, cartesian
         count = len(linkage.dimensions)
         backwards = range(count - 1, -1, -1)
         rows = [[r.terms.get(i, Fraction(0)) for i in backwards] for r in relations]
@@ -147,27 +160,56 @@ class FreeDimensions:
         for i, terms in self.terms.items():
             if not terms:
                 name = linkage.dimensions[i].name
-                raise UsageError(f"--where leaves no value but zero for {name}")
+                raise UsageError(f"relations leave no value but zero for {name}")
         self.free = [i for i in range(count) if i not in self.terms]
-        for i in self.free:
-            self.terms[i] = {i: Fraction(1)}
-        self.variables: list[tuple[int, bool]] = []
-        for i in self.free:
-            self.variables.append((i, False))
-            if linkage.dimensions[i].kind == "point":
-                self.variables.append((i, True))
+        self.terms |= {i: {i: Fraction(1)} for i in self.free}
+        self.variables = [
+            variable for i in self.free for variable in self._variables_of(i)
+        ]
+
+    @property
+    def special(self) -> bool:
+        """Whether there are relations."""
+        return len(self.free) < len(self.terms)
+
+    def _variables_of(self, i: int) -> list[Variable]:
+        name, kind, *_ = self.linkage.dimensions[i]
+        if kind != "point":
+            return [Variable(name, "imaginary" if kind == "offset" else "real")]
+        if self.cartesian:
+            return [Variable(f"x{name[1:]}", "real"), Variable(f"y{name[1:]}", "imaginary")]
+        return [Variable(name, "complex"), Variable(name, "conjugate")]
+
+    def argument_names(self) -> list[str]:
+        """List the names of the variables, each once."""
+        return list(dict.fromkeys(variable.name for variable in self.variables))
+
+    def equals(self, i: int) -> str:
+        """Write a dimension that is not free in the free ones; empty for a free one."""
+        if i in self.free:
+            return ""
+        text = ""
+        for j, c in sorted(self.terms[i].items()):
+            factor = "" if abs(c) == 1 else f"{abs(c)} "
+            sign = (" - " if c < 0 else " + ") if text else "-" * (c < 0)
+            text += f"{sign}{factor}{self.linkage.dimensions[j].name}"
+        return text
 
     def pairs(self, values: Sequence[int], p: int) -> list[Pair]:
         """Compute all dimensions from values of the variables, modulo a prime."""
-        at = dict(zip(self.variables, values, strict=True))
-        pairs = {}
+        at = iter(values)
+        free: dict[int, Pair] = {}
         for i in self.free:
-            x, kind = at[i, False], self.linkage.dimensions[i].kind
-            pairs[i] = x, {"length": x, "offset": -x % p}.get(kind, at.get((i, True), 0))
+            x, kind = next(at), self.linkage.dimensions[i].kind
+            if kind == "point":
+                y = next(at)
+                free[i] = ((x + y) % p, (x - y) % p) if self.cartesian else (x, y)
+            else:
+                free[i] = x, -x % p if kind == "offset" else x
         out = []
         for i in range(len(self.linkage.dimensions)):
             terms = [
-                (c.numerator * pow(c.denominator, -1, p), pairs[j])
+                (c.numerator * pow(c.denominator, -1, p), free[j])
                 for j, c in self.terms[i].items()
             ]
             out.append(
@@ -177,11 +219,17 @@ class FreeDimensions:
 
     def values_in_file(self) -> list[complex]:
         """Return the values of the variables in the linkage."""
-        out = []
-        for i, conjugate in self.variables:
-            dimension = self.linkage.dimensions[i]
-            value = dimension.value * (1j if dimension.kind == "offset" else 1)
-            out.append(value.conjugate() if conjugate else value)
+        out: list[complex] = []
+        for i in self.free:
+            _, kind, _, _, value = self.linkage.dimensions[i]
+            if kind == "offset":
+                out.append(1j * value.real)
+            elif kind != "point":
+                out.append(value)
+            elif self.cartesian:
+                out += [complex(value.real), 1j * value.imag]
+            else:
+                out += [value, value.conjugate()]
         return out
 
     def draw(self, p: int, rng: random.Random) -> list[int]:

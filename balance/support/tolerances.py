@@ -34,7 +34,7 @@ LINES_MEET = 1e-6
 
 # --- formulas
 
-# A coordinate of a point of a link over the size of the link: below this it is zero in formulas.
+# Coordinate of a point of a link over the size of the link: below this formulas leave it out.
 FORMULA_ZERO = 1e-9
 # Difference of two distances over their size: up to this they are equal in formulas.
 FORMULA_RELATION = 1e-9

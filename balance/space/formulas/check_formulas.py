@@ -1,4 +1,4 @@
-"""Checks of formulas: at fresh geometries modulo another prime, and in the numbers of the file."""
+"""Checks of formulas: at fresh geometries modulo another prime, and in those of the file."""
 
 from __future__ import annotations
 
@@ -20,6 +20,10 @@ Array = NDArray[np.float64]
 
 # Size of a row over the largest, or singular value of unit rows: below this they vanish.
 ROW_VANISHES = 1e-9
+# Terms of a condition over the largest mass: below this it says that parameters are zero.
+ROW_OF_ZEROS = 1e-3
+# Smallest singular value of a space above which its basis is accurate to round-off.
+KEPT_ACCURATELY = 1e-3
 FRESH_GEOMETRIES = 20
 """Number of geometries at which formulas are checked."""
 
@@ -55,13 +59,15 @@ def fresh_geometries(
 
 def file_residual(
     space: DesignSpace, parts: PlanarParts, free: FreeDimensions,
-    parameters: Sequence[Parameter], conditions: Sequence[Condition], complete: bool,
+    conditions: Sequence[Condition], complete: bool,
 ) -> float:  # fmt: skip
     """Compute how far masses of the design space of the file violate the formulas.
 
     Returns:
-        The largest violation over the sum of the sizes of its terms; infinite if the formulas
-        are complete and fewer than the conditions.
+        The largest violation over the sum of the sizes of its terms, times the smallest
+        singular value of the space where it is below 1e-3, for its basis has an error of
+        round-off over this value; infinite if the formulas are complete and fewer than the
+        conditions.
     """
     rows = real_rows(space, parts, free, conditions)
     if not rows.size:
@@ -74,8 +80,10 @@ def file_residual(
     scaled /= np.linalg.norm(scaled, axis=1)[:, None]
     if complete and np.linalg.matrix_rank(scaled, tol=ROW_VANISHES) != space.rank:
         return float("inf")
-    sizes = np.abs(scaled) @ np.abs(basis)
-    return float((np.abs(scaled @ basis) / sizes.max(axis=1, keepdims=True)).max(initial=0.0))
+    sizes = (np.abs(scaled) @ np.abs(basis)).max(axis=1, keepdims=True)
+    sizes = np.maximum(sizes, ROW_OF_ZEROS * np.abs(basis).max(initial=0.0))
+    violation = float((np.abs(scaled @ basis) / sizes).max(initial=0.0))
+    return violation * min(1.0, space.kept / KEPT_ACCURATELY)
 
 
 def real_rows(
@@ -89,8 +97,10 @@ def real_rows(
         row = np.zeros(len(space.bodies) * count, complex)
         for parameter, coefficient in [
             (condition.solved, 1 + 0j),
-            *((each.parameter, 1j**each.turns * each.coefficient.value(values))
-              for each in condition.terms),
+            *(
+                (each.parameter, 1j**each.turns * each.coefficient.value(values))
+                for each in condition.terms
+            ),
         ]:
             part = parts.parts[parts.body_parts[parameter.body]]
             start = parameter.body * count
@@ -100,7 +110,7 @@ def real_rows(
     return np.array(rows)
 
 
-def _in_plane(kind: str, origin: complex, axis: complex) -> NDArray[np.complex128]:
+def _in_plane(kind: str, origin: complex, axis: complex) -> NDArray[np.complexfloating]:
     """Express a parameter in the frame of a part by ``m, mcx, mcy, Ezz`` about the origin."""
     if kind == "m":
         return np.array([1, 0, 0, 0], complex)

@@ -7,7 +7,6 @@ from collections.abc import Sequence
 from itertools import combinations, islice
 from time import monotonic
 
-
 from balance.space.formulas.assembly_order import assembly_order
 from balance.space.formulas.check_formulas import file_residual, fresh_geometries
 from balance.space.formulas.formula_data import Condition, Formulas, Term
@@ -16,7 +15,7 @@ from balance.space.formulas.interpolation import Degrees, Interpolation
 from balance.space.formulas.modular_conditions import ConditionSource
 from balance.space.formulas.modular_pose import UnclosedError
 from balance.space.formulas.parameters import Parameter, name_parameters
-from balance.space.formulas.planar_parts import PlanarParts, planar_parts
+from balance.space.formulas.planar_parts import planar_parts
 from balance.space.formulas.polynomials import FactorPool, Polynomial
 from balance.space.formulas.relations import (
     FreeDimensions,
@@ -26,7 +25,7 @@ from balance.space.formulas.relations import (
 )
 from balance.space.spaces.compute_space import design_space
 from balance.support.options import Balance
-from kinematics.errors import ExactError, UsageError
+from kinematics.errors import ExactError
 from kinematics.loading.model_gallery import LinkageLike
 from kinematics.numerics.linalg.prime_field import PRIMES_OF_61_BITS
 
@@ -72,8 +71,9 @@ def formulas(
 
     Raises:
         ExactError: the linkage is spatial, or its parts cannot be placed two at a time, or its
-            formulas are too large, or its special geometry is not understood.
-        UsageError: a relation or a parameter does not exist.
+            formulas are too large, or its special geometry is not understood; or a distance
+            or parameter does not exist.
+        UsageError: a relation is not written as one.
 
     Source:
         R. S. Berkof, G. G. Lowen, A new method for completely force balancing simple
@@ -97,18 +97,27 @@ def formulas(
     source = ConditionSource(parts, *order, force)
     deadline = None if seconds is None else monotonic() + seconds
     given = parse_relations(parts, [where] if isinstance(where, str) else where)
-    relations, samples = _relations_for(source, given, space.rank, deadline)
     parameters = name_parameters(space.bodies, force)
-    samples.solve_for(_solved(samples, parameters, solve))
-    conditions, unknown = _conditions(samples, parameters)
+    relations, free = given, FreeDimensions(parts, given, cartesian=not force)
+    conditions: tuple[Condition, ...] = ()
+    unknown, geometries = space.rank, 0
+    try:
+        relations, samples = _relations_for(source, given, space.rank, deadline)
+        free = samples.free
+        samples.solve_for(_solved(samples, parameters, solve))
+        conditions, unknown = _conditions(samples, parameters)
+        samples.deadline = None
+        geometries = 0 if unknown else fresh_geometries(samples, parameters, conditions)
+    except OutOfTimeError:
+        pass
     return Formulas(
         source=space.source, name=space.linkage.name, balance=balance, parts=parts,
-        relations=tuple(relation.words for relation in relations), free=samples.free,
+        relations=tuple(relation.words for relation in relations), free=free,
         parameters=parameters, conditions=conditions, unknown=unknown, rank=space.rank,
         residual=file_residual(
-            space, parts, samples.free, parameters, conditions, complete=not unknown
+            space, parts, free, conditions, complete=not unknown
         ),
-        geometries=0 if unknown else fresh_geometries(samples, parameters, conditions),
+        geometries=geometries,
     )  # fmt: skip
 
 
@@ -153,23 +162,21 @@ def _solved(
     by_name = {parameter.name: i for i, parameter in enumerate(parameters)}
     for name in names:
         if name not in by_name:
-            raise UsageError(f"no parameter '{name}': there are {', '.join(by_name)}")
+            raise ExactError(f"no parameter '{name}': there are {', '.join(by_name)}")
     asked = [by_name[name] for name in names]
     rest = [i for i in range(len(parameters)) if i not in asked]
     first = samples.pivots_for([*asked, *rest])
     if missing := [parameters[i].name for i in asked if i not in first]:
-        raise UsageError(f"the conditions cannot be solved for {', '.join(missing)} as well")
+        raise ExactError(f"the conditions cannot be solved for {', '.join(missing)} as well")
     if asked:
         return first
     moments = [i for i, parameter in enumerate(parameters) if not parameter.is_mass]
     if len(first) > len(moments):
         return first
-    counts = {tuple(first): samples.count_terms(first)}
-    for choice in islice(combinations(moments, len(first)), MAX_SOLVED_CHOICES):
-        count = samples.count_terms(choice)
-        if count is not None:
-            counts.setdefault(choice, count)
-    return list(min(counts, key=lambda choice: (counts[choice] or 0, choice)))
+    choices = [tuple(first), *islice(combinations(moments, len(first)), MAX_SOLVED_CHOICES)]
+    counted = ((samples.count_terms(choice), choice) for choice in choices)
+    fewest = min((count, choice) for count, choice in counted if count is not None)
+    return list(fewest[1])
 
 
 def _conditions(
@@ -188,7 +195,7 @@ def _conditions(
         degrees = interpolation.degrees(range(len(entries)))
         for e in sorted(degrees, key=lambda e: _size(degrees[e])):
             known = degrees[e]
-            if known is None or known.count() > MAX_UNKNOWNS:
+            if known is None or known.unknowns() > MAX_UNKNOWNS:
                 _refuse_size(samples, known)
             assert known is not None
             fit = interpolation.fit(e, known)
@@ -212,13 +219,13 @@ def _check_one_motion(samples: GeometrySamples, rng: random.Random) -> None:
     point = samples.free.draw(PRIMES_OF_61_BITS[0], rng)
     if any(samples.values(point) != samples.values(point) for _ in range(SAME_GEOMETRY)):
         raise ExactError(
-            f"{samples.source.linkage.source}: its dimensions have several motions with as many "
+            f"{samples.source.linkage.source}: several motions of its dimensions have as many "
             "conditions: formulas do not tell them apart"
         )
 
 
 def _size(degrees: Degrees | None) -> int:
-    return MAX_UNKNOWNS + 1 if degrees is None else degrees.count()
+    return MAX_UNKNOWNS + 1 if degrees is None else degrees.unknowns()
 
 
 def _refuse_size(samples: GeometrySamples, degrees: Degrees | None) -> None:
@@ -227,8 +234,8 @@ def _refuse_size(samples: GeometrySamples, degrees: Degrees | None) -> None:
         raise ExactError(f"{source}: its formulas have a degree above 30: they fill pages")
     raise ExactError(
         f"{source}: a formula of degree {degrees.total[0]} over {degrees.total[1]} has up to "
-        f"{degrees.count()} terms, more than the {MAX_UNKNOWNS} that are fitted; give relations "
-        "(--where), or other parameters (--solve)"
+        f"{degrees.unknowns()} terms, more than the {MAX_UNKNOWNS} that are fitted; give "
+        "relations (--where), or other parameters (--solve)"
     )
 
 

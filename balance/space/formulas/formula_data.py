@@ -125,7 +125,8 @@ class Formulas:
         try:
             import sympy
         except ImportError:
-            raise PackageError("an expression", "SymPy", "python -m pip install sympy") from None
+            command = "python -m pip install 'screwbalance[symbols]'"
+            raise PackageError("an expression", "SymPy", command) from None
         symbols = {
             variable.name: sympy.Symbol(variable.name, real=variable.kind in REAL or None)
             for variable in self.free.variables
@@ -196,4 +197,3 @@ def _dimension(dimension: Dimension, link: str, equals: str) -> Mapping[str, obj
         "value": [value.real, value.imag] if point else [value.real],
         "equals": equals or None,
     }
-

@@ -15,11 +15,12 @@ from kinematics.numerics.linalg.prime_field import PRIMES_OF_61_BITS, reduced_ec
 
 # Orders of the series, and numbers of rays, that are tried.
 EXTENTS = ((1, 1), (2, 1), (2, 2), (3, 2), (4, 3), (6, 4), (9, 6), (14, 9))
-# Poses of a geometry that are drawn until one belongs to the motion of lowest rank.
-MAX_BRANCHES = 24
+# Poses of a geometry with one loop that are drawn until one belongs to the motion of its rank;
+# each further loop doubles them.
+POSES_OF_ONE_LOOP = 12
 # Numbers of orders after which the rank has stayed the same and counts as final.
 SURE_EXTENTS = 3
-# Finite poses beyond the number of conditions: each adds one at least.
+# Finite poses that are added after the rank is reached.
 SPARE_POSES = 3
 
 
@@ -49,6 +50,7 @@ class GeometrySamples:
         """
         self.source, self.free, self.target, self.deadline = source, free, target, deadline
         self.rng = random.Random(5)
+        self.attempts = POSES_OF_ONE_LOOP << max(source.linkage.loops() - 1, 0)
         p = PRIMES_OF_61_BITS[0]
         # Of dimensions with several motions, one extent more tells them apart.
         self.extent = EXTENTS[min(self._least_extent(p) + free.special, len(EXTENTS) - 1)]
@@ -59,12 +61,15 @@ class GeometrySamples:
     def _least_extent(self, p: int) -> int:
         """Find the fewest orders and rays, by index, that give the rank, and no more beyond."""
         values = self.free.pairs(self.free.draw(p, self.rng), p)
-        for _ in range(MAX_BRANCHES):
+        for _ in range(self.attempts):
             motion, origins = self.source.motion_at(values, p, self.rng)
             counts: list[int] = []
             for self.extent in EXTENTS:
                 counts.append(self.source.real_rank(self._reduced(motion, origins, p)))
-                if counts[-1] > self.target or counts[-SURE_EXTENTS:] == [self.target] * SURE_EXTENTS:
+                if (
+                    counts[-1] > self.target
+                    or counts[-SURE_EXTENTS:] == [self.target] * SURE_EXTENTS
+                ):
                     break
             if counts[-1] == self.target:
                 return counts.index(self.target)
@@ -83,7 +88,7 @@ class GeometrySamples:
         if self.deadline is not None and monotonic() > self.deadline:
             raise OutOfTimeError
         values = self.free.pairs(point, p)
-        for _ in range(MAX_BRANCHES):
+        for _ in range(self.attempts):
             rows = self._reduced(*self.source.motion_at(values, p, self.rng), p)
             if self.source.real_rank(rows) == self.target:
                 return rows
@@ -130,17 +135,18 @@ class GeometrySamples:
         Where the dimensions have several motions, poses whose series have another rank than
         the linkage are passed over.
         """
-        values, special = self.free.pairs(point, p), self.free.special
+        values = self.free.pairs(point, p)
         rows: list[Row] = []
-        left = self.target + SPARE_POSES
-        for _ in range(MAX_BRANCHES + left):
+        spare = SPARE_POSES
+        for _ in range(self.attempts * (self.target + SPARE_POSES)):
             motion, origins = self.source.motion_at(values, p, self.rng)
-            if special:
+            if self.free.special:
                 reduced = self._reduced(motion, origins, p)
                 if self.source.real_rank(reduced) != self.target:
                     continue
             rows += self.source.rows_from(motion, origins, p, self.rng, 0, 1)
-            left -= 1
-            if not left:
+            rows = reduced_echelon(rows, range(self.source.width), p)[0]
+            spare -= self.source.real_rank(rows) >= self.target
+            if not spare:
                 break
         return rows

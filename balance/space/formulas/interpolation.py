@@ -42,7 +42,7 @@ class Degrees(NamedTuple):
         limits = [pair[side] for pair in self.single]
         return list(_monomials(self.total[side], limits))
 
-    def count(self) -> int:
+    def unknowns(self) -> int:
         """Count the unknowns of a fit."""
         limits = [[pair[side] for pair in self.single] for side in (0, 1)]
         return sum(
@@ -139,7 +139,9 @@ class Interpolation:
             self.points.append(point)
         used = [i for i, pair in enumerate(degrees.single) if pair != (0, 0)]
         rows = []
-        for point, values in zip(self.points[: count + SPARE_POINTS], self.values, strict=False):
+        for point, values in zip(
+            self.points[: count + SPARE_POINTS], self.values, strict=False
+        ):
             powers = _powers(point, used, degrees, p)
             f = values[entry]
             row = [_monomial(powers, e, used, p) for e in up]

@@ -136,14 +136,14 @@ def _body_columns(
     force: bool, p: int,
 ) -> list[list[int]]:  # fmt: skip
     """Compute the columns of one body: s, m for forces; x, i y, J, m otherwise."""
-    O, V = _combined(F, origin, p), _combined(rates, origin, p)
+    place, V = _combined(F, origin, p), _combined(rates, origin, p)
     E, R = ([(sign * x % p, sign * y % p) for x, y in each[turning]] for each in (F, rates))
     if force:
         return [[x for x, _ in R], [x for x, _ in V]]
     linear = [[*(x for x, _ in A), *(y for _, y in A)] for A in (R, V)]
-    first = _wedge(O, E, V, R, p)
-    conjugate = _wedge(E, O, R, V, p)
-    mass = _wedge(O, O, V, V, p)
+    first = _wedge(place, E, V, R, p)
+    conjugate = _wedge(E, place, R, V, p)
+    mass = _wedge(place, place, V, V, p)
     second = _wedge(E, E, R, R, p)
     count = len(E)
     zeros = [0] * (2 * count)

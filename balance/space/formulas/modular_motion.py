@@ -22,7 +22,6 @@ class RaySeries(NamedTuple):
     Attributes:
         functions: the functions F, each a list of pairs.
         rates: of F for each column of the motion: Ḟ as if that column moved at rate 1.
-        turns: Ω of each function that is a direction, for each column.
     """
 
     functions: list[list[Pair]]
@@ -88,7 +87,7 @@ class ModularMotion:
 
     def along(self, ray: Sequence[int], order: int) -> RaySeries:
         """Compute series along a ray of the columns, up to an order."""
-        p, count, columns = self.p, self.index.count, self.columns
+        p, count, columns = self.p, self.index.size, self.columns
         F: list[list[Pair]] = [list(self.start)]
         A: list[list[list[int]]] = []
         V: list[list[Rates]] = [[] for _ in columns]
@@ -131,8 +130,8 @@ class ModularMotion:
 
     def _product(self, F: list[list[Pair]], V: Sequence[Rates], k: int) -> list[Pair]:
         """Compute Ḟ at order k for rates V."""
-        p, out = self.p, [(0, 0)] * self.index.count
-        for i in range(1, self.index.count):
+        p, out = self.p, [(0, 0)] * self.index.size
+        for i in range(1, self.index.size):
             x = y = 0
             for v, series in self._derivative(i, F[: k + 1]):
                 for a, (f, g) in enumerate(series):

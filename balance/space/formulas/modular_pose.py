@@ -82,9 +82,7 @@ class ModularAssembly:
         e, c = self.E[0]
         o, q = self.O[0]
         directions = tuple((self.E[k][0] * c % p, self.E[k][1] * e % p) for k in parts)
-        origins = tuple(
-            ((self.O[k][0] - o) * c % p, (self.O[k][1] - q) * e % p) for k in parts
-        )
+        origins = tuple(((self.O[k][0] - o) * c % p, (self.O[k][1] - q) * e % p) for k in parts)
         return ModularPose(directions, origins, slides)
 
     def point(self, part: int, joint: int) -> Pair:
@@ -138,7 +136,7 @@ class ModularAssembly:
         return self._scaled(self.E[base], signs[base])
 
     def _origin_on_line(self, joint: PartJoint, base: int, part: int) -> tuple[Pair, Pair]:
-        """Turn a part along a prismatic joint; its origin is a point plus σ times a direction."""
+        """Turn a part along a prismatic joint; return a point of its origin and a direction."""
         direction = self._align(joint, base, part)
         if joint.parts[0] == base:
             return self._plus(self.O[base], self._turned(base, self._offset(joint))), direction
@@ -194,9 +192,7 @@ class ModularAssembly:
         start, D = self._origin_on_line(self.linkage.joints[last], step.bases[1], two)
         R = self._plus(start, self._turned(two, self.point(two, middle)))
         w = self._plus(R, P, -1)
-        slide = self._quadratic(
-            1, D[1] * w[0] + D[0] * w[1], self._norm(w) - self._norm(u)
-        )
+        slide = self._quadratic(1, D[1] * w[0] + D[0] * w[1], self._norm(w) - self._norm(u))
         self.O[two] = self._plus(start, self._scaled(D, slide))
         across = self._plus(w, self._scaled(D, slide))
         self._put_direction(one, self._quotient(across, u))

@@ -124,7 +124,9 @@ class Writer:
         negative = (content < 0) != (turns in (2, 3))
         over = self._factors(tuple(-n for n in monomial))
         size = abs(content)
-        above = [str(size.numerator)] * (size.numerator != 1) + [self.notation.unit] * (turns % 2)
+        above = [str(size.numerator)] * (size.numerator != 1) + [self.notation.unit] * (
+            turns % 2
+        )
         above += self._factors(monomial)
         below = [str(size.denominator)] * (size.denominator != 1) + over
         for polynomial, n in quotient.factors:
@@ -160,4 +162,3 @@ def _bare(factors: Sequence[str], text: str) -> str:
     """Drop the brackets around the one factor of a side of a fraction."""
     one = len(factors) == 1 and text.startswith("(") and text.endswith(")")
     return text[1:-1] if one else text
-

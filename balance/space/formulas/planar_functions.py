@@ -2,7 +2,8 @@
 
 Every origin of a part is ``O = Σ_i o_i F_i`` with F the constant 1, the direction E of each
 class of parts that do not turn against each other, and ``σ E`` for each prismatic joint. The
-coefficients o are complex and linear in the dimensions. Loops are relations ``Σ_i a_i F_i = 0``.
+coefficients o are complex and linear in the dimensions. Loops are relations
+``Σ_i a_i F_i = 0``.
 """
 
 from __future__ import annotations
@@ -24,18 +25,18 @@ class FunctionIndex(NamedTuple):
             turn.
         sign: of each part: its direction is that function times the sign.
         of_joint: index of ``σ E`` of each prismatic joint, and of E.
-        count: number of functions, the constant included.
+        size: number of functions, the constant included.
     """
 
     of_part: tuple[int, ...]
     sign: tuple[int, ...]
     of_joint: Mapping[int, tuple[int, int]]
-    count: int
+    size: int
 
     @property
     def turning(self) -> int:
         """Number of directions that change; they are the functions 1 … turning."""
-        return self.count - 1 - len(self.of_joint)
+        return self.size - 1 - len(self.of_joint)
 
 
 def index_functions(linkage: PlanarParts) -> FunctionIndex:
@@ -137,17 +138,13 @@ def _across(
     for end, sign in ((part, 1), (other, -1)):
         dimension = linkage.parts[end].points[k]
         if dimension is not None:
-            terms.append(
-                ({index.of_part[end]: values[dimension]}, sign * index.sign[end])
-            )
+            terms.append(({index.of_part[end]: values[dimension]}, sign * index.sign[end]))
     return _sum(terms, p)
 
 
-def function_values(
-    index: FunctionIndex, pose: ModularPose, p: int
-) -> list[Pair]:
+def function_values(index: FunctionIndex, pose: ModularPose, p: int) -> list[Pair]:
     """Compute the functions at a pose."""
-    values: list[Pair] = [(1, 1)] * index.count
+    values: list[Pair] = [(1, 1)] * index.size
     for part, (i, sign) in enumerate(zip(index.of_part, index.sign, strict=True)):
         e, c = pose.directions[part]
         values[i] = e * sign % p, c * sign % p

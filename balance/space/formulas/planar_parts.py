@@ -209,7 +209,9 @@ def _point_dimensions(
     }
     size = max((abs(z) for z in places.values()), default=0.0)
     further = [k for k in turning if abs(places[k]) > FORMULA_ZERO * size]
-    first = next(iter(further), None) if not any(joints[k].slides for k in part.joints) else None
+    first = (
+        next(iter(further), None) if not any(joints[k].slides for k in part.joints) else None
+    )
     origin = joints[turning[0]].letter if turning else ""
     several = sum(k != first for k in further) > 1
     for k in turning:
@@ -217,6 +219,11 @@ def _point_dimensions(
             part.points[k] = None
             continue
         z = places[k]
+        twin = next((j for j in further if j in part.points
+                     and abs(places[j] - z) <= FORMULA_ZERO * size), None)  # fmt: skip
+        if twin is not None:
+            part.points[k] = part.points[twin]
+            continue
         end = f"{part.name}_{joints[k].letter}" if several and k != first else part.name
         if k == first:
             name, kind, value = f"l_{part.name}", "length", complex(z.real)
@@ -227,9 +234,7 @@ def _point_dimensions(
         else:
             name, kind, value = f"z_{end}", "point", z
         part.points[k] = start + len(dimensions)
-        dimensions.append(
-            Dimension(name, kind, number, f"{origin}{joints[k].letter}", value)
-        )
+        dimensions.append(Dimension(name, kind, number, f"{origin}{joints[k].letter}", value))
     return dimensions
 
 
@@ -247,6 +252,12 @@ def _with_offset(
     if abs(across) > FORMULA_ZERO * size:
         offset = len(dimensions)
         dimensions.append(
-            Dimension(f"h_{plain_name(joint.name)}", "offset", joint.parts[0], joint.letter, complex(across))
+            Dimension(
+                f"h_{plain_name(joint.name)}",
+                "offset",
+                joint.parts[0],
+                joint.letter,
+                complex(across),
+            )
         )
     return joint._replace(signs=(signs[0], signs[1]), offset=offset)

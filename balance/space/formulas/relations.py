@@ -13,7 +13,7 @@ from balance.space.formulas.modular_pose import Pair
 from balance.space.formulas.notations import Variable
 from balance.space.formulas.planar_parts import PlanarParts
 from balance.support.tolerances import FORMULA_RELATION
-from kinematics.errors import UsageError
+from kinematics.errors import ExactError, UsageError
 from kinematics.numerics.linalg.rational import echelon
 
 Combination = dict[int, Fraction]
@@ -91,7 +91,8 @@ def parse_relations(linkage: PlanarParts, texts: Sequence[str]) -> list[Relation
     """Parse relations of distances by letters or names: ``AB=CD``, ``l_crank=2*BC``.
 
     Raises:
-        UsageError: a text is no relation, or names no distance.
+        UsageError: a text is no relation.
+        ExactError: it names no distance, or does not hold in the linkage.
     """
     known = {}
     for segment in segments(linkage):
@@ -107,17 +108,29 @@ def parse_relations(linkage: PlanarParts, texts: Sequence[str]) -> list[Relation
         for (a, factor), (b, other) in zip(sides[:-1], sides[1:], strict=True):
             scaled = {i: c * factor for i, c in a.items()}
             parsed.append(Relation(text.strip(), _difference(scaled, b, other)))
+    for relation in parsed:
+        _check_holds(linkage, relation)
     return [relation for relation in parsed if relation.terms]
 
 
-def _side(
-    text: str, side: str, known: dict[str, Combination]
-) -> tuple[Combination, Fraction]:
+def _check_holds(linkage: PlanarParts, relation: Relation) -> None:
+    """Check that a relation holds in the linkage, with which formulas are compared."""
+    parts = [float(c) * linkage.dimensions[i].value for i, c in relation.terms.items()]
+    if abs(sum(parts)) > FORMULA_RELATION * sum(map(abs, parts)):
+        raise ExactError(
+            f"{linkage.source}: --where '{relation.words}' does not hold in the file: give a "
+            "file with such dimensions"
+        )
+
+
+def _side(text: str, side: str, known: dict[str, Combination]) -> tuple[Combination, Fraction]:
     """Parse one side of a relation."""
     match = re.fullmatch(r"\s*(?:(\d+(?:/[1-9]\d*)?|\d+\.\d+)\s*\*\s*)?(\S+)\s*", side)
     if match is None or match[2] not in known:
         names = ", ".join(sorted(known))
-        raise UsageError(f"--where '{text.strip()}': no distance '{side.strip()}': there are {names}")
+        raise ExactError(
+            f"--where '{text.strip()}': no distance '{side.strip()}': there are {names}"
+        )
     return known[match[2]], Fraction(match[1] or 1)
 
 
@@ -145,7 +158,7 @@ class FreeDimensions:
             cartesian: whether variables of points are x and i y.
 
         Raises:
-            UsageError: they leave a dimension zero.
+            ExactError: they leave a dimension zero.
         """
         self.linkage, self.cartesian = linkage, cartesian
         count = len(linkage.dimensions)
@@ -160,12 +173,10 @@ class FreeDimensions:
         for i, terms in self.terms.items():
             if not terms:
                 name = linkage.dimensions[i].name
-                raise UsageError(f"relations leave no value but zero for {name}")
+                raise ExactError(f"relations leave no value but zero for {name}")
         self.free = [i for i in range(count) if i not in self.terms]
         self.terms |= {i: {i: Fraction(1)} for i in self.free}
-        self.variables = [
-            variable for i in self.free for variable in self._variables_of(i)
-        ]
+        self.variables = [variable for i in self.free for variable in self._variables_of(i)]
 
     @property
     def special(self) -> bool:

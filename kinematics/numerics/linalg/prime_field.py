@@ -49,9 +49,7 @@ def reduced_echelon(
         for group in (remaining, done):
             for i, other in enumerate(group):
                 if factor := other[column]:
-                    group[i] = [
-                        (x - factor * y) % p for x, y in zip(other, row, strict=True)
-                    ]
+                    group[i] = [(x - factor * y) % p for x, y in zip(other, row, strict=True)]
         done.append(row)
         pivots.append(column)
     return done, pivots

@@ -70,10 +70,10 @@ def test_division_and_factors():
     assert quotient_of(second, first) is None
     pool = FactorPool()
     pool.learn(first)
-    quotient = pool.factorise(product, product_of(poly(x=3), first))
-    assert {power for _, power in quotient.factors} == {2, -1, 1} - {2} or quotient.factors
+    quotient = pool.factorise(product, poly(x=3))
+    assert sorted(power for _, power in quotient.factors) == [1, 2]
     point = (2.0, 3.0, 5.0)
-    expected = value_of(product, point) / (6 * value_of(first, point))
+    expected = value_of(product, point) / 6
     assert abs(quotient.value(point) - expected) < 1e-12
 
 

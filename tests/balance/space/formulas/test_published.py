@@ -30,7 +30,7 @@ def test_four_bar_of_berkof_and_lowen():
 
 
 def test_slider_crank_in_line():
-    """Counterweights of crank and coupler: s1 + a (m2 + m3), s2 + b m3; the slider turns not."""
+    """s1 + a (m2 + m3) = 0 and s2 + b m3 = 0; the slider does not turn."""
     formulas = balance.formulas("slider_crank", "force")
     values = {"l_crank": A, "l_coupler": B}
     assert same(formulas, values, [[1, 0, 0, 0, A, A], [0, 1, 0, 0, 0, B]])

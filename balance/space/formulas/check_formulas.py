@@ -14,7 +14,7 @@ from balance.space.formulas.parameters import Parameter
 from balance.space.formulas.planar_parts import PlanarParts
 from balance.space.formulas.relations import FreeDimensions
 from balance.space.spaces.design_space import DesignSpace
-from kinematics.numerics.linalg.prime_field import PRIMES_OF_61_BITS, reduced_echelon
+from kinematics.numerics.linalg.prime_field import PRIMES_OF_61_BITS, echelon_modulo
 
 Array = NDArray[np.float64]
 
@@ -51,8 +51,8 @@ def fresh_geometries(
                 row[place[term.parameter]] = term.coefficient.remainder(point, p)
             rows.append(row)
         every = range(len(parameters))
-        ours = reduced_echelon(rows, every, p)
-        if ours != reduced_echelon(samples.finite_rows(point, p), every, p):
+        ours = echelon_modulo(rows, every, p)
+        if ours != echelon_modulo(samples.finite_rows(point, p), every, p):
             return done
     return FRESH_GEOMETRIES
 

@@ -9,7 +9,7 @@ from time import monotonic
 
 from balance.space.formulas.assembly_order import assembly_order
 from balance.space.formulas.check_formulas import file_residual, fresh_geometries
-from balance.space.formulas.formula_data import Condition, Formulas, Term
+from balance.space.formulas.formula_data import Condition, Formulas, FormulaTerm
 from balance.space.formulas.geometry_samples import GeometrySamples, OutOfTimeError
 from balance.space.formulas.interpolation import Degrees, Interpolation
 from balance.space.formulas.modular_conditions import ConditionSource
@@ -18,8 +18,8 @@ from balance.space.formulas.parameters import Parameter, name_parameters
 from balance.space.formulas.planar_parts import planar_parts
 from balance.space.formulas.polynomials import FactorPool, Polynomial
 from balance.space.formulas.relations import (
+    DimensionRelation,
     FreeDimensions,
-    Relation,
     parse_relations,
     relations_in,
 )
@@ -82,7 +82,7 @@ def formulas(
 
     Example:
         >>> import balance
-        >>> print(balance.formulas("four_bar_general", "force"))
+        >>> print(balance.formulas("robot.urdf", "force"))
         s_crank + (l_crank/l_rocker) s_rocker + l_crank m_coupler = 0
         s_coupler + (l_coupler/l_rocker) s_rocker = 0
     """
@@ -122,8 +122,11 @@ def formulas(
 
 
 def _relations_for(
-    source: ConditionSource, given: Sequence[Relation], target: int, deadline: float | None
-) -> tuple[list[Relation], GeometrySamples]:
+    source: ConditionSource,
+    given: Sequence[DimensionRelation],
+    target: int,
+    deadline: float | None,
+) -> tuple[list[DimensionRelation], GeometrySamples]:
     """Find relations of the linkage under which the conditions have the rank of the linkage."""
     linkage = source.linkage
     relations = list(given)
@@ -145,7 +148,10 @@ def _relations_for(
 
 
 def _samples(
-    source: ConditionSource, relations: Sequence[Relation], target: int, deadline: float | None
+    source: ConditionSource,
+    relations: Sequence[DimensionRelation],
+    target: int,
+    deadline: float | None,
 ) -> GeometrySamples | None:
     """Prepare geometries under relations; None if their conditions have another rank."""
     free = FreeDimensions(source.linkage, relations, cartesian=not source.force)
@@ -259,6 +265,6 @@ def _write(
         for e in here:
             parameter = parameters[samples.entries[e][1]]
             turns = ((parameter.kind == "sy") - (solved.kind == "sy")) % 4
-            terms.append(Term(parameter, pool.factorise(*fitted[e]), turns))
+            terms.append(FormulaTerm(parameter, pool.factorise(*fitted[e]), turns))
         conditions.append(Condition(solved, tuple(terms)))
     return tuple(conditions), unknown

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from balance.space.formulas.planar_parts import Dimension, PlanarParts
 
 
-class Term(NamedTuple):
+class FormulaTerm(NamedTuple):
     """A parameter with its coefficient.
 
     Attributes:
@@ -35,7 +35,7 @@ class Condition(NamedTuple):
     """A condition: the sum of a solved parameter and of terms is zero."""
 
     solved: Parameter
-    terms: tuple[Term, ...]
+    terms: tuple[FormulaTerm, ...]
 
 
 @dataclass(frozen=True, eq=False)

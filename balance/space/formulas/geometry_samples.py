@@ -6,12 +6,12 @@ import random
 from collections.abc import Sequence
 from time import monotonic
 
-from balance.space.formulas.modular_conditions import ConditionSource, Row
+from balance.space.formulas.modular_conditions import ConditionSource, ModularRow
 from balance.space.formulas.modular_motion import ModularMotion
 from balance.space.formulas.modular_pose import UnclosedError
 from balance.space.formulas.planar_functions import Coefficients
 from balance.space.formulas.relations import FreeDimensions
-from kinematics.numerics.linalg.prime_field import PRIMES_OF_61_BITS, reduced_echelon
+from kinematics.numerics.linalg.prime_field import PRIMES_OF_61_BITS, echelon_modulo
 
 # Orders of the series, and numbers of rays, that are tried.
 EXTENTS = ((1, 1), (2, 1), (2, 2), (3, 2), (4, 3), (6, 4), (9, 6), (14, 9))
@@ -75,7 +75,7 @@ class GeometrySamples:
                 return counts.index(self.target)
         raise UnclosedError
 
-    def rows(self, point: Sequence[int], p: int) -> list[Row]:
+    def rows(self, point: Sequence[int], p: int) -> list[ModularRow]:
         """Compute independent conditions at values of the variables.
 
         Where two motions have the same dimensions, a parallelogram and an antiparallelogram,
@@ -94,18 +94,20 @@ class GeometrySamples:
                 return rows
         raise UnclosedError
 
-    def _reduced(self, motion: ModularMotion, origins: list[Coefficients], p: int) -> list[Row]:
+    def _reduced(
+        self, motion: ModularMotion, origins: list[Coefficients], p: int
+    ) -> list[ModularRow]:
         """Reduce the conditions of a motion."""
         rows = self.source.rows_from(motion, origins, p, self.rng, *self.extent)
-        return reduced_echelon(rows, range(self.source.width), p)[0]
+        return echelon_modulo(rows, range(self.source.width), p)[0]
 
     def pivots_for(self, columns: Sequence[int]) -> list[int]:
         """Find the columns with pivots for an order of the columns."""
-        return reduced_echelon(self._base_rows, columns, PRIMES_OF_61_BITS[0])[1]
+        return echelon_modulo(self._base_rows, columns, PRIMES_OF_61_BITS[0])[1]
 
     def count_terms(self, solved: Sequence[int]) -> int | None:
         """Count entries that do not vanish; None if these columns cannot be solved for."""
-        rows, pivots = reduced_echelon(self._base_rows, solved, PRIMES_OF_61_BITS[0])
+        rows, pivots = echelon_modulo(self._base_rows, solved, PRIMES_OF_61_BITS[0])
         if len(pivots) < len(self._base_rows):
             return None
         return sum(sum(1 for x in row if x) for row in rows)
@@ -113,7 +115,7 @@ class GeometrySamples:
     def solve_for(self, solved: Sequence[int]) -> None:
         """Choose the columns with pivots."""
         self.solved = list(solved)
-        rows, _ = reduced_echelon(self._base_rows, self.solved, PRIMES_OF_61_BITS[0])
+        rows, _ = echelon_modulo(self._base_rows, self.solved, PRIMES_OF_61_BITS[0])
         self.entries = [
             (r, c)
             for r, row in enumerate(rows)
@@ -124,19 +126,19 @@ class GeometrySamples:
     def values(self, point: Sequence[int]) -> list[int]:
         """Compute the entries at values of the variables, modulo the first prime."""
         p = PRIMES_OF_61_BITS[0]
-        rows, pivots = reduced_echelon(self.rows(point, p), self.solved, p)
+        rows, pivots = echelon_modulo(self.rows(point, p), self.solved, p)
         if len(pivots) < len(self.solved):
             raise UnclosedError
         return [rows[r][c] for r, c in self.entries]
 
-    def finite_rows(self, point: Sequence[int], p: int) -> list[Row]:
+    def finite_rows(self, point: Sequence[int], p: int) -> list[ModularRow]:
         """Compute conditions from velocities at finite poses of one motion.
 
         Where the dimensions have several motions, poses whose series have another rank than
         the linkage are passed over.
         """
         values = self.free.pairs(point, p)
-        rows: list[Row] = []
+        rows: list[ModularRow] = []
         spare = SPARE_POSES
         for _ in range(self.attempts * (self.target + SPARE_POSES)):
             motion, origins = self.source.motion_at(values, p, self.rng)
@@ -145,7 +147,7 @@ class GeometrySamples:
                 if self.source.real_rank(reduced) != self.target:
                     continue
             rows += self.source.rows_from(motion, origins, p, self.rng, 0, 1)
-            rows = reduced_echelon(rows, range(self.source.width), p)[0]
+            rows = echelon_modulo(rows, range(self.source.width), p)[0]
             spare -= self.source.real_rank(rows) >= self.target
             if not spare:
                 break

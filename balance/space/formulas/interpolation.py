@@ -14,8 +14,8 @@ from typing import NamedTuple
 from balance.space.formulas.polynomials import Exponents, Polynomial
 from kinematics.numerics.linalg.prime_field import (
     degrees_of_fraction,
+    echelon_modulo,
     fraction_of,
-    reduced_echelon,
 )
 
 SAMPLES_OF_LINES = (6, 10, 18, 34)
@@ -146,7 +146,7 @@ class Interpolation:
             f = values[entry]
             row = [_monomial(powers, e, used, p) for e in up]
             rows.append(row + [-f * _monomial(powers, e, used, p) % p for e in down])
-        solved, pivots = reduced_echelon(rows, range(count), p)
+        solved, pivots = echelon_modulo(rows, range(count), p)
         if len(pivots) != count - 1:
             return None
         free = next(c for c in range(count) if c not in pivots)

@@ -15,7 +15,7 @@ import random
 from collections.abc import Sequence
 
 from balance.space.formulas.assembly_order import Step
-from balance.space.formulas.modular_motion import ModularMotion, RaySeries
+from balance.space.formulas.modular_motion import FunctionSeries, ModularMotion
 from balance.space.formulas.modular_pose import ModularAssembly, Pair, UnclosedError
 from balance.space.formulas.planar_functions import (
     Coefficients,
@@ -26,7 +26,7 @@ from balance.space.formulas.planar_functions import (
 from balance.space.formulas.planar_parts import PlanarParts
 
 Series = list[Pair]
-Row = list[int]
+ModularRow = list[int]
 
 MAX_DRAWS = 4000
 """Most poses that are drawn for a geometry: each dyad closes in half of them."""
@@ -47,7 +47,7 @@ class ConditionSource:
         """Number of parameters: columns of the conditions."""
         return len(self.linkage.body_parts) * (2 if self.force else 4)
 
-    def real_rank(self, rows: Sequence[Row]) -> int:
+    def real_rank(self, rows: Sequence[ModularRow]) -> int:
         """Count the real conditions that rows in reduced echelon form are.
 
         A complex condition is two of them, but for one on masses alone, whose coefficients are
@@ -80,7 +80,7 @@ class ConditionSource:
     def rows_from(
         self, motion: ModularMotion, origins: list[Coefficients], p: int, rng: random.Random,
         order: int, rays: int,
-    ) -> list[Row]:  # fmt: skip
+    ) -> list[ModularRow]:  # fmt: skip
         """Compute rows of conditions from series at a pose; order 0 is velocities alone.
 
         Args:
@@ -91,14 +91,16 @@ class ConditionSource:
             order: highest order of the series.
             rays: number of rays; one suffices for one degree of freedom.
         """
-        rows: list[Row] = []
+        rows: list[ModularRow] = []
         for _ in range(rays if len(motion.columns) > 1 else 1):
             ray = [rng.randrange(1, p) for _ in motion.columns]
             rows += self._rows_along(motion.along(ray, order), origins, p)
         return rows
 
-    def _rows_along(self, ray: RaySeries, origins: list[Coefficients], p: int) -> list[Row]:
-        rows: list[Row] = []
+    def _rows_along(
+        self, ray: FunctionSeries, origins: list[Coefficients], p: int
+    ) -> list[ModularRow]:
+        rows: list[ModularRow] = []
         for rates in ray.rates:
             columns = [
                 _body_columns(

@@ -11,12 +11,12 @@ from typing import NamedTuple
 
 from balance.space.formulas.modular_pose import Pair
 from balance.space.formulas.planar_functions import Coefficients, FunctionIndex
-from kinematics.numerics.linalg.prime_field import reduced_echelon
+from kinematics.numerics.linalg.prime_field import echelon_modulo
 
 Rates = list[int]
 
 
-class RaySeries(NamedTuple):
+class FunctionSeries(NamedTuple):
     """Series along one ray; index = order.
 
     Attributes:
@@ -47,15 +47,15 @@ class ModularMotion:
         self.direction = list(range(index.turning + 1))
         self.direction += [direction for _, direction in index.of_joint.values()]
         A = self._rows([list(start)])[0]
-        self.rows = reduced_echelon(list(zip(*A, strict=True)), range(len(A)), p)[1]
+        self.rows = echelon_modulo(list(zip(*A, strict=True)), range(len(A)), p)[1]
         A = [A[r] for r in self.rows]
-        self.dependent = reduced_echelon(A, range(self.size), p)[1]
+        self.dependent = echelon_modulo(A, range(self.size), p)[1]
         self.columns = [v for v in range(self.size) if v not in self.dependent]
         square = [
             [A[r][c] for c in self.dependent] + [int(r == i) for i in range(len(A))]
             for r in range(len(A))
         ]
-        solved, pivots = reduced_echelon(square, range(len(A)), p)
+        solved, pivots = echelon_modulo(square, range(len(A)), p)
         inverse = dict(zip(pivots, solved, strict=True))
         self.inverse = [inverse[r][len(A) :] for r in range(len(A))]
 
@@ -85,7 +85,7 @@ class ModularMotion:
                         rows[2 * r + 1][v] = (rows[2 * r + 1][v] + b * y) % p
         return A
 
-    def along(self, ray: Sequence[int], order: int) -> RaySeries:
+    def along(self, ray: Sequence[int], order: int) -> FunctionSeries:
         """Compute series along a ray of the columns, up to an order."""
         p, count, columns = self.p, self.index.size, self.columns
         F: list[list[Pair]] = [list(self.start)]
@@ -109,7 +109,7 @@ class ModularMotion:
         for w in range(len(columns)):
             orders = [self._product(F, V[w], k) for k in range(order + 1)]
             by_column.append([[f[i] for f in orders] for i in range(count)])
-        return RaySeries(series, by_column)
+        return FunctionSeries(series, by_column)
 
     def _next_rates(self, A: list[list[list[int]]], V: list[Rates], free: int) -> Rates:
         """Solve for the rates of the next order; ``free`` is a column that moves at rate 1."""

@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 from balance.space.formulas.assembly_order import DyadStep, FreeStep, Step
 from balance.space.formulas.planar_parts import PartJoint, PlanarParts
-from kinematics.numerics.linalg.prime_field import modular_root
+from kinematics.numerics.linalg.prime_field import root_modulo
 
 Pair = tuple[int, int]
 
@@ -124,7 +124,7 @@ class ModularAssembly:
     def _quadratic(self, a: int, b: int, c: int) -> int:
         """Draw a root of ``a x² + b x + c``."""
         p = self.p
-        root = modular_root(b * b - 4 * a * c, p)
+        root = root_modulo(b * b - 4 * a * c, p)
         if root is None:
             raise UnclosedError
         return (self.rng.choice((root, -root)) - b) * pow(2 * a, -1, p) % p

@@ -19,7 +19,7 @@ from kinematics.numerics.linalg.rational import echelon
 Combination = dict[int, Fraction]
 
 
-class Relation(NamedTuple):
+class DimensionRelation(NamedTuple):
     """A combination of dimensions that vanishes.
 
     Attributes:
@@ -65,15 +65,17 @@ def segments(linkage: PlanarParts) -> Iterator[_Segment]:
                 yield _Segment(letters, terms, value)
 
 
-def relations_in(linkage: PlanarParts) -> list[Relation]:
+def relations_in(linkage: PlanarParts) -> list[DimensionRelation]:
     """Find equal distances in a linkage, and equal points in frames of links."""
     known: list[_Segment] = []
-    relations: list[Relation] = []
+    relations: list[DimensionRelation] = []
     for segment in segments(linkage):
         for other in known:
             if abs(segment.value - other.value) <= FORMULA_RELATION * abs(segment.value):
                 words = f"{other.letters} = {segment.letters}"
-                relations.append(Relation(words, _difference(segment.terms, other.terms)))
+                relations.append(
+                    DimensionRelation(words, _difference(segment.terms, other.terms))
+                )
                 break
         else:
             known.append(segment)
@@ -87,7 +89,7 @@ def _difference(a: Combination, b: Combination, factor: Fraction = Fraction(1)) 
     return {i: c for i, c in terms.items() if c}
 
 
-def parse_relations(linkage: PlanarParts, texts: Sequence[str]) -> list[Relation]:
+def parse_relations(linkage: PlanarParts, texts: Sequence[str]) -> list[DimensionRelation]:
     """Parse relations of distances by letters or names: ``AB=CD``, ``l_crank=2*BC``.
 
     Raises:
@@ -107,13 +109,13 @@ def parse_relations(linkage: PlanarParts, texts: Sequence[str]) -> list[Relation
             raise UsageError(f"--where '{text.strip()}': write AB=CD, or AB=2*CD")
         for (a, factor), (b, other) in zip(sides[:-1], sides[1:], strict=True):
             scaled = {i: c * factor for i, c in a.items()}
-            parsed.append(Relation(text.strip(), _difference(scaled, b, other)))
+            parsed.append(DimensionRelation(text.strip(), _difference(scaled, b, other)))
     for relation in parsed:
         _check_holds(linkage, relation)
     return [relation for relation in parsed if relation.terms]
 
 
-def _check_holds(linkage: PlanarParts, relation: Relation) -> None:
+def _check_holds(linkage: PlanarParts, relation: DimensionRelation) -> None:
     """Check that a relation holds in the linkage, with which formulas are compared."""
     parts = [float(c) * linkage.dimensions[i].value for i, c in relation.terms.items()]
     if abs(sum(parts)) > FORMULA_RELATION * sum(map(abs, parts)):
@@ -148,7 +150,7 @@ class FreeDimensions:
     """
 
     def __init__(
-        self, linkage: PlanarParts, relations: Sequence[Relation], cartesian: bool
+        self, linkage: PlanarParts, relations: Sequence[DimensionRelation], cartesian: bool
     ) -> None:
         """Solve the relations.
 

@@ -17,13 +17,13 @@ PRIMES_OF_61_BITS = (2**61 - 1, 2**61 - 45, 2**61 - 229, 2**61 - 465)
 Row = list[int]
 
 
-def modular_root(a: int, p: int) -> int | None:
+def root_modulo(a: int, p: int) -> int | None:
     """Compute a square root of a modulo a prime p that is 3 modulo 4; None without one."""
     root = pow(a, (p + 1) // 4, p)
     return root if root * root % p == a % p else None
 
 
-def reduced_echelon(
+def echelon_modulo(
     rows: Sequence[Sequence[int]], columns: Sequence[int], p: int
 ) -> tuple[list[Row], list[int]]:
     """Compute the reduced row echelon form modulo p, for an order of the columns.

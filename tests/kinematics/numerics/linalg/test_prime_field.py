@@ -10,9 +10,9 @@ import pytest
 from kinematics.numerics.linalg.prime_field import (
     PRIMES_OF_61_BITS,
     degrees_of_fraction,
+    echelon_modulo,
     fraction_of,
-    modular_root,
-    reduced_echelon,
+    root_modulo,
 )
 from kinematics.numerics.linalg.rational import echelon
 
@@ -37,8 +37,8 @@ def test_fractions_come_back():
 
 
 def test_roots():
-    assert modular_root(9, P) in (3, P - 3)
-    squares = [modular_root(a, P) is not None for a in range(2, 200)]
+    assert root_modulo(9, P) in (3, P - 3)
+    squares = [root_modulo(a, P) is not None for a in range(2, 200)]
     assert 60 < sum(squares) < 140  # half of all numbers are squares
 
 
@@ -47,7 +47,7 @@ def test_echelon_form_is_that_of_fractions():
     rows = [[Fraction(rng.randint(-9, 9)) for _ in range(6)] for _ in range(3)]
     rows.append([a + 2 * b for a, b in zip(rows[0], rows[1], strict=True)])
     exact, pivots = echelon(rows)
-    found, columns = reduced_echelon([[remainder(x) for x in row] for row in rows], range(6), P)
+    found, columns = echelon_modulo([[remainder(x) for x in row] for row in rows], range(6), P)
     assert columns == pivots
     assert found == [[remainder(x) for x in row] for row in exact]
 

@@ -10,6 +10,11 @@ The space of balanced mass distributions:
 - ``DesignSpace``: mass distributions with vanishing momentum in every motion of a linkage
 - ``CertifiedSpace``: a space whose integers were confirmed or corrected
 
+Conditions as formulas:
+
+- ``formulas``: the conditions of balance of a planar linkage in its dimensions
+- ``Formulas``: result of ``formulas``
+
 Many geometries of a model:
 
 - ``sweep``: compute quantities of a model in many geometries

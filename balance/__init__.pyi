@@ -51,6 +51,8 @@ from .motion.verification.result import Verification as Verification
 from .motion.verification.to_pinocchio import verify as verify
 from .space.certification.certified_space import CertifiedSpace as CertifiedSpace
 from .space.certification.certify_space import certify as certify
+from .space.formulas.derive import formulas as formulas
+from .space.formulas.formula_data import Formulas as Formulas
 from .space.interpretation.explain import Explanation as Explanation
 from .space.interpretation.explain import explain as explain
 from .space.spaces.compute_space import design_space as design_space

@@ -32,6 +32,15 @@ LINES_PARALLEL_SINE = 1e-9
 # Distance of lines from one point over the size of the picture: up to this they meet in it.
 LINES_MEET = 1e-6
 
+# --- formulas
+
+# Coordinate of a point of a link over the size of the link: below this formulas leave it out.
+FORMULA_ZERO = 1e-9
+# Difference of two distances over their size: up to this they are equal in formulas.
+FORMULA_RELATION = 1e-9
+# Violation of formulas by balanced masses over the sizes of their terms: up to this they agree.
+FORMULA_AGREES = 1e-12
+
 # --- conditions
 
 # Radius of convergence in radians: series that converge no further say little about poses, so

@@ -114,6 +114,8 @@ GOOD: dict[str, list[str]] = {
     "{first}=0.05"], "--length": ["0.2"], "--step": ["0.05"], "--base": ["free"],
     "--base-mass": ["2", "--base", "free"], "--which": ["1"],
     "--base-com": ["0.1,0,0", "--base", "free", "--base-mass", "2"],
+    "--where": ["AB=BA"], "--solve": ["sx_{link}"], "formulas --seconds": ["60"],
+    "--notation": ["latex"],
     "--attitude": ["--base", "free", "--base-mass", "2"],
     "paths --csv": ["{folder}/path.csv"], "paths --about": ["0.1,0.2,0", "--moment-only"],
     "verify --base": ["free", *BASE[2:]], "verify --base-mass": ["2", *BASE],

@@ -87,6 +87,8 @@ def meant(words: list[str], found: dict[str, Any]) -> int:
         return {True: 0, False: 1, None: 4}[found[verdict]]
     if verb == "motion":
         return 0 if all(pose["corrected"] is not None for pose in found["poses"]) else 1
+    if verb == "formulas":
+        return 0 if found["confirmed"] else 4
     if verb == "paths":
         return 0 if found["paths"] else 1
     if verb in ("models", "flex", "sweep"):

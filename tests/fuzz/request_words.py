@@ -285,6 +285,11 @@ WORDS: dict[str, Maker] = {
     "--tip": lambda rng, place: [",".join(_number(rng) for _ in range(rng.randint(1, 4)))],
     "--about": lambda rng, place: [",".join(_number(rng, 0.05) for _ in range(3))],
     "--base-com": lambda rng, place: [",".join(_number(rng, 0.05) for _ in range(3))],
+    "--where": _of("AB=CD", "AB=2*BC", "AB=AB", "AB", "XY=ZZ", "l_crank=0.5*AB", "="),
+    "--solve": lambda rng, place: [
+        f"{rng.choice(('s', 'sx', 'J', 'q'))}_{link}" for link in [_one(rng, place.names.links)]
+    ],
+    "--notation": _of("text", "latex", "python", "sympy"),
     "--which": _of("1", "2", "0", "99"),
     "--base-inertia": _of("1", "0.5", "1,1,1", "1,1,3", "1,2", "-1", "x"),
     "--stiffness": _of("1e3", "1e3Nm/rad", "50N/m", "5N/mm", "1e40"),

@@ -55,6 +55,7 @@ COMMANDS = {
     "sweep": "a study of many geometries, kept in a file",
     "discover": "a search for geometries that balance where others do not",
     "synthesize": "a balanced mechanism whose tool passes through positions",
+    "formulas": "conditions of balance as formulas in the dimensions of a planar linkage",
     "models": "list the linkages that come with the package",
 }
 

@@ -19,6 +19,7 @@ from balance.app.cli import (
     design,
     discover,
     flex,
+    formulas,
     models,
     motion,
     paths,
@@ -55,10 +56,13 @@ COMMANDS = {
     "sweep": sweep,
     "discover": discover,
     "flex": flex,
+    "formulas": formulas,
     "models": models,
 }
 # Options of models that have no meaning for links that bend.
 REFUSED = {("flex simulate", name) for name in ("--motion", "--balance", "--spatial")}
+# Formulas are of every motion of a planar linkage.
+REFUSED |= {("formulas", "--motion"), ("formulas", "--spatial")}
 MODELS = ("five_bar", "four_bar_kite_balanced", "hprs", "bennett")
 # Models of options that few take: a crank that turns fully.
 TAKERS = {("verify", "--speed"): "four_bar_kite_balanced"}

@@ -1,0 +1,74 @@
+"""Text of the formulas of ``balance formulas``.
+
+`Formulas.to_dict` has the same content as data for ``--json``.
+"""
+
+from __future__ import annotations
+
+from balance.app.answers.answer import AnswerBody, AnswerTable, Facts
+from balance.space.formulas.formula_data import Formulas
+from kinematics.wording import count_noun, number_text
+
+
+def formulas_body(formulas: Formulas, notation: str) -> AnswerBody:
+    """Build what is printed on formulas in a notation."""
+    if notation == "latex":
+        return [formulas.latex()]
+    if notation == "python":
+        return [formulas.python().rstrip("\n")]
+    head = [
+        ("linkage", f"{formulas.name}, {formulas.balance} balance"),
+        ("conditions", _conditions(formulas)),
+        *(("relation", words) for words in formulas.relations),
+        ("checked", _checks(formulas)),
+    ]
+    return [
+        Facts(head), "", AnswerTable(_dimension_rows(formulas)), "",
+        *formulas.text().splitlines(), "", *_legend(formulas),
+    ]  # fmt: skip
+
+
+def _conditions(formulas: Formulas) -> str:
+    kind = "complex" if formulas.balance == "force" else "real"
+    missing = f", {formulas.unknown} more not known" if formulas.unknown else ""
+    return f"{len(formulas.conditions)} {kind}{missing}, rank {formulas.rank}"
+
+
+def _checks(formulas: Formulas) -> str:
+    """Say which checks passed."""
+    if formulas.unknown:
+        return "no, for conditions are missing"
+    if not formulas.confirmed:
+        return "no: the checks failed"
+    return (
+        f"in {count_noun(formulas.geometries, 'other geometry')}, at finite poses; in the "
+        "dimensions of the file, against its design space"
+    )
+
+
+def _dimension_rows(formulas: Formulas) -> list[tuple[str, ...]]:
+    """Build the table of dimensions, its head first."""
+    rows: list[tuple[str, ...]] = [("dimension", "link", "joints", "in the file", "equals")]
+    for i, (name, kind, part, joints, value) in enumerate(formulas.parts.dimensions):
+        number = number_text(value.real, ".6g")
+        if kind == "point":
+            number = f"{number} {'-' if value.imag < 0 else '+'} "
+            number += f"{number_text(abs(value.imag), '.6g')} i"
+        link = formulas.parts.parts[part].name
+        rows.append((name, link, joints, number, formulas.free.equals(i)))
+    return rows
+
+
+def _legend(formulas: Formulas) -> list[str]:
+    """Explain the symbols, in lines."""
+    force = formulas.balance == "force"
+    point = "z = x + i y a point" if force else "(x, y) a point"
+    moments = (
+        "s = m (x + i y) first moment"
+        if force
+        else "sx, sy first moments, J second moment about the origin"
+    )
+    return [
+        f"l, x, y, h lengths, {point}; m mass, {moments}; in the frame of the link:",
+        "origin at its first joint, x-axis through its second one, or along its slide",
+    ]

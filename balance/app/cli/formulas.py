@@ -1,0 +1,85 @@
+"""The command ``balance formulas``: its options, and its answer."""
+
+from __future__ import annotations
+
+import argparse
+from typing import TYPE_CHECKING
+
+from balance.app.answers.answer import Answer
+from balance.app.cli.arguments import Parser, refuse_given
+from balance.app.cli.exit_codes import DONE, UNDECIDED
+from balance.app.cli.model_options import add_model_options, load_model
+from balance.app.cli.number_arguments import positive_number
+
+if TYPE_CHECKING:
+    from balance.space.formulas.formula_data import Formulas
+
+
+def add_formulas(parser: Parser) -> None:
+    """Add the options of the command ``formulas``."""
+    parser.description = (
+        "Derives the conditions of balance of a planar linkage as formulas in its dimensions, "
+        "by exact arithmetic and interpolation, and checks them in other dimensions, other "
+        "poses, and against the design space of the model. Exits with 0 if all are known and "
+        "checked, 4 if not."
+    )
+    add_model_options(parser)
+    parser.set_defaults(run=_run)
+    parser.add_argument(
+        "--where", action="append", default=[], metavar="RELATION",
+        help="relation between distances of joints, by the letters that are printed: AB=CD, "
+        "AB=2*CD; repeatable. Those of the model are used where they lower the rank",
+    )  # fmt: skip
+    parser.add_argument(
+        "--solve", type=_words, default=[], metavar="P1,P2",
+        help="parameters to solve for, such as s_crank (default: those that leave the fewest "
+        "terms)",
+    )  # fmt: skip
+    parser.add_argument(
+        "--notation", choices=("text", "latex", "python", "sympy"), default="text",
+        help="text with a table of the dimensions (default), an align* environment of LaTeX, a "
+        "Python function, or SymPy expressions",
+    )  # fmt: skip
+    parser.add_argument(
+        "--seconds", type=positive_number, metavar="S",
+        help="return what is known after this time",
+    )  # fmt: skip
+
+
+def _run(arguments: argparse.Namespace) -> Answer:
+    """Derive the formulas of the options.
+
+    Raises:
+        LinkageError: the file, the linkage, a relation or a parameter cannot be used.
+        SystemExit: an option has no meaning here.
+    """
+    refuse_given(arguments, ("motion", "spatial"), "{}: formulas are of every planar motion")
+    linkage = load_model(arguments, arguments.angles)
+    from balance.app.answers.text.formulas import formulas_body
+    from balance.space.formulas.derive import formulas
+
+    answer = formulas(
+        linkage, arguments.balance, where=arguments.where, solve=arguments.solve,
+        seconds=arguments.seconds,
+    )  # fmt: skip
+    expressions = answer.sympy() if arguments.notation == "sympy" else []
+    return Answer(
+        DONE if answer.confirmed else UNDECIDED, answer.to_dict,
+        lambda: [*map(str, expressions)] or formulas_body(answer, arguments.notation),
+        remark=_remark(answer),
+    )  # fmt: skip
+
+
+def _remark(answer: Formulas) -> str:
+    """Say why the formulas are not confirmed."""
+    if answer.unknown:
+        return f"{answer.unknown} conditions are missing: give more time (--seconds)"
+    return "" if answer.confirmed else "a check of the formulas failed: do not rely on them"
+
+
+def _words(text: str) -> list[str]:
+    """Parse names of ``a,b``."""
+    names = [name.strip() for name in text.split(",")]
+    if not all(names):
+        raise argparse.ArgumentTypeError(f"'{text}' is not a list of parameters: write a,b")
+    return names

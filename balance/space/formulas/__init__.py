@@ -1,0 +1,1 @@
+"""Conditions of balance as formulas in the dimensions of a planar linkage."""

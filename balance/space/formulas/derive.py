@@ -1,0 +1,270 @@
+"""Derivation of formulas: relations, solved parameters, entries, checks."""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Sequence
+from itertools import combinations, islice
+from time import monotonic
+
+from balance.space.formulas.assembly_order import assembly_order
+from balance.space.formulas.check_formulas import file_residual, fresh_geometries
+from balance.space.formulas.formula_data import Condition, Formulas, FormulaTerm
+from balance.space.formulas.geometry_samples import GeometrySamples, OutOfTimeError
+from balance.space.formulas.interpolation import Degrees, Interpolation
+from balance.space.formulas.modular_conditions import ConditionSource
+from balance.space.formulas.modular_pose import UnclosedError
+from balance.space.formulas.parameters import Parameter, name_parameters
+from balance.space.formulas.planar_parts import planar_parts
+from balance.space.formulas.polynomials import FactorPool, Polynomial
+from balance.space.formulas.relations import (
+    DimensionRelation,
+    FreeDimensions,
+    parse_relations,
+    relations_in,
+)
+from balance.space.spaces.compute_space import design_space
+from balance.support.options import Balance
+from kinematics.errors import ExactError
+from kinematics.loading.model_gallery import LinkageLike
+from kinematics.numerics.linalg.prime_field import PRIMES_OF_61_BITS
+
+MAX_UNKNOWNS = 600
+"""Most monomials of an entry; the time of a fit grows with their cube."""
+MAX_SOLVED_CHOICES = 300
+"""Most choices of solved parameters that are compared."""
+SAME_GEOMETRY = 4
+"""Number of times that two poses of one geometry are compared."""
+
+
+def formulas(
+    linkage: LinkageLike,
+    balance: Balance = "dynamic",
+    *,
+    where: str | Sequence[str] = (),
+    solve: Sequence[str] = (),
+    seconds: float | None = None,
+) -> Formulas:
+    """Derive the conditions of balance of a planar linkage as formulas in its dimensions.
+
+    Conditions at random geometries, which close exactly modulo a prime of 61 bits, are brought
+    to reduced echelon form; its entries are rational functions of few dimensions, found by
+    interpolation. Relations of the linkage, such as equal sides, are used where they lower the
+    rank. All formulas are checked at fresh geometries and finite poses modulo another prime,
+    and in the dimensions of the file against `balance.design_space`.
+
+    The first moment ``s = m (x + i y)`` of a body is in the frame of its link, whose origin is
+    its first joint and whose x-axis goes through its second one; so is the second moment J
+    about that origin.
+
+    Args:
+        linkage: an assembled linkage, or what `kinematics.load` accepts.
+        balance: ``"force"`` for complex conditions on m and s, or ``"dynamic"`` for real ones
+            on m, s and J.
+        where: relations between distances of joints, such as ``"AB=CD"``, that hold too.
+        solve: names of parameters to solve for, such as ``"s_crank"``; by default those that
+            leave the fewest terms.
+        seconds: return what is known after this time.
+
+    Returns:
+        The conditions, each solved for a parameter; see `Formulas`.
+
+    Raises:
+        ExactError: the linkage is spatial, or its parts cannot be placed two at a time, or its
+            formulas are too large, or its special geometry is not understood; or a distance
+            or parameter does not exist.
+        UsageError: a relation is not written as one.
+
+    Source:
+        R. S. Berkof, G. G. Lowen, A new method for completely force balancing simple
+        linkages, Journal of Engineering for Industry 91 (1969); R. Zippel, Effective
+        Polynomial Computation, chapter 14.
+
+    Example:
+        >>> import balance
+        >>> print(balance.formulas("robot.urdf", "force"))
+        s_crank + (l_crank/l_rocker) s_rocker + l_crank m_coupler = 0
+        s_coupler + (l_coupler/l_rocker) s_rocker = 0
+    """
+    space = design_space(linkage, balance=balance)
+    parts = planar_parts(space)
+    force = balance == "force"
+    order = assembly_order(parts)
+    if order is None:
+        raise ExactError(
+            f"{space.source}: its links cannot be placed two at a time: formulas need dyads"
+        )
+    source = ConditionSource(parts, *order, force)
+    deadline = None if seconds is None else monotonic() + seconds
+    given = parse_relations(parts, [where] if isinstance(where, str) else where)
+    parameters = name_parameters(space.bodies, force)
+    relations, free = given, FreeDimensions(parts, given, cartesian=not force)
+    conditions: tuple[Condition, ...] = ()
+    unknown, geometries = space.rank, 0
+    try:
+        relations, samples = _relations_for(source, given, space.rank, deadline)
+        free = samples.free
+        samples.solve_for(_solved(samples, parameters, solve))
+        conditions, unknown = _conditions(samples, parameters)
+        samples.deadline = None
+        geometries = 0 if unknown else fresh_geometries(samples, parameters, conditions)
+    except OutOfTimeError:
+        pass
+    return Formulas(
+        source=space.source, name=space.linkage.name, balance=balance, parts=parts,
+        relations=tuple(relation.words for relation in relations), free=free,
+        parameters=parameters, conditions=conditions, unknown=unknown, rank=space.rank,
+        residual=file_residual(
+            space, parts, free, conditions, complete=not unknown
+        ),
+        geometries=geometries,
+    )  # fmt: skip
+
+
+def _relations_for(
+    source: ConditionSource,
+    given: Sequence[DimensionRelation],
+    target: int,
+    deadline: float | None,
+) -> tuple[list[DimensionRelation], GeometrySamples]:
+    """Find relations of the linkage under which the conditions have the rank of the linkage."""
+    linkage = source.linkage
+    relations = list(given)
+    samples = _samples(source, relations, target, deadline)
+    if samples is None:
+        relations += relations_in(linkage)
+        samples = _samples(source, relations, target, deadline)
+        if samples is None:
+            raise ExactError(
+                f"{linkage.source}: its conditions have a lower rank than those of general "
+                "dimensions, and equal lengths do not explain it: give relations (--where)"
+            )
+        for relation in relations_in(linkage):
+            fewer = [each for each in relations if each is not relation]
+            simpler = _samples(source, fewer, target, deadline)
+            if simpler is not None:
+                relations, samples = fewer, simpler
+    return relations, samples
+
+
+def _samples(
+    source: ConditionSource,
+    relations: Sequence[DimensionRelation],
+    target: int,
+    deadline: float | None,
+) -> GeometrySamples | None:
+    """Prepare geometries under relations; None if their conditions have another rank."""
+    free = FreeDimensions(source.linkage, relations, cartesian=not source.force)
+    try:
+        return GeometrySamples(source, free, target, deadline)
+    except UnclosedError:
+        return None
+
+
+def _solved(
+    samples: GeometrySamples, parameters: Sequence[Parameter], names: Sequence[str]
+) -> list[int]:
+    """Choose the columns to solve for."""
+    by_name = {parameter.name: i for i, parameter in enumerate(parameters)}
+    for name in names:
+        if name not in by_name:
+            raise ExactError(f"no parameter '{name}': there are {', '.join(by_name)}")
+    asked = [by_name[name] for name in names]
+    rest = [i for i in range(len(parameters)) if i not in asked]
+    first = samples.pivots_for([*asked, *rest])
+    if missing := [parameters[i].name for i in asked if i not in first]:
+        raise ExactError(f"the conditions cannot be solved for {', '.join(missing)} as well")
+    if asked:
+        return first
+    moments = [i for i, parameter in enumerate(parameters) if not parameter.is_mass]
+    if len(first) > len(moments):
+        return first
+    choices = [tuple(first), *islice(combinations(moments, len(first)), MAX_SOLVED_CHOICES)]
+    counted = ((samples.count_terms(choice), choice) for choice in choices)
+    fewest = min((count, choice) for count, choice in counted if count is not None)
+    return list(fewest[1])
+
+
+def _conditions(
+    samples: GeometrySamples, parameters: Sequence[Parameter]
+) -> tuple[tuple[Condition, ...], int]:
+    """Interpolate all entries; count the conditions that time did not suffice for."""
+    entries = samples.entries
+    fitted: dict[int, tuple[Polynomial, Polynomial]] = {}
+    rng = random.Random(7)
+    p = PRIMES_OF_61_BITS[0]
+    try:
+        _check_one_motion(samples, rng)
+        interpolation = Interpolation(
+            samples.values, len(samples.free.variables), lambda: samples.free.draw(p, rng), p
+        )
+        degrees = interpolation.degrees(range(len(entries)))
+        for e in sorted(degrees, key=lambda e: _size(degrees[e])):
+            known = degrees[e]
+            if known is None or known.unknowns() > MAX_UNKNOWNS:
+                _refuse_size(samples, known)
+            assert known is not None
+            fit = interpolation.fit(e, known)
+            if fit is None:
+                raise ExactError(
+                    f"{samples.source.linkage.source}: the coefficients of a formula are too "
+                    "large for one prime; give relations (--where)"
+                )
+            fitted[e] = fit
+    except OutOfTimeError:
+        pass
+    return _write(samples, parameters, fitted)
+
+
+def _check_one_motion(samples: GeometrySamples, rng: random.Random) -> None:
+    """Check that the dimensions determine the conditions, whatever the pose.
+
+    Raises:
+        ExactError: several motions of these dimensions have the same rank.
+    """
+    point = samples.free.draw(PRIMES_OF_61_BITS[0], rng)
+    if any(samples.values(point) != samples.values(point) for _ in range(SAME_GEOMETRY)):
+        raise ExactError(
+            f"{samples.source.linkage.source}: several motions of its dimensions have as many "
+            "conditions: formulas do not tell them apart"
+        )
+
+
+def _size(degrees: Degrees | None) -> int:
+    return MAX_UNKNOWNS + 1 if degrees is None else degrees.unknowns()
+
+
+def _refuse_size(samples: GeometrySamples, degrees: Degrees | None) -> None:
+    source = samples.source.linkage.source
+    if degrees is None:
+        raise ExactError(f"{source}: its formulas have a degree above 30: they fill pages")
+    raise ExactError(
+        f"{source}: a formula of degree {degrees.total[0]} over {degrees.total[1]} has up to "
+        f"{degrees.unknowns()} terms, more than the {MAX_UNKNOWNS} that are fitted; give "
+        "relations (--where), or other parameters (--solve)"
+    )
+
+
+def _write(
+    samples: GeometrySamples, parameters: Sequence[Parameter],
+    fitted: dict[int, tuple[Polynomial, Polynomial]],
+) -> tuple[tuple[Condition, ...], int]:  # fmt: skip
+    """Factorise the entries that were fitted, and collect them in conditions."""
+    pool = FactorPool()
+    for numerator, denominator in fitted.values():
+        pool.learn(denominator)
+        pool.learn(numerator)
+    conditions, unknown = [], 0
+    for row, pivot in enumerate(samples.solved):
+        here = [e for e, (r, _) in enumerate(samples.entries) if r == row]
+        if any(e not in fitted for e in here):
+            unknown += 1
+            continue
+        solved = parameters[pivot]
+        terms = []
+        for e in here:
+            parameter = parameters[samples.entries[e][1]]
+            turns = ((parameter.kind == "sy") - (solved.kind == "sy")) % 4
+            terms.append(FormulaTerm(parameter, pool.factorise(*fitted[e]), turns))
+        conditions.append(Condition(solved, tuple(terms)))
+    return tuple(conditions), unknown

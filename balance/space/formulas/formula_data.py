@@ -1,0 +1,199 @@
+"""Formulas as data and in writing: conditions, each solved for a parameter."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, NamedTuple
+
+from balance.space.formulas.notations import LATEX, PYTHON, TEXT, Notation, Writer
+from balance.space.formulas.parameters import Parameter
+from balance.space.formulas.polynomials import Quotient
+from balance.space.formulas.relations import FreeDimensions
+from balance.support.tolerances import FORMULA_AGREES
+from kinematics.errors import PackageError
+
+if TYPE_CHECKING:
+    from balance.space.formulas.planar_parts import Dimension, PlanarParts
+
+
+class FormulaTerm(NamedTuple):
+    """A parameter with its coefficient.
+
+    Attributes:
+        parameter: the parameter.
+        coefficient: in the variables of the formulas.
+        turns: power of i that multiplies it, 0 to 3.
+    """
+
+    parameter: Parameter
+    coefficient: Quotient
+    turns: int = 0
+
+
+class Condition(NamedTuple):
+    """A condition: the sum of a solved parameter and of terms is zero."""
+
+    solved: Parameter
+    terms: tuple[FormulaTerm, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Formulas:
+    """Conditions of balance of a planar linkage in its dimensions.
+
+    Attributes:
+        source: file of the linkage.
+        name: of the linkage.
+        balance: ``"force"`` or ``"dynamic"``.
+        parts: rigid parts, joints and dimensions.
+        relations: relations between dimensions that are used, in words.
+        free: dimensions that are left free by them, and the variables of the formulas.
+        parameters: in the order of columns.
+        conditions: each solved for a parameter.
+        unknown: number of conditions that the time did not suffice for.
+        rank: number of real conditions on the linkage.
+        residual: violation by masses of the design space of the file, relative; infinite if
+            the formulas span fewer conditions.
+        geometries: number of fresh geometries at which the formulas hold.
+    """
+
+    source: str
+    name: str
+    balance: str
+    parts: PlanarParts
+    relations: tuple[str, ...]
+    free: FreeDimensions
+    parameters: tuple[Parameter, ...]
+    conditions: tuple[Condition, ...]
+    unknown: int
+    rank: int
+    residual: float
+    geometries: int
+
+    def __repr__(self) -> str:
+        """Give the conditions as text, a line each."""
+        return self.text()
+
+    @property
+    def confirmed(self) -> bool:
+        """Whether all conditions are known and both checks passed."""
+        agrees = self.residual <= FORMULA_AGREES
+        return not self.unknown and agrees and self.geometries > 0
+
+    def text(self) -> str:
+        """Write the conditions as plain text, a line each."""
+        return "\n".join(f"{line} = 0" for line in self._sums(TEXT))
+
+    def latex(self) -> str:
+        """Write the conditions as an ``align*`` environment of amsmath."""
+        lines = " \\\\\n".join(f"  {line} &= 0" for line in self._sums(LATEX))
+        return f"\\begin{{align*}}\n{lines}\n\\end{{align*}}"
+
+    def python(self) -> str:
+        """Write a Python function that returns the matrix of the conditions.
+
+        Its arguments are the free dimensions, complex where they are points; its rows have
+        product zero with the parameters, in the order of its docstring. It needs NumPy.
+        """
+        writer = Writer(PYTHON, self.free.variables)
+        names = ", ".join(self.free.argument_names())
+        rows = []
+        for condition in self.conditions:
+            entries = {condition.solved: "1"}
+            for term in condition.terms:
+                negative, text = writer.quotient(term.coefficient, term.turns)
+                entries[term.parameter] = "-" * negative + (text or "1")
+            rows.append(", ".join(entries.get(each, "0") for each in self.parameters))
+        body = "\n".join(f"        [{row}]," for row in rows)
+        columns = ", ".join(each.name for each in self.parameters)
+        return (
+            "from numpy import array, conj\n\n\n"
+            f"def conditions({names}):\n"
+            f'    """Rows that have product zero with ({columns})."""\n'
+            f"    return array([\n{body}\n    ])\n"
+        )
+
+    def sympy(self) -> list[object]:
+        """Build the left sides of the conditions as SymPy expressions.
+
+        Dimensions and real parameters are real symbols, points and s complex ones.
+
+        Raises:
+            PackageError: SymPy is not installed.
+        """
+        try:
+            import sympy
+        except ImportError:
+            command = "python -m pip install 'screwbalance[symbols]'"
+            raise PackageError("an expression", "SymPy", command) from None
+        symbols = {
+            variable.name: sympy.Symbol(variable.name, real=variable.kind in REAL or None)
+            for variable in self.free.variables
+        }
+        for each in self.parameters:
+            symbols[each.name] = sympy.Symbol(each.name, real=each.kind != "s" or None)
+        words = {"conj": sympy.conjugate, "i": sympy.I, **symbols}
+        return [sympy.parse_expr(line, words) for line in self._sums(SYMPY)]
+
+    def _sums(self, notation: Notation) -> list[str]:
+        writer = Writer(notation, self.free.variables)
+        return [_sum(condition, writer) for condition in self.conditions]
+
+    def to_dict(self) -> dict[str, object]:
+        """Convert to the output of ``balance formulas --json``."""
+        texts, latex = self._sums(TEXT), self._sums(LATEX)
+        return {
+            "schema": "balance.formulas/1",
+            "source": self.source,
+            "name": self.name,
+            "balance": self.balance,
+            "joints": [
+                {"letter": joint.letter, "name": joint.name,
+                 "links": [self.parts.parts[part].name for part in joint.parts]}
+                for joint in self.parts.joints
+            ],
+            "dimensions": [
+                _dimension(each, self.parts.parts[each.part].name, self.free.equals(i))
+                for i, each in enumerate(self.parts.dimensions)
+            ],
+            "relations": list(self.relations),
+            "parameters": [each.name for each in self.parameters],
+            "conditions": [
+                {"solved": condition.solved.name, "text": f"{text} = 0", "latex": f"{tex} = 0"}
+                for condition, text, tex in zip(self.conditions, texts, latex, strict=True)
+            ],
+            "unknown": self.unknown,
+            "python": self.python(),
+            "rank": self.rank,
+            "confirmed": self.confirmed,
+            "geometries": self.geometries,
+            "agrees_with_space": bool(self.residual <= FORMULA_AGREES),
+        }  # fmt: skip
+
+
+REAL = ("real", "imaginary")
+SYMPY = PYTHON._replace(unit="i")
+
+
+def _sum(condition: Condition, writer: Writer) -> str:
+    """Write the left side of a condition."""
+    text = writer.notation.symbol(condition.solved.name)
+    for term in condition.terms:
+        sign, words = writer.term(term.coefficient, term.turns, term.parameter.name)
+        text += f" {'-' if sign else '+'} {words}"
+    return text
+
+
+def _dimension(dimension: Dimension, link: str, equals: str) -> Mapping[str, object]:
+    """Describe a dimension as data."""
+    value = dimension.value
+    point = dimension.kind == "point"
+    return {
+        "name": dimension.name,
+        "kind": dimension.kind,
+        "link": link,
+        "joints": dimension.joints,
+        "value": [value.real, value.imag] if point else [value.real],
+        "equals": equals or None,
+    }

@@ -1,0 +1,54 @@
+"""The command ``balance formulas``: notations, exit codes and JSON."""
+
+from __future__ import annotations
+
+import pytest
+
+from balance.app.cli.main import main
+from tests.support.json_answers import json_answer
+
+FOUR_BAR = ["formulas", "four_bar_general", "--balance", "force"]
+
+
+def test_text(capsys):
+    assert main(FOUR_BAR) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert "s_crank + (l_crank/l_rocker) s_rocker + l_crank m_coupler = 0" in lines
+    assert any(line.split()[:3] == ["l_crank", "crank", "AB"] for line in lines)
+
+
+@pytest.mark.parametrize(("notation", "words"), [
+    ("latex", r"\frac{l_{\mathrm{crank}}}{l_{\mathrm{rocker}}} \, s_{\mathrm{rocker}}"),
+    ("python", "[0, 1, l_coupler/l_rocker, 0, 0, 0]"),
+])  # fmt: skip
+def test_notations(capsys, notation, words):
+    assert main([*FOUR_BAR, "--notation", notation]) == 0
+    assert words in capsys.readouterr().out
+
+
+def test_json(capsys):
+    code, answer = json_answer(capsys, "formulas", "four_bar_kite")
+    assert (code, answer["rank"], answer["unknown"], answer["confirmed"]) == (0, 7, 0, True)
+    assert answer["relations"] == ["AB = BD", "AC = CD"]
+    equal = {each["name"]: each["equals"] for each in answer["dimensions"]}
+    assert equal["l_coupler"] == "l_crank" and equal["l_rocker"] == "l_ground"
+    assert [each["letter"] for each in answer["joints"]] == ["A", "B", "C", "D"]
+
+
+def test_time_that_is_over_is_undecided(capsys):
+    code, answer = json_answer(capsys, "formulas", "four_bar_general", "--seconds", "1e-9")
+    assert (code, answer["unknown"], answer["confirmed"]) == (4, 8, False)
+
+
+@pytest.mark.parametrize(("words", "code", "problem"), [
+    (["bennett"], 3, "this is spatial"),
+    (["four_bar_general", "--where", "AB=BD"], 3, "does not hold in the file"),
+    (["four_bar_general", "--where", "AB"], 2, "write AB=CD"),
+    (["four_bar_general", "--solve", "q"], 3, "no parameter 'q'"),
+    (["four_bar_general", "--solve", ","], 2, "not a list of parameters"),
+    (["four_bar_general", "--motion", "u1=0"], 2, "formulas are of every planar motion"),
+    (["four_bar_general", "--seconds", "0"], 2, "--seconds"),
+])  # fmt: skip
+def test_what_is_refused(capsys, words, code, problem):
+    assert main(["formulas", *words]) == code
+    assert problem in capsys.readouterr().err

@@ -1,0 +1,99 @@
+"""Rational functions that are known come back from their values modulo a prime."""
+
+from __future__ import annotations
+
+import random
+from fractions import Fraction
+
+import pytest
+
+from balance.space.formulas.interpolation import Interpolation
+from balance.space.formulas.notations import LATEX, PYTHON, TEXT, Variable, Writer
+from balance.space.formulas.polynomials import FactorPool, product_of, quotient_of, value_of
+from kinematics.numerics.linalg.prime_field import PRIMES_OF_61_BITS
+
+P = PRIMES_OF_61_BITS[0]
+
+
+def poly(**terms):
+    """A polynomial in x, y, z: ``xxy=3`` is 3 x² y."""
+    return {tuple(word.count(c) for c in "xyz"): Fraction(n) for word, n in terms.items()}
+
+
+def at(polynomial, point):
+    return (
+        sum(
+            c.numerator * pow(c.denominator, -1, P) * x ** e[0] * y ** e[1] * z ** e[2]
+            for (x, y, z) in [point]
+            for e, c in polynomial.items()
+        )
+        % P
+    )
+
+
+CASES = [
+    (poly(x=1), poly(y=1)),
+    (poly(xx=1, yy=1), poly(yz=Fraction(2, 3))),
+    (poly(xxy=5, xyz=Fraction(-7, 9), zzz=1), poly(xx=1, xy=2, zz=-3)),
+    (poly(xyz=1), poly(x=1, y=1, z=1)),
+]
+
+
+@pytest.mark.parametrize(("up", "down"), CASES)
+def test_a_quotient_comes_back(up, down):
+    rng = random.Random(1)
+
+    def draw():
+        return [rng.randrange(1, P) for _ in range(3)]
+
+    found = Interpolation(
+        lambda point: [at(up, point) * pow(at(down, point), -1, P) % P], 3, draw, P
+    )
+    degrees = found.degrees([0])[0]
+    assert degrees.total == tuple(max(map(sum, side)) for side in (up, down))
+    numerator, denominator = found.fit(0, degrees)
+    assert product_of(numerator, down) == product_of(denominator, up)
+
+
+def test_functions_that_are_none_do_not_fit():
+    rng = random.Random(2)
+    found = Interpolation(
+        lambda point: [rng.randrange(P)], 3, lambda: [rng.randrange(1, P) for _ in range(3)], P
+    )
+    assert found.degrees([0])[0] is None
+
+
+def test_division_and_factors():
+    first, second = poly(x=1, y=-1), poly(xx=1, yz=2)
+    product = product_of(product_of(first, first), second)
+    assert quotient_of(product, first) == product_of(first, second)
+    assert quotient_of(second, first) is None
+    pool = FactorPool()
+    pool.learn(first)
+    quotient = pool.factorise(product, poly(x=3))
+    assert sorted(power for _, power in quotient.factors) == [1, 2]
+    point = (2.0, 3.0, 5.0)
+    expected = value_of(product, point) / 6
+    assert abs(quotient.value(point) - expected) < 1e-12
+
+
+def test_notations():
+    """An imaginary variable brings its i; a conjugate is written as one."""
+    variables = [
+        Variable("l_a", "real"),
+        Variable("y_b", "imaginary"),
+        Variable("z_c", "conjugate"),
+    ]
+    pool = FactorPool()
+    quotient = pool.factorise(poly(xy=-2), poly(xz=1, zz=1))
+    assert Writer(TEXT, variables).quotient(quotient) == (
+        True, "2 i l_a y_b/(conj(z_c) (l_a + conj(z_c)))",
+    )  # fmt: skip
+    assert Writer(TEXT, variables).quotient(quotient, 1) == (
+        False, "2 l_a y_b/(conj(z_c) (l_a + conj(z_c)))",
+    )  # fmt: skip
+    assert r"\overline{z_{\mathrm{c}}}" in Writer(LATEX, variables).quotient(quotient).text
+    text = Writer(PYTHON, variables).quotient(quotient).text
+    values = {"l_a": 2.0, "y_b": 3.0, "z_c": 1 + 2j, "conj": lambda z: z.conjugate()}
+    exact = quotient.value([2.0, 3j, 1 - 2j])
+    assert abs(-eval(text, values) - exact) < 1e-12

@@ -101,13 +101,14 @@ def test_kernels_without_counts_are_refused_where_they_would_need_them(copy):
 
 
 @pytest.mark.compile
-def test_references_are_not_counted_in_sweeps_alone():
-    """In kernels for many geometries or poses, if they make no arrays."""
+def test_references_are_not_counted_in_sweeps_and_single_answers_alone():
+    """In kernels for many geometries or poses, or of a design space, if they make no arrays."""
     search = ROOT / "balance" / "space" / "many"
     swept = reached(search / "many_geometries_kernels.py")
     swept |= reached(ROOT / "balance" / "studies" / "sweeps" / "closing_kernels.py")
     swept |= reached(search / "placing_kernels.py") | reached(search / "lane_kernels.py")
     swept |= reached(ROOT / "kinematics" / "closure" / "taylor" / "lane_expansion.py")
+    swept |= reached(ROOT / "balance" / "space" / "spaces" / "first_orders.py")
     wrong = [
         f"{path.name}: {kernel.name}"
         for path, kernel in all_kernels()

@@ -183,12 +183,20 @@ def read_urdf(path, fixed_base):
         )
         ends = number[joint.find("parent").get("link")], number[child]
         kind = joint.get("type")
-        kind = "fixed" if fixed_base and kind == "floating" else kind
+        if fixed_base and kind == "floating" and ends[0] is None:
+            kind = "fixed"
         found.append((joint.get("name"), kind, place(child), n, *ends))
         mimic = joint.find("mimic")
         if mimic is not None:
             ratio = float(mimic.get("multiplier", "1"))
             mimics.append((joint.get("name"), mimic.get("joint"), ratio))
+    for joint in root.findall("gazebo/joint"):
+        # As in SDF 1.5 and later: the pose is in the frame of the child, the axis in that pose.
+        before, after = (joint.findtext(x).strip() for x in ("parent", "child"))
+        H = place(after) @ pose_of(joint.findtext("pose") or "")
+        n = np.array([float(x) for x in joint.findtext("axis/xyz").split()])
+        kind = joint.get("type")
+        found.append((joint.get("name"), kind, H, n, number[before], number[after]))
     for loop in root.findall("loop"):
         ends = [loop.find(x) for x in ("predecessor", "successor")]
         frames = [place(x.get("link")) @ origin_of(x) for x in ends]
@@ -214,7 +222,8 @@ def origin_of(item):
 
 def read_sdf(path):
     root = ET.parse(path).getroot()
-    model = root.find("model") if root.find("model") is not None else root.find("world/model")
+    models = [*root.findall("model"), *root.findall("world/model")]
+    model = next((x for x in models if x.find("joint") is not None), models[0])
     if model.find("model") is not None or model.find("include") is not None:
         raise ValueError("nested models")
     links = [x.get("name") for x in model.findall("link")]

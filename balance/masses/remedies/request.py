@@ -18,6 +18,7 @@ from kinematics.errors import LinkageError, UsageError
 from kinematics.files.formats.robot_files import read_unassembled
 from kinematics.files.urdf.edit_xml import read_source
 from kinematics.files.urdf.read_options import ReadOptions
+from kinematics.files.urdf.xml_tree import build_tree
 from kinematics.model.document.element import Document
 from kinematics.model.linkage import GROUND, Linkage
 from kinematics.model.motion import motion_of
@@ -130,12 +131,21 @@ class RemedyRequest:
 
     @cached_property
     def massless(self) -> tuple[str, ...]:
-        """Links of the linkage that move and carry no parameters, each rigid body once."""
+        """Links that move and carry no parameters, each rigid body once.
+
+        Those between the joints that a spherical, planar or floating joint is written as are
+        not in the linkage, but in `base`.
+        """
         carry = {GROUND, *(body.link for body in self.linkage.bodies)}
         top: dict[int, str] = {}
         for name, place in self.linkage.places.items():
             top.setdefault(place.link, name)
-        return tuple(name for link, name in top.items() if link not in carry)
+        between = (
+            link.name
+            for link in build_tree(self.base.data).children
+            if link.tag == "link" and link.name not in self.linkage.places
+        )
+        return (*(name for link, name in top.items() if link not in carry), *between)
 
     @property
     def freedoms(self) -> int:

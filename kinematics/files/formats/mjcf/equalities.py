@@ -45,7 +45,12 @@ class EqualityReader:
         idle: list[int] = []
         for e in range(self.model.neq):
             on = bool(self.model.eq_active0[e]) and not disabled
-            (self.active if on else idle).append(e)
+            if on and self._is_inside_one_body(e):
+                self.remarks.append(
+                    f"{self._label(e)}: its bodies cannot move apart without it, left out"
+                )
+            else:
+                (self.active if on else idle).append(e)
         if idle:
             more = f" and {len(idle) - 1} more" if len(idle) > 1 else ""
             self.remarks.append(
@@ -75,6 +80,17 @@ class EqualityReader:
             elif kind != _JOINT:
                 problem = "an equality constraint of this type is not read"
                 raise Refusal(self._label(e), problem, "write it as connect, weld or joint")
+
+    def _is_inside_one_body(self, e: int) -> bool:
+        """Whether no joint moves the bodies of a connect or a weld against each other."""
+        if self.model.eq_type[e] not in (_CONNECT, _WELD):
+            return False
+        roots = set()
+        for body in self._bodies(e):
+            while body and not self.model.body_jntnum[body]:
+                body = int(self.model.body_parentid[body])
+            roots.add(body)
+        return len(roots) == 1
 
     def _label(self, e: int) -> str:
         model = self.model

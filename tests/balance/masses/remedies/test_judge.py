@@ -12,6 +12,7 @@ from balance.masses.remedies.judge import judge
 from balance.masses.remedies.request import RemedyRequest, freedoms_of, input_inertia
 from balance.masses.remedies.variant import Variant, append_elements, free_name, names_taken
 from balance.motion.verification.to_pinocchio import PinocchioModel
+from kinematics import ScrewJoint, from_screws
 from kinematics.closure.joint_positions import joint_positions
 from kinematics.model.document import make_elements
 from kinematics.model.document.element import Document, Element
@@ -94,6 +95,18 @@ def test_regions_of_the_user_are_not_widened():
     tight = dict.fromkeys(request.links, "ball(0,0,0,0.1)")
     found = judge(RemedyRequest(kite, regions=tight), base)
     assert found.verdict == "infeasible" and "no masses whatever" not in found.reason
+
+
+def test_links_between_the_joints_of_a_floating_joint_stay_massless():
+    """A body held at a point balances by matter about that point, as its own masses do."""
+    joints = [ScrewJoint("free", "ground", "bob", point=(0, 0, -1), kind="floating")]
+    loops = [ScrewJoint("pin", "ground", "bob", kind="spherical")]
+    bob = {"bob": (1.0, (0.0, 0.0, -1.0), np.diag([0.1, 0.1, 0.1]))}
+    linkage = from_screws(joints, loops, bob, name="hung")
+    request = RemedyRequest(linkage, balance="force")
+    assert linkage.mobility == 3
+    base = Variant("own_masses", "", request.base, request.links)
+    assert judge(request, base).verdict == "feasible"
 
 
 @pytest.mark.parametrize("model", ["hprs", "four_bar_general", "three_rrr", "rusr", "delta"])

@@ -200,6 +200,22 @@ def test_mocap_bodies_are_fixed_and_said_to_be():
     assert "'hand' is a mocap body" in remark
 
 
+@pytest.mark.parametrize(
+    "equality",
+    ['<weld body1="hand" body2="stand"/>', '<connect body1="b" body2="c" anchor="0 0 0"/>'],
+)
+def test_equalities_inside_one_rigid_body_close_nothing(equality):
+    """The arm keeps its freedom, and a remark names what is left out."""
+    text = world(
+        f'<body name="hand" mocap="true"/><body name="stand"><body name="b"><joint/>{GEOM}'
+        f'<body name="c">{GEOM}</body></body></body>'
+    ).replace("</mujoco>", f"<equality>{equality}</equality></mujoco>")
+    linkage = kinematics.load(of(text))
+    assert linkage.mobility == 1 and not linkage.loops
+    (remark,) = remarks_of(text)
+    assert "cannot move apart" in remark and "left out" in remark
+
+
 def test_static_bodies_belong_to_the_ground_or_their_parent():
     text = world(
         f'<body name="t">{GEOM}<body name="b"><joint/>{GEOM}'

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from decimal import Decimal, localcontext
 from fractions import Fraction
 from typing import NamedTuple
 
@@ -32,21 +31,9 @@ from balance.space.transfers.compute_transfers import Transfers, serial_transfer
 from balance.support.tolerances import KNOWN_RANK_RELATIVE, UNIT_ROWS_DEPENDENT
 from kinematics.closure.assembly.assemble import moving_chain
 from kinematics.model.arrays import Chain, Frame, freeze
-from kinematics.numerics.linalg.cyclotomic import FieldNumber
-from kinematics.numerics.linalg.rational import (
-    Rows,
-    combination,
-    dot,
-    echelon,
-    largest_entry,
-)
+from kinematics.numerics.linalg.rational import combination, dot, echelon, largest_entry
 
 Array = NDArray[np.float64]
-
-# Digits in which vectors are made independent, and the size below which a remainder is that of
-# a dependent one: numbers of a field have 48 digits.
-DIGITS = 100
-REMAINDER = Decimal("1e-40")
 
 
 class Evidence(NamedTuple):
@@ -245,8 +232,8 @@ def _convert_transfers(chain: Chain, evidence: Evidence, rounded: Transfers) -> 
 def _span(chain: Chain, exact: Exact, transfers: Sequence[ExactTransfer]) -> Array:
     """Compute orthonormal rows that span transfers, in the units of the moving chain.
 
-    Vectors that floating point cannot tell apart are first made well independent in `DIGITS`
-    digits, by Gauss-Jordan elimination with complete pivoting; fractions would grow.
+    Vectors that floating point cannot tell apart are first made independent in rational
+    numbers, by Gauss-Jordan elimination with complete pivoting.
     """
     force = len(exact.chain.rows) < (3 if chain.planar else 6)
     frame = Frame(chain.frame.R, np.zeros(3), chain.frame.length)
@@ -255,25 +242,10 @@ def _span(chain: Chain, exact: Exact, transfers: Sequence[ExactTransfer]) -> Arr
     width = units.shape[1] * chain.links.size
     rows = _orthonormalise(np.array(vectors, dtype=np.float64).reshape(-1, width))
     if rows is None:
-        with localcontext(prec=DIGITS):
-            decimals = [_to_decimals(vector) for vector in vectors]
-            reduced = echelon(decimals, _largest_that_counts)[0]
+        reduced = echelon(vectors, largest_entry)[0]
         rows = _orthonormalise(np.array(reduced, dtype=np.float64), known=True)
     assert rows is not None
     return rows
-
-
-def _largest_that_counts(rows: Rows, pivots: Sequence[int]) -> tuple[int, int] | None:
-    """Choose the largest entry of all; None if it is that of a remainder."""
-    entry = largest_entry(rows, pivots)
-    return None if entry is None or abs(rows[entry[0]][entry[1]]) < REMAINDER else entry
-
-
-def _to_decimals(vector: Sequence[Fraction]) -> list[Decimal]:
-    """Round a vector, over its largest entry, to the digits of the context."""
-    near = [x.nearby if isinstance(x, FieldNumber) else x for x in vector]
-    size = max(map(abs, near))
-    return [Decimal((x / size).numerator) / (x / size).denominator for x in near]
 
 
 def _orthonormalise(A: Array, known: bool = False) -> Array | None:

@@ -9,7 +9,6 @@ orthogonal (A. Cayley, 1846): ``cos θ = (1 - t²) / (1 + t²)``, ``sin θ = 2t 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from decimal import Decimal
 from fractions import Fraction
 from functools import cache
 from math import isqrt
@@ -19,7 +18,7 @@ from kinematics.errors import ExactError
 from kinematics.numerics.tolerances import DECIMAL_ROUND_OFF
 
 Vector = tuple[Fraction, ...]
-Number = TypeVar("Number", Fraction, Decimal, float)
+Number = TypeVar("Number", Fraction, float)
 Rows = Sequence[Sequence[Number]]
 Pivot = Callable[[Rows[Number], Sequence[int]], tuple[int, int] | None]
 
@@ -187,7 +186,7 @@ def largest_entry(rows: Rows, pivots: Sequence[int]) -> tuple[int, int] | None:
     Returns:
         Row in ``rows`` and column; None if all rows vanish.
     """
-    sizes = [max((abs(x) for x in row if x), default=0) for row in rows]
+    sizes = [max(map(abs, row), default=0) for row in rows]
     if not any(sizes):
         return None
     i = sizes.index(max(sizes))
@@ -214,14 +213,13 @@ def echelon(
     pivots: list[int] = []
     while (entry := pivot(remaining, pivots)) is not None:
         row, column = remaining.pop(entry[0]), entry[1]
-        row = [x / row[column] if x else x for x in row]
-        # Rows are sparse, and products with zeros take as long as others.
-        entries = [(c, x) for c, x in enumerate(row) if x]
+        row = [x / row[column] for x in row]
         for group in (remaining, done):
-            for other in group:
-                if factor := other[column]:
-                    for c, x in entries:
-                        other[c] -= factor * x
+            group[:] = [
+                [x - other[column] * y for x, y in zip(other, row, strict=True)]
+                if other[column] else other
+                for other in group
+            ]  # fmt: skip
         done.append(row)
         pivots.append(column)
     return done, pivots

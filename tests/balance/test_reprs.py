@@ -109,6 +109,7 @@ def results_of_masses(space, none):
         (front.designs[0], "of the shaking in the file"),
         (balance.masses.ElasticFrame(9, 1, 9, 1), "9"),
         (remedies, "infeasible: own_masses"),
+        (balance.formulas("four_bar_general", "force"), "l_crank m_coupler = 0"),
         (remedies.results[1], "kg added, input inertia"),
         (rotors, "2"),
         (rotors.sets[0], "u1"),

@@ -116,6 +116,7 @@ def results_of_masses(space, none):
         (synthesis, "feasible: 1 mechanism"),
         (synthesis.mechanisms[0], "confirmed"),
         (balance.studies.PantographMasses(*[0.5] * 13), "3 kg"),
+        (balance.studies.StackedChains(), "11 kg"),
     ]
 
 

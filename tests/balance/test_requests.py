@@ -148,6 +148,7 @@ def from_linkages(linkage):
         "design_space_many": lambda: balance.space.design_space_many(linkage, screws).rank,
         "exact_ranks": lambda: balance.checks.exact_ranks(linkage).ranks,
         "locked_inertia": lambda: balance.space.locked_inertia(linkage, q),
+        "formulas": lambda: balance.formulas(linkage, "force").text(),
         "find_paths": lambda: balance.find_paths(linkage, length=0.1).starts[0].values,
         "motion_modes": lambda: balance.motion_modes(linkage).modes[0].space.basis,
         "momentum_lines": lambda: balance.momentum.momentum_lines(linkage, q)[0][1].point,

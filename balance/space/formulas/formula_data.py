@@ -12,6 +12,7 @@ from balance.space.formulas.polynomials import Quotient
 from balance.space.formulas.relations import FreeDimensions
 from balance.support.tolerances import FORMULA_AGREES
 from kinematics.errors import PackageError
+from kinematics.wording import repr_lines
 
 if TYPE_CHECKING:
     from balance.space.formulas.planar_parts import Dimension, PlanarParts
@@ -72,6 +73,11 @@ class Formulas:
     geometries: int
 
     def __repr__(self) -> str:
+        """Up to six lines: the linkage and its conditions."""
+        head = f"Formulas of {self.name}, {self.balance} balance"
+        return repr_lines(head, *self.text().splitlines())
+
+    def __str__(self) -> str:
         """Give the conditions as text, a line each."""
         return self.text()
 

@@ -28,6 +28,7 @@ from kinematics.errors import UsageError
 from kinematics.model.document import make_elements
 from kinematics.model.document.element import Element
 from kinematics.model.document.write_numbers import element_text, number_words
+from kinematics.wording import number_text, repr_lines
 
 # Moments about the other axes, of that about the axis of the joints: of a body with some width.
 ACROSS = 0.6
@@ -65,6 +66,16 @@ class StackedChains(NamedTuple):
     crank_mass: float = 0.8
     slider_mass: float = 0.4
     inertia: float = 0.01
+
+    def __repr__(self) -> str:
+        """Three lines: the mass of all, the legs, the crank-slider."""
+        legs, pair = 4.0 * self.link_mass, 2.0 * self.crank_mass
+        mass = legs + self.platform_mass + pair + self.slider_mass
+        return repr_lines(
+            f"StackedChains: {number_text(mass)} kg",
+            f"legs: two links of {number_text(self.leg)} m each",
+            f"crank and coupler: {number_text(self.crank)} m",
+        )
 
 
 class _Dyad(NamedTuple):

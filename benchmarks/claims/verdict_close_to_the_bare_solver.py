@@ -17,13 +17,13 @@ import numpy as np
 from scipy.sparse import csc_matrix
 
 from balance import design_space
-from balance.masses.designs.clarabel_adapter import ConstraintBlock
 from balance.masses.designs.constraints import Constraints, build_program
 from balance.masses.designs.feasibility import Feasibility, feasible, least_traces
 from balance.masses.designs.pseudo_inertia_cone import from_si, parameters_by_body
 from balance.space.inertial_parameters.conversions import pseudo_inertia
 from balance.space.momentum.regressor import rows_at
 from balance.space.spaces.design_space import DesignSpace
+from balance.support.clarabel_adapter import ConstraintBlock
 from benchmarks.inputs.geometry import resized
 from kinematics.closure.newton import forward_kinematics, solve_positions
 from kinematics.loading.model_gallery import load

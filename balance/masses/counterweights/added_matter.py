@@ -29,9 +29,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from balance.masses.counterweights.regions import Region
-from balance.masses.designs.clarabel_adapter import TRIANGLES, ConstraintBlock
 from balance.space.inertial_parameters.conversions import to_chain
 from balance.space.spaces.design_space import DesignSpace
+from balance.support.clarabel_adapter import TRIANGLES, ConstraintBlock
 from balance.support.tolerances import TETRAHEDRON_FLAT
 from kinematics.model.spatial.inertia import from_pseudo_inertia
 
@@ -44,7 +44,7 @@ class MomentCone(NamedTuple):
     Attributes:
         matrices: symmetric matrices (n, 4, 4), in the unit coordinates of the region.
         rows: rows of the constraints on v (rows, n): ``rows @ v`` lies in the cones.
-        parts: the cones, for `balance.masses.designs.clarabel_adapter.solve_conic`.
+        parts: the cones, for `balance.support.clarabel_adapter.solve_conic`.
         exact: whether every measure in the region is described; False for point masses.
     """
 

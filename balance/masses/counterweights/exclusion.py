@@ -17,10 +17,10 @@ from numpy.typing import ArrayLike, NDArray
 from balance.masses.counterweights.added_matter import parameters_per_moment
 from balance.masses.counterweights.quadratic_minimum import least_values
 from balance.masses.counterweights.regions import Region
-from balance.masses.designs.clarabel_adapter import TRIANGLES
 from balance.masses.designs.pseudo_inertia_cone import given_parameters
 from balance.space.inertial_parameters.conversions import to_chain
 from balance.space.spaces.design_space import DesignSpace
+from balance.support.clarabel_adapter import TRIANGLES
 from balance.support.tolerances import (
     CERTIFICATE_ENTRY_RELATIVE,
     CERTIFICATE_ORTHOGONAL,

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from balance.masses.counterweights.added_matter import homogeneous
 from balance.masses.counterweights.quadratic_minimum import minimise_in_region
 from balance.masses.counterweights.regions import Region
-from balance.masses.designs.clarabel_adapter import TRIANGLES, triangles
+from balance.support.clarabel_adapter import TRIANGLES, triangles
 from balance.support.tolerances import (
     FIXED_RANK_RELATIVE,
     INSIDE_REGION,

@@ -31,16 +31,16 @@ from balance.masses.counterweights.added_matter import (
     symmetric_basis,
 )
 from balance.masses.counterweights.regions import Region
-from balance.masses.designs.clarabel_adapter import (
+from balance.masses.designs.objectives import rotor_weights
+from balance.masses.designs.pseudo_inertia_cone import given_parameters
+from balance.space.inertial_parameters.conversions import pseudo_inertia, to_chain
+from balance.space.spaces.design_space import DesignSpace
+from balance.support.clarabel_adapter import (
     TRIANGLES,
     ConstraintBlock,
     solve_conic,
     triangles,
 )
-from balance.masses.designs.objectives import rotor_weights
-from balance.masses.designs.pseudo_inertia_cone import given_parameters
-from balance.space.inertial_parameters.conversions import pseudo_inertia, to_chain
-from balance.space.spaces.design_space import DesignSpace
 from balance.support.tolerances import CONDITION_WITHOUT_MATTER
 from kinematics.numerics.linalg.vectors import project_out
 

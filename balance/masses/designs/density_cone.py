@@ -28,7 +28,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from balance.masses.designs.clarabel_adapter import TRIANGLES, ConstraintBlock, triangles
+from balance.support.clarabel_adapter import TRIANGLES, ConstraintBlock, triangles
 
 Array = NDArray[np.float64]
 

@@ -25,7 +25,6 @@ from balance.masses.designs.certificate_search import (
     certificates_within_densities,
     conflict_certificate,
 )
-from balance.masses.designs.clarabel_adapter import ConstraintBlock, solve_conic
 from balance.masses.designs.constraints import Constraints, Program, build_program
 from balance.masses.designs.density_cone import (
     DensityRows,
@@ -54,6 +53,7 @@ from balance.masses.designs.verdicts import (
 )
 from balance.space.certification.certified_space import CertifiedSpace
 from balance.space.spaces.design_space import DesignSpace
+from balance.support.clarabel_adapter import ConstraintBlock, solve_conic
 from balance.support.tolerances import KEPT_BODY_RESIDUAL
 from kinematics.model.arrays import freeze
 from kinematics.wording import repr_lines

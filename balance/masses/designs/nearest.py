@@ -29,13 +29,13 @@ from collections.abc import Callable, Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-from balance.masses.designs.clarabel_adapter import ConstraintBlock, solve_conic, triangles
 from balance.masses.designs.density_cone import (
     DensityRows,
     UnitOfMass,
     density_rows,
     widen,
 )
+from balance.support.clarabel_adapter import ConstraintBlock, solve_conic, triangles
 from balance.support.tolerances import NEWTON_DECREMENT_LEAST, NEWTON_DECREMENT_STALLED
 
 Array = NDArray[np.float64]

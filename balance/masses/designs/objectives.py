@@ -32,13 +32,13 @@ from typing import Literal, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from balance.masses.designs.clarabel_adapter import ConstraintBlock, solve_conic, triangles
 from balance.masses.designs.constraints import Program
 from balance.masses.designs.density import density_over_limit
 from balance.masses.designs.density_cone import DensityRows, widen
 from balance.masses.designs.nearest import file_distance, limit_rows, minimise_distance
 from balance.masses.designs.pseudo_inertia_cone import Cone, given_parameters, matrices_of
 from balance.space.spaces.design_space import DesignSpace
+from balance.support.clarabel_adapter import ConstraintBlock, solve_conic, triangles
 from balance.support.tolerances import DENSITY_RELATIVE, PSEUDO_INERTIA_SINGULAR
 from kinematics.closure.series import expand
 from kinematics.errors import BodyError

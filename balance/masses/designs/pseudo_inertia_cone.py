@@ -16,9 +16,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from balance.masses.designs.clarabel_adapter import TRIANGLES, ConstraintBlock
 from balance.space.inertial_parameters.conversions import pseudo_inertia
 from balance.space.spaces.design_space import DesignSpace
+from balance.support.clarabel_adapter import TRIANGLES, ConstraintBlock
 from kinematics.model.arrays import Frame
 from kinematics.model.spatial.inertia import from_pseudo_inertia
 

@@ -12,7 +12,6 @@ from numpy.typing import ArrayLike, NDArray
 from balance.masses.counterweights.counterweight import Counterweight, counterweight_of
 from balance.masses.counterweights.lumps import lumps_of
 from balance.masses.counterweights.regions import Region
-from balance.masses.designs.clarabel_adapter import TRIANGLES
 from balance.masses.designs.pseudo_inertia_cone import given_parameters
 from balance.masses.partial.elastic_frame import ElasticFrame
 from balance.masses.partial.least_shaking import CapsConflict, LeastShaking
@@ -25,6 +24,7 @@ from balance.masses.partial.shaking_problem import (
 from balance.motion.verification.trajectory import Trajectory
 from balance.space.spaces.compute_space import design_space
 from balance.space.spaces.design_space import DesignSpace
+from balance.support.clarabel_adapter import TRIANGLES
 from balance.support.tolerances import LEAST_SHAKING_GAP, LUMP_SHARE_LEAST, SHAKING_GAP_PROVED
 from kinematics.errors import UsageError
 from kinematics.loading.model_gallery import LinkageLike, as_linkage

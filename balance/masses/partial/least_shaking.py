@@ -30,13 +30,13 @@ from numpy.typing import NDArray
 from balance.masses.counterweights.added_matter import lump_cone, moment_cone
 from balance.masses.counterweights.cylinder_points import first_points
 from balance.masses.counterweights.quadratic_minimum import minimise_in_region
-from balance.masses.designs.clarabel_adapter import (
+from balance.masses.partial.shaking_program import ShakingProgram
+from balance.support.clarabel_adapter import (
     TRIANGLES,
     ConstraintBlock,
     solve_conic,
     triangles,
 )
-from balance.masses.partial.shaking_program import ShakingProgram
 from balance.support.tolerances import (
     CAP_EXCEEDED,
     LEAST_SHAKING_GAP,

@@ -1,7 +1,7 @@
 """Loads along motions as affine functions of the matter that is added to links.
 
 The pseudo-inertia of the matter on a link has ten coordinates in the orthonormal basis of
-`balance.masses.designs.clarabel_adapter.triangles`, in the unit coordinates of the link's
+`balance.support.clarabel_adapter.triangles`, in the unit coordinates of the link's
 region: kilograms. All links together have the coordinates s. Each load is linear in the
 inertial parameters (`balance.space.momentum.regressor`), so it is ``columns @ [s; 1]``; the
 last column is the load of the masses in the file. Moments are about the middle of the

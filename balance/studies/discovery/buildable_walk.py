@@ -25,7 +25,6 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from balance.masses.designs.clarabel_adapter import ConstraintBlock, solve_conic
 from balance.masses.designs.pseudo_inertia_cone import Cone
 from balance.space.inertial_parameters.conversions import pseudo_inertia
 from balance.studies.discovery.lane_motion import momentum_rates
@@ -42,6 +41,7 @@ from balance.studies.discovery.walk import (
     step_terms,
     take_conditions,
 )
+from balance.support.clarabel_adapter import ConstraintBlock, solve_conic
 
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]

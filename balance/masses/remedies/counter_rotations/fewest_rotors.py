@@ -17,7 +17,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from balance.masses.counterweights.program import IDLE_MASS_PRICE
-from balance.masses.designs.clarabel_adapter import ConstraintBlock, solve_conic
 from balance.masses.designs.feasibility import Verdict
 from balance.masses.designs.pseudo_inertia_cone import cone_of_columns, given_parameters
 from balance.masses.remedies.counter_rotations.counter_rotors import (
@@ -32,6 +31,7 @@ from balance.masses.remedies.counter_rotations.rotor_sets import (
 )
 from balance.space.inertial_parameters.conversions import mass_properties
 from balance.space.spaces.design_space import DesignSpace
+from balance.support.clarabel_adapter import ConstraintBlock, solve_conic
 from balance.support.tolerances import MASSES_EQUAL
 from kinematics.numerics.linalg.ties import rank_least_first
 from kinematics.wording import count_noun, number_text, repr_lines

@@ -22,11 +22,11 @@ from numpy.typing import NDArray
 
 from balance.masses.designs.certificate import PARAMETERS_PER_TRACE, CertificateCheck
 from balance.masses.designs.certificate_search import refine_matrices
-from balance.masses.designs.clarabel_adapter import ConstraintBlock, solve_conic
 from balance.masses.designs.constraints import Program
 from balance.masses.designs.feasibility import least_traces
 from balance.masses.designs.pseudo_inertia_cone import Cone, cone_of_columns
 from balance.masses.remedies.counter_rotations.counter_rotors import RotorConditions
+from balance.support.clarabel_adapter import ConstraintBlock, solve_conic
 from balance.support.tolerances import (
     CERTIFICATE_MARGIN,
     DESIGN_RESIDUAL,

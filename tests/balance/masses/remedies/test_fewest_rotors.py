@@ -9,7 +9,6 @@ import pytest
 
 import balance
 import kinematics
-from balance.masses.designs.clarabel_adapter import ConstraintBlock, solve_conic
 from balance.masses.designs.pseudo_inertia_cone import cone_of_columns
 from balance.masses.remedies.counter_rotations.counter_rotors import rotor_conditions
 from balance.masses.remedies.counter_rotations.fewest_rotors import (
@@ -25,6 +24,7 @@ from balance.masses.remedies.counter_rotations.rotor_sets import (
     decide_rotors,
 )
 from balance.space.inertial_parameters.conversions import basis_from_chain
+from balance.support.clarabel_adapter import ConstraintBlock, solve_conic
 from benchmarks.inputs.geometry import two_loops
 from kinematics import ScrewJoint, from_screws
 from kinematics.model.document.element import Document

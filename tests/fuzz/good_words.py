@@ -61,7 +61,7 @@ GOOD: dict[str, list[str]] = {
     "--inputs": ["{inputs}"], "--motion": ["{first}=0"], "--balance": ["force"],
     "--at": ["{first}=0.05"],
     "--mode": ["1"], "--ground": ["base"],
-    "--max-order": ["1"], "--html": ["{folder}/page.html"], "--require": ["verified"],
+    "--max-order": ["1"], "--html": ["{folder}/page.html"], "--certainty": ["verified"],
     "--trajectories": ["1"], "--seed": ["3"], "--csv": ["{table}"], "--path": ["{poses}"],
     "--speed": ["{first}=300rpm"], "--table": ["{folder}/table.csv"],
     "--tolerance": ["1e-6"], "--against": ["five_bar"], "--plot": ["{folder}/plot.svg"],

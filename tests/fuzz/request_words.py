@@ -236,7 +236,7 @@ WORDS: dict[str, Maker] = {
     "--max-order": _of("0", "1", "2", "3", "5", "-1", "51", "x"),
     "--html": lambda rng, place: [_out(rng, place, "page.html")],
     "--write-closed": lambda rng, place: [_out(rng, place, "closed.urdf")],
-    "--require": _of("proved", "verified"),
+    "--certainty": _of("proved", "verified"),
     "--trajectories": _of("1", "1", "1", "2", "0", "10001"),
     "--seed": _of("0", "7", "123456", "-1", "99999999999999999999"),
     "--csv": lambda rng, place: [_table(rng, place)],

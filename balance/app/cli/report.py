@@ -76,7 +76,7 @@ def add_report(parser: Parser) -> None:
         help="also compute the ranks by exact arithmetic, from the decimals of the file",
     )  # fmt: skip
     parser.add_argument(
-        "--require", choices=("proved", "verified"),
+        "--certainty", choices=("proved", "verified"),
         help="exit with 4 if the answer is less certain than that",
     )  # fmt: skip
 
@@ -242,14 +242,14 @@ def _describe(
 
 
 def _missing_certainty(space: DesignSpace, arguments: argparse.Namespace) -> tuple[Notice, ...]:
-    """Return a notice if the answer is less certain than ``--require``."""
+    """Return a notice if the answer is less certain than ``--certainty``."""
     from balance.space.spaces.certainty import LEVELS
     from kinematics.model.linkage import Notice
 
-    if LEVELS.index(space.level) >= LEVELS.index(arguments.require or LEVELS[0]):
+    if LEVELS.index(space.level) >= LEVELS.index(arguments.certainty or LEVELS[0]):
         return ()
     reason = space.assurance.removeprefix(f"{space.level}: ")
-    text = f"the answer is {space.level}, not {arguments.require}: {reason}"
+    text = f"the answer is {space.level}, not {arguments.certainty}: {reason}"
     return (Notice("required", text),)
 
 

@@ -125,7 +125,7 @@ def test_a_mode_that_does_not_exist_is_refused(number, code, tmp_path, capsys):
 
 def test_a_certainty_that_a_mode_misses_is_told(tmp_path, capsys, caplog):
     path = made("rhombus", tmp_path)
-    assert main(["report", path, "--require", "proved"]) == 4
+    assert main(["report", path, "--certainty", "proved"]) == 4
     assert "mode 2: the answer is verified, not proved" in caplog.text
 
 

@@ -187,14 +187,14 @@ def test_orders_that_are_not_enough_are_an_estimate(figure):
 @pytest.mark.parametrize(
     "words, code",
     [
-        ("four_bar_general --require proved", 0),
-        ("four_bar_general --require verified", 0),
-        ("four_bar_kite --require proved", 4),
-        ("four_bar_kite --require verified", 0),
-        ("four_bar_general --max-order 2 --require verified", 4),
+        ("four_bar_general --certainty proved", 0),
+        ("four_bar_general --certainty verified", 0),
+        ("four_bar_kite --certainty proved", 4),
+        ("four_bar_kite --certainty verified", 0),
+        ("four_bar_general --max-order 2 --certainty verified", 4),
         ("four_bar_general --max-order 2", 0),
-        ("four_bar_kite --max-order 1 --require verified", 4),
-        ("hprs --require proved", 0),
+        ("four_bar_kite --max-order 1 --certainty verified", 4),
+        ("hprs --certainty proved", 0),
     ],
 )
 def test_the_certainty_that_is_required(words, code, capsys):
@@ -209,7 +209,7 @@ def test_the_certainty_that_is_required(words, code, capsys):
 
 @pytest.mark.parametrize(
     "words",
-    ["four_bar_kite --require proved", "four_bar_general --max-order 2 --require verified"],
+    ["four_bar_kite --certainty proved", "four_bar_general --max-order 2 --certainty verified"],
 )
 def test_a_certainty_that_is_missed_is_told(words, capsys, caplog):
     """The level that was reached, the one that was required, and the reason."""
@@ -223,12 +223,12 @@ def test_a_certainty_that_is_missed_is_told(words, capsys, caplog):
             f"required: the answer is {level}, not {required}: {reason}"
         )
     caplog.clear()
-    assert main(["report", "four_bar_kite", "--require", "verified"]) == 0
+    assert main(["report", "four_bar_kite", "--certainty", "verified"]) == 0
     assert not [line for line in caplog.messages if line.startswith("required")]
 
 
 def test_no_other_certainty_can_be_required(capsys):
-    assert main(["report", "four_bar_kite", "--require", "estimated"]) == 2
+    assert main(["report", "four_bar_kite", "--certainty", "estimated"]) == 2
     assert "estimated" in capsys.readouterr().err
 
 
@@ -252,7 +252,7 @@ def test_where_exact_ranks_are_refused_the_report_stands(tmp_path, capsys, caplo
     words = [str(altered("bennett_rational", tmp_path, rounded)), "--as-written"]
     assert main(["report", *words, "--json"]) == 4
     plain = json.loads(capsys.readouterr().out)
-    assert main(["report", *words, "--exact", "--require", "verified", "--json"]) == 4
+    assert main(["report", *words, "--exact", "--certainty", "verified", "--json"]) == 4
     report = json.loads(capsys.readouterr().out)
     Draft202012Validator(schema()).validate(report)
     notice = report["warnings"].pop()

@@ -225,7 +225,7 @@ def test_the_command_writes_the_closed_file(tmp_path, capsys, caplog):
     assert str(out) in told and re.search(r"moved are \w+ by -?[\d.]+ rad", told)
     first = capsys.readouterr().out
     caplog.clear()
-    assert main(["report", str(out), "--require", "proved"]) == 0
+    assert main(["report", str(out), "--certainty", "proved"]) == 0
     assert not caplog.records
     orders = [text.splitlines()[-4:] for text in (first, capsys.readouterr().out)]
     assert orders[0] == orders[1]

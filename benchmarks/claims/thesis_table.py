@@ -23,9 +23,8 @@ from benchmarks.references.reference import off, positions
 from kinematics import load, taylor_motion
 from kinematics.closure.taylor.expansion_kernels import polynomials
 from kinematics.closure.taylor.layout import packed_layout
-from kinematics.closure.taylor.monomials import monomial_powers, monomial_table
+from kinematics.closure.taylor.monomials import monomial_powers
 from kinematics.closure.taylor.taylor_motion import TaylorMotion
-from kinematics.model.arrays import freeze
 from kinematics.model.linkage import Linkage
 
 # Seconds, by order; the Bennett linkage with the closure of rotations only, and with all.
@@ -81,8 +80,8 @@ class ThesisTableByOrder:
         self.job = _job(name)
         self.found = _expand(self.job, order)
         chain, equations = self.found.chain, self.job[2]
-        chosen = None if equations is None else freeze(equations, np.int64)
-        self.layout = packed_layout(chain, monomial_table(chain.width, order), chosen)
+        chosen = None if equations is None else tuple(map(int, equations))
+        self.layout = packed_layout(chain, order, chosen)
 
     def time_kernel(self, name: str, order: int) -> None:
         """From joint screws."""

@@ -75,7 +75,7 @@ def _job(
     motion = given or Motion.free(first.inputs)
     chain, scales = scaled_chain(moving_chain(first, given), first, motion)
     table = monomial_table(chain.width, order)
-    whole = packed_layout(chain, table)
+    whole = packed_layout(chain, order)
     # The direction of the 6R arm's line is not of unit length along x.
     scales = scales / jobs.DIRECTION[0] if relations else scales
     units = monomial_powers(table.exponents, 1.0 / scales)[:, None]

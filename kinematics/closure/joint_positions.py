@@ -65,25 +65,30 @@ def joint_positions(linkage: Linkage, q: ArrayLike | Mapping[str, float]) -> Arr
     )
 
 
-def input_chain(linkage: Linkage, frame: Frame | None = None) -> Chain:
-    """Make the spatial chain of all joints whose columns are the inputs.
+def input_chain(linkage: Linkage) -> Chain:
+    """Return the spatial chain of all joints whose columns are the inputs."""
+    return linkage.once(_input_chain)
 
-    Args:
-        frame: coordinates to use; by default those of `kinematics.model.chain.arrange_loops`.
-    """
+
+def _input_chain(linkage: Linkage, frame: Frame | None = None) -> Chain:
+    """Make that chain, by default in the coordinates of `arrange_loops`."""
     independent = linkage.positions_of(linkage.inputs)
     return move_chain(arrange_loops(linkage, frame), independent, np.eye(linkage.mobility))
 
 
 def si_chain(linkage: Linkage, spatial: bool) -> Chain:
-    """Make the chain of all joints in SI units about the inertial origin.
+    """Return the chain of all joints in SI units about the inertial origin.
 
     Args:
         spatial: whether to keep all components of a planar linkage. Otherwise it is reduced to
             its plane, in the axes of the plane, without idle joints.
     """
-    chain = input_chain(linkage, Frame())
-    if spatial or not linkage.planar:
+    return linkage.once(_si_chain, spatial or not linkage.planar)
+
+
+def _si_chain(linkage: Linkage, spatial: bool) -> Chain:
+    chain = _input_chain(linkage, Frame())
+    if spatial:
         return chain
     moving = lock_joints(chain, np.isin(names_of(linkage.joints), linkage.idle))
     return flatten(moving, linkage.chain.frame.R[2])
@@ -91,7 +96,7 @@ def si_chain(linkage: Linkage, spatial: bool) -> Chain:
 
 def _check_closure(linkage: Linkage, q: Array) -> Array:
     """Return the given positions, if they close the loops."""
-    chain = arrange_loops(linkage)
+    chain = input_chain(linkage)
     error = forward_kinematics(chain, q / chain.units).error
     if not error <= GIVEN_POSE_RESIDUAL:
         raise PoseError(

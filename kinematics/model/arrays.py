@@ -67,14 +67,14 @@ class Structure:
 
     Attributes:
         of: the arrays that it follows from, and the number of components of a screw.
-        made: results of functions of the topology, by function.
+        made: results of functions of the topology, by function and arguments.
         workspaces: those that nobody uses, by purpose.
     """
 
     def __init__(self, of: tuple[Any, ...]) -> None:
         """Start without results and workspaces."""
         self.of = of
-        self.made: dict[Callable[[Chain], Any], Any] = {}
+        self.made: dict[tuple[object, ...], Any] = {}
         self.workspaces: dict[tuple[object, ...], list[Any]] = {}
 
 
@@ -153,7 +153,7 @@ class Chain:
                 column, they move no links but those in ``moves``, which stays.
         """
         chain = replace(self, columns=freeze(columns))
-        chain.structure.made[_make_envelope] = self.envelope
+        chain.structure.made[_make_envelope,] = self.envelope
         if columns.shape == self.columns.shape:
             chain.structure.workspaces = self.structure.workspaces
         return chain
@@ -166,12 +166,18 @@ class Chain:
             self.envelope,
         )  # fmt: skip
 
-    def once(self, make: Callable[[Chain], Made]) -> Made:
-        """Return the result of a function of the structure, computed once."""
+    def once(self, make: Callable[..., Made], *arguments: object) -> Made:
+        """Return the result of a function of the structure, computed once.
+
+        Args:
+            make: called with the chain and the arguments.
+            arguments: hashable.
+        """
+        key = (make, *arguments)
         try:
-            value: Made = self.structure.made[make]
+            value: Made = self.structure.made[key]
         except KeyError:
-            value = self.structure.made[make] = make(self)
+            value = self.structure.made[key] = make(self, *arguments)
         return value
 
     def borrow(self, purpose: tuple[object, ...], make: Callable[[], Any]) -> Any:

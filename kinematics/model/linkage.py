@@ -8,15 +8,15 @@ the ground, so one integer names both a joint and the link after it.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from kinematics.model.arrays import Chain, IntArray, freeze
+from kinematics.model.arrays import Chain, IntArray, Made, freeze
 from kinematics.wording import (
     count_noun,
     first_names,
@@ -282,6 +282,7 @@ class Linkage(UnassembledLinkage):
     frames: Array = field(kw_only=True)
     chain: Chain = field(kw_only=True)
     spatial_chain: Chain = field(kw_only=True)
+    _made: dict[tuple[object, ...], Any] = field(default_factory=dict, init=False, repr=False)
 
     def __repr__(self) -> str:
         """Give four lines: parts, mobility, bodies, file."""
@@ -345,6 +346,19 @@ class Linkage(UnassembledLinkage):
         from kinematics.model.document.linkage_text import urdf_text
 
         return urdf_text(self)
+
+    def once(self, make: Callable[..., Made], *arguments: object) -> Made:
+        """Return the result of a function of the linkage, computed once.
+
+        Args:
+            make: called with the linkage and the arguments.
+            arguments: hashable.
+        """
+        key = (make, *arguments)
+        if key not in self._made:
+            self._made[key] = make(self, *arguments)
+        value: Made = self._made[key]
+        return value
 
     def positions_of(self, joints: Sequence[str]) -> IntArray:
         """Find the indices of joints, by name, among all joints."""

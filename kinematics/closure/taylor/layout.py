@@ -20,7 +20,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from kinematics.closure.taylor.monomials import Monomials
+from kinematics.closure.taylor.monomials import monomial_table
 from kinematics.model.arrays import Chain, IntArray, freeze
 from kinematics.model.chain import path
 from kinematics.numerics.compiled.simd import round_up_to_vectors
@@ -150,17 +150,27 @@ class _Vectors(NamedTuple):
     cuts: Rows
 
 
-def packed_layout(chain: Chain, table: Monomials, equations: IntArray | None = None) -> Layout:
-    """Pack the data of the kernel for a chain.
+def packed_layout(chain: Chain, order: int, equations: tuple[int, ...] | None = None) -> Layout:
+    """Pack the data of the kernel for a chain, once for each structure and kinds of screws.
 
     Args:
         chain: the linkage as arrays; its screws may change later, but for their kinds.
-        table: the monomials, with one variable for each column of the chain.
+        order: highest degree of the monomials in the columns of the chain.
         equations: rows of the loop matrix to solve by least squares; all by default.
 
     Returns:
         Both arrays, and the shape of the result.
+
+    Raises:
+        LinkageError: there are too many products of monomials.
     """
+    kinds = chain.screws[:, : 3 if chain.screws.shape[1] == 6 else 1].any(axis=1).tobytes()
+    return chain.once(_pack, order, equations, kinds)
+
+
+def _pack(chain: Chain, order: int, equations: tuple[int, ...] | None, _kinds: bytes) -> Layout:
+    """Pack the data; the kinds of the screws, which it reads, are there for `Chain.once`."""
+    table = monomial_table(chain.width, order)
     n, dim = chain.screws.shape
     rows = len(chain.ends) * dim + len(chain.mimics)
     vectors = _vectors(chain)

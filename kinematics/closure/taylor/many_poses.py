@@ -139,7 +139,7 @@ def taylor_motion_many(
     chain, scales = scaled_chain(moving_chain(linkage, given), linkage, motion)
     q = _check_shape(linkage, poses, chain)
     table = monomial_table(chain.width, order)
-    layout = packed_layout(chain, table)
+    layout = packed_layout(chain, order)
     screws = _carry_screws(linkage, chain, q)
     # q_k = Dq_k / k for the part of degree k, and in SI units
     parts = monomial_powers(table.exponents, 1.0 / scales)

@@ -262,6 +262,9 @@ def scaled_chain(chain: Chain, linkage: Linkage, motion: Motion) -> tuple[Chain,
     Returns:
         The chain, and the scale of each coordinate (w,): the SI value of one unit.
     """
+    if chain is linkage.chain:  # its columns are the inputs, one unit each
+        inputs = linkage.positions_of(linkage.inputs)
+        return chain, freeze(chain.units[np.searchsorted(chain.joints, inputs)])
     at = {joint: j for j, joint in enumerate(chain.joints.tolist())}
     inputs = linkage.positions_of(motion.inputs).tolist()
     moving = [c for c, joint in enumerate(inputs) if joint in at]
@@ -319,10 +322,9 @@ def taylor_motion(
     motion = given or Motion.free(linkage.inputs)
     chain, scales = scaled_chain(moving_chain(linkage, given), linkage, motion)
     table = monomial_table(chain.width, order)
-    chosen = None if equations is None else freeze(equations, np.int64)
-    chain_coefficients, condition = polynomials(
-        chain.screws, packed_layout(chain, table, chosen)
-    )
+    chosen = None if equations is None else tuple(map(int, equations))
+    layout = packed_layout(chain, order, chosen)
+    chain_coefficients, condition = polynomials(chain.screws, layout)
     if not condition < CLOSURE_CONDITION:
         raise MobilityError(
             f"{linkage.source}: the closure equations hardly determine the other joints "
@@ -339,7 +341,12 @@ def _to_si(
     chain_coefficients: Array, chain: Chain, scales: Array, table: Monomials, joints: int
 ) -> Array:
     """Convert coefficients of the moving joints to those of all joints in SI units."""
-    coefficients = np.zeros((len(chain_coefficients), joints))
-    units = monomial_powers(table.exponents, 1.0 / scales)
-    coefficients[:, chain.joints] = chain_coefficients * units[:, None] * chain.units
-    return freeze(coefficients)
+    units = chain.units
+    if (scales != 1.0).any():
+        units = monomial_powers(table.exponents, 1.0 / scales)[:, None] * units
+    coefficients = chain_coefficients * units
+    if chain.joints.size < joints:
+        moving, coefficients = coefficients, np.zeros((len(coefficients), joints))
+        coefficients[:, chain.joints] = moving
+    coefficients.flags.writeable = False
+    return coefficients

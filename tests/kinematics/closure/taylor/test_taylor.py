@@ -119,7 +119,7 @@ def test_polynomials_are_the_series_along_rays(name, planar):
     chain = linkage.chain if planar else linkage.spatial_chain
     order = 6 if chain.width < 4 else 3
     table = monomial_table(chain.width, order)
-    found, condition = polynomials(chain.screws, packed_layout(chain, table))
+    found, condition = polynomials(chain.screws, packed_layout(chain, order))
     assert 1.0 <= condition < 1e4
     rays = np.random.default_rng(8).standard_normal((5, chain.width))
     rays /= np.linalg.norm(rays, axis=1, keepdims=True)

@@ -155,7 +155,7 @@ def _target_coordinates(
     import numpy as np
 
     from balance.motion.taylor_poses.prediction import input_values
-    from balance.motion.verification.csv_motion import read_columns, refuse_row
+    from balance.support.csv_columns import read_columns, refuse_row
 
     inputs, source = motion.motion.inputs, motion.linkage.source
     relations, short = ", ".join(motion.motion.relations), _short_names(arguments.tool, inputs)

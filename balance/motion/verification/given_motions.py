@@ -13,7 +13,6 @@ from balance.motion.motion_tolerances import (
     RELATION_RESIDUAL,
     ROUNDING_NOTICE,
 )
-from balance.motion.verification.csv_motion import Table, read_table, refuse_row
 from balance.motion.verification.input_paths import SplinePath
 from balance.motion.verification.table_rounding import (
     InputErrors,
@@ -22,6 +21,7 @@ from balance.motion.verification.table_rounding import (
     smooth_spline,
 )
 from balance.motion.verification.trajectory import Trajectory, drive, order_inputs
+from balance.support.csv_columns import Table, read_table, refuse_row
 from kinematics.closure.joint_positions import input_chain
 from kinematics.errors import PoseError
 from kinematics.model.linkage import Linkage, Notice

@@ -22,7 +22,7 @@ from balance.motion.motion_tolerances import (
 )
 from balance.studies.sweeps.closing import NEWTON_STEPS, SHORTEST, ClosedGeometries, Closer
 from balance.studies.sweeps.closing_kernels import close_each, closing_workspace
-from balance.studies.sweeps.expressions import Expression, ExpressionError, read_expression
+from balance.support.expressions import Expression, ExpressionError, read_expression
 from balance.support.tolerances import SCREW_ROUNDED
 from kinematics.error_text import clean, closest_names
 from kinematics.errors import FileError

@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 from balance.space.inertial_parameters.conversions import violations
 from balance.studies.sweeps.closing import ClosedGeometries, Closer
 from balance.studies.sweeps.constraints import StudyConstraints
-from balance.studies.sweeps.expressions import Expression, ExpressionError, read_expression
 from balance.studies.sweeps.geometry import link_inertias
 from balance.studies.sweeps.parameter_paths import MASSES, NumberPlace, PathError, read_sites
 from balance.studies.sweeps.placing import Placer
@@ -20,6 +19,7 @@ from balance.studies.sweeps.quantities import check_quantities
 from balance.studies.sweeps.ranges import Range, range_values
 from balance.studies.sweeps.row_quantities import MASS_QUANTITIES
 from balance.studies.sweeps.study_data import StudyData
+from balance.support.expressions import Expression, ExpressionError, read_expression
 from kinematics.error_text import clean, closest_names
 from kinematics.errors import FileError, LinkageError
 from kinematics.model.spatial.inertia import parameters

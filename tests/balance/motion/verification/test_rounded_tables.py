@@ -10,10 +10,10 @@ import pytest
 
 import balance
 import kinematics
-from balance.motion.verification.csv_motion import read_table
 from balance.motion.verification.given_motions import from_csv
 from balance.motion.verification.table_rounding import even_times, smooth_spline
 from balance.motion.verification.trajectory import drive
+from balance.support.csv_columns import read_table
 from kinematics.errors import FileError
 from tests.support.verify_command import run
 

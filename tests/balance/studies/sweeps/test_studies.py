@@ -12,11 +12,11 @@ import numpy as np
 import pytest
 
 import balance
-from balance.studies.sweeps.expressions import ExpressionError, read_expression
 from balance.studies.sweeps.job import SweepJob
 from balance.studies.sweeps.ranges import range_values, read_range
 from balance.studies.sweeps.row_quantities import QUANTITIES
 from balance.studies.sweeps.study import Study
+from balance.support.expressions import ExpressionError, read_expression
 from kinematics.errors import FileError, LinkageError, UsageError
 
 PAGE = Path(__file__).resolve().parents[4] / "docs" / "sweeps.md"

@@ -9,6 +9,8 @@ The space of balanced mass distributions:
 - ``certify``: confirm or correct the integers of a space, and state how sure they are
 - ``DesignSpace``: mass distributions with vanishing momentum in every motion of a linkage
 - ``CertifiedSpace``: a space whose integers were confirmed or corrected
+- ``require``: the space of several requirements at once, in poses, along motions or everywhere
+- ``RequiredSpace``: result of ``require``
 
 Conditions as formulas:
 

@@ -55,6 +55,8 @@ from .space.formulas.derive import formulas as formulas
 from .space.formulas.formula_data import Formulas as Formulas
 from .space.interpretation.explain import Explanation as Explanation
 from .space.interpretation.explain import explain as explain
+from .space.requirements.require import require as require
+from .space.requirements.required_space import RequiredSpace as RequiredSpace
 from .space.spaces.compute_space import design_space as design_space
 from .space.spaces.design_space import DesignSpace as DesignSpace
 from .studies.sweeps.sweep import sweep as sweep

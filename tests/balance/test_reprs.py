@@ -145,6 +145,7 @@ def results():
         (space, "rank 7 of 12 planar parameters"),
         (space, "verified: balanced at"),
         (space, "ranks by order 3, 6, 7"),
+        (balance.require(linkage, "force; gravity"), "force; gravity"),
         (record_of(space), "nullity 5 = 4 serial + 1 par"),
         (open_space, "estimated: by floating-point arithmetic alone"),
         (space.certainty, "verified"),

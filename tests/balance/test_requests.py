@@ -144,6 +144,7 @@ def from_linkages(linkage):
         "compare_remedies": lambda: (
             balance.compare_remedies(linkage, ["duplicates"]).results[0].added_mass
         ),
+        "require": lambda: balance.require(linkage, "force; dynamic at u1=0.1").basis,
         "design_space": lambda: design_space(linkage).basis,
         "design_space_many": lambda: balance.space.design_space_many(linkage, screws).rank,
         "exact_ranks": lambda: balance.checks.exact_ranks(linkage).ranks,

@@ -21,6 +21,10 @@ from balance.app.cli.model_readings import certified_space
 from balance.app.cli.number_arguments import positive_number, whole_number
 from balance.app.cli.outputs import add_page_option, describe_written
 from balance.app.cli.partial import add_partial_options, check_partial_options, run_partial
+from balance.app.cli.requirement_options import (
+    add_requirement_options,
+    check_requirement_options,
+)
 from balance.app.cli.spinner import spinner
 
 if TYPE_CHECKING:
@@ -39,6 +43,7 @@ def add_design(parser: Parser) -> None:
         "design, 1 if there is none, 4 if that is undecided."
     )
     add_model_options(parser)
+    add_requirement_options(parser)
     parser.set_defaults(run=_run)
     parser.add_argument(
         "--max-order", type=whole_number(0, 50, "an order"), metavar="K",
@@ -83,6 +88,7 @@ def add_design(parser: Parser) -> None:
 
 def _run(arguments: argparse.Namespace) -> Answer:
     """Compute the design of the options."""
+    check_requirement_options(arguments, ("max_order", "partial", "pareto"))
     check_counterweight_options(arguments)
     check_partial_options(arguments)
     if arguments.partial:
@@ -166,7 +172,7 @@ def _files(design: Design) -> Files:
 
 def _checked_claim(arguments: argparse.Namespace) -> str:
     """Say what the command that follows shows: in one pose alone, ``as given`` is balanced."""
-    if arguments.max_order == 0:
+    if arguments.max_order == 0 or arguments.require:
         return "see 'as given balanced' for what was written"
     return "verify what was written"
 
@@ -180,19 +186,23 @@ def _verify_command(arguments: argparse.Namespace, design: Design) -> str:
     import shlex
 
     one_pose = arguments.max_order == 0
-    words = ["balance", "report" if one_pose else "verify", arguments.out]
+    reported = one_pose or bool(arguments.require)
+    words = ["balance", "report" if reported else "verify", arguments.out]
     words += ["--max-order", "0"] * one_pose
     loops = arguments.loops or _loop_file(design, arguments.out)
     # Other formats, and files from which links were left out, are written with their ground.
     lists = (("--inputs", arguments.inputs), ("--massless", arguments.massless))
     pairs = [("--loops", loops), *((flag, ",".join(names or ())) for flag, names in lists)]
     pairs += [("--motion", relation) for relation in arguments.motion or ()]
+    pairs += [("--require", text) for text in arguments.require]
     words += [word for flag, value in pairs if value for word in (flag, value)]
     if arguments.at:
         words += ["--at", ",".join(f"{name}={value!r}" for name, value in arguments.at.items())]
     words += ["--mode", str(arguments.mode)] if arguments.mode else []
     words += ["--fix-base"] * arguments.fix_base
     words += ["--as-written"] * (arguments.angles == "as_written")
+    if arguments.gravity:
+        words.append(f"--gravity={','.join(map(repr, arguments.gravity))}")
     words += ["--balance", "force"] * (arguments.balance == "force")
     return shlex.join(words)
 

@@ -52,6 +52,13 @@ def certified_space(arguments: argparse.Namespace) -> CertifiedSpace:
         from balance.space.certification.compare_branches import compare_branches
         from balance.space.spaces.compute_space import design_space
 
+        if arguments.require:
+            from balance.space.requirements.require import GRAVITY, require
+
+            return require(
+                linkage, arguments.require, spatial=arguments.spatial,
+                gravity=arguments.gravity or GRAVITY,
+            )  # fmt: skip
         space = design_space(
             linkage, arguments.motion, arguments.balance, arguments.max_order,
             spatial=arguments.spatial,

@@ -13,6 +13,10 @@ from balance.app.cli.model_options import add_model_options
 from balance.app.cli.model_readings import certified_space
 from balance.app.cli.number_arguments import whole_number
 from balance.app.cli.outputs import add_meshes_option, add_page_option
+from balance.app.cli.requirement_options import (
+    add_requirement_options,
+    check_requirement_options,
+)
 from balance.app.cli.several_models import (
     add_other_models,
     compared,
@@ -34,7 +38,15 @@ if TYPE_CHECKING:
 # Most joints in a notice.
 MAX_NAMES = 6
 # Options that need one design space: where modes of motion meet, they need --mode.
-OF_ONE_MODE = ("explain", "decoupled", "pure_inertia", "html", "write_closed", "exact")
+OF_ONE_MODE = (
+    "explain",
+    "decoupled",
+    "pure_inertia",
+    "html",
+    "write_closed",
+    "exact",
+    "require",
+)
 # The notice on the pose of each mode, which the table gives.
 MODE_NOTICE = "mode_of_motion"
 
@@ -46,6 +58,7 @@ def add_report(parser: Parser) -> None:
         "of the design space, order by order."
     )
     add_model_options(parser)
+    add_requirement_options(parser)
     add_other_models(parser)
     parser.set_defaults(run=_run)
     parser.add_argument(
@@ -83,6 +96,8 @@ def add_report(parser: Parser) -> None:
 
 def _run(arguments: argparse.Namespace) -> Answer:
     """Compute the design space and the results of the options."""
+    others = ("max_order", "explain", "decoupled", "pure_inertia", "html", "exact")
+    check_requirement_options(arguments, others)
     if arguments.others:
         return _run_several(arguments)
     with spinner("finding the mass distributions that balance"):
@@ -229,6 +244,8 @@ def _describe(
 
     wanted = arguments.explain or arguments.html is not None
     explanation = explain(space) if wanted else None
+    if space.requirements:
+        return Report(space)
     report = Report(space, explanation, exact, distance_to_rank_drop(space))
     if arguments.decoupled:
         from balance.space.decoupled.decoupling import decoupling

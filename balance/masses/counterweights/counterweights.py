@@ -13,9 +13,7 @@ from balance.masses.counterweights.decide import decide
 from balance.masses.counterweights.link_regions import default_region, regions_of
 from balance.masses.counterweights.program import AddedObjective
 from balance.masses.counterweights.regions import Region
-from balance.space.certification.certified_space import CertifiedSpace
-from balance.space.certification.certify_space import certify
-from balance.space.spaces.compute_space import design_space
+from balance.space.requirements.in_space import in_space
 from balance.space.spaces.design_space import DesignSpace
 from balance.support.tolerances import BOUND_RELATIVE, GROWTH_RELATIVE
 from kinematics.numerics.linalg.ties import rank_least_first
@@ -69,8 +67,7 @@ def counterweights(
         raise ValueError(f"minimise must be one of {', '.join(get_args(AddedObjective))}")
     body_regions = regions_of(space, add, regions or {})
     if space.planar and space.balance == "dynamic":
-        wider = design_space(space.linkage, space.motion, spatial=True)
-        space = certify(wider) if isinstance(space, CertifiedSpace) else wider
+        space = in_space(space)
     answer = decide(space, body_regions, minimise)
     given = regions or {}
     answer = replace(answer, chosen=tuple(name for name in answer.regions if name not in given))

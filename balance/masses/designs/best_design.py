@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from itertools import combinations
 from math import inf
 from typing import get_args
 
@@ -23,11 +24,10 @@ from balance.masses.designs.mass_regions import BALL_RADIUS, Ball
 from balance.masses.designs.objectives import Objective, minimise_objective
 from balance.masses.designs.pseudo_inertia_cone import from_si, given_parameters, matrices_of
 from balance.masses.designs.verdicts import describe_furthest, describe_limits
-from balance.space.certification.certified_space import CertifiedSpace
-from balance.space.certification.certify_space import certify
 from balance.space.inertial_parameters.body_inertia import BodyInertia, body_inertias
 from balance.space.inertial_parameters.conversions import LABELS, MassProperties
-from balance.space.spaces.compute_space import design_space
+from balance.space.requirements.in_space import in_space
+from balance.space.requirements.required_space import RequiredSpace, space_of
 from balance.space.spaces.design_space import DesignSpace
 from balance.support.tolerances import KEPT_BODY_RESIDUAL, MASSES_EQUAL
 from kinematics.errors import BodyError
@@ -173,6 +173,7 @@ class Design:
             "at": self.space.linkage.at,
             "algebra": "planar" if self.space.planar else "spatial",
             "balance": self.space.balance,
+            "requirements": [item._asdict() for item in self.space.requirements],
             "verdict": self.verdict,
             "minimise": self.minimise,
             "value": self.value,
@@ -310,6 +311,8 @@ def design(
         answer = replace(answer, minimise=minimise)
     if within is not None and answer.z is None:
         answer = _with_answer_anywhere(answer, constraints, one_pose)
+    if isinstance(answer.space, RequiredSpace) and answer.verdict == "infeasible":
+        return replace(answer, words=f"{answer.words}; {_contradiction(answer, answer.space)}")
     return replace(answer, words=f"{answer.words}{ONE_POSE}") if one_pose else answer
 
 
@@ -320,9 +323,7 @@ def _widest_margin(
     """Compute the design of the largest margin, and its constraints; the space may widen."""
     constraints = constraints_of(space, keep, bounds, within)
     if space.planar and space.balance == "dynamic" and _leaves_plane(space, constraints):
-        order = 0 if one_pose else None
-        wider = design_space(space.linkage, space.motion, max_order=order, spatial=True)
-        space = certify(wider) if isinstance(space, CertifiedSpace) else wider
+        space = in_space(space, 0 if one_pose else None)
     constraints = constraints_of(space, keep, bounds, within, *material)
     answer = decide_feasibility(space, constraints, trusted=one_pose)
     return Design(
@@ -350,6 +351,30 @@ def _with_answer_anywhere(answer: Design, constraints: Constraints, one_pose: bo
         text = f"{text}: {describe_furthest(answer.space, P, constraints)}"
     words = answer.words.replace("undecided:", f"undecided{describe_limits(constraints)}:", 1)
     return replace(answer, words=f"{words}; {text}", anywhere=without_balls)
+
+
+def _contradiction(answer: Design, space: RequiredSpace) -> str:
+    """Name the requirements that leave no design: one alone, or the first two of them."""
+    texts, count = space.texts, len(space.regions)
+
+    def excluded(*chosen: int) -> bool:
+        some = space_of(space.scene, [space.regions[k] for k in chosen])
+        constraints = constraints_of(
+            some, answer.keep, answer.bounds, answer.within, answer.density or None,
+            answer.thickness,
+        )  # fmt: skip
+        return decide_feasibility(some, constraints).verdict == "infeasible"
+
+    alone = next((k for k in range(count) if excluded(k)), None)
+    if alone is not None:
+        return f"'{texts[alone]}' alone has no design"
+    pairs = combinations(range(count), 2) if count > 2 else [(0, 1)]
+    for i, j in pairs:
+        if count == 2 or excluded(i, j):
+            return (
+                f"'{texts[i]}' and '{texts[j]}' contradict each other: each alone has a design"
+            )
+    return "no two of the requirements contradict each other, but all together do"
 
 
 def _leaves_plane(space: DesignSpace, constraints: Constraints) -> bool:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import replace
-from itertools import islice
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,6 +33,7 @@ from balance.space.certification.replaced_numbers import (
     replaced_text,
     rests_on_replaced,
 )
+from balance.space.conditions.fresh_momenta import momentum_left
 from balance.space.exact.chain import ExactChain, exact_chain, loops_are_regular
 from balance.space.exact.conditions import first_orders_of_motion, orders_closed
 from balance.space.exact.idle_joints import joints_shown_at_rest
@@ -41,7 +41,6 @@ from balance.space.exact.modular_ranks import PLATEAU_WITHOUT_BOUND, Exact, rank
 from balance.space.exact.modular_series import primes_of
 from balance.space.exact.proof import Proof, independent_transfers
 from balance.space.exact.serial import exact_transfers, has_branching_links
-from balance.space.momentum.regressor import rows_at
 from balance.space.spaces.certainty import LEVELS, Certainty
 from balance.space.spaces.design_space import DesignSpace
 from balance.support.tolerances import (
@@ -51,7 +50,6 @@ from balance.support.tolerances import (
     MOMENTUM_RESIDUAL_ILL_CONDITIONED,
     PARALLEL_AXES_ROUNDED,
 )
-from kinematics.closure.continuation import continue_along
 from kinematics.errors import (
     InexactClosureError,
     InexactPlaneError,
@@ -64,12 +62,6 @@ from kinematics.wording import count_noun, size_text
 
 IntArray = NDArray[np.int64]
 
-# Number of rays along which fresh poses are taken.
-FRESH_RAYS = 2
-# Number of steps each way.
-FRESH_STEPS = 8
-# Longest step, in units of the coordinates; irregular, to avoid special poses.
-FRESH_STEP_LENGTH = 0.237
 # Most rounds of added poses, as long as fresh poses leave momentum.
 MAX_ROUNDS = 3
 # Lowest order up to which the loops of an overconstrained linkage must close exactly, and
@@ -430,25 +422,5 @@ def _list_doubts(space: DesignSpace, residual: float) -> tuple[str, ...]:
 
 
 def _measure_residual(space: DesignSpace) -> tuple[float, int]:
-    """Measure the largest momentum left at fresh poses, relative to the conditions.
-
-    The poses lie both ways along generic rays, nearer than those that decided the rank.
-
-    Returns:
-        The largest momentum, and the number of poses.
-    """
-    chain, force, basis = space.chain, space.balance == "force", space.decision.basis
-    rng = np.random.default_rng(106)
-    worst, poses = 0.0, 0
-    for _ in range(1 if chain.width == 1 else FRESH_RAYS):
-        ray = rng.standard_normal(chain.width)
-        for sign in (1.0, -1.0):
-            way = continue_along(
-                chain, sign * ray / np.sqrt(ray @ ray), longest_step=FRESH_STEP_LENGTH
-            )
-            for pose in islice(way, FRESH_STEPS):
-                X = rows_at(chain, pose, force)
-                momenta = np.sqrt(np.sum((X @ basis) ** 2, axis=0)).max(initial=0.0)
-                worst = max(worst, float(momenta / (np.linalg.norm(X) or 1.0)))
-                poses += 1
-    return worst, poses
+    """Measure the largest momentum left at fresh poses; see `momentum_left`."""
+    return momentum_left(space.chain, space.decision.basis, space.balance == "force")

@@ -24,9 +24,10 @@ from balance.space.conditions.order_kernels import (
     generic_directions,
 )
 from balance.space.conditions.rank import Conditions
-from balance.space.momentum.regressor import rows_at, rows_per_column
+from balance.space.momentum.regressor import rows_at, rows_per_column, select_rows
 from balance.support.tolerances import SHORT_CONVERGENCE_RADIUS
 from kinematics.closure.continuation import continue_in_directions
+from kinematics.closure.newton import Pose
 from kinematics.errors import MobilityError
 from kinematics.model.arrays import Chain, freeze
 from kinematics.numerics.linalg.pivoted_qr import round_off
@@ -178,8 +179,9 @@ def ray_count(chain: Chain, unknowns: int, force: bool) -> int:
 
 
 def add_poses(
-    chain: Chain, force: bool, conditions: Conditions, least: int = 0
-) -> tuple[Conditions, int, bool]:
+    chain: Chain, force: bool, conditions: Conditions, least: int = 0,
+    select: Array | None = None,
+) -> tuple[Conditions, int, bool]:  # fmt: skip
     """Add the conditions at finite poses, twice as many each time, until a batch adds none.
 
     At least two batches are added, and no other that is larger than the limits of a batch.
@@ -188,6 +190,8 @@ def add_poses(
         chain: the linkage without idle joints.
         force: whether only linear momentum counts.
         least: a rank that is known to be reached.
+        select: combinations of the momentum components that count (count, components); all of
+            them by default.
 
     Returns:
         The conditions, the number of poses used, and whether the conditions are settled.
@@ -198,7 +202,9 @@ def add_poses(
     used, batch, settled, before = 0, FRESH_POSE_STEPS, False, -1
     most = _most_poses(chain, force, conditions)
     while batch <= most:
-        rows = [rows_at(here, pose, force) for here, pose in islice(poses, batch)]
+        rows = [
+            selected_rows_at(here, pose, force, select) for here, pose in islice(poses, batch)
+        ]
         if not rows:
             break
         used += len(rows)
@@ -215,6 +221,15 @@ def add_poses(
         batch *= 2
     stays = conditions.rank == before and conditions.rank >= least
     return conditions, used, settled or (stays and not conditions.ill_conditioned)
+
+
+def selected_rows_at(chain: Chain, pose: Pose, force: bool, select: Array | None) -> Array:
+    """Compute the conditions at a finite pose; see `add_poses`."""
+    rows = rows_at(chain, pose, force)
+    if select is None:
+        return rows
+    parts = rows.reshape(chain.width, -1, rows.shape[-1])
+    return select_rows(parts, select).reshape(-1, rows.shape[-1])
 
 
 def _most_poses(chain: Chain, force: bool, conditions: Conditions) -> float:

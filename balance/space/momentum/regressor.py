@@ -179,6 +179,19 @@ def rows_at(chain: Chain, pose: Pose, force: bool = False) -> Array:
     return rows.reshape(-1, rows.shape[-1])
 
 
+def select_rows(X: Array, select: Array) -> Array:
+    """Combine the momentum components of rows.
+
+    Args:
+        X: rows (..., width, components, parameters).
+        select: combinations of the components (count, components).
+
+    Returns:
+        Shape (..., width, count, parameters).
+    """
+    return np.asarray(np.einsum("kr,...rp->...kp", select, X))
+
+
 def momentum_regressor(
     linkage: LinkageLike, q: ArrayLike | Mapping[str, float], *, spatial: bool | None = None
 ) -> Array:

@@ -21,7 +21,7 @@ from balance.space.inertial_parameters.conversions import (
     violations,
 )
 from balance.space.spaces.readings import Reading
-from balance.space.spaces.space_data import SpaceData
+from balance.space.spaces.space_data import RequirementRank, SpaceData
 from balance.space.transfers.by_joint import Transfer, by_joint
 from balance.space.transfers.compute_transfers import Transfers
 from balance.support.tolerances import (
@@ -220,6 +220,21 @@ class DesignSpace(SpaceData):
             "spatial": not self.planar,
         }
 
+    @property
+    def requirements(self) -> tuple[RequirementRank, ...]:
+        """The requirements of which this is the common space; see `balance.require`."""
+        return ()
+
+    @property
+    def aim(self) -> str:
+        """What is asked for, in words."""
+        return f"{self.balance} balance"
+
+    @property
+    def parts_text(self) -> str:
+        """The two parts of the space, in words."""
+        return f"{self.serial_nullity} serial + {self.nullity - self.serial_nullity} parallel"
+
     @cached_property
     def transfers(self) -> tuple[Transfer, ...]:
         """Inertia transfers across each joint that moves; together they span ``serial``.
@@ -292,6 +307,8 @@ class DesignSpace(SpaceData):
             "parallel": self.nullity - self.serial_nullity,
             "certainty": self.level,
             "evidence": None,
+            "requirements": [item._asdict() for item in self.requirements],
+            "gravity": None,
             "readings": [reading.to_dict() for reading in self.readings],
             "exact": None,
             "transfers": None,

@@ -34,6 +34,20 @@ class Order(NamedTuple):
     nullity: int
 
 
+class RequirementRank(NamedTuple):
+    """What one of several requirements asks for.
+
+    Attributes:
+        text: the requirement.
+        rank: number of independent conditions of it alone.
+        adds: number of conditions that none of the others imposes.
+    """
+
+    text: str
+    rank: int
+    adds: int
+
+
 def rank_table(ranks: Sequence[int], parameters: int) -> tuple[Order, ...]:
     """Tabulate rank and nullity by order of derivative.
 

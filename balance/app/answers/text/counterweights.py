@@ -31,11 +31,11 @@ def counterweights_facts(counterweights: Counterweights) -> list[tuple[str, str]
     space = counterweights.space
     algebra = "planar" if space.planar else "spatial"
     relations = space.motion.relations if space.motion else ()
-    pairs = linkage_facts(space.linkage, f"{algebra}, {space.balance} balance", relations)
+    pairs = linkage_facts(space.linkage, f"{algebra}, {space.aim}", relations)
     pairs.append(("verdict", counterweights.words))
-    if space.balance == "force" and counterweights.value is not None:
+    if space.balance == "force" and not space.requirements and counterweights.value is not None:
         pairs.append(("moment", FORCE_ONLY))
-    if space.balance == "dynamic" and counterweights.verdict == "infeasible":
+    if counterweights.verdict == "infeasible":
         pairs.append(OTHER_WAYS)
     for name, region in counterweights.regions.items():
         default = " (default: half the link's length about its joint)"

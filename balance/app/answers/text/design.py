@@ -49,7 +49,7 @@ def design_facts(design: Design) -> list[tuple[str, str]]:
     space = design.space
     algebra = "planar" if space.planar else "spatial"
     relations = space.motion.relations if space.motion else ()
-    pairs = linkage_facts(space.linkage, f"{algebra}, {space.balance} balance", relations)
+    pairs = linkage_facts(space.linkage, f"{algebra}, {space.aim}", relations)
     count = space.rank + space.nullity
     size = f"{space.nullity} of {count} dimensions, {space.level}"
     pairs.append(("design space", size))
@@ -100,6 +100,8 @@ def design_body(design: Design) -> AnswerBody:
 def _what_else(design: Design) -> list[tuple[str, str]]:
     """List what a verdict leaves open: other ways, a special geometry near, the moment."""
     space = design.space
+    if space.requirements:
+        return []
     if space.balance == "force":
         return [("moment", FORCE_ONLY)] if design.z is not None else []
     if design.verdict != "infeasible":

@@ -39,7 +39,7 @@ def report_facts(space: DesignSpace, change: float = inf) -> list[tuple[str, str
         ("mobility", f"{linkage.mobility}, inputs {', '.join(space.inputs)}"),
     ]
     relations = space.motion.relations if space.motion else ()
-    lines = linkage_facts(linkage, f"{algebra}, {space.balance} balance", relations, bodies)
+    lines = linkage_facts(linkage, f"{algebra}, {space.aim}", relations, bodies)
     if space.idle:
         lines.append(("idle joints", ", ".join(space.idle)))
     given = space.as_given
@@ -54,7 +54,7 @@ def report_facts(space: DesignSpace, change: float = inf) -> list[tuple[str, str
     return [
         *lines,
         ("conditions", f"{space.rank}, {_completeness(space)}"),
-        ("design space", f"{space.nullity} of {count} dimensions: {_parts_text(space)}"),
+        ("design space", f"{space.nullity} of {count} dimensions: {space.parts_text}"),
         ("gap", gap_text(space.kept, space.dropped)),
         *([("near-special", distance_text(change))] if change < inf else []),
         *(("reading", reading.words) for reading in space.readings),
@@ -82,13 +82,10 @@ def distance_text(change: float) -> str:
     return f"to first order, a change {by} of the size lowers the rank"
 
 
-def _parts_text(space: DesignSpace) -> str:
-    """Describe the serial and the parallel part of the design space."""
-    return f"{space.serial.shape[1]} serial + {space.parallel.shape[1]} parallel"
-
-
 def _completeness(space: DesignSpace) -> str:
     """Describe whether the conditions are complete, and at which order."""
+    if space.requirements:
+        return "complete" if space.settled else "not complete"
     last = space.orders[-1].order
     if space.settled:
         if space.kmax is None:
@@ -99,11 +96,14 @@ def _completeness(space: DesignSpace) -> str:
 
 
 def report_table(space: DesignSpace, exact: Exact | None = None) -> list[tuple[str, ...]]:
-    """Build the table of rank and nullity by order, its head first.
+    """Build the table of rank and nullity by order, or of the requirements, its head first.
 
     Args:
         exact: result of `balance.checks.exact_ranks`, for a column of its own; None without it.
     """
+    if space.requirements:
+        listed = ((item.text, str(item.rank), str(item.adds)) for item in space.requirements)
+        return [("requirement", "conditions", "beyond others"), *listed]
     if exact is None:
         rows = ((str(o.order), str(o.rank), str(o.nullity)) for o in space.orders)
         return [("order", "rank", "nullity"), *rows]
@@ -119,11 +119,19 @@ def report_body(report: Report) -> AnswerBody:
     body: list[AnswerPart] = [
         Facts(report_facts(report.space, report.change), least=13),
         "",
-        AnswerTable(report_table(report.space, report.exact), ">", least=8, gap=0),
+        _ranks(report),
     ]
     for section in _sections(report):
         body += ["", section]
     return body
+
+
+def _ranks(report: Report) -> AnswerTable:
+    """Build the table of ranks as it is printed."""
+    table = report_table(report.space, report.exact)
+    if report.space.requirements:
+        return AnswerTable(table, "<>")
+    return AnswerTable(table, ">", least=8, gap=0)
 
 
 def comparison_facts(report: Report) -> list[tuple[str, str]]:
@@ -131,7 +139,8 @@ def comparison_facts(report: Report) -> list[tuple[str, str]]:
     ranks = ", ".join(str(order.rank) for order in report.space.orders)
     facts = report_facts(report.space, report.change)
     at = next(k for k, (label, _) in enumerate(facts) if label == "conditions")
-    facts.insert(at + 1, ("rank by order", ranks))
+    if ranks:
+        facts.insert(at + 1, ("rank by order", ranks))
     if report.exact is not None:
         facts.insert(at + 2, ("exact ranks", ", ".join(map(str, report.exact.ranks))))
     if report.decoupling is not None:

@@ -62,6 +62,7 @@ GOOD: dict[str, list[str]] = {
     "--at": ["{first}=0.05"],
     "--mode": ["1"], "--ground": ["base"],
     "--max-order": ["1"], "--html": ["{folder}/page.html"], "--certainty": ["verified"],
+    "--require": ["force"], "--gravity": ["0,-9.81,0", "--require", "gravity"],
     "--trajectories": ["1"], "--seed": ["3"], "--csv": ["{table}"], "--path": ["{poses}"],
     "--speed": ["{first}=300rpm"], "--table": ["{folder}/table.csv"],
     "--tolerance": ["1e-6"], "--against": ["five_bar"], "--plot": ["{folder}/plot.svg"],

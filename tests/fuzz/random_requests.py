@@ -105,7 +105,7 @@ def meant(words: list[str], found: dict[str, Any]) -> int:
         options.exact and found["exact"] is None,
         found["evidence"]["doubts"],
         unsettled and options.max_order is None,
-        LEVELS.index(found["certainty"]) < LEVELS.index(options.require or LEVELS[0]),
+        LEVELS.index(found["certainty"]) < LEVELS.index(options.certainty or LEVELS[0]),
     )
     return 4 if any(unsure) else 0
 

@@ -100,6 +100,17 @@ def _relation(rng: random.Random, place: Place) -> str:
     return rng.choice(kinds).format(a=a, b=b, n=_number(rng))
 
 
+def _requirement(rng: random.Random, place: Place) -> str:
+    name = _one(rng, place.names.inputs, 0.05)
+    kinds = (
+        "force", "gravity", "force x,y", "moment about 0,0,{n}", "moment about com",
+        "dynamic at {a}={n}", "dynamic along {b}", "dynamic along {a}={a}**2", "force;gravity",
+        "dynamic up to order 1 about {a}={n}", "dynamic {n}", "moment along {a}", ";",
+        "decoupled",
+    )  # fmt: skip
+    return rng.choice(kinds).format(a=name, b=_relation(rng, place), n=_number(rng))
+
+
 def _bounds(rng: random.Random, place: Place) -> str:
     low, high = (rng.choice(("", _number(rng))) for _ in range(2))
     sign = ":" if rng.random() < 0.95 else "-"
@@ -236,6 +247,8 @@ WORDS: dict[str, Maker] = {
     "--max-order": _of("0", "1", "2", "3", "5", "-1", "51", "x"),
     "--html": lambda rng, place: [_out(rng, place, "page.html")],
     "--write-closed": lambda rng, place: [_out(rng, place, "closed.urdf")],
+    "--require": lambda rng, place: [_requirement(rng, place)],
+    "--gravity": _of("0,0,-9.81", "0,-1,0", "1,2,3", "0,0,0", "1,2", "nan,0,0"),
     "--certainty": _of("proved", "verified"),
     "--trajectories": _of("1", "1", "1", "2", "0", "10001"),
     "--seed": _of("0", "7", "123456", "-1", "99999999999999999999"),

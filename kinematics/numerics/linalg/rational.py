@@ -186,7 +186,7 @@ def largest_entry(rows: Rows, pivots: Sequence[int]) -> tuple[int, int] | None:
     Returns:
         Row in ``rows`` and column; None if all rows vanish.
     """
-    sizes = [max(map(abs, row), default=0) for row in rows]
+    sizes = [max((abs(x) for x in row if x), default=0) for row in rows]
     if not any(sizes):
         return None
     i = sizes.index(max(sizes))
@@ -208,18 +208,18 @@ def echelon(
         The rows with a pivot, in the order in which the pivots were chosen, and the column
         of each.
     """
-    remaining = [list(row) for row in rows]
+    remaining: list[list[Number]] = [list(row) for row in rows]
     done: list[list[Number]] = []
     pivots: list[int] = []
     while (entry := pivot(remaining, pivots)) is not None:
         row, column = remaining.pop(entry[0]), entry[1]
-        row = [x / row[column] for x in row]
-        for group in (remaining, done):
-            group[:] = [
-                [x - other[column] * y for x, y in zip(other, row, strict=True)]
-                if other[column] else other
-                for other in group
-            ]  # fmt: skip
+        row = [x / row[column] if x else x for x in row]
+        # Products with zeros take as long as others, and rows are sparse.
+        entries = [(c, x) for c, x in enumerate(row) if x]
+        for other in (*remaining, *done):
+            if factor := other[column]:
+                for c, x in entries:
+                    other[c] -= factor * x
         done.append(row)
         pivots.append(column)
     return done, pivots

@@ -213,10 +213,10 @@ def echelon(
     pivots: list[int] = []
     while (entry := pivot(remaining, pivots)) is not None:
         row, column = remaining.pop(entry[0]), entry[1]
-        row = [x / row[column] if x else x for x in row]
+        row = [x / row[column] for x in row]
         # Products with zeros take as long as others, and rows are sparse.
         entries = [(c, x) for c, x in enumerate(row) if x]
-        for other in (*remaining, *done):
+        for other in remaining + done:
             if factor := other[column]:
                 for c, x in entries:
                     other[c] -= factor * x

@@ -63,7 +63,7 @@ def write_all_atomic(contents: Iterable[tuple[str, bytes]]) -> None:
 
 
 def check_outputs(
-    outputs: Mapping[str, str], inputs: Iterable[str | os.PathLike[str]], force: bool
+    outputs: Mapping[str, str], inputs: Iterable[str | os.PathLike[str]], overwrite: bool
 ) -> None:
     """Refuse outputs that are one file, or that would replace an input.
 
@@ -72,10 +72,10 @@ def check_outputs(
     Args:
         outputs: paths by the option that gives them.
         inputs: paths of the files that are read; those that do not exist are ignored.
-        force: whether inputs may be replaced.
+        overwrite: whether inputs may be replaced.
 
     Raises:
-        UsageError: two outputs are one file; or one is an input, without ``force``.
+        UsageError: two outputs are one file; or one is an input, without ``overwrite``.
     """
     from kinematics.error_text import clean
 
@@ -86,12 +86,12 @@ def check_outputs(
             text = f"{clean(path, 1000)}: both {places[place]} and {option} are to write it"
             raise UsageError(f"{text}; give each its own file")
         places[place] = option
-    read = [] if force else [path for path in inputs if os.path.isfile(path)]
+    read = [] if overwrite else [path for path in inputs if os.path.isfile(path)]
     for option, path in outputs.items():
         if os.path.isfile(path) and any(os.path.samefile(path, source) for source in read):
             raise UsageError(
                 f"{clean(path, 1000)}: {option} would replace a file that is read; give "
-                "another path, or --force"
+                "another path, or --overwrite"
             )
 
 

@@ -13,9 +13,6 @@ ARM = "length:0.1,EI:0.0045,rhoA:0.024,tip:0.01"
 ARMS = (ARM, f"{ARM},radius:0.01,inertia:1e-6,hub:0.01", ARM.replace("0.01", "-1"),
         "length:0.1,EI:0.01,rhoA:0", "length:0,EI:1,rhoA:1", "tip:1", "")  # fmt: skip
 BLOCK = "pitch:0.1,mass:0.02,length:0.12,breadth:0.02"
-# What the options of partial balance need. A short motion is quicker than the random ones,
-# which ``--partial`` itself has.
-PARTIAL = ("--add", "{link}", "--partial", "--trajectory", "{table}")
 # A base that floats, for a short time.
 BASE = ("--base", "free", "--base-mass", "3", "--base-inertia", "1", "--duration", "0.05")
 # Commands that take no model.
@@ -25,7 +22,10 @@ WITHOUT_MODEL = (
     "discover walk",
 )  # fmt: skip
 # What commands below ``flex`` and ``sweep`` need beside an option, unless that is it.
+# A short motion is quicker than random ones.
 NEEDED: dict[str, tuple[tuple[str, ...], ...]] = {
+    "counterweights": (("--links", "{link}"),),
+    "reduce": (("--links", "{link}"), ("--budget", "0.1"), ("--csv", "{table}")),
     "flex supports": (("3",),),
     "flex similar": (("--arm", ARM), ("--scale", "0.5")),
     "flex simulate": (
@@ -48,6 +48,7 @@ NEEDED: dict[str, tuple[tuple[str, ...], ...]] = {
 def needed(verb: str, given: Collection[str]) -> list[str]:
     """What a command needs beside the options that are given."""
     without = {*given, *["--scale"] * ("--against" in given)}
+    without |= {"--csv"} if "--motion" in given else set()
     without |= {"--topology"} if "--model" in given else set()
     return [word for words in NEEDED.get(verb, ()) if words[0] not in without for word in words]
 
@@ -68,17 +69,13 @@ GOOD: dict[str, list[str]] = {
     "--tolerance": ["1e-6"], "--against": ["five_bar"], "--plot": ["{folder}/plot.svg"],
     "--minimise": ["mass"], "--keep": ["{link}"], "--bounds": ["{link}=0.1:2"],
     "--density": ["7850", "--thickness", "0.01"], "--thickness": ["0.01", "--density", "7850"],
-    "--add": ["{link}"], "--region": ["{link}=ball(0,0,0,0.1)", "--add", "{link}"],
-    "--merge": ["--add", "{link}", "--out", "{folder}/out.urdf"],
-    "--partial": ["--add", "{link}", "--budget", "0.1"],
-    "--budget": ["0.1", *PARTIAL], "--trajectory": ["{table}", "--budget", "0.1", *PARTIAL[:3]],
-    "--weight-moment": ["0.2", "--budget", "0.1", *PARTIAL], "--pareto": ["2", *PARTIAL],
-    "--max-bearing": ["{first}=1e9", "--budget", "0.1", *PARTIAL],
-    "--max-torque": ["{first}=1e9", "--budget", "0.1", *PARTIAL],
-    "--frame": ["9,1,1e4,10", "--budget", "0.1", *PARTIAL],
+    "counterweights --massless": ["{tool}"], "reduce --massless": ["{tool}"],
+    "--links": ["{link}"], "--region": ["{link}=ball(0,0,0,0.1)"],
+    "--merge": ["--out", "{folder}/out.urdf"], "--budget": ["0.1"],
+    "--weight-moment": ["0.2"], "--pareto": ["2"], "--max-bearing": ["{first}=1e9"],
+    "--max-torque": ["{first}=1e9"], "--frame": ["9,1,1e4,10"],
     "--tip": ["0.5,1e-4", "--beam", BEAM, "--clamp", "0"],
-    "--about": ["0.1,0.2,0"], "design --about": ["1,2,0", "--budget", "0.1", *PARTIAL],
-    "design --plot": ["{folder}/plot.svg", "--budget", "0.1", *PARTIAL],
+    "--about": ["0.1,0.2,0"],
     "--flex": ["{link}=EI:5,rhoA:1"], "--drive": ["{first}=spin:1,0.1"], "--elements": ["4"],
     "--modes": ["2"], "--samples": ["5"], "--damping": ["1e-4"], "--count": ["3"],
     "flex simulate --duration": ["0.01"], "flex simulate --massless": ["{tool}"],
@@ -105,8 +102,7 @@ GOOD: dict[str, list[str]] = {
     "sweep show --count": ["3"], "sweep export --out": ["{folder}/b.parquet"],
     "--out": ["{folder}/out.urdf"], "remedies --out": ["{folder}/remedies"],
     "--only": ["own_masses"], "--gear": ["2"], "--rotor-radius": ["0.1"],
-    "remedies --add": ["{link}"], "remedies --region": ["{link}=ball(0,0,0,0.1)"],
-    "remedies --budget": ["0.1"], "--write-closed": ["{folder}/closed.urdf"],
+    "--write-closed": ["{folder}/closed.urdf"],
     "--tool": ["{tool}", "--along", "x"],
     "--along": ["x", "--tool", "{tool}"],
     "--point": ["0.1,0,-0.05", "--tool", "{tool}", "--along", "x"],
@@ -134,6 +130,6 @@ GOOD: dict[str, list[str]] = {
                            "0.2,-0.1"],
     **{f"synthesize {name}": [*word, *POSITIONS, "--moving", "0.2,-0.1"] for name, word in {
         "--out": ["{folder}/out.urdf"], "--plot": ["{folder}/plot.svg"],
-        "--html": ["{folder}/page.html"], "--json": [], "--force": [],
+        "--html": ["{folder}/page.html"], "--json": [], "--overwrite": [],
     }.items()},
 }  # fmt: skip

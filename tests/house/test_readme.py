@@ -44,16 +44,16 @@ def test_the_options_of_the_documents_are_those_of_the_commands(capsys):
     files = ([verb, k] for verb in ("sweep", "discover") for k in ("run", "show", "export"))
     files = [*files, ["discover", "walk"]]
     for verb in (
-        ["report"], ["verify"], ["design"], ["remedies"], *flex, ["motion"], ["paths"],
-        *files, ["synthesize"], ["formulas"], [],
+        ["report"], ["verify"], ["design"], ["counterweights"], ["reduce"], ["remedies"],
+        *flex, ["motion"], ["paths"], *files, ["synthesize"], ["formulas"], [],
     ):  # fmt: skip
         assert main([*verb, "--help"]) == 0
     known = set(re.findall(r"--[a-z][a-z-]*", capsys.readouterr().out))
     shown = set(re.findall(r"--[a-z][a-z-]*", section))
     assert shown <= known
     described = set(re.findall(r"--[a-z][a-z-]*", OPTIONS))
-    assert not known - shown - {"--help", "--minimize"}
-    assert not known - described - {"--help", "--minimize", "--version"}
+    assert not known - shown - {"--help"}
+    assert not known - described - {"--help", "--version"}
 
 
 def test_links_of_the_documents_lead_to_files():

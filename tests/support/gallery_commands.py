@@ -27,7 +27,7 @@ EVERY = (
     "report {model} --explain --decoupled --pure-inertia",
     "verify {model} --trajectories 1 --balance force",
     "design {model} --balance force --minimise mass",
-    "design {model} --balance force --add {links}",
+    "counterweights {model} --balance force --links {links}",
     "remedies {model} --only own_masses",
     "motion {model} --to {inputs}",
     "paths {model} --length 0.2",
@@ -47,8 +47,8 @@ verify slider_pantograph --base free --base-mass 10 --base-inertia 1 --duration 
 report fuga_i --max-order 0
 design fuga_i --max-order 0 --keep left_lower --keep right_lower
 design four_bar_kite --minimise mass --bounds coupler=0.1:1
-design four_bar_general --balance force --add crank,rocker --partial --budget 1.5
-design four_bar_general --balance force --add crank,rocker --partial --pareto 3
+reduce four_bar_general --balance force --links crank,rocker --budget 1.5
+reduce four_bar_general --balance force --links crank,rocker --pareto 3
 remedies four_bar_general --only own_masses,duplicates
 remedies zero_reaction_arm --only slider_path
 flex modes

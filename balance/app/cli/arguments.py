@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable, Sequence
+import re
+from collections.abc import Callable, Iterable, Sequence
 from typing import TYPE_CHECKING, Any, NoReturn, TypeAlias
+
+from balance.app.cli.exit_codes import USAGE
 
 if TYPE_CHECKING:
     from balance.app.answers.answer import Answer
@@ -15,18 +18,96 @@ Verbs: TypeAlias = "argparse._SubParsersAction[Parser]"
 
 MAX_ERROR_LENGTH = 20_000
 """Most characters of an error message."""
+# Title of the group of which the help has the names alone: another command explains them.
+NAMED_ALONE = "reading of the file (see balance report --help)"
+# Groups of options, in the order of the help; before them, words without a group.
+GROUPS = (
+    "model", NAMED_ALONE, "motion", "base", "matter", "formulas", "check", "output",
+)  # fmt: skip
+# Where the texts of options begin in the help.
+HELP_COLUMN = 28
+
+
+class HelpText(argparse.RawDescriptionHelpFormatter):
+    """Help with one usage line, and without the second spelling of an option."""
+
+    def __init__(self, prog: str) -> None:
+        """Format the help of a program."""
+        super().__init__(prog, max_help_position=HELP_COLUMN)
+        self._heading: str | None = None
+
+    def start_section(self, heading: str | None) -> None:
+        """Begin a group of options."""
+        self._heading = heading
+        super().start_section(heading)
+
+    def add_arguments(self, actions: Iterable[argparse.Action]) -> None:
+        """Add the options of a group, of one group without their texts."""
+        if self._heading == NAMED_ALONE:
+            self.add_text(", ".join(map(self._format_action_invocation, actions)))
+        else:
+            super().add_arguments(actions)
+
+    def _fill_text(self, text: str, width: int, indent: str) -> str:
+        """Wrap a description; keep the lines of examples."""
+        if "\n" in text:
+            return text
+        return argparse.HelpFormatter._fill_text(self, text, width, indent)
+
+    def _format_usage(
+        self,
+        usage: str | None,
+        actions: Iterable[argparse.Action],
+        groups: object,
+        prefix: str | None,
+    ) -> str:
+        """Write the words that a command needs, in one line; with a prefix, it is a name."""
+        needed = [action for action in actions if action.required]
+        named = [action for action in needed if action.option_strings]
+        words = [self._prog, *(self._format_args(action, action.dest) for action in needed
+                               if not action.option_strings)]  # fmt: skip
+        words += [self._format_action_invocation(action) for action in named]
+        line = " ".join(words)
+        return f"usage: {line} [options]\n" if prefix is None else f"{line}\n"
+
+    def _format_action_invocation(self, action: argparse.Action) -> str:
+        """Write the options of an action, and its values after the last of them."""
+        values = "" if action.nargs == 0 else f" {self._format_args(action, action.dest)}"
+        if not action.option_strings:
+            return super()._format_action_invocation(action)
+        return ", ".join(action.option_strings) + values
 
 
 class Parser(argparse.ArgumentParser):
-    """A parser that reports a wrong argument in one line, with control characters removed.
+    """A parser that reports a wrong argument in two lines, with control characters removed.
 
-    Its commands refuse options by ``refuse``, and replace files that are read with ``force``.
+    Its commands refuse options by ``refuse``, and replace files that are read with
+    ``overwrite``.
     """
 
     def __init__(self, **options: Any) -> None:
         """Build a parser from the arguments of ``argparse.ArgumentParser``."""
-        super().__init__(**options)
-        self.set_defaults(refuse=self.error, force=False)
+        super().__init__(**{"formatter_class": HelpText} | options, add_help=False)
+        self.group("output").add_argument(
+            "-h", "--help", action="help", help="show this help and exit"
+        )
+        self.set_defaults(refuse=self.error, overwrite=False)
+
+    def group(self, title: str) -> argparse._ArgumentGroup:
+        """Return the group of options with a title, of `GROUPS`, new at the first call."""
+        named = [group for group in self._action_groups if group.title == title]
+        return named[0] if named else self.add_argument_group(title)
+
+    def add_examples(self, *examples: str) -> None:
+        """Set the end of the help: commands to copy."""
+        self.epilog = "\n  ".join(("examples:", *examples))
+
+    def format_help(self) -> str:
+        """Write the help: groups in the order of `GROUPS`, without blank lines between them."""
+        self._action_groups.sort(
+            key=lambda group: GROUPS.index(group.title) if group.title in GROUPS else -1
+        )
+        return re.sub(r"\n{2,}(?=\S.*:\n)", "\n", super().format_help())
 
     def parse_known_args(  # type: ignore[override]
         self, args: Sequence[str], namespace: argparse.Namespace | None = None
@@ -54,19 +135,29 @@ class Parser(argparse.ArgumentParser):
         """End the command with code 2."""
         from kinematics.error_text import clean
 
-        super().error(clean(message, MAX_ERROR_LENGTH))
+        text = clean(message, MAX_ERROR_LENGTH)
+        self.exit(USAGE, f"{self.prog}: error: {text}\n{help_hint(self.prog)}\n")
 
 
-def add_json_option(
-    parser: argparse.ArgumentParser, run: Callable[[argparse.Namespace], Answer]
-) -> None:
+def help_hint(command: str) -> str:
+    """Say where the words of a command are explained.
+
+    Args:
+        command: the program and its command, ``balance design``.
+    """
+    return f"{command} --help lists what there is"
+
+
+def add_json_option(parser: Parser, run: Callable[[argparse.Namespace], Answer]) -> None:
     """Add ``--json``, and set the function that runs the command.
 
     Args:
         parser: the parser of the command.
         run: computes the answer from the options.
     """
-    parser.add_argument("--json", action="store_true", help="print one JSON object")
+    parser.group("output").add_argument(
+        "--json", action="store_true", help="print one JSON object"
+    )
     parser.set_defaults(run=run)
 
 

@@ -1,88 +1,74 @@
-"""Options of ``balance design`` that add matter to links, and the answer to them."""
+"""The command ``balance counterweights``: its options, and its answer."""
 
 from __future__ import annotations
 
 import argparse
-from collections.abc import Sequence
 from functools import partial
 from typing import TYPE_CHECKING
 
 from balance.app.answers.answer import Answer, Files
-from balance.app.cli.arguments import refuse_given
+from balance.app.cli.arguments import Parser
 from balance.app.cli.exit_codes import verdict_code
+from balance.app.cli.matter_options import (
+    add_matter_options,
+    add_merge_option,
+    check_matter_options,
+)
+from balance.app.cli.model_options import add_model_options
 from balance.app.cli.model_readings import certified_space
-from balance.app.cli.outputs import describe_written
+from balance.app.cli.number_arguments import whole_number
+from balance.app.cli.outputs import add_out_option, add_page_option, describe_written
+from balance.app.cli.requirement_options import (
+    add_requirement_options,
+    check_requirement_options,
+)
 from balance.app.cli.spinner import spinner
-from kinematics.errors import UsageError
 
 if TYPE_CHECKING:
     from balance.masses.counterweights.answer import Counterweights
 
 
-def add_counterweight_options(parser: argparse.ArgumentParser) -> None:
-    """Add the options of counterweights to the command ``design``."""
-    add_matter_options(
-        parser, "keep all masses of the file, and only add matter to these links: the least "
-        "that balances, or why there is none",
+OBJECTIVES = ("mass", "inertia", "rotor")
+
+
+def add_counterweights(parser: Parser) -> None:
+    """Add the options of the command ``counterweights``."""
+    parser.description = (
+        "The least matter that balances a linkage when it is added to links, or why there is "
+        "none. Exits with 0 if there is, 1 if not, 4 if undecided."
+    )
+    add_model_options(parser)
+    add_requirement_options(parser)
+    parser.set_defaults(run=_run)
+    parser.group("motion").add_argument(
+        "--max-order", type=whole_number(0, 50, "an order"), metavar="K",
+        help="only the conditions of orders 0 to K count",
     )  # fmt: skip
-    parser.add_argument(
-        "--merge", action="store_true",
-        help="with --add and --out: put counterweights into the masses of their links, not "
-        "into links of their own",
+    add_matter_options(parser, "links that may get matter", required=True)
+    parser.group("matter").add_argument(
+        "--minimise", choices=OBJECTIVES, default="mass", metavar="WHAT",
+        help="mass (default), inertia, or rotor (of the inputs)",
     )  # fmt: skip
+    add_out_option(parser)
+    add_merge_option(parser)
+    add_page_option(parser, "with the regions and the added matter")
+    parser.add_examples(
+        "balance counterweights robot.urdf --balance force --links crank,rocker",
+        "balance counterweights robot.urdf --balance force --links crank,rocker \\\n"
+        '      --region "crank=ball(0,0,0,0.3)" --minimise inertia',
+        "balance counterweights robot.urdf --balance force --links crank,rocker \\\n"
+        "      --out heavier.urdf --html page.html",
+    )
 
 
-def add_matter_options(parser: argparse.ArgumentParser, purpose: str) -> None:
-    """Add the options for links and regions that get matter.
-
-    Args:
-        parser: the parser of a command.
-        purpose: help of ``--add``.
-    """
-    parser.add_argument(
-        "--add", action=_AddNames, type=_link_names, default=[], metavar="L1,L2",
-        help=f"{purpose}; repeatable",
-    )  # fmt: skip
-    parser.add_argument(
-        "--region", action="append", type=_link_region, default=[], metavar="L=SHAPE",
-        help="where matter may be added, metres in the link frame: ball(x,y,z,r), "
-        "box(x0:x1,y0:y1,z0:z1), cylinder(x,y,z,ax,ay,az,r,length), "
-        "ellipsoid(x,y,z,a,b,c[,roll,pitch,yaw]) or collision; by default a ball about the "
-        "joint of the link, of half its length; repeatable",
-    )  # fmt: skip
-
-
-def check_counterweight_options(arguments: argparse.Namespace) -> None:
-    """End the command with code 2 if options contradict each other."""
-    if not arguments.add:
-        refuse_given(arguments, ("region", "merge"), "{} needs --add")
-        return
-    for name in arguments.keep:
-        if name in arguments.add:
-            arguments.refuse(f"link '{name}' is both kept and added to: name it once")
-    clash = "{} does not go with --add, which keeps the given masses"
-    refuse_given(arguments, ("keep", "bounds", "anywhere", "density", "thickness"), clash)
-    if arguments.minimise == "change":
-        arguments.refuse(clash.format("--minimise change"))
-    if arguments.merge and not arguments.out:
-        arguments.refuse("--merge needs --out")
-    check_regions(arguments)
-
-
-def check_regions(arguments: argparse.Namespace) -> None:
-    """End the command with code 2 if a link has two regions."""
-    names = [name for name, _ in arguments.region]
-    for name in names:
-        if names.count(name) > 1:
-            arguments.refuse(f"link '{name}' has two regions: give one")
-
-
-def run_counterweights(arguments: argparse.Namespace) -> Answer:
+def _run(arguments: argparse.Namespace) -> Answer:
     """Compute the counterweights of the options.
 
     Raises:
         LinkageError: the file, the linkage, a link or a region cannot be used.
     """
+    check_requirement_options(arguments, ("max_order",))
+    check_matter_options(arguments)
     from balance.app.answers.text.counterweights import counterweights_body
     from balance.masses.counterweights.counterweights import counterweights
     from balance.masses.counterweights.link_regions import distant_regions
@@ -90,7 +76,7 @@ def run_counterweights(arguments: argparse.Namespace) -> Answer:
     with spinner("finding the least matter that balances"):
         space = certified_space(arguments)
         matter = counterweights(
-            space, arguments.add, dict(arguments.region), arguments.minimise or "mass"
+            space, arguments.links, dict(arguments.region), arguments.minimise
         )
     notices = (*space.warnings, *distant_regions(space, dict(arguments.region)))
     return Answer(
@@ -114,46 +100,3 @@ def _files(counterweights: Counterweights, merge: bool) -> Files:
         "out": partial(with_counterweights, counterweights, merge=merge),
         "html": partial(counterweights_page, counterweights),
     }
-
-
-class _AddNames(argparse.Action):
-    """Collect names over repeated options, each once."""
-
-    def __call__(
-        self,
-        parser: argparse.ArgumentParser,
-        namespace: argparse.Namespace,
-        values: str | Sequence[str] | None,
-        option_string: str | None = None,
-    ) -> None:
-        """Append the names of one option."""
-        names = [*getattr(namespace, self.dest), *(values or ())]
-        if len(set(names)) < len(names):
-            raise argparse.ArgumentError(self, "a link is named twice: name each once")
-        setattr(namespace, self.dest, names)
-
-
-def _link_names(text: str) -> list[str]:
-    """Parse names of ``a,b``, each once."""
-    names = [name.strip() for name in text.split(",")]
-    if not all(names) or len(set(names)) < len(names):
-        raise argparse.ArgumentTypeError(f"'{text}' is not a list of names: write a,b")
-    return names
-
-
-def _link_region(text: str) -> tuple[str, str]:
-    """Parse link and shape of ``L=SHAPE``."""
-    from balance.masses.counterweights.link_regions import COLLISION
-    from balance.masses.counterweights.region_text import read_region
-
-    name, _, shape = text.rpartition("=")
-    if not name:
-        raise argparse.ArgumentTypeError(
-            f"'{text}' is not L=SHAPE, such as crank=ball(0,0,0,0.1)"
-        )
-    try:
-        if shape.strip() != COLLISION:
-            read_region(shape)
-    except UsageError as error:
-        raise argparse.ArgumentTypeError(f"link '{name}': {error}") from None
-    return name, shape

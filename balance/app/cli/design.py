@@ -10,17 +10,11 @@ from typing import TYPE_CHECKING
 
 from balance.app.answers.answer import Answer, Files
 from balance.app.cli.arguments import Parser
-from balance.app.cli.counterweights import (
-    add_counterweight_options,
-    check_counterweight_options,
-    run_counterweights,
-)
 from balance.app.cli.exit_codes import verdict_code
 from balance.app.cli.model_options import add_model_options
 from balance.app.cli.model_readings import certified_space
 from balance.app.cli.number_arguments import positive_number, whole_number
-from balance.app.cli.outputs import add_page_option, describe_written
-from balance.app.cli.partial import add_partial_options, check_partial_options, run_partial
+from balance.app.cli.outputs import add_out_option, add_page_option, describe_written
 from balance.app.cli.requirement_options import (
     add_requirement_options,
     check_requirement_options,
@@ -38,63 +32,57 @@ OBJECTIVES = ("mass", "inertia", "rotor", "change")
 def add_design(parser: Parser) -> None:
     """Add the options of the command ``design``."""
     parser.description = (
-        "Masses, centres of mass and inertias that balance a linkage and that "
-        "bodies can have, or a certificate that there are none. Exits with 0 if there is a "
-        "design, 1 if there is none, 4 if that is undecided."
+        "Masses of the links' own that balance a linkage and that bodies can have, or a "
+        "certificate that there are none. Exits with 0 if there are, 1 if not, 4 if undecided."
     )
     add_model_options(parser)
     add_requirement_options(parser)
     parser.set_defaults(run=_run)
-    parser.add_argument(
+    parser.group("motion").add_argument(
         "--max-order", type=whole_number(0, 50, "an order"), metavar="K",
-        help="0: balance at the reference pose alone, see --at; more: only the conditions of "
-        "orders 0 to K count, which leaves designs undecided",
+        help="only orders 0 to K; 0: at the reference pose alone",
     )  # fmt: skip
-    parser.add_argument(
-        "--minimise", "--minimize", choices=OBJECTIVES,
-        help="the best design in this respect: total mass, largest inertia, inertia that the "
-        "inputs feel at the reference pose, or change of the masses in the file",
+    _add_mass_options(parser)
+    add_out_option(parser)
+    add_page_option(parser, "with the masses before and after")
+    parser.add_examples(
+        "balance design robot.urdf",
+        "balance design robot.urdf --minimise mass --bounds coupler=0.1:1",
+        "balance design robot.urdf --density 7850 --thickness 0.01 --out built.urdf",
+    )
+
+
+def _add_mass_options(parser: Parser) -> None:
+    """Add the options for the masses that links may have."""
+    group = parser.group("matter")
+    group.add_argument(
+        "--minimise", choices=OBJECTIVES, metavar="WHAT",
+        help="mass, inertia, rotor (of the inputs), change",
     )  # fmt: skip
-    parser.add_argument(
+    group.add_argument(
         "--keep", action="append", default=[], metavar="L",
-        help="link whose mass and inertia stay as the file gives them; repeatable",
+        help="link that stays as in the file; repeatable",
     )  # fmt: skip
-    parser.add_argument(
+    group.add_argument(
         "--bounds", action="append", type=_bounds, default=[], metavar="L=LO:HI",
-        help="least and largest mass of a link in kg, either may be left out; repeatable",
+        help="least and largest mass of a link, kg; repeatable",
     )  # fmt: skip
-    parser.add_argument(
+    group.add_argument(
         "--density", action="append", type=_density, default=[], metavar="[L=]KG/M3",
-        help="largest density of a link, or of all that no other --density names, in kg/m³ "
-        "(steel: 7850); repeatable. Without --minimise, the design changes the masses least",
+        help="largest density (steel: 7850); repeatable",
     )  # fmt: skip
-    parser.add_argument(
+    group.add_argument(
         "--thickness", type=positive_number, metavar="METRES",
-        help="thickness of the links of a planar linkage, which --density needs there",
+        help="of planar links, for --density",
     )  # fmt: skip
-    parser.add_argument(
-        "--anywhere", action="store_true",
-        help="let masses be anywhere, not just within 1.5 lengths of each link from the middle "
-        "of its joints",
-    )  # fmt: skip
-    add_counterweight_options(parser)
-    add_partial_options(parser)
-    parser.add_argument(
-        "--out", metavar="FILE.urdf",
-        help="write the file of the linkage with the masses of the design",
-    )  # fmt: skip
-    add_page_option(parser, "with the linkage and its masses, before and after")
+    group.add_argument(
+        "--anywhere", action="store_true", help="masses may lie far from their links"
+    )
 
 
 def _run(arguments: argparse.Namespace) -> Answer:
     """Compute the design of the options."""
-    check_requirement_options(arguments, ("max_order", "partial", "pareto"))
-    check_counterweight_options(arguments)
-    check_partial_options(arguments)
-    if arguments.partial:
-        return run_partial(arguments)
-    if arguments.add:
-        return run_counterweights(arguments)
+    check_requirement_options(arguments, ("max_order",))
     with spinner("finding the mass distributions that balance"):
         space = certified_space(arguments)
         design = _design(arguments, space)

@@ -37,7 +37,7 @@ def add_discover(parser: Parser) -> None:
         "Walks from random geometries of a topology to special ones, whose design "
         "space is larger, and groups these to families by the relations that they fulfil."
     )
-    kinds = parser.add_subparsers(metavar="what", required=True)
+    kinds = parser.add_subparsers(title="jobs", metavar="what", prog=parser.prog, required=True)
     _add_run(kinds)
     _add_show(kinds)
     _add_export(kinds)

@@ -43,7 +43,7 @@ ITEMS = "length:…,EI:…,rhoA:…,tip:…,radius:…,inertia:…,hub:…,EA:�
 def add_flex(parser: Parser) -> None:
     """Add the commands below ``flex``."""
     parser.description = "Dynamic balance of mechanisms with links that bend, in the plane."
-    kinds = parser.add_subparsers(metavar="what", required=True)
+    kinds = parser.add_subparsers(title="jobs", metavar="what", prog=parser.prog, required=True)
     _add_modes(kinds)
     _add_supports(kinds)
     _add_similar(kinds)
@@ -155,7 +155,7 @@ def _supports(arguments: argparse.Namespace) -> Answer:
 def _add_simulate(kinds: Verbs) -> None:
     """Add ``flex simulate``."""
     parser = kinds.add_parser("simulate", help="a planar linkage of which named links bend")
-    add_model_options(parser)
+    add_model_options(parser, unused=("--motion", "--balance", "--spatial"))
     parser.add_argument(
         "--flex", action="append", required=True, metavar="LINK=…",
         help="a link that bends: LINK=EI:…,rhoA:… in SI units, or LINK=rect(WIDTH,THICKNESS),"
@@ -185,7 +185,7 @@ def _add_simulate(kinds: Verbs) -> None:
         "--from-rest", action="store_true",
         help="start with all bodies at rest under an input at speed, which hits them",
     )  # fmt: skip
-    add_about(parser, "the centre of mass at the start")
+    add_about(parser.group("motion"), "the centre of mass at the start")
     add_picture_option(parser, "write a picture of the shaking", "")
     parser.add_argument(
         "--table", metavar="FILE.csv",
@@ -201,8 +201,6 @@ def _simulate(arguments: argparse.Namespace) -> Answer:
     from balance.motion.flexible.flex_links import parse_flex_link
     from balance.motion.flexible.linkage_motion import simulate_flexible
 
-    if arguments.motion or arguments.spatial or arguments.balance != "dynamic":
-        arguments.refuse("--motion, --spatial and --balance are not for flex simulate")
     flex = [parse_flex_link(text) for text in arguments.flex]  # before the file is read
     linkage = load_model(arguments, arguments.angles)
     with progress_bar("instants") as advance:

@@ -35,41 +35,36 @@ OWN = (
 )  # fmt: skip
 
 
-def add_base_options(parser: argparse.ArgumentParser) -> None:
+def add_base_options(group: argparse._ArgumentGroup) -> None:
     """Add the options of a base to the command ``verify``."""
-    parser.add_argument(
+    group.add_argument(
         "--base", choices=("fixed", "free", "spring"), default="fixed",
-        help="free: the base floats; spring: it stands on springs. Its motion is simulated; "
-        "the exit code is 0 if it stays at rest, 1 if it moves",
+        metavar="free|spring", help="simulate a base that floats, or on springs",
     )  # fmt: skip
-    parser.add_argument("--base-mass", type=_SIZE, metavar="KG", help="mass of that base")
-    parser.add_argument(
+    group.add_argument("--base-mass", type=_SIZE, metavar="KG", help="mass of that base")
+    group.add_argument(
         "--base-inertia", type=_inertia, metavar="I|IX,IY,IZ",
-        help="moment of inertia of that base about its centre of mass, kg m²; or three, about "
-        "the axes parallel to the inertial ones",
+        help="its moment of inertia, or three, kg m²",
     )  # fmt: skip
-    parser.add_argument(
+    group.add_argument(
         "--base-com", type=point, metavar="X,Y,Z",
-        help="its centre of mass, metres, in the inertial frame (default 0,0,0)",
+        help="its centre of mass, metres (default 0,0,0)",
     )  # fmt: skip
-    parser.add_argument(
-        "--stiffness", type=_stiffness, action="append", metavar="K[Nm/rad|N/m]",
-        help="with --base spring: stiffness of a rotational spring (1e4 or 1e4Nm/rad), or of a "
-        "translational one at the centre of mass of the base (2e5N/m); repeatable",
+    group.add_argument(
+        "--stiffness", type=_stiffness, action="append", metavar="1e4Nm/rad",
+        help="of its springs: 1e4Nm/rad, 2e5N/m; repeatable",
     )  # fmt: skip
-    parser.add_argument(
-        "--initial", type=parse_coordinates, metavar="NAME=VALUE,…",
-        help="velocities at the start: wx, wy, wz (rad/s), vx, vy, vz (m/s) of the base, and "
-        "of inputs that --torque frees",
+    group.add_argument(
+        "--initial", type=parse_coordinates, metavar="wz=10,…",
+        help="velocities at the start, rad/s and m/s",
     )  # fmt: skip
-    parser.add_argument(
+    group.add_argument(
         "--torque", type=parse_coordinates, metavar="J1=VALUE,…",
-        help="with --base: the inputs move freely, under these constant torques and forces "
-        "(others 0)",
+        help="constant torques on inputs that move freely",
     )  # fmt: skip
-    parser.add_argument(
+    group.add_argument(
         "--duration", type=_SIZE, metavar="S",
-        help="with --base: duration, seconds (default: that of the table of --csv, or 10)",
+        help="duration, seconds (default: of the table, or 10)",
     )  # fmt: skip
 
 

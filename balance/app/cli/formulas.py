@@ -6,7 +6,7 @@ import argparse
 from typing import TYPE_CHECKING
 
 from balance.app.answers.answer import Answer
-from balance.app.cli.arguments import Parser, refuse_given
+from balance.app.cli.arguments import Parser
 from balance.app.cli.exit_codes import DONE, UNDECIDED
 from balance.app.cli.model_options import add_model_options, load_model
 from balance.app.cli.number_arguments import positive_number
@@ -23,24 +23,25 @@ def add_formulas(parser: Parser) -> None:
         "poses, and against the design space of the model. Exits with 0 if all are known and "
         "checked, 4 if not."
     )
-    add_model_options(parser)
+    add_model_options(parser, unused=("--motion", "--spatial"))
     parser.set_defaults(run=_run)
-    parser.add_argument(
+    group = parser.group("formulas")
+    group.add_argument(
         "--where", action="append", default=[], metavar="RELATION",
         help="relation between distances of joints, by the letters that are printed: AB=CD, "
         "AB=2*CD; repeatable. Those of the model are used where they lower the rank",
     )  # fmt: skip
-    parser.add_argument(
+    group.add_argument(
         "--solve", type=_words, default=[], metavar="P1,P2",
         help="parameters to solve for, such as s_crank (default: those that leave the fewest "
         "terms)",
     )  # fmt: skip
-    parser.add_argument(
+    group.add_argument(
         "--notation", choices=("text", "latex", "python", "sympy"), default="text",
         help="text with a table of the dimensions (default), an align* environment of LaTeX, a "
         "Python function, or SymPy expressions",
     )  # fmt: skip
-    parser.add_argument(
+    group.add_argument(
         "--seconds", type=positive_number, metavar="S",
         help="return what is known after this time",
     )  # fmt: skip
@@ -51,9 +52,7 @@ def _run(arguments: argparse.Namespace) -> Answer:
 
     Raises:
         LinkageError: the file, the linkage, a relation or a parameter cannot be used.
-        SystemExit: an option has no meaning here.
     """
-    refuse_given(arguments, ("motion", "spatial"), "{}: formulas are of every planar motion")
     linkage = load_model(arguments, arguments.angles)
     from balance.app.answers.text.formulas import formulas_body
     from balance.space.formulas.derive import formulas

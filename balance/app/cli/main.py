@@ -14,12 +14,13 @@ import sys
 import warnings
 from collections.abc import Collection, Sequence
 from importlib import import_module
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 from balance.app.cli.arguments import (
     MAX_ERROR_LENGTH,
     Parser,
     describe_defect,
+    help_hint,
     read_streams,
 )
 from balance.app.cli.completion import SHELLS
@@ -33,30 +34,81 @@ from balance.app.cli.exit_codes import (
 )
 from balance.app.cli.memory_notice import memory_notice
 from balance.app.cli.outputs import check_files, write_outputs
-from kinematics.errors import LinkageError, UsageError
+from kinematics.errors import LinkageError, PackageError, UsageError
 from kinematics.numerics.compiled.background import compile_mode
 
 if TYPE_CHECKING:
     from balance.app.answers.answer import Answer
 
 
-# What each command does, in the order of the help. Its module has its options, in a function
+class Command(NamedTuple):
+    """A command in the list of `balance`.
+
+    Attributes:
+        summary: what it does.
+        example: a command to copy.
+    """
+
+    summary: str
+    example: str
+
+
+# The commands in the order of the help. The module of each has its options, in a function
 # `add_…`, and is imported only for that command.
 COMMANDS = {
-    "report": "rank and dimension of the balanced design space, by order",
-    "verify": "shaking force and moment over finite motions, by an independent program",
-    "design": "a mass distribution that can be built and does not shake, or why there is none",
-    "remedies": "what to build into a linkage that no masses balance, and what each remedy "
-    "costs",
-    "flex": "links that bend: modes, supports, similar counter-arms, simulation",
-    "motion": "all joints as polynomials in the inputs, poses that they predict, and their "
-    "error",
-    "paths": "paths along which a linkage leaves its base at rest",
-    "sweep": "a study of many geometries, kept in a file",
-    "discover": "a search for geometries that balance where others do not",
-    "synthesize": "a balanced mechanism whose tool passes through positions",
-    "formulas": "conditions of balance as formulas in the dimensions of a planar linkage",
-    "models": "list the linkages that come with the package",
+    "report": Command(
+        "which masses leave the base at rest: rank and dimension, by order",
+        "balance report robot.urdf",
+    ),
+    "verify": Command(
+        "shaking force and moment over motions, by an independent program",
+        "balance verify robot.urdf --speed 300rpm",
+    ),
+    "design": Command(
+        "masses of the links' own that can be built and do not shake, or why none do",
+        "balance design robot.urdf --out balanced.urdf",
+    ),
+    "counterweights": Command(
+        "the least matter that balances when it is added to links, or why none does",
+        "balance counterweights robot.urdf --balance force --links crank,rocker",
+    ),
+    "reduce": Command(
+        "the least shaking that so many kilograms buy, and what the motors pay",
+        "balance reduce robot.urdf --links crank,rocker --budget 1.5",
+    ),
+    "remedies": Command(
+        "what to build into a linkage that no masses balance, and what each costs",
+        "balance remedies robot.urdf --html remedies.html",
+    ),
+    "flex": Command(
+        "links that bend: modes, supports, similar counter-arms, simulation",
+        "balance flex simulate robot.urdf --flex coupler=EI:5,rhoA:1",
+    ),
+    "motion": Command(
+        "all joints as polynomials in the inputs; poses, also of a tool",
+        "balance motion robot.urdf --to u1=0.1,u2=0.2",
+    ),
+    "paths": Command(
+        "paths along which a linkage leaves its base at rest",
+        "balance paths robot.urdf --html paths.html",
+    ),
+    "sweep": Command(
+        "a study of many geometries, kept in a file",
+        "balance sweep run study.toml",
+    ),
+    "discover": Command(
+        "a search for geometries that balance where others do not",
+        "balance discover run --topology watt2 --starts 100",
+    ),
+    "synthesize": Command(
+        "a balanced mechanism whose tool passes through positions",
+        'balance synthesize --positions "0.3,0.1,11; 0.1,0.4,-40" --moving 0.2,-0.1',
+    ),
+    "formulas": Command(
+        "conditions of balance as formulas in the dimensions of a planar linkage",
+        "balance formulas robot.urdf --balance force",
+    ),
+    "models": Command("the linkages that come with the package", "balance models"),
 }
 
 
@@ -101,6 +153,9 @@ class _StandardError(logging.Handler):
 def _run(argv: Sequence[str] | None, debug: bool) -> int:
     """Run one command and return its exit code; print one line if it fails."""
     words = sys.argv[1:] if argv is None else argv
+    if not words:
+        print(_jobs_text())
+        return DONE
     try:
         compile_mode()  # refuses an unknown BALANCE_COMPILE before any work
         arguments = command_parser(words).parse_args(words)
@@ -118,7 +173,11 @@ def _run(argv: Sequence[str] | None, debug: bool) -> int:
 
         text = "; ".join([str(error), *getattr(error, "__notes__", ())])
         print(f"balance: {clean(text, MAX_ERROR_LENGTH)}", file=sys.stderr)
-        return USAGE if isinstance(error, UsageError) else REFUSED
+        if not isinstance(error, UsageError):
+            return REFUSED
+        if not isinstance(error, PackageError):
+            print(help_hint(_program(words)), file=sys.stderr)
+        return USAGE
     except BrokenPipeError:
         sys.stderr.close()
         return DONE
@@ -131,6 +190,20 @@ def _run(argv: Sequence[str] | None, debug: bool) -> int:
             traceback.print_exc(file=sys.stderr)
         print(describe_defect(error, words), file=sys.stderr)
         return DEFECT
+
+
+def _jobs_text() -> str:
+    """Write the list of commands, with an example of each."""
+    lines = ["Dynamic balance of linkages. What is the job?", ""]
+    for name, command in COMMANDS.items():
+        lines += [f"{name:<16}{command.summary}", f"{'':<16}{command.example}"]
+    return "\n".join([*lines, "", help_hint("balance COMMAND")])
+
+
+def _program(words: Sequence[str]) -> str:
+    """Return the program and its command among the words of a command line."""
+    commands = [word for word in words if word in COMMANDS]
+    return " ".join(["balance", *commands[:1]])
 
 
 class _Version(argparse.Action):
@@ -172,13 +245,16 @@ def command_parser(words: Collection[str]) -> argparse.ArgumentParser:
     parser.add_argument("--version", action=_Version, nargs=0, help="show the version and exit")
     parser.add_argument(
         "--completion", action=_Completion, choices=SHELLS,
-        help="print a script with which a shell completes commands and options, and exit",
+        metavar="SHELL", help="print a script with which a shell completes words, and exit: "
+        "bash, zsh or fish",
     )  # fmt: skip
-    commands = parser.add_subparsers(metavar="command", required=True)
-    for name, summary in COMMANDS.items():
-        command = commands.add_parser(name, help=summary)
+    verbs = parser.add_subparsers(
+        title="commands", metavar="command", prog=parser.prog, required=True
+    )
+    for name, command in COMMANDS.items():
+        verb = verbs.add_parser(name, help=command.summary)
         if name in words:
-            getattr(import_module(f"balance.app.cli.{name}"), f"add_{name}")(command)
+            getattr(import_module(f"balance.app.cli.{name}"), f"add_{name}")(verb)
     return parser
 
 

@@ -4,96 +4,105 @@ from __future__ import annotations
 
 import argparse
 import math
-from typing import TYPE_CHECKING
+from collections.abc import Collection
+from typing import TYPE_CHECKING, Any
 
+from balance.app.cli.arguments import NAMED_ALONE, Parser
 from balance.app.cli.number_arguments import whole_number
 
 if TYPE_CHECKING:
     from kinematics.model.linkage import Linkage
 
 
-def add_model_options(parser: argparse.ArgumentParser) -> None:
-    """Add the options that every command on a model shares."""
-    parser.add_argument(
-        "model",
-        help="path of a URDF, SDF or xacro file, - for standard input, a name from 'balance "
-        "models', or a robot of example-robot-data if that is installed",
+def add_model_options(
+    parser: Parser, unused: Collection[str] = (), explain: bool = False
+) -> None:
+    """Add the options of a model, of its motion, and of output.
+
+    Args:
+        parser: the parser of a command.
+        unused: of ``--motion``, ``--balance`` and ``--spatial``, those that mean nothing to the
+            command: it does not get them, and their values are the defaults.
+        explain: whether its help explains how a file is read.
+    """
+    parser.group("model").add_argument(
+        "model", metavar="MODEL", help="robot file, - for stdin, or name of a model"
     )
-    parser.add_argument(
-        "--loops", metavar="FILE",
-        help="YAML file that describes the loops; by default the one next to the URDF file",
-    )  # fmt: skip
-    _add_reading_options(parser)
-    _add_pose_options(parser)
-    parser.add_argument(
-        "--motion", action="append", metavar="RELATION",
-        help="linear relation of input displacements: j4=j7, j4=-2*j7, j3=0; repeatable",
-    )  # fmt: skip
-    parser.add_argument(
-        "--balance", choices=("dynamic", "force"), default="dynamic",
-        help="force: linear momentum only",
-    )  # fmt: skip
-    parser.add_argument(
-        "--spatial", action="store_true", help="ten parameters per body, even if it is planar"
-    )
-    parser.add_argument("--json", action="store_true", help="print one JSON object")
-    parser.add_argument(
-        "--force", action="store_true",
-        help="let a file that is written replace one that is read, such as the model",
+    _add_reading_options(parser.group("model" if explain else NAMED_ALONE))
+    _add_pose_options(parser.group("motion"))
+    _add_restrictions(parser, unused)
+    output = parser.group("output")
+    output.add_argument("--json", action="store_true", help="print one JSON object")
+    output.add_argument(
+        "--overwrite", action="store_true",
+        help="let a written file replace one that is read",
     )  # fmt: skip
     # Options that exclude each other are usage errors.
     parser.set_defaults(refuse=parser.error)
 
 
-def _add_reading_options(parser: argparse.ArgumentParser) -> None:
+def _add_reading_options(group: argparse._ArgumentGroup) -> None:
     """Add the options on how the links, joints and numbers of a file are read."""
-    parser.add_argument(
-        "--fix-base", action="store_true",
-        help="fix a base that floats to the ground, and no other body that floats",
+    group.add_argument(
+        "--loops", metavar="FILE", help="YAML file of the loops (default: beside the model)"
+    )
+    group.add_argument(
+        "--fix-base", action="store_true", help="fix a base that floats to the ground"
+    )
+    group.add_argument("--ground", metavar="LINK", help="which loose link is the ground")
+    group.add_argument(
+        "--bodies", choices=("given", "all"), default="given", metavar="given|all",
+        help="all: links without mass carry parameters too",
     )  # fmt: skip
-    parser.add_argument(
-        "--ground", metavar="LINK",
-        help="link that is the ground, of those that no joint carries, or of an SDF model that "
-        "is not fixed to the world; loose links are left out then",
-    )  # fmt: skip
-    parser.add_argument(
-        "--bodies", choices=("given", "all"), default="given",
-        help="all: links without mass in the file carry parameters too",
-    )  # fmt: skip
-    parser.add_argument(
+    group.add_argument(
         "--massless", type=_names, default=[], metavar="L1,L2",
-        help="links that carry no parameters, whatever the file says",
+        help="links that carry no parameters",
     )  # fmt: skip
-    reading = parser.add_mutually_exclusive_group()
+    reading = group.add_mutually_exclusive_group()
     reading.add_argument(
         "--nominal", dest="angles", action="store_const", const="nominal", default="nominal",
-        help="read angles that look rounded, such as 1.5708, as the multiples of π/12 they "
-        "round (the default)",
+        help="read 1.5708 as π/2 (the default)",
     )  # fmt: skip
     reading.add_argument(
         "--as-written", dest="angles", action="store_const", const="as_written",
-        help="take all angles and axes by their digits, in loops that do not quite close too",
+        help="read all angles and axes by their digits",
     )  # fmt: skip
 
 
-def _add_pose_options(parser: argparse.ArgumentParser) -> None:
-    """Add the options for coordinates and reference pose."""
-    parser.add_argument(
-        "--inputs", type=_names, metavar="J1,J2",
-        help="joints to use as independent coordinates",
-    )  # fmt: skip
-    parser.add_argument(
+def _add_pose_options(group: argparse._ArgumentGroup) -> None:
+    """Add the options for coordinates, reference pose and motion."""
+    group.add_argument(
+        "--inputs", type=_names, metavar="J1,J2", help="joints that are the inputs"
+    )
+    group.add_argument(
         "--at", type=parse_coordinates, metavar="J1=VALUE,…",
-        help="another reference pose than that of the file: positions of joints counted from "
-        "the pose of the file, in radians and metres (u1=0.3,u2=-0.1); the others follow, and "
-        "displacements count from there. Positions of joints that are no inputs are starting "
-        "values: they choose the branch on which the loops close",
+        help="another reference pose, radians and metres",
     )  # fmt: skip
-    parser.add_argument(
+    group.add_argument(
         "--mode", type=whole_number(1, 99, "a mode"), metavar="N",
-        help="mode of motion to follow where several meet, at the pose of the file or at that "
-        "of --at; 'balance report' lists them. The reference pose is on that mode",
+        help="mode of motion, where several meet",
     )  # fmt: skip
+
+
+def _add_restrictions(parser: Parser, unused: Collection[str]) -> None:
+    """Add the options for the motions that count, and what of them."""
+    parser.set_defaults(motion=None, balance="dynamic", spatial=False)
+    options: dict[str, dict[str, Any]] = {
+        "--motion": {
+            "action": "append", "metavar": "RELATION",
+            "help": "relation of inputs: j4=-2*j7, j3=0; repeatable",
+        },
+        "--balance": {
+            "choices": ("dynamic", "force"), "metavar": "dynamic|force",
+            "help": "force: without moments (default dynamic)",
+        },
+        "--spatial": {
+            "action": "store_true", "help": "ten parameters a body, in the plane too",
+        },
+    }  # fmt: skip
+    for name, option in options.items():
+        if name not in unused:
+            parser.group("motion").add_argument(name, **option)
 
 
 def load_model(arguments: argparse.Namespace, angles: str, other: str = "") -> Linkage:

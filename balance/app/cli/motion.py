@@ -50,29 +50,29 @@ def add_motion(parser: Parser) -> None:
     parser.description = (
         "Taylor expansion of the closed motion, of any order: poses that it "
         "predicts, the same with the loops closed, and their difference. Exits with 0, or with "
-        "1 if a pose cannot be reached. Masses do not matter: --balance, --spatial, --bodies "
-        "and --massless change nothing here."
+        "1 if a pose cannot be reached. Masses do not matter."
     )
-    add_model_options(parser)
-    parser.add_argument(
+    add_model_options(parser, unused=("--balance", "--spatial"))
+    group = parser.group("motion")
+    group.add_argument(
         "--tool", metavar="LINK",
         help="inverse kinematics: the inputs are displacements of this link, named by --along",
     )  # fmt: skip
-    parser.add_argument(
+    group.add_argument(
         "--along", metavar="X,Y,…",
         help="directions of the tool: some of x, y, z, rx, ry, rz; others are held as far as "
         "that leaves these free",
     )  # fmt: skip
-    parser.add_argument(
+    group.add_argument(
         "--point", type=point, metavar="X,Y,Z",
         help="point of the tool that moves along these directions and about which it turns, in "
         "metres, in the frame of the link (default: the origin of that frame)",
     )  # fmt: skip
-    parser.add_argument(
+    group.add_argument(
         "--order", type=whole_number(1, MAX_ORDER, "an order"), default=ORDER, metavar="K",
         help=f"order of the expansion (default {ORDER})",
     )  # fmt: skip
-    where = parser.add_mutually_exclusive_group()
+    where = group.add_mutually_exclusive_group()
     where.add_argument(
         "--to", type=_target, metavar="VALUES",
         help="pose to predict: displacements of the inputs from the reference pose, SI units, "

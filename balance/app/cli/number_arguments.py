@@ -10,15 +10,15 @@ from collections.abc import Callable
 MAX_POINT = 1e6
 
 
-def add_about(parser: argparse.ArgumentParser, default: str) -> None:
+def add_about(group: argparse._ArgumentGroup, default: str) -> None:
     """Add the option ``--about``, the point of the moments.
 
     Args:
         default: the point without the option, in words.
     """
-    parser.add_argument(
+    group.add_argument(
         "--about", type=point, metavar="X,Y,Z",
-        help=f"point for moments, metres, in the inertial frame (default: {default})",
+        help=f"point of moments, m (default: {default})",
     )  # fmt: skip
 
 

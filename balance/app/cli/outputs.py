@@ -8,6 +8,7 @@ from collections.abc import Mapping
 from contextlib import suppress
 from typing import TYPE_CHECKING
 
+from balance.app.cli.arguments import Parser
 from balance.support.atomic_files import check_outputs, is_stream, write_all_atomic
 from kinematics.errors import FileError, LinkageError, UsageError
 
@@ -26,21 +27,27 @@ MODELS = ("model", "against")
 INPUTS = ("loops", "csv", "path", "masses", "study", "results")
 
 
-def add_page_option(parser: argparse.ArgumentParser, what: str) -> None:
+def add_out_option(parser: Parser) -> None:
+    """Add the option ``--out`` for the file of a linkage with new masses."""
+    parser.group("output").add_argument(
+        "--out", metavar="FILE.urdf", help="write the linkage with these masses"
+    )
+
+
+def add_page_option(parser: Parser, what: str) -> None:
     """Add the option ``--html``.
 
     Args:
         parser: the parser of a command.
         what: what the page shows, for the help: ``write a page …``.
     """
-    parser.add_argument(
-        "--html", type=page_path, metavar="FILE.html",
-        help=f"write a page {what}; it needs no network",
-    )  # fmt: skip
+    parser.group("output").add_argument(
+        "--html", type=page_path, metavar="FILE.html", help=f"write a page {what}"
+    )
 
 
 def add_picture_option(
-    parser: argparse.ArgumentParser, purpose: str = "write a picture", kinds: str = ".png|.svg"
+    parser: Parser, purpose: str = "write a picture", kinds: str = ".png|.svg"
 ) -> None:
     """Add the option ``--plot``.
 
@@ -48,14 +55,16 @@ def add_picture_option(
         parser: the parser of a command.
         kinds: endings of the file, for the help.
     """
-    parser.add_argument("--plot", type=picture_path, metavar=f"FILE{kinds}", help=purpose)
+    parser.group("output").add_argument(
+        "--plot", type=picture_path, metavar=f"FILE{kinds}", help=purpose
+    )
 
 
-def add_meshes_option(parser: argparse.ArgumentParser) -> None:
+def add_meshes_option(parser: Parser) -> None:
     """Add the option that leaves the shapes of the file out of a page."""
-    parser.add_argument(
+    parser.group("output").add_argument(
         "--no-meshes", action="store_true",
-        help="leave the shapes of the file (<visual>) out of the page, which is smaller then",
+        help="leave the shapes of the file out of the page",
     )  # fmt: skip
 
 
@@ -113,7 +122,7 @@ def check_files(arguments: argparse.Namespace) -> None:
     """
     outputs = {OUTPUTS[name]: path for name, path in _output_paths(arguments).items()}
     if outputs:
-        check_outputs(outputs, _input_paths(arguments), arguments.force)
+        check_outputs(outputs, _input_paths(arguments), arguments.overwrite)
 
 
 def _input_paths(arguments: argparse.Namespace) -> list[str]:
@@ -123,6 +132,11 @@ def _input_paths(arguments: argparse.Namespace) -> list[str]:
 
     given = {name: path for name, path in vars(arguments).items() if isinstance(path, str)}
     paths = [given[name] for name in INPUTS if name in given]
+    paths += [
+        path
+        for path in vars(arguments).get("csv") or ()
+        if isinstance(vars(arguments)["csv"], list)
+    ]
     models = [given[name] for name in MODELS if name in given]
     for model in (*models, *getattr(arguments, "others", ())):
         # Reading the model raises the error later.
@@ -152,7 +166,7 @@ def write_outputs(arguments: argparse.Namespace, answer: Answer) -> None:
             folder = path
             inside = {key: os.path.join(folder, key) for key in content}
             outputs = {f"{OUTPUTS[name]} ({key})": file for key, file in inside.items()}
-            check_outputs(outputs, _input_paths(arguments), arguments.force)
+            check_outputs(outputs, _input_paths(arguments), arguments.overwrite)
             files |= {inside[key]: data for key, data in content.items()}
         else:
             files[path] = content.encode() if isinstance(content, str) else content

@@ -31,18 +31,18 @@ def add_paths(parser: Parser) -> None:
     """Add the options of the command ``paths``."""
     parser.description = (
         "Integrates the input rates without momentum into paths, and finds poses "
-        "in which several paths meet. Exits with 0 if there is a path, 1 if there is none. All "
-        "six components of the momentum count: --spatial changes nothing here."
+        "in which several paths meet. Exits with 0 if there is a path, 1 if there is none."
     )
-    add_model_options(parser)
+    add_model_options(parser, unused=("--spatial",))
     parser.set_defaults(run=_run)
-    _add_path_options(parser)
-    _add_base_options(parser)
-    parser.add_argument(
+    _add_path_options(parser.group("motion"))
+    _add_base_options(parser.group("base"))
+    output = parser.group("output")
+    output.add_argument(
         "--which", type=whole_number(1, MAX_LINE, "the number of a path"), default=1,
         metavar="K", help="number of the path that --csv writes (default 1)",
     )  # fmt: skip
-    parser.add_argument(
+    output.add_argument(
         "--csv", dest="motion_table", metavar="FILE",
         help="write a motion along the path in 1 s, ever faster: time and the inputs, as "
         "'balance verify --csv' reads it",
@@ -51,27 +51,27 @@ def add_paths(parser: Parser) -> None:
     add_page_option(parser, "on which the linkage runs along the paths")
 
 
-def _add_path_options(parser: argparse.ArgumentParser) -> None:
+def _add_path_options(group: argparse._ArgumentGroup) -> None:
     """Add the options of starts and lengths."""
-    parser.add_argument(
+    group.add_argument(
         "--from", dest="starts", action="append", type=parse_coordinates, metavar="U1=VALUE,…",
         help="pose from which to start: displacements of inputs from the reference pose, "
         "radians and metres; repeatable (default: the reference pose)",
     )  # fmt: skip
-    parser.add_argument(
+    group.add_argument(
         "--line", type=whole_number(1, MAX_LINE), default=0, metavar="N",
         help="start also from N poses on the straight line between each two of --from",
     )  # fmt: skip
-    parser.add_argument(
+    group.add_argument(
         "--length", type=_SIZE, default=1.0, metavar="L",
         help="arc length of a path to either side of its start, in all joints, radians and "
         "characteristic lengths (default 1)",
     )  # fmt: skip
-    parser.add_argument(
+    group.add_argument(
         "--step", type=_SIZE, metavar="S",
         help="arc length between samples (default 0.005)",
     )  # fmt: skip
-    part = parser.add_mutually_exclusive_group()
+    part = group.add_mutually_exclusive_group()
     part.add_argument(
         "--moment-only", dest="kept", action="store_const", const="moment",
         help="paths without shaking moment about a point, whatever the force",
@@ -80,23 +80,23 @@ def _add_path_options(parser: argparse.ArgumentParser) -> None:
         "--force-only", dest="kept", action="store_const", const="force",
         help="paths without shaking force, whatever the moment (as --balance force)",
     )  # fmt: skip
-    add_about(parser, "the inertial origin")
+    add_about(group, "the inertial origin")
 
 
-def _add_base_options(parser: argparse.ArgumentParser) -> None:
+def _add_base_options(group: argparse._ArgumentGroup) -> None:
     """Add the options of a base that floats."""
-    parser.add_argument(
+    group.add_argument(
         "--base", choices=("fixed", "free"), default="fixed",
         help="free: the base floats and has a mass of its own",
     )  # fmt: skip
-    parser.add_argument(
+    group.add_argument(
         "--base-mass", type=_SIZE, metavar="KG", help="mass of a base that floats"
     )
-    parser.add_argument(
+    group.add_argument(
         "--base-com", type=point, metavar="X,Y,Z",
         help="its centre of mass, metres, in the inertial frame (default 0,0,0)",
     )  # fmt: skip
-    parser.add_argument(
+    group.add_argument(
         "--attitude", action="store_true",
         help="a base that floats may move, but not turn",
     )  # fmt: skip

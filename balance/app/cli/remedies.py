@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 
 from balance.app.answers.answer import Answer, Files
 from balance.app.cli.arguments import Parser
-from balance.app.cli.counterweights import add_matter_options, check_regions
 from balance.app.cli.exit_codes import verdict_code
+from balance.app.cli.matter_options import add_matter_options, check_matter_options
 from balance.app.cli.model_options import add_model_options, load_model
 from balance.app.cli.number_arguments import positive_number
 from balance.app.cli.outputs import add_page_option, check_folder
@@ -34,27 +34,25 @@ def add_remedies(parser: Parser) -> None:
     )
     add_model_options(parser)
     parser.set_defaults(run=_run)
-    parser.add_argument(
+    add_matter_options(parser, "links that may get matter (default: all)")
+    group = parser.group("matter")
+    group.add_argument(
         "--only", type=_remedies, default=[], metavar="R1,R2", help="only these remedies"
     )
-    add_matter_options(
-        parser, "links to which matter may be added (default: all that carry parameters)"
-    )
-    parser.add_argument(
+    group.add_argument(
         "--gear", type=positive_number, default=1.0, metavar="N",
-        help="turns of a counter-rotor for one turn of its joint (default 1)",
+        help="turns of a counter-rotor a turn (default 1)",
     )  # fmt: skip
-    parser.add_argument(
+    group.add_argument(
         "--rotor-radius", type=positive_number, metavar="METRES",
-        help="radius of rotors and wheels (default: a quarter of the characteristic length)",
+        help="of rotors and wheels (default: chosen by size)",
     )  # fmt: skip
-    parser.add_argument(
+    group.add_argument(
         "--budget", type=positive_number, metavar="KG",
-        help="most mass that partial balance may add (default: the mass of the moving links)",
+        help="of partial balance (default: mass of the links)",
     )  # fmt: skip
-    parser.add_argument(
-        "--out", metavar="DIR",
-        help="folder for the file of the linkage with each remedy that helps, and its tables",
+    parser.group("output").add_argument(
+        "--out", metavar="DIR", help="folder for the files of the remedies that help",
     )  # fmt: skip
     add_page_option(parser, "with added mass against input inertia")
 
@@ -65,7 +63,7 @@ def _run(arguments: argparse.Namespace) -> Answer:
     Raises:
         LinkageError: the file, the linkage, a link or a region cannot be used.
     """
-    check_regions(arguments)
+    check_matter_options(arguments)
     if arguments.out is not None:
         check_folder(arguments.out)
     with progress_bar("steps of the search") as advance:
@@ -101,7 +99,7 @@ def _request(
     from balance.masses.remedies.request import RemedyRequest
 
     return RemedyRequest(
-        linkage, tuple(arguments.motion or ()), arguments.balance, tuple(arguments.add),
+        linkage, tuple(arguments.motion or ()), arguments.balance, tuple(arguments.links),
         dict(arguments.region), arguments.gear, arguments.rotor_radius, arguments.budget,
         spatial=arguments.spatial, angles=arguments.angles, progress=advance,
     )  # fmt: skip

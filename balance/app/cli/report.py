@@ -57,40 +57,45 @@ def add_report(parser: Parser) -> None:
         "Which mass distributions leave a linkage balanced: rank and dimension "
         "of the design space, order by order."
     )
-    add_model_options(parser)
+    add_model_options(parser, explain=True)
     add_requirement_options(parser)
     add_other_models(parser)
     parser.set_defaults(run=_run)
-    parser.add_argument(
+    parser.group("motion").add_argument(
         "--max-order", type=whole_number(0, 50, "an order"), metavar="K",
-        help="compute exactly the orders 0 to K, instead of as many as needed",
+        help="the orders 0 to K, instead of as many as needed",
     )  # fmt: skip
-    parser.add_argument(
-        "--explain", action="store_true",
-        help="say what may be moved across each joint, and what the loops add",
-    )  # fmt: skip
-    parser.add_argument(
-        "--decoupled", action="store_true",
-        help="say whether the inertia on the base is constant too, and which masses keep it so",
-    )  # fmt: skip
-    parser.add_argument(
-        "--pure-inertia", action="store_true",
-        help="move point masses across the joints of a planar linkage until it has moments of "
-        "inertia alone, and list the relations of angular velocities",
-    )  # fmt: skip
-    add_page_option(parser, "with the moving linkage and all of this")
+    _add_question_options(parser.group("check"))
+    add_page_option(parser, "with the moving linkage")
     add_meshes_option(parser)
-    parser.add_argument(
-        "--write-closed", metavar="FILE",
-        help="write the URDF file at the pose at which its loops close",
+    parser.group("output").add_argument(
+        "--write-closed", metavar="FILE", help="write the file with its loops closed"
+    )
+    parser.add_examples(
+        "balance report robot.urdf",
+        'balance report robot.urdf --motion "u2=u3" --explain',
+        "balance report robot.urdf --certainty verified --html page.html",
+    )
+
+
+def _add_question_options(group: argparse._ArgumentGroup) -> None:
+    """Add the options for what else is computed."""
+    group.add_argument(
+        "--explain", action="store_true", help="what may be moved across each joint"
+    )
+    group.add_argument(
+        "--decoupled", action="store_true", help="is the inertia on the base constant too?"
+    )
+    group.add_argument(
+        "--pure-inertia", action="store_true",
+        help="move the point masses of a planar linkage away",
     )  # fmt: skip
-    parser.add_argument(
-        "--exact", action="store_true",
-        help="also compute the ranks by exact arithmetic, from the decimals of the file",
-    )  # fmt: skip
-    parser.add_argument(
-        "--certainty", choices=("proved", "verified"),
-        help="exit with 4 if the answer is less certain than that",
+    group.add_argument(
+        "--exact", action="store_true", help="also by exact arithmetic, from the decimals"
+    )
+    group.add_argument(
+        "--certainty", choices=("proved", "verified"), metavar="LEVEL",
+        help="exit with 4 if less certain: proved, verified",
     )  # fmt: skip
 
 

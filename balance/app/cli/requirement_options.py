@@ -5,23 +5,20 @@ from __future__ import annotations
 import argparse
 from collections.abc import Sequence
 
-from balance.app.cli.arguments import refuse_given
+from balance.app.cli.arguments import Parser, refuse_given
 from balance.app.cli.number_arguments import point
 
 
-def add_requirement_options(parser: argparse.ArgumentParser) -> None:
+def add_requirement_options(parser: Parser) -> None:
     """Add the options of requirements to a command on design spaces."""
-    parser.add_argument(
+    group = parser.group("motion")
+    group.add_argument(
         "--require", action="append", default=[], metavar="TEXT",
-        help="what must vanish, and where, instead of --motion and --balance; all of 'force; "
-        "dynamic at u1=0.3; moment about 0,0,0.2 along u2=u3; dynamic up to order 2 about "
-        "u1=0.3; force x,y along u2=u1**2; gravity; decoupled'; repeatable",
+        help="instead: 'force; dynamic at u1=0.3; gravity'; repeatable",
     )  # fmt: skip
-    parser.add_argument(
-        "--gravity", type=point, metavar="X,Y,Z",
-        help="direction of gravity for --require gravity, in the frame of the file (by default "
-        "0,0,-9.81)",
-    )  # fmt: skip
+    group.add_argument(
+        "--gravity", type=point, metavar="X,Y,Z", help="for --require gravity (0,0,-9.81)"
+    )
 
 
 def check_requirement_options(arguments: argparse.Namespace, others: Sequence[str]) -> None:

@@ -6,6 +6,8 @@ import argparse
 from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, Protocol
 
+from balance.app.cli.arguments import Parser
+
 if TYPE_CHECKING:
     from kinematics.model.linkage import Linkage, Notice
 
@@ -13,12 +15,11 @@ if TYPE_CHECKING:
 COMPARE_SCHEMA = "balance.compare/1"
 
 
-def add_other_models(parser: argparse.ArgumentParser) -> None:
+def add_other_models(parser: Parser) -> None:
     """Add the models after the first one to a command."""
-    parser.add_argument(
-        "others", nargs="*", metavar="MODEL",
-        help="more models, beside the first one: a table, a list with --json, one page",
-    )  # fmt: skip
+    parser.group("model").add_argument(
+        "others", nargs="*", metavar="MODEL", help="more models, beside the first one"
+    )
 
 
 def each_model(arguments: argparse.Namespace) -> list[argparse.Namespace]:

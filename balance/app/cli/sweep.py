@@ -33,7 +33,7 @@ def add_sweep(parser: Parser) -> None:
         "Computes a study of many geometries, chunk by chunk, into one file, from "
         "which an interrupted run goes on."
     )
-    kinds = parser.add_subparsers(metavar="what", required=True)
+    kinds = parser.add_subparsers(title="jobs", metavar="what", prog=parser.prog, required=True)
     _add_run(kinds)
     add_show(kinds)
     _add_export(kinds)

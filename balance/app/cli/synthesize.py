@@ -46,11 +46,10 @@ def add_synthesize(parser: Parser) -> None:
     add_picture_option(parser)
     add_page_option(parser, "with the mechanism and the map")
     add_json_option(parser, _run)
-    parser.add_argument(
-        "--force",
-        action="store_true",
-        help="let a file that is written replace one that is read",
-    )
+    parser.group("output").add_argument(
+        "--overwrite", action="store_true",
+        help="let a written file replace one that is read",
+    )  # fmt: skip
 
 
 def _add_method_options(parser: argparse.ArgumentParser) -> None:

@@ -52,46 +52,52 @@ NUMBER = r"(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:e[+-]?[0-9]+)?"
 def add_verify(parser: Parser) -> None:
     """Add the options of the command ``verify``."""
     parser.description = (
-        "Whether a linkage with the masses of its file shakes its base: base "
-        "reaction without gravity, by Pinocchio and by our own series. Exits with 0 if it is "
-        "balanced, 1 if not, 4 if the two disagree. All six components are always computed: "
-        "--spatial changes nothing here."
+        "Whether a linkage with the masses of its file shakes its base, by Pinocchio and by "
+        "our own series. Exits with 0 if it is balanced, 1 if not, 4 if the two disagree."
     )
     add_model_options(parser)
     add_other_models(parser)
     parser.set_defaults(run=_run)
-    parser.add_argument(
+    _add_motion_options(parser.group("motion"))
+    add_base_options(parser.group("base"))
+    check = parser.group("check")
+    check.add_argument(
+        "--tolerance", type=_tolerance, metavar="T",
+        help="part of the bodies' inertia forces that counts as balanced (default 1e-9)",
+    )  # fmt: skip
+    check.add_argument(
+        "--against", metavar="MODEL", help="a second linkage, on the same motions"
+    )
+    add_about(check, "the middle")
+    add_picture_option(parser)
+    add_page_option(parser, "on which the linkage moves")
+    add_meshes_option(parser)
+    parser.group("output").add_argument(
+        "--table", metavar="FILE.csv", help="write motion and shaking over time"
+    )
+    parser.add_examples(
+        "balance verify robot.urdf --speed 300rpm",
+        "balance verify robot.urdf --against balanced.urdf",
+        "balance verify robot.urdf --trajectories 3 --table shaking.csv --html page.html",
+    )
+
+
+def _add_motion_options(group: argparse._ArgumentGroup) -> None:
+    """Add the options for the motion of the inputs."""
+    group.add_argument(
         "--trajectories", type=whole_number(1, 10_000), metavar="N",
         help=f"number of random motions (default {TRAJECTORIES})",
     )  # fmt: skip
-    parser.add_argument("--seed", type=_seed, help="seed of the random motions (default 0)")
-    add_base_options(parser)
-    source = parser.add_mutually_exclusive_group()
+    group.add_argument(
+        "--seed", type=_seed, metavar="S", help="seed of the random motions (default 0)"
+    )
+    source = group.add_mutually_exclusive_group()
     source.add_argument(
-        "--csv", metavar="FILE",
-        help="motion to use instead: columns time and the inputs, displacements in SI units",
-    )  # fmt: skip
+        "--csv", metavar="FILE", help="motion to use instead: time and the inputs"
+    )
     source.add_argument(
         "--speed", type=_speed, metavar="[J=]300rpm",
-        help="one revolution of the crank at constant speed instead, without start-up: rpm, "
-        "rad/s, deg/s, hz or rev/s (--speed=-300rpm turns back); J names the crank of several "
-        "inputs, of which the others stand still",
-    )  # fmt: skip
-    parser.add_argument(
-        "--tolerance", type=_tolerance, metavar="T",
-        help="part of the bodies' own inertia forces that counts as balanced (default 1e-9)",
-    )  # fmt: skip
-    parser.add_argument(
-        "--against", metavar="MODEL", help="a second linkage, on the same motions, beside it"
-    )
-    add_about(parser, "the middle of the mechanism, of the first of several")
-    add_picture_option(parser)
-    add_page_option(parser, "on which the linkage moves beside the curves")
-    add_meshes_option(parser)
-    parser.add_argument(
-        "--table", metavar="FILE.csv",
-        help="write the plotted motion: time, inputs, and the shaking force and moment of the "
-        "linkage on its base",
+        help="one turn of the crank at this speed instead",
     )  # fmt: skip
 
 

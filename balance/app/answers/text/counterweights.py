@@ -1,4 +1,4 @@
-"""Text of counterweights for ``balance design --add``.
+"""Text of counterweights for ``balance counterweights``.
 
 `Counterweights.to_dict` has the same content as data for ``--json``.
 """
@@ -35,7 +35,8 @@ def counterweights_facts(counterweights: Counterweights) -> list[tuple[str, str]
     pairs.append(("verdict", counterweights.words))
     if space.balance == "force" and not space.requirements and counterweights.value is not None:
         pairs.append(("moment", FORCE_ONLY))
-    if counterweights.verdict == "infeasible":
+    more = space.balance == "dynamic" or bool(space.requirements)
+    if more and counterweights.verdict == "infeasible":
         pairs.append(OTHER_WAYS)
     for name, region in counterweights.regions.items():
         default = " (default: half the link's length about its joint)"
@@ -58,7 +59,7 @@ def counterweights_facts(counterweights: Counterweights) -> list[tuple[str, str]
             "times the given mass"
         )
         if share > MUCH_ADDED:
-            added += " (--partial --pareto 10 weighs mass against shaking)"
+            added += " (balance reduce --pareto 10 weighs mass against shaking)"
         pairs += [("added", added), ("residual", size_text(counterweights.residual or 0.0))]
     if counterweights.check:
         pairs.append(("certificate", str(counterweights.check)))

@@ -27,8 +27,8 @@ UNITS = {"mass": " kg", "inertia": " kg m²", "rotor": " kg m²", "change": ""}
 # What is left to try where no masses balance the forces and the moment.
 OTHER_WAYS = (
     "other ways",
-    "--balance force: the forces alone; --add LINKS --partial --budget KG: the least shaking; "
-    "balance remedies: what to build in",
+    "--balance force: the forces alone; balance reduce --links LINKS --budget KG: the least "
+    "shaking; balance remedies: what to build in",
 )
 FORCE_ONLY = "not balanced: compare it by balance verify FILE --against MODEL"
 # Distance to a rank drop, in characteristic lengths, below which a geometry may be a rounded

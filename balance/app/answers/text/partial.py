@@ -1,4 +1,4 @@
-"""Text of partial balance for ``balance design --partial``.
+"""Text of partial balance for ``balance reduce``.
 
 `ParetoFront.to_dict` has the same content as data for ``--json``.
 """

@@ -37,7 +37,7 @@ def test_bash_completes_commands_options_words_and_models(capsys, tmp_path):
         assert done.stderr == ""
         return set(done.stdout.split())
 
-    assert completed("re") == {"report", "remedies"}
+    assert completed("re") == {"reduce", "report", "remedies"}
     assert completed("") == set(COMMANDS)
     assert {"--version", "--completion"} <= completed("-")
     assert completed("report", "--balance", "") == {"dynamic", "force"}
@@ -46,7 +46,7 @@ def test_bash_completes_commands_options_words_and_models(capsys, tmp_path):
     assert completed("verify", "four_bar_k") == kites
     (tmp_path / "table.csv").touch()
     assert completed("verify", "arm.urdf", "--csv", "ta") == {"table.csv"}
-    for verb in ("report", "verify", "design"):
+    for verb in ("report", "verify", "design", "counterweights", "reduce"):
         assert set(options(parsers()[verb])) <= completed(verb, "--")
 
 

@@ -71,11 +71,13 @@ def test_modes_are_enough_for_the_supports(capsys, caplog):
         caplog.clear()
 
 
-def test_a_wrong_word_shows_the_usage_of_its_command(capsys):
+def test_a_wrong_word_leads_to_the_help_of_its_command(capsys):
     assert main(["flex", "modes", "--no-such"]) == 2
     lines = capsys.readouterr().err.splitlines()
-    assert lines[0].startswith("usage: balance flex modes ")
-    assert lines[-1] == "balance flex modes: error: unrecognized arguments: --no-such"
+    assert lines == [
+        "balance flex modes: error: unrecognized arguments: --no-such",
+        "balance flex modes --help lists what there is",
+    ]
 
 
 @pytest.mark.slow
@@ -111,11 +113,11 @@ def test_a_linkage_of_the_gallery(capsys, tmp_path):
         (["simulate", "five_bar", "--flex", "x=EI:-1,rhoA:1"], 2, "not a positive number"),
         (["simulate", "three_rrr", "--flex", "platform=EI:1,rhoA:1"], 3, "not on a line"),
         (["simulate", "three_rsr", "--flex", "lower1=EI:1,rhoA:1"], 3, "not planar"),
-        (["simulate", "five_bar", "--flex", "x=EI:1,rhoA:1", "--spatial"], 2, "are not for"),
+        (["simulate", "five_bar", "--flex", "x=EI:1,rhoA:1", "--spatial"], 2, "unrecognized"),
         (["simulate", "five_bar", "--flex", "x=EI:1,rhoA:1", "--drive", "u"], 2, "not JOINT"),
     ],
 )  # fmt: skip
 def test_what_cannot_be_used_is_refused_in_one_line(words, code, message, capsys):
     assert main(["flex", *words, "--json"]) == code
     printed = capsys.readouterr()
-    assert printed.out == "" and message in printed.err.splitlines()[-1]
+    assert printed.out == "" and message in printed.err.splitlines()[0]

@@ -106,4 +106,4 @@ def test_refusals(code, match, words, capsys, monkeypatch):
     monkeypatch.setattr("balance.motion.floating_base.simulate.MAX_EVALUATIONS", 2000)
     assert main(["verify", SHAKING, *words, "--json"]) == code
     out, err = capsys.readouterr()
-    assert out == "" and match in err.splitlines()[-1]
+    assert out == "" and match in err.splitlines()[0]

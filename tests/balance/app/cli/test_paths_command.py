@@ -90,7 +90,7 @@ def test_the_moment_about_another_point(capsys):
     (["--massless", "left_lower,left_upper,right_lower,right_upper"], 3, "no moving link"),
 ])  # fmt: skip
 def test_refusals(words, code, what, capsys):
-    """One line on standard error, nothing on standard output."""
+    """The first line on standard error says why; nothing is on standard output."""
     assert main(["paths", "five_bar", *words]) == code
     shown = capsys.readouterr()
-    assert shown.out == "" and what in shown.err.splitlines()[-1]
+    assert shown.out == "" and what in shown.err.splitlines()[0]

@@ -58,9 +58,9 @@ def test_every_remedy_of_the_schema_is_in_the_catalogue():
 @pytest.mark.parametrize(("words", "code", "said"), [
     (["--only", "wheels"], 2, "no remedy 'wheels'"), (["--gear", "0"], 2, "positive"),
     (["--gear", "nan"], 2, "positive"), (["--rotor-radius", "-1"], 2, "positive"),
-    (["--budget", "x"], 2, "positive"), (["--add", "ghost"], 3, "ghost"),
-    (["--add", "crank,crank"], 2, "not a list"), (["--region", "crank=cube(1)"], 2, "crank"),
-    (["--add", "crank", "--region", "rocker=ball(0,0,0,1)"], 2, "rocker"),
+    (["--budget", "x"], 2, "positive"), (["--links", "ghost"], 3, "ghost"),
+    (["--links", "crank,crank"], 2, "not a list"), (["--region", "crank=cube(1)"], 2, "crank"),
+    (["--links", "crank", "--region", "rocker=ball(0,0,0,1)"], 2, "rocker"),
     (["--region", "crank=ball(0,0,0,1)", "--region", "crank=ball(0,0,0,2)"], 2, "two regions"),
     (["--motion", "u9=0"], 3, "u9"),
 ])  # fmt: skip
@@ -68,7 +68,7 @@ def test_bad_requests_get_one_line_and_write_nothing(words, code, said, capsys, 
     out = tmp_path / "out"
     assert main(["remedies", NO, *words, "--json", "--out", str(out)]) == code
     streams = capsys.readouterr()
-    assert streams.out == "" and said in streams.err.splitlines()[-1]
+    assert streams.out == "" and said in streams.err.splitlines()[0]
     assert not out.exists()
 
 

@@ -80,9 +80,10 @@ def test_a_contradiction_is_named(listed, words):
 
 
 def test_counterweights_hold_a_linkage_against_gravity(capsys):
-    words = ["design", "four_bar_general", "--add", "crank,rocker", "--require", "gravity"]
-    data = printed(capsys, [*words, "--gravity", "0,-9.81,0"])
-    force = printed(capsys, [*words[:4], "--balance", "force"])
+    words = ["counterweights", "four_bar_general", "--links", "crank,rocker"]
+    held = [*words, "--require", "gravity"]
+    data = printed(capsys, [*held, "--gravity", "0,-9.81,0"])
+    force = printed(capsys, [*words, "--balance", "force"])
     # One direction in the plane is as much as both: the bars turn.
     assert data["added_mass"] == pytest.approx(force["added_mass"], rel=1e-6)
 
@@ -96,7 +97,7 @@ def test_counterweights_hold_a_linkage_against_gravity(capsys):
         "report five_bar --require force --explain",
         "report five_bar --require force --max-order 2",
         "design five_bar --require force --max-order 0",
-        "design five_bar --require force --add left_upper --partial --budget 1",
+        "reduce five_bar --links left_upper --budget 1 --require force",
         "report five_bar --require force --gravity 0,0",
     ],
 )

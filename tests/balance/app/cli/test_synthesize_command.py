@@ -174,6 +174,6 @@ def test_bad_requests_get_one_line_and_write_nothing(words, code, said, capsys, 
     words = shlex.split(words.format(folder=tmp_path))
     assert main(["synthesize", *words, "--json", "--out", str(out)]) == code
     streams = capsys.readouterr()
-    assert streams.out == "" and said in streams.err.splitlines()[-1]
+    assert streams.out == "" and said in streams.err.splitlines()[0]
     assert code == 2 or len(streams.err.splitlines()) == 1
     assert not out.exists()

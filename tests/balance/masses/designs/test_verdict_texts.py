@@ -25,4 +25,4 @@ def test_a_verdict_names_few_links(count, words):
 
 
 def test_partial_balance_is_advised_with_the_budget_that_it_needs():
-    assert "--partial --budget KG" in OTHER_WAYS[1]
+    assert "balance reduce --links LINKS --budget KG" in OTHER_WAYS[1]

@@ -93,9 +93,9 @@ def test_flexible_links_about_a_point():
         (["verify", MODEL, "--about", "1,2"], "is not"),
         (["verify", MODEL, "--base", "free", "--base-mass", "1", "--base-inertia", "1",
           "--about", "0,0,0"], "--about: not with --base"),
-        (["design", MODEL, "--about", "0,0,0"], "--about needs --partial"),
-        (["design", MODEL, "--partial", "--add", "crank", "--budget", "1", "--about", "0,0,0",
-          "--frame", "50,4,2e5,100"], "--about: not with --frame"),
+        (["design", MODEL, "--about", "0,0,0"], "unrecognized"),
+        (["reduce", MODEL, "--links", "crank", "--budget", "1", "--about", "0,0,0", "--frame",
+          "50,4,2e5,100"], "--about: not with --frame"),
     ],
 )  # fmt: skip
 def test_points_that_do_not_fit_are_refused(words, problem, capsys):

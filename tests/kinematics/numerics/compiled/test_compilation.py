@@ -242,7 +242,10 @@ def test_a_wrong_choice_is_usage():
         env=clean() | {"BALANCE_COMPILE": "later"},
     )  # fmt: skip
     assert (done.returncode, done.stdout) == (2, "")
-    assert re.fullmatch(r"balance: BALANCE_COMPILE='later': choose from .*\n", done.stderr)
+    assert re.fullmatch(
+        r"balance: BALANCE_COMPILE='later': choose from .*\nbalance models --help .*\n",
+        done.stderr,
+    )
 
 
 # Requests, each before and after the model.

@@ -1,4 +1,4 @@
-"""Options of ``balance design`` for the least shaking on a budget, and the answer to them."""
+"""The command ``balance reduce``: its options, and its answer."""
 
 from __future__ import annotations
 
@@ -7,11 +7,21 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 from balance.app.answers.answer import Answer, Files
-from balance.app.cli.arguments import refuse_given
+from balance.app.cli.arguments import Parser
 from balance.app.cli.exit_codes import verdict_code
-from balance.app.cli.model_options import load_model
+from balance.app.cli.matter_options import (
+    add_matter_options,
+    add_merge_option,
+    check_matter_options,
+)
+from balance.app.cli.model_options import add_model_options, load_model
 from balance.app.cli.number_arguments import add_about, finite_number, whole_number
-from balance.app.cli.outputs import add_picture_option, describe_written, kind_of
+from balance.app.cli.outputs import (
+    add_out_option,
+    add_picture_option,
+    describe_written,
+    kind_of,
+)
 from balance.app.cli.progress_bar import progress_bar
 
 if TYPE_CHECKING:
@@ -19,67 +29,64 @@ if TYPE_CHECKING:
     from balance.masses.partial.results import ParetoFront
 
 
-# Options that need ``--partial``.
-OWN = (
-    "budget", "trajectory", "weight_moment", "pareto", "max_bearing", "max_torque", "frame",
-    "about", "plot",
-)  # fmt: skip
-
-
-def add_partial_options(parser: argparse.ArgumentParser) -> None:
-    """Add the options of partial balance to the command ``design``."""
-    parser.add_argument(
-        "--partial", action="store_true",
-        help="with --add: the least shaking along motions for a --budget, not full balance",
-    )  # fmt: skip
-    parser.add_argument(
-        "--budget", type=finite_number, metavar="KG", help="with --partial: most mass to add"
+def add_reduce(parser: Parser) -> None:
+    """Add the options of the command ``reduce``."""
+    parser.description = (
+        "The least shaking along motions that so many kilograms of matter buy. Exits with 0 if "
+        "it is known, 1 if no matter keeps the caps, 4 if that is undecided."
     )
-    parser.add_argument(
-        "--trajectory", action="append", default=[], metavar="FILE.csv",
-        help="motion that counts: columns time and the inputs, SI units; repeatable; by "
-        "default the random motions of verify",
+    add_model_options(parser, unused=("--spatial",))
+    parser.set_defaults(run=_run)
+    parser.group("motion").add_argument(
+        "--csv", action="append", default=[], metavar="FILE",
+        help="motion that counts; repeatable (default: random)",
     )  # fmt: skip
-    parser.add_argument(
-        "--weight-moment", type=finite_number, metavar="METRES",
-        help="a moment of so many N m counts as a force of 1 N (default: the characteristic "
-        "length)",
-    )  # fmt: skip
-    parser.add_argument(
+    add_about(parser.group("motion"), "the middle")
+    add_matter_options(parser, "links that may get matter", required=True)
+    _add_least_options(parser)
+    add_out_option(parser)
+    add_merge_option(parser)
+    add_picture_option(parser, "what is left against the added mass")
+    parser.add_examples(
+        "balance reduce robot.urdf --balance force --links crank,rocker --budget 1.5",
+        "balance reduce robot.urdf --links crank,rocker --pareto 6 --plot front.svg",
+        "balance reduce robot.urdf --links crank,rocker --budget 0.6 --out quiet.urdf",
+    )
+
+
+def _add_least_options(parser: Parser) -> None:
+    """Add the options for what is least, within which limits."""
+    group = parser.group("matter")
+    group.add_argument("--budget", type=finite_number, metavar="KG", help="most mass to add")
+    group.add_argument(
         "--pareto", type=whole_number(2, 1000), metavar="N",
-        help="N designs between nothing added and the least shaking, at most the --budget",
+        help="N designs from nothing to the least shaking",
     )  # fmt: skip
-    parser.add_argument(
+    group.add_argument(
+        "--weight-moment", type=finite_number, metavar="METRES",
+        help="so many N m count as 1 N (default: its length)",
+    )  # fmt: skip
+    group.add_argument(
         "--max-bearing", action="append", type=_cap, default=[], metavar="JOINT=N",
-        help="largest force in a joint, newtons; repeatable",
+        help="largest force in a joint; repeatable",
     )  # fmt: skip
-    parser.add_argument(
+    group.add_argument(
         "--max-torque", action="append", type=_cap, default=[], metavar="JOINT=NM",
-        help="largest drive torque of an input, N m (sliding: N), gravity apart; repeatable",
+        help="largest drive torque of an input; repeatable",
     )  # fmt: skip
-    parser.add_argument(
-        "--frame", type=_frame, metavar="MASS,INERTIA,STIFFNESS,DAMPING",
-        help="least vibration of an elastic frame with these kg, kg m², N/m and N s/m instead "
-        "of the least shaking",
+    group.add_argument(
+        "--frame", type=_frame, metavar="M,I,K,D",
+        help="least vibration of a frame: kg,kg m²,N/m,N s/m",
     )  # fmt: skip
-    add_about(parser, "with --partial: the middle of the mechanism")
-    add_picture_option(
-        parser, "with --partial: a picture of what is left against the added mass"
-    )
 
 
-def check_partial_options(arguments: argparse.Namespace) -> None:
-    """End the command with code 2 if options of partial balance contradict others."""
-    if not arguments.partial:
-        refuse_given(arguments, OWN, "{} needs --partial")
-        return
-    if not arguments.add:
-        arguments.refuse("--partial needs --add: the links that may get matter")
+def _check_options(arguments: argparse.Namespace) -> None:
+    """End the command with code 2 if options contradict each other."""
+    check_matter_options(arguments)
     if arguments.budget is None and arguments.pareto is None:
-        arguments.refuse("--partial needs a --budget in kg, or --pareto")
+        arguments.refuse("give a --budget in kg, or --pareto")
     if arguments.budget is not None and arguments.budget < 0.0:
         arguments.refuse(f"--budget {arguments.budget:g}: a mass is not negative")
-    refuse_given(arguments, ("minimise", "html"), "{} does not go with --partial")
     if arguments.about is not None and arguments.frame is not None:
         arguments.refuse("--about: not with --frame, which turns about the middle")
     for flag, caps in (
@@ -90,12 +97,13 @@ def check_partial_options(arguments: argparse.Namespace) -> None:
             arguments.refuse(f"{flag}: one joint has two caps")
 
 
-def run_partial(arguments: argparse.Namespace) -> Answer:
+def _run(arguments: argparse.Namespace) -> Answer:
     """Compute the designs of the options.
 
     Raises:
         LinkageError: the file, the linkage, a motion, a link or a region cannot be used.
     """
+    _check_options(arguments)
     front = _front(arguments)
     from balance.app.answers.text.partial import partial_body
     from balance.masses.counterweights.link_regions import distant_regions
@@ -119,9 +127,9 @@ def _front(arguments: argparse.Namespace) -> ParetoFront:
 
     space = design_space(linkage, arguments.motion, arguments.balance, 0)
     along = None
-    if arguments.trajectory:
+    if arguments.csv:
         limits = motion_of(linkage, arguments.motion)
-        along = [from_csv(linkage, path, limits) for path in arguments.trajectory]
+        along = [from_csv(linkage, path, limits) for path in arguments.csv]
     with progress_bar("motions and designs") as advance:
         options = {
             "regions": dict(arguments.region), "trajectories": along,
@@ -131,8 +139,8 @@ def _front(arguments: argparse.Namespace) -> ParetoFront:
             "about": arguments.about,
         }  # fmt: skip
         if arguments.pareto is None:
-            return single(space, arguments.add, arguments.budget, **options)
-        return pareto(space, arguments.add, arguments.pareto, arguments.budget, **options)
+            return single(space, arguments.links, arguments.budget, **options)
+        return pareto(space, arguments.links, arguments.pareto, arguments.budget, **options)
 
 
 def _files(arguments: argparse.Namespace, front: ParetoFront) -> Files:

@@ -1,0 +1,90 @@
+"""Options for the links that get matter, and where: of counterweights, reduce and remedies."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Sequence
+
+from balance.app.cli.arguments import Parser
+from kinematics.errors import UsageError
+
+
+def add_matter_options(parser: Parser, purpose: str, required: bool = False) -> None:
+    """Add the options for links and regions that get matter.
+
+    Args:
+        parser: the parser of a command.
+        purpose: help of ``--links``.
+        required: whether the command needs links.
+    """
+    group = parser.group("matter")
+    group.add_argument(
+        "--links", action=_AddNames, type=_link_names, default=[], metavar="L1,L2",
+        required=required, help=f"{purpose}; repeatable",
+    )  # fmt: skip
+    group.add_argument(
+        "--region", action="append", type=_link_region, default=[], metavar="L=SHAPE",
+        help="where, in the link frame: ball(x,y,z,r) in metres, box, cylinder, ellipsoid, "
+        "collision; repeatable",
+    )  # fmt: skip
+
+
+def add_merge_option(parser: Parser) -> None:
+    """Add the option for what the file of ``--out`` does with the matter."""
+    parser.group("output").add_argument(
+        "--merge", action="store_true",
+        help="with --out: add to the links' own masses",
+    )  # fmt: skip
+
+
+def check_matter_options(arguments: argparse.Namespace) -> None:
+    """End the command with code 2 if a link has two regions, or nothing is to be merged."""
+    names = [name for name, _ in arguments.region]
+    for name in names:
+        if names.count(name) > 1:
+            arguments.refuse(f"link '{name}' has two regions: give one")
+    if getattr(arguments, "merge", False) and not arguments.out:
+        arguments.refuse("--merge needs --out")
+
+
+class _AddNames(argparse.Action):
+    """Collect names over repeated options, each once."""
+
+    def __call__(
+        self,
+        parser: argparse.ArgumentParser,
+        namespace: argparse.Namespace,
+        values: str | Sequence[str] | None,
+        option_string: str | None = None,
+    ) -> None:
+        """Append the names of one option."""
+        names = [*getattr(namespace, self.dest), *(values or ())]
+        if len(set(names)) < len(names):
+            raise argparse.ArgumentError(self, "a link is named twice: name each once")
+        setattr(namespace, self.dest, names)
+
+
+def _link_names(text: str) -> list[str]:
+    """Parse names of ``a,b``, each once."""
+    names = [name.strip() for name in text.split(",")]
+    if not all(names) or len(set(names)) < len(names):
+        raise argparse.ArgumentTypeError(f"'{text}' is not a list of names: write a,b")
+    return names
+
+
+def _link_region(text: str) -> tuple[str, str]:
+    """Parse link and shape of ``L=SHAPE``."""
+    from balance.masses.counterweights.link_regions import COLLISION
+    from balance.masses.counterweights.region_text import read_region
+
+    name, _, shape = text.rpartition("=")
+    if not name:
+        raise argparse.ArgumentTypeError(
+            f"'{text}' is not L=SHAPE, such as crank=ball(0,0,0,0.1)"
+        )
+    try:
+        if shape.strip() != COLLISION:
+            read_region(shape)
+    except UsageError as error:
+        raise argparse.ArgumentTypeError(f"link '{name}': {error}") from None
+    return name, shape

@@ -109,8 +109,8 @@ class Conditions(NamedTuple):
             dropped=max(self.dropped, remainder),
         )  # fmt: skip
 
-    def first(self, rank: int) -> Conditions:
-        """Keep the conditions of the first ``rank`` pivots."""
+    def first(self, rank: int | None) -> Conditions:
+        """Keep the conditions of the first ``rank`` pivots; all of them without it."""
         return self._replace(factor=self.factor[:rank])
 
     def contains(self, rows: Array) -> bool:

@@ -16,7 +16,9 @@ from balance.space.conditions.collect import (
     add_poses,
     collect_conditions,
     relative_tolerance,
+    selected_rows_at,
 )
+from balance.space.conditions.fresh_momenta import FRESH_STEP_LENGTH
 from balance.space.conditions.order_kernels import generic_directions
 from balance.space.conditions.rank import Conditions
 from balance.space.decoupled.decoupling import decoupling
@@ -37,6 +39,7 @@ from balance.space.requirements.requirement import Requirement
 from balance.space.spaces.compute_space import design_space
 from balance.space.transfers.compute_transfers import serial_transfers
 from kinematics.closure.assembly.assemble import moving_chain
+from kinematics.closure.continuation import continue_along
 from kinematics.closure.joint_positions import joint_positions
 from kinematics.closure.newton import (
     Pose,
@@ -58,6 +61,9 @@ from kinematics.model.plane import flatten
 
 Array = NDArray[np.float64]
 
+# Highest orders about the reference pose for some components of the momentum, tried one after
+# the other, and poses each way along a ray that must not add to them.
+ORDERS, NEAR_POSES = (3, 8), 3
 # Poses of the first batch on a surface, and of the largest.
 FIRST_BATCH, LARGEST_BATCH = 6, 96
 
@@ -218,13 +224,70 @@ def _in_motion(
         gathered = collect_conditions(chain, known, masses, tolerance, None)
         conditions, poses, settled = gathered.conditions, gathered.poses, gathered.settled
     else:
-        conditions, poses, settled = add_poses(
-            chain, masses, Conditions.given(known, tolerance), select=select
+        conditions, poses, settled = _partial_conditions(
+            chain, masses, Conditions.given(known, tolerance), select
         )
     return RegionConditions(
         requirement, _whole_rows(scene, conditions.rows, masses),
         _transfers(scene, chain, masses), settled, poses, motion, chain, select,
     )  # fmt: skip
+
+
+def _partial_conditions(
+    chain: Chain, masses: bool, none: Conditions, select: Array
+) -> tuple[Conditions, int, bool]:
+    """Collect the conditions on some components: orders first, and poses if they add any.
+
+    Args:
+        chain: the chain of the motion.
+        masses: whether only linear momentum counts.
+        none: no conditions yet, beside known solutions.
+        select: combinations of the components that count.
+
+    Returns:
+        The conditions, the number of poses used, and whether the conditions are settled.
+    """
+    conditions = none
+    for order in ORDERS:
+        conditions = _orders_about(chain, None, order, masses, select, none, None)
+        rays = generic_directions(7, 9 if chain.width > 1 else 8, chain.width)
+        near = [
+            selected_rows_at(chain, pose, masses, select)
+            for ray in rays
+            for sign in (1.0, -1.0)
+            for pose in islice(
+                continue_along(chain, sign * ray, longest_step=FRESH_STEP_LENGTH), NEAR_POSES
+            )
+        ]
+        if near and all(conditions.contains(rows) for rows in near):
+            return conditions, 0, True
+    return add_poses(chain, masses, conditions, select=select)
+
+
+def _orders_about(
+    chain: Chain, pose: Pose | None, order: int, masses: bool, select: Array,
+    conditions: Conditions, scene: Scene | None,
+) -> Conditions:  # fmt: skip
+    """Add the conditions of the orders 0 to ``order`` about a pose, along enough rays.
+
+    Args:
+        chain: the chain of the motion.
+        pose: a closed pose of it; None for the reference pose.
+        order: highest order of derivative.
+        masses: whether only linear momentum counts.
+        select: combinations of the components that count.
+        conditions: those that there are.
+        scene: extends rows on masses by moments of inertia; None to leave them.
+    """
+    for ray in generic_directions(0, comb(chain.width + order - 1, order), chain.width):
+        block = _series_rows(chain, pose, ray, order, masses, select)
+        before = conditions.rank
+        conditions = conditions.append(
+            block if scene is None else _whole_rows(scene, block, masses)
+        )
+        if conditions.complete or (conditions.rank == before and before):
+            break
+    return conditions
 
 
 def _decoupled(
@@ -257,14 +320,8 @@ def _about_pose(scene: Scene, requirement: Requirement, order: int) -> RegionCon
         _transfers(scene, chain, masses),
         select_components(scene, requirement, masses),
     )
-    conditions = Conditions.given(known, relative_tolerance(chain))
-    spanning = comb(chain.width + order - 1, order)
-    for ray in generic_directions(0, spanning, chain.width):
-        block = _series_rows(chain, pose, ray, order, masses, select)
-        before = conditions.rank
-        conditions = conditions.append(_whole_rows(scene, block, masses))
-        if conditions.complete or (conditions.rank == before and before):
-            break
+    none = Conditions.given(known, relative_tolerance(chain))
+    conditions = _orders_about(chain, pose, order, masses, select, none, scene)
     return RegionConditions(requirement, conditions.rows, known, True, int(pose is not None))
 
 

@@ -94,8 +94,27 @@ def intersect(scene: Scene, regions: Sequence[RegionConditions]) -> RequiredSpac
         scene: what the requirements share.
         regions: the conditions of each, in canonical order.
     """
-    space = space_of(scene, regions, _notices(regions))
-    return with_requirements(space, _certainty(scene, regions, space), scene, regions)
+    notices = _notices(regions)
+    space = space_of(scene, regions, notices)
+    bound, reason = _exact_bound(scene, regions, space.rank)
+    if bound is not None and bound < space.rank:
+        space = space_of(scene, regions, notices, bound)
+    certainty = _certainty(scene, regions, space, bound, reason)
+    return with_requirements(space, certainty, scene, regions)
+
+
+def _exact_bound(
+    scene: Scene, regions: Sequence[RegionConditions], expected: int
+) -> tuple[int | None, str]:
+    """Compute the exact rank, None where it cannot be done, and the reason of the level."""
+    rounded = [item.requirement.text for item in regions if not has_exact_rank(item)]
+    if rounded:
+        return None, f"floating point decides where '{rounded[0]}' is asked for"
+    try:
+        bound = exact_rank(scene, regions, expected)
+    except LinkageError as error:
+        return None, f"not by exact arithmetic: {error}"
+    return bound, "balanced at finite poses, and of the same rank by exact arithmetic"
 
 
 def _notices(regions: Sequence[RegionConditions]) -> list[Notice]:
@@ -111,24 +130,23 @@ def _notices(regions: Sequence[RegionConditions]) -> list[Notice]:
 
 
 def _certainty(
-    scene: Scene, regions: Sequence[RegionConditions], space: DesignSpace
-) -> Certainty:
-    """State how sure the integers of an intersection are."""
+    scene: Scene, regions: Sequence[RegionConditions], space: DesignSpace, bound: int | None,
+    reason: str,
+) -> Certainty:  # fmt: skip
+    """State how sure the integers of an intersection are.
+
+    Args:
+        scene: what the requirements share.
+        regions: the conditions of each.
+        space: the intersection.
+        bound: its rank by exact arithmetic, if that can be done.
+        reason: why the level is what it is, but for doubts.
+    """
     residual, poses = _residual_of(scene, regions, space)
     doubts = list(space.doubts)
     # Round-off turns the basis by its size over the smallest singular value kept.
     if residual > min(MOMENTUM_RESIDUAL / space.kept, MOMENTUM_RESIDUAL_ILL_CONDITIONED):
         doubts.append(f"momenta of {size_text(residual)} of the conditions are left")
-    rounded = [item.requirement.text for item in regions if not has_exact_rank(item)]
-    bound = None
-    if rounded:
-        reason = f"floating point decides where '{rounded[0]}' is asked for"
-    else:
-        try:
-            bound = exact_rank(scene, regions, space.rank)
-            reason = "balanced at finite poses, and of the same rank by exact arithmetic"
-        except LinkageError as error:
-            reason = f"not by exact arithmetic: {error}"
     if bound is not None and bound != space.rank:
         doubts.append(f"exact arithmetic finds rank {bound} instead of {space.rank}")
     verified = bound == space.rank and not doubts and space.settled

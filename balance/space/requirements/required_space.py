@@ -135,18 +135,20 @@ def common_transfers(scene: Scene, regions: Sequence[RegionConditions]) -> Array
 
 
 def space_of(
-    scene: Scene, regions: Sequence[RegionConditions], notices: Sequence[Notice] = ()
-) -> DesignSpace:
+    scene: Scene, regions: Sequence[RegionConditions], notices: Sequence[Notice] = (),
+    rank: int | None = None,
+) -> DesignSpace:  # fmt: skip
     """Intersect the spaces of several requirements, by one rank decision.
 
     Args:
         scene: what the requirements share.
         regions: the conditions of each, in canonical order.
         notices: remarks.
+        rank: the rank by exact arithmetic: pivots beyond it are round-off.
     """
     linkage, chain = scene.linkage, scene.chain
     known = common_transfers(scene, regions)
-    conditions = stack_conditions(scene, regions, known)
+    conditions = stack_conditions(scene, regions, known).first(rank)
     moving = set(chain.joints.tolist())
     return DesignSpace(
         source=linkage.source, linkage=linkage, motion=None,

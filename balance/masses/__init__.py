@@ -4,6 +4,8 @@ Names for users, beside those of `balance` itself:
 
 - ``Region``: a convex region of a link frame in which matter may be added
 - ``ElasticFrame``: a frame on springs and dampers that carries a linkage
+- ``least_violation``: matter within a budget that leaves least of several requirements unmet
+- ``LeastViolation``: what is left of each, and which costs most
 - ``feasible``: whether a space holds a distribution that can be built
 - ``Feasibility``: the verdict on a space
 - ``buildable_masses``: masses that can be built, from chosen pure inertias

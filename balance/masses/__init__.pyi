@@ -3,6 +3,8 @@ from .designs.feasibility import Feasibility as Feasibility
 from .designs.feasibility import feasible as feasible
 from .modes.mode_answers import ModeAnswer as ModeAnswer
 from .partial.elastic_frame import ElasticFrame as ElasticFrame
+from .partial.least_violation import LeastViolation as LeastViolation
+from .partial.least_violation import least_violation as least_violation
 from .pure_inertias.buildable_masses import (
     BuildableMasses as BuildableMasses,
 )

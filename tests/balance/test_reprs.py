@@ -127,6 +127,7 @@ def results():
     space = balance.certify(open_space)
     none = balance.certify(balance.design_space("four_bar_general"))
     explained = balance.explain(space)
+    required = balance.require(linkage, "force; gravity")
     verification = balance.verify(linkage, trajectories=1, samples=20)
     lines = balance.momentum.momentum_lines(linkage, [0.2])[0]
     motion = kinematics.taylor_motion(linkage, 3)
@@ -145,7 +146,8 @@ def results():
         (space, "rank 7 of 12 planar parameters"),
         (space, "verified: balanced at"),
         (space, "ranks by order 3, 6, 7"),
-        (balance.require(linkage, "force; gravity"), "force; gravity"),
+        (required, "force; gravity"),
+        (balance.masses.least_violation(required, ["crank"], 0.1), "costs most"),
         (record_of(space), "nullity 5 = 4 serial + 1 par"),
         (open_space, "estimated: by floating-point arithmetic alone"),
         (space.certainty, "verified"),

@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from math import isfinite
 from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from balance.masses.counterweights.counterweight import Counterweight, counterweight_of
-from balance.masses.counterweights.lumps import lumps_of
 from balance.masses.counterweights.regions import Region
 from balance.masses.designs.pseudo_inertia_cone import given_parameters
+from balance.masses.partial.added_weights import check_budget, counterweights_at
 from balance.masses.partial.elastic_frame import ElasticFrame
 from balance.masses.partial.least_shaking import CapsConflict, LeastShaking
 from balance.masses.partial.results import ParetoFront, PartialBalance
@@ -24,8 +22,7 @@ from balance.masses.partial.shaking_problem import (
 from balance.motion.verification.trajectory import Trajectory
 from balance.space.spaces.compute_space import design_space
 from balance.space.spaces.design_space import DesignSpace
-from balance.support.clarabel_adapter import TRIANGLES
-from balance.support.tolerances import LEAST_SHAKING_GAP, LUMP_SHARE_LEAST, SHAKING_GAP_PROVED
+from balance.support.tolerances import LEAST_SHAKING_GAP, SHAKING_GAP_PROVED
 from kinematics.errors import UsageError
 from kinematics.loading.model_gallery import LinkageLike, as_linkage
 from kinematics.model.arrays import freeze
@@ -120,7 +117,7 @@ def single(
         about: point for moments, metres.
         progress: called with the number of motions done and the number of all motions.
     """
-    _check_budget(budget)
+    check_budget(budget)
     problem = build_problem(
         _space_of(space), add, regions or {}, trajectories, weight_moment, max_bearing or {},
         max_torque or {}, frame, progress, about,
@@ -178,7 +175,7 @@ def pareto(
     if n < 2:
         raise UsageError(f"a front of {n} designs has no two ends: ask for 2 or more")
     if budget is not None:
-        _check_budget(budget)
+        check_budget(budget)
     computed_space = _space_of(space)
     given = float(sum(body.inertia[0] for body in computed_space.linkage.bodies))
 
@@ -226,7 +223,7 @@ def _result(
 ) -> PartialBalance:  # fmt: skip
     """Describe a minimiser."""
     gap = (best.value - best.bound) / problem.program.scale
-    weights = _weights(problem, best.s)
+    weights = counterweights_at(problem.space, problem.matter, best.s)
     share = best.value / (given.objective or 1.0)
     mass = sum(weight.mass for weight in weights)
     mass_text = size_text(mass, ".4g", float(given_parameters(problem.space)[:, 0].sum()))
@@ -263,26 +260,6 @@ def _conflict(
         )
     text = "undecided: the solver found neither matter that keeps the caps nor a proof"
     return PartialBalance(problem.space, budget, "undecided", text, given, None, 0.0, (), None)
-
-
-def _weights(problem: ShakingProblem, s: Array) -> tuple[Counterweight, ...]:
-    """Describe the matter of each link that gets more than round-off."""
-    matter, weights = problem.matter, []
-    total = float(matter.masses @ s)
-    for (b, region), part in zip(matter.regions.items(), matter.parts(s), strict=True):
-        P = (TRIANGLES[4] @ part).reshape(4, 4)
-        if P[3, 3] > LUMP_SHARE_LEAST * total:
-            lumps = lumps_of(region, P, False)
-            # Lumps fit the matter to about 1e-6; their mass is the one that the budget allows.
-            unit = float(P[3, 3] / lumps.masses.sum())
-            weights.append(counterweight_of(problem.space.bodies[b], region, lumps, unit))
-    return tuple(weights)
-
-
-def _check_budget(budget: float) -> None:
-    """Raise UsageError for a budget that is no mass."""
-    if not (isfinite(budget) and budget >= 0.0):
-        raise UsageError(f"a budget of {budget:g} kg is none: give a mass from 0 up")
 
 
 def _space_of(space: DesignSpace | LinkageLike) -> DesignSpace:

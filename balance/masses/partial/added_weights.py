@@ -1,0 +1,46 @@
+"""Added matter as counterweights, and the budget that limits it."""
+
+from __future__ import annotations
+
+from math import isfinite
+
+import numpy as np
+from numpy.typing import NDArray
+
+from balance.masses.counterweights.counterweight import Counterweight, counterweight_of
+from balance.masses.counterweights.lumps import lumps_of
+from balance.masses.partial.motion_loads import AddedParameters
+from balance.space.spaces.design_space import DesignSpace
+from balance.support.clarabel_adapter import TRIANGLES
+from balance.support.tolerances import LUMP_SHARE_LEAST
+from kinematics.errors import UsageError
+
+Array = NDArray[np.float64]
+
+
+def counterweights_at(
+    space: DesignSpace, matter: AddedParameters, s: Array
+) -> tuple[Counterweight, ...]:
+    """Describe the matter of each link that gets more than round-off.
+
+    Args:
+        space: a design space of the linkage, for the names of its bodies.
+        matter: the regions.
+        s: coordinates of the added matter (count,).
+    """
+    weights = []
+    total = float(matter.masses @ s)
+    for (b, region), part in zip(matter.regions.items(), matter.parts(s), strict=True):
+        P = (TRIANGLES[4] @ part).reshape(4, 4)
+        if P[3, 3] > LUMP_SHARE_LEAST * total:
+            lumps = lumps_of(region, P, False)
+            # Lumps fit the matter to about 1e-6; their mass is the one that the budget allows.
+            unit = float(P[3, 3] / lumps.masses.sum())
+            weights.append(counterweight_of(space.bodies[b], region, lumps, unit))
+    return tuple(weights)
+
+
+def check_budget(budget: float) -> None:
+    """Raise UsageError for a budget that is no mass, kilograms."""
+    if not (isfinite(budget) and budget >= 0.0):
+        raise UsageError(f"a budget of {budget:g} kg is none: give a mass from 0 up")

@@ -1,0 +1,201 @@
+"""The matter within a budget that leaves the least of several requirements unmet.
+
+What a requirement leaves is the size of its conditions on the masses, ``|R_i z|``, over the sum
+of the sizes that the bodies of the file have in them one by one: 0 if it is met, and at most
+about 1. The sum of the squares, ``Σ_i w_i r_i²``, is convex in the added matter, and is
+minimised as partial balance is. By the envelope theorem the derivative of the least sum by a
+weight is the square that the requirement leaves: this multiplier tells which one costs most.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from math import isfinite
+from typing import Literal, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from balance.masses.counterweights.counterweight import Counterweight
+from balance.masses.counterweights.link_regions import regions_of
+from balance.masses.counterweights.regions import Region
+from balance.masses.partial.added_weights import check_budget, counterweights_at
+from balance.masses.partial.least_shaking import LeastShaking, least_shaking, quadratic_factor
+from balance.masses.partial.motion_loads import AddedParameters
+from balance.masses.partial.shaking_program import ShakingProgram
+from balance.space.requirements.in_space import in_space
+from balance.space.requirements.required_space import RequiredSpace
+from balance.support.tolerances import SHAKING_GAP_PROVED
+from kinematics.errors import UsageError
+from kinematics.model.arrays import freeze
+from kinematics.numerics.linalg.ties import first_largest
+from kinematics.wording import number_text, repr_lines, size_text
+
+Array = NDArray[np.float64]
+
+
+class Violation(NamedTuple):
+    """What is left of one requirement.
+
+    Attributes:
+        text: the requirement.
+        weight: the weight of its square in the sum.
+        before: what the masses of the file leave, without a unit.
+        after: what is left with the added matter.
+    """
+
+    text: str
+    weight: float
+    before: float
+    after: float
+
+    @property
+    def cost(self) -> float:
+        """Its part of the sum, ``weight · after²``; ``after²`` is its multiplier."""
+        return self.weight * self.after**2
+
+
+@dataclass(frozen=True, eq=False)
+class LeastViolation:
+    """Result of `least_violation`.
+
+    Attributes:
+        space: the space of the requirements.
+        verdict: ``"optimal"``: no matter within the budget leaves less, to 1e-6 of what the
+            file leaves; or ``"undecided"``.
+        violations: what is left of each requirement, in the order of ``space.requirements``.
+        bound: no matter within the budget has a smaller root of the sum; proved without the
+            solver.
+        weights: the counterweight of each link that gets matter.
+        z: parameters (bodies, 10) about the inertial origin, SI units.
+    """
+
+    space: RequiredSpace
+    verdict: Literal["optimal", "undecided"]
+    violations: tuple[Violation, ...]
+    bound: float
+    weights: tuple[Counterweight, ...]
+    z: Array
+
+    def __repr__(self) -> str:
+        """Up to six lines: the verdict, and the matter of each link."""
+        added = (f"{weight.link} +{number_text(weight.mass)} kg" for weight in self.weights)
+        return repr_lines(f"LeastViolation of {self.space.linkage.name}", self.words, *added)
+
+    @property
+    def total(self) -> float:
+        """Root of the weighted sum of squares that is left."""
+        return float(np.sqrt(sum(item.cost for item in self.violations)))
+
+    @property
+    def dearest(self) -> Violation | None:
+        """The requirement that costs most; None if all are met."""
+        costs = [item.cost for item in self.violations]
+        if self.total <= SHAKING_GAP_PROVED:
+            return None
+        return self.violations[first_largest(costs, relative=SHAKING_GAP_PROVED)]
+
+    @property
+    def words(self) -> str:
+        """What is left, and which requirement costs most, in one line."""
+        before = np.sqrt(sum(item.weight * item.before**2 for item in self.violations))
+        mass = sum(weight.mass for weight in self.weights)
+        share = size_text(self.total / (before or 1.0), ".3g", floor=SHAKING_GAP_PROVED)
+        text = f"{self.verdict}: {number_text(mass)} kg leave {share} of what the file leaves"
+        dearest = self.dearest
+        if dearest is None:
+            return f"{self.verdict}: {number_text(mass)} kg meet all requirements"
+        part = dearest.cost / self.total**2
+        return f"{text}; '{dearest.text}' costs most, {part:.0%} of the sum of squares"
+
+
+def least_violation(
+    space: RequiredSpace, add: Sequence[str], budget: float, *,
+    regions: Mapping[str, Region | str] | None = None, weights: Sequence[float] | None = None,
+) -> LeastViolation:  # fmt: skip
+    """Compute the matter within a budget that leaves the least of several requirements unmet.
+
+    The masses in the file stay; matter is added inside regions of links, as in
+    `balance.partial`. Minimised is ``Σ_i w_i r_i²``; see the module for r.
+
+    Args:
+        space: the space of the requirements, from `balance.require`.
+        add: names of the links that may get matter.
+        budget: most mass to add, kg, above 0.
+        regions: where matter may be added, by link; see `balance.partial`.
+        weights: w of each requirement, in the order of ``space.requirements``; 1 by default.
+
+    Returns:
+        What is left of each requirement, the matter, and the proof that no other does better.
+
+    Raises:
+        BodyError: a link is unknown, or its region cannot be found.
+        UsageError: the budget or a weight is no positive number, or no body has mass.
+
+    Source:
+        S. Boyd, L. Vandenberghe, Convex Optimization, 2004, sections 5.6 and 5.8.
+
+    Example:
+        >>> import balance
+        >>> space = balance.require("robot.urdf", "force; moment at u1=0.2")
+        >>> balance.masses.least_violation(space, ["crank"], 0.5).verdict
+        'optimal'
+    """
+    check_budget(budget)
+    if budget == 0.0:
+        raise UsageError("a budget of 0 kg adds nothing: see `as_given` of the space")
+    spatial = in_space(space) if space.planar else space
+    assert isinstance(spatial, RequiredSpace)
+    matter = AddedParameters.of(spatial, regions_of(space, add, regions or {}))
+    blocks = _relative_rows(spatial, matter)
+    factors = _checked_weights(weights, len(blocks))
+    rows = [np.sqrt(w) * block.sum(axis=1) for w, block in zip(factors, blocks, strict=True)]
+    alone = [np.sqrt(w) * np.linalg.norm(block[..., -1], axis=0).sum()
+             for w, block in zip(factors, blocks, strict=True)]  # fmt: skip
+    program = ShakingProgram(matter, quadratic_factor(rows), float(np.linalg.norm(alone)))
+    best = least_shaking(program, budget)
+    assert isinstance(best, LeastShaking)
+    gap = (best.value - best.bound) / program.scale
+    points = np.stack([np.zeros(matter.count), best.s])
+    left = [[float(np.linalg.norm(block.sum(axis=1) @ np.append(s, 1.0))) for s in points]
+            for block in blocks]  # fmt: skip
+    violations = tuple(
+        Violation(item.text, w, before, after)
+        for item, w, (before, after) in zip(space.requirements, factors, left, strict=True)
+    )
+    return LeastViolation(
+        space, "optimal" if gap <= SHAKING_GAP_PROVED else "undecided", violations, best.bound,
+        counterweights_at(space, matter, best.s), freeze(matter.parameters(best.s)),
+    )  # fmt: skip
+
+
+def _relative_rows(space: RequiredSpace, matter: AddedParameters) -> list[Array]:
+    """Compute the conditions of each requirement on added matter, by body.
+
+    Returns:
+        Columns for the coordinates of the matter and for the file (conditions, bodies,
+        count + 1), over the sum of the sizes of the file's bodies.
+    """
+    blocks, size = [], len(space.labels)
+    for region in space.regions:
+        rows = region.rows.reshape(len(region.rows), len(space.bodies), size)
+        columns = np.zeros((*rows.shape[:2], matter.count + 1))
+        for k, (b, D) in enumerate(matter.added.items()):
+            columns[:, b, 10 * k : 10 * (k + 1)] = rows[:, b] @ D[:size]
+        columns[..., -1] = np.einsum("rbp,bp->rb", rows, matter.own[:, :size])
+        total = float(np.linalg.norm(columns[..., -1], axis=0).sum())
+        blocks.append(columns / (total or 1.0))
+    return blocks
+
+
+def _checked_weights(weights: Sequence[float] | None, count: int) -> list[float]:
+    """Return the weights, 1 by default.
+
+    Raises:
+        UsageError: there are not as many as requirements, or one is no positive number.
+    """
+    given = [1.0] * count if weights is None else [float(w) for w in weights]
+    if len(given) != count or not all(isfinite(w) and w > 0.0 for w in given):
+        raise UsageError(f"give {count} weights above 0, one for each requirement")
+    return given

@@ -11,13 +11,22 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from balance.support.units import read_unit
 from kinematics.error_text import clean
-from kinematics.errors import FileError
+from kinematics.errors import FileError, UsageError
 
 Array = NDArray[np.float64]
 
 # Most rows of a table: a larger file would fill the memory.
 MAX_ROWS = 100_000
+# Quantities of a column, of which its head may name a unit.
+COLUMN_UNITS = {
+    "time": ("time",),
+    "coordinate": (
+        "angle", "length", "angular velocity", "velocity", "angular acceleration",
+        "acceleration",
+    ),
+}  # fmt: skip
 REMEDY = "write a line of names, then one line of numbers per sample"
 
 
@@ -29,11 +38,13 @@ class Table(NamedTuple):
         rounding: half a unit of the last digit of each number (rows, columns); 0 in a column
             whose numbers are all the same.
         decimals: most decimals of a number in each column, exponents counted.
+        quantities: quantity of the unit in the head of each column; empty without one.
     """
 
     values: Array
     rounding: Array
     decimals: tuple[int, ...]
+    quantities: tuple[str, ...] = ()
 
 
 def refuse_row(
@@ -82,7 +93,8 @@ def read_table(
     """Read named columns from a file of comma-separated values, and how they are rounded.
 
     Args:
-        path: a file whose first line holds the wanted names in any order, and no others.
+        path: a file whose first line holds the wanted names in any order, and no others; each
+            may be followed by a unit, as in ``main [deg]``.
         fewest: least number of rows.
         short: other names that the file may use, and the wanted names for them.
         further: names of columns that the file may have too, all of them or none.
@@ -100,13 +112,14 @@ def read_table(
         reason = getattr(error, "strerror", None) or "it is not text of comma-separated values"
         raise refuse_row(path, "", f"cannot be read ({reason})") from None
     lines = [line for line in lines if any(cell.strip() for cell in line)]
-    names = [name.strip() for name in lines[0]] if lines else []
+    heads = [_split_head(path, cell.strip()) for cell in lines[0]] if lines else []
     other = short or {}
-    names = [name if name in wanted else other.get(name, name) for name in names]
+    names = [name if name in wanted else other.get(name, name) for name, _ in heads]
     if further and set(further) <= set(names):
         wanted = [*wanted, *further]
     if sorted(names) != sorted(wanted):
-        raise refuse_row(path, "line 1", f"the columns must be {', '.join(wanted)}")
+        by = "; commas part them, no semicolons" if ";" in "".join(names) else ""
+        raise refuse_row(path, "line 1", f"the columns must be {', '.join(wanted)}{by}")
     if not fewest < len(lines) <= MAX_ROWS + 1:
         raise refuse_row(
             path, "", f"holds {len(lines) - 1} samples, not {fewest} to {MAX_ROWS}"
@@ -124,7 +137,26 @@ def read_table(
             ) from None
     if not np.isfinite(rows).all():
         raise refuse_row(path, "", "holds numbers that are not finite")
-    return Table(rows, _rounding(rows, *digits), tuple(digits[0].max(axis=0).tolist()))
+    quantities, factors = zip(*(heads[column][1] for column in order), strict=True)
+    rounding = _rounding(rows, *digits) * factors
+    decimals = tuple(digits[0].max(axis=0).tolist())
+    return Table(rows * factors, rounding, decimals, quantities)
+
+
+def _split_head(path: str | PathLike[str], head: str) -> tuple[str, tuple[str, float]]:
+    """Split ``main [deg]`` to the name of a column, and quantity and factor of its unit.
+
+    Raises:
+        FileError: there is no such unit.
+    """
+    name, bracket, unit = head.removesuffix("]").rpartition(" [")
+    if not bracket or not head.endswith("]"):
+        return head, ("", 1.0)
+    quantity = "time" if name.strip() == "time" else "coordinate"
+    try:
+        return name.strip(), read_unit(unit, *COLUMN_UNITS[quantity])
+    except UsageError as error:
+        raise refuse_row(path, f"column '{clean(head, 100)}'", str(error)) from None
 
 
 def _digits(cell: str) -> tuple[int, int]:

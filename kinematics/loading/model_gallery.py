@@ -23,10 +23,12 @@ if TYPE_CHECKING:
 
     from kinematics.files.urdf.read_options import ReadOptions
     from kinematics.model.document.element import Document
-    from kinematics.model.linkage import Linkage, UnassembledLinkage
+    from kinematics.model.linkage import Linkage, Notice, UnassembledLinkage
 
 
 BODIES = ("given", "all")
+# Metres between links above which a file may be in millimetres.
+LARGEST_MACHINE = 100.0
 # Names that end so are paths, also if there is no such file.
 SUFFIXES = (".urdf", ".xml", ".sdf", ".world", ".xacro")
 LinkageLike: TypeAlias = "Linkage | str | PathLike[str] | URDF"
@@ -106,8 +108,9 @@ def find(model: str | PathLike[str]) -> Path:
     if isfile(path) or len(path.parts) != 1 or path.suffix.lower() in SUFFIXES:
         return path
     models = gallery()
-    if path.name in models:
-        return models[path.name]
+    for known in (path.name, path.name.replace("-", "_")):
+        if known in models:
+            return models[known]
     from kinematics.error_text import clean, closest_names
 
     others = robots()
@@ -249,7 +252,7 @@ def _assemble(
     """
     from kinematics.closure.assembly.assemble import assemble
     from kinematics.error_text import clean
-    from kinematics.files.urdf.rounded_angles import ROUNDED_ANGLES
+    from kinematics.files.urdf.rounded_angles import DEGREES, ROUNDED_ANGLES
     from kinematics.loading.meant.as_meant import as_meant
 
     try:
@@ -267,10 +270,29 @@ def _assemble(
                 for mode in error.modes
             )  # fmt: skip
         for notice in draft.notices:
-            if notice.code == ROUNDED_ANGLES:
+            if notice.code in (DEGREES, ROUNDED_ANGLES):
                 error.add_note(notice.message.removeprefix(f"{clean(draft.source, 1000)}: "))
         raise
-    return as_meant(linkage, exactly=exactly)
+    linkage = as_meant(linkage, exactly=exactly)
+    return replace(linkage, notices=(*linkage.notices, *_size_notices(draft)))
+
+
+def _size_notices(draft: UnassembledLinkage) -> list[Notice]:
+    """Note links that are further apart than those of a machine in metres."""
+    import numpy as np
+
+    from kinematics.model.linkage import Notice
+    from kinematics.wording import number_text
+
+    origins = np.array([place.pose[:3, 3] for place in draft.places.values()])
+    size = float(np.linalg.norm(np.ptp(origins, axis=0))) if len(origins) else 0.0
+    if not size > LARGEST_MACHINE:
+        return []
+    text = (
+        f"its links are up to {number_text(size, '.3g')} m apart: if the file is in "
+        "millimetres, divide its lengths by 1000, and its moments of inertia by 1e6"
+    )
+    return [Notice("large_machine", text)]
 
 
 def _read(

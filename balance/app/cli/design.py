@@ -13,13 +13,15 @@ from balance.app.cli.arguments import Parser
 from balance.app.cli.exit_codes import verdict_code
 from balance.app.cli.model_options import add_model_options
 from balance.app.cli.model_readings import certified_space
-from balance.app.cli.number_arguments import positive_number, whole_number
+from balance.app.cli.number_arguments import positive_quantity, whole_number
 from balance.app.cli.outputs import add_out_option, add_page_option, describe_written
 from balance.app.cli.requirement_options import (
     add_requirement_options,
     check_requirement_options,
 )
 from balance.app.cli.spinner import spinner
+from balance.support.units import read_quantity
+from kinematics.errors import UsageError
 
 if TYPE_CHECKING:
     from balance.masses.designs.best_design import Design
@@ -72,7 +74,7 @@ def _add_mass_options(parser: Parser) -> None:
         help="largest density (steel: 7850); repeatable",
     )  # fmt: skip
     group.add_argument(
-        "--thickness", type=positive_number, metavar="METRES",
+        "--thickness", type=positive_quantity("length"), metavar="METRES",
         help="of planar links, for --density",
     )  # fmt: skip
     group.add_argument(
@@ -212,7 +214,7 @@ def _density(text: str) -> tuple[str, float]:
     name, equals, value = text.rpartition("=")
     if equals and not name:
         raise argparse.ArgumentTypeError(f"'{text}' names no link; write crank=2700, or 2700")
-    return name, positive_number(value)
+    return name, positive_quantity("density")(value)
 
 
 def _bounds(text: str) -> tuple[str, float, float]:
@@ -220,8 +222,9 @@ def _bounds(text: str) -> tuple[str, float, float]:
     name, _, limits = text.rpartition("=")
     low, colon, high = limits.partition(":")
     try:
-        least, most = float(low or 0.0), float(high or math.inf)
-    except ValueError:
+        least = read_quantity(low or "0", "mass")
+        most = read_quantity(high or "inf", "mass")
+    except UsageError:
         least = math.nan
     if not (name and colon and math.isfinite(least) and not math.isnan(most)):
         raise argparse.ArgumentTypeError(f"'{text}' is not L=LO:HI, such as crank=0.5:2")

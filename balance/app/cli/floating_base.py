@@ -12,9 +12,8 @@ from typing import TYPE_CHECKING, Any
 from balance.app.answers.answer import Answer, Files
 from balance.app.cli.arguments import refuse_given
 from balance.app.cli.exit_codes import DONE, NEGATIVE, UNDECIDED
-from balance.app.cli.model_options import parse_coordinates
 from balance.app.cli.model_readings import solve_model
-from balance.app.cli.number_arguments import number_between, point
+from balance.app.cli.number_arguments import number_between, point, values_by_name
 from balance.app.cli.outputs import kind_of
 from balance.app.cli.progress_bar import progress_bar
 from balance.app.cli.several_models import data_against
@@ -28,7 +27,7 @@ if TYPE_CHECKING:
 NUMBER = r"[+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?"
 # Largest numbers that describe a base, and their inverses: squares do not overflow.
 MAX_NUMBER = 1e12
-_SIZE = number_between(1.0 / MAX_NUMBER, MAX_NUMBER)
+_size = partial(number_between, 1.0 / MAX_NUMBER, MAX_NUMBER)
 # Options that need a base.
 OWN = (
     "base_mass", "base_inertia", "base_com", "stiffness", "initial", "torque", "duration",
@@ -41,7 +40,9 @@ def add_base_options(group: argparse._ArgumentGroup) -> None:
         "--base", choices=("fixed", "free", "spring"), default="fixed",
         metavar="free|spring", help="simulate a base that floats, or on springs",
     )  # fmt: skip
-    group.add_argument("--base-mass", type=_SIZE, metavar="KG", help="mass of that base")
+    group.add_argument(
+        "--base-mass", type=_size("mass"), metavar="KG", help="mass of that base"
+    )
     group.add_argument(
         "--base-inertia", type=_inertia, metavar="I|IX,IY,IZ",
         help="its moment of inertia, or three, kg m²",
@@ -55,15 +56,15 @@ def add_base_options(group: argparse._ArgumentGroup) -> None:
         help="of its springs: 1e4Nm/rad, 2e5N/m; repeatable",
     )  # fmt: skip
     group.add_argument(
-        "--initial", type=parse_coordinates, metavar="wz=10,…",
+        "--initial", type=_velocities, metavar="wz=10,…",
         help="velocities at the start, rad/s and m/s",
     )  # fmt: skip
     group.add_argument(
-        "--torque", type=parse_coordinates, metavar="J1=VALUE,…",
+        "--torque", type=_torques, metavar="J1=VALUE,…",
         help="constant torques on inputs that move freely",
     )  # fmt: skip
     group.add_argument(
-        "--duration", type=_SIZE, metavar="S",
+        "--duration", type=_size("time"), metavar="S",
         help="duration, seconds (default: of the table, or 10)",
     )  # fmt: skip
 
@@ -182,9 +183,19 @@ def _files(results: Sequence[FloatingBaseMotion], kind: str) -> Files:
     }
 
 
+def _velocities(text: str) -> dict[str, float]:
+    """Parse velocities by name."""
+    return values_by_name(text, "wz=10,vx=0.1", "angular velocity", "velocity")
+
+
+def _torques(text: str) -> dict[str, float]:
+    """Parse torques and forces by name."""
+    return values_by_name(text, "u1=0.5,u2=2", "torque", "force")
+
+
 def _inertia(text: str) -> float | tuple[float, ...]:
     """Parse a moment of inertia, or three."""
-    values = tuple(_SIZE(word) for word in text.split(","))
+    values = tuple(_size("inertia")(word) for word in text.split(","))
     if len(values) not in (1, 3):
         raise argparse.ArgumentTypeError(f"'{text}' is not a moment of inertia, nor three")
     return values if len(values) == 3 else values[0]
@@ -198,4 +209,4 @@ def _stiffness(text: str) -> tuple[str, float]:
             f"'{text}' is not a stiffness: write 1e4Nm/rad or 2e5N/m"
         )
     name = "stiffness" if match[2] == "N/m" else "turning_stiffness"
-    return name, _SIZE(match[1])
+    return name, _size()(match[1])

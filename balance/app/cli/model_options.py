@@ -3,15 +3,19 @@
 from __future__ import annotations
 
 import argparse
-import math
-from collections.abc import Collection
+import logging
+from collections.abc import Collection, Mapping
 from typing import TYPE_CHECKING, Any
 
 from balance.app.cli.arguments import NAMED_ALONE, Parser
-from balance.app.cli.number_arguments import whole_number
+from balance.app.cli.number_arguments import values_by_name, whole_number
 
 if TYPE_CHECKING:
     from kinematics.model.linkage import Linkage
+
+
+# Radians from which an angle without a unit is more than a turn.
+MORE_THAN_A_TURN = 6.4
 
 
 def add_model_options(
@@ -76,7 +80,7 @@ def _add_pose_options(group: argparse._ArgumentGroup) -> None:
     )
     group.add_argument(
         "--at", type=parse_coordinates, metavar="J1=VALUE,…",
-        help="another reference pose, radians and metres",
+        help="another reference pose: u1=0.3, or u1=30deg",
     )  # fmt: skip
     group.add_argument(
         "--mode", type=whole_number(1, 99, "a mode"), metavar="N",
@@ -120,11 +124,43 @@ def load_model(arguments: argparse.Namespace, angles: str, other: str = "") -> L
     """
     from kinematics.loading.model_gallery import load
 
-    return load(
+    linkage = load(
         other or arguments.model, None if other else arguments.loops, arguments.inputs,
         fix_base=arguments.fix_base, bodies=arguments.bodies, massless=arguments.massless,
         angles=angles, at=arguments.at, mode=arguments.mode, ground=arguments.ground,
     )  # fmt: skip
+    check_units(linkage, arguments.at or {})
+    return linkage
+
+
+def check_units(linkage: Linkage, positions: Mapping[str, float]) -> None:
+    """Refuse an angle of a joint that slides, and a length of one that turns.
+
+    Warn of angles without a unit that may be degrees.
+
+    Args:
+        positions: positions of joints by name, those with a unit as `UnitNumber`.
+
+    Raises:
+        PoseError: a unit does not fit its joint.
+    """
+    from balance.support.units import UnitNumber
+    from kinematics.errors import PoseError
+
+    kinds = {joint.name: joint.kind for joint in linkage.joints}
+    for name in kinds.keys() & positions.keys():
+        value, slides = positions[name], kinds[name] == "prismatic"
+        wanted = "length" if slides else "angle"
+        if isinstance(value, UnitNumber) and value.quantity != wanted:
+            article = "a length, such as 20mm" if slides else "an angle, such as 30deg"
+            raise PoseError(
+                f"{linkage.source}: joint '{name}' is {kinds[name]}: its position is {article}"
+            )
+        if abs(value) > MORE_THAN_A_TURN and not slides and not isinstance(value, UnitNumber):
+            logging.warning(
+                "degrees: %s=%g are radians, more than a turn: for degrees write %s=%gdeg",
+                name, value, name, value,
+            )  # fmt: skip
 
 
 def _names(text: str) -> list[str]:
@@ -136,17 +172,9 @@ def _names(text: str) -> list[str]:
 
 
 def parse_coordinates(text: str) -> dict[str, float]:
-    """Parse values by name of ``u1=0.3,u2=-0.1``.
+    """Parse positions of joints by name, of ``u1=0.3,u2=-10deg``.
 
     Raises:
         ArgumentTypeError: the text is nothing like it, or names one twice.
     """
-    words = [word.rpartition("=") for word in text.split(",")]
-    names = [name.strip() for name, *_ in words]
-    try:
-        values = [float(value) for *_, value in words]
-    except ValueError:
-        values = [math.nan]
-    if not all(names) or len(set(names)) < len(names) or not all(map(math.isfinite, values)):
-        raise argparse.ArgumentTypeError(f"'{text}' is not u1=0.3,u2=-0.1 with each joint once")
-    return dict(zip(names, values, strict=True))
+    return values_by_name(text, "u1=0.3,u2=-10deg", "angle", "length")

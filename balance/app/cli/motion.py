@@ -11,12 +11,13 @@ from typing import TYPE_CHECKING, NamedTuple
 from balance.app.answers.answer import Answer, Files
 from balance.app.cli.arguments import Parser
 from balance.app.cli.exit_codes import DONE, NEGATIVE
-from balance.app.cli.model_options import add_model_options
+from balance.app.cli.model_options import add_model_options, check_units
 from balance.app.cli.model_readings import solve_model
 from balance.app.cli.number_arguments import point, whole_number
 from balance.app.cli.outputs import add_page_option, add_picture_option, kind_of
 from balance.app.cli.spinner import spinner
-from kinematics.errors import CoordinateError, MotionError, PoseError
+from balance.support.units import read_quantity
+from kinematics.errors import CoordinateError, MotionError, PoseError, UsageError
 
 if TYPE_CHECKING:
     import numpy as np
@@ -169,6 +170,8 @@ def _target_coordinates(
     if arguments.to is None:
         return np.empty((0, motion.scales.size))
     at = _target_inputs(arguments.to, inputs, short, source)
+    named = [inputs[k] for k in at]
+    check_units(motion.linkage, dict(zip(named, arguments.to.values, strict=True)))
     points, fits = input_values(motion, [arguments.to.values], at)
     if not fits.all():
         raise MotionError(relations, "does not hold at the pose --to", inputs, source)
@@ -233,8 +236,8 @@ def _target(text: str) -> Target:
     words = [word.rpartition("=") for word in text.split(",")]
     names = tuple(name.strip() for name, equals, _ in words if equals)
     try:
-        values = tuple(float(value) for *_, value in words)
-    except ValueError:
+        values = tuple(read_quantity(value, "angle", "length") for *_, value in words)
+    except UsageError:
         values = (math.nan,)
     once = len(set(names)) == len(names) and "" not in names
     if len(names) not in (0, len(words)) or not once or not all(map(math.isfinite, values)):

@@ -4,7 +4,11 @@ from __future__ import annotations
 
 import argparse
 import math
-from collections.abc import Callable
+import re
+from collections.abc import Callable, Sequence
+
+from balance.support.units import read_quantity
+from kinematics.errors import UsageError
 
 # Largest coordinate of a point, metres.
 MAX_POINT = 1e6
@@ -44,6 +48,31 @@ def whole_number(lowest: int, highest: int, what: str = "a number") -> Callable[
     return read
 
 
+def finite_quantity(*quantities: str) -> Callable[[str], float]:
+    """Build an argparse type of finite numbers with or without a unit.
+
+    Args:
+        quantities: see `balance.support.units.read_quantity`.
+
+    Returns:
+        A function that parses a word, and raises ArgumentTypeError for any other word.
+    """
+    return lambda text: _number(text, "a number", math.isfinite, quantities)
+
+
+def positive_quantity(*quantities: str) -> Callable[[str], float]:
+    """Build an argparse type of positive numbers with or without a unit.
+
+    Args:
+        quantities: see `balance.support.units.read_quantity`.
+
+    Returns:
+        A function that parses a word, and raises ArgumentTypeError for any other word.
+    """
+    what = "a positive number"
+    return lambda text: _number(text, what, lambda value: 0.0 < value < math.inf, quantities)
+
+
 def finite_number(text: str) -> float:
     """Parse a finite number.
 
@@ -62,25 +91,57 @@ def positive_number(text: str) -> float:
     return _number(text, "a positive number", lambda value: 0.0 < value < math.inf)
 
 
-def number_between(lowest: float, highest: float) -> Callable[[str], float]:
+def number_between(lowest: float, highest: float, *quantities: str) -> Callable[[str], float]:
     """Build an argparse type of numbers from ``lowest`` to ``highest``.
+
+    Args:
+        quantities: those whose units may follow the number.
 
     Returns:
         A function that parses a word, and raises ArgumentTypeError for any other word.
     """
     what = f"a number from {lowest:g} to {highest:g}"
-    return lambda text: _number(text, what, lambda value: lowest <= value <= highest)
+    return lambda text: _number(
+        text, what, lambda value: lowest <= value <= highest, quantities
+    )
 
 
-def _number(text: str, what: str, allowed: Callable[[float], bool]) -> float:
+def _number(
+    text: str, what: str, allowed: Callable[[float], bool], quantities: Sequence[str] = ()
+) -> float:
     """Parse a number that is allowed, and not NaN."""
+    reason = ""
     try:
-        value = float(text)
+        value = read_quantity(text, *quantities) if quantities else float(text)
+    except UsageError as error:
+        value, reason = math.nan, f"; {error}" if re.match("[-+.]*[0-9]", text) else ""
     except ValueError:
         value = math.nan
     if not allowed(value):
-        raise argparse.ArgumentTypeError(f"'{text}' is not {what}")
+        raise argparse.ArgumentTypeError(f"'{text}' is not {what}{reason}")
     return value
+
+
+def values_by_name(text: str, form: str, *quantities: str) -> dict[str, float]:
+    """Parse values by name of ``u1=0.3,u2=-10deg``.
+
+    Args:
+        form: an example, for the message.
+        quantities: those whose units may follow a number.
+
+    Raises:
+        ArgumentTypeError: the text is nothing like it, or names one twice.
+    """
+    words = [word.rpartition("=") for word in text.split(",")]
+    names = [name.strip() for name, *_ in words]
+    reason = ""
+    try:
+        values = [read_quantity(value, *quantities) for *_, value in words]
+    except UsageError as error:
+        values, reason = [math.nan], f": {error}"
+    if not all(names) or len(set(names)) < len(names) or not all(map(math.isfinite, values)):
+        raise argparse.ArgumentTypeError(f"'{text}' is not {form} with each name once{reason}")
+    return dict(zip(names, values, strict=True))
 
 
 def point(text: str) -> tuple[float, ...]:
@@ -90,8 +151,8 @@ def point(text: str) -> tuple[float, ...]:
         ArgumentTypeError: there are not three numbers, or one is too large.
     """
     try:
-        values = tuple(float(word) for word in text.split(","))
-    except ValueError:
+        values = tuple(read_quantity(word, "length") for word in text.split(","))
+    except UsageError:
         values = ()
     if len(values) != 3 or not all(abs(value) <= MAX_POINT for value in values):
         raise argparse.ArgumentTypeError(

@@ -10,7 +10,12 @@ from typing import TYPE_CHECKING
 from balance.app.answers.answer import Answer, Files
 from balance.app.cli.arguments import Parser, refuse_given
 from balance.app.cli.exit_codes import DONE, NEGATIVE
-from balance.app.cli.model_options import add_model_options, load_model, parse_coordinates
+from balance.app.cli.model_options import (
+    add_model_options,
+    check_units,
+    load_model,
+    parse_coordinates,
+)
 from balance.app.cli.number_arguments import add_about, number_between, point, whole_number
 from balance.app.cli.outputs import add_page_option, add_picture_option, kind_of
 from balance.app.cli.progress_bar import progress_bar
@@ -90,7 +95,10 @@ def _add_base_options(group: argparse._ArgumentGroup) -> None:
         help="free: the base floats and has a mass of its own",
     )  # fmt: skip
     group.add_argument(
-        "--base-mass", type=_SIZE, metavar="KG", help="mass of a base that floats"
+        "--base-mass",
+        type=number_between(1e-9, 1e9, "mass"),
+        metavar="KG",
+        help="mass of a base that floats",
     )
     group.add_argument(
         "--base-com", type=point, metavar="X,Y,Z",
@@ -148,6 +156,8 @@ def _find(
 ) -> ReactionlessPaths:
     """Find the paths of the options."""
     linkage = load_model(arguments, arguments.angles)
+    for start in arguments.starts or ():
+        check_units(linkage, start)
     # Load the kernels only after the file is accepted.
     from balance.motion.paths.path_search import find_paths
 

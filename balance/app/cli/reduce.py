@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+from collections.abc import Callable
 from functools import partial
 from typing import TYPE_CHECKING
 
@@ -15,7 +16,12 @@ from balance.app.cli.matter_options import (
     check_matter_options,
 )
 from balance.app.cli.model_options import add_model_options, load_model
-from balance.app.cli.number_arguments import add_about, finite_number, whole_number
+from balance.app.cli.number_arguments import (
+    add_about,
+    finite_number,
+    finite_quantity,
+    whole_number,
+)
 from balance.app.cli.outputs import (
     add_out_option,
     add_picture_option,
@@ -27,6 +33,10 @@ from balance.app.cli.progress_bar import progress_bar
 if TYPE_CHECKING:
     from balance.masses.partial.elastic_frame import ElasticFrame
     from balance.masses.partial.results import ParetoFront
+
+
+# Largest budget, kilograms.
+MOST_BUDGET = 1e9
 
 
 def add_reduce(parser: Parser) -> None:
@@ -57,21 +67,24 @@ def add_reduce(parser: Parser) -> None:
 def _add_least_options(parser: Parser) -> None:
     """Add the options for what is least, within which limits."""
     group = parser.group("matter")
-    group.add_argument("--budget", type=finite_number, metavar="KG", help="most mass to add")
+    group.add_argument(
+        "--budget", type=finite_quantity("mass"), metavar="KG", help="most mass to add"
+    )
     group.add_argument(
         "--pareto", type=whole_number(2, 1000), metavar="N",
         help="N designs from nothing to the least shaking",
     )  # fmt: skip
     group.add_argument(
-        "--weight-moment", type=finite_number, metavar="METRES",
+        "--weight-moment", type=finite_quantity("length"), metavar="METRES",
         help="so many N m count as 1 N (default: its length)",
     )  # fmt: skip
     group.add_argument(
-        "--max-bearing", action="append", type=_cap, default=[], metavar="JOINT=N",
+        "--max-bearing", action="append", type=_cap("force"), default=[], metavar="JOINT=N",
         help="largest force in a joint; repeatable",
     )  # fmt: skip
     group.add_argument(
-        "--max-torque", action="append", type=_cap, default=[], metavar="JOINT=NM",
+        "--max-torque", action="append", type=_cap("torque", "force"), default=[],
+        metavar="JOINT=NM",
         help="largest drive torque of an input; repeatable",
     )  # fmt: skip
     group.add_argument(
@@ -87,6 +100,8 @@ def _check_options(arguments: argparse.Namespace) -> None:
         arguments.refuse("give a --budget in kg, or --pareto")
     if arguments.budget is not None and arguments.budget < 0.0:
         arguments.refuse(f"--budget {arguments.budget:g}: a mass is not negative")
+    if (arguments.budget or 0.0) > MOST_BUDGET:
+        arguments.refuse(f"--budget {arguments.budget:g}: give at most {MOST_BUDGET:g} kg")
     if arguments.about is not None and arguments.frame is not None:
         arguments.refuse("--about: not with --frame, which turns about the middle")
     for flag, caps in (
@@ -157,12 +172,16 @@ def _files(arguments: argparse.Namespace, front: ParetoFront) -> Files:
     }
 
 
-def _cap(text: str) -> tuple[str, float]:
-    """Parse ``JOINT=VALUE``."""
-    name, _, value = text.rpartition("=")
-    if not name:
-        raise argparse.ArgumentTypeError(f"'{text}' is not JOINT=VALUE, such as u1=20")
-    return name, finite_number(value)
+def _cap(*quantities: str) -> Callable[[str], tuple[str, float]]:
+    """Build an argparse type of ``JOINT=VALUE``, in units of some quantities."""
+
+    def read(text: str) -> tuple[str, float]:
+        name, _, value = text.rpartition("=")
+        if not name:
+            raise argparse.ArgumentTypeError(f"'{text}' is not JOINT=VALUE, such as u1=20")
+        return name, finite_quantity(*quantities)(value)
+
+    return read
 
 
 def _frame(text: str) -> ElasticFrame:

@@ -12,7 +12,7 @@ from balance.app.cli.arguments import Parser
 from balance.app.cli.exit_codes import verdict_code
 from balance.app.cli.matter_options import add_matter_options, check_matter_options
 from balance.app.cli.model_options import add_model_options, load_model
-from balance.app.cli.number_arguments import positive_number
+from balance.app.cli.number_arguments import positive_number, positive_quantity
 from balance.app.cli.outputs import add_page_option, check_folder
 from balance.app.cli.progress_bar import progress_bar
 from balance.masses.remedies.catalogue import CATALOGUE
@@ -44,11 +44,11 @@ def add_remedies(parser: Parser) -> None:
         help="turns of a counter-rotor a turn (default 1)",
     )  # fmt: skip
     group.add_argument(
-        "--rotor-radius", type=positive_number, metavar="METRES",
+        "--rotor-radius", type=positive_quantity("length"), metavar="METRES",
         help="of rotors and wheels (default: chosen by size)",
     )  # fmt: skip
     group.add_argument(
-        "--budget", type=positive_number, metavar="KG",
+        "--budget", type=positive_quantity("mass"), metavar="KG",
         help="of partial balance (default: mass of the links)",
     )  # fmt: skip
     parser.group("output").add_argument(

@@ -18,7 +18,11 @@ COMPARE_SCHEMA = "balance.compare/1"
 def add_other_models(parser: Parser) -> None:
     """Add the models after the first one to a command."""
     parser.group("model").add_argument(
-        "others", nargs="*", metavar="MODEL", help="more models, beside the first one"
+        "others",
+        nargs="*",
+        default=[],
+        metavar="MODEL",
+        help="more models, beside the first",
     )
 
 

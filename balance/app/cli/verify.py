@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import argparse
-import math
-import re
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
@@ -33,6 +32,8 @@ from balance.app.cli.several_models import (
     data_against,
     named_notices,
 )
+from balance.support.units import UnitNumber, read_quantity
+from kinematics.errors import UsageError
 
 if TYPE_CHECKING:
     from balance.motion.verification.result import Verification
@@ -41,12 +42,6 @@ if TYPE_CHECKING:
 
 # Default number of random motions.
 TRAJECTORIES = 10
-# Units of speed in radians per second.
-SPEED_UNITS = {
-    "rpm": 2.0 * math.pi / 60.0, "rad/s": 1.0, "deg/s": math.pi / 180.0,
-    **dict.fromkeys(("hz", "1/s", "rev/s"), 2.0 * math.pi),
-}  # fmt: skip
-NUMBER = r"(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:e[+-]?[0-9]+)?"
 
 
 def add_verify(parser: Parser) -> None:
@@ -117,7 +112,8 @@ def _run(arguments: argparse.Namespace) -> Answer:
         return Answer(
             _code(results[0]), lambda: data_against(*results),
             lambda: verification_body(results),
-            [notice for result in results for notice in result.notices], files=files,
+            [notice for result in results for notice in result.notices],
+            _speed_remark(arguments, results[0].linkage), files,
         )  # fmt: skip
     return Answer(
         max(map(_code, results)),
@@ -125,6 +121,19 @@ def _run(arguments: argparse.Namespace) -> Answer:
         lambda: side_by_side(list(map(verification_facts, results))),
         named_notices((result.linkage, result.notices) for result in results), files=files,
     )  # fmt: skip
+
+
+def _speed_remark(arguments: argparse.Namespace, linkage: Linkage) -> str:
+    """Ask for the speed of a crank that random motions swing to and fro."""
+    chosen = (arguments.trajectories, arguments.seed, arguments.csv, arguments.speed)
+    kinds = [joint.kind for joint in linkage.joints if joint.name in linkage.inputs]
+    if kinds != ["revolute"] or any(option is not None for option in chosen):
+        return ""
+    (crank,) = linkage.inputs
+    return (
+        f"the loads are those of random motions of {crank}, within about 0.8 rad and 1 s: "
+        "if it turns as a crank, --speed 300rpm gives the loads of a turn at that speed"
+    )
 
 
 def _code(verification: Verification) -> int:
@@ -149,14 +158,16 @@ def _verify(
 
     def verify_first(linkage: Linkage) -> Verification:
         # Load the kernels only after the file is accepted.
-        from balance.motion.verification.given_motions import from_csv
+        from balance.motion.verification.given_motions import from_csv, large_angles
         from balance.motion.verification.to_pinocchio import verify
         from kinematics.model.motion import motion_of
 
         along = None
         if arguments.csv:
             along = [from_csv(linkage, arguments.csv, motion_of(linkage, arguments.motion))]
-        return verify(linkage, along=along, **options)
+        verification = verify(linkage, along=along, **options)
+        told = [notice for motion in along or () for notice in large_angles(linkage, motion.u)]
+        return replace(verification, notices=(*verification.notices, *told))
 
     def verify_other(linkage: Linkage) -> Verification:
         from balance.motion.verification.to_pinocchio import verify_second
@@ -220,12 +231,15 @@ def _seed(text: str) -> int:
 def _speed(text: str) -> tuple[str | None, float]:
     """Parse ``[J=]300rpm``: name of the crank or None, and its speed in rad/s."""
     name, equals, word = text.rpartition("=")
-    match = re.fullmatch(rf"\s*([+-]?{NUMBER})\s*([a-z1/]+)\s*", word.lower())
-    if match is None or match[2] not in SPEED_UNITS or bool(equals) != bool(name.strip()):
+    try:
+        speed = read_quantity(word, "angular velocity")
+    except UsageError:
+        speed = 0.0
+    if not isinstance(speed, UnitNumber) or bool(equals) != bool(name.strip()):
         raise argparse.ArgumentTypeError(
             f"'{text}' is not a speed: write 300rpm, 31.4rad/s, 1800deg/s, 5hz or u1=300rpm"
         )
-    return name.strip() or None, float(match[1]) * SPEED_UNITS[match[2]]
+    return name.strip() or None, float(speed)
 
 
 def _tolerance(text: str) -> float:

@@ -12,6 +12,7 @@ from balance.masses.counterweights.regions import (
     cylinder_region,
     ellipsoid_region,
 )
+from balance.support.units import read_quantity
 from kinematics.errors import UsageError
 
 Array = NDArray[np.float64]
@@ -51,11 +52,14 @@ def read_region(text: str) -> Region:
 
 
 def _numbers(inner: str, separator: str) -> Array | None:
-    """Parse the numbers of ``a,b:c)``; None if one is no number."""
+    """Parse the numbers of ``a,12mm:c)``; None if one is no number."""
     words = inner.removesuffix(")").split(",")
     split = [word.split(separator) if separator else [word] for word in words]
     parts = [part for group in split for part in group]
+    turned = ["length"] * 6 + ["angle"] * 3
+    if len(parts) > len(turned):
+        return None
     try:
-        return np.array([float(part) for part in parts])
-    except ValueError:
+        return np.array(list(map(read_quantity, parts, turned)))
+    except UsageError:
         return None

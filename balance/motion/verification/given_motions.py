@@ -33,6 +33,8 @@ Array = NDArray[np.float64]
 # Fewest rows of a table: a spline of degree five needs six.
 FEWEST_ROWS = 6
 DEGREE = 5
+# Radians above which the numbers of a table may be degrees: eight turns.
+MANY_RADIANS = 50.0
 
 
 def rest_to_rest(
@@ -94,6 +96,7 @@ def from_csv(
     """
     further = rate_columns(linkage)
     table = read_table(path, ["time", *linkage.inputs], FEWEST_ROWS, further=further)
+    _refuse_other_units(linkage, path, table)
     time = table.values[:, 0]
     if not np.all(np.diff(time) > 0.0):
         raise refuse_row(path, "", "its times do not increase")
@@ -120,13 +123,56 @@ def from_csv(
     motions = (u, *rates) if rates else path_of_inputs.at(time)
     if even is not None:
         errors = errors + even[1] * np.abs([0.0 * motions[0], motions[1], 2.0 * motions[2]])
-    trajectory = drive(linkage, time, *motions)
+    try:
+        trajectory = drive(linkage, time, *motions)
+    except PoseError as error:
+        for notice in large_angles(linkage, u):
+            error.add_note(notice.message)
+        raise
     if not trajectory.moves:
         raise refuse_row(path, "", "nothing moves", "give inputs that change with time")
     _refuse_lost_motion(linkage, path, motions, errors)
     return replace(
         trajectory, path=path_of_inputs, errors=InputErrors(_decimals(table, u), *errors)
     )
+
+
+def large_angles(linkage: Linkage, u: Array) -> tuple[Notice, ...]:
+    """Note inputs that turn so far that their numbers may be degrees.
+
+    Args:
+        u: displacements of the inputs (N, mobility), radians and metres.
+    """
+    kinds = {joint.name: joint.kind for joint in linkage.joints}
+    far = {
+        name: float(most)
+        for name, most in zip(linkage.inputs, np.ptp(u, axis=0), strict=True)
+        if kinds[name] == "revolute" and most > MANY_RADIANS
+    }  # fmt: skip
+    return tuple(
+        Notice("large_angles", (
+            f"{name} moves over {number_text(most, '.3g')} rad, "
+            f"{number_text(most / (2.0 * np.pi), '.2g')} turns: if these are degrees, "
+            f"head its column '{name} [deg]'"
+        )) for name, most in far.items()
+    )  # fmt: skip
+
+
+def _refuse_other_units(linkage: Linkage, path: str | PathLike[str], table: Table) -> None:
+    """Raise FileError for an angle of a joint that slides, or a length of one that turns."""
+    kinds = {joint.name: joint.kind for joint in linkage.joints}
+    names = [*linkage.inputs, *rate_columns(linkage)]
+    for name, quantity in zip(names, table.quantities[1:], strict=False):
+        rate, _, joint = name.rpartition(" ") if name not in kinds else ("", "", name)
+        slides = kinds[joint] == "prismatic"
+        wanted = "length" if slides else "angle"
+        if rate:
+            wanted = rate if slides else f"angular {rate}"
+        if quantity not in ("", wanted):
+            raise refuse_row(
+                path, f"column '{name}'", f"has a unit of {quantity}",
+                f"give one of {wanted}, or none for SI units",
+            )  # fmt: skip
 
 
 def _on_relations(

@@ -23,7 +23,9 @@ from kinematics.files.urdf.input_streams import source_name
 from kinematics.files.urdf.loop_file import merge_loop_file
 from kinematics.files.urdf.read_options import Path, ReadOptions, RobotFile
 from kinematics.files.urdf.rounded_angles import (
+    DEGREES,
     ROUNDED_ANGLES,
+    describe_degrees,
     describe_rounded_angles,
     find_rounded_angles,
     replace_rounded_angles,
@@ -126,6 +128,8 @@ def read_files(model: Path | Document, loops: Path | None, options: ReadOptions)
     rounded = find_rounded_angles(tree)
     text = f"{clean(source, 1000)}: {describe_rounded_angles(rounded, options.angles)}"
     more = ((ROUNDED_ANGLES, text),) if rounded else ()
+    if degrees := describe_degrees(tree):
+        more = (*more, (DEGREES, f"{clean(source, 1000)}: {degrees}"))
     if nominal:
         tree, noise = remove_exporter_noise(replace_rounded_angles(tree), source)
         more = (*more, *noise)

@@ -29,6 +29,10 @@ ROUNDED_ANGLES = "rounded_angles"
 ROUNDED_DIGITS = 6, 12
 # Fewest angles that show it.
 GENERAL_ANGLES = 3
+# Code of the notice on angles that make sense in degrees alone.
+DEGREES = "angles_in_degrees"
+# Radians above which an angle is more than a turn.
+MORE_THAN_A_TURN = 6.4
 # Number of angles that a remark names.
 MAX_NAMED = 3
 
@@ -103,6 +107,30 @@ def describe_rounded_angles(rounded: Sequence[Rounded], reading: str) -> str:
     return (
         f"{len(rounded)} {look} rounded, {how}: {named}{more}; "
         f"write all 16 digits, or choose {choice}"
+    )
+
+
+def describe_degrees(tree: Element) -> str:
+    """Compose the remark on angles of more than a turn, which are degrees by mistake.
+
+    Args:
+        tree: checked tree of the file.
+
+    Returns:
+        The angles and the remedy; empty if there are none.
+    """
+    named = [
+        f"{clean(item.attributes['rpy'])} in rpy of {owner.label}"
+        for owner, item, attribute in _angle_attributes(tree)
+        if attribute == "rpy"
+        and any(abs(float(word)) > MORE_THAN_A_TURN for word in item.attributes["rpy"].split())
+    ]
+    if not named:
+        return ""
+    more = f" and {len(named) - MAX_NAMED} more" if len(named) > MAX_NAMED else ""
+    return (
+        f"angles of more than a turn, read in radians: {', '.join(named[:MAX_NAMED])}{more}; "
+        "if they are degrees, multiply them by π/180 (90 is 1.5707963267948966)"
     )
 
 

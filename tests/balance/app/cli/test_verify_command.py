@@ -221,6 +221,17 @@ def test_the_page_holds_the_report_and_escapes_names():
     assert verification_picture([found]) == verification_picture([found])
 
 
+def test_a_crank_without_a_motion_is_asked_for_its_speed(capsys, caplog):
+    """Random motions swing it; the verdict is the same."""
+    linkage = kinematics.load(BALANCED)
+    for options, asked in (([], True), (FEW, False), (["--seed", "1", *FEW], False)):
+        caplog.clear()
+        assert main(["verify", BALANCED, *options]) == 0
+        assert (f"random motions of {linkage.inputs[0]}" in caplog.text) == asked
+        assert ("--speed 300rpm" in caplog.text) == asked
+    capsys.readouterr()
+
+
 def test_a_bar_appears_when_it_takes_long(monkeypatch, capsys):
     monkeypatch.setattr("balance.app.cli.progress_bar.PATIENCE", -1.0)
     monkeypatch.setenv("FORCE_COLOR", "1")

@@ -245,7 +245,7 @@ def test_a_pose_that_cannot_be_is_one_line(verb, words, fragment, capsys):
 @pytest.mark.parametrize("word", ["", "u1", "u1=", "=1", "u1=nan", "u1=inf", "u1=1,u1=2", "1"])
 def test_words_that_are_no_pose(word, capsys):
     assert main(["report", "four_bar_general", "--at", word]) == 2
-    assert "with each joint once" in capsys.readouterr().err
+    assert "with each name once" in capsys.readouterr().err
 
 
 def test_errors_of_the_module():

@@ -1,1 +1,0 @@
-"""Motions that shake the base least, with the masses as they are."""

@@ -1,0 +1,173 @@
+"""Mistakes of newcomers: each is answered by one line with the element and the remedy.
+
+What is wrong in the request has a second line, which leads to the help. None of them is
+analysed as another machine without a notice.
+"""
+
+from __future__ import annotations
+
+import re
+import shlex
+
+import pytest
+
+from kinematics import gallery
+from tests.support.command_runs import asked
+
+TABLES = {
+    "semicolons.csv": "time;u1\n0;0\n1;1\n",
+    "no_names.csv": "0,0\n1,1\n",
+    "words.csv": "time,u1\n" + "a,b\n" * 8,
+    "gons.csv": "time,u1 [gon]\n" + "0,1\n" * 8,
+    "lengths.csv": "time,u1 [mm]\n" + "".join(f"{k},{k * k}\n" for k in range(9)),
+    "degrees.csv": "time,u1\n" + "".join(f"{0.1 * k:.1f},{40 * k}\n" for k in range(9)),
+    "still.csv": "time,u1\n" + "".join(f"{k},1\n" for k in range(9)),
+    "back.csv": "time,u1\n" + "".join(f"{9 - k},{k * k}\n" for k in range(9)),
+    "short.csv": "time,u1\n0,0\n1,1\n",
+    "empty.urdf": "",
+    "cut.urdf": "<robot",
+    "no_links.urdf": "<robot name='r'/>",
+}
+
+# Words, exit code, and what the first line says: the element, and the remedy.
+MISTAKES = [
+    ("report four_bar_genral", 3, "four_bar_genral.*a name such as 'four_bar_general'"),
+    ("report none.urdf", 3, "none.urdf: no such file; check the path"),
+    ("report .", 3, "not a file; give the path of a file"),
+    ("report empty.urdf", 3, "empty.urdf: .*empty file"),
+    ("report cut.urdf", 3, "cut.urdf: .*not well-formed XML"),
+    ("report no_links.urdf", 3, "no_links.urdf: .*no <link>"),
+    ("report", 2, "required: MODEL$"),
+    ("reports four_bar_kite", 2, "'reports' .choose from 'report'"),
+    ("report four_bar_kite --at u1", 2, "u1=0.3,u2=-10deg"),
+    ("report four_bar_kite --at u1=30mm", 3, "'u1' is revolute: .*such as 30deg"),
+    ("report slider_crank --at q4=3deg", 3, "'q4' is prismatic: .*such as 20mm"),
+    ("report four_bar_kite --at u1=30kg", 2, "'kg' is a unit of mass: write angle or length"),
+    ("report four_bar_kite --at u9=1", 3, "u9.*choose from u1"),
+    ("report four_bar_kite --at u1=1e300", 3, "u1"),
+    ("report four_bar_kite --motion u1", 3, "must hold one '='; the inputs are u1"),
+    ("report four_bar_kite --motion u9=0", 3, "u9.*u1"),
+    ("report four_bar_kite --inputs u2", 3, "u2: no such joint; choose from u1"),
+    ("report four_bar_kite --ground wall", 3, "'wall': there is no such link; choose from"),
+    ("report four_bar_kite --massless crnk", 3, "crnk.*crank"),
+    ("report four_bar_kite --loops none.yaml", 3, "loops here and in 'none.yaml'; remove"),
+    ("report four_bar_kite --html page", 2, "'page' ends neither in .html nor in .htm"),
+    ("report four_bar_kite --write-closed no/x.urdf", 3, "no/x.urdf: cannot be written.*give"),
+    ("report four_bar_kite --max-order two", 2, "'two' is not an order from 0 to 50"),
+    ("report four_bar_kite --balance static", 2, "'static' .choose from 'dynamic', 'force'"),
+    ("verify slider_crank --csv none.csv", 3, "none.csv: cannot be read .No such file"),
+    ("verify slider_crank --csv semicolons.csv", 3, "commas part them, no semicolons"),
+    ("verify slider_crank --csv no_names.csv", 3, "line 1: the columns must be time, u1"),
+    ("verify slider_crank --csv words.csv", 3, "sample 1: cannot be read as numbers"),
+    ("verify slider_crank --csv gons.csv", 3, "column 'u1 .gon.': .*write angle.* in rad, deg"),
+    ("verify slider_crank --csv lengths.csv", 3, "column 'u1': .*length; give one of angle"),
+    ("verify slider_crank --csv degrees.csv", 3, "320 rad, 51 turns: .*'u1 .deg.'"),
+    ("verify slider_crank --csv still.csv", 3, "nothing moves; give inputs that change"),
+    ("verify slider_crank --csv back.csv", 3, "its times do not increase"),
+    ("verify slider_crank --csv short.csv", 3, "holds 2 samples, not 6 to"),
+    ("verify slider_crank --speed 300", 2, "'300' is not a speed: write 300rpm"),
+    ("verify slider_crank --speed 300rmp", 2, "'300rmp' is not a speed: write 300rpm"),
+    ("verify slider_crank --speed 1e300rpm", 3, "no speed of a crank; give one from"),
+    ("verify five_bar --speed 300rpm", 3, "which is the crank. Name it, as in u1=300rpm"),
+    ("verify slider_crank --tolerance 2", 2, "'2' is not a number from 0 up to 1"),
+    ("verify slider_crank --plot a.pdf", 2, "'a.pdf' ends neither in .png nor in .svg"),
+    ("verify slider_crank --base free", 2, "give --base-mass and --base-inertia"),
+    ("verify slider_crank --base-mass 2", 2, "only with --base free"),
+    ("design four_bar_kite --density steel", 2, "'steel' is not a positive number"),
+    ("design four_bar_kite --density 7.85g", 2, "'g' is a unit of mass: write density in"),
+    ("design four_bar_kite --density 7.85g/cm3", 3, "together with their thickness; give it"),
+    ("design four_bar_kite --thickness 10kg", 2, "'kg' is a unit of mass: write length in m"),
+    ("design four_bar_kite --keep crnak", 3, "'crnak': .*the bodies are crank"),
+    ("design four_bar_kite --bounds crank=2kg:1kg", 3, "'crank': .*give 0 ≤ least ≤ largest"),
+    ("design four_bar_kite --bounds crank=1", 2, "not L=LO:HI, such as crank=0.5:2"),
+    ("design four_bar_kite --minimise weight", 2, "'weight' .choose from 'mass', 'inertia'"),
+    ("design four_bar_kite --add crank", 2, "unrecognized arguments: --add crank"),
+    ("counterweights four_bar_kite", 2, "required: --links"),
+    ("counterweights four_bar_kite --links krank", 3, "'krank': .*the bodies are crank"),
+    ("counterweights four_bar_kite --links base", 3, "'base': is part of the ground"),
+    ("counterweights four_bar_kite --links crank --region crank=sphere(0,0,0,1)", 2, "ball.x"),
+    ("counterweights four_bar_kite --links crank --region crank=ball(0,0,0,-5m)", 2, "above"),
+    ("counterweights four_bar_kite --links crank --region crank=ball(0,0,0,9deg)", 2, "ball.x"),
+    ("reduce four_bar_kite --links crank", 2, "give a --budget in kg, or --pareto"),
+    ("reduce four_bar_kite --links crank --budget 1m", 2, "is a unit of length: write mass"),
+    ("reduce four_bar_kite --links crank --budget=-1", 2, "a mass is not negative"),
+    ("reduce four_bar_kite --links crank --budget 1e300", 2, "give at most 1e.09 kg"),
+    ("reduce four_bar_kite --links crank --budget 1 --max-bearing u1", 2, "such as u1=20"),
+    ("motion five_bar --to u1=10cm,u2=0", 3, "'u1' is revolute: .*such as 30deg"),
+    ("motion five_bar --tool left_uper --along x", 3, "'left_uper': .*left_upper"),
+    ("motion five_bar --tool left_upper", 2, "--tool and --along go together"),
+    ("motion five_bar --path none.csv", 3, "none.csv: cannot be read"),
+    ("flex simulate five_bar --flex coupler=EI:5", 2, "rhoA is missing: write LINK=EI"),
+    ("paths five_bar --from u3=1", 3, "u3 is not an input; the inputs are u1, u2"),
+    ("sweep run none.toml", 3, "none.toml: no such file .*give the path of a study"),
+    ("sweep show none.db", 3, "none.db: no such file; give the file of a run"),
+    ("discover run --topology slidercrank", 2, "'slidercrank': one of .*slider-crank"),
+    ("remedies four_bar_kite --only wheels", 2, "no remedy 'wheels': choose from own_masses"),
+    ("formulas three_rsr", 3, "formulas are of planar linkages; this is spatial"),
+    ('synthesize --positions "0,0"', 2, "is not x,y,deg: write"),
+]  # fmt: skip
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    """An empty folder but for the tables, in which the command runs."""
+    for name, text in TABLES.items():
+        (tmp_path / name).write_text(text, encoding="utf-8")
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+@pytest.mark.table(12)
+@pytest.mark.parametrize(("words", "code", "said"), MISTAKES, ids=lambda word: str(word)[:60])
+def test_mistakes_are_answered_in_one_line(words, code, said, folder):
+    before = sorted(folder.iterdir())
+    found, out, err = asked(shlex.split(words))
+    lines = err.splitlines()
+    assert (found, out) == (code, "") and len(lines) == (2 if code == 2 else 1), err
+    assert re.search(said, lines[0]), lines[0]
+    assert sorted(folder.iterdir()) == before
+
+
+def test_there_are_sixty():
+    assert len(MISTAKES) >= 60
+
+
+def test_other_signs_between_words_are_the_same():
+    """A model and a topology with ``-`` for ``_``, or the other way."""
+    same = [asked(["report", name, "--json"]) for name in ("four-bar-kite", "four_bar_kite")]
+    assert same[0] == same[1] and same[0].code == 0
+
+
+@pytest.mark.parametrize("number", ["90", "-90"])
+def test_radians_of_more_than_a_turn_are_noticed(number):
+    code, _, err = asked(["report", "four_bar_kite", "--at", f"u1={number}"])
+    assert code == 0 and f"for degrees write u1={number}deg" in err
+    assert "for degrees" not in asked(["report", "four_bar_kite", "--at", "u1=10deg"]).err
+
+
+def _changed(folder, change):
+    """The file of a four-bar, changed."""
+    text = gallery()["four_bar_general"].read_text(encoding="utf-8")
+    path = folder / "robot.urdf"
+    path.write_text(change(text), encoding="utf-8")
+    assert path.read_text(encoding="utf-8") != text
+    return path
+
+
+def test_degrees_in_a_file_are_noticed(folder):
+    """An rpy that makes sense in degrees alone."""
+    path = _changed(folder, lambda text: text.replace('rpy="0 0 0"', 'rpy="0 0 90"', 1))
+    err = asked(["report", str(path)]).err
+    assert "0 0 90 in rpy of " in err and "multiply them by π/180" in err
+
+
+def test_millimetres_in_a_file_are_noticed(folder):
+    """A machine of a kilometre."""
+
+    def thousand(match):
+        numbers = " ".join(f"{1000.0 * float(word):g}" for word in match[1].split())
+        return f'<origin xyz="{numbers}"'
+
+    path = _changed(folder, lambda text: re.sub(r'<origin xyz="([^"]*)"', thousand, text))
+    assert "its links are up to 1.14e+03 m apart" in asked(["report", str(path)]).err
+    assert "apart" not in asked(["report", "four_bar_general"]).err

@@ -56,6 +56,12 @@ Mechanisms that are balanced by design:
 - ``synthesize``: balanced mechanisms whose tool passes through two or three positions
 - ``Synthesis``: result of ``synthesize``
 
+Motions that shake least, with the masses as they are:
+
+- ``quiet_motion``: the motion between two poses that shakes the base least
+- ``quiet_timing``: the timing of a given path that shakes it least
+- ``QuietMotion``: result of both
+
 Shaking in motion:
 
 - ``verify``: whether a linkage shakes its base, by Pinocchio and by our own series

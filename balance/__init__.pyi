@@ -47,6 +47,9 @@ from .masses.remedies.compare import (
 )
 from .motion.paths.found_paths import ReactionlessPaths as ReactionlessPaths
 from .motion.paths.path_search import find_paths as find_paths
+from .motion.quiet.answer import QuietMotion as QuietMotion
+from .motion.quiet.quiet_motion import quiet_motion as quiet_motion
+from .motion.quiet.quiet_timing import quiet_timing as quiet_timing
 from .motion.verification.result import Verification as Verification
 from .motion.verification.to_pinocchio import verify as verify
 from .space.certification.certified_space import CertifiedSpace as CertifiedSpace

@@ -115,6 +115,22 @@ MODE_PEAKS_EQUAL = 1e-6
 # Deflection of the supports in a rigid motion of unit size, up to which they do not hold it.
 RIGID_MOTION_HELD = 1e-9
 
+# --- quiet
+
+# Mismatch of loops at samples of a plan, radians and metres: round-off, so that central
+# differences of loads keep their digits.
+SAMPLED_LOOPS_CLOSED = 1e-12
+# Excess over a limit, relative to it, up to which a planned motion keeps it: what happens
+# between samples.
+QUIET_LIMIT_EXCEEDED = 2e-3
+# Excitation of the base at a frequency to spare, over the shaking of the first motion, up to
+# which there is none: the discretisation.
+QUIET_EXCITED = 5e-3
+# Gain of a step of a plan, relative to the shaking, below which it is at a minimum.
+QUIET_STEP_GAIN = 1e-4
+# Excess of the shaking over its bound up to which a motion is optimal: the discretisation.
+BOUND_REACHED = 0.01
+
 # --- synthesis
 
 # Lengths relative to the size of the positions, and 1 - e^(iφ) or a sine, that count as zero.

@@ -34,6 +34,7 @@ def results_of_poses_and_bases(linkage, space):
         (paths, "2 paths through 1 pose"),
         (paths.paths[0], "of the bodies' own"),
         (base, "inertia=1"),
+        (balance.quiet_motion(linkage, {}, {"u1": 0.2}, 1.0), "in 1 s"),
         (balance.space.decoupling(space), "no: not balanced"),
         (pure, "0.5 kg stays"),
         (balance.masses.buildable_masses(space, 0.0 * pure.inertias), "feasible"),

@@ -158,6 +158,8 @@ def from_linkages(linkage):
         "momentum_regressor": lambda: balance.momentum.momentum_regressor(linkage, q),
         "momentum_taylor": lambda: balance.momentum.momentum_taylor(linkage, 2).coefficients,
         "momentum_wrenches": lambda: balance.momentum.momentum_wrenches(linkage, q),
+        "quiet_motion": lambda: balance.quiet_motion(linkage, [0.0], [0.2], 1.0).bound,
+        "quiet_timing": lambda: balance.quiet_timing(linkage, [[0.0], [0.2]], 1.0).bound,
         "reaction_null_space": lambda: (
             balance.pose.reaction_null_space(linkage, q).singular_values
         ),

@@ -42,6 +42,7 @@ NEEDED: dict[str, tuple[tuple[str, ...], ...]] = {
     "discover show": (("{search}",), ("--members", "5"), ("--tried", "1")),
     "discover export": (("{search}",), ("--family", "1"), ("--out", "{folder}/a.urdf")),
     "discover walk": (("--topology", "slider-crank"), ("--start", "2")),
+    "quiet": (("--to", "{first}=0.05"),),
 }  # fmt: skip
 
 
@@ -50,6 +51,7 @@ def needed(verb: str, given: Collection[str]) -> list[str]:
     without = {*given, *["--scale"] * ("--against" in given)}
     without |= {"--csv"} if "--motion" in given else set()
     without |= {"--topology"} if "--model" in given else set()
+    without |= {"--to"} if "--path" in given else set()
     return [word for words in NEEDED.get(verb, ()) if words[0] not in without for word in words]
 
 
@@ -119,6 +121,12 @@ GOOD: dict[str, list[str]] = {
     "--base-inertia": ["1,1,1", *BASE], "verify --base-com": ["0.1,0,0", *BASE],
     "--stiffness": ["1e3", "--base", "spring", *BASE[2:]], "--duration": ["0.1", *BASE[:6]],
     "--initial": ["vx=0.1", *BASE], "--torque": ["{first}=0.01", *BASE],
+    "quiet --from": ["{first}=0.02"], "quiet --duration": ["0.5"], "quiet --csv": [
+        "{folder}/quiet.csv"], "--shaking": ["both"], "--measure": ["peak"], "--spare": ["9"],
+    "--max-velocity": ["20"], "--max-acceleration": ["{first}=90"], "--max-jerk": ["1e4"],
+    "quiet --max-torque": ["1e3"], "quiet --gravity": ["0,-9.81,0"],
+    "--front": ["2", "--straight"],
+    "quiet --weight-moment": ["0.2", "--shaking", "both"],
     "--positions": ["0.3,0.1,11; 0.1,0.4,-40", "--moving", "0.2,-0.1"],
     "--kind": ["four-bar", *POSITIONS, "--fixed", "0.2,-0.1"],
     "--ratio": ["-0.5", *POSITIONS, "--moving", "0.2,-0.1"],

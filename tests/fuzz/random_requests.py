@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import math
 import random
 import shlex
 import sys
@@ -91,6 +92,8 @@ def meant(words: list[str], found: dict[str, Any]) -> int:
         return 0 if found["confirmed"] else 4
     if verb == "paths":
         return 0 if found["paths"] else 1
+    if verb == "quiet":
+        return 1 if found["verdict"] == "infeasible" else 0
     if verb in ("models", "flex", "sweep"):
         return 0
     if verb == "discover":
@@ -138,6 +141,13 @@ def consistent(words: list[str], found: dict[str, Any]) -> None:
         assert found["reached"] == (meant(words, found) == 0)
         assert all((pose["corrected"] is None) == (pose["reason"] is not None)
                    for pose in found["poses"])  # fmt: skip
+    elif words[0] == "quiet":
+        assert found["words"].startswith(found["verdict"])
+        assert (found["exceeded"] is None) == (meant(words, found) == 0)
+        kept = [law["figures"]["value"] for law in found["laws"]
+                if law["exceeded"] is None and law["figures"]]  # fmt: skip
+        least = min(kept, default=math.inf)
+        assert found["exceeded"] or found["frequencies"] or found["after"]["value"] <= least
     elif words[0] == "report":
         assert found["rank"] + found["nullity"] == found["parameters"]
         assert found["serial"] + found["parallel"] == found["nullity"]

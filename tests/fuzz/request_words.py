@@ -308,6 +308,19 @@ WORDS: dict[str, Maker] = {
     "--initial": lambda rng, place: [_values(rng, ("wx", "wz", "vy", *place.names.inputs))],
     "--torque": lambda rng, place: [_values(rng, place.names.inputs)],
     "--duration": _of("0.1", "0.02", "0", "nan", "1e9"),
+    "quiet --duration": _of("1", "0.3", "1e-6", "1e6", "0", "x"),
+    "quiet --to": lambda rng, place: [_pose(rng, place)],
+    "--shaking": _of("force", "moment", "both"),
+    "--measure": _of("rms", "peak"),
+    "--spare": _of("5", "12.5", "0", "nan"),
+    "--front": _of("2", "1", "x"),
+    "quiet --gravity": lambda rng, place: [",".join(_number(rng, 0.05) for _ in range(3))],
+    **{
+        f"--max-{kind}": lambda rng, place: [
+            f"{rng.choice(('', _one(rng, place.names.inputs) + '='))}{_number(rng)}"
+        ]
+        for kind in ("velocity", "acceleration", "jerk")
+    },
     "flex simulate --duration": _of("0.05", "0.01", "0", "nan"),
     "--flex": lambda rng, place: [f"{_one(rng, place.names.links, 0.05)}={_bends(rng)}"],
     "--drive": lambda rng, place: [f"{_one(rng, place.names.inputs, 0.05)}={_drive(rng)}"],

@@ -45,7 +45,7 @@ def test_the_options_of_the_documents_are_those_of_the_commands(capsys):
     files = [*files, ["discover", "walk"]]
     for verb in (
         ["report"], ["verify"], ["design"], ["counterweights"], ["reduce"], ["remedies"],
-        *flex, ["motion"], ["paths"], *files, ["synthesize"], ["formulas"], [],
+        *flex, ["motion"], ["paths"], ["quiet"], *files, ["synthesize"], ["formulas"], [],
     ):  # fmt: skip
         assert main([*verb, "--help"]) == 0
     known = set(re.findall(r"--[a-z][a-z-]*", capsys.readouterr().out))

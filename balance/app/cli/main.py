@@ -92,6 +92,10 @@ COMMANDS = {
         "paths along which a linkage leaves its base at rest",
         "balance paths robot.urdf --html paths.html",
     ),
+    "quiet": Command(
+        "the motion between two poses that shakes least, with the masses as they are",
+        "balance quiet robot.urdf --to u1=0.5 --duration 0.8 --csv quiet.csv",
+    ),
     "sweep": Command(
         "a study of many geometries, kept in a file",
         "balance sweep run study.toml",

@@ -17,6 +17,7 @@ from balance.motion.paths.local_curve import LocalArc, solve_local_curve
 from balance.motion.paths.meeting_poses import meeting_pose
 from balance.motion.paths.path import ReactionlessPath, sample_path
 from balance.motion.paths.rest_equations import RestEquations, RowsAtPose
+from balance.motion.verification.joint_limits import joint_limits
 from kinematics.closure.joint_positions import joint_positions
 from kinematics.errors import PoseError, UsageError
 from kinematics.loading.model_gallery import LinkageLike, as_linkage
@@ -175,7 +176,7 @@ class _Search:
         if count > MOST:
             raise UsageError(f"more than {MOST} samples: give a longer step")
         self.samples = max(FEWEST, int(round(count)))
-        self.limits = _joint_limits(equations.linkage) / equations.chain.units
+        self.limits = joint_limits(equations.linkage) / equations.chain.units
         self.starts: list[StartPose] = []
         self.meetings: list[StartPose] = []
         self.paths: list[ReactionlessPath] = []
@@ -302,31 +303,3 @@ def _poses_around(equations: RestEquations, start: RowsAtPose) -> list[RowsAtPos
                 break
         poses.append(here)
     return poses
-
-
-def _joint_limits(linkage: Linkage) -> Array:
-    """Read the least and largest positions of all joints, counted from the reference pose.
-
-    Joints of type ``continuous``, those without limits, and those of several degrees of freedom
-    have none; equal limits, as of files that name them only because a parser asks for them, are
-    none either.
-
-    Returns:
-        Shape (2, n): rad and m; infinite where there is no limit.
-    """
-    limits = np.full((2, len(linkage.joints)), [[-np.inf], [np.inf]])
-    if linkage.tree is None:
-        return limits
-    moved = np.zeros(len(linkage.joints)) if linkage.displaced is None else linkage.displaced
-    elements = {item.name: item for item in linkage.tree.every("joint")}
-    for j, joint in enumerate(linkage.joints):
-        element = elements.get(joint.name)
-        limit = None if element is None else element.first("limit")
-        if element is None or limit is None:
-            continue
-        if element.attributes.get("type") not in ("revolute", "prismatic"):
-            continue
-        (low,), (high,) = limit.vector("lower", "0"), limit.vector("upper", "0")
-        if low < high:
-            limits[:, j] = low - moved[j], high - moved[j]
-    return limits

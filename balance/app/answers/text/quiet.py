@@ -1,0 +1,103 @@
+"""Text of planned motions for ``balance quiet``.
+
+`QuietMotion.to_dict` has the same content as data for ``--json``.
+"""
+
+from __future__ import annotations
+
+from math import isfinite
+
+import numpy as np
+from numpy.typing import NDArray
+
+from balance.app.answers.answer import MISSING, AnswerBody, AnswerTable, Facts
+from balance.app.answers.text.linkage import linkage_facts
+from balance.motion.quiet.answer import MotionFigures, QuietMotion
+from kinematics.wording import number_text, vector_text
+
+Array = NDArray[np.float64]
+
+# Most inputs in a line.
+MAX_INPUTS = 6
+MEASURES = {"rms": "root mean square", "peak": "peak"}
+PARTS = {"force": "shaking force", "moment": "shaking moment", "both": "shaking"}
+HEAD = ("motion", "force rms (N)", "force peak (N)", "moment rms (N m)", "moment peak (N m)",
+        "minimised", "limits")  # fmt: skip
+INPUT_HEAD = ("input", "from", "to", "peak speed", "limit", "peak acceleration", "limit",
+              "peak torque", "limit")  # fmt: skip
+
+
+def quiet_facts(plan: QuietMotion) -> list[tuple[str, str]]:
+    """List the facts on a plan as pairs of label and value."""
+    linkage, objective = plan.linkage, plan.objective
+    names = linkage.inputs
+    shown = ", ".join([*names[:MAX_INPUTS], *["…"] * (len(names) > MAX_INPUTS)])
+    pairs = linkage_facts(linkage, f"inputs {shown}")
+    pairs.append(("duration", f"{number_text(plan.duration)} s, from rest to rest"))
+    what = f"{MEASURES[objective.measure]} of the {PARTS[objective.part]}"
+    if objective.part != "force":
+        what += f", moment about {vector_text(objective.point)} m"
+    if objective.part == "both":
+        what += f", {number_text(objective.length)} N m count as 1 N"
+    pairs.append(("minimised", what))
+    if plan.frequencies:
+        spared = ", ".join(number_text(value) for value in plan.frequencies)
+        pairs.append(("not excited", f"{spared} Hz"))
+    pairs.append(("verdict", plan.words))
+    if plan.law != "planned":
+        pairs.append(("motion", f"the {plan.law} law, which shakes less than what was planned"))
+    for law in plan.laws:
+        if plan.found and law.figures is not None:
+            pairs.append((f"{law.name}", _change_text(plan.after, law.figures)))
+    return pairs
+
+
+def _change_text(after: MotionFigures, before: MotionFigures) -> str:
+    """Say how much less a plan shakes than a law."""
+    if not before.value > 0.0:
+        return "does not shake"
+    share = after.value / before.value
+    return f"the plan shakes {number_text(100.0 * (1.0 - share), '.3g')} % less"
+
+
+def _motion_rows(plan: QuietMotion) -> list[tuple[str, ...]]:
+    """Build the table of what motions shake, its head first."""
+    rows = [HEAD, _figures_row("planned", plan.after, plan.found)]
+    for law in plan.laws:
+        if law.figures is None:
+            rows.append((law.name, *[MISSING] * 5, "loops do not close"))
+        else:
+            rows.append(_figures_row(law.name, law.figures, law.within))
+    return rows
+
+
+def _figures_row(name: str, figures: MotionFigures, within: bool) -> tuple[str, ...]:
+    """Build the row of one motion."""
+    values = (figures.force_rms, figures.force_peak, figures.moment_rms, figures.moment_peak,
+              figures.value)  # fmt: skip
+    return (name, *map(number_text, values), "kept" if within else "exceeded")
+
+
+def _input_rows(plan: QuietMotion) -> list[tuple[str, ...]]:
+    """Build the table of the inputs, its head first."""
+    upper, after = plan.limits.upper, plan.after
+    columns = (
+        plan.start, plan.end, after.velocity, upper[1], after.acceleration, upper[2],
+        after.torque, upper[4],
+    )  # fmt: skip
+    rows: list[tuple[str, ...]] = [INPUT_HEAD]
+    for name, *values in zip(plan.linkage.inputs, *columns, strict=True):
+        texts = (number_text(x) if isfinite(x) else MISSING for x in map(float, values))
+        rows.append((name, *texts))
+    return rows
+
+
+def quiet_body(plan: QuietMotion) -> AnswerBody:
+    """Build what is printed on a plan."""
+    body: list = [Facts(quiet_facts(plan)), "", AnswerTable(_motion_rows(plan), "<>")]
+    body += ["", AnswerTable(_input_rows(plan), "<>")]
+    if plan.front:
+        unit = plan.objective.unit
+        rows = [(number_text(at), number_text(value)) for at, value in plan.front]
+        body += ["", AnswerTable([("duration (s)", f"least shaking ({unit})"), *rows], ">")]
+    return body

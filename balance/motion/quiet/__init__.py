@@ -1,0 +1,1 @@
+"""Motions that shake the base least, with the masses as they are."""

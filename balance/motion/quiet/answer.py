@@ -1,0 +1,288 @@
+"""Results of plans: the motion that shakes least, beside the laws that it replaces."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import isfinite
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from balance.motion.motion_tolerances import (
+    BOUND_REACHED,
+    RATE_RESIDUAL_RELATIVE,
+)
+from balance.motion.quiet.limits import InputLimits, LimitExceeded
+from balance.motion.quiet.objective import QuietObjective, overall
+from balance.motion.verification.given_motions import rate_columns, rates_off
+from balance.motion.verification.input_paths import InputPath
+from balance.motion.verification.shaking_wrench import move_wrenches
+from balance.motion.verification.trajectory import Trajectory, drive
+from balance.support.csv_text import csv_table
+from kinematics.model.linkage import Linkage, Notice
+from kinematics.wording import number_text, repr_lines
+
+Array = NDArray[np.float64]
+SCHEMA = "balance.quiet/1"
+
+# Samples of a table: the fewest, and those with which its spline shows the accelerations.
+TABLE_SAMPLES = 401, 801, 1601, 3201, 6401
+
+
+class MotionFigures(NamedTuple):
+    """What a motion shakes, and what it asks of the inputs.
+
+    Attributes:
+        value: size of the shaking that is minimised, N or N m.
+        force_rms: root mean square of the shaking force, N.
+        force_peak: its peak, N.
+        moment_rms: that of the moment about the point, N m.
+        moment_peak: its peak, N m.
+        velocity: peak by input (inputs,), rad/s or m/s.
+        acceleration: likewise.
+        torque: likewise, with gravity, N m or N.
+    """
+
+    value: float
+    force_rms: float
+    force_peak: float
+    moment_rms: float
+    moment_peak: float
+    velocity: Array
+    acceleration: Array
+    torque: Array
+
+    @classmethod
+    def of(
+        cls,
+        objective: QuietObjective,
+        time: Array,
+        inputs: tuple[Array, Array, Array],
+        loads: Array,
+    ) -> MotionFigures:
+        """Compute the figures.
+
+        Args:
+            time: samples (N,).
+            inputs: positions, velocities, accelerations (N, inputs).
+            loads: ``[wrench; torque]`` (N, 6 + inputs) about the inertial origin.
+        """
+        wrench = move_wrenches(loads[:, :6], objective.point)
+        force, moment = (np.linalg.norm(wrench[:, part], axis=1) for part in
+                         (slice(3, 6), slice(0, 3)))  # fmt: skip
+        return cls(
+            objective.value(time, loads[:, :6]),
+            overall("rms", time, force), overall("peak", time, force),
+            overall("rms", time, moment), overall("peak", time, moment),
+            *(np.abs(x).max(axis=0) for x in (inputs[1], inputs[2], loads[:, 6:])),
+        )  # fmt: skip
+
+    def to_dict(self) -> dict[str, object]:
+        """Return plain data for JSON."""
+        pairs = self._asdict().items()
+        return {k: v.tolist() if isinstance(v, np.ndarray) else v for k, v in pairs}
+
+
+class ComparedLaw(NamedTuple):
+    """A law on the straight line between the poses, for comparison.
+
+    Attributes:
+        name: ``"quintic"`` or ``"trapezoidal"``.
+        figures: what it shakes; None if its loops cannot be closed.
+        exceeded: the limit that it exceeds most, or None.
+    """
+
+    name: str
+    figures: MotionFigures | None
+    exceeded: LimitExceeded | None
+
+    @property
+    def within(self) -> bool:
+        """Whether the law can be run within the limits."""
+        return self.figures is not None and self.exceeded is None
+
+
+@dataclass(frozen=True, eq=False)
+class QuietMotion:
+    """Result of `quiet_motion` and `quiet_timing`.
+
+    Attributes:
+        linkage: the linkage.
+        objective: what is minimised.
+        limits: of the inputs.
+        duration: seconds.
+        start: displacements of the inputs at the start (inputs,).
+        end: at the end.
+        frequencies: of the base, Hz, that are not excited.
+        convex: whether the problem is convex, so that no other timing shakes less.
+        path: the motion of the inputs.
+        law: ``"planned"``, or the name of the law that shakes less.
+        after: what the motion shakes.
+        laws: the laws that it is compared with.
+        bound: no motion from rest to rest between the poses shakes less; None if none is known.
+        exceeded: the limit that no motion was found to keep, or None.
+        shortest: the shortest duration of the path within the limits, seconds, if computed.
+        front: durations, and the size of the least shaking in each.
+        notices: remarks for the user.
+    """
+
+    linkage: Linkage
+    objective: QuietObjective
+    limits: InputLimits
+    duration: float
+    start: Array
+    end: Array
+    frequencies: tuple[float, ...]
+    convex: bool
+    path: InputPath
+    law: str
+    after: MotionFigures
+    laws: tuple[ComparedLaw, ...]
+    bound: float | None
+    exceeded: LimitExceeded | None
+    shortest: float | None = None
+    front: tuple[tuple[float, float], ...] = ()
+    notices: tuple[Notice, ...] = ()
+
+    def __repr__(self) -> str:
+        """Two lines: the linkage, and the verdict."""
+        return repr_lines(
+            f"QuietMotion of {self.linkage.name} in {number_text(self.duration)} s", self.words
+        )
+
+    @property
+    def found(self) -> bool:
+        """Whether a motion within the limits was found."""
+        return self.exceeded is None
+
+    @property
+    def quintic(self) -> MotionFigures | None:
+        """What the quintic law shakes."""
+        return next((law.figures for law in self.laws if law.name == "quintic"), None)
+
+    @property
+    def trapezoidal(self) -> MotionFigures | None:
+        """What the law of trapezoidal speed shakes."""
+        return next((law.figures for law in self.laws if law.name == "trapezoidal"), None)
+
+    @property
+    def verdict(self) -> str:
+        """``"optimal"``, ``"locally optimal"`` or ``"infeasible"``."""
+        if not self.found:
+            return "infeasible"
+        return "optimal" if self.convex or self.at_bound else "locally optimal"
+
+    @property
+    def at_bound(self) -> bool:
+        """Whether the motion shakes as little as the bound, up to its discretisation."""
+        return self.bound is not None and self.after.value <= (1.0 + BOUND_REACHED) * self.bound
+
+    @property
+    def words(self) -> str:
+        """The verdict, in words."""
+        if self.exceeded is not None:
+            words = f"infeasible: {self.exceeded.words}"
+            if self.shortest is None:
+                return words
+            return f"{words}; the path takes at least {number_text(self.shortest)} s"
+        value = f"{number_text(self.after.value)} {self.objective.unit}"
+        if self.convex:
+            return f"optimal: no other timing of this path shakes less than {value}"
+        if self.bound is None:
+            return f"locally optimal: {value}; no bound is known for the moment"
+        if self.at_bound:
+            return (
+                f"optimal: {value}, within {number_text(BOUND_REACHED, '.0%')} of the bound "
+                f"{number_text(self.bound)} {self.objective.unit}"
+            )
+        return (
+            f"locally optimal: {value}; no motion shakes less than "
+            f"{number_text(self.bound)} {self.objective.unit}"
+        )
+
+    def samples(self, count: int) -> tuple[Array, Array, Array, Array]:
+        """Compute time, inputs, velocities and accelerations at even times.
+
+        Args:
+            count: number of samples.
+        """
+        time = np.linspace(0.0, self.duration, count)
+        return time, *self.path.at(time)
+
+    def trajectory(self, count: int = 201) -> Trajectory:
+        """Compute the motion of all joints.
+
+        Args:
+            count: number of samples.
+        """
+        return drive(self.linkage, *self.samples(count))
+
+    def table(self) -> bytes:
+        """Write the motion as a table that ``balance verify --csv`` reads.
+
+        Returns:
+            Comma-separated values: ``time`` and the inputs (displacements in rad and m); and
+            their velocities and accelerations, unless these jump.
+        """
+        for count in TABLE_SAMPLES:
+            motion = self.samples(count)
+            if rates_off(*motion) <= 0.1 * RATE_RESIDUAL_RELATIVE:
+                names = ["time", *self.linkage.inputs, *rate_columns(self.linkage)]
+                return csv_table(names, motion)
+        return csv_table(["time", *self.linkage.inputs], motion[:2])
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return plain data for JSON; see ``balance/app/schemas/quiet.schema.json``."""
+        time, u, ud, udd = self.samples(101)
+        return {
+            "schema": SCHEMA,
+            "model": self.linkage.name,
+            "at": self.linkage.at,
+            "inputs": list(self.linkage.inputs),
+            "duration": self.duration,
+            "from": self.start.tolist(),
+            "to": self.end.tolist(),
+            "minimised": {
+                "part": self.objective.part,
+                "measure": self.objective.measure,
+                "about": self.objective.point.tolist(),
+                "weight_moment": self.objective.length,
+            },
+            "frequencies": list(self.frequencies),
+            "limits": _limits_data(self.limits),
+            "verdict": self.verdict,
+            "words": self.words,
+            "law": self.law,
+            "bound": self.bound,
+            "after": self.after.to_dict(),
+            "laws": [
+                {
+                    "name": law.name,
+                    "figures": None if law.figures is None else law.figures.to_dict(),
+                    "exceeded": None if law.exceeded is None else law.exceeded._asdict(),
+                }
+                for law in self.laws
+            ],
+            "exceeded": None if self.exceeded is None else self.exceeded._asdict(),
+            "shortest": self.shortest,
+            "front": [{"duration": at, "value": value} for at, value in self.front],
+            "motion": {
+                "time": time.tolist(), "position": u.tolist(), "velocity": ud.tolist(),
+                "acceleration": udd.tolist(),
+            },
+            "warnings": [notice._asdict() for notice in self.notices],
+        }  # fmt: skip
+
+
+def _limits_data(limits: InputLimits) -> dict[str, object]:
+    """Return limits as plain data; null where there is none."""
+
+    def plain(values: Array) -> list[float | None]:
+        return [value if isfinite(value) else None for value in values.tolist()]
+
+    return {
+        "lower": plain(limits.lower[0]), "upper": plain(limits.upper[0]),
+        "velocity": plain(limits.upper[1]), "acceleration": plain(limits.upper[2]),
+        "jerk": plain(limits.upper[3]), "torque": plain(limits.upper[4]),
+    }  # fmt: skip

@@ -1,0 +1,134 @@
+"""A plan beside the laws that it replaces."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from balance.motion.motion_tolerances import QUIET_EXCITED, QUIET_LIMIT_EXCEEDED
+from balance.motion.quiet.answer import ComparedLaw, MotionFigures, QuietMotion
+from balance.motion.quiet.com_law import force_bound
+from balance.motion.quiet.descent import QuietProblem
+from balance.motion.quiet.limits import EXCITATION, InputLimits, LimitExceeded, worst_limit
+from balance.motion.quiet.motion_space import PlannedPath
+from balance.motion.quiet.problem import nearest_poses
+from balance.motion.quiet.sampled_loads import SampledPoses
+from balance.motion.verification.input_paths import InputPath
+from kinematics.model.linkage import Linkage
+from kinematics.wording import number_text
+
+Array = NDArray[np.float64]
+
+# Names of the laws that a motion is compared with.
+LAWS = "quintic", "trapezoidal"
+# Samples at which a motion is measured, and distance from a corner, over the duration.
+MEASURED = 801
+BESIDE = 1e-9
+# Jerk of an acceleration that jumps: above every limit.
+JUMP = 1e300
+
+
+def measure_path(
+    problem: QuietProblem, duration: float, path: InputPath, known: SampledPoses
+) -> tuple[MotionFigures, Array] | None:
+    """Measure a motion at many times, on both sides of its corners.
+
+    Args:
+        duration: seconds.
+        path: the motion of the inputs.
+        known: closed poses that it passes near.
+
+    Returns:
+        Its figures, and its excess over limits by kind and input (5, inputs); None if its loops
+        cannot be closed.
+    """
+    beside = [corner + side * BESIDE * duration for corner in path.corners for side in (-1, 1)]
+    time = np.sort(np.concatenate([np.linspace(0.0, duration, MEASURED), beside]))
+    u, ud, udd = path.at(time)
+    poses = problem.model.near(nearest_poses(problem, known, u), u)
+    if poses is None:
+        return None
+    loads = problem.model.loads(poses, ud[..., None], udd[..., None])[..., 0]
+    jerk = np.zeros_like(u)
+    if problem.limits.has_jerk and isinstance(path, PlannedPath):
+        jerk = np.full_like(u, JUMP) if path.corners else path.jerk(time)
+    quantities = enumerate([u, ud, udd, jerk, loads[:, 6:]])
+    excess = np.array([problem.limits.excess(k, values) for k, values in quantities])
+    figures = MotionFigures.of(problem.objective, time, (u, ud, udd), loads)
+    return figures, np.maximum(excess, 0.0)
+
+
+def compare_with_laws(
+    problem: QuietProblem, duration: float, path: InputPath, known: SampledPoses,
+    laws: Sequence[InputPath], line: SampledPoses, *, convex: bool = False,
+) -> QuietMotion:  # fmt: skip
+    """Measure a plan beside the laws, and keep the quietest that is within the limits.
+
+    Args:
+        duration: seconds.
+        path: the plan.
+        known: closed poses of the plan.
+        laws: those of `LAWS` between the same poses.
+        line: closed poses of the laws.
+        convex: whether the plan is the minimum of a convex program.
+    """
+    model, objective, limits = problem.model, problem.objective, problem.limits
+    measured = measure_path(problem, duration, path, known)
+    assert measured is not None
+    (after, excess), name = measured, "planned"
+    exceeded = exceeded_limit(model.linkage, limits, excess)
+    exceeded = exceeded or _excited_frequency(problem, duration, path, known)
+    compared = []
+    for law_name, law in zip(LAWS, laws, strict=True):
+        figures = measure_path(problem, duration, law, line)
+        if figures is None:
+            compared.append(ComparedLaw(law_name, None, None))
+            continue
+        beyond = exceeded_limit(model.linkage, limits, figures[1])
+        compared.append(ComparedLaw(law_name, figures[0], beyond))
+        quieter = exceeded is not None or figures[0].value < after.value
+        if beyond is None and quieter and not problem.frequencies:
+            path, after, exceeded, name = law, figures[0], None, law_name
+    inputs = model.linkage.positions_of(model.linkage.inputs)
+    bound = None
+    if objective.part != "moment":
+        ends = SampledPoses(*(part[[0, -1]] for part in line))
+        bound = force_bound(model, ends, duration, objective.measure)
+    return QuietMotion(
+        model.linkage, objective, limits, duration, line.q[0, inputs], line.q[-1, inputs],
+        tuple(omega / (2.0 * np.pi) for omega in problem.frequencies), convex, path, name,
+        after, tuple(compared), bound, exceeded, notices=model.linkage.notices,
+    )  # fmt: skip
+
+
+def exceeded_limit(
+    linkage: Linkage, limits: InputLimits, excess: Array
+) -> LimitExceeded | None:
+    """Name the limit that a motion exceeds most; None if it keeps all.
+
+    Args:
+        excess: over the limits, relative, by kind and input (5, inputs).
+    """
+    within = bool(excess.max() <= QUIET_LIMIT_EXCEEDED)
+    return None if within else worst_limit(linkage, limits, excess)
+
+
+def _excited_frequency(
+    problem: QuietProblem, duration: float, path: InputPath, known: SampledPoses
+) -> LimitExceeded | None:
+    """Name the frequency of the base that a motion excites most; None if it excites none."""
+    if not problem.frequencies:
+        return None
+    time = np.linspace(0.0, duration, MEASURED)
+    u, ud, udd = path.at(time)
+    poses = problem.model.near(nearest_poses(problem, known, u), u)
+    assert poses is not None
+    loads = problem.model.loads(poses, ud[..., None], udd[..., None])[:, :6, 0]
+    excited = problem.excited(time, loads)
+    worst = int(np.argmax(excited))
+    if excited[worst] <= QUIET_EXCITED:
+        return None
+    frequency = problem.frequencies[worst] / (2.0 * np.pi)
+    return LimitExceeded(EXCITATION, f"{number_text(frequency)} Hz", 0.0, float(excited[worst]))

@@ -1,0 +1,158 @@
+"""Motions of the inputs that a plan chooses from: linear spaces of functions of time.
+
+    u(t) = Σ_k f_k(t) c_k        c = fixed + free y
+
+The functions f are B-splines of degree five, whose accelerations are smooth, or harmonics of a
+period. The coefficients c fulfil the conditions of the ends for every y.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+Functions = Callable[[Array, int], Array]
+
+DEGREE = 5
+# Shares of the duration at which a trapezoidal law stops to accelerate, and begins to brake.
+TRAPEZOID = (1.0 / 3.0, 2.0 / 3.0)
+# Samples per interval of the knots that a law is fitted to.
+FITTED = 8
+
+
+@dataclass(frozen=True, eq=False)
+class PlannedPath:
+    """A motion of the inputs as a function of time; an `InputPath`.
+
+    Attributes:
+        functions: values (N, count) of all functions at times (N,), or of a derivative.
+        coefficients: c (count, inputs).
+        corners: times at which the motion is not smooth.
+    """
+
+    functions: Functions
+    coefficients: Array
+    corners: tuple[float, ...] = ()
+
+    def at(self, time: Array) -> tuple[Array, Array, Array]:
+        """Compute displacements, velocities and accelerations (N, inputs) at times (N,)."""
+        u, ud, udd = (self.functions(time, order) @ self.coefficients for order in range(3))
+        return u, ud, udd
+
+    def jerk(self, time: Array) -> Array:
+        """Compute the third derivatives (N, inputs) at times (N,)."""
+        return self.functions(time, 3) @ self.coefficients
+
+
+@dataclass(frozen=True, eq=False)
+class MotionSpace:
+    """A linear space of motions; see the head of this file.
+
+    Attributes:
+        duration: seconds.
+        intervals: number of intervals between samples of one wave of the functions.
+        functions: values of all functions, or of a derivative, at times.
+        fixed: coefficients for y = 0 (count, inputs).
+        free: takes y (free, inputs) to coefficients (count, free).
+    """
+
+    duration: float
+    intervals: int
+    functions: Functions
+    fixed: Array
+    free: Array
+
+    def path(self, y: Array) -> PlannedPath:
+        """Return the motion with the given free coefficients (free, inputs)."""
+        return PlannedPath(self.functions, self.fixed + self.free @ y)
+
+    def times(self, per_interval: int) -> Array:
+        """Compute evenly spaced times, so many for each interval of the functions."""
+        return np.linspace(0.0, self.duration, per_interval * self.intervals + 1)
+
+    def basis(self, time: Array, order: int) -> Array:
+        """Compute the derivative of the motion by y (N, free)."""
+        return self.functions(time, order) @ self.free
+
+    def fit(self, path: PlannedPath) -> Array:
+        """Compute the y of the motion of the space that is nearest to another one."""
+        time = self.times(FITTED)
+        rest = path.at(time)[0] - self.functions(time, 0) @ self.fixed
+        return np.asarray(np.linalg.lstsq(self.basis(time, 0), rest, rcond=None)[0])
+
+
+def rest_space(
+    start: Array, end: Array, duration: float, intervals: int, smooth: bool = False
+) -> MotionSpace:
+    """Build the space of motions from rest to rest between two poses.
+
+    Args:
+        start: displacements of the inputs (inputs,), SI units.
+        end: those at the end.
+        duration: seconds.
+        intervals: number of intervals between knots.
+        smooth: whether accelerations vanish at both ends, too.
+    """
+    knots = np.linspace(0.0, duration, intervals + 1)
+    functions = spline_functions(np.concatenate([knots[:1].repeat(DEGREE), knots,
+                                                 knots[-1:].repeat(DEGREE)]))  # fmt: skip
+    count, held = intervals + DEGREE, 3 if smooth else 2
+    fixed = np.zeros((count, start.size))
+    fixed[:held], fixed[count - held :] = start, end
+    # From a straight line: y = 0 is a motion too.
+    share = np.linspace(0.0, 1.0, count - 2 * held + 2)[1:-1, None]
+    fixed[held : count - held] = start + share * (end - start)
+    return MotionSpace(duration, intervals, functions, fixed, np.eye(count)[:, held:-held])
+
+
+def spline_functions(knots: Array) -> Functions:
+    """Build the B-splines of degree five on knots, all of them given with multiplicity."""
+    from scipy.interpolate import BSpline
+
+    splines = BSpline(knots, np.eye(knots.size - DEGREE - 1), DEGREE)
+
+    def evaluate(time: Array, order: int) -> Array:
+        return np.asarray(splines(time, order))
+
+    return evaluate
+
+
+def quintic_path(start: Array, end: Array, duration: float) -> PlannedPath:
+    """Build the quintic law on a straight line: ``10 τ³ - 15 τ⁴ + 6 τ⁵``."""
+    share = np.array([0.0, 0.0, 0.0, 1.0, 1.0, 1.0])[:, None]
+    functions = spline_functions(np.repeat([0.0, duration], DEGREE + 1))
+    return PlannedPath(functions, start + share * (end - start))
+
+
+def trapezoidal_path(start: Array, end: Array, duration: float) -> PlannedPath:
+    """Build the law of trapezoidal speed on a straight line: thirds of equal duration."""
+    corners = np.multiply(TRAPEZOID, duration)
+    knots = np.concatenate(
+        [np.zeros(DEGREE + 1), corners.repeat(DEGREE - 1), np.full(DEGREE + 1, duration)]
+    )
+    functions = spline_functions(knots)
+    time = np.linspace(0.0, duration, 12 * FITTED + 1)
+    x, first = time / duration, TRAPEZOID[0]
+    late = 1.0 - np.where(x > TRAPEZOID[1], 1.0 - x, 0.0) ** 2 / (2.0 * first * (1.0 - first))
+    middle = (x - 0.5 * first) / (1.0 - first)
+    share = np.where(x < first, x**2 / (2.0 * first * (1.0 - first)), middle)
+    share = np.where(x > TRAPEZOID[1], late, share)
+    coefficients = np.linalg.lstsq(functions(time, 0), share, rcond=None)[0][:, None]
+    return PlannedPath(functions, start + coefficients * (end - start), tuple(corners.tolist()))
+
+
+def harmonic_functions(period: float, harmonics: int) -> Functions:
+    """Build 1, and ``cos k ω t`` and ``sin k ω t`` for k from 1, of one period."""
+    omega = 2.0 * np.pi * np.arange(1, harmonics + 1) / period
+
+    def evaluate(time: Array, order: int) -> Array:
+        angle = np.outer(time, omega) + 0.5 * np.pi * order
+        waves = [omega**order * np.cos(angle), omega**order * np.sin(angle)]
+        constant = np.full((len(time), 1), 0.0 if order else 1.0)
+        return np.concatenate([constant, *waves], axis=1)
+
+    return evaluate

@@ -2,8 +2,8 @@
 
     u(t) = Σ_k f_k(t) c_k        c = fixed + free y
 
-The functions f are B-splines of degree five, whose accelerations are smooth, or harmonics of a
-period. The coefficients c fulfil the conditions of the ends for every y.
+The functions f are B-splines of degree five, whose accelerations are smooth. The coefficients c
+fulfil the conditions of the ends for every y.
 """
 
 from __future__ import annotations
@@ -54,7 +54,7 @@ class MotionSpace:
 
     Attributes:
         duration: seconds.
-        intervals: number of intervals between samples of one wave of the functions.
+        intervals: number of intervals between the knots of the functions.
         functions: values of all functions, or of a derivative, at times.
         fixed: coefficients for y = 0 (count, inputs).
         free: takes y (free, inputs) to coefficients (count, free).
@@ -143,16 +143,3 @@ def trapezoidal_path(start: Array, end: Array, duration: float) -> PlannedPath:
     share = np.where(x > TRAPEZOID[1], late, share)
     coefficients = np.linalg.lstsq(functions(time, 0), share, rcond=None)[0][:, None]
     return PlannedPath(functions, start + coefficients * (end - start), tuple(corners.tolist()))
-
-
-def harmonic_functions(period: float, harmonics: int) -> Functions:
-    """Build 1, and ``cos k ω t`` and ``sin k ω t`` for k from 1, of one period."""
-    omega = 2.0 * np.pi * np.arange(1, harmonics + 1) / period
-
-    def evaluate(time: Array, order: int) -> Array:
-        angle = np.outer(time, omega) + 0.5 * np.pi * order
-        waves = [omega**order * np.cos(angle), omega**order * np.sin(angle)]
-        constant = np.full((len(time), 1), 0.0 if order else 1.0)
-        return np.concatenate([constant, *waves], axis=1)
-
-    return evaluate

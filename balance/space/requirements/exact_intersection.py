@@ -64,7 +64,12 @@ def _rank_of(
     scene: Scene, regions: Sequence[RegionConditions], geometry: Geometry, expected: int
 ) -> int:
     """Compute the rank in the rational numbers of one geometry; see `exact_rank`."""
-    chains = [_chain_of(scene, region, geometry) for region in regions]
+    written = [(region, _chain_of(scene, region, geometry)) for region in regions]
+    # In a plane, a moment about an axis of the plane has no rows.
+    regions = [region for region, chain in written if chain.rows]
+    chains = [chain for _, chain in written if chain.rows]
+    if not chains:
+        return 0
     roots = sorted({b for chain in chains for numbers in chain.radicands for b in numbers})
     primes = primes_with_roots(roots, chains[0].conductor)
     runs = (_stack(chains, prime) for prime in primes)

@@ -138,6 +138,12 @@ def test_gravity_that_may_turn_is_force_balance():
     assert np.abs(rows @ force.scaled_basis).max() < 1e-12
 
 
+def test_a_moment_about_an_axis_of_the_plane_asks_for_nothing():
+    space = balance.require("five_bar", "moment x; force")
+    assert [(item.rank, item.adds) for item in space.requirements] == [(6, 6), (0, 0)]
+    assert balance.require("five_bar", "moment x").nullity == 16
+
+
 def test_moment_about_the_centre_of_mass_needs_force_balance():
     with pytest.raises(UsageError, match="require force there too"):
         balance.require("five_bar", "moment about com; force x")

@@ -280,6 +280,16 @@ COUNTERWEIGHT_RESIDUAL = 1e-10
 # Price of a point of a region up to which the dual polynomial counts as not negative, where
 # the price of mass is 1.
 PRICE_NEGATIVE = 1e-8
+# What parts of regions that are filled leave of the conditions, in units of the mean mass of a
+# body and of the sizes of the regions; and round-off of their objective, and of its curvature.
+FILL_RESIDUAL = 1e-13
+FILL_ROUND_OFF = 1e-14
+# Relative gap of the objective at which Newton's method starts, and of the density needed.
+FILL_GAP_FIRST = 1e-3
+DENSITY_GAP = 1e-4
+# Sine of the angle between a cylinder and the plane of a linkage, or its normal, up to which it
+# stands along it.
+PLATE_UPRIGHT = 1e-9
 # Least mass that a certificate of infeasibility excludes, over the given mass.
 MASS_EXCLUDED = 1e6
 # Part of a certificate that vanishes on balanced distributions only up to this.

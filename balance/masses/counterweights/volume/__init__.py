@@ -1,0 +1,1 @@
+"""Matter of limited density in regions: what parts of them it fills."""

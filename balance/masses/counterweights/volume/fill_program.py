@@ -1,0 +1,288 @@
+"""The least matter of limited density that balances: cutting planes, then Newton's method.
+
+With the moments ``ΔP_b`` of the matter on link b in the convex set of
+`balance.masses.counterweights.volume.stock`, whose support function is h_b,
+
+    minimise Σ_b <C_b, ΔP_b>    so that    Σ_b A_b ΔP_b = r
+
+has the dual
+
+    maximise y·r - Σ_b h_b(y·A_b - C_b).
+
+Mixtures of parts of the regions, of which each master program takes the best, are feasible from
+inside; its multipliers y name the next part, ``{y·A_b > C_b}``, and prove a bound from outside.
+Where both nearly meet, Newton's method takes over: the dual is smooth, its gradient is what the
+parts leave of the conditions, and its second derivative is an integral over their inner surfaces.
+At the maximum these parts balance. Every y proves a lower bound, whatever led to it.
+
+The least factor t of the density for which matter balances at all is likewise
+
+    t = max_y  y·r / Σ_b h_b(y·A_b),
+
+so that any y for which the quotient is above 1 proves that none does.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from balance.masses.counterweights.program import AddedProgram
+from balance.masses.counterweights.volume.stock import (
+    COARSE,
+    FINE,
+    Stock,
+    fill,
+    most,
+    stiffness,
+)
+from balance.masses.designs.clarabel_adapter import (
+    TRIANGLES,
+    ConstraintBlock,
+    solve_conic,
+    triangles,
+)
+from balance.support.tolerances import (
+    DENSITY_GAP,
+    FILL_GAP_FIRST,
+    FILL_RESIDUAL,
+    FILL_ROUND_OFF,
+)
+
+Array = NDArray[np.float64]
+
+# Most master programs of one question.
+MOST_ROUNDS = 120
+# Share of the best multipliers in those that name the next parts: masters alone swing.
+INERTIA = 0.7
+# Most steps of Newton's method with the same rays, and most halvings of a step.
+MOST_STEPS, MOST_HALVINGS = 15, 20
+# Part of the slope of a step that it must gain.
+LEAST_GAIN = 1e-4
+# Rays of each stage of it; each starts its rays inside the parts that the one before filled.
+STAGES = (COARSE, FINE, FINE)
+
+
+class DensityNeeded(NamedTuple):
+    """The least factor of the density for which matter in the regions balances.
+
+    Attributes:
+        factor: a factor for which matter was found.
+        bound: no smaller factor does; proved by the functional.
+        dual: y (ρ,).
+        mass: mass of the matter that was found, in units of mass.
+    """
+
+    factor: float
+    bound: float
+    dual: Array
+    mass: float
+
+
+class FilledParts(NamedTuple):
+    """The parts of the regions that are filled.
+
+    Attributes:
+        forms: matrices (links, 4, 4) in unit coordinates; matter is where they are positive.
+        moments: moments of the parts (links, 4, 4), in units of mass.
+        bound: no matter of this density has a smaller objective, in units of the objective.
+        estimated: part of the bound that is an estimate of errors of integrals.
+        dual: y (ρ,).
+    """
+
+    forms: Array
+    moments: Array
+    bound: float
+    estimated: float
+    dual: Array
+
+
+def density_needed(program: AddedProgram, stocks: Sequence[Stock]) -> DensityNeeded:
+    """Compute the least factor of the density for which matter in the regions balances.
+
+    The factor is infinite if matter of any density was not found to.
+    """
+    columns = _Columns(program, stocks, np.zeros_like(program.cost), scaled=True)
+    value, dual, mass = columns.generate(DENSITY_GAP)
+    sums = np.sum(_most_all(program, stocks, columns.forms(dual)), axis=0)
+    against = float(dual @ program.target)
+    bound = against / float(sums.sum()) if against > 0.0 else 0.0
+    return DensityNeeded(value, bound, dual, mass)
+
+
+def fill_least(program: AddedProgram, stocks: Sequence[Stock]) -> FilledParts:
+    """Compute the parts of regions whose matter balances with the least objective.
+
+    Args:
+        program: a program that matter of this density fulfils.
+        stocks: region and density of each link.
+    """
+    columns = _Columns(program, stocks, program.cost, scaled=False)
+    y, seen = _maximise(program, stocks, columns.generate(FILL_GAP_FIRST)[1])
+    forms = forms_of(program, y, program.cost)
+    value, error = np.sum(_most_all(program, seen, forms), axis=0)
+    moments = fill_all(program, seen, forms)
+    bound = float(y @ program.target) - float(value) - float(error)
+    return FilledParts(forms, moments, bound, float(error), y)
+
+
+def forms_of(program: AddedProgram, y: Array, cost: Array) -> Array:
+    """Compute the forms ``y·A_b - C_b`` (links, 4, 4)."""
+    flat = np.einsum("r,lrj->lj", y, program.rows) - cost
+    return np.asarray((flat @ TRIANGLES[4].T).reshape(-1, 4, 4))
+
+
+def fill_all(
+    program: AddedProgram, stocks: Sequence[Stock], forms: Array, rays: int = FINE
+) -> Array:
+    """Compute the moments (links, 4, 4) of the parts where forms are positive."""
+    moments = [fill(stock, form, rays) for stock, form in zip(stocks, forms, strict=True)]
+    return np.array(moments) / program.unit
+
+
+def conditions_of(program: AddedProgram, moments: Array) -> Array:
+    """Compute ``Σ_b A_b ΔP_b`` (ρ,) of moments (links, 4, 4)."""
+    return np.asarray(np.einsum("lrj,lj->r", program.rows, triangles(moments)))
+
+
+class _Columns:
+    """Parts of the regions, and the master program that mixes them.
+
+    ``scaled``: the least factor of the density is sought, and not the least objective.
+    """
+
+    def __init__(
+        self, program: AddedProgram, stocks: Sequence[Stock], cost: Array, *, scaled: bool
+    ) -> None:
+        """Start with whole regions, and with their halves for each condition alone."""
+        self.program, self.stocks, self.cost, self.scaled = program, stocks, cost, scaled
+        whole = np.tile(np.diag([0.0, 0.0, 0.0, 1.0]), (len(stocks), 1, 1))
+        self.parts = [self._fill(whole)]
+        none = np.zeros_like(program.cost)
+        for row in np.eye(program.target.size):
+            self.parts += [self._fill(forms_of(program, y, none)) for y in (row, -row)]
+
+    def forms(self, y: Array) -> Array:
+        """Compute the forms of multipliers."""
+        return forms_of(self.program, y, self.cost)
+
+    def generate(self, gap: float) -> tuple[float, Array, float]:
+        """Add parts until the bounds from inside and outside meet.
+
+        Args:
+            gap: relative difference of the bounds.
+
+        Returns:
+            The value from inside; the multipliers of the best bound; the mass of the mixture.
+        """
+        target, lower, best = self.program.target, -np.inf, None
+        value, mass, y = np.inf, 0.0, np.zeros_like(target)
+        for _ in range(MOST_ROUNDS):
+            value, y, mass = self._master()
+            steady = [] if best is None else [INERTIA * best + (1.0 - INERTIA) * y]
+            for z in [*steady, y]:
+                forms = self.forms(z)
+                moments = self._fill(forms)
+                size, against = float(np.sum(forms * moments)), float(z @ target)
+                bound = against / size if self.scaled and size > 0.0 else against - size
+                if bound > lower and (np.isfinite(value) or self.scaled):
+                    lower, best = bound, z
+                self.parts.append(moments)
+            if value - lower <= gap * abs(value):
+                break
+        return value, y if best is None else best, mass
+
+    def _fill(self, forms: Array) -> Array:
+        """Compute the moments of parts with few rays, each from inside its part."""
+        seen = [s.seen_from_inside(form) for s, form in zip(self.stocks, forms, strict=True)]
+        return fill_all(self.program, seen, forms, COARSE)
+
+    def _master(self) -> tuple[float, Array, float]:
+        """Mix the parts: the value, infinite if no mixture balances; multipliers; mass."""
+        program, parts = self.program, np.array(self.parts)
+        vectors = triangles(parts)
+        count, links = parts.shape[:2]
+        A = np.einsum("lrj,plj->rpl", program.rows, vectors).reshape(-1, count * links)
+        prices = np.einsum("lj,plj->pl", self.cost, vectors).reshape(-1)
+        shares = -np.tile(np.eye(links), count)
+        n, rank = count * links, len(A)
+        rows = np.zeros((rank + n + links, n + self.scaled))
+        rows[:rank, :n], rows[rank:-links, :n], rows[-links:, :n] = A, np.eye(n), shares
+        offset = np.zeros(len(rows))
+        offset[:rank] = -program.target
+        q = prices
+        if self.scaled:
+            rows[-links:, n], q = 1.0, np.append(np.zeros(n), 1.0)
+        else:
+            offset[-links:] = 1.0
+        blocks = [ConstraintBlock("zero", rank), ConstraintBlock("nonnegative", n + links)]
+        solution = solve_conic(q, rows, offset, blocks)
+        y = solution.dual[:rank]
+        if solution.infeasible:
+            return np.inf, y, 0.0
+        mass = float(solution.x[:n] @ parts[..., 3, 3].reshape(-1))
+        return float(q @ solution.x), y, mass
+
+
+def _most_all(program: AddedProgram, stocks: Sequence[Stock], forms: Array) -> Array:
+    """Compute the support functions and estimates of their errors (links, 2)."""
+    pairs = [
+        most(stock.seen_from_inside(form), form)
+        for stock, form in zip(stocks, forms, strict=True)
+    ]
+    return np.array(pairs) / program.unit
+
+
+def _maximise(
+    program: AddedProgram, stocks: Sequence[Stock], start: Array
+) -> tuple[Array, list[Stock]]:
+    """Maximise the dual by Newton's method, with few rays and then with many.
+
+    Returns:
+        The maximiser, and the stocks whose rays start inside the parts that it fills.
+    """
+    y, seen = start, list(stocks)
+    for rays in STAGES:
+        forms = forms_of(program, y, program.cost)
+        seen = [s.seen_from_inside(form) for s, form in zip(stocks, forms, strict=True)]
+        value, gradient = _dual(program, seen, y, rays)
+        for _ in range(MOST_STEPS):
+            if float(np.linalg.norm(gradient)) <= FILL_RESIDUAL:
+                break
+            H = _curvature(program, seen, y)
+            H = H + FILL_ROUND_OFF * (1.0 + float(np.trace(H))) * np.eye(len(H))
+            step = np.linalg.solve(H, gradient)
+            for halving in range(MOST_HALVINGS):
+                part = 0.5**halving * step
+                new_value, new_gradient = _dual(program, seen, y + part, rays)
+                gain = LEAST_GAIN * float(gradient @ part)
+                smaller = np.linalg.norm(new_gradient) < np.linalg.norm(gradient)
+                gains = new_value >= value + gain
+                if gains if gain > FILL_ROUND_OFF * abs(value) else smaller:
+                    break
+            else:
+                break
+            y, value, gradient = y + part, new_value, new_gradient
+    return y, seen
+
+
+def _dual(
+    program: AddedProgram, stocks: Sequence[Stock], y: Array, rays: int
+) -> tuple[float, Array]:
+    """Compute the dual and its gradient."""
+    forms = forms_of(program, y, program.cost)
+    moments = fill_all(program, stocks, forms, rays)
+    value = float(y @ program.target) - float(np.sum(forms * moments))
+    return value, program.target - conditions_of(program, moments)
+
+
+def _curvature(program: AddedProgram, stocks: Sequence[Stock], y: Array) -> Array:
+    """Compute minus the second derivative of the dual (ρ, ρ)."""
+    forms = forms_of(program, y, program.cost)
+    S = np.array([stiffness(stock, form) for stock, form in zip(stocks, forms, strict=True)])
+    return np.asarray(
+        np.einsum("lri,lij,lsj->rs", program.rows, S, program.rows) / program.unit
+    )

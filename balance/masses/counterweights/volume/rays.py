@@ -1,0 +1,194 @@
+"""Integrals over the part of a region where a quadratic polynomial is positive, along rays.
+
+Every region is star-shaped about each of its points o: with points p of its surface and weights w,
+
+    ∫_K f dV = Σ_i w_i ∫_0^1 τ² f(o + τ (p_i - o)) dτ,    w = ((p - o) · normal) × area,
+
+and along a ray the polynomial ``a τ² + 2 b τ + c`` has at most two roots, between which
+integrals are exact. What is approximate is the sum over the rays. It is best where o is far from
+the surface on which the polynomial vanishes.
+"""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from balance.masses.counterweights.regions import Region
+
+Array = NDArray[np.float64]
+
+# Powers of τ in mass, first and second moments, with the factor τ² of the volume.
+POWERS = (3, 4, 5)
+
+
+class Rays(NamedTuple):
+    """Rays from a point of a region to its surface, in unit coordinates.
+
+    Attributes:
+        origin: o (3,).
+        sides: vectors p - o (n, 3).
+        weights: weights (n,).
+    """
+
+    origin: Array
+    sides: Array
+    weights: Array
+
+    def products(self, tau: Array, chosen: NDArray[np.bool_]) -> Array:
+        """Compute ``[u; 1][u; 1]ᵀ`` (k, 16) at τ (k,) on chosen rays (n,)."""
+        v = np.ones((tau.size, 4))
+        v[:, :3] = self.origin + tau[:, None] * self.sides[chosen]
+        return np.asarray((v[:, :, None] * v[:, None, :]).reshape(-1, 16))
+
+
+@lru_cache(maxsize=16)
+def rays_of(region: Region, count: int, origin: tuple[float, float, float]) -> Rays:
+    """Choose rays to the surface of a region, in its unit coordinates.
+
+    Args:
+        region: the region.
+        count: about how many.
+        origin: the point o that they start from.
+    """
+    if region.offsets.size:
+        ends, areas, normals = _polytope_surface(region, count)
+    elif region.kind == "cylinder":
+        ends, areas, normals = _cylinder_surface(count)
+    else:
+        ends, areas = _sphere(count)
+        normals = ends
+    o = np.array(origin)
+    sides = ends - o
+    return Rays(o, sides, areas * np.einsum("ni,ni->n", sides, normals))
+
+
+def integrate_positive_part(rays: Rays, form: Array) -> Array:
+    """Integrate ``[u; 1][u; 1]ᵀ`` over the part of a region where a quadratic is positive.
+
+    Args:
+        rays: the rays of the region.
+        form: symmetric matrix M (4, 4) of the polynomial ``[u; 1]ᵀ M [u; 1]``.
+
+    Returns:
+        The moments (4, 4) in unit coordinates.
+    """
+    o, sides, w = rays
+    breaks, positive, _ = _positive_intervals(rays, form)
+    mass, first, second = (
+        w * np.where(positive, np.diff(breaks**power, axis=1), 0.0).sum(axis=1) / power
+        for power in POWERS
+    )
+    local = np.empty((4, 4))
+    local[:3, :3] = (second * sides.T) @ sides
+    local[:3, 3] = local[3, :3] = first @ sides
+    local[3, 3] = mass.sum()
+    shift = np.eye(4)
+    shift[:3, 3] = o
+    return np.asarray(shift @ local @ shift.T)
+
+
+def surface_products(rays: Rays, form: Array, basis: Array) -> Array:
+    """Integrate products of polynomials over the surface where a quadratic vanishes.
+
+    It is the second derivative ``∫_{q = 0} f_i f_j / |∇q| dS`` of ``∫ max(q, 0) dV``.
+
+    Args:
+        rays: the rays of the region.
+        form: symmetric matrix (4, 4) of q.
+        basis: symmetric matrices (n, 4, 4) of the polynomials f.
+
+    Returns:
+        The integrals (n, n).
+    """
+    breaks, _, slopes = _positive_intervals(rays, form)
+    flat = basis.reshape(len(basis), 16).T
+    total = np.zeros((len(basis), len(basis)))
+    for k in (0, 1):
+        tau = breaks[:, k + 1]
+        inside = (tau > 0.0) & (tau < 1.0) & (slopes > 0.0)
+        t = tau[inside]
+        values = rays.products(t, inside) @ flat
+        weights = rays.weights[inside] * t * t / slopes[inside]
+        total += (weights * values.T) @ values
+    return total
+
+
+def _positive_intervals(rays: Rays, form: Array) -> tuple[Array, NDArray[np.bool_], Array]:
+    """Find where a quadratic is positive along rays.
+
+    Returns:
+        Ends of three intervals of τ (n, 4) from 0 to 1, whether it is positive in each of them
+        (n, 3), and the size of its derivative at the inner ends (n,).
+    """
+    p, o = rays.sides, np.append(rays.origin, 1.0)
+    a = np.einsum("ni,ij,nj->n", p, form[:3, :3], p)
+    b, c = p @ (form[:3] @ o), float(o @ form @ o)
+    root = np.sqrt(np.maximum(b * b - a * c, 0.0))
+    far = -(b + np.copysign(root, b))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        roots = np.column_stack([far / a, c / far])
+    roots[np.isnan(roots) | (b * b < a * c)[:, None]] = 1.0
+    breaks = np.zeros((len(p), 4))
+    breaks[:, 3] = 1.0
+    breaks[:, 1:3] = np.sort(np.clip(roots, 0.0, 1.0), axis=1)
+    middle = 0.5 * (breaks[:, 1:] + breaks[:, :-1])
+    values = (a[:, None] * middle + 2.0 * b[:, None]) * middle + c
+    return breaks, values > 0.0, 2.0 * root
+
+
+def _polytope_surface(region: Region, count: int) -> tuple[Array, Array, Array]:
+    """Choose points of facets, their areas and normals.
+
+    Each triangle is a square that is collapsed at a corner.
+    """
+    corners = region.vertices[region.triangles]
+    n = max(2, int(np.ceil(np.sqrt(count / len(corners)))))
+    x, w = _unit_gauss(n)
+    s, t = np.repeat(x, n), np.tile(x, n)
+    A, B, C = corners[:, 0], corners[:, 1], corners[:, 2]
+    ends = A[:, None] + s[:, None] * (B - A)[:, None] + (s * t)[:, None] * (C - B)[:, None]
+    sizes = np.linalg.norm(np.cross(B - A, C - A), axis=1)
+    areas = sizes[:, None] * (np.repeat(w, n) * np.tile(w, n) * s)
+    return ends.reshape(-1, 3), areas.reshape(-1), np.repeat(region.normals, n * n, axis=0)
+
+
+def _sphere(count: int) -> tuple[Array, Array]:
+    """Choose points of the unit sphere, and their areas."""
+    circle, around, x, w = _circle_and_heights(count / 2)
+    heights = 2.0 * x - 1.0
+    across = np.sqrt(1.0 - heights**2)
+    ends = across[:, None, None] * circle + heights[:, None, None] * np.eye(3)[2]
+    return ends.reshape(-1, 3), np.outer(2.0 * w, around).reshape(-1)
+
+
+def _cylinder_surface(count: int) -> tuple[Array, Array, Array]:
+    """Choose points of the surface of the unit cylinder, their areas and normals."""
+    circle, around, x, w = _circle_and_heights(count / 6)
+    z = np.eye(3)[2]
+    side = (circle + (2.0 * x - 1.0)[:, None, None] * z).reshape(-1, 3)
+    disc = (x[:, None, None] * circle).reshape(-1, 3)
+    wall, end = np.outer(2.0 * w, around).reshape(-1), np.outer(w * x, around).reshape(-1)
+    normals = np.concatenate(
+        [np.tile(circle, (len(x), 1)), np.tile(z, (end.size, 1)), np.tile(-z, (end.size, 1))]
+    )
+    return np.concatenate([side, disc + z, disc - z]), np.concatenate([wall, end, end]), normals
+
+
+def _circle_and_heights(count: float) -> tuple[Array, Array, Array, Array]:
+    """Choose 2 n points of a circle with weights, and n between 0 and 1; ``n² = count``."""
+    n = max(2, int(np.ceil(np.sqrt(count))))
+    x, w = _unit_gauss(n)
+    turn = (np.arange(2 * n) + 0.5) * np.pi / n
+    circle = np.column_stack([np.cos(turn), np.sin(turn), np.zeros(2 * n)])
+    return circle, np.full(2 * n, np.pi / n), x, w
+
+
+@lru_cache(maxsize=32)
+def _unit_gauss(n: int) -> tuple[Array, Array]:
+    """Compute nodes and weights of Gauss and Legendre between 0 and 1."""
+    x, w = np.polynomial.legendre.leggauss(n)
+    return 0.5 * (x + 1.0), 0.5 * w

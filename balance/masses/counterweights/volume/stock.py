@@ -1,0 +1,145 @@
+"""Stock: matter whose density is nowhere above a limit, in a region.
+
+The moments ``∫ [u; 1][u; 1]ᵀ dm`` of such matter are a convex set. Its support function is
+
+    h(Q) = ρ ∫_K max(q, 0) dV,    q(u) = [u; 1]ᵀ Q [u; 1],
+
+for where q is positive, full density gives most, and elsewhere none does. The part of K where q
+is positive has the moments that attain it, ``∇h(Q)``.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from balance.masses.counterweights.added_matter import symmetric_basis
+from balance.masses.counterweights.quadratic_minimum import minimise_in_region
+from balance.masses.counterweights.regions import Region
+from balance.masses.counterweights.volume.plane_cuts import cut_moments
+from balance.masses.counterweights.volume.rays import (
+    integrate_positive_part,
+    rays_of,
+    surface_products,
+)
+from balance.masses.designs.clarabel_adapter import triangles
+from balance.support.tolerances import CURVATURE_ZERO
+
+Array = NDArray[np.float64]
+
+# Rays of a region while a design is sought, for its final moments, and for the estimate of
+# their error.
+COARSE, FINE, ESTIMATE = 4_000, 24_000, 6_000
+# Where rays start: at no place that a form is likely to vanish at by symmetry, and otherwise this
+# far from the centre towards the point where the form is largest.
+CENTRE, ORIGIN_INSIDE = (0.11, 0.17, 0.23), 0.9
+# Change of a form over its size, for differences of exact moments.
+DIFFERENCE = 1e-5
+
+
+class Stock(NamedTuple):
+    """Matter that a region may hold.
+
+    Attributes:
+        region: the region.
+        density: most kilograms in a cubic metre.
+        mirror: reflection (4, 4) in unit coordinates about which matter is in equal halves; None
+            if it need not be.
+        origin: point (3,) in unit coordinates from which rays start.
+    """
+
+    region: Region
+    density: float
+    mirror: Array | None = None
+    origin: tuple[float, float, float] = CENTRE
+
+    def seen_from_inside(self, form: Array) -> Stock:
+        """Let rays start far inside the part where a form (4, 4) is positive, if there is one."""
+        least, at = minimise_in_region(self.region, -self.balanced_form(form))
+        x, y, z = (ORIGIN_INSIDE * at if least < 0.0 else np.array(CENTRE)).tolist()
+        return self._replace(origin=(x, y, z))
+
+    @property
+    def per_volume(self) -> float:
+        """Kilograms in a unit of volume in unit coordinates."""
+        return self.density * abs(float(np.linalg.det(self.region.place[:3, :3])))
+
+    @property
+    def whole(self) -> float:
+        """Kilograms that fill the region."""
+        return float(fill(self, np.diag([0.0, 0.0, 0.0, 1.0]))[3, 3])
+
+    def balanced_form(self, form: Array) -> Array:
+        """Return the part of a form (4, 4) that matter in equal halves feels."""
+        if self.mirror is None:
+            return form
+        return np.asarray(0.5 * (form + self.mirror.T @ form @ self.mirror))
+
+
+def fill(stock: Stock, form: Array, rays: int = FINE) -> Array:
+    """Compute the moments (4, 4), kg, of the part of the region where a form is positive.
+
+    They are exact where the form is linear: where a plane cuts the region.
+
+    Args:
+        stock: region and density.
+        form: symmetric matrix Q (4, 4) in unit coordinates.
+        rays: how many rays sum up the part that a quadric cuts off.
+    """
+    Q = stock.balanced_form(form)
+    if _linear(Q):
+        moments = cut_moments(stock.region, 2.0 * Q[:3, 3], float(Q[3, 3]))
+    else:
+        moments = integrate_positive_part(rays_of(stock.region, rays, stock.origin), Q)
+    return stock.per_volume * moments
+
+
+def most(stock: Stock, form: Array) -> tuple[float, float]:
+    """Compute the support function h(Q) and an estimate of its error, kg.
+
+    The error is the difference to the sum over a quarter of the rays, whose own error is four
+    times as large or more; 0 where a plane cuts.
+
+    Args:
+        stock: region and density.
+        form: symmetric matrix Q (4, 4) in unit coordinates.
+    """
+    Q = stock.balanced_form(form)
+    value = float(np.sum(Q * fill(stock, Q)))
+    if _linear(Q):
+        return value, 0.0
+    return value, abs(value - float(np.sum(Q * fill(stock, Q, ESTIMATE))))
+
+
+def stiffness(stock: Stock, form: Array) -> Array:
+    """Compute the second derivatives (10, 10) of h in the coordinates `symmetric_basis`, kg.
+
+    Args:
+        stock: region and density.
+        form: symmetric matrix Q (4, 4) in unit coordinates.
+    """
+    Q, basis = stock.balanced_form(form), symmetric_basis()
+    if _linear(Q):
+        return _differences(stock, Q, basis)
+    if stock.mirror is not None:
+        basis = 0.5 * (basis + stock.mirror.T @ basis @ stock.mirror)
+    return stock.per_volume * surface_products(
+        rays_of(stock.region, COARSE, stock.origin), Q, basis
+    )
+
+
+def _differences(stock: Stock, Q: Array, basis: Array) -> Array:
+    """Compute the same for a plane, by differences; zero but for mass and first moments."""
+    size, total = DIFFERENCE * float(np.abs(Q).max()), np.zeros((10, 10))
+    for k, B in enumerate(basis):
+        if size > 0.0 and not B[:3, :3].any():
+            change = fill(stock, Q + size * B) - fill(stock, Q - size * B)
+            total[k] = triangles(change) / (2.0 * size)
+    return total
+
+
+def _linear(Q: Array) -> bool:
+    """Whether the second-order part of a form is round-off."""
+    return float(np.abs(Q[:3, :3]).max()) <= CURVATURE_ZERO * float(np.abs(Q).max())

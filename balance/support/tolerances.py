@@ -284,9 +284,15 @@ PRICE_NEGATIVE = 1e-8
 # body and of the sizes of the regions; and round-off of their objective, and of its curvature.
 FILL_RESIDUAL = 1e-13
 FILL_ROUND_OFF = 1e-14
-# Relative gap of the objective at which Newton's method starts, and of the density needed.
-FILL_GAP_FIRST = 1e-3
+# Relative gaps of the objective at which Newton's method starts, of the density needed, and of
+# the mass that a change of the request needs.
+FILL_GAPS = (1e-3, 1e-6)
+MASS_GAP = 1e-3
 DENSITY_GAP = 1e-4
+# Relative gap of the objective above which the least was not found, and part of the added mass
+# up to which a link gets nothing.
+FILLING_GAP = 1e-4
+FILLED_MASS_ZERO = 1e-9
 # Sine of the angle between a cylinder and the plane of a linkage, or its normal, up to which it
 # stands along it.
 PLATE_UPRIGHT = 1e-9

@@ -12,8 +12,11 @@ from balance.masses.counterweights.counterweight import Counterweight
 from balance.masses.counterweights.exclusion import Exclusion
 from balance.masses.counterweights.program import AddedObjective
 from balance.masses.counterweights.regions import Region
+from balance.masses.counterweights.volume.filling_check import FillingCheck
 from balance.masses.designs.feasibility import Verdict
+from balance.space.inertial_parameters.conversions import LABELS, PLANAR_LABELS
 from balance.space.spaces.design_space import DesignSpace
+from kinematics.numerics.linalg.ties import first_largest
 from kinematics.wording import html_facts, number_text, repr_lines
 
 Array = NDArray[np.float64]
@@ -26,13 +29,13 @@ class Relaxation:
     """One change of an infeasible request that makes it feasible.
 
     Attributes:
-        link: the link.
-        factor: factor by which its region must grow about its centre; None if matter must be
-            added to this link too, in its default region.
+        link: the link; None if all matter must be denser.
+        factor: factor by which its region must grow about its centre, or the density; None if
+            matter must be added to this link too, in its default region.
         mass: mass that is then added, kg.
     """
 
-    link: str
+    link: str | None
     factor: float | None
     mass: float
 
@@ -44,10 +47,30 @@ class Relaxation:
                 f"adding matter to '{self.link}' too would do "
                 f"({number_text(self.mass)} kg in all)"
             )
+        if self.link is None:
+            return (
+                f"matter {number_text(self.factor)} times as dense would do "
+                f"({number_text(self.mass)} kg in all)"
+            )
         return (
             f"a region of '{self.link}' {number_text(self.factor)} times as large would do "
             f"({number_text(self.mass)} kg in all)"
         )
+
+
+def chain_dict(space: DesignSpace) -> dict[str, object]:
+    """Return what a stranger needs to read a certificate, as plain data for JSON.
+
+    The functional has a part for each of the bodies, in their order, whose entries belong to
+    the parameters (`balance.space.inertial_parameters.conversions`), about ``origin``, along
+    the rows of ``axes``, with ``length`` metres as the unit of length.
+    """
+    frame, count = space.chain.frame, len(space.scaled_basis) // len(space.bodies)
+    names = PLANAR_LABELS if space.planar else LABELS
+    return {
+        "bodies": list(space.bodies), "parameters": list(names[:count]),
+        "origin": frame.origin.tolist(), "axes": frame.R.tolist(), "length": frame.length,
+    }  # fmt: skip
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,6 +97,12 @@ class Counterweights:
         relaxations: single changes that would help, the smallest first; empty if feasible.
         given_mass: mass of the bodies in the file, kg.
         words: the verdict in one line.
+        price: price of mass besides the objective, m²: what was minimised is the value, and
+            so much for each kilogram that is added.
+        density: density that matter nowhere exceeds, kg/m³, by link; None for point masses.
+        thickness: that of plates about the plane of the linkage, m; None for other matter.
+        proof: functional (parameters,) that proves the gap of matter of limited density; see
+            `balance.masses.counterweights.volume.filling_check`. None otherwise.
     """
 
     space: DesignSpace
@@ -87,10 +116,14 @@ class Counterweights:
     z: Array | None
     residual: float | None
     certificate: Array | None
-    check: Exclusion | None
+    check: Exclusion | FillingCheck | None
     relaxations: tuple[Relaxation, ...]
     given_mass: float
     words: str
+    price: float = 0.0
+    density: Mapping[str, float] | None = None
+    thickness: float | None = None
+    proof: Array | None = None
 
     def __repr__(self) -> str:
         """Up to six lines: the verdict, and the counterweights."""
@@ -108,6 +141,23 @@ class Counterweights:
         """Mass of all counterweights, kg."""
         return sum(weight.mass for weight in self.weights)
 
+    @property
+    def priced(self) -> float | None:
+        """What was minimised: the value, and the price of the added mass, SI units."""
+        return None if self.value is None else self.value + self.price * self.added_mass
+
+    @property
+    def densest(self) -> tuple[str, float] | None:
+        """The link whose matter is densest if it fills its region, and that density, kg/m³.
+
+        Point masses are denser than that wherever they are.
+        """
+        means = [(weight.mass / weight.region.volume, weight.link) for weight in self.weights]
+        if not means:
+            return None
+        density, link = means[first_largest([mean for mean, _ in means])]
+        return link, density
+
     def to_dict(self) -> dict[str, object]:
         """Return plain data for JSON; see ``schemas/counterweights.schema.json``."""
         space = self.space
@@ -120,7 +170,12 @@ class Counterweights:
             "verdict": self.verdict,
             "minimise": self.minimise,
             "value": self.value,
+            "price_of_mass": self.price,
+            "priced": self.priced,
             "gap": self.gap,
+            "density": None if self.density is None else dict(self.density),
+            "thickness": self.thickness,
+            "chain": chain_dict(space),
             "regions": {
                 name: {
                     "text": region.text, "kind": region.kind, "default": name in self.chosen,
@@ -133,6 +188,7 @@ class Counterweights:
             "counterweights": [weight.to_dict() for weight in self.weights],
             "residual": self.residual,
             "certificate": None if self.certificate is None else self.certificate.tolist(),
+            "proof": None if self.proof is None else self.proof.tolist(),
             "check": self.check._asdict() if self.check else None,
             "relaxations": [
                 {"link": relaxation.link, "factor": relaxation.factor, "mass": relaxation.mass}

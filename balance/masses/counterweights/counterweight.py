@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from balance.masses.counterweights.added_matter import homogeneous
 from balance.masses.counterweights.lumps import Lumps
 from balance.masses.counterweights.regions import Region
+from balance.masses.counterweights.volume.stock import Stock
 from balance.space.inertial_parameters.conversions import mass_properties
 from kinematics.model.arrays import freeze
 from kinematics.model.spatial.inertia import from_pseudo_inertia
@@ -49,6 +50,10 @@ class Counterweight:
         lumps: point masses in the region that make it up, at most four; if more are needed,
             none: the counterweight is then one body with this inertia.
         region: the region.
+        form: symmetric matrix Q (4, 4): matter of full density is where ``[x; 1]ᵀ Q [x; 1]``
+            is positive in the region, at x in the link frame, metres; its largest entry is 1.
+            None for point masses.
+        density: that of the matter, kg/m³; None for point masses.
     """
 
     link: str
@@ -57,6 +62,34 @@ class Counterweight:
     inertia: Array = field(repr=False)
     lumps: tuple[Lump, ...]
     region: Region
+    form: Array | None = field(default=None, repr=False)
+    density: float | None = None
+
+    @property
+    def cut(self) -> tuple[Array, float] | None:
+        """Unit normal n (3,) and distance d, m, if the part is ``n·x > d`` in the region."""
+        if self.form is None or self.form[:3, :3].any():
+            return None
+        size = float(np.linalg.norm(self.form[:3, 3]))
+        if size == 0.0:
+            return None
+        return self.form[:3, 3] / size, -0.5 * float(self.form[3, 3]) / size
+
+    @property
+    def what(self) -> str:
+        """What it is, in words: lumps, one body, or a part of the region."""
+        if self.form is None:
+            return "one body" if not self.lumps else count_noun(len(self.lumps), "lump")
+        share = f"{number_text(100.0 * self.share, '.3g')} % of {self.region.text}"
+        if self.cut is None:
+            return share
+        normal, distance = self.cut
+        return f"{share}: beyond {number_text(distance)} m along {vector_text(normal)}"
+
+    @property
+    def share(self) -> float:
+        """Part of the region that is filled; 0 for point masses."""
+        return 0.0 if self.density is None else self.mass / (self.density * self.region.volume)
 
     @property
     def volumes(self) -> dict[str, float]:
@@ -66,11 +99,8 @@ class Counterweight:
     @property
     def words(self) -> str:
         """The counterweight in one line."""
-        what = "one body" if not self.lumps else count_noun(len(self.lumps), "lump")
-        where = vector_text(self.com)
-        return (
-            f"{self.link}: {number_text(self.mass)} kg at {where} m in its link frame, {what}"
-        )
+        where = f"{number_text(self.mass)} kg at {vector_text(self.com)} m"
+        return f"{self.link}: {where} in its link frame, {self.what}"
 
     def to_dict(self) -> dict[str, object]:
         """Return plain data for JSON."""
@@ -81,6 +111,8 @@ class Counterweight:
             "inertia": self.inertia.tolist(),
             "lumps": [{"mass": x.mass, "position": x.position.tolist()} for x in self.lumps],
             "volumes": self.volumes,
+            "form": None if self.form is None else self.form.tolist(),
+            "density": self.density,
         }
 
 
@@ -102,3 +134,22 @@ def counterweight_of(link: str, region: Region, lumps: Lumps, unit: float) -> Co
         Lump(float(m), freeze(x)) for m, x in zip(masses, points, strict=True)
     ) if len(masses) <= MOST_LUMPS else ()  # fmt: skip
     return Counterweight(link, mass, freeze(com), freeze(inertia), listed, region)
+
+
+def filled_counterweight(link: str, stock: Stock, form: Array, moments: Array) -> Counterweight:
+    """Make the counterweight of a link that fills a part of its region.
+
+    Args:
+        link: name of the link.
+        stock: region and density.
+        form: matrix (4, 4) in unit coordinates; matter is where it is positive.
+        moments: its pseudo-inertia (4, 4), kg, in unit coordinates.
+    """
+    place = stock.region.place
+    mass, com, inertia = mass_properties(from_pseudo_inertia(place @ moments @ place.T))
+    back = np.linalg.inv(place)
+    Q = back.T @ stock.felt(form) @ back
+    return Counterweight(
+        link, mass, freeze(com), freeze(inertia), (), stock.region,
+        freeze(Q / np.abs(Q).max()), stock.density,
+    )  # fmt: skip

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import get_args
 
@@ -11,21 +11,33 @@ import numpy as np
 from balance.masses.counterweights.answer import Counterweights, Relaxation
 from balance.masses.counterweights.decide import decide
 from balance.masses.counterweights.link_regions import default_region, regions_of
-from balance.masses.counterweights.program import AddedObjective
+from balance.masses.counterweights.program import IDLE_MASS_PRICE, AddedObjective
 from balance.masses.counterweights.regions import Region
+from balance.masses.counterweights.volume.decide_filled import decide_filled, fits
+from balance.masses.counterweights.volume.plates import (
+    density_limits,
+    stocks_of,
+    with_further_links,
+)
 from balance.space.requirements.in_space import in_space
 from balance.space.spaces.design_space import DesignSpace
 from balance.support.tolerances import BOUND_RELATIVE, GROWTH_RELATIVE
+from kinematics.errors import UsageError
 from kinematics.numerics.linalg.ties import rank_least_first
 
 # Largest factor by which a region may grow.
 LARGEST_GROWTH = 64.0
+# Added mass, over the given mass, above which a change of the request is no help.
+MOST_ADDED = 100.0
+
+MassOf = Callable[[Mapping[int, Region]], float | None]
 
 
 def counterweights(
     space: DesignSpace, add: Sequence[str],
     regions: Mapping[str, Region | str] | None = None, minimise: AddedObjective = "mass",
-    *, relax: bool = True,
+    *, density: float | Mapping[str, float] | None = None, thickness: float | None = None,
+    price_of_mass: float = IDLE_MASS_PRICE, relax: bool = True,
 ) -> Counterweights:  # fmt: skip
     """Compute the least matter that balances a linkage when added to some of its links.
 
@@ -33,6 +45,10 @@ def counterweights(
     frame, ``Σ_b ∫ A_b(x) dμ_b = r``, so that the program is convex: its answer is a global
     optimum with a proved gap, or infeasible with a certificate. For dynamic balance of a
     planar linkage, all six components of the momentum count.
+
+    Without a density, the least matter is point masses, which are denser than any material.
+    With one, it fills the parts of the regions where a quadratic polynomial is positive; for
+    forces a plane cuts them off. See `balance.masses.counterweights.volume.fill_program`.
 
     Args:
         space: a design space.
@@ -45,7 +61,14 @@ def counterweights(
         minimise: ``"mass"``: added mass, kg; ``"inertia"``: the largest principal moment of
             inertia of any of these links with its counterweight, about the origin of its
             frame, kg m²; ``"rotor"``: trace of the generalised inertia matrix at the reference
-            pose, kg m². The last two have a price on mass, 0.01 squares of ``space.length``.
+            pose, kg m². The last two have a price on mass: ``price_of_mass``.
+        density: density that added matter nowhere exceeds, or that on some links by name,
+            kg/m³; not for ``"inertia"``.
+        thickness: that of plates of added matter on a planar linkage, m, in equal halves about
+            the plane of the linkage, within the section of each region with it. The momentum
+            then has three components. Needs a density for all links.
+        price_of_mass: what is added to the objectives inertia and rotor for each kilogram, in
+            squares of ``space.length``, so that no mass is added that serves nothing.
         relax: whether to look for single changes that help if there is no answer.
 
     Returns:
@@ -53,7 +76,8 @@ def counterweights(
 
     Raises:
         BodyError: a body is unknown, or part of the ground.
-        UsageError: no link is named, one is named twice, or a region is wrong.
+        UsageError: no link is named, one is named twice, or a region, a density, the thickness
+            or the price is wrong.
         ValueError: there is no such objective.
 
     Example:
@@ -66,20 +90,41 @@ def counterweights(
     if minimise not in get_args(AddedObjective):
         raise ValueError(f"minimise must be one of {', '.join(get_args(AddedObjective))}")
     body_regions = regions_of(space, add, regions or {})
-    if space.planar and space.balance == "dynamic":
+    limits = density_limits(space, body_regions, density, thickness)
+    if not (np.isfinite(price_of_mass) and price_of_mass >= 0.0):
+        raise UsageError(f"a price of mass of {price_of_mass:g}: give a number from 0 up")
+    if limits and minimise == "inertia":
+        raise UsageError(
+            "the largest inertia is found without a density: ask for rotor or mass"
+        )
+    if space.planar and space.balance == "dynamic" and thickness is None:
         space = in_space(space)
-    answer = decide(space, body_regions, minimise)
+    if limits:
+        stocks = stocks_of(space, body_regions, limits)
+        answer = decide_filled(space, stocks, minimise, price_of_mass)
+    else:
+        answer = decide(space, body_regions, minimise, price_of_mass)
     given = regions or {}
-    answer = replace(answer, chosen=tuple(name for name in answer.regions if name not in given))
+    chosen = tuple(name for name in answer.regions if name not in given)
+    answer = replace(answer, chosen=chosen, thickness=thickness)
     if answer.verdict != "infeasible" or not relax:
         return answer
-    helps = _single_relaxations(space, body_regions)
+
+    def mass_of(more: Mapping[int, Region]) -> float | None:
+        if limits:
+            return fits(space, stocks_of(space, more, with_further_links(limits, more)))
+        helped = decide(space, more)
+        return helped.added_mass if helped.verdict == "feasible" else None
+
+    most = MOST_ADDED * (answer.given_mass or np.inf)
+    helps = _single_relaxations(space, body_regions, mass_of)
+    helps = tuple(help for help in (*answer.relaxations, *helps) if help.mass <= most)
     text = f"{answer.words}; {helps[0].words}" if helps else answer.words
     return replace(answer, relaxations=helps, words=text)
 
 
 def _single_relaxations(
-    space: DesignSpace, regions: Mapping[int, Region]
+    space: DesignSpace, regions: Mapping[int, Region], mass_of: MassOf
 ) -> tuple[Relaxation, ...]:
     """Find the smallest growth of each region, and each further link, that alone helps.
 
@@ -89,20 +134,20 @@ def _single_relaxations(
 
     Args:
         regions: region by position of the body; no matter in them balances the linkage.
+        mass_of: computes the mass of matter in some regions that balances the linkage.
 
     Returns:
         Growths of regions, the smallest first, then further links, the lightest first;
         equal ones in the order of the bodies.
     """
-    grown = [relaxation for b in regions if (relaxation := _smallest_growth(space, regions, b))]
-    more = []
+    grown, more = [], []
+    for b in regions:
+        relaxation = _smallest_growth(space, regions, b, mass_of)
+        grown += [relaxation] if relaxation else []
     for b in range(len(space.bodies)):
         if b not in regions:
-            answer = decide(
-                space, dict(sorted({**regions, b: default_region(space, b)}.items()))
-            )
-            if answer.verdict == "feasible":
-                more.append(Relaxation(space.bodies[b], None, answer.added_mass))
+            mass = mass_of(dict(sorted({**regions, b: default_region(space, b)}.items())))
+            more += [] if mass is None else [Relaxation(space.bodies[b], None, mass)]
     factors = [relaxation.factor or 0.0 for relaxation in grown]
     masses = [relaxation.mass for relaxation in more]
     return (
@@ -112,22 +157,22 @@ def _single_relaxations(
 
 
 def _smallest_growth(
-    space: DesignSpace, regions: Mapping[int, Region], body: int
+    space: DesignSpace, regions: Mapping[int, Region], body: int, mass_of: MassOf
 ) -> Relaxation | None:
     """Find the smallest factor by which a region must grow; None if none up to 64 helps."""
 
-    def at(factor: float) -> Counterweights:
-        return decide(space, {**regions, body: regions[body].grown(factor)})
+    def at(factor: float) -> float | None:
+        return mass_of({**regions, body: regions[body].grown(factor)})
 
     low, high = 1.0, LARGEST_GROWTH
-    answer = at(high)
-    if answer.verdict != "feasible":
+    mass = at(high)
+    if mass is None:
         return None
     while high > low * (1.0 + GROWTH_RELATIVE):
         middle = float(np.sqrt(low * high))
         trial = at(middle)
-        if trial.verdict == "feasible":
-            high, answer = middle, trial
+        if trial is not None:
+            high, mass = middle, trial
         else:
             low = middle
-    return Relaxation(space.bodies[body], high, answer.added_mass)
+    return Relaxation(space.bodies[body], high, mass)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -11,8 +11,9 @@ from numpy.typing import NDArray
 from balance.masses.counterweights.answer import Counterweights
 from balance.masses.counterweights.counterweight import counterweight_of
 from balance.masses.counterweights.exclusion import check_exclusion, describe_exclusion
-from balance.masses.counterweights.lumps import Lumps, fewer_lumps, lumps_of, refine_lumps
+from balance.masses.counterweights.lumps import fewer_lumps, lumps_of, refine_lumps
 from balance.masses.counterweights.program import (
+    IDLE_MASS_PRICE,
     AddedObjective,
     AddedProgram,
     AddedSolution,
@@ -44,14 +45,18 @@ Array = NDArray[np.float64]
 
 
 def decide(
-    space: DesignSpace, regions: Mapping[int, Region], minimise: AddedObjective = "mass"
-) -> Counterweights:
+    space: DesignSpace, regions: Mapping[int, Region], minimise: AddedObjective = "mass",
+    price: float = IDLE_MASS_PRICE,
+) -> Counterweights:  # fmt: skip
     """Decide whether matter in some regions balances a linkage, and minimise it.
+
+    The density of the matter has no limit: it is point masses.
 
     Args:
         space: the design space, whose conditions are used as they are.
         regions: region by position of the body.
         minimise: the objective; see `counterweights`.
+        price: price of mass besides it, in squares of ``space.length``.
     """
     names = {space.bodies[b]: region for b, region in regions.items()}
     given_mass = float(given_parameters(space)[:, 0].sum())
@@ -59,7 +64,8 @@ def decide(
         space, "undecided", minimise, None, None, names, (), (), None, None, None, None, (),
         given_mass, "undecided: neither an answer nor a certificate stands up to its check",
     )  # fmt: skip
-    program = build_added_program(space, regions, minimise)
+    program = build_added_program(space, regions, minimise, price)
+    blank = replace(blank, price=program.idle * space.length**2)
     if space.as_given.balanced:
         return _keep_given_masses(blank, program)
     if _left_over(program):
@@ -123,7 +129,7 @@ def _balanced(
     if not program.inertia[0].size:
         fewer = fewer_lumps(program.rows, program.cost, lumps)
         lumps = refine_lumps(kinds, program.rows, program.target, fewer)
-    z = _with_lumps(program, lumps)
+    z = with_moments(program, np.array([cluster.moments for cluster in lumps]))
     residual = balance_residual(space, z)
     inside = all(
         not cluster.masses.size or float(region.excess(cluster.points).max()) <= INSIDE_REGION
@@ -151,13 +157,17 @@ def _balanced(
     )  # fmt: skip
 
 
-def _with_lumps(program: AddedProgram, lumps: Sequence[Lumps]) -> Array:
-    """Add lumps to the given masses: parameters (bodies, 10), SI units."""
+def with_moments(program: AddedProgram, moments: Array) -> Array:
+    """Add matter to the given masses: parameters (bodies, 10), SI units.
+
+    Args:
+        program: the program of its regions.
+        moments: ΔP of each link (links, 4, 4), in unit coordinates and units of mass.
+    """
     z = given_parameters(program.space)
     b = list(program.regions)
     places = np.array([region.place for region in program.regions.values()])
     H = program.space.frames[b] @ places
-    moments = np.array([cluster.moments for cluster in lumps])
     z[b] += program.unit * from_pseudo_inertia(H @ moments @ H.mT)
     return z
 

@@ -112,12 +112,15 @@ class AddedSolution(NamedTuple):
 
 
 def build_added_program(
-    space: DesignSpace, regions: Mapping[int, Region], minimise: AddedObjective
-) -> AddedProgram:
+    space: DesignSpace, regions: Mapping[int, Region], minimise: AddedObjective,
+    price: float = IDLE_MASS_PRICE,
+) -> AddedProgram:  # fmt: skip
     """Build the program of counterweights.
 
     Args:
         regions: region by position of the body.
+        price: price of mass for the objectives inertia and rotor, in squares of
+            ``space.length``.
     """
     file = given_parameters(space)
     unit = float(file[:, 0].sum()) / len(file) or 1.0
@@ -130,12 +133,12 @@ def build_added_program(
     rank = int(np.sum(values > CONDITION_WITHOUT_MATTER * values.max(initial=0.0)))
     r, kept = -conditions @ given, U[:, :rank] / values[:rank]
     rows = V[:rank].reshape(rank, len(regions), 10).transpose(1, 0, 2)
-    cost, inertia, scale, constant = _objective(space, regions, minimise, file, unit)
+    cost, inertia, scale, constant = _objective(space, regions, minimise, price, file, unit)
     # Twice, because what is left may be much smaller than r.
     remainder = conditions.T @ project_out(project_out(r, U[:, :rank]), U[:, :rank])
     return AddedProgram(
         space, regions, unit, rows, r @ kept, conditions.T @ kept, remainder, given, cost,
-        inertia, scale, constant, 0.0 if minimise == "mass" else IDLE_MASS_PRICE,
+        inertia, scale, constant, 0.0 if minimise == "mass" else price,
     )  # fmt: skip
 
 
@@ -291,8 +294,8 @@ def orthonormal_conditions(basis: Array) -> Array:
 
 
 def _objective(
-    space: DesignSpace, regions: Mapping[int, Region], minimise: AddedObjective, file: Array,
-    unit: float,
+    space: DesignSpace, regions: Mapping[int, Region], minimise: AddedObjective, price: float,
+    file: Array, unit: float,
 ) -> tuple[Array, tuple[Array, Array], float, float]:  # fmt: skip
     """Compute ``cost``, ``inertia``, ``scale`` and ``constant`` of the program."""
     empty, S = np.empty(0), symmetric_basis()
@@ -301,7 +304,7 @@ def _objective(
         cost[:] = S[:, 3, 3]
         return cost, (empty, empty), unit, 0.0
     area = space.length**2
-    cost += IDLE_MASS_PRICE * S[:, 3, 3]
+    cost += price * S[:, 3, 3]
     if minimise == "inertia":
         added, given = np.zeros((len(regions), 6, 10)), np.zeros((len(regions), 6))
         for k, (b, region) in enumerate(regions.items()):

@@ -76,6 +76,16 @@ class Region:
         return float(np.linalg.norm(self.place[:3, :3], axis=0).max())
 
     @property
+    def volume(self) -> float:
+        """Volume, m³."""
+        unit = {"ball": 4.0 / 3.0 * np.pi, "cylinder": 2.0 * np.pi}
+        if self.offsets.size:
+            size = float(np.abs(np.linalg.det(self.vertices[self.triangles])).sum()) / 6.0
+        else:
+            size = unit["cylinder" if self.kind == "cylinder" else "ball"]
+        return size * abs(float(np.linalg.det(self.place[:3, :3])))
+
+    @property
     def ellipsoidal(self) -> bool:
         """Whether the shape is a ball or an ellipsoid."""
         return self.kind in ("ball", "ellipsoid")

@@ -9,11 +9,12 @@ has the dual
 
     maximise y·r - Σ_b h_b(y·A_b - C_b).
 
-Mixtures of parts of the regions, of which each master program takes the best, are feasible from
-inside; its multipliers y name the next part, ``{y·A_b > C_b}``, and prove a bound from outside.
-Where both nearly meet, Newton's method takes over: the dual is smooth, its gradient is what the
-parts leave of the conditions, and its second derivative is an integral over their inner surfaces.
-At the maximum these parts balance. Every y proves a lower bound, whatever led to it.
+Mixtures of parts of the regions, of which each master program takes the best, are feasible
+from inside; its multipliers y name the next part, ``{y·A_b > C_b}``, and prove a bound from
+outside. Where both nearly meet, Newton's method takes over: the dual is smooth, its gradient is
+what the parts leave of the conditions, and its second derivative is an integral over their
+inner surfaces. At the maximum these parts balance. Every y proves a lower bound, whatever led
+to it.
 
 The least factor t of the density for which matter balances at all is likewise
 
@@ -39,17 +40,19 @@ from balance.masses.counterweights.volume.stock import (
     most,
     stiffness,
 )
-from balance.masses.designs.clarabel_adapter import (
+from balance.support.clarabel_adapter import (
     TRIANGLES,
     ConstraintBlock,
     solve_conic,
     triangles,
 )
 from balance.support.tolerances import (
+    COUNTERWEIGHT_RESIDUAL,
     DENSITY_GAP,
-    FILL_GAP_FIRST,
+    FILL_GAPS,
     FILL_RESIDUAL,
     FILL_ROUND_OFF,
+    MASS_GAP,
 )
 
 Array = NDArray[np.float64]
@@ -73,13 +76,13 @@ class DensityNeeded(NamedTuple):
         factor: a factor for which matter was found.
         bound: no smaller factor does; proved by the functional.
         dual: y (ρ,).
-        mass: mass of the matter that was found, in units of mass.
+        parts: moments of the parts that the answer came from, each (links, 4, 4).
     """
 
     factor: float
     bound: float
     dual: Array
-    mass: float
+    parts: list[Array]
 
 
 class FilledParts(NamedTuple):
@@ -105,26 +108,49 @@ def density_needed(program: AddedProgram, stocks: Sequence[Stock]) -> DensityNee
 
     The factor is infinite if matter of any density was not found to.
     """
-    columns = _Columns(program, stocks, np.zeros_like(program.cost), scaled=True)
-    value, dual, mass = columns.generate(DENSITY_GAP)
+    columns = _Columns(program, stocks, np.zeros_like(program.cost), None)
+    value, dual = columns.generate(DENSITY_GAP)
     sums = np.sum(_most_all(program, stocks, columns.forms(dual)), axis=0)
     against = float(dual @ program.target)
     bound = against / float(sums.sum()) if against > 0.0 else 0.0
-    return DensityNeeded(value, bound, dual, mass)
+    return DensityNeeded(value, bound, dual, columns.parts)
 
 
-def fill_least(program: AddedProgram, stocks: Sequence[Stock]) -> FilledParts:
+def least_mass(
+    program: AddedProgram, stocks: Sequence[Stock], needed: DensityNeeded, factor: float = 1.0
+) -> float:
+    """Compute about the least mass that balances, in units of mass.
+
+    Args:
+        program: the program of the least mass.
+        stocks: region and density of each link.
+        needed: the density that it needs.
+        factor: factor of the density of all stocks, one that is enough.
+    """
+    denser = [stock._replace(density=factor * stock.density) for stock in stocks]
+    columns = _Columns(program, denser, program.cost, [factor * part for part in needed.parts])
+    return columns.generate(MASS_GAP)[0]
+
+
+def fill_least(
+    program: AddedProgram, stocks: Sequence[Stock], needed: DensityNeeded
+) -> FilledParts:
     """Compute the parts of regions whose matter balances with the least objective.
 
     Args:
         program: a program that matter of this density fulfils.
         stocks: region and density of each link.
+        needed: the density that it needs.
     """
-    columns = _Columns(program, stocks, program.cost, scaled=False)
-    y, seen = _maximise(program, stocks, columns.generate(FILL_GAP_FIRST)[1])
-    forms = forms_of(program, y, program.cost)
+    columns = _Columns(program, stocks, program.cost, needed.parts)
+    for gap in FILL_GAPS:
+        y, seen = _maximise(program, stocks, columns.generate(gap)[1])
+        forms = forms_of(program, y, program.cost)
+        moments = fill_all(program, seen, forms)
+        left = program.target - conditions_of(program, moments)
+        if float(np.linalg.norm(left)) <= COUNTERWEIGHT_RESIDUAL:
+            break
     value, error = np.sum(_most_all(program, seen, forms), axis=0)
-    moments = fill_all(program, seen, forms)
     bound = float(y @ program.target) - float(value) - float(error)
     return FilledParts(forms, moments, bound, float(error), y)
 
@@ -151,57 +177,60 @@ def conditions_of(program: AddedProgram, moments: Array) -> Array:
 class _Columns:
     """Parts of the regions, and the master program that mixes them.
 
-    ``scaled``: the least factor of the density is sought, and not the least objective.
+    It seeks the least objective, or the least factor of the density where it starts without
+    parts.
     """
 
     def __init__(
-        self, program: AddedProgram, stocks: Sequence[Stock], cost: Array, *, scaled: bool
-    ) -> None:
-        """Start with whole regions, and with their halves for each condition alone."""
-        self.program, self.stocks, self.cost, self.scaled = program, stocks, cost, scaled
-        whole = np.tile(np.diag([0.0, 0.0, 0.0, 1.0]), (len(stocks), 1, 1))
-        self.parts = [self._fill(whole)]
-        none = np.zeros_like(program.cost)
-        for row in np.eye(program.target.size):
-            self.parts += [self._fill(forms_of(program, y, none)) for y in (row, -row)]
+        self, program: AddedProgram, stocks: Sequence[Stock], cost: Array,
+        parts: Sequence[Array] | None,
+    ) -> None:  # fmt: skip
+        """Start with given parts, or with regions and their halves for each condition alone."""
+        self.program, self.stocks, self.cost = program, stocks, cost
+        self.scaled, self.parts = parts is None, list(parts or ())
+        if not self.parts:
+            whole = np.tile(np.diag([0.0, 0.0, 0.0, 1.0]), (len(stocks), 1, 1))
+            self.parts = [self._fill(whole)]
+            for y in np.eye(program.target.size):
+                self.parts += [self._fill(self.forms(side)) for side in (y, -y)]
 
     def forms(self, y: Array) -> Array:
         """Compute the forms of multipliers."""
         return forms_of(self.program, y, self.cost)
 
-    def generate(self, gap: float) -> tuple[float, Array, float]:
+    def generate(self, gap: float) -> tuple[float, Array]:
         """Add parts until the bounds from inside and outside meet.
 
         Args:
             gap: relative difference of the bounds.
 
         Returns:
-            The value from inside; the multipliers of the best bound; the mass of the mixture.
+            The value from inside, and the multipliers of the best bound.
         """
         target, lower, best = self.program.target, -np.inf, None
-        value, mass, y = np.inf, 0.0, np.zeros_like(target)
+        value, y = np.inf, np.zeros_like(target)
         for _ in range(MOST_ROUNDS):
-            value, y, mass = self._master()
-            steady = [] if best is None else [INERTIA * best + (1.0 - INERTIA) * y]
-            for z in [*steady, y]:
+            value, y = self._master()
+            steady = y if best is None else INERTIA * best + (1.0 - INERTIA) * y
+            for z in (steady, y):
                 forms = self.forms(z)
                 moments = self._fill(forms)
                 size, against = float(np.sum(forms * moments)), float(z @ target)
                 bound = against / size if self.scaled and size > 0.0 else against - size
-                if bound > lower and (np.isfinite(value) or self.scaled):
+                if bound > lower and np.isfinite(value):
                     lower, best = bound, z
                 self.parts.append(moments)
             if value - lower <= gap * abs(value):
                 break
-        return value, y if best is None else best, mass
+        return value, y if best is None else best
 
     def _fill(self, forms: Array) -> Array:
         """Compute the moments of parts with few rays, each from inside its part."""
         seen = [s.seen_from_inside(form) for s, form in zip(self.stocks, forms, strict=True)]
         return fill_all(self.program, seen, forms, COARSE)
 
-    def _master(self) -> tuple[float, Array, float]:
-        """Mix the parts: the value, infinite if no mixture balances; multipliers; mass."""
+    def _master(self) -> tuple[float, Array]:
+        """Mix the parts: the value, infinite if no mixture balances, and multipliers."""
         program, parts = self.program, np.array(self.parts)
         vectors = triangles(parts)
         count, links = parts.shape[:2]
@@ -222,9 +251,8 @@ class _Columns:
         solution = solve_conic(q, rows, offset, blocks)
         y = solution.dual[:rank]
         if solution.infeasible:
-            return np.inf, y, 0.0
-        mass = float(solution.x[:n] @ parts[..., 3, 3].reshape(-1))
-        return float(q @ solution.x), y, mass
+            return np.inf, y
+        return float(q @ solution.x), y
 
 
 def _most_all(program: AddedProgram, stocks: Sequence[Stock], forms: Array) -> Array:

@@ -1,7 +1,8 @@
 """Moments of the part of a region on one side of a plane, in closed form.
 
 - box and hull: tetrahedra from the centre to the facets are cut into tetrahedra; that with
-  corners ``v_i = [x_i; 1]`` and volume V has the moments ``V/20 (Σ v_i v_iᵀ + s sᵀ)``, s = Σ v_i.
+  corners ``v_i = [x_i; 1]`` and volume V has the moments ``V/20 (Σ v_i v_iᵀ + s sᵀ)`` with
+  ``s = Σ v_i``.
 - ball and ellipsoid: a cap, by powers of its depth.
 - cylinder: slices across the plane have a width ``2 cos θ``, and between the places where the
   plane leaves an end their moments are trigonometric polynomials of θ, for which the formula of

@@ -17,42 +17,88 @@ from balance.masses.counterweights.volume.stock import Stock
 from balance.masses.designs.density import DensityLimit
 from balance.space.spaces.design_space import DesignSpace
 from balance.support.tolerances import PLATE_UPRIGHT
-from kinematics.errors import UsageError
+from kinematics.errors import BodyError, UsageError
 from kinematics.model.arrays import freeze
 
 Array = NDArray[np.float64]
 
 
+def density_limits(
+    space: DesignSpace, regions: Mapping[int, Region],
+    density: float | Mapping[str, float] | None, thickness: float | None,
+) -> dict[int, DensityLimit]:  # fmt: skip
+    """Check the densities of added matter, and its thickness.
+
+    Args:
+        space: a design space of the linkage.
+        regions: region by position of the body.
+        density: kg/m³, of all links or by name of each; None for no limits.
+        thickness: that of plates, m; None for other matter.
+
+    Returns:
+        The limits by position of the body; empty without a density.
+
+    Raises:
+        BodyError: a link has a density and no region.
+        UsageError: a link has none, a number is not above 0, or there is a thickness without a
+            density or for a linkage in space.
+    """
+    names = [space.bodies[b] for b in regions]
+    given = density if isinstance(density, Mapping) else dict.fromkeys(names, density)
+    for name in given:
+        if name not in names:
+            raise BodyError(space.source, name, "has a density, but gets no matter", names)
+    for value in (*given.values(), thickness):
+        if value is not None and not 0.0 < value < np.inf:
+            raise UsageError(f"a density or thickness of {value:g}: give a number above 0")
+    if density is None and thickness is not None:
+        raise UsageError("a thickness limits nothing without a density; give one too")
+    if thickness is not None and not space.linkage.planar:
+        raise UsageError("a linkage in space has no plane for plates; leave out the thickness")
+    limits = {}
+    for b, name in zip(regions, names, strict=True):
+        value = given.get(name)
+        if value is None and density is not None:
+            raise UsageError(f"link '{name}' has no density: give one for all links")
+        if value is not None:
+            limits[b] = DensityLimit(float(value), thickness)
+    return limits
+
+
+def with_further_links(
+    limits: Mapping[int, DensityLimit], regions: Mapping[int, Region]
+) -> dict[int, DensityLimit]:
+    """Give further links the largest density of those that have one."""
+    densest = max(limits.values(), key=lambda limit: limit.density)
+    return {b: limits.get(b, densest) for b in regions}
+
+
 def stocks_of(
-    space: DesignSpace, regions: Mapping[int, Region], limit: DensityLimit
+    space: DesignSpace, regions: Mapping[int, Region], limits: Mapping[int, DensityLimit]
 ) -> dict[int, Stock]:
     """Find the matter of limited density that regions hold.
 
     Args:
         space: a design space of the linkage.
         regions: region by position of the body.
-        limit: the density; with a thickness, matter is in plates.
+        limits: density of each; with a thickness, matter is in plates.
 
     Raises:
-        UsageError: a thickness for a linkage in space, or a region that has no section with the
-            plane of the linkage of a known form.
+        UsageError: a region has no section of a known form with the plane of the linkage.
     """
-    if limit.thickness is None:
-        return {b: Stock(region, limit.density) for b, region in regions.items()}
-    if not space.linkage.planar:
-        raise UsageError("the linkage is not planar: plates of a thickness are for planar ones")
-    frame = space.linkage.chain.frame
-    across = frame.R[2]
-    stocks = {}
+    frame, stocks = space.linkage.chain.frame, {}
     for b, region in regions.items():
+        density, thickness = limits[b]
+        if thickness is None:
+            stocks[b] = Stock(region, density)
+            continue
         R, origin = space.frames[b, :3, :3], space.frames[b, :3, 3]
-        normal = R.T @ across
-        height = float(across @ (frame.origin - origin))
+        normal, height = R.T @ frame.R[2], float(frame.R[2] @ (frame.origin - origin))
         try:
-            plate = _plate(region, normal, height, limit.thickness)
+            plate = _plate(region, normal, height, thickness)
         except UsageError as error:
             raise UsageError(f"link '{space.bodies[b]}': {error}") from None
-        stocks[b] = Stock(plate, limit.density, _mirror(plate, normal, height))
+        stocks[b] = Stock(plate, density, _mirror(plate, normal, height))
     return stocks
 
 

@@ -1,12 +1,13 @@
 """Integrals over the part of a region where a quadratic polynomial is positive, along rays.
 
-Every region is star-shaped about each of its points o: with points p of its surface and weights w,
+Every region is star-shaped about each of its points o: with points p of its surface and
+weights w,
 
     ∫_K f dV = Σ_i w_i ∫_0^1 τ² f(o + τ (p_i - o)) dτ,    w = ((p - o) · normal) × area,
 
 and along a ray the polynomial ``a τ² + 2 b τ + c`` has at most two roots, between which
-integrals are exact. What is approximate is the sum over the rays. It is best where o is far from
-the surface on which the polynomial vanishes.
+integrals are exact. What is approximate is the sum over the rays. It is best where o is far
+from the surface on which the polynomial vanishes.
 """
 
 from __future__ import annotations

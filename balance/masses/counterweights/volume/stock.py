@@ -24,7 +24,7 @@ from balance.masses.counterweights.volume.rays import (
     rays_of,
     surface_products,
 )
-from balance.masses.designs.clarabel_adapter import triangles
+from balance.support.clarabel_adapter import triangles
 from balance.support.tolerances import CURVATURE_ZERO
 
 Array = NDArray[np.float64]
@@ -32,8 +32,8 @@ Array = NDArray[np.float64]
 # Rays of a region while a design is sought, for its final moments, and for the estimate of
 # their error.
 COARSE, FINE, ESTIMATE = 4_000, 24_000, 6_000
-# Where rays start: at no place that a form is likely to vanish at by symmetry, and otherwise this
-# far from the centre towards the point where the form is largest.
+# Where rays start: at no place that a form is likely to vanish at by symmetry, and otherwise
+# this far from the centre towards the point where the form is largest.
 CENTRE, ORIGIN_INSIDE = (0.11, 0.17, 0.23), 0.9
 # Change of a form over its size, for differences of exact moments.
 DIFFERENCE = 1e-5
@@ -45,8 +45,8 @@ class Stock(NamedTuple):
     Attributes:
         region: the region.
         density: most kilograms in a cubic metre.
-        mirror: reflection (4, 4) in unit coordinates about which matter is in equal halves; None
-            if it need not be.
+        mirror: reflection (4, 4) in unit coordinates about which matter is in equal halves;
+            None if it need not be.
         origin: point (3,) in unit coordinates from which rays start.
     """
 
@@ -56,8 +56,8 @@ class Stock(NamedTuple):
     origin: tuple[float, float, float] = CENTRE
 
     def seen_from_inside(self, form: Array) -> Stock:
-        """Let rays start far inside the part where a form (4, 4) is positive, if there is one."""
-        least, at = minimise_in_region(self.region, -self.balanced_form(form))
+        """Let rays start far inside the part where a form (4, 4) is positive."""
+        least, at = minimise_in_region(self.region, -self.felt(form))
         x, y, z = (ORIGIN_INSIDE * at if least < 0.0 else np.array(CENTRE)).tolist()
         return self._replace(origin=(x, y, z))
 
@@ -71,11 +71,17 @@ class Stock(NamedTuple):
         """Kilograms that fill the region."""
         return float(fill(self, np.diag([0.0, 0.0, 0.0, 1.0]))[3, 3])
 
-    def balanced_form(self, form: Array) -> Array:
-        """Return the part of a form (4, 4) that matter in equal halves feels."""
-        if self.mirror is None:
-            return form
-        return np.asarray(0.5 * (form + self.mirror.T @ form @ self.mirror))
+    def felt(self, form: Array) -> Array:
+        """Return the part of a form (4, 4) that counts.
+
+        Matter in equal halves feels the even part. Second-order parts of round-off are none.
+        """
+        Q = np.array(form)
+        if self.mirror is not None:
+            Q = 0.5 * (Q + self.mirror.T @ Q @ self.mirror)
+        if float(np.abs(Q[:3, :3]).max()) <= CURVATURE_ZERO * float(np.abs(Q).max()):
+            Q[:3, :3] = 0.0
+        return Q
 
 
 def fill(stock: Stock, form: Array, rays: int = FINE) -> Array:
@@ -88,8 +94,8 @@ def fill(stock: Stock, form: Array, rays: int = FINE) -> Array:
         form: symmetric matrix Q (4, 4) in unit coordinates.
         rays: how many rays sum up the part that a quadric cuts off.
     """
-    Q = stock.balanced_form(form)
-    if _linear(Q):
+    Q = stock.felt(form)
+    if not Q[:3, :3].any():
         moments = cut_moments(stock.region, 2.0 * Q[:3, 3], float(Q[3, 3]))
     else:
         moments = integrate_positive_part(rays_of(stock.region, rays, stock.origin), Q)
@@ -106,9 +112,9 @@ def most(stock: Stock, form: Array) -> tuple[float, float]:
         stock: region and density.
         form: symmetric matrix Q (4, 4) in unit coordinates.
     """
-    Q = stock.balanced_form(form)
+    Q = stock.felt(form)
     value = float(np.sum(Q * fill(stock, Q)))
-    if _linear(Q):
+    if not Q[:3, :3].any():
         return value, 0.0
     return value, abs(value - float(np.sum(Q * fill(stock, Q, ESTIMATE))))
 
@@ -120,8 +126,8 @@ def stiffness(stock: Stock, form: Array) -> Array:
         stock: region and density.
         form: symmetric matrix Q (4, 4) in unit coordinates.
     """
-    Q, basis = stock.balanced_form(form), symmetric_basis()
-    if _linear(Q):
+    Q, basis = stock.felt(form), symmetric_basis()
+    if not Q[:3, :3].any():
         return _differences(stock, Q, basis)
     if stock.mirror is not None:
         basis = 0.5 * (basis + stock.mirror.T @ basis @ stock.mirror)
@@ -138,8 +144,3 @@ def _differences(stock: Stock, Q: Array, basis: Array) -> Array:
             change = fill(stock, Q + size * B) - fill(stock, Q - size * B)
             total[k] = triangles(change) / (2.0 * size)
     return total
-
-
-def _linear(Q: Array) -> bool:
-    """Whether the second-order part of a form is round-off."""
-    return float(np.abs(Q[:3, :3]).max()) <= CURVATURE_ZERO * float(np.abs(Q).max())

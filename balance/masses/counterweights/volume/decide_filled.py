@@ -1,0 +1,155 @@
+"""Decide whether matter of limited density in some regions balances, and find the least."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from balance.masses.counterweights.answer import Counterweights, Relaxation
+from balance.masses.counterweights.counterweight import filled_counterweight
+from balance.masses.counterweights.decide import balance_residual, decide, with_moments
+from balance.masses.counterweights.program import (
+    IDLE_MASS_PRICE,
+    AddedObjective,
+    AddedProgram,
+    added_objective,
+    build_added_program,
+)
+from balance.masses.counterweights.volume.fill_program import (
+    DensityNeeded,
+    density_needed,
+    fill_least,
+    least_mass,
+)
+from balance.masses.counterweights.volume.filling_check import check_filling
+from balance.masses.counterweights.volume.stock import Stock
+from balance.masses.designs.verdicts import TOO_NARROW, UNSETTLED
+from balance.space.spaces.design_space import DesignSpace
+from balance.support.tolerances import (
+    COUNTERWEIGHT_RESIDUAL,
+    DENSITY_GAP,
+    FILLED_MASS_ZERO,
+    FILLING_GAP,
+)
+from kinematics.model.arrays import freeze
+from kinematics.wording import number_text
+
+Array = NDArray[np.float64]
+
+
+def decide_filled(
+    space: DesignSpace, stocks: Mapping[int, Stock], minimise: AddedObjective = "mass",
+    price: float = IDLE_MASS_PRICE,
+) -> Counterweights:  # fmt: skip
+    """Decide whether matter of limited density balances a linkage, and minimise it.
+
+    Where not even point masses do, theirs is the verdict.
+
+    Args:
+        space: the design space, whose conditions are used as they are.
+        stocks: regions and densities by position of the body.
+        minimise: ``"mass"`` or ``"rotor"``; see `counterweights`.
+        price: price of mass besides it, in squares of ``space.length``.
+    """
+    regions = {b: stock.region for b, stock in stocks.items()}
+    points = decide(space, regions, minimise, price)
+    density = {space.bodies[b]: stock.density for b, stock in stocks.items()}
+    points = replace(points, density=density)
+    if points.verdict != "feasible" or not points.weights:
+        return points
+    blank = replace(
+        points, verdict="undecided", value=None, gap=None, weights=(), z=None, residual=None,
+        words="undecided: neither an answer nor a certificate stands up to its check",
+    )  # fmt: skip
+    program = build_added_program(space, regions, minimise, price)
+    needed = density_needed(program, list(stocks.values()))
+    if needed.bound > 1.0:
+        return _excluded(blank, stocks, program, needed)
+    if needed.factor > 1.0:
+        words = "undecided: matter of this density just or just not balances it"
+        return replace(blank, words=words)
+    return _filled(blank, stocks, program, needed)
+
+
+def fits(space: DesignSpace, stocks: Mapping[int, Stock]) -> float | None:
+    """Compute the mass of some matter that balances a linkage, kg; None if none was found.
+
+    Args:
+        space: the design space.
+        stocks: regions and densities by position of the body.
+    """
+    regions = {b: stock.region for b, stock in stocks.items()}
+    if decide(space, regions).verdict != "feasible":
+        return None
+    program = build_added_program(space, regions, "mass")
+    matter = list(stocks.values())
+    needed = density_needed(program, matter)
+    return program.unit * least_mass(program, matter, needed) if needed.factor <= 1.0 else None
+
+
+def _excluded(
+    blank: Counterweights, stocks: Mapping[int, Stock], program: AddedProgram,
+    needed: DensityNeeded,
+) -> Counterweights:  # fmt: skip
+    """Return the verdict by a certificate, if its check accepts it."""
+    w = program.lift @ needed.dual
+    w = freeze(w / (float(np.linalg.norm(w)) or 1.0))
+    check = check_filling(blank.space, stocks, w)
+    if not check.accepted:
+        return blank
+    if not blank.space.encloses:
+        return replace(blank, words=f"undecided: {TOO_NARROW}")
+    holds = ", ".join(f"{number_text(stock.whole)} kg" for stock in stocks.values())
+    names = " and ".join(f"'{blank.space.bodies[b]}'" for b in stocks)
+    words = f"infeasible: the regions of {names}, which hold {holds}, are too small"
+    return replace(
+        blank, verdict="infeasible", certificate=w, check=check, words=words,
+        relaxations=(_denser(blank.space, stocks, needed),),
+    )  # fmt: skip
+
+
+def _denser(
+    space: DesignSpace, stocks: Mapping[int, Stock], needed: DensityNeeded
+) -> Relaxation:
+    """Describe the density that is enough, and the least mass that it needs."""
+    program = build_added_program(space, {b: it.region for b, it in stocks.items()}, "mass")
+    factor = needed.factor * (1.0 + DENSITY_GAP)
+    mass = least_mass(program, list(stocks.values()), needed, factor)
+    return Relaxation(None, factor, program.unit * mass)
+
+
+def _filled(
+    blank: Counterweights, stocks: Mapping[int, Stock], program: AddedProgram,
+    needed: DensityNeeded,
+) -> Counterweights:  # fmt: skip
+    """Return the verdict with parts of the regions that are filled, if they balance."""
+    space = program.space
+    parts = fill_least(program, list(stocks.values()), needed)
+    z = with_moments(program, parts.moments)
+    residual = balance_residual(space, z)
+    if not residual <= COUNTERWEIGHT_RESIDUAL:
+        return blank
+    if not space.sure:
+        return replace(blank, words=f"undecided: {UNSETTLED}")
+    value, priced = added_objective(program, list(parts.moments))
+    masses = parts.moments[:, 3, 3]
+    weights = tuple(
+        filled_counterweight(space.bodies[b], stock, form, program.unit * P)
+        for (b, stock), form, P in zip(stocks.items(), parts.forms, parts.moments, strict=True)
+        if P[3, 3] > FILLED_MASS_ZERO * masses.sum()
+    )
+    gap = max(0.0, priced - parts.bound) / priced if priced > 0.0 else 0.0
+    total = sum(weight.mass for weight in weights)
+    text = (
+        f"feasible: {number_text(total)} kg added to {number_text(blank.given_mass)} kg "
+        "balance it"
+    )
+    if gap > FILLING_GAP:
+        text = f"{text}; less may do: see the gap"
+    return replace(
+        blank, verdict="feasible", value=value, gap=gap, z=freeze(z), residual=residual,
+        weights=weights, proof=freeze(program.lift @ parts.dual), words=text,
+    )  # fmt: skip

@@ -250,6 +250,8 @@ LEAST_SHAKING_GAP = 1e-7
 # Distance of the shaking from its proved bound, relative to the shaking of the file, up to
 # which it counts as the least.
 SHAKING_GAP_PROVED = 1e-6
+# The same for matter of limited density, whose integrals have errors.
+FILLING_GAP_PROVED = 1e-5
 # Part of the added mass up to which a link gets nothing.
 LUMP_SHARE_LEAST = 1e-7
 # Price of the whole budget, relative to the shaking of the file, that counts as zero: the

@@ -46,12 +46,19 @@ class MomentCone(NamedTuple):
         rows: rows of the constraints on v (rows, n): ``rows @ v`` lies in the cones.
         parts: the cones, for `balance.support.clarabel_adapter.solve_conic`.
         exact: whether every measure in the region is described; False for point masses.
+        offset: constants of the rows (rows,); None for a cone, where they are zero.
     """
 
     matrices: Array
     rows: Array
     parts: tuple[ConstraintBlock, ...]
     exact: bool
+    offset: Array | None = None
+
+    @property
+    def constants(self) -> Array:
+        """Constants of the rows (rows,)."""
+        return np.zeros(len(self.rows)) if self.offset is None else self.offset
 
 
 def moment_cone(region: Region) -> MomentCone:
@@ -106,6 +113,17 @@ def lump_cone(points: ArrayLike) -> MomentCone:
     count = len(p)
     matrices = p[:, :, None] * p[:, None, :]
     return MomentCone(matrices, np.eye(count), (ConstraintBlock("nonnegative", count),), False)
+
+
+def mixture_cone(parts: Array) -> MomentCone:
+    """Describe mixtures of parts of a region by their moments (n, 4, 4).
+
+    Shares are not negative, and add up to at most 1.
+    """
+    count = len(parts)
+    rows = np.vstack([np.eye(count), -np.ones(count)])
+    nonnegative = (ConstraintBlock("nonnegative", count + 1),)
+    return MomentCone(parts, rows, nonnegative, False, np.append(np.zeros(count), 1.0))
 
 
 def parameters_per_moment(space: DesignSpace, regions: Mapping[int, Region]) -> Array:

@@ -7,9 +7,15 @@ from math import isfinite
 import numpy as np
 from numpy.typing import NDArray
 
-from balance.masses.counterweights.counterweight import Counterweight, counterweight_of
+from balance.masses.counterweights.counterweight import (
+    Counterweight,
+    counterweight_of,
+    filled_counterweight,
+)
 from balance.masses.counterweights.lumps import lumps_of
+from balance.masses.partial.least_shaking import LeastShaking
 from balance.masses.partial.motion_loads import AddedParameters
+from balance.masses.partial.shaking_program import ShakingProgram
 from balance.space.spaces.design_space import DesignSpace
 from balance.support.clarabel_adapter import TRIANGLES
 from balance.support.tolerances import LUMP_SHARE_LEAST
@@ -37,6 +43,26 @@ def counterweights_at(
             # Lumps fit the matter to about 1e-6; their mass is the one that the budget allows.
             unit = float(P[3, 3] / lumps.masses.sum())
             weights.append(counterweight_of(space.bodies[b], region, lumps, unit))
+    return tuple(weights)
+
+
+def filled_counterweights_at(
+    space: DesignSpace, program: ShakingProgram, best: LeastShaking
+) -> tuple[Counterweight, ...]:
+    """Describe the matter of limited density of each link that gets more than round-off.
+
+    Args:
+        space: a design space of the linkage, for the names of its bodies.
+        program: the regions and densities.
+        best: the answer.
+    """
+    matter, weights = program.matter, []
+    total = float(matter.masses @ best.s)
+    parts = zip(matter.regions, program.stocks, best.forms, matter.parts(best.s), strict=True)
+    for b, stock, form, part in parts:
+        P = (TRIANGLES[4] @ part).reshape(4, 4)
+        if P[3, 3] > LUMP_SHARE_LEAST * total:
+            weights.append(filled_counterweight(space.bodies[b], stock, form, P))
     return tuple(weights)
 
 

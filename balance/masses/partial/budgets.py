@@ -10,7 +10,11 @@ from numpy.typing import ArrayLike, NDArray
 
 from balance.masses.counterweights.regions import Region
 from balance.masses.designs.pseudo_inertia_cone import given_parameters
-from balance.masses.partial.added_weights import check_budget, counterweights_at
+from balance.masses.partial.added_weights import (
+    check_budget,
+    counterweights_at,
+    filled_counterweights_at,
+)
 from balance.masses.partial.elastic_frame import ElasticFrame
 from balance.masses.partial.least_shaking import CapsConflict, LeastShaking
 from balance.masses.partial.results import ParetoFront, PartialBalance
@@ -22,7 +26,11 @@ from balance.masses.partial.shaking_problem import (
 from balance.motion.verification.trajectory import Trajectory
 from balance.space.spaces.compute_space import design_space
 from balance.space.spaces.design_space import DesignSpace
-from balance.support.tolerances import LEAST_SHAKING_GAP, SHAKING_GAP_PROVED
+from balance.support.tolerances import (
+    FILLING_GAP_PROVED,
+    LEAST_SHAKING_GAP,
+    SHAKING_GAP_PROVED,
+)
 from kinematics.errors import UsageError
 from kinematics.loading.model_gallery import LinkageLike, as_linkage
 from kinematics.model.arrays import freeze
@@ -42,7 +50,8 @@ def partial(
     trajectories: Sequence[Trajectory] | None = None, weight_moment: float | None = None,
     max_bearing: Mapping[str, float] | None = None,
     max_torque: Mapping[str, float] | None = None, frame: ElasticFrame | None = None,
-    about: ArrayLike | None = None,
+    about: ArrayLike | None = None, density: float | Mapping[str, float] | None = None,
+    thickness: float | None = None,
 ) -> PartialBalance:  # fmt: skip
     """Compute the matter within a budget that lets a linkage shake least along motions.
 
@@ -69,6 +78,10 @@ def partial(
         frame: an elastic frame that carries the linkage.
         about: point in the inertial frame for moments, metres; the middle of the mechanism by
             default.
+        density: density that added matter nowhere exceeds, or that on some links by name,
+            kg/m³. By default the matter is point masses, denser than any material.
+        thickness: that of plates of added matter on a planar linkage, m, in equal halves about
+            its plane.
 
     Returns:
         The matter, what the linkage does with it, and the proof that nothing does better.
@@ -90,7 +103,7 @@ def partial(
     return single(
         space, add, budget, regions=regions, trajectories=trajectories, frame=frame,
         weight_moment=weight_moment, max_bearing=max_bearing, max_torque=max_torque,
-        about=about,
+        about=about, density=density, thickness=thickness,
     ).designs[0]  # fmt: skip
 
 
@@ -100,7 +113,8 @@ def single(
     trajectories: Sequence[Trajectory] | None = None, weight_moment: float | None = None,
     max_bearing: Mapping[str, float] | None = None,
     max_torque: Mapping[str, float] | None = None, frame: ElasticFrame | None = None,
-    about: ArrayLike | None = None,
+    about: ArrayLike | None = None, density: float | Mapping[str, float] | None = None,
+    thickness: float | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> ParetoFront:  # fmt: skip
     """Compute what `partial` does, as a front of one design.
@@ -115,12 +129,14 @@ def single(
         max_torque: largest drive torque of inputs, N m or N.
         frame: an elastic frame.
         about: point for moments, metres.
+        density: kg/m³.
+        thickness: of plates, metres.
         progress: called with the number of motions done and the number of all motions.
     """
     check_budget(budget)
     problem = build_problem(
         _space_of(space), add, regions or {}, trajectories, weight_moment, max_bearing or {},
-        max_torque or {}, frame, progress, about,
+        max_torque or {}, frame, progress, about, density, thickness,
     )  # fmt: skip
     designs = _describe(problem, [budget], [problem.solve(budget)])
     return ParetoFront(designs, problem.weight_moment, frame, problem.point)
@@ -133,7 +149,8 @@ def pareto(
     trajectories: Sequence[Trajectory] | None = None, weight_moment: float | None = None,
     max_bearing: Mapping[str, float] | None = None,
     max_torque: Mapping[str, float] | None = None, frame: ElasticFrame | None = None,
-    about: ArrayLike | None = None,
+    about: ArrayLike | None = None, density: float | Mapping[str, float] | None = None,
+    thickness: float | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> ParetoFront:  # fmt: skip
     """Compute designs between nothing added and the least shaking.
@@ -153,6 +170,8 @@ def pareto(
         max_torque: largest drive torque of inputs, N m or N.
         frame: an elastic frame.
         about: point for moments, metres.
+        density: kg/m³.
+        thickness: of plates, metres.
         progress: called with the number of steps done and the number of all steps.
 
     Returns:
@@ -185,7 +204,7 @@ def pareto(
 
     problem = build_problem(
         computed_space, add, regions or {}, trajectories, weight_moment, max_bearing or {},
-        max_torque or {}, frame, advance, about,
+        max_torque or {}, frame, advance, about, density, thickness,
     )  # fmt: skip
     most = UNLIMITED * given if budget is None else budget
     end = problem.solve(most)
@@ -223,7 +242,10 @@ def _result(
 ) -> PartialBalance:  # fmt: skip
     """Describe a minimiser."""
     gap = (best.value - best.bound) / problem.program.scale
-    weights = counterweights_at(problem.space, problem.matter, best.s)
+    if problem.program.stocks:
+        weights = filled_counterweights_at(problem.space, problem.program, best)
+    else:
+        weights = counterweights_at(problem.space, problem.matter, best.s)
     share = best.value / (given.objective or 1.0)
     mass = sum(weight.mass for weight in weights)
     mass_text = size_text(mass, ".4g", float(given_parameters(problem.space)[:, 0].sum()))
@@ -232,7 +254,7 @@ def _result(
     if problem.program.balanced and not weights:
         text = "optimal: the masses in the file are balanced, and nothing is added"
         verdict: Literal["optimal", "undecided"] = "optimal"
-    elif gap <= SHAKING_GAP_PROVED:
+    elif gap <= (FILLING_GAP_PROVED if problem.program.stocks else SHAKING_GAP_PROVED):
         text = f"optimal: {mass_text} kg leave {what}, and nothing in the regions does better"
         verdict = "optimal"
     else:

@@ -17,6 +17,11 @@ link, a quadratic polynomial of the position of a unit of mass. Its least value 
 is found globally (`balance.masses.counterweights.quadratic_minimum`).
 
 Caps hold at all samples; only those that a design exceeds enter the program.
+
+Matter of limited density is a mixture of parts of the regions
+(`balance.masses.counterweights.volume.stock`), which grow in number: of each solution, the
+parts where ``M_b`` is negative. Its bound has ``-Σ_b h_b(-M_b)`` instead of the last term, with
+the support functions h_b.
 """
 
 from __future__ import annotations
@@ -27,9 +32,15 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from balance.masses.counterweights.added_matter import lump_cone, moment_cone
+from balance.masses.counterweights.added_matter import (
+    MomentCone,
+    lump_cone,
+    mixture_cone,
+    moment_cone,
+)
 from balance.masses.counterweights.cylinder_points import first_points
 from balance.masses.counterweights.quadratic_minimum import minimise_in_region
+from balance.masses.counterweights.volume.stock import fill, most, whole_and_halves
 from balance.masses.partial.shaking_program import ShakingProgram
 from balance.support.clarabel_adapter import (
     TRIANGLES,
@@ -40,18 +51,25 @@ from balance.support.clarabel_adapter import (
 from balance.support.tolerances import (
     CAP_EXCEEDED,
     LEAST_SHAKING_GAP,
+    MASS_GAP,
     PRICE_ZERO,
     SOLVER_RESIDUAL,
 )
+from kinematics.model.arrays import freeze
 
 Array = NDArray[np.float64]
 
 # Most solutions of one question: each adds samples at which a cap is exceeded, or points.
 MAX_ROUNDS = 60
+# The same for matter of limited density, whose programs are smaller.
+MAX_PART_ROUNDS = 150
 # Samples of one cap that enter the program at once.
 SAMPLES_AT_ONCE = 8
 # The multiplier of t is 1 at a minimum, and 0 in a certificate that there is none.
 MULTIPLIER_HALF = 0.5
+
+
+NO_FORMS = freeze(np.empty((0, 4, 4)))
 
 
 class LeastShaking(NamedTuple):
@@ -62,12 +80,15 @@ class LeastShaking(NamedTuple):
         value: ``|R [s; 1]|``.
         bound: no matter within the budget has less; proved without the solver.
         rounds: number of conic programs solved.
+        forms: for matter of limited density, matrices (links, 4, 4) in unit coordinates that
+            are positive about where it is; empty otherwise.
     """
 
     s: Array
     value: float
     bound: float
     rounds: int
+    forms: Array = NO_FORMS
 
 
 class CapsConflict(NamedTuple):
@@ -109,14 +130,16 @@ def least_shaking(program: ShakingProgram, budget: float) -> LeastShaking | Caps
     minimiser = work.solve(None)
     if minimiser is None:
         return work.conflict()
-    bound = work.bound()
+    bound, forms = work.bound(), work.forms
     if work.price * budget <= PRICE_ZERO * work.scale:
         lighter = work.solve(program.value(minimiser))
-        minimiser = minimiser if lighter is None else lighter
+        if lighter is not None:
+            minimiser, forms = lighter, work.forms
     # The solver keeps the budget to its accuracy only; less of the same matter is in the cones.
     mass = float(program.matter.masses @ minimiser)
     minimiser = minimiser * min(1.0, budget / mass) if mass > 0.0 else minimiser
-    return LeastShaking(minimiser, program.value(minimiser), max(0.0, bound), work.rounds)
+    value = program.value(minimiser)
+    return LeastShaking(minimiser, value, max(0.0, bound), work.rounds, forms)
 
 
 class _Work:
@@ -134,6 +157,8 @@ class _Work:
             for k, region in enumerate(self.regions)
             if region.kind == "cylinder"
         }
+        self.parts = [whole_and_halves(stock) for stock in program.stocks]
+        self.forms = NO_FORMS
         self.active: list[list[int]] = [[] for _ in program.caps]
         self.scale = program.scale
         self.unit = min(budget, float(matter.given[:, 0].sum()) or budget)
@@ -147,25 +172,30 @@ class _Work:
         Returns:
             Coordinates s (count,); None if there are none, or the solver fails.
         """
-        while self.rounds < MAX_ROUNDS:
+        for _ in range(MAX_PART_ROUNDS if self.parts else MAX_ROUNDS):
             self.rounds += 1
             s = self._solve_once(limit)
             if s is None:
                 return None
             # Points first: the multipliers belong to the samples of the last program.
-            grown = limit is None and self._add_points()
+            if self.parts:
+                grown = self._add_parts(s, limit is not None)
+            else:
+                grown = limit is None and self._add_points()
             grown |= self._add_samples(s)
             if not grown:
                 return s
-        return None
+        return s if self.parts else None
 
     def bound(self) -> float:
         """Compute the bound that the multipliers prove; see the head of this module."""
-        least = min(value for value, _ in self._polynomial_minima())
         fixed = self.u @ self.program.factor[:, -1] - self.price * self.budget
         for cap, chosen, w in zip(self.program.caps, self.active, self.w, strict=True):
             last = cap.columns[chosen, :, -1]
             fixed -= cap.most * np.linalg.norm(w, axis=1).sum() + float(np.sum(w * last))
+        if self.parts:
+            return float(fixed) - self._held()[0]
+        least = min(value for value, _ in self._polynomial_minima())
         return float(fixed + self.budget * min(0.0, least))
 
     def conflict(self) -> CapsConflict:
@@ -183,17 +213,46 @@ class _Work:
             not self.u.any() and self.bound() > LEAST_SHAKING_GAP * whole, names
         )
 
-    def _polynomial_minima(self) -> list[tuple[float, Array]]:
-        """Compute the least value of each link's polynomial M_b, and where it is."""
+    def _polynomials(self) -> Array:
+        """Compute each link's polynomial M_b (links, 4, 4)."""
         matter = self.program.matter
         coefficients = self.u @ self.program.factor[:, :-1] + self.price * matter.masses
         for cap, chosen, w in zip(self.program.caps, self.active, self.w, strict=True):
             coefficients = coefficients - np.einsum("nk,nki->i", w, cap.columns[chosen, :, :-1])
-        forms = (matter.parts(coefficients) @ TRIANGLES[4].T).reshape(-1, 4, 4)
+        return np.asarray((matter.parts(coefficients) @ TRIANGLES[4].T).reshape(-1, 4, 4))
+
+    def _polynomial_minima(self) -> list[tuple[float, Array]]:
+        """Compute the least value of each link's polynomial M_b, and where it is."""
         return [
             minimise_in_region(region, form)
-            for region, form in zip(self.regions, forms, strict=True)
+            for region, form in zip(self.regions, self._polynomials(), strict=True)
         ]
+
+    def _held(self) -> tuple[float, list[Array]]:
+        """Compute ``Σ_b h_b(-M_b)`` with the estimates of its errors, and the parts."""
+        total, parts = 0.0, []
+        for stock, M in zip(self.program.stocks, self._polynomials(), strict=True):
+            seen = stock.seen_from_inside(-M)
+            total += sum(most(seen, -M))
+            parts.append(fill(seen, -M))
+        return total, parts
+
+    def _add_parts(self, s: Array, lighter: bool) -> bool:
+        """Add the parts of regions where matter helps; whether they help by more than a gap.
+
+        Args:
+            s: the last solution.
+            lighter: whether the mass is minimised, and not the load.
+        """
+        M = self._polynomials()
+        self.forms = -M
+        held, parts = self._held()
+        mixed = -float(triangles(M).reshape(-1) @ s)
+        size = float(self.program.matter.masses @ s) if lighter else self.scale
+        gap = MASS_GAP / self.unit if lighter else LEAST_SHAKING_GAP
+        for known, part in zip(self.parts, parts, strict=True):
+            known.append(part)
+        return held - mixed > gap * size
 
     def _add_points(self) -> bool:
         """Add points of cylinders where mass lowers the load; whether there are any."""
@@ -218,16 +277,13 @@ class _Work:
 
     def _solve_once(self, limit: float | None) -> Array | None:
         """Solve one conic program in the variables of the cones, and t."""
-        cones = [
-            lump_cone(self.points[k]) if k in self.points else moment_cone(region)
-            for k, region in enumerate(self.regions)
-        ]
+        cones = [self._cone(k) for k in range(len(self.regions))]
         # Coordinates s as a function of the variables.
         T = self.unit * _block_diagonal([triangles(cone.matrices).T for cone in cones])
         cone_rows = _block_diagonal([cone.rows for cone in cones])
         blocks, parts = self._load_blocks(T)
-        rows, offset = np.vstack([cone_rows, *(A for A, _ in blocks)]), np.zeros(len(cone_rows))
-        offset = np.concatenate([offset, *(b for _, b in blocks)])
+        rows = np.vstack([cone_rows, *(A for A, _ in blocks)])
+        offset = np.concatenate([*(cone.constants for cone in cones), *(b for _, b in blocks)])
         parts = [*(part for cone in cones for part in cone.parts), *parts]
         size, at = T.shape[1], len(cone_rows) + 1
         if limit is None:
@@ -238,11 +294,19 @@ class _Work:
             q = self.program.matter.masses @ T / self.unit
             offset[at] = _loosened(limit / self.scale)
         solution = solve_conic(q, rows, offset, parts)
-        if limit is None:
-            self._read_multipliers(solution.dual[len(cone_rows) :])
+        if limit is None or self.parts:
+            self._read_multipliers(solution.dual[len(cone_rows) :], limit is not None)
         if solution.infeasible or not np.isfinite(solution.x).all():
             return None
         return np.asarray(T @ solution.x[:size])
+
+    def _cone(self, k: int) -> MomentCone:
+        """Describe the matter of a link."""
+        if self.parts:
+            return mixture_cone(np.array(self.parts[k]) / self.unit)
+        if k in self.points:
+            return lump_cone(self.points[k])
+        return moment_cone(self.regions[k])
 
     def _load_blocks(self, T: Array) -> tuple[list[tuple[Array, Array]], list[ConstraintBlock]]:
         """Build rows and constants of the budget, the load and the caps, and their cones."""
@@ -255,18 +319,25 @@ class _Work:
                 parts.append(ConstraintBlock("second_order", len(columns) + 1))
         return blocks, parts
 
-    def _read_multipliers(self, dual: Array) -> None:
-        """Keep the multipliers of budget, load and caps, in SI units."""
-        self.price = max(0.0, float(dual[0])) * self.scale / self.budget
+    def _read_multipliers(self, dual: Array, lighter: bool) -> None:
+        """Keep the multipliers of budget, load and caps.
+
+        They are in SI units where the load is minimised; where the mass is, that has the price
+        of one over its unit.
+        """
+        scale = 1.0 if lighter else self.scale
+        self.price = max(0.0, float(dual[0])) * scale / self.budget
         at = 2 + len(self.program.factor)
         # The multiplier of t is 1; in a certificate that there is nothing, it is 0.
         u, self.u = -dual[2:at], np.zeros(at - 2)
-        if dual[1] > MULTIPLIER_HALF:
+        if lighter:
+            self.price, self.u = self.price + 1.0 / self.unit, u / self.scale
+        elif dual[1] > MULTIPLIER_HALF:
             self.u = u / max(1.0, float(np.linalg.norm(u)))
         for k, (cap, chosen) in enumerate(zip(self.program.caps, self.active, strict=True)):
             width = cap.columns.shape[1] + 1
             multipliers = dual[at : at + width * len(chosen)].reshape(len(chosen), width)
-            self.w[k] = multipliers[:, 1:] * self.scale / cap.most
+            self.w[k] = multipliers[:, 1:] * scale / cap.most
             at += multipliers.size
 
 

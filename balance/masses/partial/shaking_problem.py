@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from balance.masses.counterweights.link_regions import regions_of
 from balance.masses.counterweights.regions import Region
+from balance.masses.counterweights.volume.plates import density_limits, stocks_of
 from balance.masses.partial.elastic_frame import ElasticFrame, vibration
 from balance.masses.partial.least_shaking import (
     CapsConflict,
@@ -161,7 +162,8 @@ def build_problem(
     trajectories: Sequence[Trajectory] | None, weight_moment: float | None,
     max_bearing: Mapping[str, float], max_torque: Mapping[str, float],
     frame: ElasticFrame | None, progress: Callable[[int, int], None] | None = None,
-    about: ArrayLike | None = None,
+    about: ArrayLike | None = None, density: float | Mapping[str, float] | None = None,
+    thickness: float | None = None,
 ) -> ShakingProblem:  # fmt: skip
     """Compute the loads along motions and factorise the objective.
 
@@ -178,6 +180,8 @@ def build_problem(
         progress: called with the number of motions done and the number of all.
         about: point in the inertial frame for moments, metres; the middle of the mechanism by
             default.
+        density: density that added matter nowhere exceeds, kg/m³; None for point masses.
+        thickness: that of plates of added matter, m; None for other matter.
 
     Raises:
         BodyError: a link is unknown, or its region cannot be found.
@@ -185,6 +189,9 @@ def build_problem(
         UsageError: a number is out of range, or a joint is unknown.
     """
     chosen = regions_of(space, add, regions)
+    limits = density_limits(space, chosen, density, thickness)
+    stocks = stocks_of(space, chosen, limits) if limits else {}
+    chosen = {b: stocks[b].region if stocks else region for b, region in chosen.items()}
     length = space.linkage.spatial_chain.frame.length
     weight = length if weight_moment is None else float(weight_moment)
     if not (isfinite(weight) and weight > 0.0):
@@ -214,7 +221,7 @@ def build_problem(
         ])  # fmt: skip
     caps = _caps(space, loads, max_bearing, max_torque)
     single = _single_bodies(loads, blocks, weight, frame)
-    program = ShakingProgram(matter, whole, single, caps)
+    program = ShakingProgram(matter, whole, single, caps, tuple(stocks.values()))
     return ShakingProblem(
         space,
         matter,

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from balance.masses.counterweights.volume.stock import Stock
 from balance.masses.partial.motion_loads import AddedParameters
 from balance.motion.motion_tolerances import SHAKING_RELATIVE
 
@@ -41,12 +42,14 @@ class ShakingProgram:
         factor: triangular factor R (rows, count + 1).
         single: sum of the loads of the single bodies of the file, if none cancelled another.
         caps: bounds on loads.
+        stocks: matter of limited density in the regions; empty for point masses.
     """
 
     matter: AddedParameters
     factor: Array
     single: float
     caps: tuple[Cap, ...] = ()
+    stocks: tuple[Stock, ...] = ()
 
     @property
     def given(self) -> float:

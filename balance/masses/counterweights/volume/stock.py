@@ -102,6 +102,16 @@ def fill(stock: Stock, form: Array, rays: int = FINE) -> Array:
     return stock.per_volume * moments
 
 
+def whole_and_halves(stock: Stock) -> list[Array]:
+    """Compute the moments (4, 4), kg, of the whole region and of its halves along each axis."""
+    parts = [fill(stock, np.diag([0.0, 0.0, 0.0, 1.0]))]
+    for axis in range(3):
+        half = np.zeros((4, 4))
+        half[axis, 3] = half[3, axis] = 1.0
+        parts += [fill(stock, half), fill(stock, -half)]
+    return parts
+
+
 def most(stock: Stock, form: Array) -> tuple[float, float]:
     """Compute the support function h(Q) and an estimate of its error, kg.
 

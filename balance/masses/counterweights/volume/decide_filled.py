@@ -107,18 +107,20 @@ def _excluded(
     words = f"infeasible: the regions of {names}, which hold {holds}, are too small"
     return replace(
         blank, verdict="infeasible", certificate=w, check=check, words=words,
-        relaxations=(_denser(blank.space, stocks, needed),),
+        relaxations=_denser(blank.space, stocks, needed),
     )  # fmt: skip
 
 
 def _denser(
     space: DesignSpace, stocks: Mapping[int, Stock], needed: DensityNeeded
-) -> Relaxation:
-    """Describe the density that is enough, and the least mass that it needs."""
+) -> tuple[Relaxation, ...]:
+    """Describe the density that is enough, if it was found, and the least mass it needs."""
+    if not np.isfinite(needed.factor):
+        return ()
     program = build_added_program(space, {b: it.region for b, it in stocks.items()}, "mass")
     factor = needed.factor * (1.0 + DENSITY_GAP)
     mass = least_mass(program, list(stocks.values()), needed, factor)
-    return Relaxation(None, factor, program.unit * mass)
+    return (Relaxation(None, factor, program.unit * mass),)
 
 
 def _filled(

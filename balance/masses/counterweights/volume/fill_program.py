@@ -220,7 +220,7 @@ class _Columns:
                 if bound > lower and np.isfinite(value):
                     lower, best = bound, z
                 self.parts.append(moments)
-            if value - lower <= gap * abs(value):
+            if np.isfinite(value) and value - lower <= gap * abs(value):
                 break
         return value, y if best is None else best
 

@@ -194,7 +194,9 @@ class _Work:
             last = cap.columns[chosen, :, -1]
             fixed -= cap.most * np.linalg.norm(w, axis=1).sum() + float(np.sum(w * last))
         if self.parts:
-            return float(fixed) - self._held()[0]
+            forms = -self._polynomials()
+            pairs = zip(self.program.stocks, forms, strict=True)
+            return float(fixed) - sum(sum(most(s.seen_from_inside(Q), Q)) for s, Q in pairs)
         least = min(value for value, _ in self._polynomial_minima())
         return float(fixed + self.budget * min(0.0, least))
 
@@ -228,15 +230,6 @@ class _Work:
             for region, form in zip(self.regions, self._polynomials(), strict=True)
         ]
 
-    def _held(self) -> tuple[float, list[Array]]:
-        """Compute ``Σ_b h_b(-M_b)`` with the estimates of its errors, and the parts."""
-        total, parts = 0.0, []
-        for stock, M in zip(self.program.stocks, self._polynomials(), strict=True):
-            seen = stock.seen_from_inside(-M)
-            total += sum(most(seen, -M))
-            parts.append(fill(seen, -M))
-        return total, parts
-
     def _add_parts(self, s: Array, lighter: bool) -> bool:
         """Add the parts of regions where matter helps; whether they help by more than a gap.
 
@@ -244,15 +237,15 @@ class _Work:
             s: the last solution.
             lighter: whether the mass is minimised, and not the load.
         """
-        M = self._polynomials()
-        self.forms = -M
-        held, parts = self._held()
-        mixed = -float(triangles(M).reshape(-1) @ s)
+        self.forms = -self._polynomials()
         size = float(self.program.matter.masses @ s) if lighter else self.scale
         gap = MASS_GAP / self.unit if lighter else LEAST_SHAKING_GAP
-        for known, part in zip(self.parts, parts, strict=True):
+        gain = -float(triangles(self.forms).reshape(-1) @ s)
+        for stock, form, known in zip(self.program.stocks, self.forms, self.parts, strict=True):
+            part = fill(stock.seen_from_inside(form), form)
+            gain += float(np.sum(form * part))
             known.append(part)
-        return held - mixed > gap * size
+        return gain > gap * size
 
     def _add_points(self) -> bool:
         """Add points of cylinders where mass lowers the load; whether there are any."""

@@ -280,7 +280,7 @@ def _maximise(
         for _ in range(MOST_STEPS):
             if float(np.linalg.norm(gradient)) <= FILL_RESIDUAL:
                 break
-            H = _curvature(program, seen, y)
+            H = _curvature(program, seen, y, rays)
             H = H + FILL_ROUND_OFF * (1.0 + float(np.trace(H))) * np.eye(len(H))
             step = np.linalg.solve(H, gradient)
             for halving in range(MOST_HALVINGS):
@@ -307,10 +307,12 @@ def _dual(
     return value, program.target - conditions_of(program, moments)
 
 
-def _curvature(program: AddedProgram, stocks: Sequence[Stock], y: Array) -> Array:
+def _curvature(program: AddedProgram, stocks: Sequence[Stock], y: Array, rays: int) -> Array:
     """Compute minus the second derivative of the dual (ρ, ρ)."""
     forms = forms_of(program, y, program.cost)
-    S = np.array([stiffness(stock, form) for stock, form in zip(stocks, forms, strict=True)])
+    S = np.array(
+        [stiffness(stock, form, rays) for stock, form in zip(stocks, forms, strict=True)]
+    )
     return np.asarray(
         np.einsum("lri,lij,lsj->rs", program.rows, S, program.rows) / program.unit
     )

@@ -46,7 +46,6 @@ class Rays(NamedTuple):
         return np.asarray((v[:, :, None] * v[:, None, :]).reshape(-1, 16))
 
 
-@lru_cache(maxsize=16)
 def rays_of(region: Region, count: int, origin: tuple[float, float, float]) -> Rays:
     """Choose rays to the surface of a region, in its unit coordinates.
 
@@ -55,6 +54,14 @@ def rays_of(region: Region, count: int, origin: tuple[float, float, float]) -> R
         count: about how many.
         origin: the point o that they start from.
     """
+    ends, areas, normals, heights = _surface(region, count)
+    o = np.array(origin)
+    return Rays(o, ends - o, areas * (heights - normals @ o))
+
+
+@lru_cache(maxsize=32)
+def _surface(region: Region, count: int) -> tuple[Array, Array, Array, Array]:
+    """Choose points of the surface, their areas, normals, and heights ``p · normal``."""
     if region.offsets.size:
         ends, areas, normals = _polytope_surface(region, count)
     elif region.kind == "cylinder":
@@ -62,9 +69,7 @@ def rays_of(region: Region, count: int, origin: tuple[float, float, float]) -> R
     else:
         ends, areas = _sphere(count)
         normals = ends
-    o = np.array(origin)
-    sides = ends - o
-    return Rays(o, sides, areas * np.einsum("ni,ni->n", sides, normals))
+    return ends, areas, normals, (ends * normals).sum(axis=1)
 
 
 def integrate_positive_part(rays: Rays, form: Array) -> Array:
@@ -126,7 +131,7 @@ def _positive_intervals(rays: Rays, form: Array) -> tuple[Array, NDArray[np.bool
         (n, 3), and the size of its derivative at the inner ends (n,).
     """
     p, o = rays.sides, np.append(rays.origin, 1.0)
-    a = np.einsum("ni,ij,nj->n", p, form[:3, :3], p)
+    a = ((p @ form[:3, :3]) * p).sum(axis=1)
     b, c = p @ (form[:3] @ o), float(o @ form @ o)
     root = np.sqrt(np.maximum(b * b - a * c, 0.0))
     far = -(b + np.copysign(root, b))

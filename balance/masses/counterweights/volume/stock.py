@@ -29,9 +29,9 @@ from balance.support.tolerances import CURVATURE_ZERO
 
 Array = NDArray[np.float64]
 
-# Rays of a region while a design is sought, for its final moments, and for the estimate of
-# their error.
-COARSE, FINE, ESTIMATE = 4_000, 24_000, 6_000
+# Rays of a region while a design is sought, for its final moments, for bounds, and for the
+# estimate of their errors.
+COARSE, FINE, SURE, ESTIMATE = 4_000, 24_000, 160_000, 40_000
 # Where rays start: at no place that a form is likely to vanish at by symmetry, and otherwise
 # this far from the centre towards the point where the form is largest.
 CENTRE, ORIGIN_INSIDE = (0.11, 0.17, 0.23), 0.9
@@ -123,18 +123,19 @@ def most(stock: Stock, form: Array) -> tuple[float, float]:
         form: symmetric matrix Q (4, 4) in unit coordinates.
     """
     Q = stock.felt(form)
-    value = float(np.sum(Q * fill(stock, Q)))
+    value = float(np.sum(Q * fill(stock, Q, SURE)))
     if not Q[:3, :3].any():
         return value, 0.0
     return value, abs(value - float(np.sum(Q * fill(stock, Q, ESTIMATE))))
 
 
-def stiffness(stock: Stock, form: Array) -> Array:
+def stiffness(stock: Stock, form: Array, rays: int) -> Array:
     """Compute the second derivatives (10, 10) of h in the coordinates `symmetric_basis`, kg.
 
     Args:
         stock: region and density.
         form: symmetric matrix Q (4, 4) in unit coordinates.
+        rays: how many rays sum up the surface of a quadric.
     """
     Q, basis = stock.felt(form), symmetric_basis()
     if not Q[:3, :3].any():
@@ -142,7 +143,7 @@ def stiffness(stock: Stock, form: Array) -> Array:
     if stock.mirror is not None:
         basis = 0.5 * (basis + stock.mirror.T @ basis @ stock.mirror)
     return stock.per_volume * surface_products(
-        rays_of(stock.region, COARSE, stock.origin), Q, basis
+        rays_of(stock.region, rays, stock.origin), Q, basis
     )
 
 

@@ -16,11 +16,12 @@ from balance.masses.counterweights.volume.filling_check import FillingCheck
 from balance.masses.designs.feasibility import Verdict
 from balance.space.inertial_parameters.conversions import LABELS, PLANAR_LABELS
 from balance.space.spaces.design_space import DesignSpace
-from kinematics.numerics.linalg.ties import first_largest
 from kinematics.wording import html_facts, number_text, repr_lines
 
 Array = NDArray[np.float64]
 
+# Added mass, over the given mass, above which a change of the request is no help.
+MOST_ADDED = 100.0
 COUNTERWEIGHTS_SCHEMA = "balance.counterweights/1"
 
 
@@ -147,16 +148,10 @@ class Counterweights:
         return None if self.value is None else self.value + self.price * self.added_mass
 
     @property
-    def densest(self) -> tuple[str, float] | None:
-        """The link whose matter is densest if it fills its region, and that density, kg/m³.
-
-        Point masses are denser than that wherever they are.
-        """
-        means = [(weight.mass / weight.region.volume, weight.link) for weight in self.weights]
-        if not means:
-            return None
-        density, link = means[first_largest([mean for mean, _ in means])]
-        return link, density
+    def worth_naming(self) -> tuple[Relaxation, ...]:
+        """Changes of the request that need no more than a hundred times the given mass."""
+        most = MOST_ADDED * self.given_mass
+        return tuple(change for change in self.relaxations if change.mass <= most)
 
     def to_dict(self) -> dict[str, object]:
         """Return plain data for JSON; see ``schemas/counterweights.schema.json``."""

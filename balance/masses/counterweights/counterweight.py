@@ -87,9 +87,14 @@ class Counterweight:
         return f"{share}: beyond {number_text(distance)} m along {vector_text(normal)}"
 
     @property
+    def mean_density(self) -> float:
+        """Density if it filled its region, kg/m³: point masses are denser wherever they are."""
+        return self.mass / self.region.volume
+
+    @property
     def share(self) -> float:
         """Part of the region that is filled; 0 for point masses."""
-        return 0.0 if self.density is None else self.mass / (self.density * self.region.volume)
+        return 0.0 if self.density is None else self.mean_density / self.density
 
     @property
     def volumes(self) -> dict[str, float]:

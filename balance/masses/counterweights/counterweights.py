@@ -27,8 +27,6 @@ from kinematics.numerics.linalg.ties import rank_least_first
 
 # Largest factor by which a region may grow.
 LARGEST_GROWTH = 64.0
-# Added mass, over the given mass, above which a change of the request is no help.
-MOST_ADDED = 100.0
 
 MassOf = Callable[[Mapping[int, Region]], float | None]
 
@@ -116,11 +114,10 @@ def counterweights(
         helped = decide(space, more)
         return helped.added_mass if helped.verdict == "feasible" else None
 
-    most = MOST_ADDED * (answer.given_mass or np.inf)
-    helps = _single_relaxations(space, body_regions, mass_of)
-    helps = tuple(help for help in (*answer.relaxations, *helps) if help.mass <= most)
-    text = f"{answer.words}; {helps[0].words}" if helps else answer.words
-    return replace(answer, relaxations=helps, words=text)
+    helps = (*answer.relaxations, *_single_relaxations(space, body_regions, mass_of))
+    answer = replace(answer, relaxations=helps)
+    worth = answer.worth_naming
+    return replace(answer, words=f"{answer.words}; {worth[0].words}") if worth else answer
 
 
 def _single_relaxations(

@@ -12,7 +12,9 @@ from balance.app.answers.text.design import FORCE_ONLY, OTHER_WAYS, vector_digit
 from balance.app.answers.text.linkage import linkage_facts
 from balance.masses.counterweights.answer import Counterweights
 from balance.masses.counterweights.counterweight import DENSITIES, Counterweight
+from balance.masses.designs.density import STEEL
 from balance.support.tolerances import MASSES_EQUAL
+from kinematics.numerics.linalg.ties import first_largest
 from kinematics.wording import number_text, size_text
 
 UNITS = {"mass": "kg", "inertia": "kg m²", "rotor": "kg m²"}
@@ -20,10 +22,8 @@ CUBIC_CENTIMETRES = 1e6
 DIGITS = 5
 # Rows and columns of Ixx, Iyy, Izz, Ixy, Ixz, Iyz.
 ENTRIES = ((0, 1, 2, 0, 0, 1), (0, 1, 2, 1, 2, 2))
-# Added mass, over the given mass, above which partial balance is named, and above which a
-# change of the request is no help.
+# Added mass, over the given mass, above which partial balance is named.
 MUCH_ADDED = 3.0
-MOST_ADDED = 100.0
 
 
 def counterweights_facts(counterweights: Counterweights) -> list[tuple[str, str]]:
@@ -44,10 +44,9 @@ def counterweights_facts(counterweights: Counterweights) -> list[tuple[str, str]
             (f"region {name}", region.text + default * (name in counterweights.chosen))
         )
     if counterweights.value is not None:
-        value = number_text(counterweights.value, f".{DIGITS}g")
         gap = size_text(counterweights.gap or 0.0, floor=MASSES_EQUAL)
-        value = f"{counterweights.minimise}: {value} {UNITS[counterweights.minimise]}"
-        pairs.append(("minimised", f"{value}; gap to its proved bound {gap} of it"))
+        what = _objective_text(counterweights)
+        pairs.append(("minimised", f"{what}; gap to its proved bound {gap} of it"))
         share = (
             counterweights.added_mass / counterweights.given_mass
             if counterweights.given_mass
@@ -60,16 +59,56 @@ def counterweights_facts(counterweights: Counterweights) -> list[tuple[str, str]
         )
         if share > MUCH_ADDED:
             added += " (balance reduce --pareto 10 weighs mass against shaking)"
-        pairs += [("added", added), ("residual", size_text(counterweights.residual or 0.0))]
+        pairs += [("added", added), *density_facts(counterweights.weights)]
+        pairs.append(("residual", size_text(counterweights.residual or 0.0)))
     if counterweights.check:
         pairs.append(("certificate", str(counterweights.check)))
-    most = MOST_ADDED * counterweights.given_mass
-    pairs += [
-        ("would help", relaxation.words)
-        for relaxation in counterweights.relaxations
-        if relaxation.mass <= most
-    ]
+    pairs += [("would help", relaxation.words) for relaxation in counterweights.worth_naming]
     return pairs
+
+
+def _objective_text(counterweights: Counterweights) -> str:
+    """Say what was minimised, with the price of mass, and its value."""
+    name, unit = counterweights.minimise, UNITS[counterweights.minimise]
+    value, whole = (
+        number_text(x or 0.0, f".{DIGITS}g")
+        for x in (counterweights.value, counterweights.priced)
+    )
+    if not counterweights.price:
+        return f"{name}: {value} {unit}"
+    price = number_text(counterweights.price)
+    return f"{name} + {price} m² × added mass: {whole} {unit}, of which {name} {value} {unit}"
+
+
+def density_facts(weights: Sequence[Counterweight]) -> list[tuple[str, str]]:
+    """Say how dense added matter is, or would have to be at least."""
+    if not weights:
+        return []
+    limits = {weight.link: weight.density for weight in weights if weight.density}
+    if limits:
+        one = len(set(limits.values())) == 1
+        parts = [f"{number_text(value)} kg/m³ on {link}" for link, value in limits.items()]
+        text = f"{number_text(next(iter(limits.values())))} kg/m³" if one else ", ".join(parts)
+        return [("density", f"at most {text}")]
+    means = [weight.mean_density for weight in weights]
+    densest = first_largest(means)
+    times = number_text(means[densest] / STEEL, ".3g")
+    text = (
+        f"no limit: lumps are points; '{weights[densest].link}' would be {times} times as "
+        "dense as steel if it filled its region (--density sets a limit)"
+    )
+    return [("density", text)]
+
+
+def part_lines(weights: Sequence[Counterweight], how: str = "") -> list[str]:
+    """Say which part of its region each filled counterweight is.
+
+    Args:
+        weights: counterweights; those that fill no part are left out.
+        how: a word before the part.
+    """
+    filled = [weight for weight in weights if weight.form is not None]
+    return [f"{weight.link} fills {how}{weight.what}" for weight in filled]
 
 
 def counterweight_rows(
@@ -99,6 +138,7 @@ def counterweights_body(counterweights: Counterweights) -> AnswerBody:
     body: list[AnswerPart] = [Facts(counterweights_facts(counterweights), least=1)]
     if counterweights.weights:
         body += ["", AnswerTable(counterweight_rows(counterweights.weights))]
+    body += part_lines(counterweights.weights)
     for weight in counterweights.weights:
         if not weight.lumps:
             moments = vector_digits(weight.inertia[ENTRIES], DIGITS)

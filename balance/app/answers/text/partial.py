@@ -8,7 +8,11 @@ from __future__ import annotations
 from math import inf
 
 from balance.app.answers.answer import AnswerBody, AnswerPart, AnswerTable, Facts
-from balance.app.answers.text.counterweights import counterweight_rows
+from balance.app.answers.text.counterweights import (
+    counterweight_rows,
+    density_facts,
+    part_lines,
+)
 from balance.app.answers.text.linkage import linkage_facts
 from balance.masses.partial.results import ParetoFront, PartialBalance
 from balance.support.tolerances import SHAKING_GAP_PROVED
@@ -43,7 +47,7 @@ def partial_facts(front: ParetoFront) -> list[tuple[str, str]]:
             )
         if given.force_off > 0.0 or best.found.force_off > 0.0:
             pairs.append(("tables", _rounding_text(best)))
-        pairs += _drives(best)
+        pairs += [*density_facts(best.weights), *_drives(best)]
     return pairs
 
 
@@ -110,4 +114,5 @@ def partial_body(front: ParetoFront) -> AnswerBody:
         body += ["", AnswerTable(front_rows(front))]
     if front.designs[-1].weights:
         body += ["", AnswerTable(counterweight_rows(front.designs[-1].weights, DIGITS))]
+        body += part_lines(front.designs[-1].weights, "about ")
     return body

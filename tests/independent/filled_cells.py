@@ -70,7 +70,9 @@ def _solve(A, target, cap, slack, owners):
     """Least mass of cells; with slacks of first moments up to the mass of their link."""
     n = A.shape[1]
     if slack is None:
-        answer = linprog(np.ones(n), A_eq=A, b_eq=target, bounds=np.column_stack([0 * cap, cap]))
+        answer = linprog(
+            np.ones(n), A_eq=A, b_eq=target, bounds=np.column_stack([0 * cap, cap])
+        )
     else:
         owner, slack_owner = owners
         k = slack.shape[1]

@@ -1,0 +1,116 @@
+"""The least shaking with matter of limited density, against least squares over cells."""
+
+import numpy as np
+import pytest
+from scipy.optimize import lsq_linear
+
+import balance
+from balance.masses.counterweights.region_text import read_region
+from balance.masses.partial.shaking_problem import build_problem
+from balance.motion.verification.trajectory import random_motions
+from balance.support.clarabel_adapter import triangles
+from kinematics.loading.model_gallery import as_linkage
+from tests.independent.filled_cells import cells
+
+STEEL = 7850.0
+BOXES = {"crank": "box(-0.2:0,-0.2:0,-0.01:0.01)", "rocker": "box(0:0.2,-0.4:-0.1,-0.01:0.01)"}
+
+
+def question(balanced, count=1):
+    linkage = as_linkage("four_bar_general")
+    space = balance.design_space(linkage, balance=balanced, max_order=0)
+    return space, list(random_motions(linkage, count, 60))
+
+
+def cells_of(regions, density, count):
+    """Moments of cells inside regions, kg, and their masses, by link."""
+    parts = []
+    for region in regions:
+        middles, size, inside = cells(region, count)
+        own = np.zeros((4, 4))
+        back = np.linalg.inv(region.place)
+        own[:3, :3] = np.diag(size**2 / 12.0)
+        p = np.column_stack([middles[inside], np.ones(inside.sum())])
+        moments = p[:, :, None] * p[:, None, :] + own
+        parts.append(density * np.prod(size) * (back @ moments @ back.T))
+    return parts
+
+
+@pytest.mark.parametrize("balanced", ["force", pytest.param("dynamic", marks=pytest.mark.slow)])
+def test_the_bound_is_below_bounded_least_squares_and_the_answer_near_it(balanced):
+    space, motions = question(balanced)
+    found = balance.partial(
+        space, ["crank", "rocker"], 1000.0, regions=BOXES, trajectories=motions, density=STEEL
+    )
+    assert found.verdict == "optimal"
+    problem = build_problem(space, list(BOXES), BOXES, motions, None, {}, {}, None)
+    R = problem.program.factor
+    parts = cells_of([read_region(text) for text in BOXES.values()], STEEL, 600)
+    blocks = [
+        R[:, 10 * k : 10 * k + 10] @ triangles(moments).T for k, moments in enumerate(parts)
+    ]
+    best = lsq_linear(np.hstack(blocks), -R[:, -1], (0.0, 1.0), tol=1e-10)
+    least = np.sqrt(2.0 * best.cost)
+    assert found.bound <= least * (1.0 + 1e-6)
+    assert least <= 1.05 * found.found.objective + 1e-6 * found.given.objective
+    for weight in found.weights:
+        assert 0.0 < weight.share <= 1.0 + 1e-9 and weight.density == STEEL
+
+
+@pytest.mark.slow
+def test_no_random_filling_shakes_less_than_the_bound():
+    space, motions = question("force")
+    found = balance.partial(
+        space, ["crank", "rocker"], 0.5, regions=BOXES, trajectories=motions, density=STEEL
+    )
+    assert found.verdict == "optimal" and found.mass <= 0.5 * (1.0 + 1e-9)
+    problem = build_problem(space, list(BOXES), BOXES, motions, None, {}, {}, None)
+    parts = cells_of([read_region(text) for text in BOXES.values()], STEEL, 200)
+    rng, least = np.random.default_rng(0), np.inf
+    for _ in range(2000):
+        s, mass = [], 0.0
+        for moments in parts:
+            side = rng.normal(size=4) * [1.0, 1.0, 0.2, 0.7]
+            order = moments[:, :, 3] @ side
+            shares = (order > np.quantile(order, rng.uniform(0.3, 1.0))) * 1.0
+            total = np.tensordot(shares, moments, 1)
+            s.append(triangles(total))
+            mass += total[3, 3]
+        scale = min(1.0, 0.5 / mass)
+        least = min(least, problem.program.value(scale * np.concatenate(s)))
+    assert found.bound <= least and found.found.objective <= least * (1.0 + 1e-6)
+
+
+@pytest.mark.slow
+def test_less_density_leaves_more_shaking():
+    space, motions = question("force")
+    left = [
+        balance.partial(
+            space, ["crank", "rocker"], 5.0, regions=BOXES, trajectories=motions, **limits
+        ).found.objective
+        for limits in ({"density": 1000.0}, {"density": STEEL}, {"density": 1e7}, {})
+    ]
+    assert left[0] > 1.05 * left[1] > 1.05 * 1.05 * left[2]
+    assert left[2] >= left[3] - 1e-6 * left[0]
+
+
+@pytest.mark.slow
+def test_caps_hold_with_a_density():
+    space, motions = question("force")
+    free = balance.partial(
+        space, ["crank", "rocker"], 5.0, regions=BOXES, trajectories=motions, density=STEEL
+    )
+    most = 0.5 * (free.found.torque["u1"] + free.given.torque["u1"])
+    capped = balance.partial(
+        space, ["crank", "rocker"], 5.0, regions=BOXES, trajectories=motions, density=STEEL,
+        max_torque={"u1": most},
+    )  # fmt: skip
+    assert free.found.torque["u1"] > most
+    assert capped.verdict == "optimal"
+    assert capped.found.torque["u1"] <= most * (1.0 + 1e-6)
+    assert capped.found.objective > free.found.objective
+    none = balance.partial(
+        space, ["crank"], 5.0, regions={"crank": BOXES["crank"]}, trajectories=motions,
+        density=STEEL, max_torque={"u1": 0.1 * free.given.torque["u1"]},
+    )  # fmt: skip
+    assert none.verdict in ("infeasible", "undecided") and none.found is None

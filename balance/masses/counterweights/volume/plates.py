@@ -111,18 +111,18 @@ def _plate(region: Region, normal: Array, height: float, thickness: float) -> Re
         return _prism(_section(corners, normal, height), half, text)
     across = A.T @ normal
     size = float(np.linalg.norm(across))
-    nu, delta = across / size, (height - float(normal @ region.centre)) / size
-    if not abs(delta) < 1.0:
+    nu, offset = across / size, (height - float(normal @ region.centre)) / size
+    if not abs(offset) < 1.0:
         raise UsageError(MISSED.format(region.text))
     e1 = np.cross(nu, np.eye(3)[int(np.argmin(np.abs(nu)))])
     e1 /= np.linalg.norm(e1)
     e2 = np.cross(nu, e1)
-    radius = float(np.sqrt(1.0 - delta * delta))
+    radius = float(np.sqrt(1.0 - offset * offset))
     if region.kind == "cylinder":
         if abs(nu[2]) <= PLATE_UPRIGHT:
             z, side = np.eye(3)[2], radius * np.cross(nu, np.eye(3)[2])
             corners = np.array(
-                [delta * nu + i * side + j * z for i in (-1, 1) for j in (-1, 1)]
+                [offset * nu + i * side + j * z for i in (-1, 1) for j in (-1, 1)]
             )
             return _prism(region.to_link(corners), half, text)
         if np.hypot(nu[0], nu[1]) > PLATE_UPRIGHT:
@@ -133,7 +133,7 @@ def _plate(region: Region, normal: Array, height: float, thickness: float) -> Re
         radius = 1.0
     place = np.eye(4)
     place[:3, :3] = np.column_stack([radius * A @ e1, radius * A @ e2, half])
-    place[:3, 3] = region.to_link(delta * nu)
+    place[:3, 3] = region.to_link(offset * nu)
     return replace(region, kind="cylinder", place=freeze(place), text=text)
 
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from balance.app.answers.answer import Answer, Files
 from balance.app.cli.arguments import Parser
+from balance.app.cli.density_options import add_density_options, densities_of
 from balance.app.cli.exit_codes import verdict_code
 from balance.app.cli.matter_options import (
     add_matter_options,
@@ -16,7 +17,7 @@ from balance.app.cli.matter_options import (
 )
 from balance.app.cli.model_options import add_model_options
 from balance.app.cli.model_readings import certified_space
-from balance.app.cli.number_arguments import whole_number
+from balance.app.cli.number_arguments import finite_number, whole_number
 from balance.app.cli.outputs import add_out_option, add_page_option, describe_written
 from balance.app.cli.requirement_options import (
     add_requirement_options,
@@ -49,11 +50,16 @@ def add_counterweights(parser: Parser) -> None:
         "--minimise", choices=OBJECTIVES, default="mass", metavar="WHAT",
         help="mass (default), inertia, or rotor (of the inputs)",
     )  # fmt: skip
+    parser.group("matter").add_argument(
+        "--price-of-mass", type=finite_number, metavar="X",
+        help="X length² for inertia, rotor (0.01)",
+    )  # fmt: skip
+    add_density_options(parser, "matter", "plates on a planar linkage")
     add_out_option(parser)
     add_merge_option(parser)
     add_page_option(parser, "with the regions and the added matter")
     parser.add_examples(
-        "balance counterweights robot.urdf --balance force --links crank,rocker",
+        "balance counterweights robot.urdf --links crank,rocker --density 7850",
         "balance counterweights robot.urdf --balance force --links crank,rocker \\\n"
         '      --region "crank=ball(0,0,0,0.3)" --minimise inertia',
         "balance counterweights robot.urdf --balance force --links crank,rocker \\\n"
@@ -69,15 +75,19 @@ def _run(arguments: argparse.Namespace) -> Answer:
     """
     check_requirement_options(arguments, ("max_order",))
     check_matter_options(arguments)
+    _check_objective(arguments)
     from balance.app.answers.text.counterweights import counterweights_body
     from balance.masses.counterweights.counterweights import counterweights
     from balance.masses.counterweights.link_regions import distant_regions
 
+    price = arguments.price_of_mass
     with spinner("finding the least matter that balances"):
         space = certified_space(arguments)
         matter = counterweights(
-            space, arguments.links, dict(arguments.region), arguments.minimise
-        )
+            space, arguments.links, dict(arguments.region), arguments.minimise,
+            density=densities_of(arguments, arguments.links), thickness=arguments.thickness,
+            **({} if price is None else {"price_of_mass": price}),
+        )  # fmt: skip
     notices = (*space.warnings, *distant_regions(space, dict(arguments.region)))
     return Answer(
         verdict_code(matter.verdict),
@@ -87,6 +97,19 @@ def _run(arguments: argparse.Namespace) -> Answer:
         describe_written(arguments, matter.z is not None),
         lambda: _files(matter, arguments.merge),
     )
+
+
+def _check_objective(arguments: argparse.Namespace) -> None:
+    """End the command with code 2 if the objective and other options contradict each other."""
+    price, objective = arguments.price_of_mass, arguments.minimise
+    if price is not None and objective == "mass":
+        arguments.refuse("--price-of-mass needs --minimise inertia or rotor")
+    if price is not None and price < 0.0:
+        arguments.refuse(f"--price-of-mass {price:g}: a price is not negative")
+    if arguments.density and objective == "inertia":
+        arguments.refuse("--density does not go with --minimise inertia: ask for rotor")
+    if arguments.thickness is not None and not arguments.density:
+        arguments.refuse("--thickness needs --density")
 
 
 def _files(counterweights: Counterweights, merge: bool) -> Files:

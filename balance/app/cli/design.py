@@ -10,10 +10,11 @@ from typing import TYPE_CHECKING
 
 from balance.app.answers.answer import Answer, Files
 from balance.app.cli.arguments import Parser
+from balance.app.cli.density_options import add_density_options, densities_of
 from balance.app.cli.exit_codes import verdict_code
 from balance.app.cli.model_options import add_model_options
 from balance.app.cli.model_readings import certified_space
-from balance.app.cli.number_arguments import positive_quantity, whole_number
+from balance.app.cli.number_arguments import whole_number
 from balance.app.cli.outputs import add_out_option, add_page_option, describe_written
 from balance.app.cli.requirement_options import (
     add_requirement_options,
@@ -69,14 +70,7 @@ def _add_mass_options(parser: Parser) -> None:
         "--bounds", action="append", type=_bounds, default=[], metavar="L=LO:HI",
         help="least and largest mass of a link, kg; repeatable",
     )  # fmt: skip
-    group.add_argument(
-        "--density", action="append", type=_density, default=[], metavar="[L=]KG/M3",
-        help="largest density (steel: 7850); repeatable",
-    )  # fmt: skip
-    group.add_argument(
-        "--thickness", type=positive_quantity("length"), metavar="METRES",
-        help="of planar links, for --density",
-    )  # fmt: skip
+    add_density_options(parser, "matter", "planar links")
     group.add_argument(
         "--anywhere", action="store_true", help="masses may lie far from their links"
     )
@@ -122,27 +116,12 @@ def _design(arguments: argparse.Namespace, space: DesignSpace) -> Design:
         least, most = limits.get(name, (low, high))
         limits[name] = max(least, low), min(most, high)
     within = None if arguments.anywhere else BALL_RADIUS
+    free = [name for name in space.bodies if name not in arguments.keep]
     return design(
         space, arguments.minimise, keep=arguments.keep, bounds=limits, within=within,
-        one_pose=arguments.max_order == 0, density=_densities(arguments, space.bodies),
+        one_pose=arguments.max_order == 0, density=densities_of(arguments, free),
         thickness=arguments.thickness,
     )  # fmt: skip
-
-
-def _densities(
-    arguments: argparse.Namespace, bodies: tuple[str, ...]
-) -> float | dict[str, float] | None:
-    """Collect densities by link; of two for the same links the lower one holds."""
-    named: dict[str, float] = {}
-    for name, value in arguments.density:
-        named[name] = min(named.get(name, value), value)
-    rest = named.pop("", None)
-    if rest is None:
-        return named or None
-    if not named:
-        return rest
-    others = (name for name in bodies if name not in arguments.keep)
-    return {name: rest for name in others} | named
 
 
 def _files(design: Design) -> Files:
@@ -207,14 +186,6 @@ def _loop_file(design: Design, out: str) -> str | None:
         return None
     file = loop_file_of(linkage.source)
     return None if file == loop_file_of(out) else file
-
-
-def _density(text: str) -> tuple[str, float]:
-    """Parse name and density of ``L=KG/M3``; the name of all others is empty."""
-    name, equals, value = text.rpartition("=")
-    if equals and not name:
-        raise argparse.ArgumentTypeError(f"'{text}' names no link; write crank=2700, or 2700")
-    return name, positive_quantity("density")(value)
 
 
 def _bounds(text: str) -> tuple[str, float, float]:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 from balance.app.answers.answer import Answer, Files
 from balance.app.cli.arguments import Parser
+from balance.app.cli.density_options import add_density_options, densities_of
 from balance.app.cli.exit_codes import verdict_code
 from balance.app.cli.matter_options import (
     add_matter_options,
@@ -53,6 +54,7 @@ def add_reduce(parser: Parser) -> None:
     )  # fmt: skip
     add_about(parser.group("motion"), "the middle")
     add_matter_options(parser, "links that may get matter", required=True)
+    add_density_options(parser, "matter", "plates on a planar linkage")
     _add_least_options(parser)
     add_out_option(parser)
     add_merge_option(parser)
@@ -96,6 +98,8 @@ def _add_least_options(parser: Parser) -> None:
 def _check_options(arguments: argparse.Namespace) -> None:
     """End the command with code 2 if options contradict each other."""
     check_matter_options(arguments)
+    if arguments.thickness is not None and not arguments.density:
+        arguments.refuse("--thickness needs --density")
     if arguments.budget is None and arguments.pareto is None:
         arguments.refuse("give a --budget in kg, or --pareto")
     if arguments.budget is not None and arguments.budget < 0.0:
@@ -151,7 +155,8 @@ def _front(arguments: argparse.Namespace) -> ParetoFront:
             "weight_moment": arguments.weight_moment, "frame": arguments.frame,
             "max_bearing": dict(arguments.max_bearing),
             "max_torque": dict(arguments.max_torque), "progress": advance,
-            "about": arguments.about,
+            "about": arguments.about, "thickness": arguments.thickness,
+            "density": densities_of(arguments, arguments.links),
         }  # fmt: skip
         if arguments.pareto is None:
             return single(space, arguments.links, arguments.budget, **options)

@@ -142,6 +142,7 @@ def counterweights_body(counterweights: Counterweights) -> AnswerBody:
     for weight in counterweights.weights:
         if not weight.lumps:
             moments = vector_digits(weight.inertia[ENTRIES], DIGITS)
-            body.append(f"{weight.link} needs about its centre Ixx, Iyy, Izz, Ixy, Ixz, Iyz = "
+            verb = "needs" if weight.form is None else "has"
+            body.append(f"{weight.link} {verb} about its centre Ixx, Iyy, Izz, Ixy, Ixz, Iyz = "
                         f"{moments} kg m²")  # fmt: skip
     return body

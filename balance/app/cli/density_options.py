@@ -1,0 +1,52 @@
+"""Options for the density of links and of matter: of design, counterweights and reduce."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Sequence
+
+from balance.app.cli.arguments import Parser
+from balance.app.cli.number_arguments import positive_quantity
+
+
+def add_density_options(parser: Parser, group: str, whose: str) -> None:
+    """Add the options ``--density`` and ``--thickness``.
+
+    Args:
+        parser: the parser of a command.
+        group: title of their group in the help.
+        whose: what has the thickness.
+    """
+    parser.group(group).add_argument(
+        "--density", action="append", type=_density, default=[], metavar="[L=]KG/M3",
+        help="largest density (steel: 7850); repeatable",
+    )  # fmt: skip
+    parser.group(group).add_argument(
+        "--thickness", type=positive_quantity("length"), metavar="METRES", help=f"of {whose}, for --density"
+    )
+
+
+def densities_of(
+    arguments: argparse.Namespace, names: Sequence[str]
+) -> float | dict[str, float] | None:
+    """Collect densities by link; of two for the same links the lower one holds.
+
+    Args:
+        arguments: those of the command.
+        names: links that a density without a name is for.
+    """
+    named: dict[str, float] = {}
+    for name, value in arguments.density:
+        named[name] = min(named.get(name, value), value)
+    rest = named.pop("", None)
+    if rest is None:
+        return named or None
+    return dict.fromkeys(names, rest) | named if named else rest
+
+
+def _density(text: str) -> tuple[str, float]:
+    """Parse name and density of ``L=KG/M3``; the name of all others is empty."""
+    name, equals, value = text.rpartition("=")
+    if equals and not name:
+        raise argparse.ArgumentTypeError(f"'{text}' names no link; write crank=2700, or 2700")
+    return name, positive_quantity("density")(value)

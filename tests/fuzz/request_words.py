@@ -264,6 +264,7 @@ WORDS: dict[str, Maker] = {
     "--bounds": lambda rng, place: [_bounds(rng, place)],
     "--density": lambda rng, place: [_density(rng, place)],
     "--thickness": lambda rng, place: [_number(rng)],
+    "--price-of-mass": lambda rng, place: [_number(rng)],
     "--links": lambda rng, place: [_list(rng, place.names.links)],
     "--region": lambda rng, place: [_region(rng, place)],
     "--budget": lambda rng, place: [_number(rng)],

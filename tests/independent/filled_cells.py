@@ -2,8 +2,8 @@
 
 A region is cut into equal cells along the axes of the link frame. Matter in the cells that lie
 inside is allowed, so that their linear program is an upper bound of the least mass. All matter
-in the region lies in the cells that touch it, with its first moment off the middles of the cells
-by at most half a cell for each kilogram: that program is a lower bound.
+in the region lies in the cells that touch it, with its first moment off the middles of the
+cells by at most half a cell for each kilogram: that program is a lower bound.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from tests.independent.second_counterweights import (
 
 
 def cells(region, count):
-    """Middles of cells (n, 3) in the link frame, their sizes (3,), and which lie inside (n,)."""
+    """Middles of cells (n, 3) in the link frame, their size (3,), and which lie inside."""
     half = np.linalg.norm(region.place[:3, :3], axis=1)
     if region.kind in ("box", "hull"):
         half = np.abs(region.vertices @ region.place[:3, :3].T).max(axis=0)

@@ -20,6 +20,7 @@ from balance.masses.counterweights.program import (
 )
 from balance.masses.counterweights.volume.fill_program import (
     DensityNeeded,
+    density_gap,
     density_needed,
     fill_least,
     least_mass,
@@ -30,7 +31,6 @@ from balance.masses.designs.verdicts import TOO_NARROW, UNSETTLED
 from balance.space.spaces.design_space import DesignSpace
 from balance.support.tolerances import (
     COUNTERWEIGHT_RESIDUAL,
-    DENSITY_GAP,
     FILLED_MASS_ZERO,
     FILLING_GAP,
 )
@@ -118,7 +118,7 @@ def _denser(
     if not np.isfinite(needed.factor):
         return ()
     program = build_added_program(space, {b: it.region for b, it in stocks.items()}, "mass")
-    factor = needed.factor * (1.0 + DENSITY_GAP)
+    factor = needed.factor * (1.0 + density_gap(program))
     mass = least_mass(program, list(stocks.values()), needed, factor)
     return (Relaxation(None, factor, program.unit * mass),)
 

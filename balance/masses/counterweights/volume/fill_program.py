@@ -49,6 +49,7 @@ from balance.support.clarabel_adapter import (
 from balance.support.tolerances import (
     COUNTERWEIGHT_RESIDUAL,
     DENSITY_GAP,
+    DENSITY_GAP_FORCE,
     FILL_GAPS,
     FILL_RESIDUAL,
     FILL_ROUND_OFF,
@@ -109,11 +110,16 @@ def density_needed(program: AddedProgram, stocks: Sequence[Stock]) -> DensityNee
     The factor is infinite if matter of any density was not found to.
     """
     columns = _Columns(program, stocks, np.zeros_like(program.cost), None)
-    value, dual = columns.generate(DENSITY_GAP)
+    value, dual = columns.generate(density_gap(program))
     sums = np.sum(_most_all(program, stocks, columns.forms(dual)), axis=0)
     against = float(dual @ program.target)
     bound = against / float(sums.sum()) if against > 0.0 else 0.0
     return DensityNeeded(value, bound, dual, columns.parts)
+
+
+def density_gap(program: AddedProgram) -> float:
+    """Return the relative gap of the density needed: integrals are exact for forces."""
+    return DENSITY_GAP_FORCE if program.space.balance == "force" else DENSITY_GAP
 
 
 def least_mass(
@@ -129,7 +135,7 @@ def least_mass(
     """
     denser = [stock._replace(density=factor * stock.density) for stock in stocks]
     columns = _Columns(program, denser, program.cost, [factor * part for part in needed.parts])
-    return columns.generate(MASS_GAP)[0]
+    return columns.generate(max(MASS_GAP, density_gap(program)))[0]
 
 
 def fill_least(

@@ -53,8 +53,8 @@ def test_groups_of_the_help(verb, monkeypatch):
 def test_verbs_have_only_their_options(verb):
     """What one of the three asks for is no option of the others."""
     own = {
-        "design": {"--keep", "--bounds", "--density", "--thickness", "--anywhere"},
-        "counterweights": {"--links", "--region", "--merge"},
+        "design": {"--keep", "--bounds", "--anywhere"},
+        "counterweights": {"--links", "--region", "--merge", "--price-of-mass"},
         "reduce": {"--links", "--region", "--merge", "--budget", "--pareto", "--csv"},
     }  # fmt: skip
     known = {name for action in parsers()[verb]._actions for name in action.option_strings}

@@ -114,3 +114,29 @@ def test_caps_hold_with_a_density():
         density=STEEL, max_torque={"u1": 0.1 * free.given.torque["u1"]},
     )  # fmt: skip
     assert none.verdict in ("infeasible", "undecided") and none.found is None
+
+
+@pytest.mark.slow
+def test_boxes_that_are_too_small_are_filled():
+    """Two boxes of 120 cm³ on a five-bar: 0.942 kg of steel each, where points take 3 kg."""
+    linkage = as_linkage("five_bar")
+    space = balance.design_space(linkage, balance="force", max_order=0)
+    motions = list(random_motions(linkage, 1, 60))
+    boxes = {
+        "left_lower": "box(0.06:0.12,-0.35:-0.25,-0.01:0.01)",
+        "right_lower": "box(-0.22:-0.12,-0.26:-0.2,-0.01:0.01)",
+    }
+    steel, points = (
+        balance.partial(space, list(boxes), 3.0, regions=boxes, trajectories=motions, **limits)
+        for limits in ({"density": STEEL}, {})
+    )
+    problem = build_problem(space, list(boxes), boxes, motions, None, {}, {}, None)
+    whole = []
+    for text in boxes.values():
+        region = read_region(text)
+        # In unit coordinates: a cube of side 2, whose second moments are m / 3.
+        whole.append(triangles(STEEL * region.volume * np.diag([1 / 3, 1 / 3, 1 / 3, 1.0])))
+    filled = problem.program.value(np.concatenate(whole))
+    assert abs(steel.mass - 2 * 0.942) <= 1e-5 and steel.verdict == "optimal"
+    assert abs(steel.found.objective - filled) <= 1e-5 * filled
+    assert points.mass > 2.9 and points.share < 0.6 * steel.share

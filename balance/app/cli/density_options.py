@@ -22,7 +22,10 @@ def add_density_options(parser: Parser, group: str, whose: str) -> None:
         help="largest density (steel: 7850); repeatable",
     )  # fmt: skip
     parser.group(group).add_argument(
-        "--thickness", type=positive_quantity("length"), metavar="METRES", help=f"of {whose}, for --density"
+        "--thickness",
+        type=positive_quantity("length"),
+        metavar="METRES",
+        help=f"of {whose}, for --density",
     )
 
 

@@ -167,15 +167,12 @@ def test_the_least_mass_of_forces_is_that_of_linear_programs_over_cells(seed, tm
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("block", range(10))
-def test_more_least_masses_of_forces_are_those_of_linear_programs(block, tmp_path):
-    """Ten problems each, over 60,000 cells a region."""
-    seeds, verdicts = iter(range(1000 * block, 1000 * block + 1000)), []
-    while len(verdicts) < 10:
-        verdicts += filter(
-            None, [check_against_cells(next(seeds), tmp_path / "a.urdf", 60_000)]
-        )
-    assert "feasible" in verdicts
+@pytest.mark.parametrize("first", [0, 55])
+def test_more_least_masses_of_forces_are_those_of_linear_programs(first, tmp_path):
+    """Of 55 requests those that point masses fulfil, over 8,000 cells a region."""
+    seeds = range(first, first + 55)
+    verdicts = [check_against_cells(seed, tmp_path / "a.urdf", 8000) for seed in seeds]
+    assert verdicts.count("feasible") >= 3 and verdicts.count("infeasible") >= 3
 
 
 def held_by_cells(data, regions, density, count=40_000):

@@ -56,6 +56,7 @@ def read_quantity(text: str, *quantities: str) -> float:
             are.
 
     Examples:
+        >>> from balance.support.units import read_quantity
         >>> read_quantity("250 mm", "length"), read_quantity("0.5", "length", "angle")
         (0.25, 0.5)
     """

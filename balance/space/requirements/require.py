@@ -73,7 +73,7 @@ def require(
         >>> import balance
         >>> space = balance.require("robot.urdf", "force; dynamic at u1=0")
         >>> space.nullity, [item.rank for item in space.requirements]
-        (7, [3, 3])
+        (7, [3, 4])
     """
     linkage = as_linkage(linkage)
     listed = read_requirements(requirements)

@@ -32,8 +32,9 @@ sys.addaudithook(
 
 KEYS = (
     "schema model at algebra balance bodies parameters joints loops mobility inputs idle "
-    "motion orders poses kmax rank nullity serial parallel certainty evidence readings exact "
-    "transfers freedoms decoupled pure_inertia margin singular_values basis as_given warnings"
+    "motion orders poses kmax rank nullity serial parallel certainty evidence requirements "
+    "gravity readings exact transfers freedoms decoupled pure_inertia margin singular_values "
+    "basis as_given warnings"
 ).split()
 
 

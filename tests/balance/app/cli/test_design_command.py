@@ -91,11 +91,6 @@ def test_the_best_design_is_written_too(objective, tmp_path, capsys):
     assert main(["verify", str(out), "--trajectories", "1"]) == 0
 
 
-def test_objectives_are_asked_for_in_either_spelling(capsys):
-    plain, other = (run(capsys, YES, word, "mass") for word in ("--minimise", "--minimize"))
-    assert plain == other and plain[1]["minimise"] == "mass" and plain[0] == 0
-
-
 def test_objectives_are_those_of_the_library():
     assert get_args(Objective) == OBJECTIVES
 

@@ -46,7 +46,7 @@ def test_time_that_is_over_is_undecided(capsys):
     (["four_bar_general", "--where", "AB"], 2, "write AB=CD"),
     (["four_bar_general", "--solve", "q"], 3, "no parameter 'q'"),
     (["four_bar_general", "--solve", ","], 2, "not a list of parameters"),
-    (["four_bar_general", "--motion", "u1=0"], 2, "formulas are of every planar motion"),
+    (["four_bar_general", "--motion", "u1=0"], 2, "unrecognized arguments: --motion"),
     (["four_bar_general", "--seconds", "0"], 2, "--seconds"),
 ])  # fmt: skip
 def test_what_is_refused(capsys, words, code, problem):

@@ -123,8 +123,8 @@ SAMPLED_LOOPS_CLOSED = 1e-12
 # Excess over a limit, relative to it, up to which a planned motion keeps it: what happens
 # between samples.
 QUIET_LIMIT_EXCEEDED = 2e-3
-# Excitation of the base at a frequency to spare, over the shaking of the first motion, up to
-# which there is none: the discretisation.
+# Excitation of the base at one of its natural frequencies, over the shaking of the first
+# motion, up to which there is none: the discretisation.
 QUIET_EXCITED = 5e-3
 # Gain of a step of a plan, relative to the shaking, below which it is at a minimum.
 QUIET_STEP_GAIN = 1e-4

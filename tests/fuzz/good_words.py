@@ -123,8 +123,9 @@ GOOD: dict[str, list[str]] = {
     "--stiffness": ["1e3", "--base", "spring", *BASE[2:]], "--duration": ["0.1", *BASE[:6]],
     "--initial": ["vx=0.1", *BASE], "--torque": ["{first}=0.01", *BASE],
     "quiet --from": ["{first}=0.02"], "quiet --duration": ["0.5"], "quiet --csv": [
-        "{folder}/quiet.csv"], "--shaking": ["both"], "--measure": ["peak"], "--spare": ["9"],
-    "--max-velocity": ["20"], "--max-acceleration": ["{first}=90"], "--max-jerk": ["1e4"],
+        "{folder}/quiet.csv"], "--shaking": ["both"], "--measure": ["peak"],
+    "--natural-frequency": ["9"], "--max-velocity": ["20"],
+    "--max-acceleration": ["{first}=90"], "--max-jerk": ["1e4"],
     "quiet --max-torque": ["1e3"], "quiet --gravity": ["0,-9.81,0"],
     "--front": ["2", "--straight"],
     "quiet --weight-moment": ["0.2", "--shaking", "both"],

@@ -313,7 +313,7 @@ WORDS: dict[str, Maker] = {
     "quiet --to": lambda rng, place: [_pose(rng, place)],
     "--shaking": _of("force", "moment", "both"),
     "--measure": _of("rms", "peak"),
-    "--spare": _of("5", "12.5", "0", "nan"),
+    "--natural-frequency": _of("5", "12.5", "0", "nan"),
     "--front": _of("2", "1", "x"),
     "quiet --gravity": lambda rng, place: [",".join(_number(rng, 0.05) for _ in range(3))],
     **{

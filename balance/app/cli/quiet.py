@@ -111,7 +111,8 @@ def _add_objective_options(group: argparse._ArgumentGroup) -> None:
     )  # fmt: skip
     add_about(group, "the middle of the mechanism")
     group.add_argument(
-        "--spare", action="append", type=number_between(1e-6, 1e6), default=[], metavar="HZ",
+        "--natural-frequency", action="append", type=number_between(1e-6, 1e6), default=[],
+        metavar="HZ",
         help="natural frequency of the base that the motion does not excite; repeatable",
     )  # fmt: skip
 
@@ -170,7 +171,7 @@ def _refuse_exclusive_options(arguments: argparse.Namespace) -> None:
     timing = arguments.straight or arguments.path is not None
     if timing:
         only = "{}: not with --straight or --path, whose timing alone is chosen"
-        refuse_given(arguments, ("max_jerk", "spare"), only)
+        refuse_given(arguments, ("max_jerk", "natural_frequency"), only)
     elif arguments.front is not None:
         arguments.refuse("--front: only with --straight or --path")
     if arguments.weight_moment is not None and arguments.shaking != "both":
@@ -194,7 +195,7 @@ def _plan(arguments: argparse.Namespace, linkage: Linkage) -> QuietMotion:
     if not arguments.straight and arguments.path is None:
         return quiet_motion(
             linkage, arguments.start, arguments.end, duration,
-            frequencies=arguments.spare, **options,
+            frequencies=arguments.natural_frequency, **options,
         )  # fmt: skip
     del options["jerk"]
     front = arguments.front or 0

@@ -153,7 +153,7 @@ def filled_counterweight(link: str, stock: Stock, form: Array, moments: Array) -
     place = stock.region.place
     mass, com, inertia = mass_properties(from_pseudo_inertia(place @ moments @ place.T))
     back = np.linalg.inv(place)
-    Q = back.T @ stock.felt(form) @ back
+    Q = back.T @ stock.effective_form(form) @ back
     return Counterweight(
         link, mass, freeze(com), freeze(inertia), (), stock.region,
         freeze(Q / np.abs(Q).max()), stock.density,

@@ -13,7 +13,7 @@ from balance.masses.counterweights.decide import decide
 from balance.masses.counterweights.link_regions import default_region, regions_of
 from balance.masses.counterweights.program import IDLE_MASS_PRICE, AddedObjective
 from balance.masses.counterweights.regions import Region
-from balance.masses.counterweights.volume.decide_filled import decide_filled, fits
+from balance.masses.counterweights.volume.decide_filled import balancing_mass, decide_filled
 from balance.masses.counterweights.volume.plates import (
     density_limits,
     stocks_of,
@@ -110,7 +110,9 @@ def counterweights(
 
     def mass_of(more: Mapping[int, Region]) -> float | None:
         if limits:
-            return fits(space, stocks_of(space, more, with_further_links(limits, more)))
+            return balancing_mass(
+                space, stocks_of(space, more, with_further_links(limits, more))
+            )
         helped = decide(space, more)
         return helped.added_mass if helped.verdict == "feasible" else None
 

@@ -358,7 +358,7 @@ def _contradiction(answer: Design, space: RequiredSpace) -> str:
     texts, count = space.texts, len(space.regions)
 
     def excluded(*chosen: int) -> bool:
-        some = space_of(space.scene, [space.regions[k] for k in chosen])
+        some = space_of(space.common, [space.regions[k] for k in chosen])
         constraints = constraints_of(
             some, answer.keep, answer.bounds, answer.within, answer.density or None,
             answer.thickness,

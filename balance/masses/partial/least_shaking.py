@@ -40,7 +40,7 @@ from balance.masses.counterweights.added_matter import (
 )
 from balance.masses.counterweights.cylinder_points import first_points
 from balance.masses.counterweights.quadratic_minimum import minimise_in_region
-from balance.masses.counterweights.volume.stock import fill, most, whole_and_halves
+from balance.masses.counterweights.volume.stock import fill, support_function, whole_and_halves
 from balance.masses.partial.shaking_program import ShakingProgram
 from balance.support.clarabel_adapter import (
     TRIANGLES,
@@ -196,7 +196,9 @@ class _Work:
         if self.parts:
             forms = -self._polynomials()
             pairs = zip(self.program.stocks, forms, strict=True)
-            return float(fixed) - sum(sum(most(s.seen_from_inside(Q), Q)) for s, Q in pairs)
+            return float(fixed) - sum(
+                sum(support_function(s.with_rays_inside(Q), Q)) for s, Q in pairs
+            )
         least = min(value for value, _ in self._polynomial_minima())
         return float(fixed + self.budget * min(0.0, least))
 
@@ -242,7 +244,7 @@ class _Work:
         gap = MASS_GAP / self.unit if lighter else LEAST_SHAKING_GAP
         gain = -float(triangles(self.forms).reshape(-1) @ s)
         for stock, form, known in zip(self.program.stocks, self.forms, self.parts, strict=True):
-            part = fill(stock.seen_from_inside(form), form)
+            part = fill(stock.with_rays_inside(form), form)
             gain += float(np.sum(form * part))
             known.append(part)
         return gain > gap * size

@@ -62,7 +62,7 @@ class QuietProblem:
         units: units of the inputs: 1 rad, or the characteristic length (inputs,).
         frequencies: ω of a base that must not be excited, rad/s.
         scale: size of the shaking that others are compared with.
-        swing: root mean square of the accelerations that others are compared with, units/s².
+        acceleration: root mean square that accelerations are compared with, units/s².
     """
 
     model: SampledLinkage
@@ -71,7 +71,7 @@ class QuietProblem:
     units: Array
     frequencies: tuple[float, ...] = ()
     scale: float = 1.0
-    swing: float = 1.0
+    acceleration: float = 1.0
 
     def excitations(self, time: Array) -> Array:
         """Compute the weights (rows, N) of samples in ``1/T ∫ r exp(-i ω t) dt``."""
@@ -141,8 +141,8 @@ def sample_motion(
     excess = np.array([problem.limits.excess(k, x) for k, x in enumerate([*inputs, torque])])
     excess = np.maximum(excess, 0.0)
     excited = problem.excited(time, wrench)
-    swing = time_weights(time) @ ((inputs[2] / problem.units) ** 2).sum(axis=1)
-    merit = value / problem.scale + 0.5 * SMOOTH * swing / problem.swing**2
+    acceleration = time_weights(time) @ ((inputs[2] / problem.units) ** 2).sum(axis=1)
+    merit = value / problem.scale + 0.5 * SMOOTH * acceleration / problem.acceleration**2
     merit += PRICE * (excess.sum() + excited.sum())
     return SampledMotion(
         y, time, inputs, poses, wrench, torque, value, excess, excited, float(merit)
@@ -196,7 +196,7 @@ class _StepProgram:
         self.basis = np.stack([space.basis(time, order) for order in range(4)])
         self.weights = np.sqrt(time_weights(time))
         change = self.weights[:, None] * self.basis[2]
-        self.swing = SMOOTH / problem.swing**2 * (change.T @ change)
+        self.acceleration = SMOOTH / problem.acceleration**2 * (change.T @ change)
         self.excitations = problem.excitations(time)
         self.free, self.width = self.basis.shape[2], len(problem.units)
         self.groups = np.argwhere(np.isfinite(problem.limits.upper)).tolist()
@@ -214,7 +214,7 @@ class _StepProgram:
         cones = self._excitation_cones(r, counted)
         q, H = self._costs(now, trust)
         constant = 0.5 * SMOOTH * self._mean_square(now.inputs[2] / self.problem.units)
-        constant /= self.problem.swing**2
+        constant /= self.problem.acceleration**2
         if self.problem.objective.measure == "peak":
             q[self.size] = 1.0
             cones += self._peak_cones(r, counted)
@@ -246,12 +246,12 @@ class _StepProgram:
         q, H = np.zeros(self.count), np.zeros((self.count, self.count))
         q[self.size + 1 :] = PRICE
         weighted = self.weights[:, None] ** 2 * now.inputs[2]
-        slope = SMOOTH / self.problem.swing**2 * (self.basis[2].T @ weighted)
+        slope = SMOOTH / self.problem.acceleration**2 * (self.basis[2].T @ weighted)
         for k, unit in enumerate(self.problem.units):
-            own = slice(k * self.free, (k + 1) * self.free)
-            q[own] = slope[:, k] / unit**2
+            columns = slice(k * self.free, (k + 1) * self.free)
+            q[columns] = slope[:, k] / unit**2
             step = STEP_WEIGHT / (trust * unit) ** 2 / self.free
-            H[own, own] = self.swing / unit**2 + step * np.eye(self.free)
+            H[columns, columns] = self.acceleration / unit**2 + step * np.eye(self.free)
         return q, H
 
     def _by_coefficients(self, loads: SampledLoads) -> Array:
@@ -296,12 +296,12 @@ class _StepProgram:
         rows, limits = [], self.problem.limits
         reach = np.repeat(self.problem.units * trust, self.free)
         for place, (kind, k) in enumerate(self.groups, self.size + 1):
-            own = slice(k * self.free, (k + 1) * self.free)
+            columns = slice(k * self.free, (k + 1) * self.free)
             matrix = np.zeros((len(self.weights), self.count))
             if kind == TORQUE:
                 matrix[:, : self.size], x = by_torque[:, k], now.torque[:, k]
             else:
-                matrix[:, own], x = self.basis[kind], now.inputs[kind, :, k]
+                matrix[:, columns], x = self.basis[kind], now.inputs[kind, :, k]
             span = limits.spans[kind, k]
             reserve = 0.0 if kind == 0 else RESERVE
             change = np.abs(matrix[:, : self.size]) @ reach

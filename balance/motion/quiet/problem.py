@@ -68,10 +68,10 @@ def scaled_problem(
         udd: its accelerations (N, inputs).
     """
     squares = ((udd / problem.units) ** 2).sum(axis=1)
-    swing = float(np.sqrt(time_weights(time) @ squares))
+    acceleration = float(np.sqrt(time_weights(time) @ squares))
     length = problem.model.linkage.spatial_chain.frame.length
-    least = SHAKING_RELATIVE * problem.model.mass * length * max(1.0, length) * swing
-    return replace(problem, scale=max(value, least) or 1.0, swing=swing or 1.0)
+    least = SHAKING_RELATIVE * problem.model.mass * length * max(1.0, length) * acceleration
+    return replace(problem, scale=max(value, least) or 1.0, acceleration=acceleration or 1.0)
 
 
 def check_duration(duration: float) -> None:

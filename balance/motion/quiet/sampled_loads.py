@@ -215,11 +215,11 @@ class SampledLinkage:
                     if link >= 0:
                         mismatch[:, 6 * k : 6 * k + 6] += side * bias[:, link]
             qdd[:, chain.dependent] -= poses.loop_inverse @ mismatch
-        own = screws[..., None] * qdd[:, :, None]
+        A = screws[..., None] * qdd[:, :, None]
         for j, parent in enumerate(chain.parent.tolist()):
             if parent >= 0:
-                own[:, j] += own[:, parent]
-        A = bias + own
+                A[:, j] += A[:, parent]
+        A += bias
         f = poses.inertias @ A + _co_bracket(V, poses.inertias @ V)
         weight = poses.inertias @ np.append(np.zeros(3), self.gravity)
         driven = f - weight[..., None]

@@ -23,7 +23,7 @@ from balance.space.exact.modular_series import (
 )
 from balance.space.exact.radicals import primes_with_roots
 from balance.space.requirements.components import exact_rows
-from balance.space.requirements.region_conditions import RegionConditions, Scene
+from balance.space.requirements.region_conditions import CommonData, RegionConditions
 from kinematics.errors import InexactClosureError
 from kinematics.files.urdf.rational_screws import Geometry, of_lowest_rank
 
@@ -40,11 +40,11 @@ def has_exact_rank(region: RegionConditions) -> bool:
     return at_reference or (region.chain is not None and requirement.quantity != "decoupled")
 
 
-def exact_rank(scene: Scene, regions: Sequence[RegionConditions], expected: int) -> int:
+def exact_rank(common: CommonData, regions: Sequence[RegionConditions], expected: int) -> int:
     """Compute the rank of the conditions of several regions together, without a tolerance.
 
     Args:
-        scene: what the requirements share.
+        common: what the requirements share.
         regions: those that `has_exact_rank` accepts.
         expected: the rank by floating point.
 
@@ -55,16 +55,16 @@ def exact_rank(scene: Scene, regions: Sequence[RegionConditions], expected: int)
         LinkageError: exact arithmetic cannot be done.
     """
     return of_lowest_rank(
-        scene.linkage, lambda geometry: _rank_of(scene, regions, geometry, expected),
+        common.linkage, lambda geometry: _rank_of(common, regions, geometry, expected),
         lambda rank: (rank,), lambda rank: rank == expected,
     )  # fmt: skip
 
 
 def _rank_of(
-    scene: Scene, regions: Sequence[RegionConditions], geometry: Geometry, expected: int
+    common: CommonData, regions: Sequence[RegionConditions], geometry: Geometry, expected: int
 ) -> int:
     """Compute the rank in the rational numbers of one geometry; see `exact_rank`."""
-    written = [(region, _chain_of(scene, region, geometry)) for region in regions]
+    written = [(region, _chain_of(common, region, geometry)) for region in regions]
     # In a plane, a moment about an axis of the plane has no rows.
     regions = [region for region, chain in written if chain.rows]
     chains = [chain for _, chain in written if chain.rows]
@@ -75,21 +75,21 @@ def _rank_of(
     runs = (_stack(chains, prime) for prime in primes)
     best = 0
     for chains_modulo in islice(filter(None, runs), 2):
-        best = max(best, _rank_modulo(scene, regions, chains, chains_modulo, expected))
+        best = max(best, _rank_modulo(common, regions, chains, chains_modulo, expected))
     return best
 
 
-def _chain_of(scene: Scene, region: RegionConditions, geometry: Geometry) -> ExactChain:
+def _chain_of(common: CommonData, region: RegionConditions, geometry: Geometry) -> ExactChain:
     """Write a region in rational numbers, on the parameters that all regions share."""
-    spatial = not scene.planar
-    free = exact_chain(scene.linkage, geometry, None, False, spatial)
-    chain = exact_chain(scene.linkage, geometry, region.motion, False, spatial)
-    normal = free.rows[0][:3] if scene.planar else None
+    spatial = not common.planar
+    free = exact_chain(common.linkage, geometry, None, False, spatial)
+    chain = exact_chain(common.linkage, geometry, region.motion, False, spatial)
+    normal = free.rows[0][:3] if common.planar else None
     rows = tuple(
         tuple(map(Fraction, row))
-        for row in exact_rows(region.requirement, scene.gravity, normal)
+        for row in exact_rows(region.requirement, common.gravity, normal)
     )
-    count = (3 if scene.planar else 4) if scene.masses else len(free.parameters)
+    count = (3 if common.planar else 4) if common.masses else len(free.parameters)
     return chain._replace(rows=rows, parameters=free.parameters[:count])
 
 
@@ -100,7 +100,7 @@ def _stack(chains: Sequence[ExactChain], prime: int) -> list[Remainders] | None:
 
 
 def _rank_modulo(
-    scene: Scene, regions: Sequence[RegionConditions], exact: Sequence[ExactChain],
+    common: CommonData, regions: Sequence[RegionConditions], exact: Sequence[ExactChain],
     chains: Sequence[Remainders], expected: int,
 ) -> int:  # fmt: skip
     """Compute the rank modulo a prime, order by order, along as many rays as add to it.
@@ -108,7 +108,7 @@ def _rank_modulo(
     Raises:
         InexactClosureError: loops do not close at an order.
     """
-    echelon, still = Echelon(scene.parameters, chains[0].prime), 0
+    echelon, still = Echelon(common.parameters, chains[0].prime), 0
     momenta: list[list[Momenta]] = [[] for _ in chains]
     for order in range(LAST_ORDER + 1):
         before = echelon.rank
@@ -125,11 +125,11 @@ def _rank_modulo(
                 added = echelon.absorb(along[k].rows(order))
                 twists = along[k].twists
                 if twists.closed < twists.orders:
-                    source, mobility = scene.linkage.source, first_order_mobility(whole)
+                    source, mobility = common.linkage.source, first_order_mobility(whole)
                     raise InexactClosureError(source, twists.closed, mobility)
-                if not added or echelon.rank == scene.parameters:
+                if not added or echelon.rank == common.parameters:
                     break
         still = still + 1 if echelon.rank == before else 0
-        if echelon.rank == scene.parameters or (echelon.rank >= expected and still >= PLATEAU):
+        if echelon.rank == common.parameters or (echelon.rank >= expected and still >= PLATEAU):
             return echelon.rank
     return echelon.rank

@@ -21,7 +21,7 @@ def in_space(space: DesignSpace, max_order: int | None = None) -> DesignSpace:
         The space on ten parameters of each body; certified if ``space`` is.
     """
     if isinstance(space, RequiredSpace):
-        gravity = [float(x) for x in space.scene.gravity]
+        gravity = [float(x) for x in space.common.gravity]
         return require(space.linkage, space.texts, spatial=True, gravity=gravity)
     wider = design_space(space.linkage, space.motion, max_order=max_order, spatial=True)
     return certify(wider) if isinstance(space, CertifiedSpace) else wider

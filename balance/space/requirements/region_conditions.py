@@ -68,7 +68,7 @@ ORDERS, NEAR_POSES = (3, 8), 3
 FIRST_BATCH, LARGEST_BATCH = 6, 96
 
 
-class Scene(NamedTuple):
+class CommonData(NamedTuple):
     """What all requirements on a linkage share.
 
     Attributes:
@@ -120,7 +120,7 @@ class RegionConditions(NamedTuple):
     select: Array | None = None
 
 
-def collect_region(scene: Scene, requirement: Requirement) -> RegionConditions:
+def collect_region(common: CommonData, requirement: Requirement) -> RegionConditions:
     """Collect the conditions of a requirement.
 
     Raises:
@@ -128,98 +128,98 @@ def collect_region(scene: Scene, requirement: Requirement) -> RegionConditions:
     """
     try:
         if requirement.path:
-            places = places_on_path(requirement, scene.linkage.inputs)
-            return _on_places(scene, requirement, places, len(places))
+            places = places_on_path(requirement, common.linkage.inputs)
+            return _on_places(common, requirement, places, len(places))
         if requirement.order is not None:
-            return _about_pose(scene, requirement, requirement.order)
-        motion = _linear_motion(scene, requirement)
+            return _about_pose(common, requirement, requirement.order)
+        motion = _linear_motion(common, requirement)
         if motion is None and requirement.relations:
-            surface = read_surface(requirement, scene.linkage.inputs)
-            on_surface = places_on_surface(surface, scene.linkage.inputs)
-            return _on_places(scene, requirement, on_surface)
+            surface = read_surface(requirement, common.linkage.inputs)
+            on_surface = places_on_surface(surface, common.linkage.inputs)
+            return _on_places(common, requirement, on_surface)
         if requirement.quantity == "decoupled":
-            return _decoupled(scene, requirement, motion)
-        return _in_motion(scene, requirement, motion)
+            return _decoupled(common, requirement, motion)
+        return _in_motion(common, requirement, motion)
     except UsageError:
         raise
     except LinkageError as error:
-        text = str(error).removeprefix(f"{scene.linkage.source}: ")
+        text = str(error).removeprefix(f"{common.linkage.source}: ")
         raise LinkageError(
-            f"{scene.linkage.source}: requirement '{requirement.text}': {text}"
+            f"{common.linkage.source}: requirement '{requirement.text}': {text}"
         ) from None
 
 
-def motion_chain(scene: Scene, motion: Motion | None) -> Chain:
+def motion_chain(common: CommonData, motion: Motion | None) -> Chain:
     """Make the chain of a motion in the coordinates of the chain whose inputs are free."""
-    free = scene.chain
+    free = common.chain
     if motion is None:
         return free
-    chain = moving_chain(scene.linkage, motion, True)
-    return flatten(chain, free.frame.R[2]) if scene.planar else chain
+    chain = moving_chain(common.linkage, motion, True)
+    return flatten(chain, free.frame.R[2]) if common.planar else chain
 
 
-def _linear_motion(scene: Scene, requirement: Requirement) -> Motion | None:
+def _linear_motion(common: CommonData, requirement: Requirement) -> Motion | None:
     """Read the relations as a motion; None without them, or where they are not linear."""
     if not requirement.relations:
         return None
     try:
-        return Motion.parse(requirement.relations, scene.linkage.inputs)
+        return Motion.parse(requirement.relations, common.linkage.inputs)
     except MotionError:
-        if all(_sets_input(scene, relation) for relation in requirement.relations):
+        if all(_sets_input(common, relation) for relation in requirement.relations):
             return None
         raise
 
 
-def _sets_input(scene: Scene, relation: str) -> bool:
+def _sets_input(common: CommonData, relation: str) -> bool:
     """Whether a relation may be a curved one, ``input = expression``."""
     name, equals, body = relation.partition("=")
-    return bool(equals and body.strip()) and name.strip() in scene.linkage.inputs
+    return bool(equals and body.strip()) and name.strip() in common.linkage.inputs
 
 
-def _whole_rows(scene: Scene, rows: Array, masses: bool) -> Array:
+def _whole_rows(common: CommonData, rows: Array, masses: bool) -> Array:
     """Extend rows on masses and first moments by the moments of inertia, if those count."""
-    if scene.masses or not masses:
+    if common.masses or not masses:
         return rows
-    small, size = (parameters_per_body(scene.planar, few) for few in (True, False))
-    bodies = len(scene.linkage.bodies)
+    small, size = (parameters_per_body(common.planar, few) for few in (True, False))
+    bodies = len(common.linkage.bodies)
     whole = np.zeros((len(rows), bodies, size))
     whole[:, :, :small] = rows.reshape(len(rows), bodies, small)
     return whole.reshape(len(rows), bodies * size)
 
 
-def _transfers(scene: Scene, chain: Chain, masses: bool) -> Array:
+def _transfers(common: CommonData, chain: Chain, masses: bool) -> Array:
     """Compute the inertia transfers of a chain as rows on all parameters that count."""
     rows = serial_transfers(chain, masses, relative_tolerance(chain)).rows
-    if scene.masses or not masses:
+    if common.masses or not masses:
         return rows
-    small, size = (parameters_per_body(scene.planar, few) for few in (True, False))
-    inertias = np.eye(scene.parameters).reshape(-1, len(scene.linkage.bodies), size)
+    small, size = (parameters_per_body(common.planar, few) for few in (True, False))
+    inertias = np.eye(common.parameters).reshape(-1, len(common.linkage.bodies), size)
     free = [b * size + k for b in range(inertias.shape[1]) for k in range(small, size)]
-    return np.concatenate([_whole_rows(scene, rows, True), np.eye(scene.parameters)[free]])
+    return np.concatenate([_whole_rows(common, rows, True), np.eye(common.parameters)[free]])
 
 
-def select_components(scene: Scene, requirement: Requirement, masses: bool) -> Array:
+def select_components(common: CommonData, requirement: Requirement, masses: bool) -> Array:
     """Give the rows on the momentum of the chain that a requirement is about.
 
     Args:
-        scene: what all requirements share.
+        common: what all requirements share.
         requirement: the requirement.
         masses: whether the momentum is the linear one alone.
     """
-    frame = scene.chain.frame
-    normal = tuple(map(Fraction, frame.R[2].tolist())) if scene.planar else None
-    rows = exact_rows(requirement, scene.gravity, normal)
-    return chain_rows(rows, frame, scene.planar, masses)
+    frame = common.chain.frame
+    normal = tuple(map(Fraction, frame.R[2].tolist())) if common.planar else None
+    rows = exact_rows(requirement, common.gravity, normal)
+    return chain_rows(rows, frame, common.planar, masses)
 
 
 def _in_motion(
-    scene: Scene, requirement: Requirement, motion: Motion | None
+    common: CommonData, requirement: Requirement, motion: Motion | None
 ) -> RegionConditions:
     """Collect the conditions in all poses of a motion."""
-    chain, masses = motion_chain(scene, motion), requirement.masses_alone
+    chain, masses = motion_chain(common, motion), requirement.masses_alone
     tolerance = relative_tolerance(chain)
     known = serial_transfers(chain, masses, tolerance).rows
-    select = select_components(scene, requirement, masses)
+    select = select_components(common, requirement, masses)
     if requirement.whole:
         gathered = collect_conditions(chain, known, masses, tolerance, None)
         conditions, poses, settled = gathered.conditions, gathered.poses, gathered.settled
@@ -228,8 +228,8 @@ def _in_motion(
             chain, masses, Conditions.given(known, tolerance), select
         )
     return RegionConditions(
-        requirement, _whole_rows(scene, conditions.rows, masses),
-        _transfers(scene, chain, masses), settled, poses, motion, chain, select,
+        requirement, _whole_rows(common, conditions.rows, masses),
+        _transfers(common, chain, masses), settled, poses, motion, chain, select,
     )  # fmt: skip
 
 
@@ -266,7 +266,7 @@ def _partial_conditions(
 
 def _orders_about(
     chain: Chain, pose: Pose | None, order: int, masses: bool, select: Array,
-    conditions: Conditions, scene: Scene | None,
+    conditions: Conditions, common: CommonData | None,
 ) -> Conditions:  # fmt: skip
     """Add the conditions of the orders 0 to ``order`` about a pose, along enough rays.
 
@@ -277,13 +277,13 @@ def _orders_about(
         masses: whether only linear momentum counts.
         select: combinations of the components that count.
         conditions: those that there are.
-        scene: extends rows on masses by moments of inertia; None to leave them.
+        common: extends rows on masses by moments of inertia; None to leave them.
     """
     for ray in generic_directions(0, comb(chain.width + order - 1, order), chain.width):
         block = _series_rows(chain, pose, ray, order, masses, select)
         before = conditions.rank
         conditions = conditions.append(
-            block if scene is None else _whole_rows(scene, block, masses)
+            block if common is None else _whole_rows(common, block, masses)
         )
         if conditions.complete or (conditions.rank == before and before):
             break
@@ -291,11 +291,11 @@ def _orders_about(
 
 
 def _decoupled(
-    scene: Scene, requirement: Requirement, motion: Motion | None
+    common: CommonData, requirement: Requirement, motion: Motion | None
 ) -> RegionConditions:
     """Give the conditions under which the inertia on the base is constant as well."""
-    space = design_space(scene.linkage, motion, spatial=not scene.planar)
-    if not np.allclose(space.chain.frame.R, scene.chain.frame.R):
+    space = design_space(common.linkage, motion, spatial=not common.planar)
+    if not np.allclose(space.chain.frame.R, common.chain.frame.R):
         raise LinkageError("moves in a plane of its own: count all parameters (--spatial)")
     freed = decoupling(certify(space))
     basis = freed.decoupled_space.scaled_basis
@@ -310,18 +310,18 @@ def complement(basis: Array) -> Array:
     return np.linalg.qr(basis, mode="complete")[0][:, basis.shape[1] :].T
 
 
-def _about_pose(scene: Scene, requirement: Requirement, order: int) -> RegionConditions:
+def _about_pose(common: CommonData, requirement: Requirement, order: int) -> RegionConditions:
     """Collect the conditions up to an order about a pose."""
-    chain, masses = scene.chain, requirement.masses_alone
+    chain, masses = common.chain, requirement.masses_alone
     pose = None
     if requirement.pose is not None and any(value for _, value in requirement.pose):
-        pose = _pose_at(scene, dict(requirement.pose))
+        pose = _pose_at(common, dict(requirement.pose))
     known, select = (
-        _transfers(scene, chain, masses),
-        select_components(scene, requirement, masses),
+        _transfers(common, chain, masses),
+        select_components(common, requirement, masses),
     )
     none = Conditions.given(known, relative_tolerance(chain))
-    conditions = _orders_about(chain, pose, order, masses, select, none, scene)
+    conditions = _orders_about(chain, pose, order, masses, select, none, common)
     return RegionConditions(requirement, conditions.rows, known, True, int(pose is not None))
 
 
@@ -341,20 +341,23 @@ def _series_rows(
     return selected.reshape(-1, X.shape[-1])
 
 
-def _pose_at(scene: Scene, pose: dict[str, float] | Array) -> Pose:
+def _pose_at(common: CommonData, pose: dict[str, float] | Array) -> Pose:
     """Close the loops at displacements of the inputs, in the coordinates of the chain."""
-    chain = scene.chain
-    q = joint_positions(scene.linkage, pose)[chain.joints] / chain.units
+    chain = common.chain
+    q = joint_positions(common.linkage, pose)[chain.joints] / chain.units
     return forward_kinematics(chain, q)
 
 
 def _on_places(
-    scene: Scene, requirement: Requirement, places: Iterable[Place], count: int | None = None
+    common: CommonData,
+    requirement: Requirement,
+    places: Iterable[Place],
+    count: int | None = None,
 ) -> RegionConditions:
     """Collect the conditions at poses of a curved region, until a batch adds none.
 
     Args:
-        scene: what all requirements share.
+        common: what all requirements share.
         requirement: the requirement.
         places: the poses, and the directions in which the region moves there.
         count: number of poses, if all of them count.
@@ -362,19 +365,19 @@ def _on_places(
     Raises:
         PoseError: a pose of a path, or every pose of a surface tried, cannot be reached.
     """
-    chain, masses = scene.chain, requirement.masses_alone
+    chain, masses = common.chain, requirement.masses_alone
     known, select = (
-        _transfers(scene, chain, masses),
-        select_components(scene, requirement, masses),
+        _transfers(common, chain, masses),
+        select_components(common, requirement, masses),
     )
     conditions = Conditions.given(known, relative_tolerance(chain))
-    units = chain.units[_input_positions(scene)]
+    units = chain.units[_input_positions(common)]
     following, batch, used, settled = iter(places), count or FIRST_BATCH, 0, False
     while batch <= LARGEST_BATCH and not settled:
         blocks = []
         for place in islice(following, batch):
             try:
-                pose = _pose_at(scene, place.u)
+                pose = _pose_at(common, place.u)
             except UnreachedError:
                 if count is not None:
                     raise
@@ -388,7 +391,7 @@ def _on_places(
             raise PoseError("none of its poses tried can be reached from the reference pose")
         used += len(blocks)
         before = conditions.rank
-        conditions = conditions.append(_whole_rows(scene, np.concatenate(blocks), masses))
+        conditions = conditions.append(_whole_rows(common, np.concatenate(blocks), masses))
         settled = (
             count is not None
             or conditions.complete
@@ -398,7 +401,7 @@ def _on_places(
     return RegionConditions(requirement, conditions.rows, known, settled, used)
 
 
-def _input_positions(scene: Scene) -> Sequence[int]:
+def _input_positions(common: CommonData) -> Sequence[int]:
     """Places of the inputs among the joints of the chain, in the order of its columns."""
-    place = {int(joint): k for k, joint in enumerate(scene.chain.joints)}
-    return [place[int(j)] for j in scene.linkage.positions_of(scene.linkage.inputs)]
+    place = {int(joint): k for k, joint in enumerate(common.chain.joints)}
+    return [place[int(j)] for j in common.linkage.positions_of(common.linkage.inputs)]

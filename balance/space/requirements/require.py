@@ -12,8 +12,8 @@ from balance.space.conditions.fresh_momenta import momentum_left
 from balance.space.momentum.regressor import parameters_per_body
 from balance.space.requirements.exact_intersection import exact_rank, has_exact_rank
 from balance.space.requirements.region_conditions import (
+    CommonData,
     RegionConditions,
-    Scene,
     collect_region,
 )
 from balance.space.requirements.required_space import (
@@ -82,36 +82,36 @@ def require(
         raise UsageError(f"gravity has three coordinates that are not all 0, not {gravity!r}")
     x, y, z = (Fraction(str(component)) for component in g.tolist())
     masses = all(item.masses_alone for item in listed)
-    scene = Scene(linkage, linkage.planar and not spatial, masses, (x, y, z))
-    regions = tuple(collect_region(scene, item) for item in listed)
-    return intersect(scene, regions)
+    common = CommonData(linkage, linkage.planar and not spatial, masses, (x, y, z))
+    regions = tuple(collect_region(common, item) for item in listed)
+    return intersect(common, regions)
 
 
-def intersect(scene: Scene, regions: Sequence[RegionConditions]) -> RequiredSpace:
+def intersect(common: CommonData, regions: Sequence[RegionConditions]) -> RequiredSpace:
     """Intersect the spaces of requirements, and state how sure the integers are.
 
     Args:
-        scene: what the requirements share.
+        common: what the requirements share.
         regions: the conditions of each, in canonical order.
     """
     notices = _notices(regions)
-    space = space_of(scene, regions, notices)
-    bound, reason = _exact_bound(scene, regions, space.rank)
+    space = space_of(common, regions, notices)
+    bound, reason = _exact_bound(common, regions, space.rank)
     if bound is not None and bound < space.rank:
-        space = space_of(scene, regions, notices, bound)
-    certainty = _certainty(scene, regions, space, bound, reason)
-    return with_requirements(space, certainty, scene, regions)
+        space = space_of(common, regions, notices, bound)
+    certainty = _certainty(common, regions, space, bound, reason)
+    return with_requirements(space, certainty, common, regions)
 
 
 def _exact_bound(
-    scene: Scene, regions: Sequence[RegionConditions], expected: int
+    common: CommonData, regions: Sequence[RegionConditions], expected: int
 ) -> tuple[int | None, str]:
     """Compute the exact rank, None where it cannot be done, and the reason of the level."""
     rounded = [item.requirement.text for item in regions if not has_exact_rank(item)]
     if rounded:
         return None, f"floating point decides where '{rounded[0]}' is asked for"
     try:
-        bound = exact_rank(scene, regions, expected)
+        bound = exact_rank(common, regions, expected)
     except LinkageError as error:
         return None, f"not by exact arithmetic: {error}"
     return bound, "balanced at finite poses, and of the same rank by exact arithmetic"
@@ -130,19 +130,19 @@ def _notices(regions: Sequence[RegionConditions]) -> list[Notice]:
 
 
 def _certainty(
-    scene: Scene, regions: Sequence[RegionConditions], space: DesignSpace, bound: int | None,
-    reason: str,
+    common: CommonData, regions: Sequence[RegionConditions], space: DesignSpace,
+    bound: int | None, reason: str,
 ) -> Certainty:  # fmt: skip
     """State how sure the integers of an intersection are.
 
     Args:
-        scene: what the requirements share.
+        common: what the requirements share.
         regions: the conditions of each.
         space: the intersection.
         bound: its rank by exact arithmetic, if that can be done.
         reason: why the level is what it is, but for doubts.
     """
-    residual, poses = _residual_of(scene, regions, space)
+    residual, poses = _residual_of(common, regions, space)
     doubts = list(space.doubts)
     # Round-off turns the basis by its size over the smallest singular value kept.
     if residual > min(MOMENTUM_RESIDUAL / space.kept, MOMENTUM_RESIDUAL_ILL_CONDITIONED):
@@ -159,7 +159,7 @@ def _certainty(
 
 
 def _residual_of(
-    scene: Scene, regions: Sequence[RegionConditions], space: DesignSpace
+    common: CommonData, regions: Sequence[RegionConditions], space: DesignSpace
 ) -> tuple[float, int]:
     """Measure the largest momentum left at poses that were not used, and count these."""
     worst, poses, basis = 0.0, 0, space.decision.basis
@@ -167,8 +167,8 @@ def _residual_of(
         if region.chain is not None:
             requirement = region.requirement
             columns = basis
-            if requirement.masses_alone and not scene.masses:
-                size, few = (parameters_per_body(scene.planar, x) for x in (False, True))
+            if requirement.masses_alone and not common.masses:
+                size, few = (parameters_per_body(common.planar, x) for x in (False, True))
                 columns = basis.reshape(-1, size, basis.shape[1])[:, :few]
                 columns = columns.reshape(-1, basis.shape[1])
             left, count = momentum_left(

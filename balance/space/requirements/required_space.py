@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from balance.space.certification.certified_space import CertifiedSpace
 from balance.space.conditions.collect import relative_tolerance
 from balance.space.conditions.rank import Conditions
-from balance.space.requirements.region_conditions import RegionConditions, Scene
+from balance.space.requirements.region_conditions import CommonData, RegionConditions
 from balance.space.spaces.certainty import Certainty
 from balance.space.spaces.design_space import DesignSpace
 from balance.space.spaces.space_data import RequirementRank
@@ -32,11 +32,11 @@ class RequiredSpace(CertifiedSpace):
     requirement has orders and poses of its own.
 
     Attributes:
-        scene: what all requirements share.
+        common: what all requirements share.
         regions: the conditions of each, in canonical order.
     """
 
-    scene: Scene = field(kw_only=True, repr=False)
+    common: CommonData = field(kw_only=True, repr=False)
     regions: tuple[RegionConditions, ...] = field(kw_only=True, repr=False)
 
     def __repr__(self) -> str:
@@ -62,7 +62,7 @@ class RequiredSpace(CertifiedSpace):
         ranks = []
         for k, region in enumerate(self.regions):
             others = self.regions[:k] + self.regions[k + 1 :]
-            without = stack_conditions(self.scene, others, known).rank
+            without = stack_conditions(self.common, others, known).rank
             ranks.append(
                 RequirementRank(region.requirement.text, len(region.rows), self.rank - without)
             )
@@ -98,61 +98,61 @@ class RequiredSpace(CertifiedSpace):
 
     def to_dict(self) -> dict[str, object]:
         """Convert the report to plain data, with its requirements; see `DesignSpace`."""
-        return super().to_dict() | {"gravity": [float(x) for x in self.scene.gravity]}
+        return super().to_dict() | {"gravity": [float(x) for x in self.common.gravity]}
 
 
 def stack_conditions(
-    scene: Scene, regions: Sequence[RegionConditions], known: Array
+    common: CommonData, regions: Sequence[RegionConditions], known: Array
 ) -> Conditions:
     """Stack the conditions of regions, each as large as the others, beside known solutions.
 
     Args:
-        scene: what the requirements share.
+        common: what the requirements share.
         regions: the conditions of each.
         known: rows of parameters that satisfy all of them.
     """
-    blocks = [np.empty((0, scene.parameters))]
+    blocks = [np.empty((0, common.parameters))]
     blocks += [region.rows / np.linalg.norm(region.rows, 2) for region in regions
                if len(region.rows)]  # fmt: skip
-    conditions = Conditions.given(known, relative_tolerance(scene.chain))
+    conditions = Conditions.given(known, relative_tolerance(common.chain))
     return conditions.append(np.concatenate(blocks))
 
 
-def common_transfers(scene: Scene, regions: Sequence[RegionConditions]) -> Array:
+def common_transfers(common: CommonData, regions: Sequence[RegionConditions]) -> Array:
     """Compute rows that span the inertia transfers that satisfy each of several regions.
 
     Args:
-        scene: what the requirements share.
+        common: what the requirements share.
         regions: the conditions of each.
     """
     first, *others = (region.serial for region in regions)
     if all(rows.shape == first.shape and np.array_equal(rows, first) for rows in others):
         return first
-    tolerance = relative_tolerance(scene.chain)
-    none = Conditions.given(np.empty((0, scene.parameters)), tolerance)
+    tolerance = relative_tolerance(common.chain)
+    none = Conditions.given(np.empty((0, common.parameters)), tolerance)
     outside = [none.append(region.serial).decide().basis.T for region in regions]
     return none.append(np.concatenate(outside)).decide().basis.T
 
 
 def space_of(
-    scene: Scene, regions: Sequence[RegionConditions], notices: Sequence[Notice] = (),
+    common: CommonData, regions: Sequence[RegionConditions], notices: Sequence[Notice] = (),
     rank: int | None = None,
 ) -> DesignSpace:  # fmt: skip
     """Intersect the spaces of several requirements, by one rank decision.
 
     Args:
-        scene: what the requirements share.
+        common: what the requirements share.
         regions: the conditions of each, in canonical order.
         notices: remarks.
         rank: the rank by exact arithmetic: pivots beyond it are round-off.
     """
-    linkage, chain = scene.linkage, scene.chain
-    known = common_transfers(scene, regions)
-    conditions = stack_conditions(scene, regions, known).first(rank)
+    linkage, chain = common.linkage, common.chain
+    known = common_transfers(common, regions)
+    conditions = stack_conditions(common, regions, known).first(rank)
     moving = set(chain.joints.tolist())
     return DesignSpace(
         source=linkage.source, linkage=linkage, motion=None,
-        balance="force" if scene.masses else "dynamic", planar=scene.planar,
+        balance="force" if common.masses else "dynamic", planar=common.planar,
         bodies=names_of(linkage.bodies), inputs=linkage.inputs,
         idle=tuple(x.name for j, x in enumerate(linkage.joints) if j not in moving),
         orders=(), poses=sum(region.poses for region in regions),
@@ -160,14 +160,14 @@ def space_of(
         serial_nullity=len(conditions.known), axes=chain.frame.R, frames=linkage.frames,
         length=chain.frame.length, notices=(*linkage.notices, *notices), highest_order=None,
         decision=conditions.decide(), chain=chain,
-        chain_transfers=serial_transfers(chain, scene.masses, relative_tolerance(chain)),
+        chain_transfers=serial_transfers(chain, common.masses, relative_tolerance(chain)),
     )  # fmt: skip
 
 
 def with_requirements(
-    space: DesignSpace, certainty: Certainty, scene: Scene,
+    space: DesignSpace, certainty: Certainty, common: CommonData,
     regions: Sequence[RegionConditions],
 ) -> RequiredSpace:  # fmt: skip
     """Attach the requirements and a certainty to their intersection."""
     values = {item.name: getattr(space, item.name) for item in fields(DesignSpace) if item.init}
-    return RequiredSpace(**values, certainty=certainty, scene=scene, regions=tuple(regions))
+    return RequiredSpace(**values, certainty=certainty, common=common, regions=tuple(regions))

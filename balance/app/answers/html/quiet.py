@@ -74,6 +74,6 @@ def _draw_motion(
     for ax, part in ((force, slice(3, 6)), (moment, slice(0, 3))):
         ax.plot(time, np.linalg.norm(wrench[:, part], axis=1), style, color=colour, label=label)
     for k, name in enumerate(plan.linkage.inputs[:MAX_LINES]):
-        own = {"color": COLOURS[k % len(COLOURS)], "linestyle": style, "linewidth": 1.2}
-        speed.plot(time, motion.ud[:, k], label=name if style == "-" else None, **own)
-        change.plot(time, motion.udd[:, k], **own)
+        line = {"color": COLOURS[k % len(COLOURS)], "linestyle": style, "linewidth": 1.2}
+        speed.plot(time, motion.ud[:, k], label=name if style == "-" else None, **line)
+        change.plot(time, motion.udd[:, k], **line)

@@ -41,8 +41,8 @@ def quiet_facts(plan: QuietMotion) -> list[tuple[str, str]]:
         what += f", {number_text(objective.length)} N m count as 1 N"
     pairs.append(("minimised", what))
     if plan.frequencies:
-        spared = ", ".join(number_text(value) for value in plan.frequencies)
-        pairs.append(("not excited", f"{spared} Hz"))
+        frequencies = ", ".join(number_text(value) for value in plan.frequencies)
+        pairs.append(("not excited", f"{frequencies} Hz"))
     pairs.append(("verdict", plan.words))
     if plan.law != "planned":
         pairs.append(("motion", f"the {plan.law} law, which shakes less than what was planned"))

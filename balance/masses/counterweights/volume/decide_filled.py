@@ -74,7 +74,7 @@ def decide_filled(
     return _filled(blank, stocks, program, needed)
 
 
-def fits(space: DesignSpace, stocks: Mapping[int, Stock]) -> float | None:
+def balancing_mass(space: DesignSpace, stocks: Mapping[int, Stock]) -> float | None:
     """Compute the mass of some matter that balances a linkage, kg; None if none was found.
 
     Args:

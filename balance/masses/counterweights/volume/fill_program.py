@@ -37,8 +37,8 @@ from balance.masses.counterweights.volume.stock import (
     FINE,
     Stock,
     fill,
-    most,
-    stiffness,
+    second_derivatives,
+    support_function,
 )
 from balance.support.clarabel_adapter import (
     TRIANGLES,
@@ -232,7 +232,7 @@ class _Columns:
 
     def _fill(self, forms: Array) -> Array:
         """Compute the moments of parts with few rays, each from inside its part."""
-        seen = [s.seen_from_inside(form) for s, form in zip(self.stocks, forms, strict=True)]
+        seen = [s.with_rays_inside(form) for s, form in zip(self.stocks, forms, strict=True)]
         return fill_all(self.program, seen, forms, COARSE)
 
     def _master(self) -> tuple[float, Array]:
@@ -264,7 +264,7 @@ class _Columns:
 def _most_all(program: AddedProgram, stocks: Sequence[Stock], forms: Array) -> Array:
     """Compute the support functions and estimates of their errors (links, 2)."""
     pairs = [
-        most(stock.seen_from_inside(form), form)
+        support_function(stock.with_rays_inside(form), form)
         for stock, form in zip(stocks, forms, strict=True)
     ]
     return np.array(pairs) / program.unit
@@ -281,7 +281,7 @@ def _maximise(
     y, seen = start, list(stocks)
     for rays in STAGES:
         forms = forms_of(program, y, program.cost)
-        seen = [s.seen_from_inside(form) for s, form in zip(stocks, forms, strict=True)]
+        seen = [s.with_rays_inside(form) for s, form in zip(stocks, forms, strict=True)]
         value, gradient = _dual(program, seen, y, rays)
         for _ in range(MOST_STEPS):
             if float(np.linalg.norm(gradient)) <= FILL_RESIDUAL:
@@ -317,7 +317,10 @@ def _curvature(program: AddedProgram, stocks: Sequence[Stock], y: Array, rays: i
     """Compute minus the second derivative of the dual (ρ, ρ)."""
     forms = forms_of(program, y, program.cost)
     S = np.array(
-        [stiffness(stock, form, rays) for stock, form in zip(stocks, forms, strict=True)]
+        [
+            second_derivatives(stock, form, rays)
+            for stock, form in zip(stocks, forms, strict=True)
+        ]
     )
     return np.asarray(
         np.einsum("lri,lij,lsj->rs", program.rows, S, program.rows) / program.unit

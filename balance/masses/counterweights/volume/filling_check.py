@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from balance.masses.counterweights.added_matter import parameters_per_moment
-from balance.masses.counterweights.volume.stock import Stock, most
+from balance.masses.counterweights.volume.stock import Stock, support_function
 from balance.masses.designs.pseudo_inertia_cone import given_parameters
 from balance.space.inertial_parameters.conversions import to_chain
 from balance.space.spaces.design_space import DesignSpace
@@ -81,7 +81,7 @@ def check_filling(
     slips = slip * 4.0 * np.linalg.norm(per_moment, 2, axis=(1, 2))
     held = 0.0
     for stock, form, further in zip(stocks.values(), forms, slips, strict=True):
-        seen = stock.seen_from_inside(form)
-        held += sum(most(seen, form)) + float(further) * stock.whole
+        seen = stock.with_rays_inside(form)
+        held += sum(support_function(seen, form)) + float(further) * stock.whole
     accepted = bool(slip <= CERTIFICATE_ORTHOGONAL and margin > held)
     return FillingCheck(accepted, slip, margin, held)

@@ -55,9 +55,9 @@ class Stock(NamedTuple):
     mirror: Array | None = None
     origin: tuple[float, float, float] = CENTRE
 
-    def seen_from_inside(self, form: Array) -> Stock:
+    def with_rays_inside(self, form: Array) -> Stock:
         """Let rays start far inside the part where a form (4, 4) is positive."""
-        least, at = minimise_in_region(self.region, -self.felt(form))
+        least, at = minimise_in_region(self.region, -self.effective_form(form))
         x, y, z = (ORIGIN_INSIDE * at if least < 0.0 else np.array(CENTRE)).tolist()
         return self._replace(origin=(x, y, z))
 
@@ -71,7 +71,7 @@ class Stock(NamedTuple):
         """Kilograms that fill the region."""
         return float(fill(self, np.diag([0.0, 0.0, 0.0, 1.0]))[3, 3])
 
-    def felt(self, form: Array) -> Array:
+    def effective_form(self, form: Array) -> Array:
         """Return the part of a form (4, 4) that counts.
 
         Matter in equal halves feels the even part. Second-order parts of round-off are none.
@@ -94,7 +94,7 @@ def fill(stock: Stock, form: Array, rays: int = FINE) -> Array:
         form: symmetric matrix Q (4, 4) in unit coordinates.
         rays: how many rays sum up the part that a quadric cuts off.
     """
-    Q = stock.felt(form)
+    Q = stock.effective_form(form)
     if not Q[:3, :3].any():
         moments = cut_moments(stock.region, 2.0 * Q[:3, 3], float(Q[3, 3]))
     else:
@@ -112,7 +112,7 @@ def whole_and_halves(stock: Stock) -> list[Array]:
     return parts
 
 
-def most(stock: Stock, form: Array) -> tuple[float, float]:
+def support_function(stock: Stock, form: Array) -> tuple[float, float]:
     """Compute the support function h(Q) and an estimate of its error, kg.
 
     The error is the difference to the sum over a quarter of the rays, whose own error is four
@@ -122,14 +122,14 @@ def most(stock: Stock, form: Array) -> tuple[float, float]:
         stock: region and density.
         form: symmetric matrix Q (4, 4) in unit coordinates.
     """
-    Q = stock.felt(form)
+    Q = stock.effective_form(form)
     value = float(np.sum(Q * fill(stock, Q, SURE)))
     if not Q[:3, :3].any():
         return value, 0.0
     return value, abs(value - float(np.sum(Q * fill(stock, Q, ESTIMATE))))
 
 
-def stiffness(stock: Stock, form: Array, rays: int) -> Array:
+def second_derivatives(stock: Stock, form: Array, rays: int) -> Array:
     """Compute the second derivatives (10, 10) of h in the coordinates `symmetric_basis`, kg.
 
     Args:
@@ -137,7 +137,7 @@ def stiffness(stock: Stock, form: Array, rays: int) -> Array:
         form: symmetric matrix Q (4, 4) in unit coordinates.
         rays: how many rays sum up the surface of a quadric.
     """
-    Q, basis = stock.felt(form), symmetric_basis()
+    Q, basis = stock.effective_form(form), symmetric_basis()
     if not Q[:3, :3].any():
         return _differences(stock, Q, basis)
     if stock.mirror is not None:

@@ -62,7 +62,10 @@ def test_a_path_from_a_table_and_the_price_of_time(capsys, tmp_path, arm):
     [
         ((), "give the pose to reach"),
         (("--to", "u1=0.1", "--front", "3"), "--front: only with --straight or --path"),
-        (("--to", "u1=0.1", "--straight", "--spare", "9"), "--spare: not with --straight"),
+        (
+            ("--to", "u1=0.1", "--straight", "--natural-frequency", "9"),
+            "--natural-frequency: not with --straight",
+        ),
         (("--to", "u1=0.1", "--path", "a.csv"), "--path: leads from its first pose"),
         (("--to", "u1=0.1", "--weight-moment", "1"), "--weight-moment: only with"),
         (("--to", "u1=0.1", "--max-jerk", "=3"), "is not a limit"),

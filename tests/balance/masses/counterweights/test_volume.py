@@ -11,7 +11,7 @@ from balance.masses.counterweights.region_text import read_region
 from balance.masses.counterweights.regions import hull_region
 from balance.masses.counterweights.volume.filling_check import check_filling
 from balance.masses.counterweights.volume.plane_cuts import cut_moments
-from balance.masses.counterweights.volume.stock import Stock, fill, most
+from balance.masses.counterweights.volume.stock import Stock, fill, support_function
 from kinematics.errors import BodyError, UsageError
 from tests.independent.counterweight_requests import random_request
 from tests.independent.filled_cells import cells, least_masses
@@ -96,14 +96,14 @@ def test_a_small_ball_inside_is_integrated_within_the_estimate(kind):
     Q = -np.eye(4)
     Q[:3, 3] = Q[3, :3] = at
     Q[3, 3] = r * r - at @ at
-    stock = Stock(UNIT[kind], 1.0).seen_from_inside(Q)
+    stock = Stock(UNIT[kind], 1.0).with_rays_inside(Q)
     P = fill(stock, Q) / stock.per_volume
     volume = 4.0 / 3.0 * np.pi * r**3
     np.testing.assert_allclose(P[3, 3], volume, rtol=1e-5)
     np.testing.assert_allclose(P[:3, 3], volume * at, atol=1e-5 * volume)
     second = volume * (np.outer(at, at) + 0.2 * r * r * np.eye(3))
     np.testing.assert_allclose(P[:3, :3], second, atol=1e-5 * volume)
-    value, error = most(stock, Q)
+    value, error = support_function(stock, Q)
     exact = stock.per_volume * volume * 0.4 * r * r  # the mean of r² - x² is 0.4 r²
     assert abs(value - exact) <= error + 1e-9 * exact
     assert error <= 1e-4 * exact
@@ -121,7 +121,7 @@ def test_no_matter_of_the_density_has_more_than_the_support_function():
         for _ in range(5):
             Q = rng.normal(size=(4, 4))
             Q = Q + Q.T
-            value, error = most(stock.seen_from_inside(Q), Q)
+            value, error = support_function(stock.with_rays_inside(Q), Q)
             unit = size / np.linalg.norm(region.place[:3, :3], axis=0)
             # A cell's second moment about its middle adds up to so much.
             own = np.abs(Q[:3, :3]).sum() * np.square(unit).sum() / 12.0 * weight * len(u)

@@ -191,7 +191,7 @@ def test_an_infeasible_limit_is_named():
     assert balance.quiet_motion(slide(), [0.0], [0.5], 1.0, acceleration=2.1).found
 
 
-def test_frequencies_of_the_base_are_spared():
+def test_natural_frequencies_of_the_base_are_not_excited():
     arm, frequency = planar_arm(2), 2.0
     plans = [balance.quiet_motion(arm, [0.2, 0.4], [1.4, 1.5], 1.0, frequencies=given)
              for given in ((), (frequency,))]  # fmt: skip

@@ -110,6 +110,32 @@ def solve_conic(
     return ConicSolution(infeasible, np.array(solution.x), np.array(solution.z))
 
 
+def solve_cones(
+    q: Array,
+    cones: Sequence[tuple[Array, Array]],
+    linear: Sequence[tuple[Array, Array]],
+    H: Array | None = None,
+) -> Array:
+    """Minimise ``½ xᵀ H x + q·x`` within cones of second order and linear constraints, fast.
+
+    Args:
+        q: linear part of the objective (n,).
+        cones: pairs of rows (m, n) and offsets (m,): the first entry of ``rows x + offset`` is
+            at least the norm of the others.
+        linear: pairs likewise, of which no entry is negative.
+        H: quadratic part (n, n), symmetric and positive semidefinite; none by default.
+
+    Returns:
+        The minimiser (n,).
+    """
+    limits = tuple(np.concatenate(part) for part in zip(*linear, strict=True))
+    rows, offsets = zip(*cones, limits, strict=True)
+    parts = [ConstraintBlock("second_order", len(offset)) for offset in offsets[:-1]]
+    parts.append(ConstraintBlock("nonnegative", len(offsets[-1])))
+    stacked = np.concatenate(rows), np.concatenate(offsets)
+    return solve_conic(q, *stacked, parts, H, careful=False).x
+
+
 def triangles(matrices: Array) -> Array:
     """Convert symmetric matrices (..., k, k) to vectors (..., k (k + 1) / 2), k of 3, 4, 6, 8.
 

@@ -13,6 +13,10 @@ Balance: TypeAlias = Literal["dynamic", "force"]
 """``"dynamic"`` for all six components of the momentum, ``"force"`` for the linear ones."""
 
 
+GRAVITY = (0.0, 0.0, -9.81)
+"""Acceleration of gravity in the inertial frame by default, m/s²."""
+
+
 def point_of(about: ArrayLike) -> NDArray[np.float64]:
     """Read a point of the inertial frame (3,), metres.
 

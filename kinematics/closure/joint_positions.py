@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from math import hypot
 
 import numpy as np
@@ -42,13 +42,7 @@ def joint_positions(linkage: Linkage, q: ArrayLike | Mapping[str, float]) -> Arr
     """
     all_names = names_of(linkage.joints)
     if isinstance(q, Mapping):
-        unknown = [name for name in q if name not in linkage.inputs]
-        if unknown:
-            raise PoseError(
-                f"{linkage.source}: joint {unknown[0]} is not an input; "
-                f"the inputs are {', '.join(linkage.inputs)}"
-            )
-        q = [q.get(name, 0.0) for name in linkage.inputs]
+        q = values_by_input(linkage, q)
     values = np.asarray(q, dtype=np.float64)
     if not np.isfinite(values).all():
         raise PoseError(f"{linkage.source}: joint positions must be finite numbers")
@@ -63,6 +57,34 @@ def joint_positions(linkage: Linkage, q: ArrayLike | Mapping[str, float]) -> Arr
         f"{linkage.source}: got {values.size} joint positions; "
         f"give {linkage.mobility} (the inputs) or {len(all_names)} (all joints)"
     )
+
+
+def values_by_input(
+    linkage: Linkage, values: Mapping[str, float], others: Sequence[float] | None = None
+) -> Array:
+    """Put values by name in the order of the inputs (mobility,).
+
+    Args:
+        values: by name of input.
+        others: values (mobility,) of inputs that are not named; 0 by default.
+
+    Raises:
+        PoseError: a name is not that of an input.
+    """
+    check_inputs(linkage, values)
+    rest = np.zeros(linkage.mobility) if others is None else others
+    pairs = zip(linkage.inputs, rest, strict=True)
+    return np.array([values.get(name, other) for name, other in pairs], dtype=np.float64)
+
+
+def check_inputs(linkage: Linkage, names: Iterable[str]) -> None:
+    """Raise PoseError for the first name that is not that of an input."""
+    for name in names:
+        if name not in linkage.inputs:
+            raise PoseError(
+                f"{linkage.source}: joint {name} is not an input; "
+                f"the inputs are {', '.join(linkage.inputs)}"
+            )
 
 
 def input_chain(linkage: Linkage) -> Chain:

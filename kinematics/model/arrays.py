@@ -31,6 +31,26 @@ def freeze(array: object, dtype: type = np.float64) -> NDArray:
     return copy
 
 
+def once(
+    made: dict[tuple[object, ...], Any], make: Callable[..., Made], owner: object,
+    *arguments: object,
+) -> Made:  # fmt: skip
+    """Return the result of a function of an object and of arguments, computed once.
+
+    Args:
+        made: results so far, by function and arguments.
+        make: called with the object and the arguments.
+        owner: the object.
+        arguments: hashable.
+    """
+    key = (make, *arguments)
+    try:
+        value: Made = made[key]
+    except KeyError:
+        value = made[key] = make(owner, *arguments)
+    return value
+
+
 def read_only(array: NDArray) -> NDArray:
     """Make a read-only view of an array: Numba compiles a kernel again for a writable one."""
     view = array.view()
@@ -173,12 +193,7 @@ class Chain:
             make: called with the chain and the arguments.
             arguments: hashable.
         """
-        key = (make, *arguments)
-        try:
-            value: Made = self.structure.made[key]
-        except KeyError:
-            value = self.structure.made[key] = make(self, *arguments)
-        return value
+        return once(self.structure.made, make, self, *arguments)
 
     def borrow(self, purpose: tuple[object, ...], make: Callable[[], Any]) -> Any:
         """Take a workspace of kernels that belongs to the caller alone until `give_back`.

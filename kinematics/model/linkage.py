@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from kinematics.model.arrays import Chain, IntArray, Made, freeze
+from kinematics.model.arrays import Chain, IntArray, Made, freeze, once
 from kinematics.wording import (
     count_noun,
     first_names,
@@ -354,11 +354,7 @@ class Linkage(UnassembledLinkage):
             make: called with the linkage and the arguments.
             arguments: hashable.
         """
-        key = (make, *arguments)
-        if key not in self._made:
-            self._made[key] = make(self, *arguments)
-        value: Made = self._made[key]
-        return value
+        return once(self._made, make, self, *arguments)
 
     def positions_of(self, joints: Sequence[str]) -> IntArray:
         """Find the indices of joints, by name, among all joints."""

@@ -8,7 +8,11 @@ from typing import TYPE_CHECKING
 
 from balance.app.answers.answer import Answer, Files
 from balance.app.cli.arguments import Parser
-from balance.app.cli.density_options import add_density_options, densities_of
+from balance.app.cli.density_options import (
+    add_density_options,
+    check_density_options,
+    densities_of,
+)
 from balance.app.cli.exit_codes import verdict_code
 from balance.app.cli.matter_options import (
     add_matter_options,
@@ -79,14 +83,15 @@ def _run(arguments: argparse.Namespace) -> Answer:
     from balance.app.answers.text.counterweights import counterweights_body
     from balance.masses.counterweights.counterweights import counterweights
     from balance.masses.counterweights.link_regions import distant_regions
+    from balance.masses.counterweights.program import IDLE_MASS_PRICE
 
-    price = arguments.price_of_mass
+    given = arguments.price_of_mass
     with spinner("finding the least matter that balances"):
         space = certified_space(arguments)
         matter = counterweights(
             space, arguments.links, dict(arguments.region), arguments.minimise,
             density=densities_of(arguments, arguments.links), thickness=arguments.thickness,
-            **({} if price is None else {"price_of_mass": price}),
+            price_of_mass=IDLE_MASS_PRICE if given is None else given,
         )  # fmt: skip
     notices = (*space.warnings, *distant_regions(space, dict(arguments.region)))
     return Answer(
@@ -108,8 +113,7 @@ def _check_objective(arguments: argparse.Namespace) -> None:
         arguments.refuse(f"--price-of-mass {price:g}: a price is not negative")
     if arguments.density and objective == "inertia":
         arguments.refuse("--density does not go with --minimise inertia: ask for rotor")
-    if arguments.thickness is not None and not arguments.density:
-        arguments.refuse("--thickness needs --density")
+    check_density_options(arguments)
 
 
 def _files(counterweights: Counterweights, merge: bool) -> Files:

@@ -29,6 +29,12 @@ def add_density_options(parser: Parser, group: str, whose: str) -> None:
     )
 
 
+def check_density_options(arguments: argparse.Namespace) -> None:
+    """End the command with code 2 if a thickness limits nothing."""
+    if arguments.thickness is not None and not arguments.density:
+        arguments.refuse("--thickness needs --density")
+
+
 def densities_of(
     arguments: argparse.Namespace, names: Sequence[str]
 ) -> float | dict[str, float] | None:

@@ -110,7 +110,7 @@ def _add_restrictions(parser: Parser, unused: Collection[str]) -> None:
 
 
 def load_model(arguments: argparse.Namespace, angles: str, other: str = "") -> Linkage:
-    """Load the linkage of the options.
+    """Load the linkage of the options, and check the units of all coordinates among them.
 
     Args:
         angles: reading of rounded angles, ``"nominal"`` or ``"as_written"``.
@@ -129,7 +129,10 @@ def load_model(arguments: argparse.Namespace, angles: str, other: str = "") -> L
         fix_base=arguments.fix_base, bodies=arguments.bodies, massless=arguments.massless,
         angles=angles, at=arguments.at, mode=arguments.mode, ground=arguments.ground,
     )  # fmt: skip
-    check_units(linkage, arguments.at or {})
+    for value in vars(arguments).values():
+        for positions in value if isinstance(value, list) else [value]:
+            if isinstance(positions, Coordinates):
+                check_units(linkage, positions)
     return linkage
 
 
@@ -171,10 +174,14 @@ def _names(text: str) -> list[str]:
     return names
 
 
-def parse_coordinates(text: str) -> dict[str, float]:
+class Coordinates(dict[str, float]):
+    """Positions of joints by name, as an option gives them."""
+
+
+def parse_coordinates(text: str) -> Coordinates:
     """Parse positions of joints by name, of ``u1=0.3,u2=-10deg``.
 
     Raises:
         ArgumentTypeError: the text is nothing like it, or names one twice.
     """
-    return values_by_name(text, "u1=0.3,u2=-10deg", "angle", "length")
+    return Coordinates(values_by_name(text, "u1=0.3,u2=-10deg", "angle", "length"))

@@ -53,7 +53,8 @@ def certified_space(arguments: argparse.Namespace) -> CertifiedSpace:
         from balance.space.spaces.compute_space import design_space
 
         if arguments.require:
-            from balance.space.requirements.require import GRAVITY, require
+            from balance.space.requirements.require import require
+            from balance.support.options import GRAVITY
 
             return require(
                 linkage, arguments.require, spatial=arguments.spatial,

@@ -130,20 +130,21 @@ def _input_paths(arguments: argparse.Namespace) -> list[str]:
     from kinematics.files.urdf.loop_file import loop_file_of
     from kinematics.loading.model_gallery import find
 
-    given = {name: path for name, path in vars(arguments).items() if isinstance(path, str)}
-    paths = [given[name] for name in INPUTS if name in given]
-    paths += [
-        path
-        for path in vars(arguments).get("csv") or ()
-        if isinstance(vars(arguments)["csv"], list)
-    ]
-    models = [given[name] for name in MODELS if name in given]
+    given = vars(arguments)
+    paths = [path for name in INPUTS for path in _texts(given.get(name))]
+    models = [path for name in MODELS for path in _texts(given.get(name))]
     for model in (*models, *getattr(arguments, "others", ())):
         # Reading the model raises the error later.
         with suppress(LinkageError, OSError, ValueError):
             path = str(find(model)) if model else ""
             paths += [path, *filter(None, [loop_file_of(path)])] if path else []
     return paths
+
+
+def _texts(value: object) -> list[str]:
+    """List the texts of an option that takes one or several."""
+    values = value if isinstance(value, list) else [value]
+    return [text for text in values if isinstance(text, str)]
 
 
 def write_outputs(arguments: argparse.Namespace, answer: Answer) -> None:

@@ -10,12 +10,7 @@ from typing import TYPE_CHECKING
 from balance.app.answers.answer import Answer, Files
 from balance.app.cli.arguments import Parser, refuse_given
 from balance.app.cli.exit_codes import DONE, NEGATIVE
-from balance.app.cli.model_options import (
-    add_model_options,
-    check_units,
-    load_model,
-    parse_coordinates,
-)
+from balance.app.cli.model_options import add_model_options, load_model, parse_coordinates
 from balance.app.cli.number_arguments import add_about, number_between, point, whole_number
 from balance.app.cli.outputs import add_page_option, add_picture_option, kind_of
 from balance.app.cli.progress_bar import progress_bar
@@ -156,8 +151,6 @@ def _find(
 ) -> ReactionlessPaths:
     """Find the paths of the options."""
     linkage = load_model(arguments, arguments.angles)
-    for start in arguments.starts or ():
-        check_units(linkage, start)
     # Load the kernels only after the file is accepted.
     from balance.motion.paths.path_search import find_paths
 

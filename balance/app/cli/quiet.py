@@ -20,6 +20,7 @@ from balance.app.cli.number_arguments import (
 )
 from balance.app.cli.outputs import add_picture_option, kind_of
 from balance.app.cli.spinner import spinner
+from balance.support.options import GRAVITY
 
 if TYPE_CHECKING:
     from balance.motion.quiet.answer import QuietMotion
@@ -129,7 +130,7 @@ def _add_limit_options(group: argparse._ArgumentGroup) -> None:
         help="do not read the limits of positions, speeds and torques in the file",
     )  # fmt: skip
     group.add_argument(
-        "--gravity", type=point, default=(0.0, 0.0, -9.81), metavar="X,Y,Z",
+        "--gravity", type=point, default=GRAVITY, metavar="X,Y,Z",
         help="acceleration of gravity for torques, m/s², inertial frame (default 0,0,-9.81)",
     )  # fmt: skip
 

@@ -9,7 +9,11 @@ from typing import TYPE_CHECKING
 
 from balance.app.answers.answer import Answer, Files
 from balance.app.cli.arguments import Parser
-from balance.app.cli.density_options import add_density_options, densities_of
+from balance.app.cli.density_options import (
+    add_density_options,
+    check_density_options,
+    densities_of,
+)
 from balance.app.cli.exit_codes import verdict_code
 from balance.app.cli.matter_options import (
     add_matter_options,
@@ -98,8 +102,7 @@ def _add_least_options(parser: Parser) -> None:
 def _check_options(arguments: argparse.Namespace) -> None:
     """End the command with code 2 if options contradict each other."""
     check_matter_options(arguments)
-    if arguments.thickness is not None and not arguments.density:
-        arguments.refuse("--thickness needs --density")
+    check_density_options(arguments)
     if arguments.budget is None and arguments.pareto is None:
         arguments.refuse("give a --budget in kg, or --pareto")
     if arguments.budget is not None and arguments.budget < 0.0:

@@ -12,7 +12,8 @@ from balance.motion.floating_base.equations import Drive
 from balance.motion.motion_tolerances import RELATION_RESIDUAL
 from balance.motion.verification.input_paths import InputPath, RestToRest, SplinePath
 from balance.motion.verification.trajectory import Trajectory, order_inputs, random_motions
-from kinematics.errors import PoseError, UsageError
+from kinematics.closure.joint_positions import values_by_input
+from kinematics.errors import UsageError
 from kinematics.model.arrays import Chain
 from kinematics.model.linkage import Linkage
 from kinematics.model.motion import Motion
@@ -102,19 +103,8 @@ def free_drive(
     basis = np.linalg.qr(order_inputs(motion, linkage) / units[:, None])[0]
     if not np.isfinite(list(torques.values())).all():
         raise UsageError("torques must be finite numbers")
-    load = _by_input(linkage, torques) * units / chain.frame.length**2
+    load = values_by_input(linkage, torques) * units / chain.frame.length**2
     return Drive(basis, units, None, basis.T @ load)
-
-
-def _by_input(linkage: Linkage, values: Mapping[str, float]) -> Array:
-    """Put values by name in the order of the inputs (mobility,)."""
-    unknown = [name for name in values if name not in linkage.inputs]
-    if unknown:
-        raise PoseError(
-            f"{linkage.source}: joint {unknown[0]} is not an input; "
-            f"the inputs are {', '.join(linkage.inputs)}"
-        )
-    return np.array([values.get(name, 0.0) for name in linkage.inputs])
 
 
 def initial_rates(
@@ -135,7 +125,7 @@ def initial_rates(
     if not np.isfinite(list(initial.values())).all():
         raise UsageError("velocities at the start must be finite numbers")
     speeds = {name: value for name, value in initial.items() if name not in BASE_VELOCITIES}
-    rates = _by_input(linkage, speeds) / drive.units
+    rates = values_by_input(linkage, speeds) / drive.units
     if speeds and not drive.free:
         raise UsageError(
             f"the motion of input {next(iter(speeds))} is prescribed, its velocity too: give "

@@ -18,7 +18,7 @@ from balance.motion.paths.meeting_poses import meeting_pose
 from balance.motion.paths.path import ReactionlessPath, sample_path
 from balance.motion.paths.rest_equations import RestEquations, RowsAtPose
 from balance.motion.verification.joint_limits import joint_limits
-from kinematics.closure.joint_positions import joint_positions
+from kinematics.closure.joint_positions import joint_positions, values_by_input
 from kinematics.errors import PoseError, UsageError
 from kinematics.loading.model_gallery import LinkageLike, as_linkage
 from kinematics.model.linkage import Linkage
@@ -125,13 +125,7 @@ def _poses(
     poses = []
     for u in starts or [{}]:
         if isinstance(u, Mapping):
-            for name in u:
-                if name not in linkage.inputs:
-                    raise PoseError(
-                        f"{linkage.source}: joint {name} is not an input; "
-                        f"the inputs are {', '.join(linkage.inputs)}"
-                    )
-            u = [u.get(name, 0.0) for name in linkage.inputs]
+            u = values_by_input(linkage, u)
         poses.append(np.asarray(u, dtype=np.float64))
     if line and len(poses) < 2:
         raise UsageError("a line of starts needs two poses: give its ends")

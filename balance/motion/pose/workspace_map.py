@@ -17,7 +17,7 @@ from balance.motion.pose.null_space import (
     check_components,
     momentum_rows,
 )
-from kinematics.closure.joint_positions import solve_joint_positions
+from kinematics.closure.joint_positions import check_inputs, solve_joint_positions
 from kinematics.errors import PoseError, UnreachedError
 from kinematics.loading.model_gallery import LinkageLike, as_linkage
 from kinematics.model.arrays import freeze
@@ -164,11 +164,7 @@ def _axes(linkage: Linkage, grid: Mapping[str, ArrayLike]) -> dict[str, Array]:
     """Check the axes of the grid; in the order given."""
     axes = {name: freeze(np.atleast_1d(values)) for name, values in grid.items()}
     for name, values in axes.items():
-        if name not in linkage.inputs:
-            raise PoseError(
-                f"{linkage.source}: joint {name} is not an input; "
-                f"the inputs are {', '.join(linkage.inputs)}"
-            )
+        check_inputs(linkage, [name])
         steps = np.diff(values)
         one_way = values.ndim == 1 and values.size and (np.all(steps > 0) or np.all(steps < 0))
         if not one_way or not np.isfinite(values).all():

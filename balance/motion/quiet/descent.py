@@ -31,7 +31,7 @@ from balance.motion.quiet.limits import TORQUE, InputLimits
 from balance.motion.quiet.motion_space import MotionSpace
 from balance.motion.quiet.objective import QuietObjective, time_weights
 from balance.motion.quiet.sampled_loads import SampledLinkage, SampledLoads, SampledPoses
-from balance.support.clarabel_adapter import ConstraintBlock, solve_conic
+from balance.support.clarabel_adapter import solve_cones
 
 Array = NDArray[np.float64]
 
@@ -225,13 +225,7 @@ class _StepProgram:
             H[: self.size, : self.size] += weighted.T @ weighted / value
             constant += 0.5 * (self._mean_square(r) / value + value)
         linear = [self._trust_rows(trust), *self._limit_rows(now, J[:, 6:], trust)]
-        limits = [np.concatenate(part) for part in zip(*linear, strict=True)]
-        matrices, constants = zip(*cones, limits, strict=True)
-        blocks = [ConstraintBlock("second_order", len(x)) for x in constants[:-1]]
-        blocks.append(ConstraintBlock("nonnegative", len(constants[-1])))
-        x = solve_conic(
-            q, np.concatenate(matrices), np.concatenate(constants), blocks, H, careful=False
-        ).x
+        x = solve_cones(q, cones, linear, H)
         if not np.isfinite(x).all():
             return np.zeros((self.free, self.width)), np.inf
         promised = float(q @ x + 0.5 * x @ H @ x + constant)

@@ -13,7 +13,7 @@ from balance.motion.quiet.descent import QuietProblem
 from balance.motion.quiet.limits import InputLimits
 from balance.motion.quiet.objective import Measure, Part, QuietObjective, time_weights
 from balance.motion.quiet.sampled_loads import SampledLinkage, SampledPoses
-from kinematics.closure.joint_positions import joint_positions
+from kinematics.closure.joint_positions import joint_positions, values_by_input
 from kinematics.errors import PoseError, UsageError
 from kinematics.model.linkage import Linkage
 
@@ -23,7 +23,6 @@ PoseLike = Mapping[str, float] | ArrayLike
 
 # Largest displacement of an input, rad and m.
 MOST = 1e4
-GRAVITY = (0.0, 0.0, -9.81)
 
 
 def quiet_problem(
@@ -100,13 +99,7 @@ def end_poses(linkage: Linkage, start: PoseLike, end: PoseLike) -> tuple[Array, 
 def _pose(linkage: Linkage, given: PoseLike, rest: Array) -> Array:
     """Read displacements of the inputs; those that are not named are those of another pose."""
     if isinstance(given, Mapping):
-        unknown = [name for name in given if name not in linkage.inputs]
-        if unknown:
-            raise PoseError(
-                f"{linkage.source}: joint {unknown[0]} is not an input; "
-                f"the inputs are {', '.join(linkage.inputs)}"
-            )
-        given = [given.get(name, rest[k]) for k, name in enumerate(linkage.inputs)]
+        given = values_by_input(linkage, given, rest.tolist())
     values = np.asarray(given, dtype=np.float64)
     if values.shape != (linkage.mobility,) or not (np.abs(values) <= MOST).all():
         raise PoseError(

@@ -29,7 +29,6 @@ from balance.motion.quiet.motion_space import (
 )
 from balance.motion.quiet.objective import Measure, Part
 from balance.motion.quiet.problem import (
-    GRAVITY,
     PoseLike,
     check_duration,
     end_poses,
@@ -39,6 +38,7 @@ from balance.motion.quiet.problem import (
     scaled_problem,
 )
 from balance.motion.quiet.sampled_loads import SampledPoses
+from balance.support.options import GRAVITY
 from kinematics.errors import PoseError
 from kinematics.loading.model_gallery import LinkageLike, as_linkage
 

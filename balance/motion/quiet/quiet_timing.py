@@ -15,7 +15,6 @@ from balance.motion.quiet.limits import Limit, input_limits
 from balance.motion.quiet.motion_space import PlannedPath, quintic_path, trapezoidal_path
 from balance.motion.quiet.objective import Measure, Part
 from balance.motion.quiet.problem import (
-    GRAVITY,
     check_duration,
     follow_poses,
     nearest_poses,
@@ -32,6 +31,7 @@ from balance.motion.quiet.timing import (
     timed_spline,
 )
 from balance.motion.verification.input_paths import SplinePath
+from balance.support.options import GRAVITY
 from kinematics.errors import PoseError
 from kinematics.loading.model_gallery import LinkageLike, as_linkage
 from kinematics.model.linkage import Linkage

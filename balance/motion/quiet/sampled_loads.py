@@ -30,6 +30,7 @@ from kinematics.model.arrays import Chain
 from kinematics.model.chain import loop_signs
 from kinematics.model.linkage import Linkage
 from kinematics.model.spatial.inertia import spatial_inertias
+from kinematics.model.spatial.screws import exp, skew
 
 Array = NDArray[np.float64]
 
@@ -278,11 +279,7 @@ class SampledLinkage:
         chain = self.chain
         H, screws = np.empty((*q.shape, 4, 4)), np.empty((*q.shape, 6))
         for j, parent in enumerate(chain.parent.tolist()):
-            s = _matrix(chain.screws[j])
-            half = np.sin(0.5 * q[:, j])
-            terms = np.stack([q[:, j], 2.0 * half * half, q[:, j] - np.sin(q[:, j])])
-            powers = np.stack([s, s @ s, s @ s @ s]).reshape(3, 16)
-            E = np.eye(4) + (terms.T @ powers).reshape(-1, 4, 4)
+            E = exp(chain.screws[j], q[:, j])
             if parent < 0:
                 H[:, j], screws[:, j] = E, chain.screws[j]
                 continue
@@ -326,14 +323,6 @@ class SampledLinkage:
         return np.asarray(np.linalg.solve(R, Q.swapaxes(1, 2)))
 
 
-def _matrix(screw: Array) -> Array:
-    """Write a screw as a matrix (4, 4)."""
-    (a, b, c), s = screw[:3], np.zeros((4, 4))
-    s[:3, :3] = [[0.0, -c, b], [c, 0.0, -a], [-b, a, 0.0]]
-    s[:3, 3] = screw[3:]
-    return s
-
-
 def _cross(a: Array, b: Array) -> Array:
     """Compute ``a × b`` along the axis 1 of arrays (P, 3, …)."""
     return np.stack([
@@ -362,10 +351,7 @@ def _co_bracket(V: Array, h: Array) -> Array:
 def _inverse_adjoints(H: Array) -> Array:
     """Compute ``Ad(H)⁻¹`` of displacements (P, n, 4, 4): (P, n, 6, 6)."""
     Rt, d = H[..., :3, :3].swapaxes(-1, -2), H[..., :3, 3]
-    cross = np.zeros(Rt.shape)
-    cross[..., 2, 1], cross[..., 0, 2], cross[..., 1, 0] = d[..., 0], d[..., 1], d[..., 2]
-    cross -= cross.swapaxes(-1, -2)
     X = np.zeros((*H.shape[:-2], 6, 6))
     X[..., :3, :3] = X[..., 3:, 3:] = Rt
-    X[..., 3:, :3] = -Rt @ cross
+    X[..., 3:, :3] = -Rt @ skew(d)
     return X

@@ -25,7 +25,7 @@ from balance.motion.quiet.descent import PRICE, RESERVE, QuietProblem
 from balance.motion.quiet.limits import TORQUE
 from balance.motion.quiet.sampled_loads import SampledPoses
 from balance.motion.verification.input_paths import SplinePath
-from balance.support.clarabel_adapter import ConstraintBlock, solve_conic
+from balance.support.clarabel_adapter import solve_cones
 
 Array = NDArray[np.float64]
 
@@ -169,14 +169,7 @@ class _TimingProgram:
             lasting = np.zeros((1, self.count))
             lasting[0, self.d : self.e] = -self.loads.weights
             linear.append((lasting, np.ones(1)))
-        limits = tuple(np.concatenate(part) for part in zip(*linear, strict=True))
-        matrices, constants = zip(*cones, limits, strict=True)
-        blocks = [ConstraintBlock("second_order", len(x)) for x in constants[:-1]]
-        blocks.append(ConstraintBlock("nonnegative", len(constants[-1])))
-        x = solve_conic(
-            q, np.concatenate(matrices), np.concatenate(constants), blocks, careful=False
-        ).x
-        return self._timing(x)
+        return self._timing(solve_cones(q, cones, linear))
 
     def _root_cones(self) -> list[tuple[Array, Array]]:
         """Build ``c² ≤ b`` and ``1 ≤ c d`` of all samples."""

@@ -24,6 +24,7 @@ from balance.space.requirements.required_space import (
 from balance.space.requirements.requirement import read_requirements
 from balance.space.spaces.certainty import Certainty
 from balance.space.spaces.design_space import DesignSpace
+from balance.support.options import GRAVITY
 from balance.support.tolerances import MOMENTUM_RESIDUAL, MOMENTUM_RESIDUAL_ILL_CONDITIONED
 from kinematics.errors import LinkageError, UsageError
 from kinematics.loading.model_gallery import LinkageLike, as_linkage
@@ -31,9 +32,6 @@ from kinematics.model.linkage import Notice
 from kinematics.wording import size_text
 
 Array = NDArray[np.float64]
-
-# Gravity in the frame of the file, m/s²; only its direction counts.
-GRAVITY = (0.0, 0.0, -9.81)
 
 
 def require(

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from balance.motion.motion_tolerances import (
     BOUND_REACHED,
     RATE_RESIDUAL_RELATIVE,
+    SHAKING_RELATIVE,
 )
 from balance.motion.quiet.limits import InputLimits, LimitExceeded
 from balance.motion.quiet.objective import QuietObjective, overall
@@ -21,7 +22,7 @@ from balance.motion.verification.shaking_wrench import move_wrenches
 from balance.motion.verification.trajectory import Trajectory, drive
 from balance.support.csv_text import csv_table
 from kinematics.model.linkage import Linkage, Notice
-from kinematics.wording import number_text, repr_lines
+from kinematics.wording import number_text, repr_lines, size_text
 
 Array = NDArray[np.float64]
 SCHEMA = "balance.quiet/1"
@@ -115,13 +116,15 @@ class QuietMotion:
         start: displacements of the inputs at the start (inputs,).
         end: at the end.
         frequencies: of the base, Hz, that are not excited.
-        convex: whether the problem is convex, so that no other timing shakes less.
+        convex: whether a convex program found a motion within the limits, so that no other
+            timing shakes less.
         path: the motion of the inputs.
         law: ``"planned"``, or the name of the law that shakes less.
         after: what the motion shakes.
         laws: the laws that it is compared with.
         bound: no motion from rest to rest between the poses shakes less; None if none is known.
         exceeded: the limit that no motion was found to keep, or None.
+        inertia_force: size of the inertia forces, N and N m; a small part is round-off.
         shortest: the shortest duration of the path within the limits, seconds, if computed.
         front: durations, and the size of the least shaking in each.
         notices: remarks for the user.
@@ -141,6 +144,7 @@ class QuietMotion:
     laws: tuple[ComparedLaw, ...]
     bound: float | None
     exceeded: LimitExceeded | None
+    inertia_force: float
     shortest: float | None = None
     front: tuple[tuple[float, float], ...] = ()
     notices: tuple[Notice, ...] = ()
@@ -168,10 +172,24 @@ class QuietMotion:
 
     @property
     def verdict(self) -> str:
-        """``"optimal"``, ``"locally optimal"`` or ``"infeasible"``."""
+        """``"optimal"``, ``"locally optimal"``, ``"feasible"`` or ``"infeasible"``.
+
+        It is feasible where a law takes the place of a plan.
+        """
         if not self.found:
             return "infeasible"
-        return "optimal" if self.convex or self.at_bound else "locally optimal"
+        if self.balanced or self.at_bound or self.convex:
+            return "optimal"
+        return "locally optimal" if self.law == "planned" else "feasible"
+
+    @property
+    def balanced(self) -> bool:
+        """Whether the motion does not shake the base but for round-off."""
+        return self.is_round_off(self.after.value)
+
+    def is_round_off(self, size: float) -> bool:
+        """Whether a size of shaking is round-off beside the inertia forces."""
+        return size <= SHAKING_RELATIVE * self.inertia_force
 
     @property
     def at_bound(self) -> bool:
@@ -186,20 +204,29 @@ class QuietMotion:
             if self.shortest is None:
                 return words
             return f"{words}; the path takes at least {number_text(self.shortest)} s"
+        if self.balanced:
+            size = self.size_text(self.after.value)
+            return f"optimal: {size} {self.objective.unit}, round-off"
         value = f"{number_text(self.after.value)} {self.objective.unit}"
         if self.convex:
             return f"optimal: no other timing of this path shakes less than {value}"
         if self.bound is None:
-            return f"locally optimal: {value}; no bound is known for the moment"
+            return f"{self.verdict}: {value}; no bound is known for the moment"
         if self.at_bound:
             return (
                 f"optimal: {value}, within {number_text(BOUND_REACHED, '.0%')} of the bound "
                 f"{number_text(self.bound)} {self.objective.unit}"
             )
         return (
-            f"locally optimal: {value}; no motion shakes less than "
+            f"{self.verdict}: {value}; no motion shakes less than "
             f"{number_text(self.bound)} {self.objective.unit}"
         )
+
+    def size_text(self, size: float) -> str:
+        """Write a size of shaking, or a bound where it is round-off."""
+        if self.is_round_off(size):
+            return size_text(size, ".4g", self.inertia_force, SHAKING_RELATIVE)
+        return number_text(size)
 
     def samples(self, count: int) -> tuple[Array, Array, Array, Array]:
         """Compute time, inputs, velocities and accelerations at even times.

@@ -7,7 +7,12 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from balance.motion.motion_tolerances import QUIET_EXCITED, QUIET_LIMIT_EXCEEDED
+from balance.motion.motion_tolerances import (
+    QUIET_EXCITED,
+    QUIET_LIMIT_EXCEEDED,
+    QUIET_STEP_GAIN,
+    SHAKING_RELATIVE,
+)
 from balance.motion.quiet.answer import ComparedLaw, MotionFigures, QuietMotion
 from balance.motion.quiet.com_law import force_bound
 from balance.motion.quiet.descent import QuietProblem
@@ -23,6 +28,8 @@ Array = NDArray[np.float64]
 
 # Names of the laws that a motion is compared with.
 LAWS = "quintic", "trapezoidal"
+# Part of the shaking of a plan below which a law shakes less.
+LAW_GAIN = 1.0 - QUIET_STEP_GAIN
 # Samples at which a motion is measured, and distance from a corner, over the duration.
 MEASURED = 801
 BESIDE = 1e-9
@@ -80,6 +87,8 @@ def compare_with_laws(
     (after, excess), name = measured, "planned"
     exceeded = exceeded_limit(model.linkage, limits, excess)
     exceeded = exceeded or _excited_frequency(problem, duration, path, known)
+    convex = convex and exceeded is None
+    round_off = SHAKING_RELATIVE * problem.inertia_force
     compared = []
     for law_name, law in zip(LAWS, laws, strict=True):
         figures = measure_path(problem, duration, law, line)
@@ -88,7 +97,8 @@ def compare_with_laws(
             continue
         beyond = exceeded_limit(model.linkage, limits, figures[1])
         compared.append(ComparedLaw(law_name, figures[0], beyond))
-        quieter = exceeded is not None or figures[0].value < after.value
+        less = after.value > round_off and figures[0].value < LAW_GAIN * after.value
+        quieter = exceeded is not None or less
         if beyond is None and quieter and not problem.frequencies:
             path, after, exceeded, name = law, figures[0], None, law_name
     inputs = model.linkage.positions_of(model.linkage.inputs)
@@ -99,7 +109,8 @@ def compare_with_laws(
     return QuietMotion(
         model.linkage, objective, limits, duration, line.q[0, inputs], line.q[-1, inputs],
         tuple(omega / (2.0 * np.pi) for omega in problem.frequencies), convex, path, name,
-        after, tuple(compared), bound, exceeded, notices=model.linkage.notices,
+        after, tuple(compared), bound, exceeded, problem.inertia_force,
+        notices=model.linkage.notices,
     )  # fmt: skip
 
 

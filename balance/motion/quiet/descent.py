@@ -61,6 +61,7 @@ class QuietProblem:
         limits: those of the inputs.
         units: units of the inputs: 1 rad, or the characteristic length (inputs,).
         frequencies: ω of a base that must not be excited, rad/s.
+        inertia_force: size of the inertia forces, N and N m; a small part of it is no shaking.
         scale: size of the shaking that others are compared with.
         acceleration: root mean square that accelerations are compared with, units/s².
     """
@@ -70,6 +71,7 @@ class QuietProblem:
     limits: InputLimits
     units: Array
     frequencies: tuple[float, ...] = ()
+    inertia_force: float = 0.0
     scale: float = 1.0
     acceleration: float = 1.0
 

@@ -69,8 +69,11 @@ def scaled_problem(
     squares = ((udd / problem.units) ** 2).sum(axis=1)
     acceleration = float(np.sqrt(time_weights(time) @ squares))
     length = problem.model.linkage.spatial_chain.frame.length
-    least = SHAKING_RELATIVE * problem.model.mass * length * max(1.0, length) * acceleration
-    return replace(problem, scale=max(value, least) or 1.0, acceleration=acceleration or 1.0)
+    inertia_force = problem.model.mass * length * max(1.0, length) * acceleration
+    return replace(
+        problem, inertia_force=inertia_force, acceleration=acceleration or 1.0,
+        scale=max(value, SHAKING_RELATIVE * inertia_force) or 1.0,
+    )  # fmt: skip
 
 
 def check_duration(duration: float) -> None:

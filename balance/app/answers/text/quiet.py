@@ -48,34 +48,37 @@ def quiet_facts(plan: QuietMotion) -> list[tuple[str, str]]:
         pairs.append(("motion", f"the {plan.law} law, which shakes less than what was planned"))
     for law in plan.laws:
         if plan.found and law.figures is not None:
-            pairs.append((f"{law.name}", _change_text(plan.after, law.figures)))
+            pairs.append((law.name, _change_text(plan, law.figures)))
     return pairs
 
 
-def _change_text(after: MotionFigures, before: MotionFigures) -> str:
-    """Say how much less a plan shakes than a law."""
-    if not before.value > 0.0:
+def _change_text(plan: QuietMotion, law: MotionFigures) -> str:
+    """Say how much less, or more, a plan shakes than a law."""
+    if plan.is_round_off(law.value):
         return "does not shake"
-    share = after.value / before.value
-    return f"the plan shakes {number_text(100.0 * (1.0 - share), '.3g')} % less"
+    percent = 100.0 * (1.0 - plan.after.value / law.value)
+    word = "less" if percent >= 0.0 else "more"
+    return f"the plan shakes {number_text(abs(percent), '.3g')} % {word}"
 
 
 def _motion_rows(plan: QuietMotion) -> list[tuple[str, ...]]:
     """Build the table of what motions shake, its head first."""
-    rows = [HEAD, _figures_row("planned", plan.after, plan.found)]
+    rows = [HEAD, _figures_row(plan, "planned", plan.after, plan.found)]
     for law in plan.laws:
         if law.figures is None:
             rows.append((law.name, *[MISSING] * 5, "loops do not close"))
         else:
-            rows.append(_figures_row(law.name, law.figures, law.within))
+            rows.append(_figures_row(plan, law.name, law.figures, law.within))
     return rows
 
 
-def _figures_row(name: str, figures: MotionFigures, within: bool) -> tuple[str, ...]:
+def _figures_row(
+    plan: QuietMotion, name: str, figures: MotionFigures, within: bool
+) -> tuple[str, ...]:
     """Build the row of one motion."""
     values = (figures.force_rms, figures.force_peak, figures.moment_rms, figures.moment_peak,
               figures.value)  # fmt: skip
-    return (name, *map(number_text, values), "kept" if within else "exceeded")
+    return (name, *map(plan.size_text, values), "kept" if within else "exceeded")
 
 
 def _input_rows(plan: QuietMotion) -> list[tuple[str, ...]]:
@@ -98,6 +101,6 @@ def quiet_body(plan: QuietMotion) -> AnswerBody:
     body += ["", AnswerTable(_input_rows(plan), "<>")]
     if plan.front:
         unit = plan.objective.unit
-        rows = [(number_text(at), number_text(value)) for at, value in plan.front]
+        rows = [(number_text(at), plan.size_text(value)) for at, value in plan.front]
         body += ["", AnswerTable([("duration (s)", f"least shaking ({unit})"), *rows], ">")]
     return body

@@ -74,3 +74,11 @@ def test_a_path_from_a_table_and_the_price_of_time(capsys, tmp_path, arm):
 def test_words_that_do_not_fit(capsys, arm, words, told):
     assert main(["quiet", arm, *words]) == 2
     assert told in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    "words", [("quiet", "--to", "u1=0.2,u2=30mm"), ("paths", "--from", "u1=30mm")]
+)
+def test_a_length_is_no_angle(words, capsys):
+    assert main([words[0], "five_bar", *words[1:]]) == 3
+    assert "is revolute: its position is an angle" in capsys.readouterr().err

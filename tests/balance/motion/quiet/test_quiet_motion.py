@@ -8,6 +8,7 @@ from scipy.interpolate import CubicHermiteSpline
 from scipy.optimize import minimize
 
 import balance
+from balance.app.answers.text.quiet import quiet_facts
 from balance.motion.verification.given_motions import from_csv
 from kinematics.errors import LinkageError
 from tests.support.covering import number_of_cases
@@ -236,3 +237,13 @@ def test_bad_words_are_refused(options, words):
 def test_loops_that_cannot_be_closed_are_refused():
     with pytest.raises(LinkageError, match="five_bar"):
         balance.quiet_motion("five_bar", {}, {"u1": 3.0, "u2": -3.0}, 1.0)
+
+
+@pytest.mark.parametrize("minimise", ["force", "moment"])
+def test_a_balanced_linkage_does_not_shake(minimise):
+    """Of round-off no law has less, and none of its digits is written."""
+    plan = balance.quiet_motion("four_bar_kite_balanced", [0.0], [0.3], 1.0, minimise=minimise)
+    assert plan.balanced and plan.verdict == "optimal" and plan.law == "planned"
+    assert plan.words.startswith("optimal: below 1e-")
+    facts = dict(quiet_facts(plan))
+    assert facts["quintic"] == facts["trapezoidal"] == "does not shake"

@@ -7,6 +7,10 @@ import pytest
 from scipy.optimize import minimize
 
 import balance
+from balance.motion.quiet.compare import compare_with_laws
+from balance.motion.quiet.limits import input_limits
+from balance.motion.quiet.motion_space import quintic_path, trapezoidal_path
+from balance.motion.quiet.problem import follow_poses, quiet_problem
 from kinematics.errors import LinkageError
 from tests.support.planned_arms import TASKS, base_wrenches, planar_arm, slide, torques
 
@@ -34,6 +38,18 @@ def test_a_slide_with_a_limit_of_speed(speed, peak):
     assert plan.after.velocity[0] <= speed * 1.002
     assert plan.after.value == pytest.approx(2 * speed / (1 - 0.5 / speed), rel=1e-2)
     assert plan.after.value == pytest.approx(peak, rel=1e-2)
+
+
+def test_a_law_in_the_place_of_a_plan_is_not_called_optimal():
+    """A plan that exceeds a limit yields to the trapezoidal law, whose speed is 1.5 d/T."""
+    arm, (start, end) = slide(), (np.array([0.0]), np.array([0.5]))
+    problem = quiet_problem(arm, input_limits(arm, 0.8), "force", "rms", None, None, (0, 0, 0))
+    line = follow_poses(problem.model, np.linspace(0.0, 0.5, 11)[:, None])
+    laws = [law(start, end, 1.0) for law in (quintic_path, trapezoidal_path)]
+    answer = compare_with_laws(problem, 1.0, laws[0], line, laws, line, convex=True)
+    assert answer.found and answer.law == "trapezoidal"
+    assert answer.after.value > 1.05 * answer.bound
+    assert answer.verdict == "feasible" and answer.words.startswith("feasible: ")
 
 
 def test_the_least_mean_square_of_a_slide_is_the_cubic_law():

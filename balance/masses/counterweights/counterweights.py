@@ -19,7 +19,7 @@ from balance.masses.counterweights.volume.plates import (
     stocks_of,
     with_further_links,
 )
-from balance.space.requirements.in_space import in_space
+from balance.space.requirements.recompute_spatial import recompute_spatial
 from balance.space.spaces.design_space import DesignSpace
 from balance.support.tolerances import BOUND_RELATIVE, GROWTH_RELATIVE
 from kinematics.errors import UsageError
@@ -96,7 +96,7 @@ def counterweights(
             "the largest inertia is found without a density: ask for rotor or mass"
         )
     if space.planar and space.balance == "dynamic" and thickness is None:
-        space = in_space(space)
+        space = recompute_spatial(space)
     if limits:
         stocks = stocks_of(space, body_regions, limits)
         answer = decide_filled(space, stocks, minimise, price_of_mass)

@@ -26,7 +26,7 @@ from balance.masses.designs.pseudo_inertia_cone import from_si, given_parameters
 from balance.masses.designs.verdicts import describe_furthest, describe_limits
 from balance.space.inertial_parameters.body_inertia import BodyInertia, body_inertias
 from balance.space.inertial_parameters.conversions import LABELS, MassProperties
-from balance.space.requirements.in_space import in_space
+from balance.space.requirements.recompute_spatial import recompute_spatial
 from balance.space.requirements.required_space import RequiredSpace, space_of
 from balance.space.spaces.design_space import DesignSpace
 from balance.support.tolerances import KEPT_BODY_RESIDUAL, MASSES_EQUAL
@@ -323,7 +323,7 @@ def _widest_margin(
     """Compute the design of the largest margin, and its constraints; the space may widen."""
     constraints = constraints_of(space, keep, bounds, within)
     if space.planar and space.balance == "dynamic" and _leaves_plane(space, constraints):
-        space = in_space(space, 0 if one_pose else None)
+        space = recompute_spatial(space, 0 if one_pose else None)
     constraints = constraints_of(space, keep, bounds, within, *material)
     answer = decide_feasibility(space, constraints, trusted=one_pose)
     return Design(

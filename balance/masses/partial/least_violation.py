@@ -24,7 +24,7 @@ from balance.masses.partial.added_weights import check_budget, counterweights_at
 from balance.masses.partial.least_shaking import LeastShaking, least_shaking, quadratic_factor
 from balance.masses.partial.motion_loads import AddedParameters
 from balance.masses.partial.shaking_program import ShakingProgram
-from balance.space.requirements.in_space import in_space
+from balance.space.requirements.recompute_spatial import recompute_spatial
 from balance.space.requirements.required_space import RequiredSpace
 from balance.support.tolerances import SHAKING_GAP_PROVED
 from kinematics.errors import UsageError
@@ -145,7 +145,7 @@ def least_violation(
     check_budget(budget)
     if budget == 0.0:
         raise UsageError("a budget of 0 kg adds nothing: see `as_given` of the space")
-    spatial = in_space(space) if space.planar else space
+    spatial = recompute_spatial(space) if space.planar else space
     assert isinstance(spatial, RequiredSpace)
     matter = AddedParameters.of(spatial, regions_of(space, add, regions or {}))
     blocks = _relative_rows(spatial, matter)

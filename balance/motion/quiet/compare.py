@@ -15,7 +15,7 @@ from balance.motion.motion_tolerances import (
 )
 from balance.motion.quiet.answer import ComparedLaw, MotionFigures, QuietMotion
 from balance.motion.quiet.com_law import force_bound
-from balance.motion.quiet.descent import QuietProblem
+from balance.motion.quiet.convex_steps import QuietProblem
 from balance.motion.quiet.limits import EXCITATION, InputLimits, LimitExceeded, worst_limit
 from balance.motion.quiet.motion_space import PlannedPath
 from balance.motion.quiet.problem import nearest_poses

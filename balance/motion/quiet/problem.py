@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from balance.motion.motion_tolerances import SHAKING_RELATIVE
-from balance.motion.quiet.descent import QuietProblem
+from balance.motion.quiet.convex_steps import QuietProblem
 from balance.motion.quiet.limits import InputLimits
 from balance.motion.quiet.objective import Measure, Part, QuietObjective, time_weights
 from balance.motion.quiet.sampled_loads import SampledLinkage, SampledPoses

@@ -12,7 +12,7 @@ from balance.motion.motion_tolerances import QUIET_LIMIT_EXCEEDED
 from balance.motion.quiet.answer import QuietMotion
 from balance.motion.quiet.com_law import fit_to_law
 from balance.motion.quiet.compare import compare_with_laws, measure_path
-from balance.motion.quiet.descent import (
+from balance.motion.quiet.convex_steps import (
     PER_INTERVAL,
     QuietProblem,
     SampledMotion,
@@ -82,8 +82,8 @@ def quiet_motion(
     The masses stay as they are. Motions are splines of degree five in the inputs. From three
     first motions (quintic and trapezoidal law on the straight line, straight line of the centre
     of mass) convex programs in sequence lead to local minima
-    (`balance.motion.quiet.descent`); the least of them is refined. The answer never shakes more
-    than those of the two laws that keep the limits.
+    (`balance.motion.quiet.convex_steps`); the least of them is refined. The answer never shakes
+    more than those of the two laws that keep the limits.
 
     Args:
         linkage: an assembled linkage, or what `kinematics.load` accepts.
@@ -135,7 +135,7 @@ def quiet_motion(
     spaces = [
         rest_space(*ends, duration, count, smooth=limits.has_jerk) for count in (COARSE, FINE)
     ]
-    quintic = _on_space(problem, spaces[0], laws[0], line)
+    quintic = _fit_to_space(problem, spaces[0], laws[0], line)
     if quintic is None:
         raise PoseError(f"{linkage.source}: the loops cannot be closed between the poses")
     problem = scaled_problem(problem, quintic.value, quintic.time, quintic.inputs[2])
@@ -159,13 +159,13 @@ def _plan(
     if problem.objective.measure == "peak":
         # The root mean square is easier to minimise, and its minimum is near that of the peak.
         mean = replace(problem, objective=problem.objective._replace(measure="rms"))
-        quiet = _best(mean, coarse, _valued(mean, coarse, first))
+        quiet = _find_minimum(mean, coarse, _sample_again(mean, coarse, first))
         first = [
             min(first, key=lambda motion: motion.merit),
-            *_valued(problem, coarse, [quiet]),
+            *_sample_again(problem, coarse, [quiet]),
         ]
-    best = _best(problem, coarse, first)
-    motion = _on_space(problem, fine, coarse.path(best.y), best.poses)
+    best = _find_minimum(problem, coarse, first)
+    motion = _fit_to_space(problem, fine, coarse.path(best.y), best.poses)
     if motion is None:
         return coarse.path(best.y), best.poses
     within = problem
@@ -177,11 +177,11 @@ def _plan(
         if measured[1].max() <= QUIET_LIMIT_EXCEEDED:
             break
         within = replace(within, limits=within.limits.tightened(1.5 * measured[1]))
-        (motion,) = _valued(within, fine, [motion])
+        (motion,) = _sample_again(within, fine, [motion])
     return fine.path(motion.y), motion.poses
 
 
-def _best(
+def _find_minimum(
     problem: QuietProblem, space: MotionSpace, first: Sequence[SampledMotion]
 ) -> SampledMotion:
     """Descend from several motions, and return the least of the minima."""
@@ -192,7 +192,7 @@ def _best(
     return min(minima, key=lambda motion: motion.merit)
 
 
-def _valued(
+def _sample_again(
     problem: QuietProblem, space: MotionSpace, motions: Sequence[SampledMotion]
 ) -> list[SampledMotion]:
     """Sample motions of a space for another problem."""
@@ -205,7 +205,7 @@ def _first_motions(
 ) -> list[SampledMotion]:
     """Make the motions from which the search starts."""
     time = space.times(PER_INTERVAL)
-    motions = [_on_space(problem, space, law, line) for law in laws]
+    motions = [_fit_to_space(problem, space, law, line) for law in laws]
     started = [motion for motion in motions if motion is not None]
     assert started
     y = fit_to_law(
@@ -215,7 +215,7 @@ def _first_motions(
     return started if fitted is None else [*started, fitted]
 
 
-def _on_space(
+def _fit_to_space(
     problem: QuietProblem, space: MotionSpace, path: PlannedPath, known: SampledPoses
 ) -> SampledMotion | None:
     """Sample the motion of a space that is nearest to another one.

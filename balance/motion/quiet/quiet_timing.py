@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from balance.motion.quiet.answer import QuietMotion
 from balance.motion.quiet.compare import compare_with_laws, exceeded_limit, measure_path
-from balance.motion.quiet.descent import QuietProblem
+from balance.motion.quiet.convex_steps import QuietProblem
 from balance.motion.quiet.limits import Limit, input_limits
 from balance.motion.quiet.motion_space import PlannedPath, quintic_path, trapezoidal_path
 from balance.motion.quiet.objective import Measure, Part

@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from balance.motion.motion_tolerances import QUIET_LIMIT_EXCEEDED
-from balance.motion.quiet.descent import PRICE, RESERVE, QuietProblem
+from balance.motion.quiet.convex_steps import PRICE, RESERVE, QuietProblem
 from balance.motion.quiet.limits import TORQUE
 from balance.motion.quiet.sampled_loads import SampledPoses
 from balance.motion.verification.input_paths import SplinePath

@@ -107,11 +107,11 @@ def _excluded(
     words = f"infeasible: the regions of {names}, which hold {holds}, are too small"
     return replace(
         blank, verdict="infeasible", certificate=w, check=check, words=words,
-        relaxations=_denser(blank.space, stocks, needed),
+        relaxations=_describe_denser(blank.space, stocks, needed),
     )  # fmt: skip
 
 
-def _denser(
+def _describe_denser(
     space: DesignSpace, stocks: Mapping[int, Stock], needed: DensityNeeded
 ) -> tuple[Relaxation, ...]:
     """Describe the density that is enough, if it was found, and the least mass it needs."""

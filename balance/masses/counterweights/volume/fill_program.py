@@ -111,7 +111,7 @@ def density_needed(program: AddedProgram, stocks: Sequence[Stock]) -> DensityNee
     """
     columns = _Columns(program, stocks, np.zeros_like(program.cost), None)
     value, dual = columns.generate(density_gap(program))
-    sums = np.sum(_most_all(program, stocks, columns.forms(dual)), axis=0)
+    sums = np.sum(_support_functions(program, stocks, columns.forms(dual)), axis=0)
     against = float(dual @ program.target)
     bound = against / float(sums.sum()) if against > 0.0 else 0.0
     return DensityNeeded(value, bound, dual, columns.parts)
@@ -156,7 +156,7 @@ def fill_least(
         left = program.target - conditions_of(program, moments)
         if float(np.linalg.norm(left)) <= COUNTERWEIGHT_RESIDUAL:
             break
-    value, error = np.sum(_most_all(program, seen, forms), axis=0)
+    value, error = np.sum(_support_functions(program, seen, forms), axis=0)
     bound = float(y @ program.target) - float(value) - float(error)
     return FilledParts(forms, moments, bound, float(error), y)
 
@@ -261,7 +261,7 @@ class _Columns:
         return float(q @ solution.x), y
 
 
-def _most_all(program: AddedProgram, stocks: Sequence[Stock], forms: Array) -> Array:
+def _support_functions(program: AddedProgram, stocks: Sequence[Stock], forms: Array) -> Array:
     """Compute the support functions and estimates of their errors (links, 2)."""
     pairs = [
         support_function(stock.with_rays_inside(form), form)

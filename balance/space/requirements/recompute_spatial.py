@@ -10,7 +10,7 @@ from balance.space.spaces.compute_space import design_space
 from balance.space.spaces.design_space import DesignSpace
 
 
-def in_space(space: DesignSpace, max_order: int | None = None) -> DesignSpace:
+def recompute_spatial(space: DesignSpace, max_order: int | None = None) -> DesignSpace:
     """Compute a design space again in space, where it was one in a plane.
 
     Args:

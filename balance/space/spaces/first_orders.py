@@ -39,8 +39,8 @@ from kinematics.numerics.linalg.pivoted_qr import factor_workspace, refactor
 Array = NDArray[np.float64]
 
 
-def _first_orders_kernel(conditions_up_to_order):
-    """Make the kernel with that of the orders, of a space or of a plane."""
+def _first_orders_kernel(dim):
+    """Make the kernel for twists of ``dim`` components: 6 in space, 3 in a plane."""
 
     @kernel(reference_counting=False)
     def first_orders_kernel(
@@ -92,9 +92,15 @@ def _first_orders_kernel(conditions_up_to_order):
             order[j] = j
         conditions = factor[: p * p].reshape((p, p))
         lower = conditions[:0], order, columns, 0.0, 0.0, tolerance, 0
-        answer = conditions_up_to_order(
-            chain, links, rays, orders, lower, (ranks, order, conditions), for_orders
-        )
+        result = ranks, order, conditions
+        if dim == 3:
+            answer = planar_conditions_up_to_order(
+                chain, links, rays, orders, lower, result, for_orders
+            )
+        else:
+            answer = spatial_conditions_up_to_order(
+                chain, links, rays, orders, lower, result, for_orders
+            )
         solutions = basis[: (total - answer[0]) * total].reshape((total - answer[0], total))
         put_solutions(square[:serial], conditions[: answer[0]], order, columns, solutions)
         return count, serial, answer
@@ -103,8 +109,8 @@ def _first_orders_kernel(conditions_up_to_order):
 
 
 _spatial_first_orders, _planar_first_orders = (
-    _first_orders_kernel(spatial_conditions_up_to_order),
-    _first_orders_kernel(planar_conditions_up_to_order),
+    _first_orders_kernel(6),
+    _first_orders_kernel(3),
 )
 
 

@@ -25,10 +25,19 @@ KEPT = 3
 
 
 def kernel_name(function: Callable[..., object]) -> str:
-    """Compose the name of a kernel, the same in every process and without blanks."""
+    """Compose the name of a kernel, the same in every process and without blanks.
+
+    Raises:
+        TypeError: the kernel is made for a value that is not an integer. Numba finds a kernel
+            in its cache by these values, pickled: a kernel, say, is pickled with a name that
+            differs between processes, and each process would compile anew.
+    """
     values = [cell.cell_contents for cell in function.__closure__ or ()]
-    made_for = ",".join(str(value) for value in values if isinstance(value, int))
-    return f"{function.__module__}.{function.__qualname__}({made_for})"
+    made_for = ",".join(str(value) for value in values)
+    name = f"{function.__module__}.{function.__qualname__}({made_for})"
+    if not all(isinstance(value, int) for value in values):
+        raise TypeError(f"kernel {name}: no process finds it in the cache; close over integers")
+    return name
 
 
 def package_of(function: Callable[..., object]) -> Path:

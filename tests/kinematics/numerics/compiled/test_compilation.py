@@ -20,6 +20,7 @@ import pytest
 from filelock import FileLock
 
 from kinematics import gallery
+from kinematics.numerics.compiled.jit import kernel
 from tests.support.covering import ALL_CASES
 from tests.support.small_package import ROOT, clean, run
 from tests.support.waiting import HANGS, wait_until_true
@@ -294,3 +295,14 @@ def test_a_warm_up_compiles_all_that_commands_call():
     )  # fmt: skip
     codes, late = json.loads(done.stdout)
     assert set(codes) <= {0, 1, 3, 4} and late == []
+
+
+def test_a_kernel_for_other_values_than_integers_is_refused():
+    """Numba would pickle them into its index: each process would compile such a kernel anew."""
+
+    def of_degree(degree):
+        return kernel(lambda x: x**degree)
+
+    assert of_degree(2)(3.0) == 9.0
+    with pytest.raises(TypeError, match="close over integers"):
+        of_degree(2.5)

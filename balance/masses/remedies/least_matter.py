@@ -10,7 +10,8 @@ from balance.masses.counterweights.counterweights import counterweights
 from balance.masses.counterweights.link_regions import wide_region
 from balance.masses.counterweights.regions import Region
 from balance.masses.designs.feasibility import Feasibility, feasible
-from balance.space.certification.certified_space import CertifiedSpace
+from balance.space.certification.certify_space import certify
+from balance.space.spaces.design_space import DesignSpace
 
 
 class LeastMatter(NamedTuple):
@@ -44,14 +45,21 @@ class LeastMatter(NamedTuple):
 
 
 def least_matter(
-    space: CertifiedSpace, links: Sequence[str], regions: Mapping[str, Region | str]
+    space: DesignSpace, links: Sequence[str], regions: Mapping[str, Region | str]
 ) -> LeastMatter:
     """Find the least matter in some regions, or in wider ones if these are too small.
+
+    A verdict against it is given only after the integers of the space are certified; who finds
+    matter verifies the file with it.
 
     Args:
         links: links that may get matter.
         regions: where, by name of the link; see `balance.counterweights`.
     """
+    matter = counterweights(space, links, regions, relax=False)
+    if matter.verdict == "feasible":
+        return LeastMatter(matter, None)
+    space = certify(space)
     matter = counterweights(space, links, regions, relax=False)
     if matter.verdict != "infeasible":
         return LeastMatter(matter, None)

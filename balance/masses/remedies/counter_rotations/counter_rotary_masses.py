@@ -25,7 +25,6 @@ from balance.masses.remedies.counter_rotations.separate_rotors import (
 from balance.masses.remedies.judge import judge
 from balance.masses.remedies.request import RemedyRequest
 from balance.masses.remedies.variant import Variant
-from balance.space.certification.certify_space import certify
 from balance.space.spaces.compute_space import design_space
 from kinematics.wording import count_noun
 
@@ -67,7 +66,7 @@ def apply_counter_rotary_masses(request: RemedyRequest) -> Iterator[AppliedRemed
 
 def _counterweight_places(request: RemedyRequest) -> dict[str, Array]:
     """Find where force balance puts the counterweight of each link, in its frame (3,)."""
-    force = certify(design_space(request.linkage, request.motion or None, "force"))
+    force = design_space(request.linkage, request.motion or None, "force")
     matter = counterweights(force, request.links, request.regions, relax=False)
     return {weight.link: weight.com for weight in matter.weights}
 

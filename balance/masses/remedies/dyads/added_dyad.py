@@ -74,25 +74,27 @@ def apply_added_dyad(request: RemedyRequest) -> Iterator[AppliedRemedy]:
     Yields:
         Dyads that balance the linkage, at most 2 of each kind (RRR, hinged to both links, and
         RRP, sliding along one); for a kind without any, one undecided result, for a search
-        proves nothing.
+        proves nothing. Walks to other geometries are made if ``request.only`` names the remedy.
     """
     if why := _why_not(request):
         yield refused("added_dyad", why)
         return
     seeds = list(dyad_seeds(request.linkage))
-    progress = _Progress(request, len(seeds) + 2 * WALKS)
+    walks = WALKS if "added_dyad" in request.only else 0
+    progress = _Progress(request, len(seeds) + 2 * walks)
     for slides in (False, True):
         kind_seeds = [seed for seed in seeds if seed.dyad.slides == slides]
         members = 0
-        # Walks are for linkages that no known geometry helps.
-        for geometries in (progress.of(kind_seeds), _ends(request, slides, progress)):
+        # Walks are for linkages that no known geometry helps, and for who asks for them.
+        ends = [_ends(request, slides, progress)] if walks else []
+        for geometries in (progress.of(kind_seeds), *ends):
             if members:
                 break
             for applied in _judge_buildable(request, geometries):
                 members += applied.verdict == "feasible"
                 yield applied
         if not members:
-            yield _none(slides, len(kind_seeds), progress.best)
+            yield _none(slides, len(kind_seeds), progress.best if walks else None)
 
 
 def _judge_buildable(
@@ -229,13 +231,18 @@ def _judge(request: RemedyRequest, seed: DyadSeed) -> AppliedRemedy:
     ))  # fmt: skip
 
 
-def _none(slides: bool, tried: int, best: float) -> AppliedRemedy:
-    """Return the result of a search that found no dyad of a kind."""
+def _none(slides: bool, tried: int, best: float | None) -> AppliedRemedy:
+    """Return the result of a search that found no dyad of a kind; None is for no walks."""
     kind = "RRP" if slides else "RRR"
     reason = (
-        f"no member found: {tried} known geometries, and {WALKS} walks to related angles "
-        f"(best residual {size_text(best)}), have no buildable masses; others may"
+        f"no member found: {tried} known geometries have no buildable masses; name added_dyad "
+        f"alone to make {WALKS} walks to others"
     )
+    if best is not None:
+        reason = (
+            f"no member found: {tried} known geometries, and {WALKS} walks to related angles "
+            f"(best residual {size_text(best)}), have no buildable masses; others may"
+        )
     return AppliedRemedy("added_dyad", f"{kind} between any two links", "undecided", reason)
 
 

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from balance.masses.remedies.applied import AppliedRemedy, inertia_ratio, refused
-from balance.masses.remedies.judge import MOTIONS
+from balance.masses.remedies.judge import MOTIONS, POSES
 from balance.masses.remedies.momentum_along import Momentum, momentum_along
 from balance.masses.remedies.request import RemedyRequest
 from balance.masses.remedies.wheels.varying_ratio import (
@@ -242,7 +242,7 @@ def _build_geared_wheel(request: RemedyRequest) -> AppliedRemedy:
     crank, rates = _crank_rates(linkage, limits)
     sweep, turns = _sweep(linkage, limits, crank, rates)
     fine = fine_motion(linkage, limits)
-    runs = [fine, *random_motions(linkage, MOTIONS, seed=SEED, motion=limits)]
+    runs = [fine, *random_motions(linkage, MOTIONS, POSES, seed=SEED, motion=limits)]
     if regular := sweep.conditioning > CONDITIONING_NOTICE:
         runs.append(sweep)
     _refuse_other_moments(linkage, runs)

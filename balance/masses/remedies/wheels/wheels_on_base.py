@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from balance.masses.counterweights.write_counterweights import with_counterweights
 from balance.masses.partial.motion_loads import input_inertia
 from balance.masses.remedies.applied import AppliedRemedy, RemedyVerdict, with_cost
+from balance.masses.remedies.judge import POSES
 from balance.masses.remedies.least_matter import least_matter
 from balance.masses.remedies.momentum_along import Momentum, momentum_along
 from balance.masses.remedies.request import RemedyRequest
@@ -20,7 +21,6 @@ from balance.masses.remedies.wheels.varying_ratio import integrate
 from balance.motion.motion_tolerances import SHAKING_RELATIVE
 from balance.motion.verification.to_pinocchio import verify
 from balance.motion.verification.trajectory import Trajectory, drive, random_motions
-from balance.space.certification.certify_space import certify
 from balance.space.spaces.compute_space import design_space
 from kinematics.loading.model_gallery import load
 from kinematics.model.document import make_elements
@@ -34,6 +34,8 @@ Array = NDArray[np.float64]
 
 # Samples of a motion in a file: a spline through them has the velocities and accelerations.
 FILE_SAMPLES = 1001
+# The attributes of a motion that have a row for each sample.
+SAMPLED = ("time", "u", "ud", "udd", "q", "qd", "qdd")
 
 
 class NoWheel(Exception):
@@ -173,7 +175,7 @@ def balance_force(request: RemedyRequest) -> ForceBalanced:
     space = design_space(linkage, request.motion or None, "force")
     data = request.base.data
     if not space.as_given.balanced:
-        least = least_matter(certify(space), request.links, request.regions)
+        least = least_matter(space, request.links, request.regions)
         verdict = least.found.verdict
         if verdict != "feasible":
             raise NoWheel(verdict, f"a wheel takes no force, and {least.reason}", least.proof)
@@ -233,6 +235,13 @@ def motion_columns(inputs: Sequence[str], motion: Trajectory) -> dict[str, Array
     return columns
 
 
+def _thin_out(trajectory: Trajectory) -> Trajectory:
+    """Keep as many samples of a motion as its verification needs."""
+    step = max(1, len(trajectory.time) // POSES)
+    kept = {name: getattr(trajectory, name)[::step] for name in SAMPLED}
+    return replace(trajectory, **kept)
+
+
 def verify_with_wheels(
     request: RemedyRequest,
     blank: AppliedRemedy,
@@ -261,7 +270,7 @@ def verify_with_wheels(
     moved = tuple(
         _drive_wheels(balanced, whole, trajectory, wheels) for trajectory in trajectories
     )
-    checked = verify(whole, along=moved)
+    checked = verify(whole, along=[_thin_out(trajectory) for trajectory in moved])
     residual = max(checked.force_residual, checked.moment_residual)
     blank = replace(
         blank, residual=residual, new_links=tuple(wheel.name for wheel in wheels),

@@ -299,6 +299,10 @@ FILLED_MASS_ZERO = 1e-9
 # Sine of the angle between a cylinder and the plane of a linkage, or its normal, up to which it
 # stands along it.
 PLATE_UPRIGHT = 1e-9
+# Size of a difference over that of a part up to which it is round-off.
+PART_ROUND_OFF = 1e-9
+# Largest relative difference of the moments of a part's mesh from those that were computed.
+PART_MOMENTS = 1e-6
 # Least mass that a certificate of infeasibility excludes, over the given mass.
 MASS_EXCLUDED = 1e6
 # Part of a certificate that vanishes on balanced distributions only up to this.

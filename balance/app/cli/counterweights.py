@@ -23,6 +23,12 @@ from balance.app.cli.model_options import add_model_options
 from balance.app.cli.model_readings import certified_space
 from balance.app.cli.number_arguments import finite_number, whole_number
 from balance.app.cli.outputs import add_out_option, add_page_option, describe_written
+from balance.app.cli.part_options import (
+    add_parts_option,
+    check_parts_option,
+    counterweight_files,
+    make_parts,
+)
 from balance.app.cli.requirement_options import (
     add_requirement_options,
     check_requirement_options,
@@ -31,6 +37,7 @@ from balance.app.cli.spinner import spinner
 
 if TYPE_CHECKING:
     from balance.masses.counterweights.answer import Counterweights
+    from balance.masses.counterweights.parts.part_files import Part
 
 
 OBJECTIVES = ("mass", "inertia", "rotor")
@@ -61,13 +68,13 @@ def add_counterweights(parser: Parser) -> None:
     add_density_options(parser, "matter", "plates on a planar linkage")
     add_out_option(parser)
     add_merge_option(parser)
+    add_parts_option(parser)
     add_page_option(parser, "with the regions and the added matter")
     parser.add_examples(
         "balance counterweights robot.urdf --links crank,rocker --density 7850",
+        'balance counterweights arm.urdf --links l1,l2 --region "l1=ball(0,0,0,0.3)"',
         "balance counterweights robot.urdf --balance force --links crank,rocker \\\n"
-        '      --region "crank=ball(0,0,0,0.3)" --minimise inertia',
-        "balance counterweights robot.urdf --balance force --links crank,rocker \\\n"
-        "      --out heavier.urdf --html page.html",
+        "      --density 7850 --thickness 0.02 --parts made --out heavier.urdf",
     )
 
 
@@ -80,9 +87,11 @@ def _run(arguments: argparse.Namespace) -> Answer:
     check_requirement_options(arguments, ("max_order",))
     check_matter_options(arguments)
     _check_objective(arguments)
+    check_parts_option(arguments)
     from balance.app.answers.text.counterweights import counterweights_body
     from balance.masses.counterweights.counterweights import counterweights
     from balance.masses.counterweights.link_regions import distant_regions
+    from balance.masses.counterweights.parts.part_files import rough_parts
     from balance.masses.counterweights.program import IDLE_MASS_PRICE
 
     given = arguments.price_of_mass
@@ -93,14 +102,17 @@ def _run(arguments: argparse.Namespace) -> Answer:
             density=densities_of(arguments, arguments.links), thickness=arguments.thickness,
             price_of_mass=IDLE_MASS_PRICE if given is None else given,
         )  # fmt: skip
-    notices = (*space.warnings, *distant_regions(space, dict(arguments.region)))
+    parts = make_parts(arguments, matter)
+    notices = (
+        *space.warnings, *distant_regions(space, dict(arguments.region)), *rough_parts(parts)
+    )  # fmt: skip
     return Answer(
         verdict_code(matter.verdict),
         matter.to_dict,
         lambda: counterweights_body(matter),
         notices,
         describe_written(arguments, matter.z is not None),
-        lambda: _files(matter, arguments.merge),
+        lambda: _files(arguments, matter, parts),
     )
 
 
@@ -116,14 +128,13 @@ def _check_objective(arguments: argparse.Namespace) -> None:
     check_density_options(arguments)
 
 
-def _files(counterweights: Counterweights, merge: bool) -> Files:
+def _files(
+    arguments: argparse.Namespace, counterweights: Counterweights, parts: tuple[Part, ...]
+) -> Files:
     """Find what makes the files of counterweights, if there are any."""
     from balance.app.answers.html.counterweights import counterweights_page
-    from balance.masses.counterweights.write_counterweights import with_counterweights
 
     if counterweights.z is None:
         return {}
-    return {
-        "out": partial(with_counterweights, counterweights, merge=merge),
-        "html": partial(counterweights_page, counterweights),
-    }
+    page = partial(counterweights_page, counterweights)
+    return {**counterweight_files(arguments, counterweights, parts), "html": page}

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 # Options of all commands that name output files.
 OUTPUTS = {
     "write_closed": "--write-closed", "out": "--out", "motion_table": "--csv",
-    "plot": "--plot", "html": "--html", "table": "--table",
+    "plot": "--plot", "html": "--html", "table": "--table", "parts": "--parts",
 }  # fmt: skip
 # Options that name models.
 MODELS = ("model", "against")
@@ -182,8 +182,12 @@ def write_outputs(arguments: argparse.Namespace, answer: Answer) -> None:
         raise
 
 
-def check_folder(folder: str) -> None:
+def check_folder(folder: str, option: str = "--out") -> None:
     """Refuse a folder for output that cannot be made, before any work.
+
+    Args:
+        folder: its path.
+        option: the option that names it.
 
     Raises:
         UsageError: it is a file, or the folder around it does not exist.
@@ -191,10 +195,10 @@ def check_folder(folder: str) -> None:
     from kinematics.error_text import clean
 
     if os.path.exists(folder) and not os.path.isdir(folder):
-        raise UsageError(f"{clean(folder, 1000)}: --out is a file: give a folder")
+        raise UsageError(f"{clean(folder, 1000)}: {option} is a file: give a folder")
     around = os.path.dirname(os.path.abspath(folder))
     if not os.path.isdir(around):
-        raise UsageError(f"{clean(around, 1000)}: no such folder: make it before --out")
+        raise UsageError(f"{clean(around, 1000)}: no such folder: make it before {option}")
 
 
 def _make_folder(folder: str) -> None:

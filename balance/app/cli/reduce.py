@@ -33,9 +33,16 @@ from balance.app.cli.outputs import (
     describe_written,
     kind_of,
 )
+from balance.app.cli.part_options import (
+    add_parts_option,
+    check_parts_option,
+    counterweight_files,
+    make_parts,
+)
 from balance.app.cli.progress_bar import progress_bar
 
 if TYPE_CHECKING:
+    from balance.masses.counterweights.parts.part_files import Part
     from balance.masses.partial.elastic_frame import ElasticFrame
     from balance.masses.partial.results import ParetoFront
 
@@ -62,6 +69,7 @@ def add_reduce(parser: Parser) -> None:
     _add_least_options(parser)
     add_out_option(parser)
     add_merge_option(parser)
+    add_parts_option(parser)
     add_picture_option(parser, "what is left against the added mass")
     parser.add_examples(
         "balance reduce robot.urdf --balance force --links crank,rocker --budget 1.5",
@@ -103,6 +111,7 @@ def _check_options(arguments: argparse.Namespace) -> None:
     """End the command with code 2 if options contradict each other."""
     check_matter_options(arguments)
     check_density_options(arguments)
+    check_parts_option(arguments)
     if arguments.budget is None and arguments.pareto is None:
         arguments.refuse("give a --budget in kg, or --pareto")
     if arguments.budget is not None and arguments.budget < 0.0:
@@ -129,12 +138,16 @@ def _run(arguments: argparse.Namespace) -> Answer:
     front = _front(arguments)
     from balance.app.answers.text.partial import partial_body
     from balance.masses.counterweights.link_regions import distant_regions
+    from balance.masses.counterweights.parts.part_files import rough_parts
 
     best = front.designs[-1]
+    parts = make_parts(arguments, best)
+    far = distant_regions(best.space, dict(arguments.region))
     return Answer(
         verdict_code(best.verdict), front.to_dict, lambda: partial_body(front),
-        (*front.notices, *distant_regions(best.space, dict(arguments.region))),
-        describe_written(arguments, best.z is not None), lambda: _files(arguments, front),
+        (*front.notices, *far, *rough_parts(parts)),
+        describe_written(arguments, best.z is not None),
+        lambda: _files(arguments, front, parts),
     )  # fmt: skip
 
 
@@ -166,16 +179,15 @@ def _front(arguments: argparse.Namespace) -> ParetoFront:
         return pareto(space, arguments.links, arguments.pareto, arguments.budget, **options)
 
 
-def _files(arguments: argparse.Namespace, front: ParetoFront) -> Files:
+def _files(arguments: argparse.Namespace, front: ParetoFront, parts: tuple[Part, ...]) -> Files:
     """Find what makes the files of designs, if there are any."""
     from balance.app.answers.html.partial import front_picture
-    from balance.masses.counterweights.write_counterweights import with_counterweights
 
     best = front.designs[-1]
     if best.z is None:
         return {}
     return {
-        "out": partial(with_counterweights, best, merge=arguments.merge),
+        **counterweight_files(arguments, best, parts),
         "plot": partial(front_picture, front, kind_of(arguments.plot)),
     }
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from typing import Protocol
 
 import numpy as np
@@ -13,11 +13,12 @@ from balance.masses.designs.write_urdf import replace_inertials
 from balance.space.inertial_parameters.body_inertia import inertial_element
 from balance.space.inertial_parameters.conversions import mass_properties
 from balance.space.spaces.design_space import DesignSpace
+from balance.support.tolerances import PART_ROUND_OFF
 from kinematics.files.urdf.edit_xml import Splice, Text, read_source
 from kinematics.files.urdf.xml_tree import build_tree
 from kinematics.model.document import make_elements
 from kinematics.model.document.element import Element
-from kinematics.model.document.write_numbers import element_lines
+from kinematics.model.document.write_numbers import element_lines, number_words
 from kinematics.model.spatial.inertia import displace_parameters
 
 Array = NDArray[np.float64]
@@ -40,18 +41,22 @@ class WithCounterweights(Protocol):
 
 
 def with_counterweights(
-    answer: WithCounterweights, *, merge: bool | Collection[str] = False
-) -> bytes:
+    answer: WithCounterweights, *, merge: bool | Collection[str] = False,
+    meshes: Mapping[str, str] | None = None,
+) -> bytes:  # fmt: skip
     """Return the linkage's URDF file with counterweights.
 
     Each lump is a link of its own on a fixed joint, without inertia about its centre. A
     counterweight of more lumps than are listed is one link with its inertia. These elements
     stand before the end tag of the file. With ``merge``, the counterweights are in the
-    ``<inertial>`` of their links instead; see `replace_inertials`.
+    ``<inertial>`` of their links instead; see `replace_inertials`. One that has a mesh is a
+    link with ``<visual>`` and ``<collision>``, merged ones too; a whole ball, box or cylinder
+    is that primitive.
 
     Args:
         merge: whether they go into the masses of their links, for all of them or for these
             links.
+        meshes: path of the mesh of counterweights by link, in mm about the centre of mass.
 
     Returns:
         The bytes of the new file.
@@ -62,27 +67,29 @@ def with_counterweights(
     linkage = answer.space.linkage
     every = {weight.link for weight in answer.weights}
     merged = every & set(merge) if not isinstance(merge, bool) else every if merge else set()
-    apart = [weight for weight in answer.weights if weight.link not in merged]
+    meshes = meshes or {}
+    apart = [weight for weight in answer.weights if weight.link not in merged - set(meshes)]
     if merged:
         data = replace_inertials(linkage, dict(_merged_inertials(answer, merged)))
         root = build_tree(data)
     else:
         data, root = read_source(linkage, "link", "to which links could be added")
-    return _with_own_links(data, root, apart) if apart else data
-
-
-def _with_own_links(data: bytes, root: Element, weights: Sequence[Counterweight]) -> bytes:
-    """Append the links of counterweights to a file."""
     names = {item.name for tag in ("link", "joint") for item in root.every(tag)}
+    elements = [
+        element for weight in apart
+        for element in _own_links(weight, names, meshes.get(weight.link), weight.link in merged)
+    ]  # fmt: skip
+    return _append(data, root, elements) if elements else data
+
+
+def _append(data: bytes, root: Element, elements: Sequence[Element]) -> bytes:
+    """Append elements to a file."""
     text, at = Text(data), root.span[1]
     if text.is_tag(root):
         raise AssertionError("a linkage has links")
     end = text.margin(at)
     margin = text.margin(root.children[-1].span[0]) or end
-    lines = [
-        line for weight in weights for element in _own_links(weight, names)
-        for line in element_lines(element, "")
-    ]  # fmt: skip
+    lines = [line for element in elements for line in element_lines(element, "")]
     inside = "".join(f"{margin}{line}" for line in lines)
     return text.replace([Splice(at - text.size(end), at - text.size(end), inside)])
 
@@ -105,19 +112,63 @@ def _link_inertial(z: Array, frame: Array) -> str:
     return inertial_element(mass, com, inertia)
 
 
-def _own_links(weight: Counterweight, names: set[str]) -> Iterator[Element]:
-    """Yield links and joints of a counterweight, and add their names to those taken."""
+def _own_links(
+    weight: Counterweight, names: set[str], mesh: str | None, merged: bool
+) -> Iterator[Element]:
+    """Yield links and joints of a counterweight, and add their names to those taken.
+
+    Args:
+        mesh: path of its mesh, if it has one.
+        merged: whether its mass is in that of its link.
+    """
     parts = [(lump.mass, lump.position, np.zeros((3, 3))) for lump in weight.lumps]
     for mass, position, inertia in parts or [(weight.mass, weight.com, weight.inertia)]:
         name = _free_name(f"{weight.link}_counterweight", names)
         at, pose = make_elements.origin(np.eye(4)), np.eye(4)
         pose[:3, 3] = position
-        yield make_elements.link(name, make_elements.inertial(mass, inertia, at))
+        inertial = None if merged else make_elements.inertial(mass, inertia, at)
+        link = make_elements.link(name, inertial)
+        yield Element("link", link.attributes, (*link.children, *_shapes(weight, mesh)))
         ends = (
             make_elements.origin(pose),
             Element("parent", {"link": weight.link}), Element("child", {"link": name}),
         )  # fmt: skip
         yield Element("joint", {"name": f"{name}_joint", "type": "fixed"}, ends)
+
+
+def _shapes(weight: Counterweight, mesh: str | None) -> tuple[Element, ...]:
+    """Make ``<visual>`` and ``<collision>`` about the centre of mass of a counterweight."""
+    if mesh is None:
+        return ()
+    pose, shape = _primitive(weight) or (
+        np.eye(4),
+        Element("mesh", {"filename": mesh, "scale": number_words([1e-3] * 3)}),
+    )
+    parts = (make_elements.origin(pose), Element("geometry", {}, (shape,)))
+    return Element("visual", {}, parts), Element("collision", {}, parts)
+
+
+def _primitive(weight: Counterweight) -> tuple[Array, Element] | None:
+    """Make the sphere, box or cylinder that a counterweight is, and its pose (4, 4)."""
+    if weight.form is None or weight.form[:, :3].any():
+        return None
+    region = weight.region
+    sizes = np.linalg.norm(region.place[:3, :3], axis=0)
+    pose = np.eye(4)
+    pose[:3, :3] = region.place[:3, :3] / sizes
+    pose[:3, 3] = region.centre - weight.com
+    if np.abs(pose[:3, :3].T @ pose[:3, :3] - np.eye(3)).max() > PART_ROUND_OFF:
+        return None
+    if region.kind == "box":
+        return pose, Element("box", {"size": number_words(2.0 * sizes)})
+    if abs(sizes[0] - sizes[1]) > PART_ROUND_OFF * sizes[0]:
+        return None
+    radius = {"radius": number_words(sizes[:1])}
+    if region.kind == "ball":
+        return pose, Element("sphere", radius)
+    if region.kind != "cylinder":
+        return None
+    return pose, Element("cylinder", radius | {"length": number_words(2.0 * sizes[2:])})
 
 
 def _free_name(wanted: str, names: set[str]) -> str:

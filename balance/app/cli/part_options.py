@@ -1,0 +1,80 @@
+"""The option for the parts of counterweights: of counterweights and reduce."""
+
+from __future__ import annotations
+
+import argparse
+import os
+from functools import partial
+from importlib.util import find_spec
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from balance.app.answers.answer import Files
+from balance.app.cli.arguments import Parser
+from balance.app.cli.outputs import check_folder
+from kinematics.errors import PackageError, UsageError
+
+if TYPE_CHECKING:
+    from balance.masses.counterweights.parts.part_files import Part
+    from balance.masses.counterweights.write_counterweights import WithCounterweights
+
+
+def add_parts_option(parser: Parser) -> None:
+    """Add the option ``--parts``."""
+    parser.group("output").add_argument(
+        "--parts", metavar="DIR", help="folder for parts: STL, DXF of plates, a table"
+    )
+
+
+def check_parts_option(arguments: argparse.Namespace) -> None:
+    """Refuse parts without a volume, and a folder that is in use or cannot be made.
+
+    Raises:
+        UsageError: the folder cannot be made, or has files and may not be written to.
+        PackageError: a library is missing.
+    """
+    folder = arguments.parts
+    if folder is None:
+        return
+    if not arguments.density:
+        arguments.refuse("--parts needs --density: point masses have no volume")
+    check_folder(folder, "--parts")
+    if os.path.isdir(folder) and os.listdir(folder) and not arguments.overwrite:
+        from kinematics.error_text import clean
+
+        raise UsageError(
+            f"{clean(folder, 1000)}: --parts has files already: give another folder, or "
+            "--overwrite"
+        )
+    for library in ("manifold3d", "ezdxf"):
+        if find_spec(library) is None:
+            command = "python -m pip install 'screwbalance[parts]'"
+            raise PackageError("--parts", library, command)
+
+
+def make_parts(arguments: argparse.Namespace, answer: WithCounterweights) -> tuple[Part, ...]:
+    """Make the parts of an answer, if the options want them."""
+    if arguments.parts is None:
+        return ()
+    from balance.masses.counterweights.parts.part_files import parts_of
+
+    return parts_of(answer.weights)
+
+
+def counterweight_files(
+    arguments: argparse.Namespace, answer: WithCounterweights, parts: tuple[Part, ...]
+) -> Files:
+    """Find what makes the file with the counterweights, and those of their parts."""
+    from balance.masses.counterweights.parts.part_files import part_files
+    from balance.masses.counterweights.write_counterweights import with_counterweights
+
+    meshes = {part.weight.link: _beside(arguments, part.mesh) for part in parts}
+    out = partial(with_counterweights, answer, merge=arguments.merge, meshes=meshes)
+    return {"out": out, "parts": partial(part_files, parts)}
+
+
+def _beside(arguments: argparse.Namespace, name: str) -> str:
+    """Return the path of a part's file from the folder of the file that names it."""
+    around = os.path.dirname(os.path.abspath(arguments.out or ""))
+    path = os.path.join(os.path.abspath(arguments.parts), name)
+    return Path(os.path.relpath(path, around)).as_posix()

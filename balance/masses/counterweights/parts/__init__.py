@@ -1,0 +1,1 @@
+"""Parts: counterweights as closed solids, and the files that a workshop makes them from."""

@@ -267,6 +267,7 @@ WORDS: dict[str, Maker] = {
     "--price-of-mass": lambda rng, place: [_number(rng)],
     "--links": lambda rng, place: [_list(rng, place.names.links)],
     "--region": lambda rng, place: [_region(rng, place)],
+    "--parts": lambda rng, place: [_out(rng, place, "parts")],
     "--budget": lambda rng, place: [_number(rng)],
     "--only": _of("own_masses", "partial", "own_masses,partial", "wheel"),
     "--gear": lambda rng, place: [_number(rng)],

@@ -38,8 +38,8 @@ FILE_LINES, FUNCTION_LINES = 500, 60
 
 # Slow to load, or not installed everywhere: only the functions that use them import them.
 LAZY = {
-    "clarabel", "distributed", "example_robot_data", "matplotlib", "mujoco", "pinocchio",
-    "pyarrow", "rich", "scipy", "trimesh", "yourdfpy",
+    "clarabel", "distributed", "example_robot_data", "ezdxf", "manifold3d", "matplotlib",
+    "mujoco", "pinocchio", "pyarrow", "rich", "scipy", "trimesh", "yourdfpy",
 }  # fmt: skip
 NOT_FOR_REPORT = (
     "pinocchio", "trimesh", "matplotlib", "clarabel", "balance.motion.flexible",

@@ -77,7 +77,7 @@ def plate_of(weight: Counterweight) -> Plate | None:
 
 
 def _faces(region: Region) -> list[tuple[Array, float, float]]:
-    """List normals across which a region has uniform thickness, and its ends, thinnest first."""
+    """List normals across which regions have uniform thickness, and ends; thinnest first."""
     A = region.place[:3, :3]
     if region.kind == "cylinder":
         length = float(np.linalg.norm(A[:, 2]))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from io import StringIO
+from io import BytesIO, StringIO
 from typing import NamedTuple
 
 import numpy as np
@@ -126,8 +126,8 @@ def rough_parts(parts: Sequence[Part]) -> tuple[Notice, ...]:
         apart = moments_apart(part.moments, volume_moments(part.weight))
         if apart > PART_MOMENTS:
             text = (
-                f"the mesh of '{part.weight.link}' differs by {apart:.1e} from the counterweight "
-                "that was computed: parts.csv is of the mesh, the URDF file of the counterweight"
+                f"the mesh of '{part.weight.link}' differs by {apart:.1e} from the "
+                "counterweight: parts.csv has the mesh, the URDF file the counterweight"
             )
             notices.append(Notice("rough_part", text))
     return tuple(notices)
@@ -143,7 +143,9 @@ def _stl(solid: Solid) -> bytes:
     import trimesh
 
     mesh = trimesh.Trimesh(1e3 * solid.points, solid.triangles, process=False)
-    return bytes(mesh.export(file_type="stl"))
+    text = BytesIO()
+    mesh.export(text, file_type="stl")
+    return text.getvalue()
 
 
 def _dxf(plate: Plate) -> bytes:

@@ -61,15 +61,16 @@ def solid_of(weight: Counterweight) -> Solid:
     triangles = np.asarray(mesh.tri_verts, dtype=np.int64)
     along = None if plate is None else plate.axes[:2]
     fitted = fit_moments(points - weight.com, triangles, volume_moments(weight), along)
-    return Solid((1e3 * fitted).astype(np.float32) * 1e-3, triangles, plate)
+    rounded = np.asarray((1e3 * fitted).astype(np.float32), dtype=np.float64)
+    return Solid(1e-3 * rounded, triangles, plate)
 
 
 def volume_moments(weight: Counterweight) -> Array:
     """Compute ``∫ [x; 1][x; 1]ᵀ dV`` (4, 4) about the centre of mass of a counterweight."""
     assert weight.density is not None
-    I = weight.inertia
+    inertia = weight.inertia
     moments = np.zeros((4, 4))
-    moments[:3, :3] = 0.5 * np.trace(I) * np.eye(3) - I
+    moments[:3, :3] = 0.5 * np.trace(inertia) * np.eye(3) - inertia
     moments[3, 3] = weight.mass
     return moments / weight.density
 

@@ -1,0 +1,240 @@
+"""Parts of counterweights: what their files hold, and the URDF file that shows them."""
+
+import csv
+import io
+
+import numpy as np
+import pytest
+
+import balance
+from balance.app.cli.main import main
+from balance.masses.counterweights.parts.part_files import part_files, parts_of, rough_parts
+from balance.masses.counterweights.region_text import read_region
+from balance.masses.counterweights.volume.stock import Stock
+
+trimesh = pytest.importorskip("trimesh")
+pytest.importorskip("manifold3d")
+ezdxf = pytest.importorskip("ezdxf")
+
+STEEL = 7850.0
+ROOM = {
+    "crank": "cylinder(0,-0.1,0.03,0,0,1,0.12,0.04)",
+    "rocker": "box(-0.05:0.2,-0.4:-0.1,0.01:0.05)",
+}
+ENTRIES = {"xx": (0, 0), "yy": (1, 1), "zz": (2, 2), "xy": (0, 1), "xz": (0, 2), "yz": (1, 2)}
+
+
+def table_of(files):
+    """Rows of the table by link, with numbers as numbers."""
+    rows = csv.DictReader(io.StringIO(files["parts.csv"].decode()))
+    words = ("link", "mesh", "outline")
+    return {
+        row["link"]: {k: v if k in words else float(v or "nan") for k, v in row.items()}
+        for row in rows
+    }
+
+
+def check_meshes(files, weights, rays=1e-6):
+    """Meshes that trimesh reads have the volume, centre and inertia of the table and answer.
+
+    The answer's inertia may be off by ``rays``, the error of integrals over rays.
+    """
+    table = table_of(files)
+    assert set(table) == {weight.link for weight in weights}
+    for weight in weights:
+        row = table[weight.link]
+        mesh = trimesh.load(io.BytesIO(files[row["mesh"]]), file_type="stl")
+        mesh.apply_scale(1e-3)
+        assert mesh.is_watertight and mesh.is_winding_consistent
+        mass = mesh.volume * row["density_kg_m3"]
+        size = np.sqrt(np.trace(weight.inertia) / weight.mass)
+        centre = np.array([row[f"{axis}_m"] for axis in "xyz"])
+        inertia = mesh.moment_inertia * row["density_kg_m3"]
+        for wanted in (row["mass_kg"], weight.mass):
+            assert mass == pytest.approx(wanted, rel=1e-6)
+        for wanted in (centre, weight.com):
+            np.testing.assert_allclose(mesh.center_mass + weight.com, wanted, atol=1e-6 * size)
+        for name, at in ENTRIES.items():
+            size = np.trace(weight.inertia)
+            assert abs(inertia[at] - row[f"i{name}_kg_m2"]) <= 1e-6 * size
+            assert abs(inertia[at] - weight.inertia[at]) <= rays * size
+
+
+def outline_moments(data):
+    """Area and first moments of outlines of lines and arcs, mm, about the origin."""
+    area, moment = 0.0, np.zeros(2)
+    for curve in ezdxf.read(io.StringIO(data.decode())).modelspace():
+        points = np.array([(*v.dxf.location.vec2, v.dxf.bulge) for v in curve.vertices])
+        for (x, y, bulge), (u, v, _) in zip(points, np.roll(points, -1, axis=0), strict=True):
+            p, q, cross = np.array([x, y]), np.array([u, v]), x * v - u * y
+            area += 0.5 * cross
+            moment += cross * (p + q) / 6.0
+            if bulge:
+                angle, chord = 4.0 * np.arctan(bulge), np.hypot(*(q - p))
+                r = 0.5 * chord / np.sin(0.5 * angle)
+                out = np.array([v - y, x - u]) / chord
+                segment = 0.5 * r * r * (angle - np.sin(angle))
+                middle = 0.5 * (p + q) - r * np.cos(0.5 * angle) * out
+                area += segment
+                moment += segment * middle + chord**3 / 12.0 * np.sign(bulge) * out
+    return area, moment
+
+
+def filled(regions, model="four_bar_general", balanced="force", **wishes):
+    """Counterweights in steel."""
+    space = balance.design_space(model, balance=balanced)
+    return balance.counterweights(
+        space, list(regions), {k: v for k, v in regions.items() if v}, density=STEEL,
+        relax=False, **wishes,
+    )  # fmt: skip
+
+
+def test_a_segment_and_a_slice_are_plates_with_their_mass_and_centre():
+    answer = filled(ROOM)
+    files = part_files(parts_of(answer.weights))
+    assert list(files) == ["crank.stl", "crank.dxf", "rocker.stl", "rocker.dxf", "parts.csv"]
+    check_meshes(files, answer.weights)
+    for weight in answer.weights:
+        row = table_of(files)[weight.link]
+        assert row["thickness_m"] == pytest.approx(0.04)
+        area, moment = outline_moments(files[row["outline"]])
+        per_area = STEEL * row["thickness_m"] * 1e-6
+        assert area * per_area == pytest.approx(weight.mass, rel=2e-6)
+        # The axes of the outline are those of the link.
+        np.testing.assert_allclose(1e-3 * moment / area, weight.com[:2], atol=2e-7)
+
+
+def test_a_whole_disc_has_one_circle_and_is_a_cylinder_in_the_urdf_file(tmp_path, capsys):
+    """A link with 1 kg at 0.05 m and a disc behind it that just balances."""
+    from balance.masses.counterweights.counterweight import filled_counterweight
+
+    region = read_region("cylinder(0.1,0.2,0.3,0,0,1,0.05,0.02)")
+    whole = np.diag([0.0, 0.0, 0.0, 1.0])
+    stock = Stock(region, STEEL)
+    from balance.masses.counterweights.volume.stock import fill
+
+    weight = filled_counterweight("l1", stock, whole, fill(stock, whole))
+    files = part_files(parts_of([weight]))
+    check_meshes(files, [weight])
+    curve = ezdxf.read(io.StringIO(files["l1.dxf"].decode())).modelspace()[0]
+    assert [v.dxf.bulge for v in curve.vertices] == [1.0, 1.0]
+    area, moment = outline_moments(files["l1.dxf"])
+    assert area == pytest.approx(np.pi * 50.0**2, rel=1e-12)
+    np.testing.assert_allclose(moment / area, [100.0, 200.0], atol=1e-9)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("model", "balanced", "regions", "wishes"),
+    [
+        ("four_bar_general", "force", {"crank": "", "rocker": ""}, {}),
+        ("four_bar_general", "force", {"crank": "", "rocker": ""}, {"thickness": 0.02}),
+        (
+            "four_bar_general",
+            "force",
+            {"crank": "cylinder(0,-0.1,0,1,2,3,0.15,0.2)",
+             "rocker": "ellipsoid(0.1,-0.3,0,0.2,0.1,0.1,0.3,0.2,0.1)"},
+            {},
+        ),
+        (
+            "four_bar_antiparallelogram",
+            "dynamic",
+            dict.fromkeys(("crank", "coupler", "rocker"), ""),
+            {},
+        ),
+        (
+            "four_bar_general", "force",
+            {"crank": "cylinder(0,-0.1,0,0,0,1,0.09,0.04)",
+             "rocker": "box(0:0.1,-0.35:-0.1,-0.05:0.05)"},
+            {"thickness": 0.03, "minimise": "rotor"},
+        ),
+    ],
+)  # fmt: skip
+def test_parts_in_every_shape(model, balanced, regions, wishes):
+    """Parts cut by planes and quadrics, and plates cut along circles."""
+    answer = filled(regions, model, balanced, **wishes)
+    assert answer.verdict == "feasible", answer.words
+    parts = parts_of(answer.weights)
+    assert not rough_parts(parts)
+    files = part_files(parts)
+    check_meshes(files, answer.weights, 3e-5 if "minimise" in wishes else 1e-6)
+    for weight in answer.weights:
+        outside = weight.region.excess(
+            weight.region.to_unit(
+                next(p for p in parts if p.weight is weight).solid.points + weight.com
+            )
+        )
+        assert outside.max() <= 2e-3
+        if "thickness" in wishes:
+            area, _ = outline_moments(files[f"{weight.link}.dxf"])
+            mass = STEEL * 1e-6 * area * wishes["thickness"]
+            assert mass == pytest.approx(weight.mass, rel=3e-6)
+
+
+@pytest.mark.parametrize("merge", [False, True])
+def test_one_command_writes_parts_and_a_balanced_file_that_shows_them(
+    merge, tmp_path, capsys, caplog, monkeypatch
+):
+    monkeypatch.chdir(tmp_path)
+    words = ["--balance", "force", "--links", "crank,rocker", "--density", "7850"]
+    words += [f"--region={link}={text}" for link, text in ROOM.items()]
+    words += ["--parts", "made", "--out", "heavier.urdf", *["--merge"] * merge]
+    assert main(["counterweights", "four_bar_general", *words]) == 0
+    assert "written: heavier.urdf, made" in caplog.text
+    assert sorted(path.name for path in (tmp_path / "made").iterdir()) == [
+        "crank.dxf", "crank.stl", "parts.csv", "rocker.dxf", "rocker.stl",
+    ]  # fmt: skip
+    text = (tmp_path / "heavier.urdf").read_text()
+    assert text.count('filename="made/crank.stl" scale="0.001 0.001 0.001"') == 2
+    space = balance.design_space("heavier.urdf", balance="force")
+    assert space.as_given.balanced
+    wanted = filled(ROOM).z
+    masses = np.array([body.inertia for body in space.linkage.bodies])
+    assert np.abs(masses - wanted).max() <= 1e-12 * np.abs(wanted).max()
+    assert main(["verify", "heavier.urdf", "--trajectories", "1", "--balance", "force"]) == 0
+    capsys.readouterr()
+
+
+REFUSED = {
+    "points": (["--parts", "made"], "needs --density: point masses have no volume"),
+    "in use": (["--parts", "full", "--density", "7850"], "give another folder, or --overwrite"),
+    "a file": (["--parts", "full/old", "--density", "7850"], "is a file: give a folder"),
+    "nowhere": (["--parts", "no/made", "--density", "7850"], "make it before --parts"),
+}
+
+
+@pytest.mark.parametrize("name", REFUSED)
+@pytest.mark.parametrize("verb", ["counterweights", "reduce"])
+def test_folders_that_cannot_be_used_are_refused_before_any_work(
+    verb, name, tmp_path, capsys, monkeypatch
+):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "full").mkdir()
+    (tmp_path / "full" / "old").touch()
+    words, told = REFUSED[name]
+    more = ["--budget", "1"] * (verb == "reduce")
+    assert main([verb, "four_bar_general", "--links", "crank", *words, *more]) == 2
+    assert told in capsys.readouterr().err
+    assert [path.name for path in tmp_path.rglob("*")] == ["full", "old"]
+
+
+def test_a_missing_library_is_named(tmp_path, capsys, monkeypatch):
+    import balance.app.cli.part_options as options
+
+    monkeypatch.setattr(options, "find_spec", lambda name: None)
+    words = ["--links", "crank", "--density", "7850", "--parts", str(tmp_path / "made")]
+    assert main(["counterweights", "four_bar_general", *words]) == 2
+    assert "screwbalance[parts]" in capsys.readouterr().err
+
+
+@pytest.mark.slow
+def test_matter_that_shakes_least_has_parts_too(tmp_path, capsys):
+    words = ["--links", "crank,rocker", "--density", "7850", "--budget", "1", "--balance"]
+    out = tmp_path / "made"
+    assert main(["reduce", "four_bar_general", *words, "force", "--parts", str(out)]) == 0
+    rows = table_of({"parts.csv": (out / "parts.csv").read_bytes()})
+    assert sum(row["mass_kg"] for row in rows.values()) == pytest.approx(1.0, rel=1e-4)
+    for row in rows.values():
+        mesh = trimesh.load(out / row["mesh"])
+        assert mesh.volume * 1e-9 == pytest.approx(row["volume_m3"], rel=1e-6)
+    capsys.readouterr()

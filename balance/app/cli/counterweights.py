@@ -37,7 +37,7 @@ from balance.app.cli.spinner import spinner
 
 if TYPE_CHECKING:
     from balance.masses.counterweights.answer import Counterweights
-    from balance.masses.counterweights.parts.part_files import Part
+    from balance.masses.counterweights.parts.part_files import CounterweightPart
 
 
 OBJECTIVES = ("mass", "inertia", "rotor")
@@ -129,7 +129,9 @@ def _check_objective(arguments: argparse.Namespace) -> None:
 
 
 def _files(
-    arguments: argparse.Namespace, counterweights: Counterweights, parts: tuple[Part, ...]
+    arguments: argparse.Namespace,
+    counterweights: Counterweights,
+    parts: tuple[CounterweightPart, ...],
 ) -> Files:
     """Find what makes the files of counterweights, if there are any."""
     from balance.app.answers.html.counterweights import counterweights_page

@@ -15,7 +15,7 @@ from balance.app.cli.outputs import check_folder
 from kinematics.errors import PackageError, UsageError
 
 if TYPE_CHECKING:
-    from balance.masses.counterweights.parts.part_files import Part
+    from balance.masses.counterweights.parts.part_files import CounterweightPart
     from balance.masses.counterweights.write_counterweights import WithCounterweights
 
 
@@ -52,7 +52,9 @@ def check_parts_option(arguments: argparse.Namespace) -> None:
             raise PackageError("--parts", library, command)
 
 
-def make_parts(arguments: argparse.Namespace, answer: WithCounterweights) -> tuple[Part, ...]:
+def make_parts(
+    arguments: argparse.Namespace, answer: WithCounterweights
+) -> tuple[CounterweightPart, ...]:
     """Make the parts of an answer, if the options want them."""
     if arguments.parts is None:
         return ()
@@ -62,7 +64,9 @@ def make_parts(arguments: argparse.Namespace, answer: WithCounterweights) -> tup
 
 
 def counterweight_files(
-    arguments: argparse.Namespace, answer: WithCounterweights, parts: tuple[Part, ...]
+    arguments: argparse.Namespace,
+    answer: WithCounterweights,
+    parts: tuple[CounterweightPart, ...],
 ) -> Files:
     """Find what makes the file with the counterweights, and those of their parts."""
     from balance.masses.counterweights.parts.part_files import part_files

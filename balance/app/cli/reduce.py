@@ -42,7 +42,7 @@ from balance.app.cli.part_options import (
 from balance.app.cli.progress_bar import progress_bar
 
 if TYPE_CHECKING:
-    from balance.masses.counterweights.parts.part_files import Part
+    from balance.masses.counterweights.parts.part_files import CounterweightPart
     from balance.masses.partial.elastic_frame import ElasticFrame
     from balance.masses.partial.results import ParetoFront
 
@@ -179,7 +179,9 @@ def _front(arguments: argparse.Namespace) -> ParetoFront:
         return pareto(space, arguments.links, arguments.pareto, arguments.budget, **options)
 
 
-def _files(arguments: argparse.Namespace, front: ParetoFront, parts: tuple[Part, ...]) -> Files:
+def _files(
+    arguments: argparse.Namespace, front: ParetoFront, parts: tuple[CounterweightPart, ...]
+) -> Files:
     """Find what makes the files of designs, if there are any."""
     from balance.app.answers.html.partial import front_picture
 

@@ -13,7 +13,11 @@ from numpy.typing import NDArray
 from balance.masses.counterweights.counterweight import Counterweight
 from balance.masses.counterweights.parts.mesh_moments import mesh_moments, moments_apart
 from balance.masses.counterweights.parts.outlines import Plate
-from balance.masses.counterweights.parts.solids import Solid, solid_of, volume_moments
+from balance.masses.counterweights.parts.solids import (
+    PartMesh,
+    mesh_counterweight,
+    volume_moments,
+)
 from balance.space.inertial_parameters.conversions import mass_properties
 from balance.support.csv_text import csv_writer
 from balance.support.tolerances import PART_MOMENTS, PART_ROUND_OFF
@@ -35,7 +39,7 @@ ENTRIES = ((0, 1, 2, 0, 0, 1), (0, 1, 2, 1, 2, 2))
 DIGITS = 8
 
 
-class Part(NamedTuple):
+class CounterweightPart(NamedTuple):
     """A counterweight as a solid, and the names of its files.
 
     Attributes:
@@ -45,7 +49,7 @@ class Part(NamedTuple):
     """
 
     weight: Counterweight
-    solid: Solid
+    solid: PartMesh
     stem: str
 
     @property
@@ -74,7 +78,7 @@ class Part(NamedTuple):
         return (weight.link, self.mesh, f"{self.stem}.dxf" if plate else "", *words)
 
 
-def parts_of(weights: Sequence[Counterweight]) -> tuple[Part, ...]:
+def parts_of(weights: Sequence[Counterweight]) -> tuple[CounterweightPart, ...]:
     """Make the solids of counterweights of limited density.
 
     Args:
@@ -88,17 +92,17 @@ def parts_of(weights: Sequence[Counterweight]) -> tuple[Part, ...]:
         >>> list(files)
         ['crank.stl', 'crank.dxf', 'rocker.stl', 'rocker.dxf', 'parts.csv']
     """
-    parts: list[Part] = []
+    parts: list[CounterweightPart] = []
     for weight in weights:
         if weight.form is not None:
             stem = re.sub(r"[^\w.-]", "_", weight.link).lstrip(".") or "part"
             while stem.lower() in [part.stem.lower() for part in parts] + ["parts"]:
                 stem += "_"
-            parts.append(Part(weight, solid_of(weight), stem))
+            parts.append(CounterweightPart(weight, mesh_counterweight(weight), stem))
     return tuple(parts)
 
 
-def part_files(parts: Sequence[Part]) -> dict[str, bytes]:
+def part_files(parts: Sequence[CounterweightPart]) -> dict[str, bytes]:
     """Make the files of parts: STL in mm, DXF in mm for plates, and ``parts.csv``.
 
     A mesh has its origin at the centre of mass of its counterweight, and the axes of the
@@ -119,7 +123,7 @@ def part_files(parts: Sequence[Part]) -> dict[str, bytes]:
     return files
 
 
-def rough_parts(parts: Sequence[Part]) -> tuple[Notice, ...]:
+def rough_parts(parts: Sequence[CounterweightPart]) -> tuple[Notice, ...]:
     """Return a notice for each part whose mesh has other moments than were computed."""
     notices = []
     for part in parts:
@@ -138,7 +142,7 @@ def _without_round_off(values: Array, size: float) -> list[float]:
     return [0.0 if abs(value) <= PART_ROUND_OFF * size else value for value in values.tolist()]
 
 
-def _stl(solid: Solid) -> bytes:
+def _stl(solid: PartMesh) -> bytes:
     """Write a mesh as binary STL in mm."""
     import trimesh
 

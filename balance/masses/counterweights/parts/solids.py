@@ -30,7 +30,7 @@ AROUND_CYLINDER, AROUND_BALL = 512, 256
 EDGE_FIRST, EDGE, ON_QUADRIC = 0.08, 0.025, 1e-6
 
 
-class Solid(NamedTuple):
+class PartMesh(NamedTuple):
     """A closed solid in the link frame.
 
     Attributes:
@@ -44,7 +44,7 @@ class Solid(NamedTuple):
     plate: Plate | None
 
 
-def solid_of(weight: Counterweight) -> Solid:
+def mesh_counterweight(weight: Counterweight) -> PartMesh:
     """Make the solid of a counterweight that fills a part of its region.
 
     Its points are rounded to those that a file in single precision, in mm, holds.
@@ -62,7 +62,7 @@ def solid_of(weight: Counterweight) -> Solid:
     along = None if plate is None else plate.axes[:2]
     fitted = fit_moments(points - weight.com, triangles, volume_moments(weight), along)
     rounded = np.asarray((1e3 * fitted).astype(np.float32), dtype=np.float64)
-    return Solid(1e-3 * rounded, triangles, plate)
+    return PartMesh(1e-3 * rounded, triangles, plate)
 
 
 def volume_moments(weight: Counterweight) -> Array:

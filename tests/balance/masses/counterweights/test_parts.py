@@ -53,9 +53,7 @@ def check_meshes(files, weights, rays=1e-6):
         for wanted in (row["mass_kg"], weight.mass):
             assert mass == pytest.approx(wanted, rel=1e-6)
         for wanted, share in ((centre, 1e-6), (weight.com, rays)):
-            np.testing.assert_allclose(
-                mesh.center_mass + weight.com, wanted, atol=share * size
-            )
+            np.testing.assert_allclose(mesh.center_mass + weight.com, wanted, atol=share * size)
         for name, at in ENTRIES.items():
             size = np.trace(weight.inertia)
             assert abs(inertia[at] - row[f"i{name}_kg_m2"]) <= 1e-6 * size

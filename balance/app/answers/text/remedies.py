@@ -29,7 +29,7 @@ def remedies_facts(comparison: RemedyComparison) -> list[tuple[str, str]]:
         (
             "rotors",
             f"radius {number_text(request.rotor_radius, f'.{DIGITS}g')} m, "
-            f"gear {request.gear:g}",
+            f"gear {request.gear:g} (bounds: larger ones are lighter)",
         ),
     ]
     for applied in comparison.balanced[:1]:

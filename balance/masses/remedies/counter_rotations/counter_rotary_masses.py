@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +14,7 @@ from balance.masses.remedies.counter_rotations.fewest_rotors import (
     RotorSet,
     fewest_rotors,
 )
+from balance.masses.remedies.counter_rotations.lightest_places import lightest_places
 from balance.masses.remedies.counter_rotations.rotor_elements import RotorWriter
 from balance.masses.remedies.counter_rotations.separate_rotors import (
     MOST_SETS,
@@ -26,24 +27,24 @@ from balance.masses.remedies.judge import judge
 from balance.masses.remedies.request import RemedyRequest
 from balance.masses.remedies.variant import Variant
 from balance.space.spaces.compute_space import design_space
-from kinematics.wording import count_noun
+from kinematics.numerics.linalg.ties import round_decimals
+from kinematics.wording import count_noun, number_text
 
 Array = NDArray[np.float64]
 
-# Parts of the lever that force balance gives a counterweight, at which it may turn. A nearer
-# one is heavier, and its inertia about the joint is smaller.
-LEVERS = (1.0, 0.5, 0.25, 0.125)
+# Decimals of places, in characteristic lengths of the linkage.
+DECIMALS = 7
 
 
 def apply_counter_rotary_masses(request: RemedyRequest) -> Iterator[AppliedRemedy]:
     """Balance a linkage by the fewest counterweights that turn against their links.
 
-    The counterweight of the link after a joint lies where force balance alone puts it, and
-    turns there about an axis parallel to that of the joint: -N times for one turn of the
-    joint, seen from the link before the joint, N being ``request.gear``. On its own link it
-    therefore turns -(N + 1) times; with N = 1 it turns against the link at the link's own
-    rate. Its matter is within a ball of the radius of rotors about that place. Where this
-    radius is too small for the lever, a half, a quarter or an eighth of the lever is lighter.
+    The counterweight of the link after a joint turns about an axis parallel to that of the
+    joint: -N times for one turn of the joint, seen from the link before the joint, N being
+    ``request.gear``. On its own link it therefore turns -(N + 1) times; with N = 1 it turns
+    against the link at the link's own rate. Its matter is within a ball of the radius of
+    rotors. Each lies where the least mass is added; see
+    `balance.masses.remedies.counter_rotations.lightest_places`.
 
     Yields:
         A result for each of up to three smallest sets of joints, least momenta first.
@@ -59,52 +60,42 @@ def apply_counter_rotary_masses(request: RemedyRequest) -> Iterator[AppliedRemed
     if fewest.verdict != "feasible" or not fewest.count:
         yield answer_without_rotors("counter_rotary_masses", fewest)
         return
-    places = _counterweight_places(request)
     for rotor_set in fewest.sets[:MOST_SETS]:
-        yield _built(request, fewest, rotor_set, places)
+        yield judge(request, _variant(request, fewest, rotor_set))
 
 
-def _counterweight_places(request: RemedyRequest) -> dict[str, Array]:
+def _variant(request: RemedyRequest, fewest: FewestRotors, rotor_set: RotorSet) -> Variant:
+    """Build turning counterweights where they are lightest, or where forces want them."""
+    writer, linkage = RotorWriter(request), request.linkage
+    bodies = {body.link: body for body in linkage.bodies}
+    lightest = lightest_places(request, rotor_set.joints)
+    places = _force_places(request) if lightest is None else lightest.centres
+    decimals = DECIMALS - int(np.floor(np.log10(request.space.length)))
+    links, rotors, levers = [], [], {}
+    for name, j in zip(
+        rotor_set.joints, linkage.positions_of(rotor_set.joints).tolist(), strict=True
+    ):
+        body = bodies[j]
+        axis = np.linalg.solve(body.frame, [*linkage.joints[j].point, 1.0])[:3]
+        place = round_decimals(places.get(body.name, axis), decimals)
+        n = body.frame[:3, :3].T @ linkage.joints[j].screw[:3]
+        levers[body.name] = float(np.linalg.norm(np.cross(n, place - axis)))
+        rotors.append(writer.on_child(name, place, -request.gear - 1.0))
+        links.append(body.name)
+    number = count_noun(len(rotors), "turning counterweight")
+    sizes = ", ".join(f"{number_text(lever, '.3g')} m" for lever in levers.values())
+    words = (
+        f"{number} on {', '.join(links)}, against {', '.join(rotor_set.joints)}, {sizes} from "
+        "the axes of these joints"
+    )
+    details = {**rotor_details(fewest, rotor_set), "levers": levers}
+    if lightest is not None:
+        details |= {"minimised": "added mass", "least_mass": lightest.mass}
+    return rotor_variant(request, "counter_rotary_masses", words, rotors, details)
+
+
+def _force_places(request: RemedyRequest) -> Mapping[str, Array]:
     """Find where force balance puts the counterweight of each link, in its frame (3,)."""
     force = design_space(request.linkage, request.motion or None, "force")
     matter = counterweights(force, request.links, request.regions, relax=False)
     return {weight.link: weight.com for weight in matter.weights}
-
-
-def _built(
-    request: RemedyRequest, fewest: FewestRotors, rotor_set: RotorSet, places: dict[str, Array]
-) -> AppliedRemedy:
-    """Judge turning counterweights on one set of joints, with the lever of the least mass."""
-    best = judge(request, _variant(request, fewest, rotor_set, places, LEVERS[0]))
-    for lever in LEVERS[1:]:
-        result = judge(request, _variant(request, fewest, rotor_set, places, lever))
-        if result.added_mass is None:
-            continue
-        if best.added_mass is not None and result.added_mass >= best.added_mass:
-            break
-        best = result
-    return best
-
-
-def _variant(
-    request: RemedyRequest, fewest: FewestRotors, rotor_set: RotorSet, places: dict[str, Array],
-    lever: float,
-) -> Variant:  # fmt: skip
-    """Build turning counterweights at a part of the lever that force balance gives them."""
-    writer, linkage = RotorWriter(request), request.linkage
-    bodies = {body.link: b for b, body in enumerate(linkage.bodies)}
-    links, rotors = [], []
-    for name, j in zip(
-        rotor_set.joints, linkage.positions_of(rotor_set.joints).tolist(), strict=True
-    ):
-        body = linkage.bodies[bodies[j]]
-        axis = np.linalg.solve(body.frame, [*linkage.joints[j].point, 1.0])[:3]
-        place = axis + lever * (places.get(body.name, axis) - axis)
-        rotors.append(writer.on_child(name, place, -request.gear - 1.0))
-        links.append(body.name)
-    number = count_noun(len(rotors), "turning counterweight")
-    words = f"{number} on {', '.join(links)}, against {', '.join(rotor_set.joints)}"
-    if lever < 1.0:
-        words = f"{words}, at {lever:g} of the lever of force balance"
-    details = {**rotor_details(fewest, rotor_set), "lever": lever}
-    return rotor_variant(request, "counter_rotary_masses", words, rotors, details)

@@ -131,6 +131,26 @@ def link_rotor_conditions(space: DesignSpace, links: Sequence[str]) -> RotorCond
     return RotorConditions(space, names, rows, rotors[:, kept], given)
 
 
+def disc_columns(conditions: RotorConditions) -> Array:
+    """Compute the conditions on thin discs, or rings, on the links after joints (ρ, k).
+
+    A disc of unit axial inertia about an axis n along that of the joint is a part of that link
+    with the inertia ``(n nᵀ + 1) / 2``.
+
+    Args:
+        conditions: the conditions, for the joints that they name.
+    """
+    space, linkage = conditions.space, conditions.space.linkage
+    by_body = conditions.bodies.reshape(len(conditions.bodies), -1, len(space.labels))
+    links = [body.link for body in linkage.bodies]
+    columns = []
+    for j in linkage.positions_of(conditions.joints).tolist():
+        n = linkage.joints[j].screw[:3]
+        disc = _inertia_parameters(space, (np.outer(n, n) + np.eye(3)) / 2.0)
+        columns.append(by_body[:, links.index(j)] @ disc)
+    return np.array(columns).reshape(-1, len(conditions.bodies)).T
+
+
 def _rotor_column(space: DesignSpace, rows: Array, joint: int, gear: float) -> Array:
     """Compute the conditions on the momentum J of one rotor (ρ,); see the module."""
     linkage = space.linkage

@@ -23,6 +23,7 @@ import kinematics
 from balance.masses.remedies.counter_rotations.counter_rotary_masses import (
     apply_counter_rotary_masses,
 )
+from balance.masses.remedies.counter_rotations.lightest_places import lightest_places
 from balance.masses.remedies.counter_rotations.separate_rotors import apply_separate_rotors
 from balance.masses.remedies.request import RemedyRequest
 from kinematics import ScrewJoint, from_screws
@@ -95,15 +96,53 @@ def test_counter_rotary_masses(gear):
     J2 = I2 / gear
     inertia = {"q1": (I1 + J2) * (1.0 + gear), "q2": I2 * (1.0 + gear)}
     assert found.input_inertia == pytest.approx(inertia, rel=1e-8)
-    assert found.details["lever"] == 1.0
+    assert found.details["levers"] == pytest.approx({"upper": REACH, "lower": REACH})
 
 
-@pytest.mark.slow
+def least_turning_masses(gear, radius):
+    """Masses of the lightest turning counterweights, from the tip to the base.
+
+    A counterweight m with the first moment a turns with the inertia ``J = m ρ²``, so that
+    ``I + a² / m = N m ρ²``, at most `REACH` from the joint. The rotor of the second joint turns
+    with the first arm besides, whose inertia it adds to.
+    """
+
+    def mass(a, inertia):
+        square = gear * radius**2
+        root = np.sqrt(inertia**2 + 4.0 * square * a**2)
+        return max((inertia + root) / (2.0 * square), a / REACH)
+
+    m2 = mass(0.5, 1.0 / 3.0)
+    second = 1.0 / 3.0 + 0.25 / m2
+    a1 = 0.5 + 1.0 + m2
+    m1 = mass(a1, 1.0 / 3.0 + 1.0 + m2 + second + second / gear)
+    return m1, m2, a1 / m1, 0.5 / m2
+
+
+@pytest.mark.table(3)
+@pytest.mark.parametrize(
+    ("gear", "radius"), [(1.0, 1.0), (1.0, 0.6), (1.0, 0.3), (4.0, 0.15), (2.5, 0.4)]
+)
+def test_places_of_the_lightest_turning_counterweights(gear, radius):
+    """Each link has a lever of its own, and no places need less mass."""
+    m1, m2, *levers = least_turning_masses(gear, radius)
+    lightest = lightest_places(pendulum(gear, radius), ["q1", "q2"])
+    assert lightest.mass == pytest.approx(m1 + m2, rel=1e-6)
+    centres = np.array([lightest.centres["upper"], lightest.centres["lower"]])
+    np.testing.assert_allclose(centres[:, 0], -np.array(levers), rtol=1e-3)
+    np.testing.assert_allclose(centres[:, 1:], 0.0, atol=1e-6)
+
+
 def test_a_small_counter_rotary_mass_turns_nearer_to_its_joint():
-    """Where the radius is too small for the lever, a shorter lever is heavier and balances."""
-    found = next(apply_counter_rotary_masses(pendulum(1.0, 0.6)))
-    assert found.verdict == "feasible" and found.details["lever"] < 1.0
-    assert found.added_mass > M1 + M2
+    """The file is balanced, and as heavy as the closed form says, within a thousandth."""
+    request = pendulum(1.0, 0.6)
+    found = next(apply_counter_rotary_masses(request))
+    m1, m2, *levers = least_turning_masses(1.0, 0.6)
+    assert found.verdict == "feasible" and found.residual <= 1e-9
+    assert m1 + m2 <= found.added_mass <= 1.001 * (m1 + m2)
+    assert list(found.details["levers"].values()) == pytest.approx(levers, rel=1e-3)
+    # Separate rotors of this radius on the ground are heavier, by the closed forms above.
+    assert found.added_mass < M1 + M2 + (I1 + I2) / 0.6**2
 
 
 def test_exported_rotors_follow_their_joints():

@@ -80,6 +80,11 @@ class AppliedRemedy:
         return self.verdict in ("feasible", "partial")
 
     @property
+    def short(self) -> str:
+        """What is built, in a few words."""
+        return CATALOGUE[self.remedy].short
+
+    @property
     def title(self) -> str:
         """The kind of remedy, in words of the field."""
         return CATALOGUE[self.remedy].title
@@ -91,6 +96,7 @@ class AppliedRemedy:
             "remedy": self.remedy,
             "abbreviation": entry.abbreviation,
             "title": entry.title,
+            "short": entry.short,
             "source": entry.source,
             "words": self.words,
             "verdict": self.verdict,

@@ -10,12 +10,14 @@ class Remedy(NamedTuple):
 
     Attributes:
         name: key of the remedy, also on the command line.
+        short: what is built, in a few words.
         title: what it is, in words of the field.
         abbreviation: in reviews of the field; empty if there is none.
         source: author, year and place.
     """
 
     name: str
+    short: str
     title: str
     abbreviation: str
     source: str
@@ -27,22 +29,82 @@ _BECHT = "G. Becht, MSc thesis, TU Delft, 2020, chapter 2"
 CATALOGUE: dict[str, Remedy] = {
     remedy.name: remedy
     for remedy in (
-        Remedy("own_masses", "counter-masses on the links", "CM", _REVIEW),
-        Remedy("separate_rotors", "separate counter-rotations", "SCR", _REVIEW),
-        Remedy("counter_rotary_masses", "counter-rotary counter-masses", "CRCM", _REVIEW),
-        Remedy("planetary_transmission", "counter-rotations on the base, driven by "
-               "wheels along the links", "SCR", _BECHT),
-        Remedy("parallelogram_transmission", "counter-rotations on the base, driven by "
-               "parallelograms (idler loops)", "SCR", _BECHT),
-        Remedy("duplicates", "mirrored copies driven in step", "DM", _REVIEW),
-        Remedy("added_dyad", "an added dyad (Assur group)", "ALM",
-               "S. Briot, V. Arakelian, Mechanism and Machine Theory 57, 2012"),
-        Remedy("passive_wheel", "one wheel driven with a varying ratio", "", _BECHT),
-        Remedy("active_wheel", "one wheel with a drive of its own", "ADBU", _REVIEW),
-        Remedy("input_relation", "a relation between inputs", "", _BECHT),
-        Remedy("slider_path", "a slider along a reactionless path", "", _BECHT),
-        Remedy("partial", "least shaking for a budget of matter", "",
-               "S. Boyd, L. Vandenberghe, Convex Optimization, 2004"),
+        Remedy(
+            "own_masses",
+            "counterweights on the links",
+            "counter-masses on the links",
+            "CM",
+            _REVIEW,
+        ),
+        Remedy(
+            "separate_rotors",
+            "rotors against joints",
+            "separate counter-rotations",
+            "SCR",
+            _REVIEW,
+        ),
+        Remedy(
+            "counter_rotary_masses",
+            "turning counterweights",
+            "counter-rotary counter-masses",
+            "CRCM",
+            _REVIEW,
+        ),
+        Remedy(
+            "planetary_transmission",
+            "rotors on the base, by wheels",
+            "counter-rotations on the base, driven by wheels along the links",
+            "SCR",
+            _BECHT,
+        ),
+        Remedy(
+            "parallelogram_transmission",
+            "rotors on the base, by bars",
+            "counter-rotations on the base, driven by parallelograms (idler loops)",
+            "SCR",
+            _BECHT,
+        ),
+        Remedy(
+            "duplicates", "mirrored copies", "mirrored copies driven in step", "DM", _REVIEW
+        ),
+        Remedy(
+            "added_dyad",
+            "an added dyad",
+            "an added dyad (Assur group)",
+            "ALM",
+            "S. Briot, V. Arakelian, Mechanism and Machine Theory 57, 2012",
+        ),
+        Remedy(
+            "passive_wheel",
+            "a wheel of varying ratio",
+            "one wheel driven with a varying ratio",
+            "",
+            _BECHT,
+        ),
+        Remedy(
+            "active_wheel",
+            "a wheel with a motor",
+            "one wheel with a drive of its own",
+            "ADBU",
+            _REVIEW,
+        ),
+        Remedy(
+            "input_relation", "a relation of inputs", "a relation between inputs", "", _BECHT
+        ),
+        Remedy(
+            "slider_path",
+            "a path of the slider",
+            "a slider along a reactionless path",
+            "",
+            _BECHT,
+        ),
+        Remedy(
+            "partial",
+            "less shaking for a budget",
+            "least shaking for a budget of matter",
+            "",
+            "S. Boyd, L. Vandenberghe, Convex Optimization, 2004",
+        ),
     )
-}  # fmt: skip
+}
 """Remedies by name, in the order in which they are applied."""

@@ -36,6 +36,8 @@ from kinematics.numerics.linalg.ties import rank_least_first
 from kinematics.wording import first_names, html_facts, repr_lines
 
 REMEDIES_SCHEMA = "balance.remedies/1"
+# Remedies that build the whole linkage again.
+COPIES = ("duplicates",)
 
 _APPLY: dict[str, Callable[[RemedyRequest], Iterator[AppliedRemedy]]] = {
     "own_masses": apply_own_masses,
@@ -94,6 +96,33 @@ class RemedyComparison:
         masses = [applied.added_mass or 0.0 for applied in remedies]
         ranks = rank_least_first(masses, self.request.given_mass, MASSES_EQUAL)
         return tuple(remedies[k] for k in ranks)
+
+    @property
+    def by_preference(self) -> tuple[AppliedRemedy, ...]:
+        """All results, those first that one would build first.
+
+        What balances comes first, without loss of freedoms before with it, copies of the whole
+        linkage after other parts, and the least added mass first; then partial balance, what is
+        undecided, what no masses do, and what does not apply, in the order of the catalogue.
+        """
+        balanced = sorted(
+            self.balanced,
+            key=lambda applied: (applied.lost_freedoms, applied.remedy in COPIES),
+        )
+        rest = [
+            applied
+            for verdict in ("partial", "undecided", "infeasible", "refused")
+            for applied in self.results
+            if applied.verdict == verdict
+        ]
+        return (*balanced, *rest)
+
+    @property
+    def only_copies(self) -> bool:
+        """Whether copies of the whole linkage balance it, and nothing else that was tried."""
+        return bool(self.balanced) and all(
+            applied.remedy in COPIES for applied in self.balanced
+        )
 
     @property
     def verdict(self) -> str:

@@ -20,7 +20,7 @@ def remedies_page(comparison: RemedyComparison) -> str:
     """
     reasons = [
         "what and why",
-        *(f"{applied.words}; {applied.reason}" for applied in comparison.results),
+        *(f"{each.words}; {each.reason}" for each in comparison.by_preference),
     ]
     table = [(*row, why) for row, why in zip(remedy_rows(comparison), reasons, strict=True)]
     return render_page(
@@ -43,8 +43,8 @@ def _cost_figure(comparison: RemedyComparison) -> dict[str, Any]:
         for applied in comparison.results
         if applied.helps and applied.inertia_ratio is not None
     ]
-    for name in dict.fromkeys(applied.remedy for applied in shown):
-        group = [applied for applied in shown if applied.remedy == name]
+    for name in dict.fromkeys(applied.short for applied in shown):
+        group = [applied for applied in shown if applied.short == name]
         k = len(marks)
         marks.append({
             "name": name,

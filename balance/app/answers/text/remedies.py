@@ -14,6 +14,10 @@ from kinematics.wording import number_text, size_text
 
 DIGITS = 4
 NONE = "-"
+OTHER_WAYS = (
+    "of these remedies only copies of the whole linkage balance it; --balance force: the forces"
+    " alone; balance reduce --budget KG: the least shaking"
+)
 HEAD = ("remedy", "verdict", "added (kg)", "of its mass", "input inertia", "links", "joints",
         "freedoms", "shaking")  # fmt: skip
 
@@ -29,26 +33,29 @@ def remedies_facts(comparison: RemedyComparison) -> list[tuple[str, str]]:
         (
             "rotors",
             f"radius {number_text(request.rotor_radius, f'.{DIGITS}g')} m, "
-            f"gear {request.gear:g} (bounds: larger ones are lighter)",
+            f"gear {request.gear:g} (bounds: larger ones take no more mass)",
         ),
     ]
-    for applied in comparison.balanced[:1]:
-        pairs.append(("lightest", f"{applied.words}: {applied.reason}"))
+    if comparison.balanced:
+        first = comparison.by_preference[0]
+        pairs.append(("build first", f"{first.short}: {first.words}; {first.reason}"))
+    if comparison.only_copies:
+        pairs.append(("other ways", OTHER_WAYS))
     return pairs
 
 
 def remedy_rows(comparison: RemedyComparison) -> list[tuple[str, ...]]:
-    """Build the table of remedies, its head first."""
+    """Build the table of remedies in the order of preference, its head first."""
     return [
         HEAD,
-        *(_row(applied, comparison.request.given_mass) for applied in comparison.results),
+        *(_row(applied, comparison.request.given_mass) for applied in comparison.by_preference),
     ]
 
 
 def _row(applied: AppliedRemedy, given_mass: float) -> tuple[str, ...]:
     """Build the row of one result."""
     if not applied.helps:
-        return (applied.remedy, applied.verdict, *[NONE] * (len(HEAD) - 2))
+        return (applied.short, applied.verdict, *[NONE] * (len(HEAD) - 2))
     numbers = (
         NONE if value is None else number_text(value, f".{DIGITS}g", given_mass)
         for value in (applied.added_mass, applied.mass_ratio, applied.inertia_ratio)
@@ -57,12 +64,15 @@ def _row(applied: AppliedRemedy, given_mass: float) -> tuple[str, ...]:
     shaking = (
         NONE if applied.residual is None else size_text(applied.residual, floor=POSE_DETERMINED)
     )
-    return (applied.remedy, applied.verdict, *numbers, *map(str, counts), shaking)
+    return (applied.short, applied.verdict, *numbers, *map(str, counts), shaking)
 
 
 def remedies_body(comparison: RemedyComparison) -> AnswerBody:
     """Build what is printed on a comparison."""
-    reasons = [f"{each.remedy}: {each.words}; {each.reason}" for each in comparison.results]
+    reasons = [
+        f"{each.short} ({each.remedy}): {each.words}; {each.reason}"
+        for each in comparison.by_preference
+    ]
     return [
         Facts(remedies_facts(comparison)),
         "",

@@ -7,8 +7,14 @@ from pathlib import Path
 import pytest
 
 import balance
+import kinematics
+from balance.app.answers.text.remedies import remedies_facts, remedy_rows
 from balance.app.cli.main import main
+from balance.masses.designs.feasibility import feasible
+from balance.masses.remedies.applied import AppliedRemedy
 from balance.masses.remedies.catalogue import CATALOGUE
+from balance.masses.remedies.compare import RemedyComparison
+from balance.masses.remedies.request import RemedyRequest
 from tests.support.json_answers import json_answer, read_schema
 
 SCHEMA = read_schema("remedies")
@@ -47,7 +53,7 @@ def test_the_page_has_the_numbers_and_no_network(capsys, tmp_path):
     text = page.read_text("utf-8")
     assert '"schema": "balance.remedies/1"' in text and "What each remedy costs" in text
     assert "https://" not in text.partition("<script>")[0]
-    assert "partial" in capsys.readouterr().out
+    assert "less shaking for a budget (partial)" in capsys.readouterr().out
 
 
 def test_every_remedy_of_the_schema_is_in_the_catalogue():
@@ -112,3 +118,35 @@ def test_a_linkage_without_masses_is_refused(capsys, tmp_path):
     assert main(["remedies", str(path), "--json"]) == 3
     streams = capsys.readouterr()
     assert streams.out == "" and "no moving link has a mass" in streams.err
+
+
+def comparison_of(*results):
+    """A comparison of results that nothing has computed: remedy, verdict and added mass."""
+    request = RemedyRequest(kinematics.load("four_bar_kite"))
+    made = tuple(
+        AppliedRemedy(name, f"parts of {name}", verdict, "why", added_mass=mass)
+        for name, verdict, mass in results
+    )
+    return RemedyComparison(request, feasible(request.space), made)
+
+
+def test_what_one_would_build_first_comes_first():
+    """Copies of the whole linkage come after other parts, however light they are."""
+    found = comparison_of(
+        ("own_masses", "infeasible", None), ("separate_rotors", "feasible", 9.0),
+        ("counter_rotary_masses", "feasible", 5.0), ("duplicates", "feasible", 1.0),
+        ("input_relation", "refused", None), ("partial", "partial", 2.0),
+    )  # fmt: skip
+    assert [row[0] for row in remedy_rows(found)[1:]] == [
+        "turning counterweights", "rotors against joints", "mirrored copies",
+        "less shaking for a budget", "counterweights on the links", "a relation of inputs",
+    ]  # fmt: skip
+    facts = dict(remedies_facts(found))
+    assert facts["build first"].startswith("turning counterweights: parts of")
+    assert "other ways" not in facts
+
+
+def test_where_only_copies_help_one_sentence_says_so():
+    found = comparison_of(("own_masses", "infeasible", None), ("duplicates", "feasible", 1.0))
+    said = dict(remedies_facts(found))["other ways"]
+    assert "only copies" in said and "--balance force" in said and "balance reduce" in said

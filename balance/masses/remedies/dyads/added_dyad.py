@@ -62,6 +62,8 @@ GENERAL = "a general dyad"
 MEMBERS = 2
 # Walks from random geometries for each kind, if no known geometry helps.
 WALKS = 12
+# Known geometries of each kind that are tried, unless the remedy is named.
+GEOMETRIES = 16
 # Size of a dyad over that of the loop that it repeats.
 SIZE = 0.5
 # Shortest link of a dyad, in characteristic lengths.
@@ -74,16 +76,21 @@ def apply_added_dyad(request: RemedyRequest) -> Iterator[AppliedRemedy]:
     Yields:
         Dyads that balance the linkage, at most 2 of each kind (RRR, hinged to both links, and
         RRP, sliding along one); for a kind without any, one undecided result, for a search
-        proves nothing. Walks to other geometries are made if ``request.only`` names the remedy.
+        proves nothing. More than 16 known geometries are tried, and walks to others are made,
+        if ``request.only`` names the remedy.
     """
     if why := _why_not(request):
         yield refused("added_dyad", why)
         return
+    named = "added_dyad" in request.only
+    walks, most = (WALKS, None) if named else (0, GEOMETRIES)
     seeds = list(dyad_seeds(request.linkage))
-    walks = WALKS if "added_dyad" in request.only else 0
-    progress = _Progress(request, len(seeds) + 2 * walks)
-    for slides in (False, True):
-        kind_seeds = [seed for seed in seeds if seed.dyad.slides == slides]
+    kinds = [
+        [seed for seed in seeds if seed.dyad.slides == slides][:most]
+        for slides in (False, True)
+    ]
+    progress = _Progress(request, sum(map(len, kinds)) + 2 * walks)
+    for slides, kind_seeds in zip((False, True), kinds, strict=True):
         members = 0
         # Walks are for linkages that no known geometry helps, and for who asks for them.
         ends = [_ends(request, slides, progress)] if walks else []
@@ -235,8 +242,8 @@ def _none(slides: bool, tried: int, best: float | None) -> AppliedRemedy:
     """Return the result of a search that found no dyad of a kind; None is for no walks."""
     kind = "RRP" if slides else "RRR"
     reason = (
-        f"no member found: {tried} known geometries have no buildable masses; name added_dyad "
-        f"alone to make {WALKS} walks to others"
+        f"no member found: {tried} known geometries have no buildable masses; --only added_dyad"
+        f" tries all that are known, and makes {WALKS} walks to others"
     )
     if best is not None:
         reason = (

@@ -75,6 +75,7 @@ GOOD: dict[str, list[str]] = {
     "counterweights --massless": ["{tool}"], "reduce --massless": ["{tool}"],
     "--links": ["{link}"], "--region": ["{link}=ball(0,0,0,0.1)"],
     "--merge": ["--out", "{folder}/out.urdf"], "--budget": ["0.1"],
+    "--shape": ["disc=0.02", "--density", "7850", "--balance", "force"],
     "--parts": ["{folder}/parts", "--density", "7850"],
     "--weight-moment": ["0.2"], "--pareto": ["2"], "--max-bearing": ["{first}=1e9"],
     "--max-torque": ["{first}=1e9"], "--frame": ["9,1,1e4,10"],

@@ -34,6 +34,7 @@ from balance.app.cli.requirement_options import (
     check_requirement_options,
 )
 from balance.app.cli.spinner import spinner
+from kinematics.errors import UsageError
 
 if TYPE_CHECKING:
     from balance.masses.counterweights.answer import Counterweights
@@ -66,15 +67,18 @@ def add_counterweights(parser: Parser) -> None:
         help="X length² for inertia, rotor (0.01)",
     )  # fmt: skip
     add_density_options(parser, "matter", "plates on a planar linkage")
+    parser.group("matter").add_argument(
+        "--shape", type=_shape, metavar="KIND=METRES",
+        help="disc, block (thickness) or cylinder (radius)",
+    )  # fmt: skip
     add_out_option(parser)
     add_merge_option(parser)
     add_parts_option(parser)
     add_page_option(parser, "with the regions and the added matter")
     parser.add_examples(
-        "balance counterweights robot.urdf --links crank,rocker --density 7850",
+        "balance counterweights robot.urdf --links crank,rocker --out heavier.urdf",
         'balance counterweights arm.urdf --links l1,l2 --region "l1=ball(0,0,0,0.3)"',
-        "balance counterweights robot.urdf --balance force --links crank,rocker \\\n"
-        "      --density 7850 --thickness 0.02 --parts made --out heavier.urdf",
+        "balance counterweights arm.urdf --links l1 --density 7850 --parts made",
     )
 
 
@@ -101,6 +105,7 @@ def _run(arguments: argparse.Namespace) -> Answer:
             space, arguments.links, dict(arguments.region), arguments.minimise,
             density=densities_of(arguments, arguments.links), thickness=arguments.thickness,
             price_of_mass=IDLE_MASS_PRICE if given is None else given,
+            shape=arguments.shape,
         )  # fmt: skip
     parts = make_parts(arguments, matter)
     notices = (
@@ -126,6 +131,21 @@ def _check_objective(arguments: argparse.Namespace) -> None:
     if arguments.density and objective == "inertia":
         arguments.refuse("--density does not go with --minimise inertia: ask for rotor")
     check_density_options(arguments)
+    if arguments.shape and not arguments.density:
+        arguments.refuse("--shape needs --density: a shape has a volume")
+    if arguments.shape and (objective != "mass" or arguments.thickness is not None):
+        arguments.refuse("--shape has its thickness, for the least mass: leave out the rest")
+
+
+def _shape(text: str) -> str:
+    """Check the text of a shape."""
+    from balance.masses.counterweights.shaped.weight_shape import read_weight_shape
+
+    try:
+        read_weight_shape(text)
+    except UsageError as error:
+        raise argparse.ArgumentTypeError(str(error)) from None
+    return text
 
 
 def _files(

@@ -104,6 +104,9 @@ class Counterweights:
         thickness: that of plates about the plane of the linkage, m; None for other matter.
         proof: functional (parameters,) that proves the gap of matter of limited density; see
             `balance.masses.counterweights.volume.filling_check`. None otherwise.
+        shape: shape of the counterweights, such as ``disc=0.02``; None if they have any. The
+            value then is the least mass of such shapes, and its gap that to their dual.
+        least_mass: the least mass of any shape in the regions, kg; None without a shape.
     """
 
     space: DesignSpace
@@ -125,6 +128,8 @@ class Counterweights:
     density: Mapping[str, float] | None = None
     thickness: float | None = None
     proof: Array | None = None
+    shape: str | None = None
+    least_mass: float | None = None
 
     def __repr__(self) -> str:
         """Up to six lines: the verdict, and the counterweights."""
@@ -170,6 +175,8 @@ class Counterweights:
             "gap": self.gap,
             "density": None if self.density is None else dict(self.density),
             "thickness": self.thickness,
+            "shape": self.shape,
+            "least_mass": self.least_mass,
             "chain": chain_dict(space),
             "regions": {
                 name: {

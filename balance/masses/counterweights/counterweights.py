@@ -13,6 +13,11 @@ from balance.masses.counterweights.decide import decide
 from balance.masses.counterweights.link_regions import default_region, regions_of
 from balance.masses.counterweights.program import IDLE_MASS_PRICE, AddedObjective
 from balance.masses.counterweights.regions import Region
+from balance.masses.counterweights.shaped.decide_shaped import decide_shaped
+from balance.masses.counterweights.shaped.weight_shape import (
+    WeightShape,
+    read_weight_shape,
+)
 from balance.masses.counterweights.volume.decide_filled import balancing_mass, decide_filled
 from balance.masses.counterweights.volume.plates import (
     density_limits,
@@ -35,7 +40,7 @@ def counterweights(
     space: DesignSpace, add: Sequence[str],
     regions: Mapping[str, Region | str] | None = None, minimise: AddedObjective = "mass",
     *, density: float | Mapping[str, float] | None = None, thickness: float | None = None,
-    price_of_mass: float = IDLE_MASS_PRICE, relax: bool = True,
+    price_of_mass: float = IDLE_MASS_PRICE, shape: str | None = None, relax: bool = True,
 ) -> Counterweights:  # fmt: skip
     """Compute the least matter that balances a linkage when added to some of its links.
 
@@ -67,6 +72,10 @@ def counterweights(
             then has three components. Needs a density for all links.
         price_of_mass: what is added to the objectives inertia and rotor for each kilogram, in
             squares of ``space.length``, so that no mass is added that serves nothing.
+        shape: ``disc=0.02`` or ``block=0.02``, of that thickness in metres, or
+            ``cylinder=0.03``, of that radius: each counterweight is one of them, across the
+            plane of the linkage and within its region, for the least mass of such shapes that
+            balances forces. Needs a density.
         relax: whether to look for single changes that help if there is no answer.
 
     Returns:
@@ -97,9 +106,12 @@ def counterweights(
         )
     if space.planar and space.balance == "dynamic" and thickness is None:
         space = recompute_spatial(space)
+    wanted = _wanted_shape(space, shape, minimise, density, thickness)
     if limits:
         stocks = stocks_of(space, body_regions, limits)
         answer = decide_filled(space, stocks, minimise, price_of_mass)
+        if wanted is not None and answer.weights:
+            answer = decide_shaped(answer, stocks, wanted)
     else:
         answer = decide(space, body_regions, minimise, price_of_mass)
     given = regions or {}
@@ -120,6 +132,28 @@ def counterweights(
     answer = replace(answer, relaxations=helps)
     worth = answer.worth_naming
     return replace(answer, words=f"{answer.words}; {worth[0].words}") if worth else answer
+
+
+def _wanted_shape(
+    space: DesignSpace, shape: str | None, minimise: AddedObjective,
+    density: float | Mapping[str, float] | None, thickness: float | None,
+) -> WeightShape | None:  # fmt: skip
+    """Read a shape, and check that what else is asked for goes with it."""
+    if shape is None:
+        return None
+    wanted = read_weight_shape(shape)
+    if density is None:
+        raise UsageError(f"a shape such as {shape} has a volume: give a density too")
+    if minimise != "mass" or thickness is not None:
+        raise UsageError(
+            "shapes are found for the least mass, and have their thickness: leave out the rest"
+        )
+    if not space.planar or space.balance != "force":
+        raise UsageError(
+            "shapes are found for the forces of planar linkages: ask for force balance, or "
+            "leave out the shape"
+        )
+    return wanted
 
 
 def _single_relaxations(

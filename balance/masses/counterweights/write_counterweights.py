@@ -154,11 +154,15 @@ def _primitive(weight: Counterweight) -> tuple[Array, Element] | None:
         return None
     region = weight.region
     sizes = np.linalg.norm(region.place[:3, :3], axis=0)
+    away = region.centre - weight.com
     pose = np.eye(4)
     pose[:3, :3] = region.place[:3, :3] / sizes
-    pose[:3, 3] = region.centre - weight.com
+    pose[:3, 3] = np.where(np.abs(away) <= PART_ROUND_OFF * region.size, 0.0, away)
     if np.abs(pose[:3, :3].T @ pose[:3, :3] - np.eye(3)).max() > PART_ROUND_OFF:
         return None
+    if region.kind != "box" and pose[2, 2] >= 1.0 - PART_ROUND_OFF:
+        # It is round about the axis.
+        pose[:3, :3] = np.eye(3)
     if region.kind == "box":
         return pose, Element("box", {"size": number_words(2.0 * sizes)})
     if abs(sizes[0] - sizes[1]) > PART_ROUND_OFF * sizes[0]:

@@ -59,7 +59,8 @@ def counterweights_facts(counterweights: Counterweights) -> list[tuple[str, str]
         )
         if share > MUCH_ADDED:
             added += " (balance reduce --pareto 10 weighs mass against shaking)"
-        pairs += [("added", added), *density_facts(counterweights.weights)]
+        pairs += [("added", added), *_shape_facts(counterweights)]
+        pairs += density_facts(counterweights.weights)
         pairs.append(("residual", size_text(counterweights.residual or 0.0)))
     if counterweights.check:
         pairs.append(("certificate", str(counterweights.check)))
@@ -78,6 +79,18 @@ def _objective_text(counterweights: Counterweights) -> str:
         return f"{name}: {value} {unit}"
     price = number_text(counterweights.price)
     return f"{name} + {price} m² × added mass: {whole} {unit}, of which {name} {value} {unit}"
+
+
+def _shape_facts(counterweights: Counterweights) -> list[tuple[str, str]]:
+    """Say what the shape of counterweights costs beside the least matter of any shape."""
+    if counterweights.shape is None or counterweights.least_mass is None:
+        return []
+    least = counterweights.least_mass
+    more = number_text(max(0.0, counterweights.added_mass - least), ".3g")
+    text = (
+        f"{counterweights.shape}: {more} kg more than the {number_text(least)} kg of any shape"
+    )
+    return [("shape", text)]
 
 
 def density_facts(weights: Sequence[Counterweight]) -> list[tuple[str, str]]:

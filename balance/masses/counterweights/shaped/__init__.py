@@ -1,0 +1,1 @@
+"""Counterweights of a simple shape: discs, blocks and cylinders."""

@@ -1,0 +1,187 @@
+"""Discs, blocks and cylinders as counterweights: closed forms, another solver, refusals."""
+
+import json
+
+import numpy as np
+import pytest
+from scipy.optimize import brentq, minimize
+
+import balance
+from balance.app.cli.main import main
+from balance.masses.counterweights.decide import balance_residual
+from balance.masses.counterweights.region_text import read_region
+from balance.masses.counterweights.shaped.weight_shape import read_weight_shape
+from balance.space.inertial_parameters.conversions import to_chain
+from kinematics.errors import UsageError
+
+STEEL = 7850.0
+NEEDED = 0.05  # kg m, what the link below needs on its other side
+
+
+@pytest.fixture
+def arm(tmp_path):
+    """A link that turns about z, with 1 kg at x = 0.05 m."""
+    path = tmp_path / "arm.urdf"
+    path.write_text(
+        '<robot name="arm"><link name="base"/><link name="l1"><inertial>'
+        f'<origin xyz="{NEEDED} 0 0"/><mass value="1"/>'
+        '<inertia ixx="0.01" ixy="0" ixz="0" iyy="0.01" iyz="0" izz="0.01"/></inertial></link>'
+        '<joint name="j1" type="continuous"><parent link="base"/><child link="l1"/>'
+        '<axis xyz="0 0 1"/></joint></robot>'
+    )
+    return str(path)
+
+
+def least_root(f, high):
+    """The least positive root of an increasing, then decreasing function."""
+    return brentq(f, 1e-9, high, xtol=1e-15)
+
+
+def textbook(shape, region):
+    """Mass of the lightest shape at the far side of a region, from one equation."""
+    kind, size = shape.split("=")
+    t = r = float(size)
+    if kind == "cylinder":
+        # (c + r)² + (l/2)² = R² in the ball, m c = what is needed.
+        def left(m):
+            half = 0.5 * m / (STEEL * np.pi * r * r)
+            return m * (np.sqrt(max(0.1**2 - half**2, 0.0)) - r) - NEEDED
+
+        return least_root(left, 1.2)
+    reach = {"ball(0,0,0,0.1)": np.sqrt(0.1**2 - 0.25 * t * t)}.get(region, 0.1)
+    per = {"disc": np.pi, "block": 4.0}[kind] * t * STEEL
+    a = least_root(lambda a: per * a * a * (reach - a) - NEEDED, 2.0 * reach / 3.0)
+    return per * a * a
+
+
+@pytest.mark.parametrize(
+    ("shape", "region"),
+    [
+        ("disc=0.02", "ball(0,0,0,0.1)"),
+        ("disc=0.02", "box(-0.1:0.1,-0.1:0.1,-0.02:0.02)"),
+        ("disc=0.02", "cylinder(0,0,0.05,0,0,2,0.1,0.02)"),
+        ("block=0.02", "box(-0.1:0.1,-0.1:0.1,0:0.02)"),
+        ("cylinder=0.02", "ball(0,0,0,0.1)"),
+    ],
+)
+def test_one_link_needs_the_shape_of_the_textbook(shape, region, arm):
+    space = balance.design_space(arm, balance="force")
+    answer = balance.counterweights(
+        space, ["l1"], {"l1": region}, density=STEEL, shape=shape, relax=False
+    )
+    assert answer.verdict == "feasible", answer.words
+    (weight,) = answer.weights
+    assert weight.mass == pytest.approx(textbook(shape, region), rel=1e-7)
+    np.testing.assert_allclose(weight.mass * weight.com[:2], [-NEEDED, 0.0], atol=1e-12)
+    assert answer.gap < 1e-6
+    free = balance.counterweights(space, ["l1"], {"l1": region}, density=STEEL, relax=False)
+    assert answer.least_mass == free.added_mass < weight.mass
+    kind, size = shape.split("=")
+    volume = weight.mass / STEEL
+    side = weight.region.place[:3, :3]
+    if kind == "block":
+        assert np.prod(2.0 * np.linalg.norm(side, axis=0)) == pytest.approx(volume, rel=1e-12)
+    else:
+        radius, half = np.linalg.norm(side[:, 0]), np.linalg.norm(side[:, 2])
+        assert 2.0 * np.pi * radius**2 * half == pytest.approx(volume, rel=1e-12)
+        assert (radius if kind == "cylinder" else 2.0 * half) == pytest.approx(float(size))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("links", [("crank", "rocker"), ("crank", "coupler", "rocker")])
+def test_no_discs_of_another_solver_are_lighter(links):
+    """Sequential quadratic programs in masses and centres, from many places, end no lower."""
+    regions = {link: "box(-0.3:0.3,-0.4:0.1,-0.02:0.02)" for link in links}
+    space = balance.design_space("four_bar_general", balance="force")
+    answer = balance.counterweights(
+        space, links, regions, density=STEEL, shape="disc=0.03", relax=False
+    )
+    assert answer.verdict == "feasible"
+    frames = [space.frames[space.bodies.index(b)] for b in links]
+    given = np.array([body.inertia for body in space.linkage.bodies])
+    null = np.linalg.svd(space.scaled_basis.T)[2][space.scaled_basis.shape[1] :]
+
+    def masses(x):
+        z = given.copy()
+        for (m, cx, cy), link, H in zip(x.reshape(-1, 3), links, frames, strict=True):
+            at = H[:3, :3] @ [cx, cy, 0.0] + H[:3, 3]
+            z[space.bodies.index(link), :4] += m * np.append(1.0, at)
+        return z
+
+    def errors(x):
+        chain = to_chain(masses(x), space.chain.frame, space.planar, True).reshape(-1)
+        return null @ chain
+
+    low, high = np.array([-0.3, -0.4]), np.array([0.3, 0.1])
+
+    def room(x):
+        m, c = x.reshape(-1, 3)[:, :1], x.reshape(-1, 3)[:, 1:]
+        r = np.sqrt(np.maximum(m, 1e-12) / (np.pi * STEEL * 0.03))
+        return np.concatenate([c - low - r, high - c - r], axis=1).reshape(-1)
+
+    rng, best = np.random.default_rng(3), np.inf
+    for _ in range(20):
+        start = np.array([[2.0, *rng.uniform(low, high)] for _ in links]).reshape(-1)
+        tried = minimize(
+            lambda x: x.reshape(-1, 3)[:, 0].sum(), start, method="SLSQP",
+            bounds=[(1e-9, 20.0), (None, None), (None, None)] * len(links),
+            constraints=[{"type": "eq", "fun": errors}, {"type": "ineq", "fun": room}],
+            options={"maxiter": 500, "ftol": 1e-12},
+        )  # fmt: skip
+        if tried.success and balance_residual(space, masses(tried.x)) < 1e-8:
+            best = min(best, tried.fun)
+    assert best >= answer.added_mass * (1.0 - 1e-6)
+    assert best == pytest.approx(answer.added_mass, rel=1e-4)
+
+
+def test_a_four_bar_with_two_discs_in_one_command(tmp_path, capsys, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    words = ["--balance", "force", "--links", "crank,rocker", "--density", "7850", "--json"]
+    more = ["--shape", "disc=20mm", "--parts", "made", "--out", "discs.urdf"]
+    assert main(["counterweights", "four_bar_general", *words, *more]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert told["shape"] == "disc=0.02" and 2.9 < told["least_mass"] < told["added_mass"]
+    text = (tmp_path / "discs.urdf").read_text()
+    assert text.count("<cylinder radius=") == 4  # <visual> and <collision> of two discs
+    assert sorted(path.name for path in (tmp_path / "made").iterdir()) == [
+        "crank.dxf", "crank.stl", "parts.csv", "rocker.dxf", "rocker.stl",
+    ]  # fmt: skip
+    assert main(["verify", "discs.urdf", "--trajectories", "1", "--balance", "force"]) == 0
+    capsys.readouterr()
+
+
+def test_shapes_that_do_not_fit_are_not_found(arm):
+    """Matter of any shape fits into a cube, and no disc as thick as it."""
+    space = balance.design_space(arm, balance="force")
+    answer = balance.counterweights(
+        space, ["l1"], {"l1": "box(-0.1:0,-0.03:0.03,-0.02:0.02)"}, density=STEEL,
+        shape="disc=0.02", relax=False,
+    )  # fmt: skip
+    assert answer.verdict == "undecided" and answer.z is None and not answer.weights
+    assert "no discs of thickness 0.02 m" in answer.words
+
+
+REFUSED = {
+    "no density": ({"density": None}, "give a density too"),
+    "dynamic": ({"balance": "dynamic"}, "ask for force balance"),
+    "thickness": ({"thickness": 0.01}, "leave out the rest"),
+    "objective": ({"minimise": "rotor"}, "leave out the rest"),
+    "thin": ({"regions": {"l1": "box(-1:1,-1:1,0:0.01)"}}, "too thin for discs of thickness"),
+    "oblique": ({"regions": {"l1": "ellipsoid(0,0,0,1,2,3)"}}, "is no ball, box, hull"),
+    "no shape": ({"shape": "disc"}, "write disc=0.02"),
+    "no size": ({"shape": "disc=0"}, "write disc=0.02"),
+}
+
+
+@pytest.mark.parametrize("name", REFUSED)
+def test_what_does_not_go_with_a_shape_is_told(name, arm):
+    more, told = REFUSED[name]
+    more = {"shape": "disc=0.02", "density": STEEL, "balance": "force", **more}
+    space = balance.design_space(arm, balance=more.pop("balance"))
+    with pytest.raises(UsageError, match=told):
+        balance.counterweights(space, ["l1"], **more, relax=False)
+
+
+def test_units_of_shapes():
+    assert read_weight_shape("disc=20mm") == read_weight_shape("disc=0.02")
+    assert read_region("ball(0,0,0,20mm)").size == 0.02

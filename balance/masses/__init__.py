@@ -3,6 +3,8 @@
 Names for users, beside those of `balance` itself:
 
 - ``Region``: a convex region of a link frame in which matter may be added
+- ``parts_of``: counterweights of limited density as closed solids
+- ``part_files``: files of these parts: meshes, outlines of plates and a table
 - ``ElasticFrame``: a frame on springs and dampers that carries a linkage
 - ``least_violation``: matter within a budget that leaves least of several requirements unmet
 - ``LeastViolation``: what is left of each, and which costs most

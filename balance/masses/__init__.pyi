@@ -1,3 +1,5 @@
+from .counterweights.parts.part_files import part_files as part_files
+from .counterweights.parts.part_files import parts_of as parts_of
 from .counterweights.regions import Region as Region
 from .designs.feasibility import Feasibility as Feasibility
 from .designs.feasibility import feasible as feasible

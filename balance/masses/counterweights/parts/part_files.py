@@ -87,10 +87,12 @@ def parts_of(weights: Sequence[Counterweight]) -> tuple[CounterweightPart, ...]:
     Example:
         >>> import balance
         >>> space = balance.design_space("robot.urdf", balance="force")
-        >>> answer = balance.counterweights(space, ["crank", "rocker"], density=7850)
-        >>> files = part_files(parts_of(answer.weights))
-        >>> list(files)
-        ['crank.stl', 'crank.dxf', 'rocker.stl', 'rocker.dxf', 'parts.csv']
+        >>> answer = balance.counterweights(
+        ...     space, ["crank", "rocker"], density=7850, shape="disc=0.02"
+        ... )
+        >>> parts = balance.masses.parts_of(answer.weights)
+        >>> [part.mesh for part in parts]
+        ['crank.stl', 'rocker.stl']
     """
     parts: list[CounterweightPart] = []
     for weight in weights:
@@ -109,8 +111,21 @@ def part_files(parts: Sequence[CounterweightPart]) -> dict[str, bytes]:
     link; an outline has the coordinates of the link. The table has SI units, the centre in
     the link frame, and tensors of inertia about it, all of the meshes.
 
+    Args:
+        parts: from `parts_of`.
+
     Returns:
         The contents by name.
+
+    Example:
+        >>> import balance
+        >>> space = balance.design_space("robot.urdf", balance="force")
+        >>> answer = balance.counterweights(
+        ...     space, ["crank", "rocker"], density=7850, shape="disc=0.02"
+        ... )
+        >>> files = balance.masses.part_files(balance.masses.parts_of(answer.weights))
+        >>> list(files)
+        ['crank.stl', 'crank.dxf', 'rocker.stl', 'rocker.dxf', 'parts.csv']
     """
     files: dict[str, bytes] = {}
     for part in parts:

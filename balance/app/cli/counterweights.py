@@ -76,9 +76,10 @@ def add_counterweights(parser: Parser) -> None:
     add_parts_option(parser)
     add_page_option(parser, "with the regions and the added matter")
     parser.add_examples(
-        "balance counterweights robot.urdf --links crank,rocker --out heavier.urdf",
+        "balance counterweights robot.urdf --links crank --density 7850 --parts made",
         'balance counterweights arm.urdf --links l1,l2 --region "l1=ball(0,0,0,0.3)"',
-        "balance counterweights arm.urdf --links l1 --density 7850 --parts made",
+        "balance counterweights robot.urdf --balance force --links crank,rocker \\\n"
+        "      --density 7850 --shape disc=0.02 --out heavier.urdf --html page.html",
     )
 
 

@@ -14,7 +14,7 @@ def add_requirement_options(parser: Parser) -> None:
     group = parser.group("motion")
     group.add_argument(
         "--require", action="append", default=[], metavar="TEXT",
-        help="instead: 'force; dynamic at u1=0.3; gravity'; repeatable",
+        help="instead: 'force; dynamic at u1=0.3'; repeatable",
     )  # fmt: skip
     group.add_argument(
         "--gravity", type=point, metavar="X,Y,Z", help="for --require gravity (0,0,-9.81)"

@@ -51,6 +51,11 @@ What to build in where no masses balance:
 - ``compare_remedies``: apply the remedies of the literature, and compare what each costs
 - ``RemedyComparison``: result of ``compare_remedies``
 
+Springs that carry the weight:
+
+- ``springs``: springs between links that balance gravity in every pose, or leave least torque
+- ``SpringBalance``: result of ``springs``
+
 Mechanisms that are balanced by design:
 
 - ``synthesize``: balanced mechanisms whose tool passes through two or three positions

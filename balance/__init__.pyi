@@ -45,6 +45,8 @@ from .masses.remedies.compare import (
 from .masses.remedies.compare import (
     compare_remedies as compare_remedies,
 )
+from .masses.springs.answer import SpringBalance as SpringBalance
+from .masses.springs.find_springs import springs as springs
 from .motion.paths.found_paths import ReactionlessPaths as ReactionlessPaths
 from .motion.paths.path_search import find_paths as find_paths
 from .motion.quiet.answer import QuietMotion as QuietMotion

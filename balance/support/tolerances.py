@@ -323,6 +323,22 @@ ROTOR_WITHOUT_MOMENTUM = 1e-9
 # as not negative, and the check of the certificate bears the difference.
 ROTOR_WEIGHT_ZERO = 1e-14
 
+# --- springs
+
+# Part of gravity in a unit vector of springs and gravity: below this springs do not carry it.
+SPRING_CARRIES_GRAVITY = 1e-8
+# Inverse size of springs over the least that their limits allow: below this there are none.
+SPRINGS_UNBOUNDED = 1e-7
+# Violation of a limit over the size of the unknowns: up to this it is round-off.
+SPRING_LIMIT_KEPT = 1e-9
+# Stiffness over the largest one: below this there is no spring.
+SPRING_ABSENT = 1e-9
+# Distance from the middle of a range over half of it: below this it is round-off.
+SPRING_IN_MIDDLE = 1e-7
+# Torque left over the torque of gravity: up to this springs balance; and torque of gravity over
+# that of all weights at the characteristic length: up to this there is none.
+SPRING_TORQUE_LEFT = 1e-9
+
 # --- report
 
 # Distance at which points of a drawing coincide, relative to the size of the linkage.

@@ -14,6 +14,7 @@ UNITS: dict[str, dict[str, float]] = {
     "mass": {"kg": 1.0, "g": 1e-3, "mg": 1e-6, "t": 1e3, "lb": 0.45359237},
     "time": {"s": 1.0, "ms": 1e-3, "min": 60.0},
     "force": {"N": 1.0, "kN": 1e3, "mN": 1e-3},
+    "stiffness": {"N/m": 1.0, "N/mm": 1e3, "N/cm": 1e2, "kN/m": 1e3},
     "torque": {"Nm": 1.0, "Nmm": 1e-3, "kNm": 1e3, "mNm": 1e-3},
     "density": {"kg/m3": 1.0, "g/cm3": 1e3, "g/cc": 1e3, "kg/dm3": 1e3, "t/m3": 1e3},
     "inertia": {"kgm2": 1.0, "kgmm2": 1e-6, "kgcm2": 1e-4, "gmm2": 1e-9, "gcm2": 1e-7},

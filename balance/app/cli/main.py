@@ -80,6 +80,10 @@ COMMANDS = {
         "what to build into a linkage that no masses balance, and what each costs",
         "balance remedies robot.urdf --html remedies.html",
     ),
+    "springs": Command(
+        "springs that balance gravity in every pose, or leave the least torque",
+        "balance springs robot.urdf --between base,arm",
+    ),
     "flex": Command(
         "links that bend: modes, supports, similar counter-arms, simulation",
         "balance flex simulate robot.urdf --flex coupler=EI:5,rhoA:1",

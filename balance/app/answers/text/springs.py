@@ -1,0 +1,87 @@
+"""Text of springs for ``balance springs``.
+
+`SpringBalance.to_dict` has the same content as data for ``--json``.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from balance.app.answers.answer import MISSING, AnswerBody, AnswerTable, Facts
+from balance.app.answers.text.linkage import linkage_facts
+from balance.masses.springs.answer import AttachedPoint, Spring, SpringBalance
+from balance.support.tolerances import SPRING_TORQUE_LEFT
+from kinematics.wording import count_noun, number_text, size_text, vector_text
+
+HEAD = ("spring", "from", "to", "stiffness (N/m)", "length (m)", "force up to (N)")
+TORQUE_HEAD = ("input", "peak torque of gravity", "left")
+# Most smallest sets in a line.
+MAX_SETS = 6
+
+
+def springs_facts(answer: SpringBalance) -> list[tuple[str, str]]:
+    """List the facts on springs as pairs of label and value."""
+    pairs = linkage_facts(answer.linkage, f"inputs {', '.join(answer.linkage.inputs)}")
+    pairs += [
+        ("gravity", f"{vector_text(answer.gravity)} m/s²"),
+        ("verdict", answer.words),
+        (
+            "conditions",
+            f"rank {answer.rank}, on {count_noun(answer.unknowns, 'unknown')} of "
+            f"{count_noun(len(answer.springs), 'spring')} and gravity",
+        ),
+    ]
+    if answer.balanced:
+        pairs.append(("fewest", _sets_text(answer)))
+    certainty = answer.certainty
+    pairs.append(("certainty", f"{certainty.level}: {certainty.reason}"))
+    return pairs
+
+
+def _sets_text(answer: SpringBalance) -> str:
+    """Say which of the smallest sets of springs balance."""
+    sets = [" + ".join(str(k + 1) for k in chosen) for chosen in answer.sets]
+    more = len(sets) - MAX_SETS
+    listed = ", ".join([*sets[:MAX_SETS], *([f"and {more} more"] if more > 0 else [])])
+    if not answer.every_set:
+        return f"not sought among so many springs; these balance: {listed}"
+    word = "set" if len(sets) == 1 else "sets"
+    return f"{word} {listed} of springs, and none of fewer"
+
+
+def springs_body(answer: SpringBalance) -> AnswerBody:
+    """Build what is printed on springs."""
+    rows = [_spring_row(k, spring) for k, spring in enumerate(answer.springs, 1)]
+    body: list = [Facts(springs_facts(answer)), "", AnswerTable([HEAD, *rows], "<<<>")]
+    body += ["", AnswerTable([TORQUE_HEAD, *_torque_rows(answer)], "<>")]
+    if any(spring.stiffness > 0.0 for spring in answer.springs):
+        body += ["", "Springs act as if of no free length: lead each over a pulley at one end, "
+                 "with its free length behind it."]  # fmt: skip
+    return body
+
+
+def _spring_row(number: int, spring: Spring) -> tuple[str, ...]:
+    """Build the row of one spring."""
+    ends = map(_point_text, spring.ends)
+    if spring.stiffness == 0.0:
+        return (str(number), *ends, "not needed", MISSING, MISSING)
+    low, high = map(number_text, spring.lengths)
+    return (str(number), *ends, number_text(spring.stiffness), f"{low} to {high}",
+            number_text(spring.force))  # fmt: skip
+
+
+def _point_text(end: AttachedPoint) -> str:
+    """Write where a spring is attached."""
+    return f"{end.link} {vector_text(end.point)}"
+
+
+def _torque_rows(answer: SpringBalance) -> list[tuple[str, ...]]:
+    """Build the rows of the inputs: peak torques of gravity, and what is left."""
+    kinds = {joint.name: joint.kind for joint in answer.linkage.joints}
+    before, after = (np.abs(x).max(axis=0).tolist() for x in (answer.before, answer.after))
+    rows = []
+    for name, weight, left in zip(answer.linkage.inputs, before, after, strict=True):
+        unit, largest = "N" if kinds[name] == "prismatic" else "N m", max(before)
+        rest = size_text(left, ".4g", largest, SPRING_TORQUE_LEFT)
+        rows.append((name, f"{number_text(weight, scale=largest)} {unit}", f"{rest} {unit}"))
+    return rows

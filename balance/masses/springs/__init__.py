@@ -1,0 +1,1 @@
+"""Gravity balance by springs."""

@@ -1,0 +1,179 @@
+"""Results of springs: stiffnesses, points, and the torques that are left."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from balance.space.spaces.certainty import Certainty
+from balance.support.tolerances import SPRING_TORQUE_LEFT
+from kinematics.model.linkage import Linkage, Notice
+from kinematics.wording import count_noun, html_facts, number_text, repr_lines, vector_text
+
+Array = NDArray[np.float64]
+SCHEMA = "balance.springs/1"
+
+
+class AttachedPoint(NamedTuple):
+    """Where a spring is attached.
+
+    Attributes:
+        link: name of the link.
+        point: in the frame of the link (3,), metres.
+    """
+
+    link: str
+    point: tuple[float, float, float]
+
+    def __repr__(self) -> str:
+        """Give one line: the link and the point."""
+        return f"{self.link} at {vector_text(self.point)} m"
+
+
+class Spring(NamedTuple):
+    """A spring that acts as one without free length: its force is stiffness times length.
+
+    Attributes:
+        asked: the text that asked for it.
+        ends: where it is attached.
+        stiffness: N/m; 0 if it is not needed.
+        lengths: least and greatest distance of its ends over the workspace, metres.
+        force: greatest force over the workspace, N.
+    """
+
+    asked: str
+    ends: tuple[AttachedPoint, AttachedPoint]
+    stiffness: float
+    lengths: tuple[float, float]
+    force: float
+
+    def __repr__(self) -> str:
+        """Give one line: stiffness and ends."""
+        first, second = self.ends
+        return f"Spring: {number_text(self.stiffness)} N/m, {first!r} to {second!r}"
+
+
+@dataclass(frozen=True, eq=False)
+class SpringBalance:
+    """Result of `springs`.
+
+    Attributes:
+        linkage: the linkage.
+        gravity: acceleration of gravity (3,), m/s².
+        springs: the springs, in the order in which they were asked for.
+        sets: the smallest sets of springs that balance, as indices from 0; empty if none does.
+        every_set: whether all sets of springs up to that size were tried.
+        unknowns: number of stiffnesses and coordinates that are free.
+        rank: rank of the conditions on them.
+        in_span: whether springs of either sign would balance.
+        inputs: poses of the workspace at which torques were computed (poses, inputs).
+        before: what the inputs hold there without springs (poses, inputs), N m and N.
+        after: what they hold with the springs.
+        certainty: how sure it is that the torques vanish in all motions.
+        notices: remarks for the user.
+    """
+
+    linkage: Linkage
+    gravity: tuple[float, float, float]
+    springs: tuple[Spring, ...]
+    sets: tuple[tuple[int, ...], ...]
+    every_set: bool
+    unknowns: int
+    rank: int
+    in_span: bool
+    inputs: Array
+    before: Array
+    after: Array
+    certainty: Certainty
+    notices: tuple[Notice, ...] = ()
+
+    def __repr__(self) -> str:
+        """Up to six lines: the linkage, the verdict, the springs."""
+        needed = (repr(spring) for spring in self.springs if spring.stiffness > 0.0)
+        return repr_lines(f"SpringBalance of {self.linkage.name}", self.words, *needed)
+
+    def _repr_html_(self) -> str:
+        """Table of the same facts, for notebooks."""
+        rows = ((spring.asked, repr(spring)) for spring in self.springs)
+        title = f"SpringBalance of {self.linkage.name}"
+        return html_facts(title, ("verdict", self.words), *rows)
+
+    @property
+    def balanced(self) -> bool:
+        """Whether the inputs hold nothing in any pose."""
+        return bool(self.sets)
+
+    @property
+    def verdict(self) -> str:
+        """``"feasible"`` if springs balance, ``"infeasible"`` if none do."""
+        return "feasible" if self.balanced else "infeasible"
+
+    @property
+    def share_left(self) -> float:
+        """Root mean square of the torques over the workspace, over that of gravity alone."""
+        if self.balanced:
+            return 0.0
+        return float(np.linalg.norm(self.after) / np.linalg.norm(self.before))
+
+    @property
+    def words(self) -> str:
+        """The verdict in words."""
+        needed = sum(spring.stiffness > 0.0 for spring in self.springs)
+        if self.balanced:
+            word = "balances" if needed == 1 else "balance"
+            return f"feasible: {count_noun(needed, 'spring')} {word} gravity in every pose"
+        if self.share_left >= 1.0 - SPRING_TORQUE_LEFT:
+            return f"infeasible: {self.reason}; no spring of these helps"
+        left = number_text(100.0 * self.share_left, ".3g")
+        return (
+            f"infeasible: {self.reason}; {count_noun(needed, 'spring')} "
+            f"leave{'s' if needed == 1 else ''} {left} % of the torque of gravity (rms)"
+        )
+
+    @property
+    def reason(self) -> str:
+        """Why there is no balance, in words; empty if there is."""
+        if self.balanced:
+            return ""
+        if self.in_span:
+            return "some stiffness would be negative, or out of its range"
+        return "no stiffnesses, of either sign, make the energy constant"
+
+    def to_dict(self) -> dict[str, object]:
+        """Return plain data for JSON; see ``schemas/springs.schema.json``."""
+        peaks = (np.abs(x).max(axis=0).tolist() for x in (self.before, self.after))
+        return {
+            "schema": SCHEMA,
+            "model": self.linkage.name,
+            "at": self.linkage.at,
+            "gravity": list(self.gravity),
+            "verdict": self.verdict,
+            "words": self.words,
+            "springs": [
+                {
+                    "asked": spring.asked,
+                    "ends": [{"link": e.link, "point": list(e.point)} for e in spring.ends],
+                    "stiffness": spring.stiffness, "lengths": list(spring.lengths),
+                    "force": spring.force,
+                }
+                for spring in self.springs
+            ],
+            "sets": [[k + 1 for k in chosen] for chosen in self.sets],
+            "every_set": self.every_set,
+            "unknowns": self.unknowns,
+            "rank": self.rank,
+            "in_span": self.in_span,
+            "share_left": self.share_left,
+            "poses": len(self.inputs),
+            "peak_torque": {
+                name: {"gravity": before, "left": after}
+                for name, before, after in zip(self.linkage.inputs, *peaks, strict=True)
+            },
+            "certainty": {
+                "level": self.certainty.level, "reason": self.certainty.reason,
+                "residual": self.certainty.residual, "poses": self.certainty.poses,
+            },
+        }  # fmt: skip

@@ -1,0 +1,159 @@
+"""Springs attached to a linkage: their points in the frame and units of a chain."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from balance.masses.springs.spring_text import SpringEnd, SpringText
+from kinematics.closure.joint_positions import input_chain
+from kinematics.errors import BodyError, UsageError
+from kinematics.model.linkage import GROUND, Linkage, LinkPose
+
+Array = NDArray[np.float64]
+
+
+class AttachedEnd(NamedTuple):
+    """One end of a spring.
+
+    Attributes:
+        link: the rigid body that it is on; -1 is the ground.
+        middle: the point, or the middle of the box that it may be in, (3,), at the reference
+            pose, in the frame and units of the chain.
+        axes: half edges of that box as rows (free, 3), likewise.
+    """
+
+    link: int
+    middle: Array
+    axes: Array
+
+
+class AttachedSpring(NamedTuple):
+    """A spring of zero free length between two links.
+
+    Attributes:
+        asked: the text that asks for it.
+        ends: its two ends; at most one of them has axes.
+    """
+
+    asked: SpringText
+    ends: tuple[AttachedEnd, AttachedEnd]
+
+    @property
+    def free(self) -> int:
+        """Number of coordinates that are to be found."""
+        return sum(len(end.axes) for end in self.ends)
+
+    @property
+    def columns(self) -> int:
+        """Number of unknowns: stiffness, and stiffness times each free coordinate."""
+        return 1 + self.free
+
+
+def attach_springs(
+    linkage: Linkage, springs: Sequence[SpringText]
+) -> tuple[AttachedSpring, ...]:
+    """Attach springs to a linkage.
+
+    Where a text names links alone, the spring ends at the centre of mass of its second link,
+    and anywhere within a characteristic length about the joint by which that link hangs on
+    the first one.
+
+    Raises:
+        BodyError: a link is unknown, or has no mass where its centre is asked for.
+        UsageError: both ends are on one rigid body, or nothing says where an end is.
+    """
+    return tuple(_attach(linkage, spring) for spring in springs)
+
+
+def place_of(linkage: Linkage, name: str) -> LinkPose:
+    """Find a link of the file by its name.
+
+    Raises:
+        BodyError: there is none.
+    """
+    if name not in linkage.places:
+        raise BodyError(
+            linkage.source, name, f"there is no such link; the links are "
+            f"{', '.join(linkage.places)}"
+        )  # fmt: skip
+    return linkage.places[name]
+
+
+def _attach(linkage: Linkage, spring: SpringText) -> AttachedSpring:
+    """Attach one spring."""
+    first, second = spring.ends
+    places = [place_of(linkage, end.link) for end in spring.ends]
+    if places[0].link == places[1].link:
+        raise UsageError(
+            f"{linkage.source}: spring '{spring.text}': both ends are on one rigid body: name "
+            "two links that move against each other"
+        )
+    if first.box is None and second.free:
+        raise UsageError(
+            f"{linkage.source}: spring '{spring.text}': one end may be free, not both: give "
+            f"link '{first.link}' a point"
+        )
+    far = second.box or _mass_centre(linkage, spring, places[1])
+    near = first.box or _box_about_joint(linkage, places, second.box is not None, spring)
+    ends = [_end(linkage, place, box) for place, box in zip(places, (near, far), strict=True)]
+    asked = spring._replace(ends=(SpringEnd(first.link, near), SpringEnd(second.link, far)))
+    return AttachedSpring(asked, (ends[0], ends[1]))
+
+
+def _end(linkage: Linkage, place: LinkPose, box: Sequence[tuple[float, float]]) -> AttachedEnd:
+    """Carry a box of a link frame to the reference pose, in the frame of the chain."""
+    frame = input_chain(linkage).frame
+    low, high = np.array(box).T
+    middle = place.pose[:3, :3] @ (0.5 * (low + high)) + place.pose[:3, 3]
+    half = (0.5 * (high - low))[:, None] * place.pose[:3, :3].T
+    axes = half[high > low] @ frame.R.T / frame.length
+    return AttachedEnd(place.link, frame.R @ (middle - frame.origin) / frame.length, axes)
+
+
+def _mass_centre(
+    linkage: Linkage, spring: SpringText, place: LinkPose
+) -> tuple[tuple[float, float], ...]:
+    """Find the centre of mass of a link, in the frame of the link."""
+    body = next((b for b in linkage.bodies if b.link == place.link), None)
+    if body is None or not body.inertia[0] > 0.0:
+        name = spring.ends[1].link
+        raise BodyError(
+            linkage.source, name, "has no mass, so no centre that a spring can end at; give "
+            f"the spring a point, such as {name}@0.1,0,0"
+        )  # fmt: skip
+    centre = body.inertia[1:4] / body.inertia[0]
+    local = place.pose[:3, :3].T @ (centre - place.pose[:3, 3])
+    return tuple((x, x) for x in _without_round_off(local, linkage))
+
+
+def _box_about_joint(
+    linkage: Linkage, places: Sequence[LinkPose], given: bool, spring: SpringText
+) -> tuple[tuple[float, float], ...]:
+    """Make the box about the joint by which the second link hangs on the first.
+
+    It is the joint on the way from the second link down to the first; if the first link is
+    not on that way, the joint that carries the second.
+    """
+    first, link = places[0].link, places[1].link
+    if link == GROUND:
+        raise UsageError(
+            f"{linkage.source}: spring '{spring.text}': name the ground first, or give both "
+            "ends a point"
+        )
+    top = link
+    while top != GROUND and linkage.joints[top].parent != first:
+        top = linkage.joints[top].parent
+    joint = linkage.joints[link if top == GROUND else top]
+    pose, length = places[0].pose, input_chain(linkage).frame.length
+    local = _without_round_off(pose[:3, :3].T @ (joint.point - pose[:3, 3]), linkage)
+    return tuple((x - length, x + length) for x in local)
+
+
+def _without_round_off(point: Array, linkage: Linkage) -> list[float]:
+    """Round coordinates to twelve digits of the characteristic length."""
+    unit = 10.0 ** (np.floor(np.log10(input_chain(linkage).frame.length)) - 12.0)
+    return [float(x) for x in np.round(point / unit) * unit + 0.0]

@@ -1,0 +1,308 @@
+"""Springs that balance gravity: stiffnesses, points, and the fewest of them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from itertools import combinations, product
+from math import comb
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from balance.masses.springs.answer import AttachedPoint, Spring, SpringBalance
+from balance.masses.springs.attached_springs import AttachedSpring, attach_springs
+from balance.masses.springs.gradient_rows import point_at
+from balance.masses.springs.spring_cone import (
+    SpringCone,
+    balanced_unknowns,
+    least_unknowns,
+    make_cone,
+)
+from balance.masses.springs.spring_problem import SpringProblem
+from balance.masses.springs.spring_text import MAX_STIFFNESS, read_spring
+from balance.space.spaces.certainty import Certainty
+from balance.support.options import GRAVITY
+from balance.support.tolerances import SPRING_ABSENT, SPRING_IN_MIDDLE, SPRING_TORQUE_LEFT
+from kinematics.errors import UsageError
+from kinematics.loading.model_gallery import LinkageLike, as_linkage
+from kinematics.numerics.linalg.ties import first_least, rank_least_first
+from kinematics.wording import round_to_ten_digits, size_text
+
+Array = NDArray[np.float64]
+Range = tuple[float, float]
+
+# Most springs, most sets of them, and most choices of stiffnesses of a catalogue.
+MAX_SPRINGS, MAX_SETS, MAX_CHOICES = 30, 4096, 4096
+
+
+class _Choice(NamedTuple):
+    """Springs that were tried together.
+
+    Attributes:
+        used: their indices.
+        x: their unknowns.
+    """
+
+    used: tuple[int, ...]
+    x: Array
+
+
+def springs(
+    linkage: LinkageLike, between: str | Sequence[str], *,
+    gravity: Sequence[float] = GRAVITY, catalogue: Sequence[float] = (),
+    ranges: Mapping[str, tuple[float, float]] | None = None,
+) -> SpringBalance:  # fmt: skip
+    """Find springs between links of a linkage that balance gravity in every pose.
+
+    A spring of stiffness k whose force vanishes at length 0 stores ``½ k |p_A - p_B|²``: linear
+    in k, and in k times the coordinates of one end. The sum with the energy of gravity is
+    constant if its derivatives vanish at closed poses of all motions: linear conditions, of
+    which a convex program finds the solution with stiffnesses that are not negative. The
+    fewest springs are sought by trying all sets, the smallest first; of equal ones, those are
+    taken of which the squares of k, and of k times the distance from the middle of a range in
+    halves of it, have the least sum. Where no springs balance, those are given that leave the
+    least root mean square of the torques of the inputs over the workspace.
+
+    Args:
+        linkage: an assembled linkage, or what `kinematics.load` accepts.
+        between: one or several springs, each as text: ``"base,arm"``, or
+            ``"base@0,0,0:0.5 arm@0.2,0,0 k=100:200"``: two links, points in their frames in
+            metres, and a stiffness in N/m. A number may be a range, at one end of a spring.
+            Without points a spring ends at the centre of mass of the second link, and within a
+            characteristic length about the joint by which that hangs on the first.
+        gravity: acceleration of gravity (3,), m/s², inertial frame.
+        catalogue: stiffnesses that can be had, N/m; by default any.
+        ranges: workspace: least and greatest displacement of inputs by name, radians and
+            metres, for the least torque and for lengths; by default the limits in the file,
+            without limits 1 rad or one characteristic length each way.
+
+    Returns:
+        The springs, the smallest sets that balance, and the torques before and after.
+
+    Raises:
+        BodyError: a link is unknown, or has no mass where its centre is asked for.
+        LinkageError: gravity does no work, or the linkage does not move.
+        PoseError: a range names no input, or no pose of the ranges is reached.
+        UsageError: a spring cannot be read, both its ends are on one rigid body, or there are
+            too many.
+
+    Source:
+        S. K. Agrawal, A. Fattah, Mechanism and Machine Theory 39(12), 2004; S. R. Deepak, G.
+        K. Ananthasuresh, Journal of Mechanisms and Robotics 4(3), 031014, 2012.
+
+    Example:
+        >>> import balance
+        >>> answer = balance.springs(
+        ...     "robot.urdf", "base@0.3,0,0 crank@0.1,0,0", gravity=(-9.81, 0, 0)
+        ... )
+        >>> answer.verdict
+        'infeasible'
+    """
+    linkage = as_linkage(linkage)
+    asked = [read_spring(text) for text in ([between] if isinstance(between, str) else between)]
+    if not 0 < len(asked) <= MAX_SPRINGS:
+        raise UsageError(f"{len(asked)} springs: give 1 to {MAX_SPRINGS}")
+    g = np.asarray(gravity, dtype=np.float64)
+    if g.shape != (3,) or not np.isfinite(g).all() or not g.any():
+        raise UsageError(f"gravity has three coordinates that are not all 0, not {gravity!r}")
+    if not all(0.0 < k <= MAX_STIFFNESS for k in catalogue):
+        raise UsageError(f"a catalogue has stiffnesses above 0 and up to {MAX_STIFFNESS:g} N/m")
+    problem = SpringProblem(linkage, attach_springs(linkage, asked), g, ranges or {})
+    return _find(problem, g, sorted(set(catalogue)))
+
+
+def _find(problem: SpringProblem, gravity: Array, catalogue: Sequence[float]) -> SpringBalance:
+    """Find the springs of a problem."""
+    whole, given = _asked_cone(problem), [s.asked.stiffness for s in problem.springs]
+    conditions, settled = problem.conditions
+    rows = conditions.rows
+    if catalogue:
+        choices = _choices(catalogue, given)
+        balanced, best, every = _of_catalogue(problem, rows, choices), None, True
+        if not balanced:
+            best = _least_of_catalogue(problem, choices)
+    else:
+        balanced, every = _smallest_sets(rows, whole)
+        best = None if balanced else _Choice(
+            tuple(range(len(problem.springs))), least_unknowns(_flat(problem), whole)
+        )  # fmt: skip
+    if balanced:
+        sizes = [float(sum(x[_starts(problem, used)])) for used, x in balanced]
+        best = balanced[first_least(sizes)]
+    assert best is not None
+    x = _spread(problem, whole, best)
+    unknowns = rows.shape[1] - 1
+    unsigned = SpringCone(np.zeros((1, unknowns)), np.zeros(1), whole.starts)
+    in_span = bool(balanced) or balanced_unknowns(rows, unsigned) is not None
+    left, count = problem.fresh_torque(x)
+    certainty = _certainty(bool(balanced), settled, left, count)
+    sets = list(dict.fromkeys(tuple(used) for used, _ in balanced))
+    return SpringBalance(
+        problem.linkage, (float(gravity[0]), float(gravity[1]), float(gravity[2])),
+        tuple(_springs(problem, whole, x)), tuple(sets), every, unknowns, conditions.rank,
+        in_span, problem.workspace[1], problem.torques(None), problem.torques(x), certainty,
+    )  # fmt: skip
+
+
+def _asked_cone(problem: SpringProblem) -> SpringCone:
+    """Build the limits of the springs as they are asked for."""
+    given = [spring.asked.stiffness for spring in problem.springs]
+    return make_cone(problem.springs, problem.unit, given)
+
+
+def _flat(problem: SpringProblem) -> Array:
+    """Give the rows of the torques over the workspace below one another."""
+    rows = problem.torque_rows
+    return rows.reshape(-1, rows.shape[-1])
+
+
+def _starts(problem: SpringProblem, used: Sequence[int]) -> list[int]:
+    """Give the places of the stiffnesses among the unknowns of some springs."""
+    counts = [problem.springs[k].columns for k in used]
+    return [sum(counts[:k]) for k in range(len(counts))]
+
+
+def _smallest_sets(rows: Array, cone: SpringCone) -> tuple[list[_Choice], bool]:
+    """Find the smallest sets of springs that balance, and whether all sets were tried."""
+    count, tried = len(cone.starts) - 1, 0
+    for size in range(1, count + 1):
+        if tried + comb(count, size) > MAX_SETS:
+            break
+        tried += comb(count, size)
+        balanced = [
+            _Choice(used, x) for used in combinations(range(count), size)
+            if (x := _balance(rows, cone, used)) is not None
+        ]  # fmt: skip
+        if balanced:
+            return balanced, True
+    else:
+        return [], True
+    every = tuple(range(count))
+    x = _balance(rows, cone, every)
+    return ([] if x is None else [_Choice(every, x)]), False
+
+
+def _balance(rows: Array, cone: SpringCone, used: Sequence[int]) -> Array | None:
+    """Balance with some of the springs."""
+    columns = [*cone.columns_of(used), rows.shape[1] - 1]
+    return balanced_unknowns(rows[:, columns], cone.of(used))
+
+
+def _choices(catalogue: Sequence[float], given: Sequence[Range]) -> list[tuple[Range, ...]]:
+    """List the stiffnesses of a catalogue for each spring, (0, 0) for none, fewest first."""
+    options = [[(0.0, 0.0), *((k, k) for k in catalogue if low <= k <= high)]
+               for low, high in given]  # fmt: skip
+    total = 1
+    for option in options:
+        total *= len(option)
+    if total > MAX_CHOICES:
+        raise UsageError(
+            f"{total} choices of stiffnesses: at most {MAX_CHOICES} are tried; name fewer "
+            "springs or fewer stiffnesses"
+        )
+    return sorted(product(*options), key=lambda choice: sum(high > 0.0 for _, high in choice))
+
+
+def _used(choice: Sequence[Range]) -> tuple[int, ...]:
+    """List the springs that a choice of stiffnesses uses."""
+    return tuple(k for k, (_, high) in enumerate(choice) if high > 0.0)
+
+
+def _of_catalogue(
+    problem: SpringProblem, rows: Array, choices: Sequence[tuple[Range, ...]]
+) -> list[_Choice]:
+    """Find the choices of stiffnesses of a catalogue with the fewest springs that balance."""
+    balanced: list[_Choice] = []
+    for choice in choices:
+        used = _used(choice)
+        if balanced and len(used) > len(balanced[0].used):
+            break
+        if used:
+            x = _balance(rows, make_cone(problem.springs, problem.unit, choice), used)
+            balanced += [] if x is None else [_Choice(used, x)]
+    return balanced
+
+
+def _least_of_catalogue(
+    problem: SpringProblem, choices: Sequence[tuple[Range, ...]]
+) -> _Choice:
+    """Find the choice of stiffnesses of a catalogue that leaves the least torque."""
+    tried, left = [], []
+    flat = _flat(problem)
+    for choice in choices:
+        used = _used(choice)
+        cone = make_cone(problem.springs, problem.unit, choice)
+        columns = [*cone.columns_of(used), flat.shape[1] - 1]
+        few = flat[:, columns]
+        x = least_unknowns(few, cone.of(used)) if used else np.empty(0)
+        tried.append(_Choice(used, x))
+        left.append(float(np.linalg.norm(few @ np.append(x, 1.0))))
+    return tried[rank_least_first(left, left[0])[0]]
+
+
+def _spread(problem: SpringProblem, cone: SpringCone, choice: _Choice) -> Array:
+    """Place the unknowns of some springs among those of all; springs of no stiffness are 0."""
+    x = np.zeros(cone.starts[-1])
+    x[cone.columns_of(choice.used)] = choice.x
+    largest = float(np.abs(x).max(initial=0.0))
+    for start, spring in zip(cone.starts, problem.springs, strict=False):
+        if x[start] <= SPRING_ABSENT * largest:
+            x[start : start + spring.columns] = 0.0
+    return x
+
+
+def _springs(problem: SpringProblem, cone: SpringCone, x: Array) -> Iterator[Spring]:
+    """Describe the springs of unknowns."""
+    length = problem.length
+    for start, spring in zip(cone.starts, problem.springs, strict=False):
+        stiffness = float(x[start])
+        shares = x[start + 1 : start + spring.columns] / (stiffness or 1.0)
+        shares = np.where(np.abs(shares) < SPRING_IN_MIDDLE, 0.0, np.clip(shares, -1.0, 1.0))
+        distances = [
+            length * float(np.linalg.norm(first - second))
+            for first, second in _end_points(problem, spring, shares)
+        ]
+        k = round_to_ten_digits(stiffness * problem.unit)
+        ends = _attached_points(spring, shares)
+        lengths = min(distances), max(distances)
+        yield Spring(spring.asked.text, ends, k, lengths, k * lengths[1])
+
+
+def _end_points(
+    problem: SpringProblem, spring: AttachedSpring, shares: Array
+) -> Iterator[tuple[Array, Array]]:
+    """Place both ends of a spring in the poses of the workspace."""
+    first, second = spring.ends
+    count = len(first.axes)
+    for pose in problem.workspace[0]:
+        yield point_at(pose, first, shares[:count]), point_at(pose, second, shares[count:])
+
+
+def _attached_points(
+    spring: AttachedSpring, shares: Array
+) -> tuple[AttachedPoint, AttachedPoint]:
+    """Compute the points of a spring in the frames of its links."""
+    points, rest = [], list(shares)
+    for end in spring.asked.ends:
+        x, y, z = (
+            round_to_ten_digits(0.5 * (low + high) + 0.5 * (high - low) * float(rest.pop(0)))
+            if low < high else low
+            for low, high in end.box or ()
+        )  # fmt: skip
+        points.append(AttachedPoint(end.link, (x, y, z)))
+    return points[0], points[1]
+
+
+def _certainty(balanced: bool, settled: bool, left: float, count: int) -> Certainty:
+    """State how sure it is that torques vanish in every motion."""
+    doubts = []
+    if not settled:
+        doubts.append("further poses may need more conditions than were found")
+    if balanced and left > SPRING_TORQUE_LEFT:
+        doubts.append(f"torques of {size_text(left)} of those of gravity are left")
+    reason = "floating point decides; no torque is left at finite poses that decided nothing"
+    if not balanced:
+        reason = "floating point decides"
+    return Certainty("estimated", doubts[0] if doubts else reason, None, None, left, count,
+                     tuple(doubts))  # fmt: skip

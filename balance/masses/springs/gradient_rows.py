@@ -1,0 +1,114 @@
+"""Energies of springs and of gravity, differentiated along the motions of a linkage.
+
+A spring of stiffness k and no free length between points a of link A and b of link B stores
+
+    U = ½ k |p_A - p_B|²,    p_A = H_A a.
+
+Where b may be chosen, ``b = c + Σ_j s_j e_j`` with |p_B| turning rigidly, and
+
+    ∂U/∂u_w = k (p_A - p_C)·(v_A - v_C) - Σ_j k s_j [(v_A - v_C)·n_j + (p_A - p_C)·(ω_B × n_j)]
+
+with n_j the turned e_j: linear in k and in k s_j. Gravity stores ``-g · Σ (m d + R mc)``. With
+springs of positive k only, and |s_j| ≤ 1, the unknowns (k, k s) form a convex cone. (S. K.
+Agrawal, A. Fattah, Mechanism and Machine Theory 39, 2004; S. R. Deepak, G. K. Ananthasuresh,
+Journal of Mechanisms and Robotics 4, 2012.)
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from balance.masses.springs.attached_springs import AttachedEnd, AttachedSpring
+from kinematics.closure.newton import Pose, expand_at
+from kinematics.model.arrays import Chain, Frame
+from kinematics.model.linkage import GROUND, Linkage
+
+Array = NDArray[np.float64]
+
+
+class Weights(NamedTuple):
+    """Masses that gravity acts on, in the frame and units of a chain.
+
+    Attributes:
+        links: rigid body of each (bodies,).
+        moments: mass, and mass times centre of mass at the reference pose (bodies, 4).
+        gravity: g times the length of the chain (3,), in its axes.
+    """
+
+    links: NDArray[np.int64]
+    moments: Array
+    gravity: Array
+
+
+def weights_of(linkage: Linkage, frame: Frame, gravity: Array) -> Weights:
+    """Collect the weights of a linkage."""
+    bodies = [body for body in linkage.bodies if body.link != GROUND]
+    inertia = np.array([body.inertia[:4] for body in bodies]).reshape(-1, 4)
+    m, mc = inertia[:, :1], inertia[:, 1:]
+    moments = np.hstack([m, (mc - m * frame.origin) @ frame.R.T / frame.length])
+    links = np.array([body.link for body in bodies], dtype=np.int64)
+    return Weights(links, moments, frame.length * (frame.R @ gravity))
+
+
+def gradient_rows(
+    chain: Chain, pose: Pose, springs: Sequence[AttachedSpring], weights: Weights
+) -> Array:
+    """Differentiate the energies at a closed pose along all columns of the motion.
+
+    Returns:
+        Shape (w, unknowns + 1): for each spring the columns of k and of k s_j, in units of
+        the squared length of the chain, J per N m⁻¹ times length⁻²; last that of gravity, J.
+    """
+    T = expand_at(chain, pose).T[0, 0]
+    columns: list[Array] = []
+    for spring in springs:
+        columns += _spring_columns(pose, T, spring)
+    turned = np.einsum("bij,bj->bi", pose.H[weights.links, :3, :3], weights.moments[:, 1:])
+    turned += weights.moments[:, :1] * pose.H[weights.links, :3, 3]
+    twists = T[weights.links]
+    rates = weights.moments[:, :1, None] * twists[:, :, 3:]
+    rates = rates + np.cross(twists[:, :, :3], turned[:, None])
+    columns.append(-(rates.sum(axis=0) @ weights.gravity))
+    return np.stack(columns, axis=1)
+
+
+def point_at(pose: Pose, end: AttachedEnd, shares: Array) -> Array:
+    """Compute where the end of a spring is in a pose (3,).
+
+    Args:
+        pose: the pose.
+        end: the end.
+        shares: coordinates s in its box (free,).
+    """
+    point = end.middle + shares @ end.axes
+    if end.link == GROUND:
+        return np.asarray(point)
+    return np.asarray(pose.H[end.link, :3, :3] @ point + pose.H[end.link, :3, 3])
+
+
+def _spring_columns(pose: Pose, T: Array, spring: AttachedSpring) -> list[Array]:
+    """Differentiate the energy of a spring: columns (w,) of k, and of k s_j."""
+    points, rates, turns = zip(
+        *(_middle_motion(pose, T, end) for end in spring.ends), strict=True
+    )
+    apart, away = points[0] - points[1], rates[0] - rates[1]
+    columns = [away @ apart]
+    for sign, end, turn in zip((1.0, -1.0), spring.ends, turns, strict=True):
+        R = np.eye(3) if end.link == GROUND else pose.H[end.link, :3, :3]
+        for axis in end.axes @ R.T:
+            columns.append(sign * (away @ axis + np.cross(turn, axis) @ apart))
+    return columns
+
+
+def _middle_motion(pose: Pose, T: Array, end: AttachedEnd) -> tuple[Array, Array, Array]:
+    """Compute the middle of an end, its velocities and the angular ones for unit rates."""
+    point = point_at(pose, end, np.zeros(len(end.axes)))
+    still = np.zeros((T.shape[1], 3))
+    if end.link == GROUND:
+        return point, still, still
+    turn, rate = T[end.link, :, :3], T[end.link, :, 3:]
+    return point, rate + np.cross(turn, point), turn

@@ -1,0 +1,151 @@
+"""The conditions on springs that balance gravity, from closed poses of all motions."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from balance.masses.springs.attached_springs import AttachedSpring
+from balance.masses.springs.gradient_rows import Weights, gradient_rows, weights_of
+from balance.masses.springs.workspace import generic_poses, input_ranges, workspace_poses
+from balance.space.conditions.collect import relative_tolerance
+from balance.space.conditions.rank import Conditions
+from balance.support.tolerances import SPRING_TORQUE_LEFT
+from kinematics.closure.joint_positions import input_chain
+from kinematics.closure.newton import Pose
+from kinematics.errors import LinkageError
+from kinematics.model.arrays import Chain
+from kinematics.model.linkage import Linkage
+
+Array = NDArray[np.float64]
+
+# Seeds of the rays that give conditions, and of those that check them.
+CONDITION_RAYS, FRESH_RAYS = 108, 109
+# Poses of the first batch of conditions, most batches, and poses of the check.
+FIRST_BATCH, BATCHES, FRESH_POSES = 12, 5, 24
+
+
+class SpringProblem:
+    """Springs of a linkage: conditions of balance, and torques over a workspace.
+
+    Attributes:
+        linkage: the linkage.
+        springs: the springs.
+        weights: the masses that gravity acts on.
+        force: weight of all masses, N.
+        length: characteristic length, metres.
+        unit: stiffness that counts as 1, N/m: weight over characteristic length.
+    """
+
+    def __init__(
+        self, linkage: Linkage, springs: Sequence[AttachedSpring], gravity: Array,
+        ranges: Mapping[str, tuple[float, float]],
+    ) -> None:  # fmt: skip
+        """Keep what is asked for.
+
+        Raises:
+            LinkageError: there is no gravity, no mass, or no work of gravity.
+            PoseError: a range names no input, or no pose is reached.
+            UsageError: a range is empty.
+        """
+        self.linkage, self.springs = linkage, tuple(springs)
+        self._chain = input_chain(linkage)
+        self.length = self._chain.frame.length
+        self.weights: Weights = weights_of(linkage, self._chain.frame, gravity)
+        mass = float(self.weights.moments[:, 0].sum())
+        self.force = mass * float(np.linalg.norm(gravity))
+        if not self.force > 0.0:
+            raise LinkageError(
+                f"{linkage.source}: no gravity acts: give the moving links masses, and "
+                "--gravity a direction"
+            )
+        self.unit = self.force / self.length
+        self.ranges = input_ranges(linkage, ranges)
+        if not self._gravity_works():
+            raise LinkageError(
+                f"{linkage.source}: gravity does no work in any motion: there is nothing to "
+                "balance; another direction is given by --gravity"
+            )
+
+    def _gravity_works(self) -> bool:
+        """Whether gravity does work at poses of generic motions."""
+        work = max(np.abs(rows[:, -1]).max(initial=0.0) for rows in self._batches[0])
+        return bool(work > SPRING_TORQUE_LEFT)
+
+    def rows_at(self, chain: Chain, pose: Pose) -> Array:
+        """Differentiate the energies at a pose, in units of weight times length.
+
+        Returns:
+            Shape (w, unknowns + 1); unknowns are stiffnesses in `unit`, and these times the
+            free coordinates in halves of their boxes.
+        """
+        rows = gradient_rows(chain, pose, self.springs, self.weights)
+        rows[:, -1] /= self.force * self.length
+        return rows
+
+    @cached_property
+    def _batches(self) -> list[list[Array]]:
+        """Rows at poses of generic motions, in batches of doubled size."""
+        most = FIRST_BATCH * (2**BATCHES - 1)
+        rows = [self.rows_at(*pose) for pose in self._generic(CONDITION_RAYS, most)]
+        ends = [FIRST_BATCH * (2**k - 1) for k in range(BATCHES + 1)]
+        batches = [rows[a:b] for a, b in zip(ends, ends[1:], strict=False)]
+        return [batch for batch in batches if batch]
+
+    def _generic(self, seed: int, count: int) -> list[tuple[Chain, Pose]]:
+        poses = generic_poses(self.linkage, seed, count)
+        if not poses:
+            raise LinkageError(
+                f"{self.linkage.source}: no closed pose was found near the reference pose; "
+                "write the file at a pose further from a singularity"
+            )
+        return poses
+
+    @cached_property
+    def conditions(self) -> tuple[Conditions, bool]:
+        """All conditions on the unknowns and gravity, and whether further poses add none."""
+        unknowns = self._batches[0][0].shape[1]
+        conditions = Conditions.given(np.empty((0, unknowns)), relative_tolerance(self._chain))
+        settled = False
+        for batch in self._batches:
+            before = conditions.rank
+            blocks = [rows / (np.linalg.norm(rows) or 1.0) for rows in batch]
+            conditions = conditions.append(np.concatenate(blocks))
+            settled = conditions.rank == before or conditions.complete
+            if settled:
+                break
+        return conditions, settled
+
+    @cached_property
+    def workspace(self) -> tuple[list[Pose], Array]:
+        """Poses of the workspace, and the inputs there (poses, inputs)."""
+        return workspace_poses(self.linkage, self.ranges)
+
+    @cached_property
+    def torque_rows(self) -> Array:
+        """Rows at the poses of the workspace (poses, inputs, unknowns + 1)."""
+        return np.stack([self.rows_at(self._chain, pose) for pose in self.workspace[0]])
+
+    def torques(self, x: Array | None) -> Array:
+        """Compute what the inputs hold over the workspace (poses, inputs), N m and N.
+
+        Args:
+            x: unknowns; None for gravity alone.
+        """
+        rows = self.torque_rows
+        values = rows[..., -1] if x is None else rows @ np.append(x, 1.0)
+        at = self.linkage.positions_of(self.linkage.inputs)
+        return np.asarray(values * self.force * self.length / self._chain.units[at])
+
+    def fresh_torque(self, x: Array) -> tuple[float, int]:
+        """Measure the largest torque left at poses that decided nothing, over that of gravity.
+
+        Returns:
+            The largest torque over the largest of gravity, and the number of poses.
+        """
+        rows = [self.rows_at(*pose) for pose in self._generic(FRESH_RAYS, FRESH_POSES)]
+        left = max(np.abs(row @ np.append(x, 1.0)).max() for row in rows)
+        return float(left / max(np.abs(row[:, -1]).max() for row in rows)), len(rows)

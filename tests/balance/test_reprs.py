@@ -24,6 +24,7 @@ def results_of_poses_and_bases(linkage, space):
     paths = balance.find_paths("principal_vector_linkage", length=0.1)
     base = balance.motion.FloatingBase(3, 1)
     pure = balance.masses.pure_inertia(space)
+    springs = balance.springs(linkage, "base,coupler", gravity=(0, -9.81, 0))
     return [
         (answers, "1 mode of"),
         (answers.modes[0], "mode 1: mobility 1, nullity 5, feasible"),
@@ -34,6 +35,9 @@ def results_of_poses_and_bases(linkage, space):
         (paths, "2 paths through 1 pose"),
         (paths.paths[0], "of the bodies' own"),
         (base, "inertia=1"),
+        (springs, "feasible: 1 spring"),
+        (springs.springs[0], "N/m, base at"),
+        (springs.springs[0].ends[0], "base at"),
         (balance.quiet_motion(linkage, {}, {"u1": 0.2}, 1.0), "in 1 s"),
         (balance.space.decoupling(space), "no: not balanced"),
         (pure, "0.5 kg stays"),

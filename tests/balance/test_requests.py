@@ -173,6 +173,9 @@ def from_linkages(linkage):
         "simulate_floating_base": lambda: balance.motion.simulate_floating_base(
             linkage, balance.motion.FloatingBase(1, 1), duration=0.01
         ).samples[0],
+        "springs": lambda: (
+            balance.springs(linkage, "base,crank", gravity=(0, -9.81, 0)).springs[0].stiffness
+        ),
         "sweep": lambda: balance.sweep(linkage, {"coupler.length": [0.9]})["rank"],
         "timed_path": lambda: balance.motion.timed_path(linkage, path).q,
         "verify": lambda: balance.verify(linkage, trajectories=1, samples=8).force,

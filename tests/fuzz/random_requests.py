@@ -81,7 +81,7 @@ def meant(words: list[str], found: dict[str, Any]) -> int:
     if verb == "reduce":
         last = found["designs"][-1]["verdict"]
         return {"optimal": 0, "infeasible": 1, "undecided": 4}[last]
-    if verb in ("design", "counterweights", "remedies", "synthesize"):
+    if verb in ("design", "counterweights", "remedies", "springs", "synthesize"):
         return {"feasible": 0, "infeasible": 1, "undecided": 4}[found["verdict"]]
     if verb == "verify":
         verdict = "undisturbed" if "undisturbed" in found else "balanced"

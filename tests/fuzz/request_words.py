@@ -132,6 +132,17 @@ def _region(rng: random.Random, place: Place) -> str:
     return f"{_one(rng, place.names.links, 0.05)}={rng.choice(kinds).format(*numbers)}"
 
 
+def _spring(rng: random.Random, place: Place) -> str:
+    """A spring between two links, good or bad."""
+    first, second = (_one(rng, ("base", *place.names.links), 0.05) for _ in range(2))
+    kinds = (
+        "{a},{b}", "{a}@0,0,{0} {b}@{1},{2},0", "{a}@0:{0},0,0 {b}", "{a}@{0},0,0 {b}@0,{1},0 k={2}",
+        "{a}@0,0 {b}", "{a} {b} k=", "{a}@0:1,0,0 {b}@0:1,0,0", "",
+    )  # fmt: skip
+    numbers = [_number(rng, 0.05) for _ in range(3)]
+    return rng.choice(kinds).format(*numbers, a=first, b=second)
+
+
 def _target(rng: random.Random, place: Place) -> str:
     inputs = place.names.inputs
     if rng.random() < 0.5:
@@ -311,6 +322,12 @@ WORDS: dict[str, Maker] = {
     "--initial": lambda rng, place: [_values(rng, ("wx", "wz", "vy", *place.names.inputs))],
     "--torque": lambda rng, place: [_values(rng, place.names.inputs)],
     "--duration": _of("0.1", "0.02", "0", "nan", "1e9"),
+    "--between": lambda rng, place: [_spring(rng, place)],
+    "--catalogue": _of("100,200", "0.1N/mm", "0", "-1", "x", ""),
+    "--range": lambda rng, place: [
+        f"{_one(rng, place.names.inputs, 0.05)}={_number(rng)}:{_number(rng)}"
+    ],
+    "springs --gravity": lambda rng, place: [",".join(_number(rng, 0.05) for _ in range(3))],
     "quiet --duration": _of("1", "0.3", "1e-6", "1e6", "0", "x"),
     "quiet --to": lambda rng, place: [_pose(rng, place)],
     "--shaking": _of("force", "moment", "both"),

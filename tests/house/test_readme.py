@@ -45,6 +45,7 @@ def test_the_options_of_the_documents_are_those_of_the_commands(capsys):
     files = [*files, ["discover", "walk"]]
     for verb in (
         ["report"], ["verify"], ["design"], ["counterweights"], ["reduce"], ["remedies"],
+        ["springs"],
         *flex, ["motion"], ["paths"], ["quiet"], *files, ["synthesize"], ["formulas"], [],
     ):  # fmt: skip
         assert main([*verb, "--help"]) == 0

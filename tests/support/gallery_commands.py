@@ -74,6 +74,8 @@ discover walk --topology slider-crank --start 2
 synthesize --positions "0.3,0.1,11; 0.1,0.4,-40" --moving 0.2,-0.1 --ratio -0.5
 synthesize --positions "0.3,0.1,11; 0.1,0.4,-40" --moving 0.4,0.4 --nonlinear
 synthesize --positions "0.3,0.1,11; 0.1,0.4,-40; -0.1,0.5,-70" --kind four-bar
+springs four_bar_general --between base,crank --between base,rocker --gravity 0,-9.81,0
+springs five_bar --between base,left_lower --gravity 0,-9.81,0
 models
 """.strip().splitlines())  # fmt: skip
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from balance.masses.springs.spring_text import SpringEnd, SpringText
 from kinematics.closure.joint_positions import input_chain
-from kinematics.errors import BodyError, UsageError
+from kinematics.errors import BodyError, LinkageError, UsageError
 from kinematics.model.linkage import GROUND, Linkage, LinkPose
 
 Array = NDArray[np.float64]
@@ -64,7 +64,8 @@ def attach_springs(
 
     Raises:
         BodyError: a link is unknown, or has no mass where its centre is asked for.
-        UsageError: both ends are on one rigid body, or nothing says where an end is.
+        LinkageError: both ends are on one rigid body.
+        UsageError: both ends are free, or nothing says where an end is.
     """
     return tuple(_attach(linkage, spring) for spring in springs)
 
@@ -88,7 +89,7 @@ def _attach(linkage: Linkage, spring: SpringText) -> AttachedSpring:
     first, second = spring.ends
     places = [place_of(linkage, end.link) for end in spring.ends]
     if places[0].link == places[1].link:
-        raise UsageError(
+        raise LinkageError(
             f"{linkage.source}: spring '{spring.text}': both ends are on one rigid body: name "
             "two links that move against each other"
         )

@@ -27,7 +27,7 @@ from balance.support.tolerances import SPRING_ABSENT, SPRING_IN_MIDDLE, SPRING_T
 from kinematics.errors import UsageError
 from kinematics.loading.model_gallery import LinkageLike, as_linkage
 from kinematics.numerics.linalg.ties import first_least, rank_least_first
-from kinematics.wording import round_to_ten_digits, size_text
+from kinematics.wording import size_text
 
 Array = NDArray[np.float64]
 Range = tuple[float, float]
@@ -82,10 +82,10 @@ def springs(
 
     Raises:
         BodyError: a link is unknown, or has no mass where its centre is asked for.
-        LinkageError: gravity does no work, or the linkage does not move.
+        LinkageError: gravity does no work, the linkage does not move, or both ends of a spring
+            are on one rigid body.
         PoseError: a range names no input, or no pose of the ranges is reached.
-        UsageError: a spring cannot be read, both its ends are on one rigid body, or there are
-            too many.
+        UsageError: a spring cannot be read, or there are too many.
 
     Source:
         S. K. Agrawal, A. Fattah, Mechanism and Machine Theory 39(12), 2004; S. R. Deepak, G.
@@ -263,7 +263,7 @@ def _springs(problem: SpringProblem, cone: SpringCone, x: Array) -> Iterator[Spr
             length * float(np.linalg.norm(first - second))
             for first, second in _end_points(problem, spring, shares)
         ]
-        k = round_to_ten_digits(stiffness * problem.unit)
+        k = stiffness * problem.unit
         ends = _attached_points(spring, shares)
         lengths = min(distances), max(distances)
         yield Spring(spring.asked.text, ends, k, lengths, k * lengths[1])
@@ -286,8 +286,7 @@ def _attached_points(
     points, rest = [], list(shares)
     for end in spring.asked.ends:
         x, y, z = (
-            round_to_ten_digits(0.5 * (low + high) + 0.5 * (high - low) * float(rest.pop(0)))
-            if low < high else low
+            0.5 * (low + high) + 0.5 * (high - low) * float(rest.pop(0)) if low < high else low
             for low, high in end.box or ()
         )  # fmt: skip
         points.append(AttachedPoint(end.link, (x, y, z)))

@@ -1,0 +1,120 @@
+"""Energies and torques of linkages with springs by Pinocchio, and arms that springs balance."""
+
+from __future__ import annotations
+
+import numpy as np
+import pinocchio as pin
+
+from balance.motion.verification.to_pinocchio import PinocchioModel
+from kinematics import ScrewJoint, from_screws
+from kinematics.closure.joint_positions import input_chain, joint_positions
+from kinematics.errors import PoseError
+
+
+def closed_poses(linkage, count, reach):
+    """Closed poses around the reference pose (poses, joints)."""
+    rng, poses = np.random.default_rng(11), []
+    while len(poses) < count:
+        try:
+            poses.append(joint_positions(linkage, rng.uniform(-reach, reach, linkage.mobility)))
+        except PoseError:
+            continue
+    return np.array(poses)
+
+
+def _model(linkage, gravity):
+    """A model of the linkage with loops opened, whose joints are those of the linkage."""
+    inertias = np.array([body.inertia for body in linkage.bodies])
+    model = PinocchioModel(linkage, inertias).model
+    model.gravity.linear = np.array(gravity)
+    return model
+
+
+def _ends(linkage, spring):
+    """Link and point at the reference pose of both ends, from the origin of the model."""
+    for end in spring.ends:
+        link, pose = linkage.places[end.link]
+        origin = input_chain(linkage).frame.origin
+        yield link, pose[:3, :3] @ end.point + pose[:3, 3] - origin
+
+
+def _placed(model, data, start, link, point):
+    """Where a point of a link is, if at the reference pose it is given."""
+    if link < 0:
+        return point
+    placement = data.oMi[link + 1] * start[link + 1].inverse()
+    return placement.act(point)
+
+
+def energies_with_springs(linkage, answer, count, reach=0.4):
+    """Energies of gravity and springs at closed poses, and those of gravity alone."""
+    model = _model(linkage, answer.gravity)
+    data = model.createData()
+    start = _reference(model, data)
+    both, alone = [], []
+    for q in closed_poses(linkage, count, reach):
+        pin.forwardKinematics(model, data, q)
+        alone.append(pin.computePotentialEnergy(model, data, q))
+        total = alone[-1]
+        for spring in answer.springs:
+            first, second = (_placed(model, data, start, *end) for end in _ends(linkage, spring))
+            total += 0.5 * spring.stiffness * np.sum((first - second) ** 2)
+        both.append(total)
+    return np.array(both), np.array(alone)
+
+
+def torques_with_springs(linkage, answer, count, reach=3.0):
+    """Torques of an arm without loops at poses: with springs, and of gravity alone."""
+    model = _model(linkage, answer.gravity)
+    data = model.createData()
+    start = _reference(model, data)
+    left, alone = [], []
+    for q in closed_poses(linkage, count, reach):
+        gravity = pin.computeGeneralizedGravity(model, data, q).copy()
+        pin.computeJointJacobians(model, data, q)
+        torque = gravity.copy()
+        for spring in answer.springs:
+            ends = list(_ends(linkage, spring))
+            points = [_placed(model, data, start, *end) for end in ends]
+            force = spring.stiffness * (points[0] - points[1])
+            for sign, (link, _), point in zip((1, -1), ends, points, strict=True):
+                if link >= 0:
+                    J = pin.getJointJacobian(model, data, link + 1, pin.WORLD)
+                    rates = J[:3] + np.cross(J[3:].T, point).T
+                    torque += sign * force @ rates
+        left.append(torque)
+        alone.append(gravity)
+    return np.array(left), np.array(alone)
+
+
+def _reference(model, data):
+    """Placements of the joints at the reference pose."""
+    pin.forwardKinematics(model, data, np.zeros(model.nq))
+    return [pin.SE3(m) for m in data.oMi]
+
+
+def random_arm(seed):
+    """An arm of one to three links in a plane or in space, and springs that can balance it.
+
+    Springs go from the ground, and from each link, to a point of each link after it.
+    """
+    rng = np.random.default_rng(seed)
+    count, planar = 1 + seed % 3, seed % 2 == 0
+    joints, bodies, point, before = [], {}, np.zeros(3), "base"
+    names = [f"l{k}" for k in range(count)]
+    tips = {}
+    for name in names:
+        axis = (0, 1, 0) if planar else rng.standard_normal(3)
+        joints.append(ScrewJoint(f"u{name}", before, name, axis=tuple(axis), point=tuple(point)))
+        step = rng.uniform(0.3, 0.6) * np.array([np.cos(0.7 * seed), 0, np.sin(0.7 * seed)])
+        bodies[name] = (rng.uniform(0.5, 2), tuple(point + 0.4 * step), 0.01 * np.eye(3))
+        tips[name] = 0.8 * step
+        point, before = point + step, name
+    linkage = from_screws(joints, bodies=bodies, name=f"arm{seed}")
+    between = []
+    for k, name in enumerate(names):
+        far = ",".join(f"{x:.12g}" for x in tips[name])
+        for earlier in ["base", *names[:k]]:
+            box = "-6:6,-6:6,-6:6"
+            between.append(f"{earlier}@{box} {name}@{far}")
+    return linkage, between

@@ -125,8 +125,8 @@ GOOD: dict[str, list[str]] = {
     "--base-inertia": ["1,1,1", *BASE], "verify --base-com": ["0.1,0,0", *BASE],
     "--stiffness": ["1e3", "--base", "spring", *BASE[2:]], "--duration": ["0.1", *BASE[:6]],
     "--initial": ["vx=0.1", *BASE], "--torque": ["{first}=0.01", *BASE],
-    "--between": ["{tool},{link}"], "--catalogue": ["10,0.1N/mm"], "--range": ["{first}=-0.1:0.1"],
-    "springs --gravity": ["0.1,-9.81,0"],
+    "--between": ["{tool},{link}"], "--catalogue": ["10,0.1N/mm"],
+    "--range": ["{first}=-0.1:0.1"], "springs --gravity": ["0.1,-9.81,0"],
     "quiet --from": ["{first}=0.02"], "quiet --duration": ["0.5"], "quiet --csv": [
         "{folder}/quiet.csv"], "--shaking": ["both"], "--measure": ["peak"],
     "--natural-frequency": ["9"], "--max-velocity": ["20"],

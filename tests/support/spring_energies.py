@@ -57,7 +57,9 @@ def energies_with_springs(linkage, answer, count, reach=0.4):
         alone.append(pin.computePotentialEnergy(model, data, q))
         total = alone[-1]
         for spring in answer.springs:
-            first, second = (_placed(model, data, start, *end) for end in _ends(linkage, spring))
+            first, second = (
+                _placed(model, data, start, *end) for end in _ends(linkage, spring)
+            )
             total += 0.5 * spring.stiffness * np.sum((first - second) ** 2)
         both.append(total)
     return np.array(both), np.array(alone)
@@ -105,7 +107,9 @@ def random_arm(seed):
     tips = {}
     for name in names:
         axis = (0, 1, 0) if planar else rng.standard_normal(3)
-        joints.append(ScrewJoint(f"u{name}", before, name, axis=tuple(axis), point=tuple(point)))
+        joints.append(
+            ScrewJoint(f"u{name}", before, name, axis=tuple(axis), point=tuple(point))
+        )
         step = rng.uniform(0.3, 0.6) * np.array([np.cos(0.7 * seed), 0, np.sin(0.7 * seed)])
         bodies[name] = (rng.uniform(0.5, 2), tuple(point + 0.4 * step), 0.01 * np.eye(3))
         tips[name] = 0.8 * step

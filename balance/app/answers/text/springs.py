@@ -79,7 +79,7 @@ def _torque_rows(answer: SpringBalance) -> list[tuple[str, ...]]:
     """Build the rows of the inputs: peak torques of gravity, and what is left."""
     kinds = {joint.name: joint.kind for joint in answer.linkage.joints}
     before, after = (np.abs(x).max(axis=0).tolist() for x in (answer.before, answer.after))
-    rows = []
+    rows: list[tuple[str, ...]] = []
     for name, weight, left in zip(answer.linkage.inputs, before, after, strict=True):
         unit, largest = "N" if kinds[name] == "prismatic" else "N m", max(before)
         rest = size_text(left, ".4g", largest, SPRING_TORQUE_LEFT)

@@ -11,7 +11,11 @@ import kinematics
 from balance.masses.springs.spring_text import read_spring
 from kinematics import ScrewJoint, from_screws
 from kinematics.errors import BodyError, LinkageError, PoseError, UsageError
-from tests.support.spring_energies import energies_with_springs, random_arm, torques_with_springs
+from tests.support.spring_energies import (
+    energies_with_springs,
+    random_arm,
+    torques_with_springs,
+)
 
 G = 9.81
 Y = (0, 1, 0)
@@ -166,7 +170,7 @@ def test_tendons_of_mujoco_balance():
 
 
 def test_the_least_torque_is_that_of_cvxpy():
-    """The program of least squares over the same poses, by another solver and own kinematics."""
+    """The program of least squares over the same poses, by another solver, and in closed form."""
     cvxpy = pytest.importorskip("cvxpy")
     answer = balance.springs(balancer(), ["base@0.1,0,0.4 arm@0.25,0,0",
                                           "base@0.1:0.2,0,0.3 arm@0.2,0,0.05"])  # fmt: skip

@@ -137,7 +137,8 @@ def _spring(rng: random.Random, place: Place) -> str:
     first, second = (_one(rng, ("base", *place.names.links), 0.05) for _ in range(2))
     kinds = (
         "{a},{b}", "{a}@0,0,{0} {b}@{1},{2},0", "{a}@0:{0},0,0 {b}",
-        "{a}@{0},0,0 {b}@0,{1},0 k={2}", "{a}@0,0 {b}", "{a} {b} k=", "{a}@0:1,0,0 {b}@0:1,0,0", "",
+        "{a}@{0},0,0 {b}@0,{1},0 k={2}", "{a}@0,0 {b}", "{a} {b} k=",
+        "{a}@0:1,0,0 {b}@0:1,0,0", "",
     )  # fmt: skip
     numbers = [_number(rng, 0.05) for _ in range(3)]
     return rng.choice(kinds).format(*numbers, a=first, b=second)

@@ -170,7 +170,7 @@ def test_tendons_of_mujoco_balance():
 
 
 def test_the_least_torque_is_that_of_cvxpy():
-    """The program of least squares over the same poses, by another solver, and in closed form."""
+    """The program of least squares over the same poses, by another solver, in closed form."""
     cvxpy = pytest.importorskip("cvxpy")
     answer = balance.springs(balancer(), ["base@0.1,0,0.4 arm@0.25,0,0",
                                           "base@0.1:0.2,0,0.3 arm@0.2,0,0.05"])  # fmt: skip

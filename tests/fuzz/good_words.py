@@ -43,7 +43,7 @@ NEEDED: dict[str, tuple[tuple[str, ...], ...]] = {
     "discover export": (("{search}",), ("--family", "1"), ("--out", "{folder}/a.urdf")),
     "discover walk": (("--topology", "slider-crank"), ("--start", "2")),
     "quiet": (("--to", "{first}=0.05"),),
-    "springs": (("--between", "{tool},{link}"), ("--gravity", "0.6,-1.3,0.4")),
+    "springs": (("--between", "{tool}@0,0,0 {link}@0.1,0.2,0"), ("--gravity", "0.6,-1.3,0.4")),
 }  # fmt: skip
 
 

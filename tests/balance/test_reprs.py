@@ -35,7 +35,7 @@ def results_of_poses_and_bases(linkage, space):
         (paths, "2 paths through 1 pose"),
         (paths.paths[0], "of the bodies' own"),
         (base, "inertia=1"),
-        (springs, "feasible: 1 spring"),
+        (springs, "infeasible: no stiffness"),
         (springs.springs[0], "N/m, base at"),
         (springs.springs[0].ends[0], "base at"),
         (balance.quiet_motion(linkage, {}, {"u1": 0.2}, 1.0), "in 1 s"),

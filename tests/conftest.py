@@ -72,6 +72,8 @@ def pytest_addoption(parser):
     """Add the switches of the suite: all of it, and another rounding."""
     text = "also run the tests and the cases of tables that the default run leaves out"
     parser.addoption("--everything", action="store_true", help=text)
+    text = "run the part of the default run, even of files that are named"
+    parser.addoption("--part", action="store_true", help=text)
     text = "change results of floating-point functions and kernels in their last bits at random"
     parser.addoption("--rounding", type=int, metavar="SEED", help=text)
 
@@ -218,8 +220,9 @@ def pytest_terminal_summary(terminalreporter, config):
 
 
 def takes_a_part(config):
-    """Whether the run is the default one, which takes a part of the tests."""
-    return not (config.getoption("everything") or names_files(config))
+    """Whether the run takes a part of the tests, as the default one does."""
+    whole = config.getoption("everything") or names_files(config)
+    return config.getoption("part") or not whole
 
 
 def names_files(config):

@@ -84,6 +84,7 @@ def speaks(node: ast.AST) -> bool:
     return isinstance(node, ast.Name) and node.id == "SystemExit"
 
 
+@pytest.mark.slow
 def test_kinematics_knows_nothing_of_balance():
     wrong = [
         f"{label(path)}:{found.line}"
@@ -120,6 +121,7 @@ def test_tests_do_not_import_one_another():
     assert not lines_with(re.compile(r"\btests(?:\.\w+)*\.test_"), TESTS)
 
 
+@pytest.mark.slow
 def test_shared_code_of_tests_imports_no_folder_of_tests():
     """Tests of the packages stand on it, not the other way round."""
     wrong = [
@@ -228,6 +230,7 @@ def test_a_newcomer_finds_the_public_names(face: str):
     assert set(public) <= set(names)
 
 
+@pytest.mark.slow
 def test_all_that_is_public_has_a_docstring():
     wrong = [where for path in PRODUCT for where in undocumented(tree(path), label(path))]
     assert not wrong
@@ -284,6 +287,7 @@ def lines_with(pattern: re.Pattern[str], files: list[Path]) -> list[str]:
     ]
 
 
+@pytest.mark.slow
 def test_no_path_of_a_machine():
     pattern = re.compile(r"(?<![\w.:/])/(?:work|home|root|tmp|Users|mnt|opt)/|\b[A-Z]:\\\\")
     files = [*OURS, ROOT / ".ci" / "run", ROOT / "pyproject.toml"]

@@ -135,6 +135,7 @@ def test_kernels_without_counts_bind_nothing_that_others_make():
     assert not wrong
 
 
+@pytest.mark.slow
 def test_every_kernel_is_seen():
     """The word stands nowhere but in decorators and their import."""
     used = 0
@@ -168,6 +169,7 @@ def private(path: Path) -> set[str]:
     return {name for name in words if name.startswith("_") and not name.endswith("__")}
 
 
+@pytest.mark.slow
 def test_private_names_of_numba_stand_in_one_file():
     from kinematics.numerics.compiled.numba_compiler import PRIVATE
 

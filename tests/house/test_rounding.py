@@ -140,7 +140,7 @@ def test_operations_are_exact_or_off_by_a_unit(name, seed):
 
 def test_numbers_of_the_product_change_and_what_is_printed_does_not(compiled_kernels):
     """A sample of the commands of the gallery."""
-    inner = ["report four_bar_kite --json", "verify four_bar_kite --trajectories 1 --json"]
+    inner = ["verify four_bar_kite --trajectories 1 --json"]
     usual, other = (run_commands([*SAMPLE, *inner], seed) for seed in (None, len(COMPILED)))
     assert set(changed_commands(usual, other)) == set(inner)
 

@@ -82,8 +82,6 @@ models
 # Some of all these, for each kind of answer that needs no kernels of sweeps.
 SAMPLE = (
     "report four_bar_kite --balance force",
-    "design fuga_i --max-order 0 --keep left_lower --keep right_lower",
-    "paths five_bar --length 0.2",
     "flex modes",
     "motion five_bar --to u1=0.05,u2=0.05",
 )

@@ -19,6 +19,7 @@ def arm(tmp_path):
     return str(path)
 
 
+@pytest.mark.slow
 def test_the_table_is_what_verify_takes(capsys, tmp_path, arm):
     table, picture = tmp_path / "a.csv", tmp_path / "a.svg"
     code, plan = json_answer(capsys, "quiet", arm, *TO, "--csv", str(table),

@@ -37,6 +37,7 @@ def test_attitude_has_a_verdict(tmp_path, capsys, beside, turns):
     assert found["turning_residual"] > 1e-3 if turns else found["turning_residual"] < 1e-12
 
 
+@pytest.mark.slow
 def test_masses_on_the_ground_are_told(tmp_path, capsys):
     codes = [
         [one["code"] for one in simulated(tmp_path, capsys, ground=text)[1]["warnings"]]

@@ -171,6 +171,7 @@ def test_no_worse_than_the_laws_on_a_curved_path(measure):
     assert np.all(np.diff(distances.argmin(axis=0)) > 0)
 
 
+@pytest.mark.slow
 def test_a_path_of_a_closed_linkage():
     build, start, end = TASKS["five_bar"]
     timed = balance.quiet_timing(build(), [start, end], 0.5)

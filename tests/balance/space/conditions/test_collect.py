@@ -29,6 +29,7 @@ def chain():
     return from_screws(joints, name="arm").chain
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("most", "poses"), [(1, 4 + 8), (20, 4 + 8 + 16)])
 def test_the_work_of_a_batch_is_limited(chain, monkeypatch, most, poses):
     """Ill-conditioned rows are added up to the limit, and have the rank of the theory."""

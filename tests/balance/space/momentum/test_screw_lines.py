@@ -200,6 +200,7 @@ def test_a_motion_combines_the_inputs():
         momentum_wrenches(linkage, q, "u1=nothing")
 
 
+@pytest.mark.slow
 @pytest.mark.table(1)
 @pytest.mark.parametrize("name", ["four_bar_kite_balanced", "bennett", "three_rsr"])
 def test_the_picture_shows_every_moving_body(name, tmp_path):

@@ -154,6 +154,9 @@ UNIT_ROWS_DEPENDENT = 1e-6
 # joints beside special loops may have relations of their own.
 DIGITS_CONDITION = 1e-13
 DIGITS_OF_CONDITION = 2.0
+# Least condition over the largest, in parts of the rounding of the file, up to which the
+# distance of the geometry from one of lower rank is computed.
+CONDITION_PER_CHANGE = 100.0
 # Change of axes with which loops close, in half units of the digits of the file, and radians or
 # parts of the size: up to this, rounding explains it.
 MENDED_RELATIVE = 100.0

@@ -26,7 +26,7 @@ from collections.abc import Iterable
 from pathlib import Path
 
 from tests.independent.certainty_cases import FAMILIES, Case, certainty_case
-from tests.independent.judging import SURE, Answer, ask, compare
+from tests.independent.judging import SURE, Answer, ask, compare, level_of
 from tests.independent.true_ranks import CLOSED, truth
 from tests.support.time_limit import time_limit
 
@@ -56,7 +56,7 @@ def judge_case(family: str, seed: int, folder: Path) -> dict:
     if outcome == "wrong":
         # By the other prime, further orders, and more ways of opening.
         outcome, detail = _judged(case, answer, seed + 1, 3)
-    level = answer.report["certainty"] if answer.report else ""
+    level = level_of(answer)
     return {
         "family": family, "seed": seed, "outcome": outcome, "level": level,
         "code": answer.code, "note": case.note, "detail": detail,

@@ -86,7 +86,7 @@ def judge(family: str, seed: int, folder: Path) -> Verdict:
         outcome, detail = compare(again, answer)
         if again != true:
             detail += f" (the first look gave {true})"
-    level = answer.report["certainty"] if answer.report else ""
+    level = level_of(answer)
     return Verdict(family, seed, outcome, level, answer.code, detail, spent)
 
 
@@ -119,6 +119,8 @@ def compare(true: Truth, answer: Answer, rounded: bool = False) -> tuple[str, st
         if answer.code != 3:
             return "crash", f"exit {answer.code} without an answer: {answer.text}"
         return ("refused" if true.regular else "irregular"), _reason(answer.text)
+    if "modes" in report:
+        return _compare_modes(true, answer, report["modes"], rounded)
     codes = {warning["code"] for warning in report["warnings"]}
     if not true.regular:
         detail = f"answered: mobility {report['mobility']}, at first order {true.mobility}"
@@ -134,6 +136,23 @@ def compare(true: Truth, answer: Answer, rounded: bool = False) -> tuple[str, st
     if wrong:
         return "wrong", f"{'; '.join(wrong)}; {report['evidence']['reason']}"
     return ("moved" if codes & MOVED else "right"), report["evidence"]["reason"]
+
+
+def _compare_modes(
+    true: Truth, answer: Answer, modes: list[dict], rounded: bool
+) -> tuple[str, str]:
+    """The best outcome of the modes that are listed where motions meet."""
+    if not true.regular:
+        return "irregular", f"{len(modes)} modes, at first order {true.mobility}"
+    outcomes = [compare(true, answer._replace(report=mode), rounded) for mode in modes]
+    return next((pair for pair in outcomes if pair[0] != "wrong"), outcomes[0])
+
+
+def level_of(answer: Answer) -> str:
+    """The level of certainty of an answer, the lowest of its modes; empty without one."""
+    reports = (answer.report or {}).get("modes", [answer.report] if answer.report else [])
+    levels = [report["certainty"] for report in reports]
+    return min(levels, key=lambda level: level in SURE, default="")
 
 
 def _later(true: Truth, report: dict) -> bool:

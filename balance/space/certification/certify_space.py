@@ -43,7 +43,9 @@ from balance.space.exact.proof import Proof, independent_transfers
 from balance.space.exact.serial import exact_transfers, has_branching_links
 from balance.space.spaces.certainty import LEVELS, Certainty
 from balance.space.spaces.design_space import DesignSpace
+from balance.space.spaces.distance_to_rank_drop import distance_to_rank_drop
 from balance.support.tolerances import (
+    CONDITION_PER_CHANGE,
     DIGITS_CONDITION,
     DIGITS_OF_CONDITION,
     MOMENTUM_RESIDUAL,
@@ -56,7 +58,13 @@ from kinematics.errors import (
     LinkageError,
 )
 from kinematics.files.urdf.rational_screws import Geometry, of_lowest_rank
-from kinematics.loading.meant.digits import DOUBLE_DIGITS, has_doubles
+from kinematics.loading.meant.digits import (
+    DOUBLE_DIGITS,
+    file_digits,
+    has_doubles,
+    rounding_of_file,
+)
+from kinematics.model.chain import extent
 from kinematics.model.linkage import Notice
 from kinematics.wording import count_noun, size_text
 
@@ -333,14 +341,46 @@ def _reason_below_digits(space: DesignSpace, corrected: DesignSpace, evidence: E
         and has_doubles(tree)
     ):
         limit = 10.0 ** (DIGITS_OF_CONDITION - DOUBLE_DIGITS - 1)
-    if not limit or not corrected.rank:
+    if not corrected.rank:
         return ""
     least = float(corrected.singular_values[-1])
-    if least >= limit or decimals_have_rank(space, corrected.rank):
+    if least >= limit:
+        return _reason_within_rounding(space, corrected, least) if meant is None else ""
+    if decimals_have_rank(space, corrected.rank):
         return ""
     return (
         f"rank: the least condition is {size_text(least, '.0e')} of the largest, and may come "
         "from digits that the file does not have"
+    )
+
+
+def _reason_within_rounding(space: DesignSpace, corrected: DesignSpace, least: float) -> str:
+    """State that a change of the geometry within the digits of the file lowers the rank.
+
+    Relations of loops that are neither planar nor spherical are not looked for by name.
+
+    Args:
+        space: the space by floating point.
+        corrected: the space with the exact integers.
+        least: its least condition over the largest.
+
+    Returns:
+        The doubt; empty without one.
+    """
+    linkage = space.linkage
+    if linkage.as_written or not linkage.loops or linkage.tree is None:
+        return ""
+    if file_digits(linkage.tree) is None:
+        return ""
+    rounding = rounding_of_file(linkage.tree, max(extent(linkage).length, 1e-300))
+    if least > CONDITION_PER_CHANGE * rounding:
+        return ""
+    distance = distance_to_rank_drop(corrected)
+    if distance > rounding or decimals_have_rank(space, corrected.rank):
+        return ""
+    return (
+        f"rank: a change of the geometry by {size_text(distance, '.0e')} of the size, below "
+        "the digits of the file, lowers it"
     )
 
 

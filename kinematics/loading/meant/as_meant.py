@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from kinematics.closure.assembly.assemble import assemble_mode
 from kinematics.errors import LinkageError
-from kinematics.loading.meant.digits import EXACT, FileDigits, file_digits
+from kinematics.loading.meant.digits import EXACT, MIN_DIGITS, FileDigits, file_digits
 from kinematics.loading.meant.exact_screws import exact_screws, find_figures
 from kinematics.loading.meant.four_joint_loops import LinkRelation
 from kinematics.loading.meant.link_widths import LinkWidths, link_widths
@@ -53,7 +53,9 @@ def as_meant(linkage: Linkage, *, exactly: bool = False, again: bool = True) -> 
     """
     if linkage.tree is None:
         return linkage
-    digits = file_digits(linkage.tree)
+    # Loops that close only to rounding show that short numbers are rounded, too.
+    mended = any(notice.code == "closes_to_rounding" for notice in linkage.notices)
+    digits = file_digits(linkage.tree, 0 if mended else MIN_DIGITS)
     if digits is None:
         # Numbers are exact, and so are the links; only another pose is rounded.
         if linkage.displaced is None:

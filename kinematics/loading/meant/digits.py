@@ -86,11 +86,12 @@ DOUBLES = FileDigits(DOUBLE_DIGITS, DOUBLE_DIGITS)
 """Those of a file of short numbers, and of zeros with the round-off of doubles."""
 
 
-def file_digits(tree: Element) -> FileDigits | None:
+def file_digits(tree: Element, fewest: int = MIN_DIGITS) -> FileDigits | None:
     """Find the digits of the origins and axes of a file.
 
     Args:
         tree: the checked tree of a file.
+        fewest: significant digits of a file whose numbers may be rounded.
 
     Returns:
         The digits; None if all numbers are short, and so exact.
@@ -100,7 +101,7 @@ def file_digits(tree: Element) -> FileDigits | None:
     counts = [count for word in words if (count := _count_digits(word))[0]]
     decimals, significant = (max((x[k] for x in counts), default=0) for k in (0, 1))
     significant = min(significant, DOUBLE_DIGITS + 1)
-    if significant < MIN_DIGITS:
+    if significant < fewest:
         return DOUBLES if any(abs(float(word)) < ZERO for word in numbers) else None
     short = sum(min(decimals - x, significant - y) >= EXACT_ZEROS_OF_MANY for x, y in counts)
     many = short > MANY * len(counts)

@@ -274,7 +274,9 @@ def _named(
             nearness = max(nearness for _, nearness, _ in close.values())
         P, Q, R, S = (places[k] for k in order)
         image = _float_image(name, P, Q, R, figure.planar)
-        if np.linalg.norm(image - S) <= IMAGE_DISTANCE * figure.size:
+        # The loop may be small beside the linkage.
+        size = max(np.linalg.norm(P - Q), np.linalg.norm(Q - R), np.linalg.norm(R - P))
+        if np.linalg.norm(image - S) <= IMAGE_DISTANCE * size:
             pins, turned = (tuple(x[k] for k in order) for x in (loop, signs))
             return LinkRelation(name, pins, turned, -1, error, nearness)
     return None
@@ -315,7 +317,8 @@ def _slider_cranks(
         w = places[C] - places[first]
         across = w - (w @ d) * d
         offset = float(np.linalg.norm(across))
-        if abs(w @ d) <= PINS_DISTINCT * figure.size or offset > IMAGE_DISTANCE * figure.size:
+        along = abs(float(w @ d))
+        if along <= PINS_DISTINCT * figure.size or offset > IMAGE_DISTANCE * along:
             continue
         width = _offset_width(pins[first], pins[C], slide, d, w)
         for A in range(len(pins)):

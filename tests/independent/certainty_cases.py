@@ -27,8 +27,9 @@ DIGITS, ODDS = (17, 16, 15, 14, 12, 10, 9, 8, 7, 6, 5, 4, 3), (0.3, *[0.7 / 12] 
 # Digits below which the numbers of a file count as design values: exit 4, or a refusal, is
 # right too.
 FEWEST = 6
-# Sine of the angle between axes that count as parallel even as written.
-ROUND_OFF = Fraction(1, 10**14)
+# Sine of the angle between axes that count as parallel even as written, a little above ten
+# units of the last digit of 1; and parts of an axis that count as zero in another reading.
+ROUND_OFF = Fraction(11, 10**15)
 # Orders up to which loops of yokes close, and idle joints rest: above the 16th power.
 ORDERS_OF_YOKES = 40
 
@@ -192,10 +193,24 @@ def _without_round_off(linkage: Linkage) -> Linkage:
     return replace(linkage, joints=tuple(joints))
 
 
+def _without_noise(linkage: Linkage) -> Linkage:
+    """The linkage with the directions whose small components are the noise of an exporter."""
+    joints = []
+    for joint in linkage.joints:
+        most = max(map(abs, joint.axis))
+        axis = tuple(x if abs(x) > ROUND_OFF * most else Fraction(0) for x in joint.axis)
+        if len([x for x in axis if x]) == 1:
+            axis = tuple(Fraction((x > 0) - (x < 0)) for x in axis)
+        joints.append(joint._replace(axis=axis))
+    return replace(linkage, joints=tuple(joints))
+
+
 def certainty_case(family: str, seed: int) -> Case:
     """What a family and a seed stand for."""
     if family in ORDINARY:
         found = linkage(family, seed)
-        straight = _without_round_off(found)
-        return _exact(found, *([] if straight == found else [straight]))
+        others = [_without_round_off(found)]
+        if not found.as_written:
+            others.append(_without_noise(found))
+        return _exact(found, *(other for other in others if other != found))
     return HARD[family](np.random.default_rng([seed, zlib.crc32(family.encode())]))

@@ -120,7 +120,7 @@ def compare(true: Truth, answer: Answer, rounded: bool = False) -> tuple[str, st
             return "crash", f"exit {answer.code} without an answer: {answer.text}"
         return ("refused" if true.regular else "irregular"), _reason(answer.text)
     if "modes" in report:
-        return _compare_modes(true, answer, report["modes"], rounded)
+        return _compare_modes(true, report["modes"])
     codes = {warning["code"] for warning in report["warnings"]}
     if not true.regular:
         detail = f"answered: mobility {report['mobility']}, at first order {true.mobility}"
@@ -138,14 +138,17 @@ def compare(true: Truth, answer: Answer, rounded: bool = False) -> tuple[str, st
     return ("moved" if codes & MOVED else "right"), report["evidence"]["reason"]
 
 
-def _compare_modes(
-    true: Truth, answer: Answer, modes: list[dict], rounded: bool
-) -> tuple[str, str]:
-    """The best outcome of the modes that are listed where motions meet."""
+def _compare_modes(true: Truth, modes: list[dict]) -> tuple[str, str]:
+    """Whether a mode that is listed where motions meet is what is true."""
     if not true.regular:
         return "irregular", f"{len(modes)} modes, at first order {true.mobility}"
-    outcomes = [compare(true, answer._replace(report=mode), rounded) for mode in modes]
-    return next((pair for pair in outcomes if pair[0] != "wrong"), outcomes[0])
+    size = true.parameters - true.rank
+    integers = true.mobility, true.rank, size, true.serial, true.parallel
+    names = "mobility", "rank", "nullity", "serial", "parallel"
+    listed = [tuple(mode[name] for name in names) for mode in modes]
+    if integers in listed:
+        return "right", "a mode of those that are listed"
+    return "wrong", f"modes {listed}, true {integers}"
 
 
 def level_of(answer: Answer) -> str:

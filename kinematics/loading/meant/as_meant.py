@@ -67,10 +67,14 @@ def as_meant(linkage: Linkage, *, exactly: bool = False, again: bool = True) -> 
     figures = find_figures(linkage, widths, NEAR)
     if not figures:
         return linkage
-    plain, _ = exact_screws(linkage, widths, figures, -1.0)
     if exactly:
-        written = MeantGeometry(plain, plain, None, (), (), digits.significant, 0.0, 0.0, True)
-        return replace(linkage, meant=written) if _is_near(linkage, plain) else linkage
+        # Relations that the decimals have are kept; no other is.
+        screws, _ = exact_screws(linkage, widths, figures, 0.0)
+        written = MeantGeometry(
+            screws, screws, None, (), (), digits.significant, 0.0, 0.0, True
+        )
+        return replace(linkage, meant=written) if _is_near(linkage, screws) else linkage
+    plain, _ = exact_screws(linkage, widths, figures, -1.0)
     screws, wider = plain, plain
     inside: list[LinkRelation] = []
     all_relations: list[LinkRelation] = []

@@ -172,14 +172,15 @@ def _short(x: Fraction) -> Fraction:
     return short if abs(x - short) < Fraction(3, 10**15) else x
 
 
-def _without_round_off(linkage: Linkage) -> Linkage:
+def _without_round_off(linkage: Linkage, backwards: bool = False) -> Linkage:
     """The linkage with axes that are parallel, and points that are short, to round-off.
 
     Numbers count as written if that is asked for; axes that are parallel to round-off are
-    parallel even then.
+    parallel even then: to the first of them, or to the last.
     """
     joints = []
-    for joint in linkage.joints:
+    step = -1 if backwards else 1
+    for joint in linkage.joints[::step]:
         axis = joint.axis
         for other in (x.axis for x in joints):
             w = cross(axis, other)
@@ -190,7 +191,7 @@ def _without_round_off(linkage: Linkage) -> Linkage:
                 break
         point = joint.point if linkage.as_written else tuple(map(_short, joint.point))
         joints.append(joint._replace(axis=axis, point=point))
-    return replace(linkage, joints=tuple(joints))
+    return replace(linkage, joints=tuple(joints[::step]))
 
 
 def _without_noise(linkage: Linkage) -> Linkage:
@@ -209,7 +210,7 @@ def certainty_case(family: str, seed: int) -> Case:
     """What a family and a seed stand for."""
     if family in ORDINARY:
         found = linkage(family, seed)
-        others = [_without_round_off(found)]
+        others = [_without_round_off(found, backwards) for backwards in (False, True)]
         if not found.as_written:
             others.append(_without_noise(found))
         return _exact(found, *(other for other in others if other != found))

@@ -22,7 +22,7 @@ from tests.support.covering import number_of_cases
 HARD = ("related", "yokes", "turned", "oblique", "coupled")
 # Quick ones of each family: levels, structures, numbers of digits, readings.
 SAMPLE = {
-    "related": (2, 6, 102, 127), "yokes": (4, 14, 17, 113), "turned": (3, 4, 8, 131),
+    "related": (2, 6, 102, 127), "yokes": (4, 14, 17, 113), "turned": (3, 8, 131, 30057),
     "oblique": (4, 8, 106, 115), "coupled": (14, 17, 118, 127),
 }  # fmt: skip
 
@@ -34,6 +34,18 @@ def test_hard_cases(family, tmp_path):
         line = judge_case(family, seed, tmp_path)
         assert line["outcome"] in ("right", "irregular"), line
         assert line["outcome"] == "irregular" or line["level"] in SURE, line
+
+
+def test_a_special_geometry_below_the_digits_is_no_proof(tmp_path):
+    """A ball whose centre lies on the axis of a crank, up to the six digits of the file."""
+    line = judge_case("turned", 30098, tmp_path)
+    assert (line["code"], line["level"]) == (4, "estimated"), line
+
+
+def test_relations_of_the_decimals_hold_beside_a_tilt_of_round_off(tmp_path):
+    """A kite in exact decimals, one of whose axes is tilted by 1e-14, read as written."""
+    line = judge_case("embedded", 30051, tmp_path)
+    assert (line["outcome"], line["code"]) == ("right", 0), line
 
 
 @pytest.mark.slow

@@ -34,8 +34,11 @@ Array = NDArray[np.float64]
 # Nearness, in half widths of the intervals, up to which a special geometry outside of them is
 # named: it may be meant, or missed on purpose.
 NEAR = 30.0
-# The same for axes of open chains, in radians and parts of the size: six digits, with which
-# exporters write absolute poses, from which relative ones get more digits.
+# The same, up to which a relation is one of the decimals: tilts of round-off change lengths by
+# their squares.
+HELD_AS_WRITTEN = 1e-9
+# The same as `NEAR` for axes of open chains, in radians and parts of the size: six digits,
+# with which exporters write absolute poses, from which relative ones get more digits.
 NEAR_OPEN = 1e-5
 
 
@@ -68,8 +71,9 @@ def as_meant(linkage: Linkage, *, exactly: bool = False, again: bool = True) -> 
     if not figures:
         return linkage
     if exactly:
-        # Relations that the decimals have are kept; no other is.
-        screws, _ = exact_screws(linkage, widths, figures, 0.0)
+        # Relations of lengths that the decimals have are kept; no other is.
+        figures = [figure._replace(axes=()) for figure in figures]
+        screws, _ = exact_screws(linkage, widths, figures, HELD_AS_WRITTEN)
         written = MeantGeometry(
             screws, screws, None, (), (), digits.significant, 0.0, 0.0, True
         )

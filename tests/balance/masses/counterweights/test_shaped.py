@@ -54,6 +54,7 @@ def textbook(shape, region):
     return per * a * a
 
 
+@pytest.mark.table(3)
 @pytest.mark.parametrize(
     ("shape", "region"),
     [
@@ -151,7 +152,6 @@ def test_a_four_bar_with_two_discs_in_one_command(tmp_path, capsys, monkeypatch)
 
 
 def test_shapes_that_do_not_fit_are_not_found(arm):
-    """Matter of any shape fits into a cube, and no disc as thick as it."""
     space = balance.design_space(arm, balance="force")
     answer = balance.counterweights(
         space, ["l1"], {"l1": "box(-0.1:0,-0.03:0.03,-0.02:0.02)"}, density=STEEL,
@@ -173,6 +173,7 @@ REFUSED = {
 }
 
 
+@pytest.mark.table(3)
 @pytest.mark.parametrize("name", REFUSED)
 def test_what_does_not_go_with_a_shape_is_told(name, arm):
     more, told = REFUSED[name]

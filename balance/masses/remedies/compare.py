@@ -177,7 +177,7 @@ def compare_remedies(
             the middle of its joints of 1.5 lengths.
         gear: turns of a counter-rotor for one turn of its joint.
         radius: radius of rotors and wheels, metres; by default a quarter of the characteristic
-            length.
+            length, or of the length of a link at the end of a chain if that is longer.
         budget: most mass that partial balance may add, kg; by default the mass of the linkage.
         progress: called with the number of steps done and of all steps.
 

@@ -6,6 +6,8 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 
+import numpy as np
+
 from balance.masses.counterweights.link_regions import regions_of
 from balance.masses.counterweights.regions import Region
 from balance.masses.designs.pseudo_inertia_cone import given_parameters
@@ -23,7 +25,7 @@ from kinematics.model.document.element import Document
 from kinematics.model.linkage import GROUND, Linkage
 from kinematics.model.motion import motion_of
 
-# Radius of rotors by default, in characteristic lengths of the linkage.
+# Radius of rotors by default, in characteristic lengths of the linkage, or lengths of its tip.
 ROTOR_RADIUS = 0.25
 
 
@@ -38,7 +40,8 @@ class RemedyRequest:
         add: links of the linkage to which matter may be added; all bodies by default.
         regions: where, by name of the link, see `balance.counterweights`.
         gear: turns of a rotor for one turn of its joint, N > 0.
-        radius: radius of rotors, metres; None for a quarter of the characteristic length.
+        radius: radius of rotors, metres; None for a quarter of the characteristic length, or
+            of the length of a link at the end of a chain if that is longer.
         budget: most mass that partial balance may add, kg; None for the mass of the linkage.
         spatial: whether bodies have ten parameters even in a plane.
         angles: how angles that look rounded are read; see `kinematics.load`.
@@ -94,7 +97,30 @@ class RemedyRequest:
     @property
     def rotor_radius(self) -> float:
         """Radius of rotors, metres."""
-        return ROTOR_RADIUS * self.space.length if self.radius is None else self.radius
+        if self.radius is not None:
+            return self.radius
+        return ROTOR_RADIUS * max(self.space.length, self._tip_length)
+
+    @property
+    def _tip_length(self) -> float:
+        """Length of the longest link that carries no joint: its centre of mass is half-way.
+
+        The characteristic length is one of the joints, and does not know of such links.
+        """
+        joints = self.linkage.joints
+        inner = {joint.parent for joint in joints} | {loop.end for loop in self.linkage.loops}
+        inner |= {loop.successor for loop in self.linkage.loops}
+        tips = [
+            body
+            for body in self.linkage.bodies
+            if body.link not in inner and body.inertia[0] > 0.0
+        ]
+        arms = [
+            np.cross(joints[body.link].screw[:3], joints[body.link].point - centre)
+            for body in tips
+            for centre in (body.inertia[1:4] / body.inertia[0],)
+        ]
+        return 2.0 * max((float(np.linalg.norm(arm)) for arm in arms), default=0.0)
 
     @property
     def given_mass(self) -> float:

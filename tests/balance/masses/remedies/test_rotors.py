@@ -145,6 +145,13 @@ def test_a_small_counter_rotary_mass_turns_nearer_to_its_joint():
     assert found.added_mass < M1 + M2 + (I1 + I2) / 0.6**2
 
 
+def test_rotors_by_default_know_of_the_tip_of_an_arm():
+    """The joints are 1 m apart, and the last rod is as long; a loop has no such end."""
+    assert pendulum(1.0, None).rotor_radius == pytest.approx(0.25, rel=1e-12)
+    loop = RemedyRequest(as_linkage("four_bar_general"))
+    assert loop.rotor_radius == pytest.approx(0.25 * loop.space.length, rel=1e-12)
+
+
 def test_exported_rotors_follow_their_joints():
     """The file has continuous joints that follow with -N, and every byte of the old one."""
     request = RemedyRequest(as_linkage("four_bar_general"), gear=3.0)

@@ -14,6 +14,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -93,9 +94,8 @@ def _apply(
     if not request.space.planar:
         yield refused(remedy, "axes that are not parallel: it transmits rotations in a plane")
         return
-    chains = {body: _chain_to_ground(request, body) for body in request.space.bodies}
-    links = [body for body, chain in chains.items() if chain]
-    fewest = fewest_of(link_rotor_conditions(request.space, links), request.progress)
+    chains = _chains_to_ground(request)
+    fewest = _fewest_on_ground(request)
     if fewest.verdict != "feasible" or not fewest.count:
         yield answer_without_rotors(remedy, fewest)
         return
@@ -113,6 +113,18 @@ def _apply(
         number = count_noun(len(rotor_set.joints), "rotor")
         words = f"{number} on the ground against {', '.join(rotor_set.joints)}{driven}"
         yield judge(request, variant(words))
+
+
+def _chains_to_ground(request: RemedyRequest) -> dict[str, tuple[str, ...]]:
+    """List the joints from the ground to each body, by its name."""
+    return {body: _chain_to_ground(request, body) for body in request.space.bodies}
+
+
+@lru_cache(maxsize=1)
+def _fewest_on_ground(request: RemedyRequest) -> FewestRotors:
+    """Find the fewest rotors on the ground against links, once for all transmissions."""
+    links = [body for body, chain in _chains_to_ground(request).items() if chain]
+    return fewest_of(link_rotor_conditions(request.space, links), request.progress)
 
 
 def _variant(

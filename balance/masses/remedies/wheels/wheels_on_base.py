@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -156,8 +157,9 @@ def has_momentum(linkage: Linkage, momenta: Sequence[Momentum], axes: Array) -> 
     )
 
 
+@lru_cache(maxsize=1)
 def balance_force(request: RemedyRequest) -> ForceBalanced:
-    """Balance the force of a linkage by the least counterweights.
+    """Balance the force of a linkage by the least counterweights, once for all wheels.
 
     Default regions that are too small are widened; see `balance.masses.remedies.least_matter`.
 

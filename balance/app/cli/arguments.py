@@ -44,7 +44,7 @@ class HelpText(argparse.RawDescriptionHelpFormatter):
     def add_arguments(self, actions: Iterable[argparse.Action]) -> None:
         """Add the options of a group, of one group without their texts."""
         if self._heading == NAMED_ALONE:
-            self.add_text(", ".join(map(self._format_action_invocation, actions)))
+            self.add_text(" ".join(action.option_strings[0] for action in actions))
         else:
             super().add_arguments(actions)
 

@@ -21,6 +21,7 @@ from balance.app.cli.matter_options import (
 )
 from balance.app.cli.model_options import add_model_options
 from balance.app.cli.model_readings import certified_space
+from balance.app.cli.motion_source import add_motion_source, motions_of, notices_of
 from balance.app.cli.number_arguments import finite_number, whole_number
 from balance.app.cli.outputs import add_out_option, add_page_option, describe_written
 from balance.app.cli.part_options import (
@@ -39,6 +40,7 @@ from kinematics.errors import UsageError
 if TYPE_CHECKING:
     from balance.masses.counterweights.answer import Counterweights
     from balance.masses.counterweights.parts.part_files import CounterweightPart
+    from kinematics.model.linkage import Notice
 
 
 OBJECTIVES = ("mass", "inertia", "rotor")
@@ -57,6 +59,7 @@ def add_counterweights(parser: Parser) -> None:
         "--max-order", type=whole_number(0, 50, "an order"), metavar="K",
         help="only the conditions of orders 0 to K count",
     )  # fmt: skip
+    add_motion_source(parser.group("motion"), "none")
     add_matter_options(parser, "links that may get matter", required=True)
     parser.group("matter").add_argument(
         "--minimise", choices=OBJECTIVES, default="mass", metavar="WHAT",
@@ -74,10 +77,10 @@ def add_counterweights(parser: Parser) -> None:
     add_out_option(parser)
     add_merge_option(parser)
     add_parts_option(parser)
-    add_page_option(parser, "with the regions and the added matter")
+    add_page_option(parser, "with the loads before and after")
     parser.add_examples(
         "balance counterweights robot.urdf --links crank --density 7850 --parts made",
-        'balance counterweights arm.urdf --links l1,l2 --region "l1=ball(0,0,0,0.3)"',
+        "balance counterweights robot.urdf --links crank --speed 300rpm --html page.html",
         "balance counterweights robot.urdf --balance force --links crank,rocker \\\n"
         "      --density 7850 --shape disc=0.02 --out heavier.urdf --html page.html",
     )
@@ -108,9 +111,11 @@ def _run(arguments: argparse.Namespace) -> Answer:
             price_of_mass=IDLE_MASS_PRICE if given is None else given,
             shape=arguments.shape,
         )  # fmt: skip
+        matter, told = _with_loads(arguments, matter)
     parts = make_parts(arguments, matter)
     notices = (
-        *space.warnings, *distant_regions(space, dict(arguments.region)), *rough_parts(parts)
+        *space.warnings, *distant_regions(space, dict(arguments.region)), *told,
+        *rough_parts(parts),
     )  # fmt: skip
     return Answer(
         verdict_code(matter.verdict),
@@ -120,6 +125,20 @@ def _run(arguments: argparse.Namespace) -> Answer:
         describe_written(arguments, matter.z is not None),
         lambda: _files(arguments, matter, parts),
     )
+
+
+def _with_loads(
+    arguments: argparse.Namespace, matter: Counterweights
+) -> tuple[Counterweights, list[Notice]]:
+    """Compute the loads along the motions of the options, which a page shows in any case."""
+    asked = arguments.speed is not None or arguments.csv or arguments.html is not None
+    if matter.z is None or not asked:
+        return matter, []
+    from balance.masses.counterweights.loads_along import with_loads
+
+    linkage = matter.space.linkage
+    motions = motions_of(arguments, linkage)
+    return with_loads(matter, motions), notices_of(linkage, motions)
 
 
 def _check_objective(arguments: argparse.Namespace) -> None:

@@ -24,8 +24,7 @@ def add_matter_options(parser: Parser, purpose: str, required: bool = False) -> 
     )  # fmt: skip
     group.add_argument(
         "--region", action="append", type=_link_region, default=[], metavar="L=SHAPE",
-        help="where, in the link frame: ball(x,y,z,r) in metres, box, cylinder, ellipsoid, "
-        "collision; repeatable",
+        help="ball(x,y,z,r), box, cylinder, ellipsoid, collision",
     )  # fmt: skip
 
 

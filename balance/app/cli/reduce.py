@@ -21,6 +21,7 @@ from balance.app.cli.matter_options import (
     check_matter_options,
 )
 from balance.app.cli.model_options import add_model_options, load_model
+from balance.app.cli.motion_source import add_motion_source, motions_of
 from balance.app.cli.number_arguments import (
     add_about,
     finite_number,
@@ -29,6 +30,7 @@ from balance.app.cli.number_arguments import (
 )
 from balance.app.cli.outputs import (
     add_out_option,
+    add_page_option,
     add_picture_option,
     describe_written,
     kind_of,
@@ -59,10 +61,7 @@ def add_reduce(parser: Parser) -> None:
     )
     add_model_options(parser, unused=("--spatial",))
     parser.set_defaults(run=_run)
-    parser.group("motion").add_argument(
-        "--csv", action="append", default=[], metavar="FILE",
-        help="motion that counts; repeatable (default: random)",
-    )  # fmt: skip
+    add_motion_source(parser.group("motion"), "random")
     add_about(parser.group("motion"), "the middle")
     add_matter_options(parser, "links that may get matter", required=True)
     add_density_options(parser, "matter", "plates on a planar linkage")
@@ -71,8 +70,9 @@ def add_reduce(parser: Parser) -> None:
     add_merge_option(parser)
     add_parts_option(parser)
     add_picture_option(parser, "what is left against the added mass")
+    add_page_option(parser, "with the loads before and after")
     parser.add_examples(
-        "balance reduce robot.urdf --balance force --links crank,rocker --budget 1.5",
+        "balance reduce robot.urdf --links crank --speed 300rpm --budget 1.5",
         "balance reduce robot.urdf --links crank,rocker --pareto 6 --plot front.svg",
         "balance reduce robot.urdf --links crank,rocker --budget 0.6 --out quiet.urdf",
     )
@@ -156,18 +156,12 @@ def _front(arguments: argparse.Namespace) -> ParetoFront:
     linkage = load_model(arguments, arguments.angles)
     # Load the kernels only after the file is accepted.
     from balance.masses.partial.budgets import pareto, single
-    from balance.motion.verification.given_motions import from_csv
     from balance.space.spaces.compute_space import design_space
-    from kinematics.model.motion import motion_of
 
     space = design_space(linkage, arguments.motion, arguments.balance, 0)
-    along = None
-    if arguments.csv:
-        limits = motion_of(linkage, arguments.motion)
-        along = [from_csv(linkage, path, limits) for path in arguments.csv]
     with progress_bar("motions and designs") as advance:
         options = {
-            "regions": dict(arguments.region), "trajectories": along,
+            "regions": dict(arguments.region), "trajectories": motions_of(arguments, linkage),
             "weight_moment": arguments.weight_moment, "frame": arguments.frame,
             "max_bearing": dict(arguments.max_bearing),
             "max_torque": dict(arguments.max_torque), "progress": advance,
@@ -183,6 +177,7 @@ def _files(
     arguments: argparse.Namespace, front: ParetoFront, parts: tuple[CounterweightPart, ...]
 ) -> Files:
     """Find what makes the files of designs, if there are any."""
+    from balance.app.answers.html.counterweights import partial_page
     from balance.app.answers.html.partial import front_picture
 
     best = front.designs[-1]
@@ -190,6 +185,7 @@ def _files(
         return {}
     return {
         **counterweight_files(arguments, best, parts),
+        "html": partial(partial_page, front),
         "plot": partial(front_picture, front, kind_of(arguments.plot)),
     }
 

@@ -18,6 +18,7 @@ from balance.app.cli.floating_base import (
 )
 from balance.app.cli.model_options import add_model_options
 from balance.app.cli.model_readings import solve_model
+from balance.app.cli.motion_source import add_speed
 from balance.app.cli.number_arguments import add_about, whole_number
 from balance.app.cli.outputs import (
     add_meshes_option,
@@ -32,8 +33,6 @@ from balance.app.cli.several_models import (
     data_against,
     named_notices,
 )
-from balance.support.units import UnitNumber, read_quantity
-from kinematics.errors import UsageError
 
 if TYPE_CHECKING:
     from balance.motion.verification.result import Verification
@@ -90,10 +89,7 @@ def _add_motion_options(group: argparse._ArgumentGroup) -> None:
     source.add_argument(
         "--csv", metavar="FILE", help="motion to use instead: time and the inputs"
     )
-    source.add_argument(
-        "--speed", type=_speed, metavar="[J=]300rpm",
-        help="one turn of the crank at this speed instead",
-    )  # fmt: skip
+    add_speed(source, "one turn of the crank at this speed instead")
 
 
 def _run(arguments: argparse.Namespace) -> Answer:
@@ -110,17 +106,24 @@ def _run(arguments: argparse.Namespace) -> Answer:
 
     if not arguments.others:
         return Answer(
-            _code(results[0]), lambda: data_against(*results),
+            _code(results[0]), lambda: _data(results),
             lambda: verification_body(results),
             [notice for result in results for notice in result.notices],
             _speed_remark(arguments, results[0].linkage), files,
         )  # fmt: skip
     return Answer(
         max(map(_code, results)),
-        lambda: compared("verify", list(map(data_against, results))),
+        lambda: compared("verify", [_data([result]) for result in results]),
         lambda: side_by_side(list(map(verification_facts, results))),
         named_notices((result.linkage, result.notices) for result in results), files=files,
     )  # fmt: skip
+
+
+def _data(results: Sequence[Verification]) -> dict[str, object]:
+    """Collect the data of a verification, and of that of a second linkage."""
+    from balance.app.answers.text.verification import comparison_sentence
+
+    return data_against(*results) | {"sentence": comparison_sentence(results)}
 
 
 def _speed_remark(arguments: argparse.Namespace, linkage: Linkage) -> str:
@@ -226,20 +229,6 @@ def _seed(text: str) -> int:
     if not (text.isascii() and text.isdigit() and len(text) <= 18):
         raise argparse.ArgumentTypeError(f"'{text}' is not a whole number from 0 up")
     return int(text)
-
-
-def _speed(text: str) -> tuple[str | None, float]:
-    """Parse ``[J=]300rpm``: name of the crank or None, and its speed in rad/s."""
-    name, equals, word = text.rpartition("=")
-    try:
-        speed = read_quantity(word, "angular velocity")
-    except UsageError:
-        speed = 0.0
-    if not isinstance(speed, UnitNumber) or bool(equals) != bool(name.strip()):
-        raise argparse.ArgumentTypeError(
-            f"'{text}' is not a speed: write 300rpm, 31.4rad/s, 1800deg/s, 5hz or u1=300rpm"
-        )
-    return name.strip() or None, float(speed)
 
 
 def _tolerance(text: str) -> float:

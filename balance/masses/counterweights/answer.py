@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,7 +17,11 @@ from balance.masses.counterweights.volume.filling_check import FillingCheck
 from balance.masses.designs.feasibility import Verdict
 from balance.space.inertial_parameters.conversions import LABELS, PLANAR_LABELS
 from balance.space.spaces.design_space import DesignSpace
+from balance.support.change_text import mass_added_text
 from kinematics.wording import html_facts, number_text, repr_lines
+
+if TYPE_CHECKING:
+    from balance.motion.verification.before_after import BeforeAfter
 
 Array = NDArray[np.float64]
 
@@ -107,6 +112,7 @@ class Counterweights:
         shape: shape of the counterweights, such as ``disc=0.02``; None if they have any. The
             value then is the least mass of such shapes, and its gap that to their dual.
         least_mass: the least mass of any shape in the regions, kg; None without a shape.
+        along: loads along motions, before and after; None if they were not computed.
     """
 
     space: DesignSpace
@@ -130,6 +136,7 @@ class Counterweights:
     proof: Array | None = None
     shape: str | None = None
     least_mass: float | None = None
+    along: BeforeAfter | None = None
 
     def __repr__(self) -> str:
         """Up to six lines: the verdict, and the counterweights."""
@@ -157,6 +164,30 @@ class Counterweights:
         """Changes of the request that need no more than a hundred times the given mass."""
         most = MOST_ADDED * self.given_mass
         return tuple(change for change in self.relaxations if change.mass <= most)
+
+    @property
+    def sentence(self) -> str:
+        """The answer in one sentence: what is left to shake, and the added mass."""
+        links = ", ".join(self.regions)
+        if self.verdict == "infeasible":
+            return f"No matter added to {links} balances the linkage."
+        if self.verdict == "undecided":
+            return f"It is undecided whether matter added to {links} balances the linkage."
+        added = mass_added_text(self.added_mass)
+        if self.along is not None:
+            return f"{self.along.words}, {added}."
+        return f"{self._balanced_words}, {added}."
+
+    @property
+    def _balanced_words(self) -> str:
+        """What does not shake any more."""
+        space = self.space
+        if space.requirements or not space.settled:
+            return "What is asked for holds"
+        when = f"with {', '.join(space.motion.relations)}" if space.motion else "in any motion"
+        if space.balance == "force":
+            return f"No shaking force {when} (the moment does not count)"
+        return f"No shaking force and no shaking moment {when}"
 
     def to_dict(self) -> dict[str, object]:
         """Return plain data for JSON; see ``schemas/counterweights.schema.json``."""
@@ -197,4 +228,6 @@ class Counterweights:
                 for relaxation in self.relaxations
             ],
             "words": self.words,
+            "along": self.along.to_dict() if self.along else None,
+            "sentence": self.sentence,
         }  # fmt: skip

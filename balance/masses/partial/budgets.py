@@ -266,7 +266,17 @@ def _result(
         )
     z = freeze(problem.matter.parameters(best.s))
     return PartialBalance(
-        problem.space, budget, verdict, text, given, figures, best.bound, weights, z
+        problem.space,
+        budget,
+        verdict,
+        text,
+        given,
+        figures,
+        best.bound,
+        weights,
+        z,
+        problem.motions,
+        problem.point,
     )
 
 
@@ -278,10 +288,32 @@ def _conflict(
     if conflict.proved:
         text = f"infeasible: no matter within {budget:g} kg in the regions keeps {caps} capped"
         return PartialBalance(
-            problem.space, budget, "infeasible", text, given, None, 0.0, (), None
+            problem.space,
+            budget,
+            "infeasible",
+            text,
+            given,
+            None,
+            0.0,
+            (),
+            None,
+            problem.motions,
+            problem.point,
         )
     text = "undecided: the solver found neither matter that keeps the caps nor a proof"
-    return PartialBalance(problem.space, budget, "undecided", text, given, None, 0.0, (), None)
+    return PartialBalance(
+        problem.space,
+        budget,
+        "undecided",
+        text,
+        given,
+        None,
+        0.0,
+        (),
+        None,
+        problem.motions,
+        problem.point,
+    )
 
 
 def _space_of(space: DesignSpace | LinkageLike) -> DesignSpace:

@@ -12,9 +12,17 @@ from numpy.typing import NDArray
 from balance.masses.counterweights.counterweight import Counterweight
 from balance.masses.partial.elastic_frame import ElasticFrame
 from balance.masses.partial.shaking_problem import ShakingFigures
+from balance.motion.motion_tolerances import (
+    CONDITIONING_NOTICE,
+    SHAKING_RELATIVE,
+    SINGULAR_MOTION_DETERMINED,
+)
+from balance.motion.verification.trajectory import Trajectory
 from balance.space.inertial_parameters.body_inertia import BodyInertia, body_inertias
 from balance.space.inertial_parameters.conversions import LABELS
 from balance.space.spaces.design_space import DesignSpace
+from balance.support.change_text import change_text, mass_added_text
+from balance.support.tolerances import SHAKING_GAP_PROVED
 from kinematics.model.linkage import Notice
 from kinematics.wording import html_facts, number_text, repr_lines
 
@@ -39,6 +47,8 @@ class PartialBalance:
         bound: no matter within the budget has a smaller objective; proved without the solver.
         weights: the counterweight of each link that gets matter.
         z: parameters (bodies, 10) about the inertial origin, SI units; None without a design.
+        motions: the motions that count.
+        point: point of the inertial frame that moments are about (3,), metres.
     """
 
     space: DesignSpace
@@ -50,6 +60,8 @@ class PartialBalance:
     bound: float
     weights: tuple[Counterweight, ...]
     z: Array | None
+    motions: tuple[Trajectory, ...]
+    point: Array
 
     @property
     def share(self) -> float:
@@ -62,6 +74,37 @@ class PartialBalance:
     def mass(self) -> float:
         """Mass of the added matter, kg."""
         return float(sum(weight.mass for weight in self.weights))
+
+    @property
+    def sentence(self) -> str:
+        """The answer in one sentence: what is left to shake, and the added mass."""
+        if self.found is None:
+            return f"{self.words[0].upper()}{self.words[1:]}."
+        loads = [
+            f"{name} {self._change(part, unit)}"
+            for name, part, unit in (("Shaking force", "force", "N rms"),
+                                     ("moment", "moment", "N m rms"),
+                                     ("vibration", "vibration", "m rms"))
+            if getattr(self.given, part) is not None
+        ]  # fmt: skip
+        return f"{', '.join(loads)}, {mass_added_text(self.mass)}."
+
+    def _change(self, part: str, unit: str) -> str:
+        """Write a figure before and after; what the solver does not determine is 0."""
+        assert self.found is not None
+        before, after = getattr(self.given, part), getattr(self.found, part)
+        least = SHAKING_GAP_PROVED * before
+        if part != "vibration":
+            arm = 1.0 if part == "force" else self.space.linkage.spatial_chain.frame.length
+            least = max(least, arm * self._round_off)
+        return change_text(before, after, unit, least)
+
+    @property
+    def _round_off(self) -> float:
+        """Shaking force up to which round-off decides it, N; large at a singularity."""
+        near = min(motion.conditioning for motion in self.motions) < CONDITIONING_NOTICE
+        share = SINGULAR_MOTION_DETERMINED if near else SHAKING_RELATIVE
+        return share * max(self.given.bearing.values(), default=0.0)
 
     @property
     def bodies(self) -> tuple[BodyInertia, ...]:
@@ -92,6 +135,7 @@ class PartialBalance:
             "mass": self.mass, "bound": self.bound,
             "found": self.found._asdict() if self.found else None,
             "weights": [weight.to_dict() for weight in self.weights],
+            "sentence": self.sentence,
         }  # fmt: skip
 
 

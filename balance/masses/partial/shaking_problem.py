@@ -96,16 +96,25 @@ class ShakingProblem:
         """What is minimised, in one word."""
         return "shaking" if self.frame is None else "vibration"
 
+    @property
+    def motions(self) -> tuple[Trajectory, ...]:
+        """The motions."""
+        return tuple(motion.trajectory for motion in self.loads)
+
     def solve(self, budget: float) -> LeastShaking | CapsConflict:
         """Find the least shaking for a budget, kilograms.
 
-        Nothing is added without a budget, nor to what is balanced and keeps its caps.
+        Nothing is added without a budget, nor to what is balanced and keeps its caps, nor
+        where the solver finds nothing better.
         """
         s = np.zeros(self.matter.count)
         over = [cap.name for cap in self.program.caps
                 if cap.sizes(s).max() > cap.most * (1.0 + CAP_EXCEEDED)]  # fmt: skip
         if budget > 0.0 and (over or not self.program.balanced):
-            return least_shaking(self.program, budget)
+            answer = least_shaking(self.program, budget)
+            shakes = isinstance(answer, LeastShaking) and answer.value > self.program.given
+            if over or not shakes:
+                return answer
         if over:
             return CapsConflict(True, tuple(over))
         value = self.program.value(s)

@@ -33,6 +33,7 @@ from kinematics.errors import CoordinateError, MotionError, PoseError
 from kinematics.model.arrays import freeze
 from kinematics.model.linkage import Linkage
 from kinematics.model.motion import Motion
+from kinematics.numerics.linalg.ties import first_largest
 from kinematics.numerics.linalg.vectors import project_out
 from kinematics.wording import number_text
 
@@ -108,6 +109,16 @@ def _revolution(linkage: Linkage, speed: float, rates: Array, phase: float) -> T
     time = np.asarray((np.arange(STEPS + 1) + phase) * (TURN / STEPS / abs(speed)), float)
     path = SteadyPath(np.zeros(rates.size), speed * rates)
     return replace(drive(linkage, time, *path.at(time)), path=path)
+
+
+def crank_of(linkage: Linkage, trajectory: Trajectory) -> Crank | None:
+    """Return the crank of a revolution from `revolve_crank`; None for other motions."""
+    if not isinstance(trajectory.path, SteadyPath):
+        return None
+    rates = trajectory.path.rate
+    at = first_largest(np.abs(rates))
+    periodic = _is_periodic(linkage, trajectory)
+    return Crank(linkage.inputs[at], float(rates[at]), periodic)
 
 
 def _crank_name(linkage: Linkage, joint: str | None) -> str:

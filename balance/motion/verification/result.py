@@ -113,6 +113,14 @@ class Verification:
         return self._largest("bearing")
 
     @property
+    def drive_peaks(self) -> dict[str, float]:
+        """Largest drive torque, N m, or force, N, of each input without gravity, by name."""
+        peaks = np.max(
+            [np.abs(run.drive).max(axis=0, initial=0.0) for run in self.runs], axis=0
+        )
+        return dict(zip(self.linkage.inputs, peaks.tolist(), strict=True))
+
+    @property
     def force_ratio(self) -> float:
         """Peak shaking force over peak bearing force; 0 if no joint carries a force."""
         return self.force / self.bearing if self.bearing > 0.0 else 0.0

@@ -36,6 +36,7 @@ class Run:
         bearing: forces in the joints (N, n), newtons.
         least_bearing: the least that preload leaves of them (N, n), newtons.
         preloaded: whether preload changes the force of a joint, without limit (n,).
+        drive: torques, N m, or forces, N, of the inputs without gravity (N, inputs).
         open: number of components of the loop wrenches that rigid bodies do not determine.
         errors: bounds on the errors of the shaking moment about that point, N m, and of the
             shaking force, N, for a motion from a rounded table (2, N); None for exact motions.
@@ -54,6 +55,7 @@ class Run:
     bearing: Array
     least_bearing: Array
     preloaded: NDArray[np.bool_]
+    drive: Array
     open: int
     errors: Array | None = None
 

@@ -193,7 +193,8 @@ def _run(
     linkage: Linkage, model: PinocchioModel, chain: Chain, trajectory: Trajectory, point: Array
 ) -> Run:
     """Compute all loads along one motion, in SI units."""
-    scale = chain.units[linkage.positions_of(linkage.inputs)]
+    driven = linkage.positions_of(linkage.inputs)
+    scale = chain.units[driven]
     loads = inertia_loads(
         chain, model.z, trajectory.q / chain.units, trajectory.ud / scale,
         trajectory.udd / scale,
@@ -221,7 +222,8 @@ def _run(
         preloaded=freeze(reactions.preloaded, np.bool_),
         rate_difference=freeze(move_wrenches(reaction - rate, middle)),
         momentum_difference=freeze(move_wrenches(other - momentum, middle)),
-        open=reactions.open, errors=errors,
+        drive=freeze(L**2 * reactions.motors[:, driven] / scale), open=reactions.open,
+        errors=errors,
     )  # fmt: skip
 
 

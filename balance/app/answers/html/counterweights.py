@@ -1,81 +1,172 @@
-"""HTML page of counterweights: the moving linkage with regions, lumps and masses."""
+"""HTML page of counterweights and of partial balance: what shakes before and after.
+
+One sentence on top, then the moving linkage with the weights inside their regions, then the
+loads along motions before and after on common axes.
+"""
 
 from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from math import pi
 
 import numpy as np
 from numpy.typing import NDArray
 
+from balance.app.answers.html.before_after import comparison_charts, comparison_section
 from balance.app.answers.html.design import ellipsoid
+from balance.app.answers.html.partial import front_section
 from balance.app.answers.html.render import facts_list, render_page, rows_table
 from balance.app.answers.html.scene import scene
-from balance.app.answers.text.counterweights import counterweight_rows, counterweights_facts
+from balance.app.answers.text.counterweights import counterweights_facts, shop_rows
+from balance.app.answers.text.partial import partial_facts
 from balance.masses.counterweights.answer import Counterweights
 from balance.masses.counterweights.counterweight import Counterweight
+from balance.masses.counterweights.loads_along import loads_of, with_loads
 from balance.masses.counterweights.regions import Region
+from balance.masses.designs.density import STEEL
+from balance.masses.partial.results import ParetoFront
+from balance.motion.verification.before_after import BeforeAfter
+from balance.space.spaces.design_space import DesignSpace
 
 Array = NDArray[np.float64]
 
-SCRIPTS = ("drawing", "masses", "additions", "weights")
+SCRIPTS = ("drawing", "masses", "additions", "weights", "comparison")
 # Points of a drawn circle.
 AROUND = 48
+# Points along each axis of a grid for matter that fills a part of a region, the first that has
+# enough of them inside.
+ALONG, FEWEST_POINTS = (15, 25, 41), 150
+# Names of the two sets of masses.
+NAMES = ("before", "after")
 
 
 def counterweights_page(counterweights: Counterweights) -> str:
     """Render counterweights as one HTML file.
 
-    The page shows the linkage in 3D, with a slider for each degree of freedom of the motion,
-    the regions as outlines, the lumps, and the masses before and after as ellipsoids. The
-    element ``report`` contains `Counterweights.to_dict` as JSON.
+    The page begins with the sentence of the answer. It shows the linkage in 3D, with a slider
+    for each degree of freedom of the motion, the regions as outlines and the weights inside
+    them; the loads along motions before and after on common axes; and a table of the weights
+    in grams and millimetres. Without motions in the answer, they are those of
+    `balance.verify`. The element ``report`` contains `Counterweights.to_dict` as JSON.
 
     Returns:
         The text of the file.
+
+    Raises:
+        LinkageError: the loads cannot be computed; see `balance.verify`.
     """
-    assert counterweights.z is not None
-    space = counterweights.space
-    masses = [
-        {"name": body.name, "given": ellipsoid(body.inertia), "designed": ellipsoid(z)}
-        for body, z in zip(space.linkage.bodies, counterweights.z, strict=True)
-    ]
-    weights = {weight.link: weight for weight in counterweights.weights}
-    additions = [
-        _addition(name, region, space.frames[space.bodies.index(name)], weights.get(name))
-        for name, region in counterweights.regions.items()
-    ]
-    wrench = "force and moment" if space.balance == "dynamic" else "force"
+    computed = counterweights if counterweights.along else with_loads(counterweights)
+    assert computed.along is not None and computed.z is not None
+    return _page(
+        computed.space, computed.z, computed.regions, computed.weights, computed.along,
+        summary=computed.sentence, report=computed.to_dict(),
+        facts=facts_list(counterweights_facts(computed)), front="",
+    )  # fmt: skip
+
+
+def partial_page(front: ParetoFront) -> str:
+    """Render designs that let a linkage shake least as one HTML file.
+
+    It shows the last design as `counterweights_page` does, and the others in a table. The
+    element ``report`` contains `ParetoFront.to_dict` as JSON.
+
+    Returns:
+        The text of the file.
+
+    Raises:
+        LinkageError: the loads cannot be computed; see `balance.verify`.
+    """
+    best = front.designs[-1]
+    assert best.z is not None
+    regions = {weight.link: weight.region for weight in best.weights}
+    return _page(
+        best.space, best.z, regions, best.weights, loads_of(best), summary=best.sentence,
+        report=front.to_dict(), facts=facts_list(partial_facts(front)),
+        front=front_section(front),
+    )  # fmt: skip
+
+
+def _page(
+    space: DesignSpace, z: Array, regions: Mapping[str, Region],
+    weights: Sequence[Counterweight], along: BeforeAfter, *, summary: str, report: object,
+    facts: str, front: str,
+) -> str:  # fmt: skip
+    """Render the page of added matter."""
+    by_link = {weight.link: weight for weight in weights}
     return render_page(
         "counterweights.html",
         title=space.linkage.name,
-        summary=f"Matter added inside regions of links that cancels the shaking {wrench}.",
-        report=counterweights.to_dict(),
+        summary=summary,
+        report=report,
         data={
             "scene": scene(space.linkage, space.motion, space.idle),
-            "masses": masses,
-            "additions": additions,
+            "masses": [
+                {"name": body.name, "given": ellipsoid(body.inertia), "designed": ellipsoid(p)}
+                for body, p in zip(space.linkage.bodies, z, strict=True)
+            ],
+            "additions": [
+                _addition(name, region, space.frames[space.bodies.index(name)],
+                          by_link.get(name))
+                for name, region in regions.items()
+            ],
+            "comparison": comparison_charts(along.pair, NAMES),
         },
         scripts=SCRIPTS,
-        facts=facts_list(counterweights_facts(counterweights)),
-        lumps=rows_table(counterweight_rows(counterweights.weights), [1, 2, 3, 4], 0),
-    )
+        facts=facts,
+        lumps=rows_table(shop_rows(weights), [1, 2, 3, 4], 0),
+        front=front,
+        comparison=comparison_section(along.pair, NAMES),
+    )  # fmt: skip
 
 
 def _addition(
     name: str, region: Region, frame: Array, weight: Counterweight | None
 ) -> dict[str, object]:
-    """Build the drawing data of a region and its lumps, in the inertial frame."""
-    lumps = [(lump.mass, lump.position) for lump in weight.lumps] if weight else []
-    if weight and not lumps:
-        lumps = [(weight.mass, weight.com)]
+    """Build the drawing data of a region and the weight in it, in the inertial frame."""
+
+    def placed(points: Array) -> list[list[float]]:
+        return (points @ frame[:3, :3].T + frame[:3, 3]).round(9).tolist()
+
+    balls = [(lump.mass, lump.position) for lump in weight.lumps] if weight else []
+    if weight and not balls:
+        balls = [(weight.mass, weight.com)]
+    filled = np.empty((0, 3)) if weight is None else filling_points(weight)
     return {
         "name": name,
-        "paths": [
-            (path @ frame[:3, :3].T + frame[:3, 3]).round(9).tolist()
-            for path in outlines(region)
-        ],
+        "paths": [placed(path) for path in outlines(region)],
         "lumps": [
-            {"mass": mass, "at": (frame[:3, :3] @ at + frame[:3, 3]).round(9).tolist()}
-            for mass, at in lumps
+            {
+                "mass": mass, "at": placed(np.array([at]))[0],
+                "radius": 0.0 if len(filled) else (0.75 * mass / (pi * STEEL)) ** (1.0 / 3.0),
+            } for mass, at in balls
         ],
-    }
+        "filled": placed(filled),
+    }  # fmt: skip
+
+
+def filling_points(weight: Counterweight) -> Array:
+    """Compute points (n, 3) of the link frame inside a weight that fills a part of its region.
+
+    Args:
+        weight: the weight; point masses have none.
+    """
+    if weight.form is None:
+        return np.empty((0, 3))
+    region = weight.region
+    corners = region.to_unit(np.concatenate(outlines(region)))
+    low, high = corners.min(axis=0), corners.max(axis=0)
+    points = np.empty((0, 3))
+    for along in ALONG:
+        steps = (np.arange(along) + 0.5) / along
+        grid = np.stack(np.meshgrid(steps, steps, steps, indexing="ij"), axis=-1)
+        units = low + grid.reshape(-1, 3) * (high - low)
+        points = region.to_link(units[region.excess(units) <= 0.0])
+        homogeneous = np.column_stack([points, np.ones(len(points))])
+        inside = np.einsum("ki,ij,kj->k", homogeneous, weight.form, homogeneous) > 0.0
+        points = points[inside]
+        if len(points) >= FEWEST_POINTS:
+            break
+    return points
 
 
 def outlines(region: Region) -> list[Array]:

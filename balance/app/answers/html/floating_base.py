@@ -12,11 +12,11 @@ from balance.app.answers.html.time_panels import (
     MAX_LINES,
     Panel,
     PanelColumn,
-    linkage_names,
     panels_figures,
     panels_picture,
 )
 from balance.app.answers.text.floating_base import floating_base_facts
+from balance.app.answers.text.linkage import linkage_names
 from balance.motion.floating_base.result import FloatingBaseMotion
 from balance.support.csv_text import csv_table
 from kinematics.numerics.linalg.ties import rank_least_first

@@ -1,4 +1,4 @@
-"""Picture of partial balance: what is left, and what the motors feel, by added mass."""
+"""Picture and table of partial balance: what is left to shake, by added mass."""
 
 from __future__ import annotations
 
@@ -8,7 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from balance.app.answers.html.plot_style import image, tidy
+from balance.app.answers.html.render import rows_table
 from balance.app.answers.html.time_panels import COLOURS
+from balance.app.answers.text.partial import front_rows
 from balance.masses.partial.results import ParetoFront, PartialBalance
 from kinematics.numerics.linalg.ties import rank_least_first
 
@@ -60,6 +62,17 @@ def front_picture(front: ParetoFront, kind: str = "png") -> bytes:
         axes[0, 0].set_title(front.designs[0].space.linkage.name, loc="left")
 
     return image((9.0, 2.8 * len(left)), kind, draw)
+
+
+def front_section(front: ParetoFront) -> str:
+    """Render the table of several designs; nothing for a single one."""
+    if len(front.designs) == 1:
+        return ""
+    return (
+        '<section>\n<h2>What each kilogram buys</h2>\n<p class="note">Root mean squares of '
+        "shaking force and moment. The page shows the last one.</p>\n"
+        f'<div class="scroll">\n{rows_table(front_rows(front), range(5))}\n</div>\n</section>'
+    )
 
 
 def _label(ax: Any, title: str) -> None:

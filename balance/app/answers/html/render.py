@@ -30,6 +30,7 @@ NEEDS = {
     "families": ("controls",),
     "verify": ("stage", "chart"),
     "compare": ("controls",),
+    "comparison": ("chart", "shapes"),
 }
 
 
@@ -57,11 +58,11 @@ def render_page(
     """
     elements = {"report": _script_json(report, indent=2)}
     elements |= {name: _script_json(value) for name, value in data.items()}
-    return _fill_template("frame.html", {
+    return fill_template("frame.html", {
         "title": escape(title),
         "summary": escape(summary),
         "style": _read_static("page.css"),
-        "content": _fill_template(template, parts),
+        "content": fill_template(template, parts),
         "data": "\n".join(
             f'<script type="application/json" id="{name}">{text}</script>'
             for name, text in elements.items()
@@ -84,7 +85,7 @@ def _in_order(scripts: Sequence[str]) -> list[str]:
     return list(ordered)
 
 
-def _fill_template(template: str, parts: Mapping[str, str]) -> str:
+def fill_template(template: str, parts: Mapping[str, str]) -> str:
     """Fill the placeholders of a template in one pass; inserted text is not searched."""
     return re.sub(
         r"\{\{(\w+)\}\}", lambda placeholder: parts[placeholder[1]], _read_static(template)

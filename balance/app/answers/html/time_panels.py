@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from pathlib import PurePath
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from balance.app.answers.html.plot_style import image, short, tidy
-from kinematics.model.linkage import Linkage
 
 Array = NDArray[np.float64]
 
@@ -132,16 +130,3 @@ def _chart(column: PanelColumn, limits: Sequence[tuple[float, float]]) -> dict[s
             for name, line, colour, dash in lines
         ]  # fmt: skip
     return {"data": traces, "layout": layout}
-
-
-def linkage_names(linkages: Sequence[Linkage]) -> list[str]:
-    """Return the name of each linkage, with its file if there are several."""
-    if len(linkages) == 1:
-        return [linkages[0].name]
-    files = [PurePath(linkage.source).parts for linkage in linkages]
-    longest = max(map(len, files))
-    # Use as many folders as distinguish the files.
-    tails = ([PurePath(*file[-k:]).as_posix() for file in files] for k in range(1, longest + 1))
-    apart = next((tail for tail in tails if len({*tail}) == len(tail)), None)
-    labels = apart or [file[-1] for file in files]
-    return [f"{linkage.name} ({file})" for linkage, file in zip(linkages, labels, strict=True)]

@@ -15,9 +15,9 @@ from balance.app.answers.html.time_panels import (
     MAX_LINES,
     Panel,
     PanelColumn,
-    linkage_names,
     panels_picture,
 )
+from balance.app.answers.text.linkage import linkage_names
 from balance.motion.verification.result import Verification
 from balance.motion.verification.run import Run
 from balance.support.csv_text import csv_table

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from balance.app.answers.html.before_after import comparison_charts, comparison_section
 from balance.app.answers.html.plot_style import short
 from balance.app.answers.html.render import facts_list, render_page
 from balance.app.answers.html.robot_shapes import robot_shapes
@@ -17,11 +18,14 @@ from balance.app.answers.html.time_panels import (
     COLOURS,
     DASHES,
     PanelColumn,
-    linkage_names,
     panels_figures,
 )
 from balance.app.answers.html.verification import motion_heading, panels
-from balance.app.answers.text.verification import verification_facts
+from balance.app.answers.text.linkage import linkage_names
+from balance.app.answers.text.verification import (
+    comparison_sentence,
+    verification_facts,
+)
 from balance.motion.verification.result import Verification
 from balance.motion.verification.run import Run
 from kinematics.numerics.linalg.ties import rank_least_first
@@ -49,14 +53,21 @@ def verification_page(verifications: Sequence[Verification], meshes: bool = True
     """
     names = linkage_names([verification.linkage for verification in verifications])
     shown = _motion_choice(verifications)
+    # What the first was made from is the second; see `comparison_sentence`.
+    pair, labels = verifications[::-1], names[::-1]
+    charts, section = {}, ""
+    if len(verifications) == 2:
+        charts = {"comparison": comparison_charts(pair, labels)}
+        section = comparison_section(pair, labels)
     return render_page(
         "verify.html",
         title=" and ".join(names) if len(names) < 3 else f"{len(names)} linkages",
         summary=_summary(verifications),
         report=[verification.to_dict() for verification in verifications],
-        data={"models": _motions_data(verifications, meshes)},
-        scripts=["verify"],
+        data={"models": _motions_data(verifications, meshes), **charts},
+        scripts=["verify", *charts],
         options=_options(verifications[0], shown),
+        comparison=section,
         kind="one" if len(verifications) == 1 else "several",
         models="\n".join(
             _model(k, verification, name)
@@ -100,8 +111,10 @@ def _model(k: int, verification: Verification, name: str) -> str:
 
 
 def _summary(verifications: Sequence[Verification]) -> str:
-    """Summarise the verdicts in one sentence."""
-    first = verifications[0]
+    """Summarise the comparison, or the verdicts, in one sentence."""
+    sentence, first = comparison_sentence(verifications), verifications[0]
+    if sentence is not None:
+        return sentence
     verdicts = "; ".join(
         f"{name}: {verification.verdict}"
         for name, verification in zip(
@@ -129,6 +142,7 @@ def _motions_data(verifications: Sequence[Verification], meshes: bool) -> list[d
     """
     chosen = _motion_choice(verifications)
     figures = [_figures(verifications, k) for k in chosen]
+    reaches = [_largest_force(verifications, k) for k in chosen]
     return [
         {
             "name": verification.model,
@@ -138,8 +152,8 @@ def _motions_data(verifications: Sequence[Verification], meshes: bool) -> list[d
             ),
             "least": verification.tolerance * verification.scale,
             "runs": [
-                _run_data(verification, verification.runs[k], charts[i])
-                for k, charts in zip(chosen, figures, strict=True)
+                _run_data(verification, verification.runs[k], charts[i], reach)
+                for k, charts, reach in zip(chosen, figures, reaches, strict=True)
             ],
         }
         for i, verification in enumerate(verifications)
@@ -178,19 +192,29 @@ def _figures(verifications: Sequence[Verification], number: int) -> list[dict[st
     return panels_figures(columns)
 
 
+def _largest_force(verifications: Sequence[Verification], number: int) -> float:
+    """Compute how far the polar plots of one motion reach, N, the same for all linkages."""
+    least = max(check.tolerance * check.scale for check in verifications)
+    peaks = (np.abs(check.runs[number].about[:, 3:]).max(initial=0.0)
+             for check in verifications)  # fmt: skip
+    return max(1.05 * float(max(peaks)), least) or 1.0
+
+
 def _picked(run: Run) -> NDArray[np.int64]:
     """Choose samples of a motion, at most `MAX_SAMPLES`, evenly."""
     size = run.trajectory.time.size
     return np.linspace(0, size - 1, min(size, MAX_SAMPLES)).round().astype(np.int64)
 
 
-def _run_data(verification: Verification, run: Run, chart: dict[str, object]) -> dict[str, Any]:
+def _run_data(
+    verification: Verification, run: Run, chart: dict[str, object], reach: float
+) -> dict[str, Any]:
     """Collect poses, curves and numbers of one motion of one linkage."""
     picked = _picked(run)
     force = -run.about[picked, 3:]
     return {
         "chart": chart,
-        "polar": _polar(verification, short(run.trajectory.time[picked]), force),
+        "polar": _polar(verification, short(run.trajectory.time[picked]), force, reach),
         "time": short(run.trajectory.time[picked]),
         "q": [short(q) for q in run.trajectory.q[picked]],
         "force": [short(f) for f in force],
@@ -199,7 +223,7 @@ def _run_data(verification: Verification, run: Run, chart: dict[str, object]) ->
 
 
 def _polar(
-    verification: Verification, time: list[float | None], force: Array
+    verification: Verification, time: list[float | None], force: Array, reach: float
 ) -> dict[str, object]:
     """Build the polar plot of the shaking force: its direction and size over the motion."""
     linkage = verification.linkage
@@ -211,8 +235,6 @@ def _polar(
     else:
         lines = [(f"{'xyz'[a]}, {'xyz'[b]}", force[:, [a, b]]) for a, b in PLANES]
         axes = ("first component of force (N)", "second component (N)")
-    least = verification.tolerance * verification.scale
-    reach = max(1.05 * float(np.abs(force).max(initial=0.0)), least) or 1.0
     traces = [
         {
             "type": "scatter", "mode": "lines", "name": name, "x": short(xy[:, 0]),

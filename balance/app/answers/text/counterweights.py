@@ -146,9 +146,25 @@ def counterweight_rows(
     return rows
 
 
+def shop_rows(weights: Sequence[Counterweight]) -> list[tuple[str, ...]]:
+    """Build the table of weights in grams and millimetres, its head first."""
+    metals = tuple(f"{name} (cm³)" for name in DENSITIES)
+    head = ("link", "mass (g)", "position in its frame (mm)", *metals)
+    rows: list[tuple[str, ...]] = [head]
+    for weight in weights:
+        parts = [(lump.mass, lump.position) for lump in weight.lumps]
+        for mass, position in parts or [(weight.mass, weight.com)]:
+            place = vector_digits(1e3 * position, DIGITS, 1e3 * weight.region.size)
+            volumes = (number_text(CUBIC_CENTIMETRES * mass / density)
+                       for density in DENSITIES.values())  # fmt: skip
+            rows.append((weight.link, number_text(1e3 * mass, ".6g"), place, *volumes))
+    return rows
+
+
 def counterweights_body(counterweights: Counterweights) -> AnswerBody:
     """Build what is printed on counterweights."""
-    body: list[AnswerPart] = [Facts(counterweights_facts(counterweights), least=1)]
+    facts = Facts(counterweights_facts(counterweights), least=1)
+    body: list[AnswerPart] = [counterweights.sentence, "", facts]
     if counterweights.weights:
         body += ["", AnswerTable(counterweight_rows(counterweights.weights))]
     body += part_lines(counterweights.weights)

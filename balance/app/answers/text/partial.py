@@ -109,7 +109,7 @@ def front_rows(front: ParetoFront) -> list[tuple[str, ...]]:
 
 def partial_body(front: ParetoFront) -> AnswerBody:
     """Build what is printed on designs, of which the last one is described in full."""
-    body: list[AnswerPart] = [Facts(partial_facts(front))]
+    body: list[AnswerPart] = [front.designs[-1].sentence, "", Facts(partial_facts(front))]
     if len(front.designs) > 1:
         body += ["", AnswerTable(front_rows(front))]
     if front.designs[-1].weights:

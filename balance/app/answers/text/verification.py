@@ -10,7 +10,9 @@ from collections.abc import Sequence
 import numpy as np
 
 from balance.app.answers.answer import AnswerBody, Facts, joined_facts
+from balance.app.answers.text.linkage import linkage_names
 from balance.motion.verification.result import Verification
+from balance.support.change_text import change_text
 from kinematics.numerics.linalg.ties import first_largest
 from kinematics.numerics.tolerances import SIZE_DETERMINED, TIE_RELATIVE
 from kinematics.wording import first_names, number_text, size_text, vector_text
@@ -133,19 +135,20 @@ def _peak_text(verification: Verification, part: str) -> str:
     )
 
 
-def _ratios(first: Verification, second: Verification) -> str:
-    """Compare peak and root mean square of the loads of a linkage with those of a second."""
-    words = []
-    for part in ("force", "moment"):
-        (peak, other), (mean, others) = (
-            (max(run.peak(part) for run in check.runs) for check in (first, second)),
-            (np.sqrt(np.mean([run.rms(part) ** 2 for run in check.runs]))
-             for check in (first, second)),
-        )  # fmt: skip
-        if getattr(second, f"{part}_residual") > second.tolerance:
-            ratios = (size_text(ratio, ".3g") for ratio in (peak / other, mean / others))
-            words.append("{} {} (peak), {} (rms)".format(part, *ratios))
-    return "; ".join(words) or "the second does not shake"
+def comparison_sentence(results: Sequence[Verification]) -> str | None:
+    """Compare the peaks of a linkage with those of a second one; None without a second."""
+    if len(results) < 2:
+        return None
+    first, second = results
+    here, there = (each.model for each in results)
+    if here == there:
+        here, there = linkage_names([each.linkage for each in results])
+    loads = []
+    for part, unit in (("force", "N"), ("moment", "N m")):
+        least = max(check.round_off * check.part_scale(part) for check in results)
+        was, now = (max(run.peak(part) for run in check.runs) for check in (second, first))
+        loads.append(f"{part} {change_text(was, now, unit, least, worded=True)}")
+    return f"Shaking {', '.join(loads)}, from {there} to {here}."
 
 
 def verification_body(results: Sequence[Verification]) -> AnswerBody:
@@ -155,4 +158,8 @@ def verification_body(results: Sequence[Verification]) -> AnswerBody:
         return [Facts(facts[0], least=15)]
     notes = [("note", f"{each.model}: {note}") for each in results for note in each.remarks]
     rows = joined_facts([[pair for pair in pairs if pair[0] != "note"] for pairs in facts])
-    return [Facts([*rows, ("first/second", _ratios(*results)), *notes], least=15)]
+    rows = [(label, f"both: {cells[0]}") if label == "verdict" and len({*cells}) == 1
+            else (label, *cells) for label, *cells in rows]  # fmt: skip
+    sentence = comparison_sentence(results)
+    assert sentence is not None
+    return [sentence, "", Facts([*rows, *notes], least=15)]

@@ -69,7 +69,10 @@ COMMANDS = {
 }
 MODELS = ("five_bar", "four_bar_kite_balanced", "hprs", "bennett")
 # Models of options that few take: a crank that turns fully.
-TAKERS = {("verify", "--speed"): "four_bar_kite_balanced"}
+TAKERS = {
+    (verb, "--speed"): "four_bar_kite_balanced"
+    for verb in ("verify", "counterweights", "reduce")
+}
 CASES = [(verb, name) for verb, parser in parsers().items() for name in options(parser)]
 
 

@@ -31,7 +31,7 @@ from tests.support.verify_command import BALANCED, FEW, SHAKING, run
 KEYS = (
     "schema model file at balance balanced tolerance trajectories samples seed inputs duration "
     "amplitude speed length about shaking range worst plotted residual inertia "
-    "bearing ratio agreement closure remarks warnings against"
+    "bearing ratio agreement closure remarks warnings against sentence"
 ).split()
 
 
@@ -66,7 +66,7 @@ def test_json_keeps_its_keys(capsys):
     with pytest.raises(ValidationError):
         Draft202012Validator(read_schema("verify")).validate({**report, "surprise": 1})
     same = verify(kinematics.load(SHAKING), trajectories=2, seed=4).to_dict()
-    assert {**same, "against": None} == report
+    assert {**same, "against": None, "sentence": None} == report
 
 
 @pytest.mark.parametrize("link", range(3))
@@ -112,7 +112,12 @@ def test_a_table_drives_the_linkage(tmp_path, capsys):
 def test_two_linkages_stand_side_by_side(capsys):
     assert main(["verify", SHAKING, *FEW, "--against", "four_bar_antiparallelogram"]) == 1
     lines = capsys.readouterr().out.splitlines()
-    assert re.match(rf"linkage +{SHAKING}, dynamic .*four_bar_antiparallelogram, ", lines[0])
+    assert re.fullmatch(
+        r"Shaking force \d+ → \d+ N \(\d+ % less\), moment .* N m \(.* less\), "
+        rf"from four_bar_antiparallelogram to {SHAKING}\.", lines[0]
+    )  # fmt: skip
+    assert re.match(rf"linkage +{SHAKING}, dynamic .*four_bar_antiparallelogram, ", lines[2])
+    assert lines[-3].split() == "verdict both: not balanced (tolerance 1.0e-09)".split()
     assert sum("overconstrained" in line for line in lines) == 2
 
 

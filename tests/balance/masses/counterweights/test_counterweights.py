@@ -329,7 +329,7 @@ def test_the_page_draws_regions_and_lumps(rod_arm):
     regions = {"l1": "box(-1:0,-0.1:0.1,-0.1:0.1)", "l2": "cylinder(-0.1,0,0,1,0,0,0.1,0.4)"}
     found = balance.counterweights(space, ["l1", "l2"], regions)
     page = counterweights_page(found)
-    assert 'id="additions"' in page and "added lump" in page and "Tungsten" in page
+    assert 'id="additions"' in page and "balls of steel" in page and "Tungsten" in page
     for name, region in found.regions.items():
         points = np.concatenate(outlines(region))
         assert np.abs(region.excess(region.to_unit(points))).max() <= 1e-12, name

@@ -12,7 +12,7 @@ import pytest
 import kinematics
 from balance import design, design_space
 from balance.app.cli.main import main
-from balance.app.cli.verify import _speed
+from balance.app.cli.motion_source import _speed
 from balance.motion.verification.crank_revolution import STEPS, revolve_crank
 from balance.motion.verification.to_pinocchio import verify
 from kinematics.errors import CoordinateError, MotionError, PoseError

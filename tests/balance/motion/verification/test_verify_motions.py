@@ -125,7 +125,8 @@ def test_a_page_of_two_files_names_both(tmp_path, capsys):
     assert main(["verify", one, "--against", twin, *FEW, "--html", str(page)]) == 1
     text = page.read_text("utf-8")
     for name in (f"{SHAKING} ({SHAKING}.urdf)", f"{SHAKING} (twin &amp; co.urdf)"):
-        assert f"<h2>{name}</h2>" in text and f"{name}: not balanced" in text
+        assert f"<h2>{name}</h2>" in text and f" {name}" in text
+    assert "(unchanged), from" in text
     assert f"{SHAKING}.urdf) and {SHAKING} (twin &amp; co.urdf)</title>" in text
     assert main(["verify", one, "--against", other, *FEW, "--html", str(page)]) == 1
     text = page.read_text("utf-8")

@@ -24,9 +24,8 @@ stage.layers.push((H) => {
 
 function caption() {
   const where = stage.atRest ? "at its reference pose" : "away from its reference pose, which is dashed";
-  byId("caption").textContent =
-    `The linkage ${where}. Each body's mass is drawn as the homogeneous ellipsoid of the same ` +
-    "mass, centre of mass and inertia.";
+  const bulk = "Each body's mass is drawn as the homogeneous ellipsoid of the same mass, centre of mass and inertia.";
+  byId("caption").textContent = `The linkage ${where}. ${chosen() === "added" ? "" : bulk}`;
 }
 
 function buildLegend() {
@@ -45,4 +44,4 @@ function buildLegend() {
 buildLegend();
 const controls = new Controls(stage, byId("sliders"), caption);
 buildShown(stage, byId("view"));
-for (const input of document.querySelectorAll("#shown input")) input.addEventListener("change", () => stage.draw());
+for (const input of document.querySelectorAll("#shown input")) input.addEventListener("change", () => { caption(); stage.draw(); });

@@ -1,0 +1,254 @@
+"""Charts of the loads along motions before and after a change, on common axes."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from html import escape
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from balance.app.answers.html.plot_style import short
+from balance.app.answers.html.render import fill_template, rows_table
+from balance.app.answers.html.time_panels import (
+    DASHES,
+    Panel,
+    PanelColumn,
+    panels_figures,
+)
+from balance.app.answers.html.verification import motion_heading
+from balance.motion.verification.result import Verification
+from balance.motion.verification.run import Run
+from balance.support.change_text import change_text
+from kinematics.numerics.linalg.ties import rank_least_first
+
+Array = NDArray[np.float64]
+
+# Colours of what was, and of what is.
+BEFORE, AFTER = "#b8550a", "#0a5ea8"
+# Most samples of a motion and most motions on a page, and most joints and inputs in a panel.
+MAX_SAMPLES = 361
+MAX_MOTIONS = 5
+MAX_JOINTS = 3
+# Harmonics that are drawn.
+HARMONICS = 12
+# Planes of the polar plot of a spatial linkage: two axes each.
+PLANES = ((0, 1), (0, 2), (1, 2))
+
+
+def comparison_charts(pair: Sequence[Verification], names: Sequence[str]) -> dict[str, Any]:
+    """Build the charts of two verifications along the same motions.
+
+    Args:
+        pair: the verification before, and after.
+        names: what they are, for legends.
+
+    Returns:
+        ``start``, the motion to show first, and ``motions``, each with its ``label``,
+        ``number``, and the charts ``polar``, ``time`` and, of a crank that turns at constant
+        speed, ``harmonics``.
+    """
+    before = pair[0]
+    shown = _shaking_most(pair)
+    return {
+        "start": shown.index(before.plotted),
+        "motions": [
+            {
+                "label": motion_heading(before, k), "number": k,
+                "polar": _polar(pair, names, k), "time": _over_time(pair, names, k),
+                "harmonics": _harmonics(pair, names, k),
+            }
+            for k in shown
+        ],
+    }  # fmt: skip
+
+
+def comparison_section(pair: Sequence[Verification], names: Sequence[str]) -> str:
+    """Render the places for the charts, and the table of the peaks of all motions."""
+    return fill_template(
+        "comparison.html",
+        {
+            "before": escape(names[0]),
+            "after": escape(names[1]),
+            "peaks": rows_table(_peak_rows(pair, names)),
+        },
+    )
+
+
+def _shaking_most(pair: Sequence[Verification]) -> list[int]:
+    """List the motions that shake most before or after, in their order, and the plotted one."""
+    first = pair[0]
+    count = min(len(check.runs) for check in pair)
+    peaks = [
+        max(
+            max(check.runs[k].peak("force"), check.runs[k].peak("moment") / check.length)
+            for check in pair
+        )
+        for k in range(count)
+    ]
+    ranked = rank_least_first([-peak for peak in peaks], first.scale)
+    ranked.sort(key=lambda k: k != first.plotted)
+    return sorted(ranked[:MAX_MOTIONS])
+
+
+def _picked(run: Run) -> NDArray[np.int64]:
+    """Choose samples of a motion, at most `MAX_SAMPLES`, evenly."""
+    size = run.trajectory.time.size
+    return np.linspace(0, size - 1, min(size, MAX_SAMPLES)).round().astype(np.int64)
+
+
+def _trace(name: str, x: Array, y: Array, state: int, **more: object) -> dict[str, object]:
+    """Build a line in the colour of what was, or is."""
+    line = {"color": (BEFORE, AFTER)[state], "width": 1.8, "dash": more.pop("dash", "solid")}
+    return {"type": "scatter", "mode": "lines", "name": name, "x": short(x), "y": short(y),
+            "line": line, **more}  # fmt: skip
+
+
+def _polar(pair: Sequence[Verification], names: Sequence[str], k: int) -> dict[str, object]:
+    """Build the polar plot of the shaking forces of one motion, both on one scale."""
+    linkage = pair[0].linkage
+    traces: list[dict[str, object]] = []
+    axes = ("force along x (N)", "force along y (N)")
+    reach = max(check.tolerance * check.scale for check in pair)
+    for state, (check, name) in enumerate(zip(pair, names, strict=True)):
+        run = check.runs[k]
+        picked = _picked(run)
+        time, force = run.trajectory.time[picked], -run.about[picked, 3:]
+        reach = max(reach, 1.05 * float(np.abs(force).max(initial=0.0)))
+        if linkage.planar:
+            R = linkage.chain.frame.R[:2]
+            if not np.allclose(np.abs(R[:, :2]), np.eye(2)):
+                axes = ("force along the first axis (N)", "along the second axis (N)")
+            planes = [(name, force @ R.T)]
+        else:
+            axes = ("first component of force (N)", "second component (N)")
+            planes = [(f"{name}, {'xyz'[a]}{'xyz'[b]}", force[:, [a, b]]) for a, b in PLANES]
+        traces += [
+            _trace(label, xy[:, 0], xy[:, 1], state, dash=DASHES[i], follows=short(time))
+            for i, (label, xy) in enumerate(planes)
+        ]
+    reach = reach or 1.0
+    layout = {
+        "polar": True, "xaxis": {"title": {"text": axes[0]}, "range": [-reach, reach]},
+        "yaxis": {"title": {"text": axes[1]}, "range": [-reach, reach], "scaleanchor": "x"},
+    }  # fmt: skip
+    return {"data": traces, "layout": layout}
+
+
+def _over_time(pair: Sequence[Verification], names: Sequence[str], k: int) -> dict[str, object]:
+    """Build the panels of loads over time: shaking, drives and bearings of one motion."""
+    runs = [check.runs[k] for check in pair]
+    picked = [_picked(run) for run in runs]
+    least = max(check.tolerance * check.scale for check in pair)
+    arm = max(check.length + check.lever for check in pair)
+    panels = [
+        ("shaking force (N)", [run.sizes("force")[:, None] for run in runs], [""], least),
+        ("shaking moment (N m)", [run.sizes("moment")[:, None] for run in runs], [""],
+         least * arm),
+        ("drive torque (N m), force (N)", *_largest([run.drive for run in runs],
+         [check.linkage.inputs for check in pair]), 0.0),
+        ("bearing force (N)", *_largest([run.bearing for run in runs],
+         [[joint.name for joint in check.linkage.joints] for check in pair]), 0.0),
+    ]  # fmt: skip
+    # One scale for both, which are two columns of one row; the chart has all their lines.
+    columns = [
+        PanelColumn("", runs[state].trajectory.time[picked[state]], [
+            Panel(title, tuple(f"{names[state]} {label}".strip() for label in labels),
+                  values[state][picked[state]].T, floor)
+            for title, values, labels, floor in panels
+        ]) for state in (0, 1)
+    ]  # fmt: skip
+    charts = panels_figures(columns)
+    layout: Any = charts[0]["layout"]
+    layout["title"] = {"text": ""}
+    traces: list[dict[str, Any]] = []
+    for state, chart in enumerate(charts):
+        data: Any = chart["data"]
+        for trace in data:
+            trace["line"]["color"] = (BEFORE, AFTER)[state]
+            traces.append(trace)
+    return {"data": traces, "layout": layout}
+
+
+def _largest(
+    values: Sequence[Array], names: Sequence[Sequence[str]]
+) -> tuple[list[Array], list[str]]:
+    """Select the columns of the same joints with the largest values before or after."""
+    shared = [name for name in names[0] if name in names[1]]
+    columns = [
+        array[:, [list(own).index(name) for name in shared]]
+        for array, own in zip(values, names, strict=True)
+    ]
+    reach = np.max([np.abs(array).max(axis=0, initial=0.0) for array in columns], axis=0)
+    ranked = rank_least_first([-size for size in reach.tolist()])
+    chosen = sorted(ranked[:MAX_JOINTS])
+    return [array[:, chosen] for array in columns], [shared[k] for k in chosen]
+
+
+def _harmonics(
+    pair: Sequence[Verification], names: Sequence[str], k: int
+) -> dict[str, object] | None:
+    """Build the harmonics of the loads over a revolution; None for other motions."""
+    if any(check.crank is None or not check.crank.periodic for check in pair):
+        return None
+    traces: list[dict[str, object]] = []
+    parts = (("force", slice(3, 6)), ("moment", slice(0, 3)))
+    for row, (_, part) in enumerate(parts):
+        for state, (check, name) in enumerate(zip(pair, names, strict=True)):
+            sizes = harmonic_sizes(check.runs[k].about[:, part])
+            trace = _trace(name, np.arange(1.0, HARMONICS + 1.0), sizes, state)
+            marker = {"color": (BEFORE, AFTER)[state], "size": 7}
+            traces.append(
+                {**trace, "mode": "lines+markers", "marker": marker,
+                 "yaxis": "y2" if row else "y"}
+            )  # fmt: skip
+    layout: dict[str, object] = {
+        "hovermode": "x", "showlegend": True,
+        "xaxis": {"title": {"text": "multiple of the speed"}, "range": [0.5, HARMONICS + 0.5]},
+        "yaxis": {"title": {"text": "force (N)"}, "domain": [0.5, 1.0], "rangemode": "tozero"},
+        "yaxis2": {"title": {"text": "moment (N m)"}, "domain": [0.0, 0.5],
+                   "rangemode": "tozero"},
+    }  # fmt: skip
+    return {"data": traces, "layout": layout}
+
+
+def harmonic_sizes(load: Array) -> Array:
+    """Compute the amplitudes of the harmonics of a load over one revolution.
+
+    ``A_n = |2/N Σ_k F_k exp(-2πi n k/N)|``, the norm over the components, with N samples at
+    equal angles.
+
+    Args:
+        load: components at equal angles, both ends of the revolution (N + 1, 3).
+
+    Returns:
+        The amplitudes of the harmonics from the first on (12,).
+    """
+    spectrum = np.fft.rfft(load[:-1], axis=0) * (2.0 / (len(load) - 1))
+    return np.asarray(np.linalg.norm(spectrum[1 : HARMONICS + 1], axis=1))
+
+
+def _peak_rows(pair: Sequence[Verification], names: Sequence[str]) -> list[tuple[str, str]]:
+    """Build the table of the peaks of all motions, its head first."""
+    before, after = pair
+    rows = [("peak", f"{names[0]} → {names[1]}")]
+    for part, unit in (("force", "N"), ("moment", "N m")):
+        peaks = [max(run.peak(part) for run in check.runs) for check in pair]
+        rows.append(
+            (f"shaking {part}", change_text(peaks[0], peaks[1], unit, _round_off(pair, unit)))
+        )
+    sliding = {joint.name for joint in after.linkage.joints if joint.kind == "prismatic"}
+    drives, forces = before.drive_peaks, after.drive_peaks
+    for name in (name for name in drives if name in forces):
+        unit = "N" if name in sliding else "N m"
+        text = change_text(drives[name], forces[name], unit, _round_off(pair, unit))
+        rows.append((f"drive {name}", text))
+    rows.append(("bearing force", change_text(before.bearing, after.bearing, "N")))
+    return rows
+
+
+def _round_off(pair: Sequence[Verification], unit: str) -> float:
+    """Return the size of a load, N or N m, up to which round-off decides it."""
+    part = "force" if unit == "N" else "moment"
+    return max(check.round_off * check.part_scale(part) for check in pair)

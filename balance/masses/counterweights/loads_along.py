@@ -1,0 +1,45 @@
+"""Loads of a linkage along motions, before and after matter is added."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+from balance.masses.counterweights.answer import Counterweights
+from balance.masses.partial.results import PartialBalance
+from balance.motion.verification.before_after import BeforeAfter, compare_masses
+from balance.motion.verification.trajectory import Trajectory
+
+
+def with_loads(
+    counterweights: Counterweights, motions: Sequence[Trajectory] | None = None
+) -> Counterweights:
+    """Add the loads along motions to counterweights that balance.
+
+    Args:
+        motions: by default the random ones of `balance.verify`.
+
+    Raises:
+        LinkageError: see `balance.verify`.
+    """
+    space = counterweights.space
+    assert counterweights.z is not None
+    along = compare_masses(
+        space.linkage, counterweights.z, along=motions, motion=space.motion,
+        balance=space.balance,
+    )  # fmt: skip
+    return replace(counterweights, along=along)
+
+
+def loads_of(design: PartialBalance) -> BeforeAfter:
+    """Compute the loads along the motions of a design that lets a linkage shake least.
+
+    Raises:
+        LinkageError: see `balance.verify`.
+    """
+    assert design.z is not None
+    space = design.space
+    return compare_masses(
+        space.linkage, design.z, along=design.motions, balance=space.balance,
+        about=design.point,
+    )  # fmt: skip

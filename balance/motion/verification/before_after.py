@@ -1,0 +1,100 @@
+"""A linkage with two sets of masses along the same motions: the loads before and after."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from balance.motion.verification.crank_revolution import crank_of
+from balance.motion.verification.result import Verification
+from balance.motion.verification.to_pinocchio import verify
+from balance.motion.verification.trajectory import Trajectory
+from balance.support.change_text import change_text
+from balance.support.options import Balance
+from kinematics.model.linkage import Linkage
+from kinematics.model.motion import Motion
+
+Array = NDArray[np.float64]
+
+UNITS = {"force": "N", "moment": "N m"}
+
+
+@dataclass(frozen=True, eq=False)
+class BeforeAfter:
+    """Loads along the same motions with the masses before and after a change.
+
+    Attributes:
+        before: the verification with the masses of the file.
+        after: that with the new masses.
+    """
+
+    before: Verification
+    after: Verification
+
+    def change(self, part: str) -> str:
+        """Write the peak ``"force"`` or ``"moment"`` before and after, with its percentage."""
+        least = max(
+            check.round_off * check.part_scale(part) for check in (self.before, self.after)
+        )
+        was, now = (max(run.peak(part) for run in check.runs) for check in self.pair)
+        return change_text(was, now, UNITS[part], least)
+
+    @property
+    def pair(self) -> tuple[Verification, Verification]:
+        """Both, the one before first."""
+        return self.before, self.after
+
+    @property
+    def words(self) -> str:
+        """The change in a sentence without its end: ``Shaking force …, moment …``."""
+        return f"Shaking force {self.change('force')}, moment {self.change('moment')}"
+
+    def to_dict(self) -> dict[str, object]:
+        """Return plain data for JSON: the motions, and the peaks before and after."""
+        before, after = (
+            {
+                "force": check.force, "moment": check.moment, "bearing": check.bearing,
+                "torque": check.drive_peaks,
+            } for check in self.pair
+        )  # fmt: skip
+        crank = self.before.crank
+        speed = {"input": crank.joint, "rate": crank.speed, "rpm": crank.rpm} if crank else None
+        motions = {"motions": len(self.before.runs), "seed": self.before.seed, "speed": speed}
+        return {**motions, "before": before, "after": after}
+
+
+def compare_masses(
+    linkage: Linkage, z: ArrayLike, *, along: Sequence[Trajectory] | None = None,
+    motion: Motion | None = None, balance: Balance = "dynamic", about: ArrayLike | None = None,
+    progress: Callable[[int, int], None] | None = None,
+) -> BeforeAfter:  # fmt: skip
+    """Compute the loads of a linkage with the masses of its file and with others.
+
+    Args:
+        linkage: the linkage.
+        z: the other masses, parameters as in `balance.verify`.
+        along: motions; by default the random ones of `balance.verify`.
+        motion: restriction of random motions.
+        balance: ``"dynamic"``, or ``"force"`` for a verdict on the force alone.
+        about: point for moments, as in `balance.verify`.
+        progress: called with the number of motions done and the number of all.
+
+    Returns:
+        Both verifications; they show the same motion.
+
+    Raises:
+        LinkageError: see `balance.verify`.
+    """
+    before = verify(
+        linkage, motion=motion, balance=balance, along=along, about=about, progress=progress
+    )
+    motions = [run.trajectory for run in before.runs]
+    after = verify(linkage, z, balance=balance, along=motions, about=about)
+    crank = crank_of(linkage, motions[0]) if len(motions) == 1 else None
+    return BeforeAfter(
+        replace(before, crank=crank),
+        replace(after, crank=crank, shown=before.plotted, seed=before.seed),
+    )

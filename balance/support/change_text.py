@@ -1,0 +1,58 @@
+"""What a change of masses does to a load, in words: ``22 → 1.7 N (−92 %)``."""
+
+from __future__ import annotations
+
+from kinematics.wording import number_text
+
+# Ratio of a load to that before, from which it is written as a number of times.
+MANY_TIMES = 10.0
+# Percent up to which a load is unchanged.
+UNCHANGED = 0.5
+# Masses below are written in grams, kilograms.
+LEAST_KILOGRAMS = 0.1
+
+
+def change_text(
+    before: float, after: float, unit: str, least: float = 0.0, *, worded: bool = False
+) -> str:
+    """Write a load before and after a change, and by how many percent it differs.
+
+    Args:
+        before: its size.
+        after: its size then.
+        unit: of both.
+        least: sizes up to this are round-off, and written as 0.
+        worded: whether to write ``92 % less`` instead of ``−92 %``.
+    """
+    first, then = (0.0 if size <= least else size for size in (before, after))
+    if first == then == 0.0:
+        return f"0 {unit}"
+    sizes = f"{two_digits(first)} → {two_digits(then)} {unit}"
+    return f"{sizes} ({_percent_text(then / first, worded)})" if first else sizes
+
+
+def _percent_text(ratio: float, worded: bool) -> str:
+    """Write by how many percent a ratio differs from 1."""
+    percent = 100.0 * (ratio - 1.0)
+    if abs(percent) <= UNCHANGED:
+        return "unchanged"
+    if ratio >= MANY_TIMES:
+        return f"{two_digits(ratio)} times"
+    size = number_text(abs(percent), ".0f")
+    if worded:
+        return f"{size} % {'less' if percent < 0.0 else 'more'}"
+    return f"{'−' if percent < 0.0 else '+'}{size} %"
+
+
+def mass_added_text(mass: float) -> str:
+    """Write an added mass: ``2.3 kg added``, ``85 g added``, or ``nothing added``."""
+    if mass <= 0.0:
+        return "nothing added"
+    if mass < LEAST_KILOGRAMS:
+        return f"{two_digits(1e3 * mass)} g added"
+    return f"{two_digits(mass)} kg added"
+
+
+def two_digits(value: float) -> str:
+    """Write a number with two digits, and without a power of ten up to a million."""
+    return f"{float(number_text(value, '.2g')):.6g}"

@@ -1,0 +1,143 @@
+"""Pages of counterweights and of partial balance, and the sentence on top of answers."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+
+import balance
+from balance.app.answers.html.before_after import harmonic_sizes
+from balance.app.answers.html.counterweights import (
+    counterweights_page,
+    filling_points,
+    partial_page,
+)
+from balance.app.cli.main import main
+from balance.masses.counterweights.loads_along import loads_of
+from balance.support.change_text import change_text, mass_added_text
+from tests.support.page_elements import Elements
+
+MODEL = "four_bar_general"
+LINKS = ["crank", "rocker"]
+
+
+def test_changes_in_words():
+    assert change_text(22.0, 1.7, "N") == "22 → 1.7 N (−92 %)"
+    assert change_text(3.1, 7.9, "N m") == "3.1 → 7.9 N m (+155 %)"
+    assert change_text(22.0, 1.7, "N", worded=True) == "22 → 1.7 N (92 % less)"
+    assert change_text(3.1, 7.9, "N", worded=True) == "3.1 → 7.9 N (155 % more)"
+    assert change_text(5.0, 5.01, "N") == "5 → 5 N (unchanged)"
+    assert change_text(2.0, 1240.0, "N") == "2 → 1200 N (620 times)"
+    # What round-off decides is nothing, and nothing has no percentage.
+    assert change_text(22.0, 1e-13, "N", 1e-12) == "22 → 0 N (−100 %)"
+    assert change_text(1e-13, 3.0, "N", 1e-12) == "0 → 3 N"
+    assert change_text(1e-13, 2e-13, "N", 1e-12) == "0 N"
+    assert [mass_added_text(m) for m in (2.34, 0.085, 0.0)] == [
+        "2.3 kg added", "85 g added", "nothing added",
+    ]  # fmt: skip
+
+
+def test_harmonics_of_a_known_load():
+    """Of ``3 cos θ``, ``4 sin 2θ`` along two axes, and a mean that is none."""
+    angle = np.linspace(0.0, 2.0 * np.pi, 721)
+    load = np.column_stack([3.0 * np.cos(angle) + 7.0, 4.0 * np.sin(2 * angle), 0.0 * angle])
+    sizes = harmonic_sizes(load)
+    np.testing.assert_allclose(sizes[:2], [3.0, 4.0], atol=1e-9)
+    np.testing.assert_allclose(sizes[2:], 0.0, atol=1e-9)
+
+
+def lines_of(chart):
+    """The lines of the uppermost panel: before, and after."""
+    return [line for line in chart["data"] if line["yaxis"] == "y"]
+
+
+@pytest.fixture(scope="module")
+def balanced():
+    """Counterweights against the force, of point masses."""
+    return balance.counterweights(balance.design_space(MODEL, balance="force"), LINKS)
+
+
+@pytest.mark.slow
+def test_page_shows_both_loads_and_all_weights(balanced):
+    elements = Elements(counterweights_page(balanced))
+    report = elements.data("report")
+    assert report["sentence"] in " ".join(elements.text.split())
+    # Every motion before and after, on the same time: the force is gone.
+    first = elements.data("comparison")["motions"][0]
+    (was, now) = lines_of(first["time"])
+    assert was["x"] == now["x"] and max(was["y"]) > 10.0 and max(now["y"]) < 1e-9
+    assert first["harmonics"] is None
+    reach = np.hypot(first["polar"]["data"][0]["x"], first["polar"]["data"][0]["y"])
+    np.testing.assert_allclose(reach, was["y"], rtol=1e-4, atol=1e-4)
+    # The table is in grams and millimetres; balls of steel have the masses of the lumps.
+    (lump,) = balanced.weights[0].lumps
+    assert f"{1e3 * lump.mass:.6g}" in elements.text
+    drawn = elements.data("additions")[0]["lumps"][0]
+    assert 7850.0 * 4.0 / 3.0 * np.pi * drawn["radius"] ** 3 == pytest.approx(lump.mass)
+
+
+@pytest.mark.slow
+def test_sentence_is_made_of_the_numbers_of_json(capsys, tmp_path):
+    page = tmp_path / "page.html"
+    words = ["counterweights", MODEL, "--links", "crank,rocker", "--balance", "force"]
+    words += ["--speed", "300rpm", "--html", str(page)]
+    assert main([*words, "--json"]) == 0
+    report = json.loads(capsys.readouterr().out)
+    along = report["along"]
+    assert along["speed"]["rpm"] == pytest.approx(300.0) and along["motions"] == 1
+    percent = 100.0 * (along["after"]["moment"] / along["before"]["moment"] - 1.0)
+    force = float(f"{along['before']['force']:.2g}")
+    assert report["sentence"].startswith(f"Shaking force {force:g} → 0 N (−100 %), moment ")
+    assert f"(+{percent:.0f} %), {report['added_mass']:.2g} kg added." in report["sentence"]
+    elements = Elements(page.read_text(encoding="utf-8"))
+    assert report["sentence"] in " ".join(elements.text.split())
+    assert elements.data("report") == report
+    # The peaks are those of `balance verify` at this speed.
+    verified = balance.verify(MODEL, speed=10.0 * np.pi)
+    assert along["before"]["force"] == pytest.approx(verified.force, rel=1e-12)
+    harmonics = elements.data("comparison")["motions"][0]["harmonics"]["data"]
+    assert len(harmonics) == 4 and max(harmonics[1]["y"]) < 1e-9
+
+
+@pytest.mark.slow
+def test_answers_begin_with_the_sentence(capsys):
+    words = ["reduce", MODEL, "--links", "crank,rocker", "--budget", "0.5"]
+    assert main([*words, "--json"]) == 0
+    report = json.loads(capsys.readouterr().out)
+    (design,) = report["designs"]
+    before, after = report["given"]["force"], design["found"]["force"]
+    percent = 100.0 * (1.0 - after / before)
+    assert design["sentence"].startswith(
+        f"Shaking force {before:.2g} → {after:.2g} N rms (−{percent:.0f} %), moment "
+    )
+    assert main(words) == 0
+    assert capsys.readouterr().out.splitlines()[:2] == [design["sentence"], ""]
+
+
+@pytest.mark.slow
+def test_page_of_designs_has_the_loads_of_the_last(balanced):
+    front = balance.pareto(MODEL, LINKS, 3, 0.5)
+    elements = Elements(partial_page(front))
+    assert front.designs[-1].sentence in " ".join(elements.text.split())
+    assert "What each kilogram buys" in elements.text
+    # Peaks over all motions, which Pinocchio computes, are those of the program.
+    best = front.designs[-1]
+    loads = loads_of(best)
+    assert loads.before.force == pytest.approx(best.given.peak_force, rel=1e-9)
+    assert loads.after.force == pytest.approx(best.found.peak_force, rel=1e-9)
+    assert loads.after.drive_peaks == pytest.approx(best.found.torque, rel=1e-9)
+    assert f"{loads.after.force:.2g} N" in elements.text
+
+
+@pytest.mark.slow
+def test_matter_of_limited_density_is_drawn_where_it_is():
+    """The mean of the points inside a filled part is its centre of mass."""
+    space = balance.design_space(MODEL, balance="force")
+    found = balance.counterweights(space, LINKS, density=7850.0)
+    for weight in found.weights:
+        points = filling_points(weight)
+        assert weight.region.contains(points).all() and len(points) >= 20
+        away = np.linalg.norm(points.mean(axis=0) - weight.com)
+        assert away < 0.1 * weight.region.size

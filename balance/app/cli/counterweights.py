@@ -134,7 +134,7 @@ def _with_loads(
     asked = arguments.speed is not None or arguments.csv or arguments.html is not None
     if matter.z is None or not asked:
         return matter, []
-    from balance.masses.counterweights.loads_along import with_loads
+    from balance.masses.partial.loads_along import with_loads
 
     linkage = matter.space.linkage
     motions = motions_of(arguments, linkage)

@@ -21,9 +21,9 @@ from balance.app.answers.text.counterweights import counterweights_facts, shop_r
 from balance.app.answers.text.partial import partial_facts
 from balance.masses.counterweights.answer import Counterweights
 from balance.masses.counterweights.counterweight import Counterweight
-from balance.masses.counterweights.loads_along import loads_of, with_loads
 from balance.masses.counterweights.regions import Region
 from balance.masses.designs.density import STEEL
+from balance.masses.partial.loads_along import loads_of, with_loads
 from balance.masses.partial.results import ParetoFront
 from balance.motion.verification.before_after import BeforeAfter
 from balance.space.spaces.design_space import DesignSpace

@@ -15,7 +15,7 @@ from balance.app.answers.html.counterweights import (
     partial_page,
 )
 from balance.app.cli.main import main
-from balance.masses.counterweights.loads_along import loads_of
+from balance.masses.partial.loads_along import loads_of
 from balance.support.change_text import change_text, mass_added_text
 from tests.support.page_elements import Elements
 

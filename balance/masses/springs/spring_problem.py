@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from functools import cached_property
+from itertools import islice
 
 import numpy as np
 from numpy.typing import NDArray
@@ -72,7 +73,7 @@ class SpringProblem:
 
     def _gravity_works(self) -> bool:
         """Whether gravity does work at poses of generic motions."""
-        work = max(np.abs(rows[:, -1]).max(initial=0.0) for rows in self._batches[0])
+        work = max(np.abs(rows[:, -1]).max(initial=0.0) for rows in self._first_batch)
         return bool(work > SPRING_TORQUE_LEFT)
 
     def rows_at(self, chain: Chain, pose: Pose) -> Array:
@@ -87,35 +88,42 @@ class SpringProblem:
         return rows
 
     @cached_property
-    def _batches(self) -> list[list[Array]]:
-        """Rows at poses of generic motions, in batches of doubled size."""
-        most = FIRST_BATCH * (2**BATCHES - 1)
-        rows = [self.rows_at(*pose) for pose in self._generic(CONDITION_RAYS, most)]
-        ends = [FIRST_BATCH * (2**k - 1) for k in range(BATCHES + 1)]
-        batches = [rows[a:b] for a, b in zip(ends, ends[1:], strict=False)]
-        return [batch for batch in batches if batch]
+    def _rows(self) -> Iterator[Array]:
+        """Rows at poses of generic motions, one pose after the other."""
+        return (self.rows_at(*pose) for pose in generic_poses(self.linkage, CONDITION_RAYS))
 
-    def _generic(self, seed: int, count: int) -> list[tuple[Chain, Pose]]:
-        poses = generic_poses(self.linkage, seed, count)
-        if not poses:
+    @cached_property
+    def _first_batch(self) -> list[Array]:
+        """Rows at the first poses.
+
+        Raises:
+            LinkageError: there is no pose.
+        """
+        return self._checked(list(islice(self._rows, FIRST_BATCH)))
+
+    def _checked(self, rows: list[Array]) -> list[Array]:
+        """Return rows at poses, if there are any."""
+        if not rows:
             raise LinkageError(
                 f"{self.linkage.source}: no closed pose was found near the reference pose; "
                 "write the file at a pose further from a singularity"
             )
-        return poses
+        return rows
 
     @cached_property
     def conditions(self) -> tuple[Conditions, bool]:
         """All conditions on the unknowns and gravity, and whether further poses add none."""
-        unknowns = self._batches[0][0].shape[1]
+        batch = self._first_batch
+        unknowns = batch[0].shape[1]
         conditions = Conditions.given(np.empty((0, unknowns)), relative_tolerance(self._chain))
         settled = False
-        for batch in self._batches:
+        for k in range(1, BATCHES + 1):
             before = conditions.rank
             blocks = [rows / (np.linalg.norm(rows) or 1.0) for rows in batch]
             conditions = conditions.append(np.concatenate(blocks))
             settled = conditions.rank == before or conditions.complete
-            if settled:
+            batch = [] if settled else list(islice(self._rows, FIRST_BATCH * 2**k))
+            if not batch:
                 break
         return conditions, settled
 
@@ -146,6 +154,7 @@ class SpringProblem:
         Returns:
             The largest torque over the largest of gravity, and the number of poses.
         """
-        rows = [self.rows_at(*pose) for pose in self._generic(FRESH_RAYS, FRESH_POSES)]
+        poses = islice(generic_poses(self.linkage, FRESH_RAYS), FRESH_POSES)
+        rows = self._checked([self.rows_at(*pose) for pose in poses])
         left = max(np.abs(row @ np.append(x, 1.0)).max() for row in rows)
         return float(left / max(np.abs(row[:, -1]).max() for row in rows)), len(rows)

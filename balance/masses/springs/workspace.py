@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from itertools import islice
+from collections.abc import Iterator, Mapping
 from math import hypot
 
 import numpy as np
@@ -115,13 +114,12 @@ def _pose_towards(chain: Chain, point: Array) -> Pose | None:
     return None
 
 
-def generic_poses(linkage: Linkage, seed: int, count: int) -> list[tuple[Chain, Pose]]:
+def generic_poses(linkage: Linkage, seed: int) -> Iterator[tuple[Chain, Pose]]:
     """Follow the linkage along generic rays, both ways.
 
     Args:
         linkage: the linkage.
         seed: of the rays.
-        count: most poses.
 
     Raises:
         LinkageError: it has no motion.
@@ -131,4 +129,4 @@ def generic_poses(linkage: Linkage, seed: int, count: int) -> list[tuple[Chain, 
         raise LinkageError(f"{linkage.source}: does not move: springs have nothing to balance")
     rays = np.random.default_rng(seed).standard_normal((RAYS, chain.width))
     rays /= np.linalg.norm(rays, axis=1)[:, None]
-    return list(islice(continue_in_directions(chain, rays), count))
+    return continue_in_directions(chain, rays)

@@ -22,6 +22,7 @@ def test_the_answer_keeps_to_its_schema_and_has_a_picture(capsys, tmp_path):
     assert picture.read_text("utf-8").startswith("<?xml")
 
 
+@pytest.mark.slow
 def test_the_text_says_what_is_left(capsys):
     words = ("springs", *CRANK, "--range", "u1=-20deg:0.5")
     code, answer = json_answer(capsys, *words)

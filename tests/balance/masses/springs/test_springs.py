@@ -87,6 +87,7 @@ def test_two_links_without_a_parallelogram():
     assert answer.sets == ((0, 1, 2),) and answer.rank == 3
 
 
+@pytest.mark.slow
 def test_two_links_with_a_parallelogram():
     """Two springs at the hinge: k1 a r1 = (m1 s1 + m2 l1) g and k2 a r2 = m2 g s2."""
     answer = balance.springs(parallelogram_lamp(), [
@@ -97,16 +98,13 @@ def test_two_links_with_a_parallelogram():
     assert found == pytest.approx(expected, rel=1e-9)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "model",
     [
-        "four_bar_general",
-        *(
-            pytest.param(name, marks=pytest.mark.slow)
-            for name in ("four_bar_parallelogram", "slider_crank", "four_bar_kite")
-        ),
+        "four_bar_general", "four_bar_parallelogram", "slider_crank", "four_bar_kite",
     ],
-)
+)  # fmt: skip
 def test_four_bars_without_auxiliary_links(model):
     """Deepak and Ananthasuresh 2012: springs from the ground alone; the energy by Pinocchio."""
     linkage = kinematics.load(model)
@@ -169,6 +167,7 @@ def test_tendons_of_mujoco_balance():
         assert np.abs(data.qfrc_bias).max() > 0.05
 
 
+@pytest.mark.slow
 def test_the_least_torque_is_that_of_cvxpy():
     """The program of least squares over the same poses, by another solver, in closed form."""
     cvxpy = pytest.importorskip("cvxpy")
@@ -198,6 +197,7 @@ def test_the_least_torque_is_that_of_cvxpy():
     assert 0.0 < answer.share_left < 0.5
 
 
+@pytest.mark.slow
 def test_the_fewest_springs_and_a_catalogue():
     asked = ["base@0,0,0.4 arm@0.1,0,0", "base@0,0,0.4 arm@0,0,0.1",
              "base@0,0,0.1:0.4 arm@0.3,0,0"]  # fmt: skip

@@ -30,6 +30,11 @@ class AttachedPoint(NamedTuple):
 
     def __repr__(self) -> str:
         """Give one line: the link and the point."""
+        return f"AttachedPoint: {self.words}"
+
+    @property
+    def words(self) -> str:
+        """The link and the point in words."""
         return f"{self.link} at {vector_text(self.point)} m"
 
 
@@ -53,7 +58,7 @@ class Spring(NamedTuple):
     def __repr__(self) -> str:
         """Give one line: stiffness and ends."""
         first, second = self.ends
-        return f"Spring: {number_text(self.stiffness)} N/m, {first!r} to {second!r}"
+        return f"Spring: {number_text(self.stiffness)} N/m, {first.words} to {second.words}"
 
 
 @dataclass(frozen=True, eq=False)

@@ -26,7 +26,9 @@ from tests.support.rounding import VARIANTS, perturb_rounding
 ROOT = Path(__file__).parents[2]
 # What a command prints of time, and of kernels that it had to compile.
 OF_TIME = re.compile(
-    r" in [\d.]+ s, \d+ geometries a second|^compiling kernels .*\n|^time +[\d.]+ s$", re.M
+    r" in [\d.]+ s, \d+ geometries a second|^compiling kernels .*\n"
+    r"|^kernels are compiled in the background .*\n|^time +[\d.]+ s$",
+    re.M,
 )
 
 

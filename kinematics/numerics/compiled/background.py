@@ -37,6 +37,9 @@ MODES = ("now", "background", "never")
 WORTH = 0.5
 # Seconds between two checks whether another process has compiled the kernels.
 PAUSE = 0.2
+# Niceness of the process that compiles: a third of the weight of a command. The lowest priority
+# would starve where other processes keep all cores busy.
+COMPILER_NICENESS = 5
 # New objects, while kernels are compiled, after which Python looks for garbage.
 NEW_OBJECTS = 200_000
 # The process beside a command takes the lock before it imports anything heavy.
@@ -224,7 +227,7 @@ def compile_in_background() -> int:
 
     lower = getattr(os, "nice", None)
     if lower is not None:
-        lower(19)
+        lower(COMPILER_NICENESS)
     folder = cache_folder()
     if folder is None or _ProcessChoice.warm_up is None:
         return 1

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-import pytest
 from scipy.linalg import expm
 
 import kinematics
@@ -29,20 +28,13 @@ def written(folder, space):
     return path.as_uri()
 
 
-@pytest.fixture(scope="module")
-def pages(tmp_path_factory):
-    """Design spaces and the addresses of their pages."""
-    found = {}
+def write_pages(make_folder):
+    """Write pages of design spaces, each into a new folder; spaces and addresses by model."""
+    pages = {}
     for model, motion in ((FOUR_BAR, None), (PARALLEL, "u2=u3")):
         space = design_space(kinematics.load(model), motion)
-        found[model] = space, written(tmp_path_factory.mktemp("pages"), space)
-    return found
-
-
-@pytest.fixture(scope="module", params=[FOUR_BAR, PARALLEL])
-def model(request):
-    """Of module scope, so that one page is opened after the other."""
-    return request.param
+        pages[model] = space, written(make_folder("pages"), space)
+    return pages
 
 
 def opened(browser, address):

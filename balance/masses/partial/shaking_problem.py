@@ -110,14 +110,14 @@ class ShakingProblem:
         s = np.zeros(self.matter.count)
         over = [cap.name for cap in self.program.caps
                 if cap.sizes(s).max() > cap.most * (1.0 + CAP_EXCEEDED)]  # fmt: skip
+        value = self.program.value(s)
         if budget > 0.0 and (over or not self.program.balanced):
             answer = least_shaking(self.program, budget)
-            shakes = isinstance(answer, LeastShaking) and answer.value > self.program.given
-            if over or not shakes:
+            if over or isinstance(answer, CapsConflict) or answer.value <= value:
                 return answer
+            return answer._replace(s=s, value=value, bound=min(answer.bound, value))
         if over:
             return CapsConflict(True, tuple(over))
-        value = self.program.value(s)
         return LeastShaking(s, value, 0.0 if budget > 0.0 else value, 0)
 
     def figures(self, designs: Sequence[Array]) -> list[ShakingFigures]:

@@ -61,8 +61,8 @@ from kinematics.files.urdf.rational_screws import Geometry, of_lowest_rank
 from kinematics.loading.meant.digits import (
     DOUBLE_DIGITS,
     file_digits,
+    half_unit_of_file,
     has_doubles,
-    rounding_of_file,
 )
 from kinematics.model.chain import extent
 from kinematics.model.linkage import Notice
@@ -345,7 +345,8 @@ def _reason_below_digits(space: DesignSpace, corrected: DesignSpace, evidence: E
         return ""
     least = float(corrected.singular_values[-1])
     if least >= limit:
-        return _reason_within_rounding(space, corrected, least) if meant is None else ""
+        inexact = meant is None and evidence.replaced > 0
+        return _reason_within_rounding(space, corrected, least) if inexact else ""
     if decimals_have_rank(space, corrected.rank):
         return ""
     return (
@@ -357,7 +358,8 @@ def _reason_below_digits(space: DesignSpace, corrected: DesignSpace, evidence: E
 def _reason_within_rounding(space: DesignSpace, corrected: DesignSpace, least: float) -> str:
     """State that a change of the geometry within the digits of the file lowers the rank.
 
-    Relations of loops that are neither planar nor spherical are not looked for by name.
+    For linkages whose loops do not close in the decimals of the file. Relations of loops that
+    are neither planar nor spherical are not looked for by name.
 
     Args:
         space: the space by floating point.
@@ -370,17 +372,18 @@ def _reason_within_rounding(space: DesignSpace, corrected: DesignSpace, least: f
     linkage = space.linkage
     if linkage.as_written or not linkage.loops or linkage.tree is None:
         return ""
-    if file_digits(linkage.tree) is None:
+    digits = file_digits(linkage.tree)
+    if digits is None:
         return ""
-    rounding = rounding_of_file(linkage.tree, max(extent(linkage).length, 1e-300))
+    size = max(extent(linkage).length, 1e-300)
+    rounding = half_unit_of_file(linkage.tree, digits, size)
     if least > CONDITION_PER_CHANGE * rounding:
         return ""
-    distance = distance_to_rank_drop(corrected)
-    if distance > rounding or decimals_have_rank(space, corrected.rank):
+    if distance_to_rank_drop(corrected) > rounding:
         return ""
     return (
-        f"rank: a change of the geometry by {size_text(distance, '.0e')} of the size, below "
-        "the digits of the file, lowers it"
+        f"rank: a change of the geometry by less than {size_text(rounding, '.0e')} of the "
+        "size, below the digits of the file, lowers it"
     )
 
 

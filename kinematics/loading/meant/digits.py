@@ -122,6 +122,24 @@ def has_doubles(tree: Element) -> bool:
     return digits is not None and digits.significant >= DOUBLE_DIGITS
 
 
+def half_unit_of_file(tree: Element, digits: FileDigits, size: float) -> float:
+    """Find the largest half unit of the numbers of a file that are not exact.
+
+    Args:
+        tree: the checked tree of a file.
+        digits: those of the file.
+        size: length of which the units of origins are parts, metres.
+
+    Returns:
+        The half unit, in radians and parts of the size.
+    """
+    angles = [*_words_of(tree, ("origin",), "rpy"), *_words_of(tree, ("axis", "axis2"), "xyz")]
+    lengths = _words_of(tree, ("origin",), "xyz")
+    widths = [digits.half_unit(word, False) for word in angles if float(word)]
+    widths += [digits.half_unit(word) / size for word in lengths if float(word)]
+    return max(widths, default=0.0)
+
+
 def rounding_of_file(tree: Element, size: float) -> float:
     """Find the largest half unit of the last digits of origins, angles and axes.
 

@@ -263,7 +263,7 @@ def test_the_command_tells_peak_and_rms(capsys, tmp_path):
         str(table),
     )  # fmt: skip
     same = verify("four_bar_general", speed=10.0 * math.pi)
-    assert code == 1 and {**same.to_dict(), "against": None} == report
+    assert code == 1 and {**same.to_dict(), "against": None, "sentence": None} == report
     speed = report["speed"]
     assert (speed["input"], speed["periodic"], report["seed"]) == ("u1", True, None)
     assert speed["rpm"] == pytest.approx(300.0) and report["duration"] == pytest.approx(0.2)

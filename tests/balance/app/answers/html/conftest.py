@@ -1,4 +1,4 @@
-"""One browser for all pages that a process tests."""
+"""One browser for all pages that a process tests, and pages of design spaces."""
 
 from __future__ import annotations
 
@@ -12,3 +12,17 @@ def browser(tmp_path_factory):
 
     with started(tmp_path_factory.mktemp("profile")) as driver:
         yield driver
+
+
+@pytest.fixture(scope="module")
+def pages(tmp_path_factory):
+    """Design spaces and the addresses of their pages, by model."""
+    from tests.support.design_space_pages import write_pages
+
+    return write_pages(tmp_path_factory.mktemp)
+
+
+@pytest.fixture(scope="module", params=("four_bar_antiparallelogram", "three_rsr"))
+def model(request):
+    """A linkage of `pages`."""
+    return request.param

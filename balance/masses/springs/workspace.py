@@ -3,17 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from math import hypot
 
 import numpy as np
 from numpy.typing import NDArray
 
 from balance.motion.verification.joint_limits import joint_limits
-from kinematics.closure.continuation import SERIES_ORDER, continue_in_directions
-from kinematics.closure.joint_positions import check_inputs, input_chain
-from kinematics.closure.newton import Pose, follow_ray, forward_kinematics
-from kinematics.closure.series import expand_from
-from kinematics.errors import LinkageError, PoseError, UsageError
+from kinematics.closure.continuation import continue_in_directions
+from kinematics.closure.joint_positions import check_inputs, input_chain, joint_positions
+from kinematics.closure.newton import Pose, forward_kinematics
+from kinematics.errors import LinkageError, PoseError, UnreachedError, UsageError
 from kinematics.model.arrays import Chain
 from kinematics.model.linkage import Linkage
 
@@ -24,8 +22,6 @@ POSES_OF_ONE, POSES_OF_SEVERAL = 61, 96
 # Range of an input each way where neither the file nor a caller gives one, rad and
 # characteristic lengths.
 DEFAULT_RANGE = 1.0
-# Most steps from the reference pose to a pose: more are only taken near singular poses.
-MAX_STEPS = 40
 # Generic rays along which a linkage is followed for conditions.
 RAYS = 2
 
@@ -73,45 +69,24 @@ def workspace_poses(linkage: Linkage, ranges: Array) -> tuple[list[Pose], Array]
     Raises:
         PoseError: no pose of the ranges is reached.
     """
-    chain, at = input_chain(linkage), linkage.positions_of(linkage.inputs)
-    low, high = ranges
+    chain, (low, high) = input_chain(linkage), ranges
     if low.size == 1:
         shares = np.linspace(0.0, 1.0, POSES_OF_ONE)[:, None]
     else:
         shares = np.random.default_rng(107).random((POSES_OF_SEVERAL, low.size))
     poses, reached = [], []
     for point in low + shares * (high - low):
-        pose = _pose_towards(chain, point / chain.units[at])
-        if pose is not None:
-            poses.append(pose)
-            reached.append(point)
+        try:
+            q = joint_positions(linkage, point)
+        except UnreachedError:
+            continue
+        poses.append(forward_kinematics(chain, q / chain.units))
+        reached.append(point)
     if not poses:
         raise PoseError(
             f"{linkage.source}: no pose of the ranges is reached: give smaller ones"
         )
     return poses, np.array(reached)
-
-
-def _pose_towards(chain: Chain, point: Array) -> Pose | None:
-    """Follow a straight line of coordinates to its end; None where few steps do not lead there.
-
-    Args:
-        chain: the linkage at its reference pose.
-        point: coordinates of the chain (w,).
-    """
-    pose, rest = forward_kinematics(chain, np.zeros(chain.parent.size)), float(hypot(*point))
-    if not chain.dependent.size:
-        return forward_kinematics(chain, chain.columns @ point)
-    ray = point / (rest or 1.0)
-    for _ in range(MAX_STEPS):
-        if rest == 0.0:
-            return pose
-        series = expand_from(chain, pose.screws, ray[None], SERIES_ORDER)
-        pose, step = follow_ray(chain, pose.q, series, ray, rest)
-        if step == 0.0:
-            break
-        rest -= step
-    return None
 
 
 def generic_poses(linkage: Linkage, seed: int) -> Iterator[tuple[Chain, Pose]]:

@@ -266,18 +266,9 @@ def _result(
         )
     z = freeze(problem.matter.parameters(best.s))
     return PartialBalance(
-        problem.space,
-        budget,
-        verdict,
-        text,
-        given,
-        figures,
-        best.bound,
-        weights,
-        z,
-        problem.motions,
-        problem.point,
-    )
+        problem.space, budget, verdict, text, given, figures, best.bound, weights, z,
+        problem.motions, problem.point,
+    )  # fmt: skip
 
 
 def _conflict(
@@ -285,35 +276,16 @@ def _conflict(
 ) -> PartialBalance:
     """Describe caps that no matter keeps."""
     caps = ", ".join(conflict.names) or "the joints"
+    text = "undecided: the solver found neither matter that keeps the caps nor a proof"
     if conflict.proved:
         text = f"infeasible: no matter within {budget:g} kg in the regions keeps {caps} capped"
-        return PartialBalance(
-            problem.space,
-            budget,
-            "infeasible",
-            text,
-            given,
-            None,
-            0.0,
-            (),
-            None,
-            problem.motions,
-            problem.point,
-        )
-    text = "undecided: the solver found neither matter that keeps the caps nor a proof"
-    return PartialBalance(
-        problem.space,
-        budget,
-        "undecided",
-        text,
-        given,
-        None,
-        0.0,
-        (),
-        None,
-        problem.motions,
-        problem.point,
+    verdict: Literal["infeasible", "undecided"] = (
+        "infeasible" if conflict.proved else "undecided"
     )
+    return PartialBalance(
+        problem.space, budget, verdict, text, given, None, 0.0, (), None, problem.motions,
+        problem.point,
+    )  # fmt: skip
 
 
 def _space_of(space: DesignSpace | LinkageLike) -> DesignSpace:

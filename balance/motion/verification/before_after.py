@@ -9,17 +9,14 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from balance.motion.verification.crank_revolution import crank_of
-from balance.motion.verification.result import Verification
+from balance.motion.verification.result import Verification, peak_change
 from balance.motion.verification.to_pinocchio import verify
 from balance.motion.verification.trajectory import Trajectory
-from balance.support.change_text import change_text
 from balance.support.options import Balance
 from kinematics.model.linkage import Linkage
 from kinematics.model.motion import Motion
 
 Array = NDArray[np.float64]
-
-UNITS = {"force": "N", "moment": "N m"}
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,14 +31,6 @@ class BeforeAfter:
     before: Verification
     after: Verification
 
-    def change(self, part: str) -> str:
-        """Write the peak ``"force"`` or ``"moment"`` before and after, with its percentage."""
-        least = max(
-            check.round_off * check.part_scale(part) for check in (self.before, self.after)
-        )
-        was, now = (max(run.peak(part) for run in check.runs) for check in self.pair)
-        return change_text(was, now, UNITS[part], least)
-
     @property
     def pair(self) -> tuple[Verification, Verification]:
         """Both, the one before first."""
@@ -50,7 +39,8 @@ class BeforeAfter:
     @property
     def words(self) -> str:
         """The change in a sentence without its end: ``Shaking force …, moment …``."""
-        return f"Shaking force {self.change('force')}, moment {self.change('moment')}"
+        force, moment = (peak_change(self.pair, part) for part in ("force", "moment"))
+        return f"Shaking force {force}, moment {moment}"
 
     def to_dict(self) -> dict[str, object]:
         """Return plain data for JSON: the motions, and the peaks before and after."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -15,6 +16,7 @@ from balance.motion.motion_tolerances import (
 )
 from balance.motion.verification.crank_revolution import Crank
 from balance.motion.verification.run import PARTS, Run
+from balance.support.change_text import change_text
 from balance.support.options import Balance
 from kinematics.model.linkage import Linkage, Notice
 from kinematics.numerics.linalg.ties import first_largest
@@ -24,6 +26,8 @@ from kinematics.wording import count_noun, html_facts, outward_text, repr_lines,
 Array = NDArray[np.float64]
 
 VERIFY_SCHEMA = "balance.verify/1"
+# Units of shaking loads.
+UNITS = {"force": "N", "moment": "N m"}
 
 
 @dataclass(frozen=True, eq=False)
@@ -211,7 +215,7 @@ class Verification:
         least, most = self.peak_range(part)
         if most <= self.round_off * self.part_scale(part):
             return self.load_text(part, most)
-        return f"{outward_text(least, most)} {'N' if part == 'force' else 'N m'}"
+        return f"{outward_text(least, most)} {UNITS[part]}"
 
     @property
     def verdict(self) -> str:
@@ -253,8 +257,8 @@ class Verification:
             part: ``"force"`` or ``"moment"``.
             load: its size, N or N m.
         """
-        unit = "N" if part == "force" else "N m"
-        return f"{size_text(load, '.3g', self.part_scale(part), self.round_off)} {unit}"
+        size = size_text(load, ".3g", self.part_scale(part), self.round_off)
+        return f"{size} {UNITS[part]}"
 
     @property
     def round_off(self) -> float:
@@ -432,3 +436,26 @@ class Verification:
         loads = {part: {"peak": run.peak(part), "rms": run.rms(part)} for part in PARTS}
         crank = {"input": self.crank.joint, "rate": self.crank.speed, "rpm": self.crank.rpm}
         return {**crank, "periodic": self.crank.periodic, **loads}
+
+
+def round_off_of(pair: Sequence[Verification], part: str) -> float:
+    """Return the shaking ``"force"`` or ``"moment"`` that round-off decides, N or N m.
+
+    Args:
+        pair: verifications that are compared: the larger size counts.
+        part: the load.
+    """
+    return max(check.round_off * check.part_scale(part) for check in pair)
+
+
+def peak_change(pair: Sequence[Verification], part: str, *, worded: bool = False) -> str:
+    """Write the peaks of a shaking ``"force"`` or ``"moment"``, and by how much they differ.
+
+    Args:
+        pair: the verification before, and after.
+        part: the load.
+        worded: as in `balance.support.change_text.change_text`.
+    """
+    before, after = (check.force if part == "force" else check.moment for check in pair)
+    least = round_off_of(pair, part)
+    return change_text(before, after, UNITS[part], least, worded=worded)

@@ -125,6 +125,9 @@ def has_doubles(tree: Element) -> bool:
 def half_unit_of_file(tree: Element, digits: FileDigits, size: float) -> float:
     """Find the largest half unit of the numbers of a file that are not exact.
 
+    Unlike `rounding_of_file`, which measures each kind of numbers by its own digits, it takes
+    design values as exact: they leave nothing open.
+
     Args:
         tree: the checked tree of a file.
         digits: those of the file.

@@ -17,9 +17,13 @@ from balance.app.answers.html.time_panels import (
     PanelColumn,
     panels_figures,
 )
-from balance.app.answers.html.verification import motion_heading
-from balance.motion.verification.result import Verification
-from balance.motion.verification.run import Run
+from balance.app.answers.html.verification import (
+    force_planes,
+    motion_heading,
+    pick_samples,
+    polar_layout,
+)
+from balance.motion.verification.result import UNITS, Verification, peak_change, round_off_of
 from balance.support.change_text import change_text
 from kinematics.numerics.linalg.ties import rank_least_first
 
@@ -33,8 +37,6 @@ MAX_MOTIONS = 5
 MAX_JOINTS = 3
 # Harmonics that are drawn.
 HARMONICS = 12
-# Planes of the polar plot of a spatial linkage: two axes each.
-PLANES = ((0, 1), (0, 2), (1, 2))
 
 
 def comparison_charts(pair: Sequence[Verification], names: Sequence[str]) -> dict[str, Any]:
@@ -92,12 +94,6 @@ def _shaking_most(pair: Sequence[Verification]) -> list[int]:
     return sorted(ranked[:MAX_MOTIONS])
 
 
-def _picked(run: Run) -> NDArray[np.int64]:
-    """Choose samples of a motion, at most `MAX_SAMPLES`, evenly."""
-    size = run.trajectory.time.size
-    return np.linspace(0, size - 1, min(size, MAX_SAMPLES)).round().astype(np.int64)
-
-
 def _trace(name: str, x: Array, y: Array, state: int, **more: object) -> dict[str, object]:
     """Build a line in the colour of what was, or is."""
     line = {"color": (BEFORE, AFTER)[state], "width": 1.8, "dash": more.pop("dash", "solid")}
@@ -109,37 +105,24 @@ def _polar(pair: Sequence[Verification], names: Sequence[str], k: int) -> dict[s
     """Build the polar plot of the shaking forces of one motion, both on one scale."""
     linkage = pair[0].linkage
     traces: list[dict[str, object]] = []
-    axes = ("force along x (N)", "force along y (N)")
     reach = max(check.tolerance * check.scale for check in pair)
     for state, (check, name) in enumerate(zip(pair, names, strict=True)):
         run = check.runs[k]
-        picked = _picked(run)
+        picked = pick_samples(run, MAX_SAMPLES)
         time, force = run.trajectory.time[picked], -run.about[picked, 3:]
         reach = max(reach, 1.05 * float(np.abs(force).max(initial=0.0)))
-        if linkage.planar:
-            R = linkage.chain.frame.R[:2]
-            if not np.allclose(np.abs(R[:, :2]), np.eye(2)):
-                axes = ("force along the first axis (N)", "along the second axis (N)")
-            planes = [(name, force @ R.T)]
-        else:
-            axes = ("first component of force (N)", "second component (N)")
-            planes = [(f"{name}, {'xyz'[a]}{'xyz'[b]}", force[:, [a, b]]) for a, b in PLANES]
-        traces += [
-            _trace(label, xy[:, 0], xy[:, 1], state, dash=DASHES[i], follows=short(time))
-            for i, (label, xy) in enumerate(planes)
-        ]
-    reach = reach or 1.0
-    layout = {
-        "polar": True, "xaxis": {"title": {"text": axes[0]}, "range": [-reach, reach]},
-        "yaxis": {"title": {"text": axes[1]}, "range": [-reach, reach], "scaleanchor": "x"},
-    }  # fmt: skip
-    return {"data": traces, "layout": layout}
+        for i, (plane, xy) in enumerate(force_planes(linkage, force)):
+            label = f"{name}, {plane}" if plane else name
+            traces.append(
+                _trace(label, xy[:, 0], xy[:, 1], state, dash=DASHES[i], follows=short(time))
+            )
+    return {"data": traces, "layout": polar_layout(linkage, reach or 1.0)}
 
 
 def _over_time(pair: Sequence[Verification], names: Sequence[str], k: int) -> dict[str, object]:
     """Build the panels of loads over time: shaking, drives and bearings of one motion."""
     runs = [check.runs[k] for check in pair]
-    picked = [_picked(run) for run in runs]
+    picked = [pick_samples(run, MAX_SAMPLES) for run in runs]
     least = max(check.tolerance * check.scale for check in pair)
     arm = max(check.length + check.lever for check in pair)
     panels = [
@@ -233,22 +216,13 @@ def _peak_rows(pair: Sequence[Verification], names: Sequence[str]) -> list[tuple
     """Build the table of the peaks of all motions, its head first."""
     before, after = pair
     rows = [("peak", f"{names[0]} → {names[1]}")]
-    for part, unit in (("force", "N"), ("moment", "N m")):
-        peaks = [max(run.peak(part) for run in check.runs) for check in pair]
-        rows.append(
-            (f"shaking {part}", change_text(peaks[0], peaks[1], unit, _round_off(pair, unit)))
-        )
+    rows += [(f"shaking {part}", peak_change(pair, part)) for part in UNITS]
     sliding = {joint.name for joint in after.linkage.joints if joint.kind == "prismatic"}
-    drives, forces = before.drive_peaks, after.drive_peaks
-    for name in (name for name in drives if name in forces):
-        unit = "N" if name in sliding else "N m"
-        text = change_text(drives[name], forces[name], unit, _round_off(pair, unit))
+    earlier, later = before.drive_peaks, after.drive_peaks
+    for name in (name for name in earlier if name in later):
+        part = "force" if name in sliding else "moment"
+        least = round_off_of(pair, part)
+        text = change_text(earlier[name], later[name], UNITS[part], least)
         rows.append((f"drive {name}", text))
     rows.append(("bearing force", change_text(before.bearing, after.bearing, "N")))
     return rows
-
-
-def _round_off(pair: Sequence[Verification], unit: str) -> float:
-    """Return the size of a load, N or N m, up to which round-off decides it."""
-    part = "force" if unit == "N" else "moment"
-    return max(check.round_off * check.part_scale(part) for check in pair)

@@ -22,9 +22,13 @@ from balance.motion.verification.result import Verification
 from balance.motion.verification.run import Run
 from balance.support.csv_text import csv_table
 from balance.support.tolerances import FORCE_EQUAL_RELATIVE
+from kinematics.model.linkage import Linkage
 from kinematics.numerics.linalg.ties import rank_least_first
 
 Array = NDArray[np.float64]
+
+# Planes of the polar plots of a spatial linkage: two axes each.
+PLANES = ((0, 1), (0, 2), (1, 2))
 
 
 def panels(verification: Verification, number: int | None = None) -> list[Panel]:
@@ -150,3 +154,32 @@ def motion_heading(verification: Verification, number: int) -> str:
     if verification.crank is not None:
         return f"{verification.crank.joint} at {verification.crank.rpm:.6g} rpm"
     return f"motion {number + 1} of {len(verification.runs)}"
+
+
+def pick_samples(run: Run, most: int) -> NDArray[np.int64]:
+    """Choose samples of a motion evenly, at most so many."""
+    size = run.trajectory.time.size
+    return np.linspace(0, size - 1, min(size, most)).round().astype(np.int64)
+
+
+def force_planes(linkage: Linkage, force: Array) -> list[tuple[str, Array]]:
+    """Project forces (N, 3) on the planes of polar plots, each named by its axes.
+
+    That of a planar linkage is its own, without a name.
+    """
+    if linkage.planar:
+        return [("", force @ linkage.chain.frame.R[:2].T)]
+    return [(f"{'xyz'[a]}{'xyz'[b]}", force[:, [a, b]]) for a, b in PLANES]
+
+
+def polar_layout(linkage: Linkage, reach: float) -> dict[str, object]:
+    """Build the axes of a polar plot of forces, N, which reaches so far each way."""
+    axes = ("first component of force (N)", "second component (N)")
+    if linkage.planar:
+        axes = ("force along the first axis (N)", "along the second axis (N)")
+        if np.allclose(np.abs(linkage.chain.frame.R[:2, :2]), np.eye(2)):
+            axes = ("force along x (N)", "force along y (N)")
+    return {
+        "polar": True, "xaxis": {"title": {"text": axes[0]}, "range": [-reach, reach]},
+        "yaxis": {"title": {"text": axes[1]}, "range": [-reach, reach], "scaleanchor": "x"},
+    }  # fmt: skip

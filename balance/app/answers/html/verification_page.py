@@ -20,7 +20,13 @@ from balance.app.answers.html.time_panels import (
     PanelColumn,
     panels_figures,
 )
-from balance.app.answers.html.verification import motion_heading, panels
+from balance.app.answers.html.verification import (
+    force_planes,
+    motion_heading,
+    panels,
+    pick_samples,
+    polar_layout,
+)
 from balance.app.answers.text.linkage import linkage_names
 from balance.app.answers.text.verification import (
     comparison_sentence,
@@ -36,8 +42,6 @@ Array = NDArray[np.float64]
 # Most samples of a motion on a page, and most numbers of all its motions.
 MAX_SAMPLES = 201
 MAX_NUMBERS = 60_000
-# Planes of the polar plot of a spatial linkage: two axes each.
-PLANES = ((0, 1), (0, 2), (1, 2))
 
 
 def verification_page(verifications: Sequence[Verification], meshes: bool = True) -> str:
@@ -182,7 +186,7 @@ def _figures(verifications: Sequence[Verification], number: int) -> list[dict[st
     """Build the curves of one motion for each linkage."""
     columns = []
     for verification in verifications:
-        picked = _picked(verification.runs[number])
+        picked = pick_samples(verification.runs[number], MAX_SAMPLES)
         kept = [
             panel._replace(lines=panel.lines[:, picked])
             for panel in panels(verification, number)
@@ -200,17 +204,11 @@ def _largest_force(verifications: Sequence[Verification], number: int) -> float:
     return max(1.05 * float(max(peaks)), least) or 1.0
 
 
-def _picked(run: Run) -> NDArray[np.int64]:
-    """Choose samples of a motion, at most `MAX_SAMPLES`, evenly."""
-    size = run.trajectory.time.size
-    return np.linspace(0, size - 1, min(size, MAX_SAMPLES)).round().astype(np.int64)
-
-
 def _run_data(
     verification: Verification, run: Run, chart: dict[str, object], reach: float
 ) -> dict[str, Any]:
     """Collect poses, curves and numbers of one motion of one linkage."""
-    picked = _picked(run)
+    picked = pick_samples(run, MAX_SAMPLES)
     force = -run.about[picked, 3:]
     return {
         "chart": chart,
@@ -226,28 +224,16 @@ def _polar(
     verification: Verification, time: list[float | None], force: Array, reach: float
 ) -> dict[str, object]:
     """Build the polar plot of the shaking force: its direction and size over the motion."""
-    linkage = verification.linkage
-    if linkage.planar:
-        lines = [("", force @ linkage.chain.frame.R[:2].T)]
-        axes = ("force along the first axis (N)", "along the second axis (N)")
-        if np.allclose(np.abs(linkage.chain.frame.R[:2, :2]), np.eye(2)):
-            axes = ("force along x (N)", "force along y (N)")
-    else:
-        lines = [(f"{'xyz'[a]}, {'xyz'[b]}", force[:, [a, b]]) for a, b in PLANES]
-        axes = ("first component of force (N)", "second component (N)")
+    planes = force_planes(verification.linkage, force)
     traces = [
         {
-            "type": "scatter", "mode": "lines", "name": name, "x": short(xy[:, 0]),
+            "type": "scatter", "mode": "lines", "name": ", ".join(plane), "x": short(xy[:, 0]),
             "y": short(xy[:, 1]), "follows": time,
             "line": {"color": COLOURS[k], "dash": DASHES[k], "width": 1.6},
         }
-        for k, (name, xy) in enumerate(lines)
+        for k, (plane, xy) in enumerate(planes)
     ]  # fmt: skip
-    layout = {
-        "polar": True, "xaxis": {"title": {"text": axes[0]}, "range": [-reach, reach]},
-        "yaxis": {"title": {"text": axes[1]}, "range": [-reach, reach], "scaleanchor": "x"},
-    }  # fmt: skip
-    return {"data": traces, "layout": layout}
+    return {"data": traces, "layout": polar_layout(verification.linkage, reach)}
 
 
 def _numbers(verification: Verification, run: Run) -> list[tuple[str, str]]:

@@ -11,8 +11,7 @@ import numpy as np
 
 from balance.app.answers.answer import AnswerBody, Facts, joined_facts
 from balance.app.answers.text.linkage import linkage_names
-from balance.motion.verification.result import Verification
-from balance.support.change_text import change_text
+from balance.motion.verification.result import Verification, peak_change
 from kinematics.numerics.linalg.ties import first_largest
 from kinematics.numerics.tolerances import SIZE_DETERMINED, TIE_RELATIVE
 from kinematics.wording import first_names, number_text, size_text, vector_text
@@ -143,12 +142,10 @@ def comparison_sentence(results: Sequence[Verification]) -> str | None:
     here, there = (each.model for each in results)
     if here == there:
         here, there = linkage_names([each.linkage for each in results])
-    loads = []
-    for part, unit in (("force", "N"), ("moment", "N m")):
-        least = max(check.round_off * check.part_scale(part) for check in results)
-        was, now = (max(run.peak(part) for run in check.runs) for check in (second, first))
-        loads.append(f"{part} {change_text(was, now, unit, least, worded=True)}")
-    return f"Shaking {', '.join(loads)}, from {there} to {here}."
+    force, moment = (
+        peak_change((second, first), part, worded=True) for part in ("force", "moment")
+    )
+    return f"Shaking force {force}, moment {moment}, from {there} to {here}."
 
 
 def verification_body(results: Sequence[Verification]) -> AnswerBody:

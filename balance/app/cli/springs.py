@@ -26,7 +26,8 @@ def add_springs(parser: Parser) -> None:
     parser.description = (
         "Finds springs between links that balance gravity in every pose, the fewest that do, "
         "and where they are attached; or those that leave the least torque. Springs act as if "
-        "of no free length. Exits with 0 if springs balance, 1 if none of those asked for do."
+        "of no free length. Exits with 0 if springs balance, 1 if none of those asked for do, "
+        "4 if it is in doubt."
     )
     parser.add_examples(
         "balance springs lamp.urdf --between base,lower --between base,upper",

@@ -113,8 +113,13 @@ class SpringBalance:
 
     @property
     def verdict(self) -> str:
-        """``"feasible"`` if springs balance, ``"infeasible"`` if none do."""
-        return "feasible" if self.balanced else "infeasible"
+        """``"feasible"`` if springs balance, ``"infeasible"`` if none do.
+
+        ``"undecided"`` if they balance, and it is in doubt whether in every pose.
+        """
+        if not self.balanced:
+            return "infeasible"
+        return "undecided" if self.certainty.doubts else "feasible"
 
     @property
     def share_left(self) -> float:
@@ -129,7 +134,11 @@ class SpringBalance:
         needed = sum(spring.stiffness > 0.0 for spring in self.springs)
         if self.balanced:
             word = "balances" if needed == 1 else "balance"
-            return f"feasible: {count_noun(needed, 'spring')} {word} gravity in every pose"
+            where = "every pose"
+            if self.certainty.doubts:
+                where = f"the poses computed; {'; '.join(self.certainty.doubts)}"
+            spring = count_noun(needed, "spring")
+            return f"{self.verdict}: {spring} {word} gravity in {where}"
         if self.share_left >= 1.0 - SPRING_TORQUE_LEFT:
             return f"infeasible: {self.reason}; no spring of these helps"
         left = number_text(100.0 * self.share_left, ".3g")

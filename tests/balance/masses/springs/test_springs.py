@@ -8,6 +8,8 @@ import pytest
 
 import balance
 import kinematics
+from balance.app.cli.exit_codes import verdict_code
+from balance.masses.springs import spring_problem
 from balance.masses.springs.spring_text import read_spring
 from kinematics import ScrewJoint, from_screws
 from kinematics.errors import BodyError, LinkageError, PoseError, UsageError
@@ -240,6 +242,16 @@ def test_springs_that_cannot_be(error, between, told):
     with pytest.raises(error) as raised:
         balance.springs(balancer(), between)
     assert told in str(raised.value) and "\n" not in str(raised.value)
+
+
+def test_springs_that_fresh_poses_refute_are_undecided(monkeypatch):
+    """Conditions of a single pose, which one spring can meet there and nowhere else."""
+    monkeypatch.setattr(spring_problem, "FIRST_BATCH", 1)
+    monkeypatch.setattr(spring_problem, "BATCHES", 1)
+    answer = balance.springs("four_bar_general", "base,crank", gravity=(0, -9.81, 0))
+    assert answer.balanced and answer.certainty.doubts
+    assert (answer.verdict, verdict_code(answer.verdict)) == ("undecided", 4)
+    assert answer.words.startswith("undecided: 1 spring balances gravity in the poses computed")
 
 
 def test_no_gravity_and_no_workspace_are_refused():

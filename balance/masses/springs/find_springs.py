@@ -119,11 +119,11 @@ def _find(problem: SpringProblem, gravity: Array, catalogue: Sequence[float]) ->
     rows = conditions.rows
     if catalogue:
         choices = _choices(catalogue, given)
-        balanced, best, every = _of_catalogue(problem, rows, choices), None, True
+        balanced, best, every_set = _of_catalogue(problem, rows, choices), None, True
         if not balanced:
             best = _least_of_catalogue(problem, choices)
     else:
-        balanced, every = _smallest_sets(rows, whole)
+        balanced, every_set = _smallest_sets(rows, whole)
         best = None if balanced else _Choice(
             tuple(range(len(problem.springs))), least_unknowns(_flat(problem), whole)
         )  # fmt: skip
@@ -140,7 +140,7 @@ def _find(problem: SpringProblem, gravity: Array, catalogue: Sequence[float]) ->
     sets = list(dict.fromkeys(tuple(used) for used, _ in balanced))
     return SpringBalance(
         problem.linkage, (float(gravity[0]), float(gravity[1]), float(gravity[2])),
-        tuple(_springs(problem, whole, x)), tuple(sets), every, unknowns, conditions.rank,
+        tuple(_springs(problem, whole, x)), tuple(sets), every_set, unknowns, conditions.rank,
         in_span, problem.workspace[1], problem.torques(None), problem.torques(x), certainty,
     )  # fmt: skip
 

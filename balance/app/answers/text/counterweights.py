@@ -146,7 +146,7 @@ def counterweight_rows(
     return rows
 
 
-def shop_rows(weights: Sequence[Counterweight]) -> list[tuple[str, ...]]:
+def workshop_rows(weights: Sequence[Counterweight]) -> list[tuple[str, ...]]:
     """Build the table of weights in grams and millimetres, its head first."""
     metals = tuple(f"{name} (cm³)" for name in DENSITIES)
     head = ("link", "mass (g)", "position in its frame (mm)", *metals)

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from fractions import Fraction
+from itertools import combinations_with_replacement
 from math import lcm
 from typing import NamedTuple
 
@@ -170,6 +171,8 @@ def _passing_parameters(chain: ExactChain, s: Vector, twists: Rows, candidates: 
     """
     if not candidates:
         return []
+    if len(twists) == 6 and len(candidates) == len(chain.parameters) == 10:
+        return _masses_at_rest(s)
     degree = 3 if not any(s[:3]) else 5 if not dot(s[:3], s[3:]) else 10
     # Where every twist can be attained, the first rate itself must vanish.
     every = len(twists) == 6
@@ -191,6 +194,38 @@ def _passing_parameters(chain: ExactChain, s: Vector, twists: Rows, candidates: 
             break
     # Each has an entry after which all others vanish, and which the others do not have.
     return [[_quotient(x, row[np.flatnonzero(row)[-1]]) for x in row] for row in combinations]
+
+
+def _masses_at_rest(s: Vector) -> Rows:
+    """Find the parameters of all masses that a joint leaves at rest.
+
+    Those are what passes a joint below which every twist can be attained: ``L z = 0`` and
+    ``M(z) s = 0`` are the symmetric and the antisymmetric part of ``ŝ P = 0``, so that the
+    columns of the pseudo-inertia P lie in the null space of ``ŝ``: the points of the axis of a
+    revolute joint and its direction, the direction alone of a helical one, all directions of a
+    prismatic one.
+
+    Returns:
+        Parameters (count, 10): each has an entry after which all others vanish, and which the
+        others do not have.
+    """
+    zero = Fraction(0)
+    n, v = s[:3], s[3:]
+    moved = [[zero, -n[2], n[1], v[0]], [n[2], zero, -n[0], v[1]], [-n[1], n[0], zero, v[2]]]
+    masses = [
+        _parameters_of(a, b)
+        for a, b in combinations_with_replacement(rational_null_space(moved, 4), 2)
+    ]
+    reduced, _ = echelon([z[::-1] for z in masses])
+    return [row[::-1] for row in reversed(reduced)]
+
+
+def _parameters_of(a: Sequence[Fraction], b: Sequence[Fraction]) -> list[Fraction]:
+    """Compute the parameters of the pseudo-inertia ``P = a bᵀ + b aᵀ``; a and b are (4,)."""
+    P = [[x * y + w * z for y, z in zip(b, a, strict=True)] for x, w in zip(a, b, strict=True)]
+    xx, yy, zz = P[0][0], P[1][1], P[2][2]
+    moments = [yy + zz, xx + zz, xx + yy, -P[0][1], -P[0][2], -P[1][2]]
+    return [P[3][3], P[0][3], P[1][3], P[2][3], *moments]
 
 
 def _integer_rows(rows: Sequence[Sequence[Fraction]]) -> Whole:

@@ -26,7 +26,11 @@ from kinematics.model.arrays import freeze
 from kinematics.model.chain import extent
 from kinematics.model.linkage import GROUND, Joint, Linkage, MeantGeometry, Notice
 from kinematics.numerics.linalg.rational import Vector, cross, dot, nearby_fraction
-from kinematics.numerics.tolerances import EXACT_SCREW_DIFFERENCE, MEANT_DIFFERENCE
+from kinematics.numerics.tolerances import (
+    EXACT_SCREW_DIFFERENCE,
+    MEANT_DIFFERENCE,
+    SINE_ROUND_OFF,
+)
 from kinematics.wording import size_text
 
 Array = NDArray[np.float64]
@@ -278,6 +282,7 @@ class _Snapping:
         """Start with no joint."""
         self._linkage, self._limits = linkage, limits
         self._n: list[Vector] = []
+        self._units = np.empty((0, 3))
         self._p: list[Vector] = []
         self._feet: dict[int, list[Fraction]] = {}
         self._relations: list[_AxisRelation] = []
@@ -288,6 +293,7 @@ class _Snapping:
         for j, joint in enumerate(self._linkage.joints):
             before, turning = self._predecessors(j)
             self._n.append(self._direction(j, before, turning))
+            self._units = np.vstack([self._units, _unit(self._n[j])])
             self._p.append(_rational(joint.point))
             if joint.kind != "prismatic" and turning != GROUND:
                 self._place(j, turning)
@@ -318,7 +324,7 @@ class _Snapping:
             k for k in dict.fromkeys((before, turning))
             if k != GROUND and self._angle(n, k, right=True) <= self._limits.angle
         ]  # fmt: skip
-        for k in (before, turning, *range(j)):
+        for k in (before, turning, *self._nearly_parallel(n)):
             if k == GROUND or self._angle(n, k) > self._limits.angle:
                 continue
             if all(dot(self._n[k], self._n[m]) == 0 for m in across):
@@ -336,6 +342,11 @@ class _Snapping:
         for m in across[:1]:
             n = _without(n, self._n[m])
         return n
+
+    def _nearly_parallel(self, n: Vector) -> list[int]:
+        """List the earlier joints within the limit of a direction, or round-off beyond it."""
+        sines = np.linalg.norm(np.cross(self._units, _unit(n)), axis=1)
+        return np.flatnonzero(sines <= self._limits.angle + SINE_ROUND_OFF).tolist()
 
     def _place(self, j: int, g: int) -> None:
         """Shift a point so that the axis meets an earlier one, and its other neighbours."""
@@ -398,6 +409,11 @@ class _Snapping:
 
 def _rational(x: Array) -> Vector:
     return tuple(nearby_fraction(Fraction(float(y))) for y in x)
+
+
+def _unit(n: Vector) -> Array:
+    floats = np.array([float(x) for x in n])
+    return floats / np.linalg.norm(floats)
 
 
 def _size(a: Vector) -> float:

@@ -1,0 +1,56 @@
+"""Masses that pass a joint below which all can move, against the table and finite motions."""
+
+import numpy as np
+import pytest
+from scipy.linalg import expm
+
+from balance.space.exact.chain import exact_chain
+from balance.space.exact.serial import exact_transfers
+from kinematics import ScrewJoint, from_screws
+from kinematics.files.urdf.rational_screws import exact_geometry
+from kinematics.model.spatial.inertia import pseudo_inertia
+from kinematics.model.spatial.screws import hat
+from tests.support.laws import unit_vector
+
+# J. J. de Jong, PhD thesis, table 5.1: transfers across a joint that is skew to those below.
+SKEW = {"revolute": 3, "helical": 1, "prismatic": 6}
+
+
+def arm_with_last(kind: str, seed: int):
+    """Six joints in general position, which attain every twist, and one of a kind."""
+    rng = np.random.default_rng(seed)
+    names = ["base", *(f"link{k}" for k in range(7))]
+    kinds = ["revolute"] * 6 + [kind]
+    joints = [
+        ScrewJoint(
+            f"q{k}", names[k], names[k + 1], axis=unit_vector(rng),
+            point=rng.standard_normal(3), kind=kind, pitch=0.3 if kind == "helical" else 0.0,
+        )
+        for k, kind in enumerate(kinds)
+    ]  # fmt: skip
+    return from_screws(joints)
+
+
+@pytest.mark.parametrize("kind", SKEW)
+def test_masses_that_pass_a_joint_do_not_notice_its_motion(kind):
+    """A finite displacement leaves ``P`` as it is, and ``ŝ P`` has no antisymmetric part."""
+    linkage = arm_with_last(kind, 3)
+    transfers = exact_transfers(exact_chain(linkage, exact_geometry(linkage), spatial=True))
+    z = np.array([t.z for t in transfers if t.joints == (6,)], dtype=np.float64)
+    assert z.shape == (SKEW[kind], 10) and np.linalg.matrix_rank(z, tol=1e-9) == SKEW[kind]
+    s = hat(linkage.joints[6].screw)
+    for P in pseudo_inertia(z):
+        moved = expm(0.7 * s) @ P @ expm(0.7 * s).T
+        scale = np.abs(P).max()
+        assert np.abs(moved - P).max() < 1e-12 * scale
+        assert np.abs(s @ P - (s @ P).T).max() < 1e-12 * scale
+
+
+@pytest.mark.parametrize("kind", SKEW)
+def test_each_has_an_entry_of_its_own(kind):
+    linkage = arm_with_last(kind, 4)
+    transfers = exact_transfers(exact_chain(linkage, exact_geometry(linkage), spatial=True))
+    z = [t.z for t in transfers if t.joints == (6,)]
+    last = [max(i for i, x in enumerate(row) if x) for row in z]
+    assert last == sorted(set(last))
+    assert [[row[c] for c in last] for row in z] == np.eye(len(z)).tolist()

@@ -56,10 +56,17 @@ class ExactConditions:
         pivots: order, ray, row and column of each condition that those before do not imply.
     """
 
-    def __init__(self, chain: Remainders) -> None:
-        """Start without orders."""
+    def __init__(self, chain: Remainders, most: int | None = None) -> None:
+        """Start without orders.
+
+        Args:
+            chain: a chain modulo the prime.
+            most: a rank that is known not to be exceeded; an open chain, whose loops need not
+                be watched, is not followed once it is reached.
+        """
         self._chain, self._size = chain, chain.links.size * chain.parameters.shape[1]
         self._echelon = Echelon(self._size, chain.prime)
+        self._most = None if chain.dependent.size else most
         self._momenta: list[Momenta] = []
         self._directions = directions_of(chain.rates.shape[1])
         self.prime = chain.prime
@@ -81,6 +88,8 @@ class ExactConditions:
             if ray == len(self.rays):
                 self.rays.append(next(self._directions))
                 self._momenta.append(Momenta(self._chain, self.rays[ray]))
+            if self._echelon.rank == self._most:
+                break
             added = self._echelon.absorb(self._momenta[ray].rows(order))
             self.pivots += [(order, ray, row, column) for row, column in added]
             if not added or ray + 1 >= spanning or self._echelon.rank == self._size:

@@ -164,7 +164,7 @@ def ranks_of(
         ExactError: the loops do not close exactly, or the inputs do not determine the other
             joints.
     """
-    runs, closes = _start_runs(source, chain), loops_are_regular(chain)
+    runs, closes = _start_runs(source, chain, upper_bound), loops_are_regular(chain)
     stops = STOPPING_ORDERS if chain.width == 1 else STOPPING_ORDERS_OF_MANY
     for order in range((stops[-1] if max_order is None else max_order) + 1):
         best = _extend_runs(source, chain, runs)
@@ -206,10 +206,12 @@ def _required_plateau(kmax: int, reached: bool, careful: bool) -> int | float:
     return max(PLATEAU_WITHOUT_BOUND, kmax + 1 if reached else 2 * kmax)
 
 
-def _start_runs(source: str, chain: ExactChain) -> list[ExactConditions]:
+def _start_runs(
+    source: str, chain: ExactChain, upper_bound: int | None
+) -> list[ExactConditions]:
     """Prepare the conditions modulo the first two usable primes."""
     chains = filter(None, (chain_modulo(chain, prime) for prime in primes_of(chain)))
-    runs = [ExactConditions(remainders) for remainders in islice(chains, 2)]
+    runs = [ExactConditions(remainders, upper_bound) for remainders in islice(chains, 2)]
     if len(runs) < 2:
         raise ExactError(
             f"{source}: its inputs do not determine the other joints, to first "

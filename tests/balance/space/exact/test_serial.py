@@ -5,6 +5,8 @@ import pytest
 from scipy.linalg import expm
 
 from balance.space.exact.chain import exact_chain
+from balance.space.exact.modular import Echelon
+from balance.space.exact.modular_ranks import ranks_of
 from balance.space.exact.serial import exact_transfers
 from kinematics import ScrewJoint, from_screws
 from kinematics.files.urdf.rational_screws import exact_geometry
@@ -54,3 +56,23 @@ def test_each_has_an_entry_of_its_own(kind):
     last = [max(i for i, x in enumerate(row) if x) for row in z]
     assert last == sorted(set(last))
     assert [[row[c] for c in last] for row in z] == np.eye(len(z)).tolist()
+
+
+def test_an_open_chain_is_not_followed_beyond_a_rank_that_is_known(monkeypatch):
+    """The same ranks and the same minor, and no conditions that add nothing at the last order."""
+    linkage = arm_with_last("revolute", 6)
+    chain = exact_chain(linkage, exact_geometry(linkage), spatial=True)
+    calls = []
+    absorb = Echelon.absorb
+
+    def counted(echelon, rows):
+        added = absorb(echelon, rows)
+        calls.append(len(added))
+        return added
+
+    monkeypatch.setattr(Echelon, "absorb", counted)
+    free = ranks_of("arm", chain, ())
+    followed = len(calls)
+    bounded = ranks_of("arm", chain, (), upper_bound=free.rank)
+    assert bounded.ranks == free.ranks[: free.kmax + 1] and bounded.witness == free.witness
+    assert len(calls) - followed < followed and calls[-1] > 0

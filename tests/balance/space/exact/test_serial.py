@@ -59,7 +59,7 @@ def test_each_has_an_entry_of_its_own(kind):
 
 
 def test_an_open_chain_is_not_followed_beyond_a_rank_that_is_known(monkeypatch):
-    """The same ranks and the same minor, and no conditions that add nothing at the last order."""
+    """The same ranks and the same minor, and no more rays at the last order."""
     linkage = arm_with_last("revolute", 6)
     chain = exact_chain(linkage, exact_geometry(linkage), spatial=True)
     calls = []

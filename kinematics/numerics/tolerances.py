@@ -186,9 +186,6 @@ FIT_STEP_RELATIVE_MAX = 1e-5
 # Difference of the screws of the meant geometry from those of the reference pose, relative to
 # the largest entry, up to which no axis is moved: round-off.
 MEANT_DIFFERENCE = 1e-14
-# Sine of the angle between directions by floating point, beside that of exact arithmetic: it is
-# right to about 1e-15.
-SINE_ROUND_OFF = 1e-12
 
 # --- urdf: numbers and angles of a file
 

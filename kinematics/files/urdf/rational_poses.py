@@ -76,6 +76,8 @@ def rotation(n: Vector, tau: Fraction, quarter: int = 0) -> Matrix:
         tau: tangent of half the angle, over the length of n.
         quarter: number of quarter turns.
     """
+    if not tau and not quarter % 4:
+        return AXES
     square = dot(n, n)
     secant = 1 + tau * tau * square  # 1 / cos² of half the angle
     c, s = (2 - secant) / secant, 2 * tau / secant  # s is the sine over the length of n

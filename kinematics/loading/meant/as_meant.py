@@ -26,11 +26,7 @@ from kinematics.model.arrays import freeze
 from kinematics.model.chain import extent
 from kinematics.model.linkage import GROUND, Joint, Linkage, MeantGeometry, Notice
 from kinematics.numerics.linalg.rational import Vector, cross, dot, nearby_fraction
-from kinematics.numerics.tolerances import (
-    EXACT_SCREW_DIFFERENCE,
-    MEANT_DIFFERENCE,
-    SINE_ROUND_OFF,
-)
+from kinematics.numerics.tolerances import EXACT_SCREW_DIFFERENCE, MEANT_DIFFERENCE
 from kinematics.wording import size_text
 
 Array = NDArray[np.float64]
@@ -346,7 +342,7 @@ class _Snapping:
     def _nearly_parallel(self, n: Vector) -> list[int]:
         """List the earlier joints within the limit of a direction, or round-off beyond it."""
         sines = np.linalg.norm(np.cross(self._units, _unit(n)), axis=1)
-        return np.flatnonzero(sines <= self._limits.angle + SINE_ROUND_OFF).tolist()
+        return np.flatnonzero(sines <= self._limits.angle + EXACT_SCREW_DIFFERENCE).tolist()
 
     def _place(self, j: int, g: int) -> None:
         """Shift a point so that the axis meets an earlier one, and its other neighbours."""

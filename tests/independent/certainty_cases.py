@@ -7,7 +7,7 @@ that was rounded; if a special one is as near as the digits leave open, for eith
 from __future__ import annotations
 
 import zlib
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from fractions import Fraction
 from typing import NamedTuple
@@ -32,6 +32,9 @@ FEWEST = 6
 ROUND_OFF = Fraction(11, 10**15)
 # Orders up to which loops of yokes close, and idle joints rest: above the 16th power.
 ORDERS_OF_YOKES = 40
+
+
+Pair = tuple[Fraction, Fraction]
 
 
 class Case(NamedTuple):
@@ -206,12 +209,50 @@ def _without_noise(linkage: Linkage) -> Linkage:
     return replace(linkage, joints=tuple(joints))
 
 
+def _special_inside(linkage: Linkage) -> Iterator[Linkage]:
+    """Yield kites, parallelograms and antiparallelograms inside the digits of a four-bar.
+
+    The last pin of three others is moved to the image of the pin opposite to it, or of the
+    first: under the reflection in a diagonal, in the middle of a diagonal, or in its bisector.
+    """
+    joints = linkage.joints
+    if len(joints) != 4 or any(x.kind != "R" or x.axis != AXES[2] for x in joints):
+        return
+    points = [joint.point[:2] for joint in joints]
+    decimals = next(k for k in range(30) if all((10**k * x).denominator == 1
+                                                for point in points for x in point))  # fmt: skip
+    if decimals < FEWEST - 1:
+        return
+    width = Fraction(2, 10**decimals)
+    for k in range(4):
+        P, Q, R, S = (points[(k + i) % 4] for i in range(4))
+        for image in _images(P, Q, R):
+            if max(abs(x - y) for x, y in zip(image, S, strict=True)) <= width:
+                at = (k + 3) % 4
+                there = joints[at]._replace(point=(*image, joints[at].point[2]))
+                yield replace(linkage, joints=(*joints[:at], there, *joints[at + 1 :]))
+
+
+def _images(P: Pair, Q: Pair, R: Pair) -> Iterator[Pair]:
+    """Images of Q in the line through P and R, in their middle, and in their bisector."""
+    (px, py), (qx, qy), (rx, ry) = P, Q, R
+    dx, dy = rx - px, ry - py
+    square = dx * dx + dy * dy
+    if not square:
+        return
+    along = 2 * ((qx - px) * dx + (qy - py) * dy) / square
+    across = 2 * ((qx - px) * dy - (qy - py) * dx) / square
+    yield qx - across * dy, qy + across * dx
+    yield px + rx - qx, py + ry - qy
+    yield qx + (1 - along) * dx, qy + (1 - along) * dy
+
+
 def certainty_case(family: str, seed: int) -> Case:
     """What a family and a seed stand for."""
     if family in ORDINARY:
         found = linkage(family, seed)
         others = [_without_round_off(found, backwards) for backwards in (False, True)]
         if not found.as_written:
-            others.append(_without_noise(found))
+            others += [_without_noise(found), *_special_inside(found)]
         return _exact(found, *(other for other in others if other != found))
     return HARD[family](np.random.default_rng([seed, zlib.crc32(family.encode())]))

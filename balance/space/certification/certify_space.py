@@ -62,7 +62,6 @@ from kinematics.loading.meant.digits import (
     DOUBLE_DIGITS,
     file_digits,
     half_unit_of_file,
-    has_doubles,
 )
 from kinematics.model.chain import extent
 from kinematics.model.linkage import Notice
@@ -338,7 +337,7 @@ def _reason_below_digits(space: DesignSpace, corrected: DesignSpace, evidence: E
         and adds
         and not space.linkage.as_written
         and tree is not None
-        and has_doubles(tree)
+        and file_digits(tree) is not None
     ):
         limit = 10.0 ** (DIGITS_OF_CONDITION - DOUBLE_DIGITS - 1)
     if not corrected.rank:

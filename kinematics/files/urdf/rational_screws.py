@@ -7,7 +7,7 @@ Other irrational numbers are replaced, and a notice names them; see
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from fractions import Fraction
 from itertools import islice
@@ -100,9 +100,9 @@ def rational_geometries(linkage: Linkage) -> Iterator[Geometry]:
 
     Where relations are meant that the digits of the file round, the geometry that has them
     exactly is the only choice. Otherwise it is that of the decimals of the file, and then one
-    inside the intervals of its digits, whose axes are exactly parallel, or exactly meet. If the
-    links have relations in decimals, and the pose rounds them, the geometry of lower rank is
-    meant.
+    inside the intervals of its digits, whose axes are exactly parallel, or exactly meet; the
+    latter comes first if axes coincide that do not in decimals. If the links have relations in
+    decimals, and the pose rounds them, the geometry of lower rank is meant.
 
     Yields:
         Geometries, computed when they are asked for.
@@ -114,10 +114,33 @@ def rational_geometries(linkage: Linkage) -> Iterator[Geometry]:
     if meant is None or not _is_reference_pose(linkage, meant.screws):
         yield exact_geometry(linkage)
         return
+    written: Geometry | None = None
     if meant.in_decimals:
         with suppress(ExactError):
-            yield exact_geometry(linkage)
+            written = exact_geometry(linkage)
+    rounded = written is not None and not (
+        linkage.as_written or _lines_coincide(written.screws, meant.screws)
+    )
+    if written is not None and not rounded:
+        yield written
     yield geometry_of(linkage, meant.screws)
+    if written is not None and rounded:
+        yield written
+
+
+def _lines_coincide(screws: Sequence[Vector], meant: Sequence[Vector]) -> bool:
+    """Whether the axes of joints coincide that coincide in another geometry."""
+    joints_on: dict[Vector, int] = {}
+    firsts = [joints_on.setdefault(_scaled_line(screw), j) for j, screw in enumerate(meant)]
+    return all(
+        _scaled_line(screws[j]) == _scaled_line(screws[first]) for j, first in enumerate(firsts)
+    )
+
+
+def _scaled_line(screw: Vector) -> Vector:
+    """Scale a screw so that its first component that is not zero is one."""
+    scale = next(x for x in screw if x)
+    return tuple(x / scale for x in screw)
 
 
 def of_lowest_rank(

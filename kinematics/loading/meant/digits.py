@@ -6,13 +6,15 @@ a file whose numbers have up to F decimals and D significant digits is known to
 decimals and of fixed significant digits. Whole numbers are exact. A number that is shorter than
 both by `EXACT_ZEROS` digits or more is exact: so many zeros do not come from rounding. Where
 many numbers of a file are short, they are design values, and `EXACT_ZEROS_OF_MANY` digits
-suffice.
+suffice. A file of short numbers is one of design values, unless an axis shows rounding: its
+length is one to its digits, and not exactly.
 """
 
 from __future__ import annotations
 
 import re
 from collections.abc import Iterator
+from fractions import Fraction
 from math import floor, log10, ulp
 from typing import NamedTuple
 
@@ -22,6 +24,8 @@ from kinematics.model.document.element import Element
 # Fewest significant digits of a file whose numbers may be rounded: shorter ones are design
 # values.
 MIN_DIGITS = 6
+# Fewest significant digits of an axis that shows whether numbers are rounded.
+MIN_AXIS_DIGITS = 3
 # Zeros at the end of a number that do not come from rounding: one in 10^5 does.
 EXACT_ZEROS = 5
 # The same in a file in which so large a part of the numbers is short by as many digits; of
@@ -101,7 +105,7 @@ def file_digits(tree: Element, fewest: int = MIN_DIGITS) -> FileDigits | None:
     counts = [count for word in words if (count := _count_digits(word))[0]]
     decimals, significant = (max((x[k] for x in counts), default=0) for k in (0, 1))
     significant = min(significant, DOUBLE_DIGITS + 1)
-    if significant < fewest:
+    if significant < fewest and not _has_rounded_axis(tree):
         return DOUBLES if any(abs(float(word)) < ZERO for word in numbers) else None
     short = sum(min(decimals - x, significant - y) >= EXACT_ZEROS_OF_MANY for x, y in counts)
     many = short > MANY * len(counts)
@@ -110,16 +114,6 @@ def file_digits(tree: Element, fewest: int = MIN_DIGITS) -> FileDigits | None:
     lengths = sorted(x for x in sizes if x >= TINY) or [1.0]
     size = lengths[len(lengths) // 4]
     return FileDigits(decimals, significant, exact_zeros, size)
-
-
-def has_doubles(tree: Element) -> bool:
-    """Return whether origins or axes of a file have the digits of doubles.
-
-    Args:
-        tree: the checked tree of a file.
-    """
-    digits = file_digits(tree)
-    return digits is not None and digits.significant >= DOUBLE_DIGITS
 
 
 def half_unit_of_file(tree: Element, digits: FileDigits, size: float) -> float:
@@ -187,6 +181,24 @@ def _geometry_words(tree: Element) -> Iterator[str]:
     """Yield the numbers of origins and axes, without those that stand for multiples of π/12."""
     yield from _words_of(tree, ("origin", "axis", "axis2"), "xyz")
     yield from _words_of(tree, ("origin",), "rpy")
+
+
+def _has_rounded_axis(tree: Element) -> bool:
+    """Whether the length of an axis is one to its digits, and not exactly."""
+    items = (item for owner in tree.children for item in owner.walk())
+    for item in items:
+        if item.tag not in ("axis", "axis2"):
+            continue
+        words = item.attributes.get("xyz", "").split()
+        counts = [_count_digits(word) for word in words]
+        if max((digits for _, digits in counts), default=0) < MIN_AXIS_DIGITS:
+            continue
+        numbers = [Fraction(word) for word in words]
+        off = abs(sum(x * x for x in numbers) - 1)
+        unit = Fraction(1, 10 ** max(places for places, _ in counts))
+        if 0 < off <= unit * sum(map(abs, numbers)):
+            return True
+    return False
 
 
 def _is_off_on_purpose(word: str) -> bool:

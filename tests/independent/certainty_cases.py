@@ -219,8 +219,8 @@ def _special_inside(linkage: Linkage) -> Iterator[Linkage]:
     if len(joints) != 4 or any(x.kind != "R" or x.axis != AXES[2] for x in joints):
         return
     points = [joint.point[:2] for joint in joints]
-    decimals = next(k for k in range(30) if all((10**k * x).denominator == 1
-                                                for point in points for x in point))  # fmt: skip
+    numbers = [x for point in points for x in point]
+    decimals = next(k for k in range(30) if all((10**k * x).denominator == 1 for x in numbers))
     if decimals < FEWEST - 1:
         return
     width = Fraction(2, 10**decimals)

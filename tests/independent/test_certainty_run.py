@@ -42,6 +42,27 @@ def test_a_special_geometry_below_the_digits_is_no_proof(tmp_path):
     assert (line["code"], line["level"]) == (4, "estimated"), line
 
 
+@pytest.mark.parametrize(("family", "seed"), [
+    # A Bennett linkage in exact decimals, as written.
+    ("overconstrained", 40012),
+    # Two pins of a dyad that coincide up to fifteen digits.
+    ("oblique", 40504),
+    # An arm of four joints, rounded to five digits: its axes have length one to five digits.
+    ("turned", 40246),
+])  # fmt: skip
+def test_special_places_are_read(family, seed, tmp_path):
+    line = judge_case(family, seed, tmp_path)
+    assert line["outcome"] in ("right", "moved") and line["code"] == 0, line
+    assert line["level"] in SURE, line
+
+
+@pytest.mark.slow
+def test_a_special_loop_below_the_round_off_of_doubles_is_no_proof(tmp_path):
+    """A ball whose centre lies on the axis of a crank, up to fourteen digits."""
+    line = judge_case("turned", 40557, tmp_path)
+    assert (line["code"], line["level"]) == (4, "estimated"), line
+
+
 def test_relations_of_the_decimals_hold_beside_a_tilt_of_round_off(tmp_path):
     """A kite in exact decimals, one of whose axes is tilted by 1e-14, read as written."""
     line = judge_case("embedded", 30051, tmp_path)

@@ -194,9 +194,9 @@ def _has_rounded_axis(tree: Element) -> bool:
         if max((digits for _, digits in counts), default=0) < MIN_AXIS_DIGITS:
             continue
         numbers = [Fraction(word) for word in words]
-        off = abs(sum(x * x for x in numbers) - 1)
+        off = abs(sum((x * x for x in numbers), Fraction(-1)))
         unit = Fraction(1, 10 ** max(places for places, _ in counts))
-        if 0 < off <= unit * sum(map(abs, numbers)):
+        if 0 < off <= unit * sum(map(abs, numbers), Fraction(0)):
             return True
     return False
 

@@ -169,7 +169,7 @@ class MeantGeometry(NamedTuple):
     Attributes:
         screws: of the linkage as it is meant, with the relations that hold inside all
             intervals (n, 6).
-        plain: of the linkage as written, without relations (n, 6).
+        plain: of the linkage as written, with the relations that its decimals have (n, 6).
         near: of the special linkage just outside of the intervals (n, 6); None without one.
         relations: of ``screws``, in words.
         near_relations: further ones of ``near``, in words.

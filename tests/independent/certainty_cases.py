@@ -27,9 +27,9 @@ DIGITS, ODDS = (17, 16, 15, 14, 12, 10, 9, 8, 7, 6, 5, 4, 3), (0.3, *[0.7 / 12] 
 # Digits below which the numbers of a file count as design values: exit 4, or a refusal, is
 # right too.
 FEWEST = 6
-# Sine of the angle between axes that count as parallel even as written, a little above ten
-# units of the last digit of 1; and parts of an axis that count as zero in another reading.
-ROUND_OFF = Fraction(11, 10**15)
+# Sine of the angle between axes that count as parallel even as written, ten units of the last
+# digit of 1 in two components, and a little more; and parts of an axis that count as zero in another reading.
+ROUND_OFF = Fraction(15, 10**15)
 # Orders up to which loops of yokes close, and idle joints rest: above the 16th power.
 ORDERS_OF_YOKES = 40
 
@@ -151,11 +151,12 @@ def _coupled(rng) -> Case:
     note = f"off by 1e-{power}" if power else "special"
     if rng.random() < 0.5:
         # The last digit of the file is the one that is off: the special loop is inside of it.
-        others = () if found.as_written or 0 < power < FEWEST else (special,)
+        others = () if found.as_written or 0 < power < FEWEST - 1 else (special,)
         case = _exact(found, *others, note=note)
         return case
     digits = int(rng.choice([17, 17, 15, 12, 9]))
-    others = (special,) if power and power > digits - 4 else ()
+    # A double is known to sixteen digits, after operations to three less.
+    others = (special,) if power and power >= min(digits, 16) - 3 else ()
     case = _rounded(rng, found, digits, bool(rng.random() < 0.7), *others)
     return case._replace(note=f"{note}, {case.note}")
 

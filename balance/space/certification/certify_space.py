@@ -45,6 +45,7 @@ from balance.space.spaces.certainty import LEVELS, Certainty
 from balance.space.spaces.design_space import DesignSpace
 from balance.space.spaces.distance_to_rank_drop import distance_to_rank_drop
 from balance.support.tolerances import (
+    CONDITION_OF_TILTS,
     CONDITION_PER_CHANGE,
     DIGITS_CONDITION,
     DIGITS_OF_CONDITION,
@@ -328,7 +329,9 @@ def _reason_below_digits(space: DesignSpace, corrected: DesignSpace, evidence: E
     meant, tree, limit = space.linkage.meant, space.linkage.tree, 0.0
     adds = corrected.rank > space.rank
     if evidence.inside_digits and meant is not None:
-        limit = DIGITS_CONDITION if adds else 0.0
+        # As written, axes were moved by round-off alone; their lever enlarges it.
+        least_sure = CONDITION_OF_TILTS if space.linkage.as_written else DIGITS_CONDITION
+        limit = least_sure if adds else 0.0
         if meant.relations and (meant.apart or adds):
             digits = meant.digits or DOUBLE_DIGITS
             limit = max(limit, 10.0 ** (DIGITS_OF_CONDITION - digits))

@@ -107,7 +107,7 @@ def decimals_have_rank(space: DesignSpace, rank: int) -> bool:
 
 
 def _rank_as_written(space: CertifiedSpace) -> int | None:
-    """Compute the rank of the decimals, or of the loops closed without relations."""
+    """Compute the rank of the decimals, or of the loops closed with the relations of these."""
     assert space.linkage.meant is not None
     try:
         return rank_of_geometry(space, exact_geometry(space.linkage))

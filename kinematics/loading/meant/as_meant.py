@@ -71,18 +71,12 @@ def as_meant(linkage: Linkage, *, exactly: bool = False, again: bool = True) -> 
     if not figures:
         return linkage
     if exactly:
-        # Relations of lengths that the decimals have are kept; those of Bennett loops, which
-        # give axes instead of places, are not.
-        figures = [
-            figure._replace(axes=(), relations=()) if figure.axes else figure
-            for figure in figures
-        ]
         screws, _ = exact_screws(linkage, widths, figures, HELD_AS_WRITTEN)
         written = MeantGeometry(
             screws, screws, None, (), (), digits.significant, 0.0, 0.0, True
         )
         return replace(linkage, meant=written) if _is_near(linkage, screws) else linkage
-    plain, _ = exact_screws(linkage, widths, figures, -1.0)
+    plain, _ = exact_screws(linkage, widths, figures, HELD_AS_WRITTEN)
     screws, wider = plain, plain
     inside: list[LinkRelation] = []
     all_relations: list[LinkRelation] = []

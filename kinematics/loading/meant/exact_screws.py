@@ -119,11 +119,11 @@ def exact_screws(
     screws: dict[int, Vector] = {}
     holding: list[LinkRelation] = []
     for figure in figures:
-        if figure.axes and nearness > 0:
-            screws.update(zip(figure.joints, figure.axes, strict=True))
-            holding += figure.relations
-            continue
         wanted = [x for x in figure.relations if x.nearness <= nearness]
+        if wanted and figure.axes:
+            screws.update(zip(figure.joints, figure.axes, strict=True))
+            holding += wanted
+            continue
         places, true = apply_relations(figure.places, wanted, figure.slides, figure.normal)
         holding += [
             relation._replace(

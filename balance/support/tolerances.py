@@ -149,8 +149,8 @@ KNOWN_RANK_RELATIVE = 2.0**-64
 # Singular value of unit rows: up to this, they are made independent in rational numbers.
 UNIT_ROWS_DEPENDENT = 1e-6
 
-# Least condition over the largest that exact arithmetic may add where axes of numbers as written
-# are tilted by round-off, and are made parallel.
+# Least condition over the largest that exact arithmetic may add where axes of numbers as
+# written are tilted by round-off, and are made parallel.
 CONDITION_OF_TILTS = 1e-9
 # Least condition over the largest that exact arithmetic of a geometry inside the digits may add
 # to those of floating point; and the same as a power of ten over the digits of the file, where

@@ -28,7 +28,8 @@ DIGITS, ODDS = (17, 16, 15, 14, 12, 10, 9, 8, 7, 6, 5, 4, 3), (0.3, *[0.7 / 12] 
 # right too.
 FEWEST = 6
 # Sine of the angle between axes that count as parallel even as written, ten units of the last
-# digit of 1 in two components, and a little more; and parts of an axis that count as zero in another reading.
+# digit of 1 in two components, and a little more; and parts of an axis that count as zero in
+# another reading.
 ROUND_OFF = Fraction(15, 10**15)
 # Orders up to which loops of yokes close, and idle joints rest: above the 16th power.
 ORDERS_OF_YOKES = 40

@@ -66,6 +66,9 @@ TRANSFER_ENTRY_ROUND_OFF = 1e-12
 # Residual of the masses in a file over the sum of the parts of the bodies: up to this they are
 # balanced, since masses in files are rounded.
 AS_GIVEN_RESIDUAL = 1e-9
+# Size of the mass of a body in an orthonormal basis of a space: up to this it has none in any
+# distribution of the space.
+MASS_NEVER = 1e-9
 # Smallest singular value kept, over the largest. A special geometry that is missed by δ has
 # conditions of the size δ, δ² …: below this, the second may be round-off.
 SQUARE_ROUND_OFF = 5e-8

@@ -31,6 +31,7 @@ class Report(NamedTuple):
         change: result of `balance.space.distance_to_rank_drop`; infinite without it.
         decoupling: result of `balance.space.decoupling`; None without it.
         pure_inertia: result of `balance.masses.pure_inertia`; None without it.
+        following: the command that comes next; empty if there is none.
     """
 
     space: DesignSpace
@@ -39,12 +40,13 @@ class Report(NamedTuple):
     change: float = inf
     decoupling: Decoupling | None = None
     pure_inertia: PureInertia | None = None
+    following: str = ""
 
 
 def report_data(report: Report) -> dict[str, object]:
     """Collect a report as plain data for JSON.
 
-    The keys ``transfers``, ``freedoms``, ``exact``, ``decoupled``, ``pure_inertia`` and
+    The keys ``next``, ``transfers``, ``freedoms``, ``exact``, ``decoupled``, ``pure_inertia`` and
     ``margin.change`` are ``None`` without their results; so is ``margin.change`` where the
     distance is infinite.
     """
@@ -57,6 +59,8 @@ def report_data(report: Report) -> dict[str, object]:
         data["decoupled"] = report.decoupling.to_dict()
     if report.pure_inertia is not None:
         data["pure_inertia"] = report.pure_inertia.to_dict()
+    if report.following:
+        data["next"] = report.following
     if report.change < inf:
         margin = data["margin"]
         assert isinstance(margin, dict)

@@ -12,7 +12,7 @@ from balance.app.answers.answer import Answer, Files
 from balance.app.cli.arguments import Parser
 from balance.app.cli.density_options import add_density_options, densities_of
 from balance.app.cli.exit_codes import verdict_code
-from balance.app.cli.model_options import add_model_options
+from balance.app.cli.model_options import add_model_options, model_words
 from balance.app.cli.model_readings import certified_space
 from balance.app.cli.number_arguments import whole_number
 from balance.app.cli.outputs import add_out_option, add_page_option, describe_written
@@ -158,22 +158,9 @@ def _verify_command(arguments: argparse.Namespace, design: Design) -> str:
     reported = one_pose or bool(arguments.require)
     words = ["balance", "report" if reported else "verify", arguments.out]
     words += ["--max-order", "0"] * one_pose
-    loops = arguments.loops or _loop_file(design, arguments.out)
     # Other formats, and files from which links were left out, are written with their ground.
-    lists = (("--inputs", arguments.inputs), ("--massless", arguments.massless))
-    pairs = [("--loops", loops), *((flag, ",".join(names or ())) for flag, names in lists)]
-    pairs += [("--motion", relation) for relation in arguments.motion or ()]
-    pairs += [("--require", text) for text in arguments.require]
-    words += [word for flag, value in pairs if value for word in (flag, value)]
-    if arguments.at:
-        words += ["--at", ",".join(f"{name}={value!r}" for name, value in arguments.at.items())]
-    words += ["--mode", str(arguments.mode)] if arguments.mode else []
-    words += ["--fix-base"] * arguments.fix_base
-    words += ["--as-written"] * (arguments.angles == "as_written")
-    if arguments.gravity:
-        words.append(f"--gravity={','.join(map(repr, arguments.gravity))}")
-    words += ["--balance", "force"] * (arguments.balance == "force")
-    return shlex.join(words)
+    loops = arguments.loops or _loop_file(design, arguments.out)
+    return shlex.join([*words, *model_words(arguments, loops)])
 
 
 def _loop_file(design: Design, out: str) -> str | None:

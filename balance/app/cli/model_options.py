@@ -109,6 +109,27 @@ def _add_restrictions(parser: Parser, unused: Collection[str]) -> None:
             parser.group("motion").add_argument(name, **option)
 
 
+def model_words(arguments: argparse.Namespace, loops: str | None) -> list[str]:
+    """List the words of a command that ask for the same motions of a model, without the model.
+
+    Args:
+        loops: file of the loops; None for the one beside the model.
+    """
+    lists = (("--inputs", arguments.inputs), ("--massless", arguments.massless))
+    pairs = [("--loops", loops), *((flag, ",".join(names or ())) for flag, names in lists)]
+    pairs += [("--motion", relation) for relation in arguments.motion or ()]
+    pairs += [("--require", text) for text in getattr(arguments, "require", ())]
+    words = [word for flag, value in pairs if value for word in (flag, value)]
+    if arguments.at:
+        words += ["--at", ",".join(f"{name}={value!r}" for name, value in arguments.at.items())]
+    words += ["--mode", str(arguments.mode)] if arguments.mode else []
+    words += ["--fix-base"] * arguments.fix_base
+    words += ["--as-written"] * (arguments.angles == "as_written")
+    if getattr(arguments, "gravity", None):
+        words.append(f"--gravity={','.join(map(repr, arguments.gravity))}")
+    return [*words, *["--balance", "force"] * (arguments.balance == "force")]
+
+
 def load_model(arguments: argparse.Namespace, angles: str, other: str = "") -> Linkage:
     """Load the linkage of the options, and check the units of all coordinates among them.
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, NamedTuple
 from balance.app.answers.answer import Answer, Files, side_by_side
 from balance.app.cli.arguments import Parser
 from balance.app.cli.exit_codes import DONE, UNDECIDED
-from balance.app.cli.model_options import add_model_options
+from balance.app.cli.model_options import add_model_options, model_words
 from balance.app.cli.model_readings import certified_space
 from balance.app.cli.number_arguments import whole_number
 from balance.app.cli.outputs import add_meshes_option, add_page_option
@@ -215,6 +215,7 @@ def _report(arguments: argparse.Namespace) -> _ModelReport:
     if arguments.exact:
         space, exact = _add_exact_ranks(space)
     report = _describe(space, exact, arguments)
+    report = report._replace(following=_following(arguments, space.can_balance.verb))
     answers = [space, *([report.decoupling.freed] if report.decoupling else [])]
     missing = [notice for answer in answers for notice in _missing_certainty(answer, arguments)]
     complete = arguments.max_order is not None or all(answer.settled for answer in answers)
@@ -223,6 +224,22 @@ def _report(arguments: argparse.Namespace) -> _ModelReport:
     sure = complete and answered and not doubtful and not missing
     notices = (*space.warnings, *(exact.notices if exact else ()), *missing)
     return _ModelReport(report, DONE if sure else UNDECIDED, notices)
+
+
+def _following(arguments: argparse.Namespace, verb: str) -> str:
+    """Build the command that comes next, for the same model and motions; empty without verb."""
+    import shlex
+
+    if not verb:
+        return ""
+    words = ["balance", verb, arguments.model, *model_words(arguments, arguments.loops)]
+    words += ["--ground", arguments.ground] if arguments.ground else []
+    words += ["--bodies", "all"] * (arguments.bodies == "all")
+    words += ["--spatial"] * arguments.spatial
+    words += ["--max-order", str(arguments.max_order)] * (
+        verb == "design" and arguments.max_order is not None
+    )
+    return shlex.join(words)
 
 
 def _add_exact_ranks(space: CertifiedSpace) -> tuple[CertifiedSpace, Exact | None]:

@@ -16,6 +16,7 @@ from balance.masses.counterweights.regions import Region
 from balance.masses.counterweights.volume.filling_check import FillingCheck
 from balance.masses.designs.feasibility import Verdict
 from balance.space.inertial_parameters.conversions import LABELS, PLANAR_LABELS
+from balance.space.spaces.can_balance import balanced_text
 from balance.space.spaces.design_space import DesignSpace
 from balance.support.change_text import mass_added_text
 from kinematics.wording import html_facts, number_text, repr_lines
@@ -176,18 +177,8 @@ class Counterweights:
         added = mass_added_text(self.added_mass)
         if self.along is not None:
             return f"{self.along.words}, {added}."
-        return f"{self._balanced_words}, {added}."
-
-    @property
-    def _balanced_words(self) -> str:
-        """What does not shake any more."""
-        space = self.space
-        if space.requirements or not space.settled:
-            return "What is asked for holds"
-        when = f"with {', '.join(space.motion.relations)}" if space.motion else "in any motion"
-        if space.balance == "force":
-            return f"No shaking force {when} (the moment does not count)"
-        return f"No shaking force and no shaking moment {when}"
+        text = balanced_text(self.space)
+        return f"{text[0].upper()}{text[1:]}, {added}."
 
     def to_dict(self) -> dict[str, object]:
         """Return plain data for JSON; see ``schemas/counterweights.schema.json``."""

@@ -19,6 +19,8 @@ from kinematics.model.mode_of_motion import ModeOfMotion
 from kinematics.wording import count_noun, repr_lines, round_to_ten_digits
 
 MODES_SCHEMA = "balance.modes/1"
+# What the verdict says on masses that bodies can have.
+VERDICT_TEXTS = {"feasible": "yes", "infeasible": "no", "undecided": "undecided"}
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,6 +105,18 @@ class ModeAnswers:
         """Whether all modes are listed, every answer is complete, and nothing is in doubt."""
         return not self.doubt and all(answer.sure for answer in self.modes)
 
+    @property
+    def sentence(self) -> str:
+        """Whether the linkage can balance on its modes, in one sentence."""
+        texts = [VERDICT_TEXTS.get(answer.verdict or "", "unknown") for answer in self.modes]
+        if len({*texts}) == 1:
+            return f"Can it balance? {texts[0].capitalize()}, on every mode of motion."
+        listed = ", ".join(
+            f"{text} on mode {answer.mode.number}"
+            for answer, text in zip(self.modes, texts, strict=True)
+        )
+        return f"Can it balance? {listed[0].upper()}{listed[1:]}."
+
     def __repr__(self) -> str:
         """Give a line for the linkage and one for each mode."""
         lines = [repr(answer).removeprefix("ModeAnswer: ") for answer in self.modes]
@@ -113,6 +127,7 @@ class ModeAnswers:
         """Return plain data for JSON; see ``balance/app/schemas/modes.schema.json``."""
         return {
             "schema": MODES_SCHEMA,
+            "sentence": self.sentence,
             "model": self.name,
             "balance": self.balance,
             "doubt": self.doubt or None,

@@ -23,7 +23,8 @@ from balance.space.conditions.collect import conditions_by_order, relative_toler
 from balance.space.inertial_parameters.conversions import from_chain
 from balance.space.momentum.regressor import parameters_per_body
 from balance.space.spaces.compute_space import design_space
-from balance.space.spaces.design_space import DesignSpace, residual_of
+from balance.space.spaces.design_space import DesignSpace
+from balance.space.spaces.given_masses import residual_of
 from balance.space.spaces.space_data import Order
 from balance.space.spaces.subspace import subspace
 from balance.support.tolerances import AS_GIVEN_RESIDUAL

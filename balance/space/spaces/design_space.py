@@ -17,9 +17,10 @@ from balance.space.conditions.collect import relative_tolerance
 from balance.space.conditions.rank import Decision
 from balance.space.inertial_parameters.conversions import (
     basis_from_chain,
-    to_chain,
     violations,
 )
+from balance.space.spaces.can_balance import CanBalance, answer_of
+from balance.space.spaces.given_masses import AsGiven, residual_of
 from balance.space.spaces.readings import Reading
 from balance.space.spaces.space_data import RequirementRank, SpaceData
 from balance.space.transfers.by_joint import Transfer, by_joint
@@ -39,26 +40,6 @@ from kinematics.wording import first_names, html_facts, repr_lines, size_text
 Array = NDArray[np.float64]
 
 REPORT_SCHEMA = "balance.report/1"
-
-
-class AsGiven(NamedTuple):
-    """Residual of the masses in the file, and whether they lie in the design space.
-
-    Attributes:
-        balanced: residual up to 1e-9; None if no body has mass or inertia in the file.
-        residual: size of the conditions' residual over the sum of the bodies' parts in it;
-            None likewise.
-    """
-
-    balanced: bool | None
-    residual: float | None
-
-    @property
-    def verdict(self) -> str:
-        """The verdict in words."""
-        if self.balanced is None:
-            return "no masses"
-        return "balanced" if self.balanced else "not balanced"
 
 
 def square_doubt(kept: float) -> tuple[str, ...]:
@@ -253,6 +234,11 @@ class DesignSpace(SpaceData):
             return AsGiven(None, None)
         return AsGiven(residual <= AS_GIVEN_RESIDUAL, residual)
 
+    @cached_property
+    def can_balance(self) -> CanBalance:
+        """Whether the linkage can balance, as far as the space decides it."""
+        return answer_of(self)
+
     @property
     def brief(self) -> str:
         """Summary in one line of words."""
@@ -286,6 +272,9 @@ class DesignSpace(SpaceData):
         linkage = self.linkage
         return {
             "schema": REPORT_SCHEMA,
+            "verdict": self.can_balance.verdict,
+            "sentence": self.can_balance.sentence,
+            "next": None,
             "model": linkage.name,
             "at": linkage.at,
             "algebra": "planar" if self.planar else "spatial",
@@ -325,25 +314,3 @@ class DesignSpace(SpaceData):
             "as_given": self.as_given._asdict(),
             "warnings": [notice._asdict() for notice in self.warnings],
         }
-
-
-def residual_of(space: DesignSpace, rows: Array) -> float | None:
-    """Compute the residual of conditions for the masses of the file.
-
-    Args:
-        space: the space, for its linkage and units.
-        rows: conditions (count, parameters) in the units of the chain.
-
-    Returns:
-        Size of what is left over the sum of the bodies' parts in it; None without masses.
-    """
-    given = np.array([body.inertia for body in space.linkage.bodies])
-    if not given.any():
-        return None
-    z = to_chain(given, space.chain.frame, space.planar, space.balance == "force")
-    by_body = np.einsum("rbp,bp->rb", rows.reshape(-1, *z.shape), z)
-    total = float(np.sqrt(np.einsum("rb,rb->b", by_body, by_body)).sum())
-    remainder = by_body.sum(axis=1)
-    residual = float(np.sqrt(remainder @ remainder)) / total if total > 0.0 else 0.0
-    # Lengths that no double precision can square.
-    return residual if np.isfinite(residual) else 1.0

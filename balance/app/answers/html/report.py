@@ -68,12 +68,12 @@ def report_page(report: Report, meshes: bool = True) -> str:
     return render_page(
         "page.html",
         title=space.linkage.name,
-        summary=_summary(space),
+        summary=space.can_balance.sentence,
         report=report_data(report),
         data={"scene": drawing},
         scripts=SCRIPTS,
         warnings=_warning_section(space.warnings),
-        facts=facts_list(report_facts(space, report.change)),
+        facts=facts_list([*_next_fact(report), *report_facts(space, report.change)]),
         orders=rows_table(report_table(space), range(3)),
         transfers=_transfer_table(explanation.transfers),
         freedoms=_freedom_table(explanation.freedoms),
@@ -103,15 +103,9 @@ def _spectra(space: DesignSpace) -> list[dict[str, object]]:
     ]
 
 
-def _summary(space: DesignSpace) -> str:
-    """Summarise the page in one sentence."""
-    algebra = "planar" if space.planar else "spatial"
-    momentum = "momentum" if space.balance == "dynamic" else "linear momentum"
-    when = f"with {', '.join(space.motion.relations)}" if space.motion else "in every motion"
-    return (
-        f"Mass distributions for which the total {momentum} vanishes {when}: "
-        f"{space.nullity} dimensions of {space.rank + space.nullity} {algebra} parameters."
-    )
+def _next_fact(report: Report) -> list[tuple[str, str]]:
+    """List the command that comes next, if there is one."""
+    return [("next", report.following)] if report.following else []
 
 
 def _decoupling_section(report: Report) -> str:

@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 from balance.app.answers.answer import AnswerBody, AnswerTable, Facts
-from balance.masses.modes.mode_answers import ModeAnswer, ModeAnswers
+from balance.masses.modes.mode_answers import VERDICT_TEXTS, ModeAnswer, ModeAnswers
 
-# What the verdict says on masses that balance.
-VERDICTS = {"feasible": "yes", "infeasible": "no", "undecided": "undecided"}
 HEAD = (
     "mode", "mobility", "inputs", "rank by order", "nullity", "serial", "parallel", "buildable",
     "certainty",
@@ -31,6 +29,8 @@ def modes_body(answers: ModeAnswers) -> AnswerBody:
     if answers.doubt:
         facts.append(("complete", f"there may be more modes: {answers.doubt}"))
     return [
+        answers.sentence,
+        "",
         Facts(facts, least=13),
         "",
         AnswerTable([HEAD, *map(_row, answers.modes)]),
@@ -49,7 +49,7 @@ def _row(answer: ModeAnswer) -> tuple[str, ...]:
     return (
         str(mode.number), str(mode.mobility), ", ".join(space.inputs),
         " ".join(str(order.rank) for order in space.orders), str(space.nullity),
-        str(space.serial.shape[1]), str(space.parallel.shape[1]), VERDICTS[answer.verdict],
+        str(space.serial.shape[1]), str(space.parallel.shape[1]), VERDICT_TEXTS[answer.verdict],
         space.level,
     )  # fmt: skip
 

@@ -91,6 +91,7 @@ def styled_text(body: AnswerBody) -> str:
                 for left, right in part.pairs:
                     grid.add_row(escape(left), escape(right))
             else:
+                console.print(escape(part))
                 continue
             console.print(grid)
     return capture.get()

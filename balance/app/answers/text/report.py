@@ -117,6 +117,9 @@ def report_table(space: DesignSpace, exact: Exact | None = None) -> list[tuple[s
 def report_body(report: Report) -> AnswerBody:
     """Build what is printed on a design space."""
     body: list[AnswerPart] = [
+        report.space.can_balance.sentence,
+        *([f"Next: {report.following}"] if report.following else []),
+        "",
         Facts(report_facts(report.space, report.change), least=13),
         "",
         _ranks(report),
@@ -138,6 +141,7 @@ def comparison_facts(report: Report) -> list[tuple[str, str]]:
     """List the facts on a design space and its ranks, for a table of several."""
     ranks = ", ".join(str(order.rank) for order in report.space.orders)
     facts = report_facts(report.space, report.change)
+    facts.insert(1, ("answer", report.space.can_balance.sentence))
     at = next(k for k, (label, _) in enumerate(facts) if label == "conditions")
     if ranks:
         facts.insert(at + 1, ("rank by order", ranks))

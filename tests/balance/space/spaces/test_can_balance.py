@@ -1,0 +1,142 @@
+"""Whether a linkage can balance: the sentence, beside simulation and conic programs."""
+
+import re
+import shlex
+from dataclasses import replace
+
+import pytest
+
+import balance
+from balance.masses.designs.feasibility import feasible
+from kinematics.loading.model_gallery import find, load
+from tests.support.command_runs import asked
+from tests.support.json_answers import json_answer
+
+# Balanced, free of forces alone, neither, at first sight (zero momentum in one pose) and open.
+GALLERY = (
+    "four_bar_kite_balanced", "fuga_i", "four_bar_general", "four_rrr_prototype",
+    "double_pendulum_duplicates", "four_rrr_in_line", "principal_vector_linkage",
+    "zero_reaction_arm", "sarrus", "pantograph_reaction_wheel", "four_rrr_symmetric",
+)  # fmt: skip
+BODY = (
+    '<inertial><origin xyz="0.1 0 0"/><mass value="1"/>'
+    '<inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial>'
+)
+SLIDER = (
+    '<joint name="{0}" type="prismatic"><parent link="{1}"/><child link="{2}"/>'
+    '<axis xyz="1 0 0"/><limit lower="-1" upper="1" effort="1" velocity="1"/></joint>'
+)
+HINGE = (
+    '<joint name="{0}" type="continuous"><parent link="{1}"/><child link="{2}"/>'
+    '<axis xyz="0 0 1"/></joint>'
+)
+
+
+def tree(*joints):
+    """A linkage without loops: joints, each with the link that it moves."""
+    links = "".join(f'<link name="{child}">{BODY}</link>' for _, _, _, child in joints)
+    lines = "".join(text.format(*names) for text, *names in joints)
+    return f'<robot name="tree"><link name="base"/>{links}{lines}</robot>'
+
+
+@pytest.mark.slow
+@pytest.mark.table(5)
+@pytest.mark.parametrize("model", GALLERY)
+def test_the_sentence_says_what_a_simulation_shows(model):
+    """Pinocchio knows nothing of design spaces, and moves the whole linkage."""
+    space = balance.design_space(model)
+    checks = [balance.verify(model, trajectories=2, balance=aim) for aim in ("dynamic", "force")]
+    still = tuple(check.verdict == "balanced" for check in checks)
+    wanted = {(True, True): "as_given", (False, True): "force_alone"}.get(still, "open")
+    assert space.can_balance.verdict == wanted
+    assert space.can_balance.verb == ("verify" if wanted == "as_given" else "design")
+
+
+@pytest.mark.parametrize(
+    ("joints", "sentence"),
+    [
+        ([(SLIDER, "s", "base", "block")], "No, only without mass."),
+        (
+            [(SLIDER, "s", "base", "block"), (HINGE, "r", "base", "wheel")],
+            "No, only without mass in block.",
+        ),
+        (
+            [(SLIDER, "s", "base", "block"), (HINGE, "r", "block", "arm")],
+            "No, only with masses that add up to nothing.",
+        ),
+    ],
+)
+def test_without_mass(joints, sentence, tmp_path):
+    """What slides on the base has momentum; the conic program has a certificate of its own."""
+    path = tmp_path / "tree.urdf"
+    path.write_text(tree(*joints), "utf-8")
+    space = balance.design_space(str(path), balance="force")
+    assert space.can_balance.verdict == "impossible"
+    assert space.can_balance.sentence == f"Can it balance? {sentence}"
+    assert feasible(space).verdict == "infeasible"
+
+
+def test_masses_that_no_body_has(tmp_path):
+    """A moment of inertia about the normal alone balances as before, but is that of no body."""
+    text = find("four_bar_kite_balanced").read_text("utf-8")
+    path = tmp_path / "flat.urdf"
+    path.write_text(re.sub(r'(ixx|iyy)="[^"]*"', r'\1="1e-12"', text), "utf-8")
+    space = balance.design_space(str(path))
+    assert space.as_given.balanced
+    assert space.can_balance.verdict == "open"
+    assert "which balance it but which no bodies can have" in space.can_balance.sentence
+
+
+def test_a_file_without_masses(tmp_path):
+    text = find("four_bar_general").read_text("utf-8")
+    path = tmp_path / "bare.urdf"
+    path.write_text(re.sub(r"(?s)<inertial>.*?</inertial>", "", text), "utf-8")
+    answer = balance.design_space(str(path)).can_balance
+    assert answer.verdict == "open" and "its file has no masses" in answer.sentence
+
+
+def test_what_is_in_doubt_is_undecided():
+    """Balanced masses meet the conditions of one order, which says nothing of the others."""
+    space = balance.design_space("four_bar_kite_balanced", max_order=0)
+    assert space.can_balance.verdict == "undecided"
+    assert "up to order 0, not all" in space.can_balance.sentence
+    whole = balance.design_space("four_bar_kite_balanced")
+    decision = whole.decision
+    doubtful = decision.conditions._replace(dropped=1e-6)
+    unsure = replace(whole, decision=replace(decision, conditions=doubtful))
+    assert unsure.doubts and unsure.can_balance.verdict == "undecided"
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ["four_bar_kite_balanced", "--as-written", "--spatial"],
+        ["five_bar", "--motion", "u1=2*u2", "--at", "u1=0.1", "--balance", "force"],
+        ["four_bar_general", "--max-order", "1", "--bodies", "all"],
+        ["fuga_i", "--require", "force; dynamic at u1=0"],
+    ],
+    ids=lambda words: words[0],
+)
+def test_the_next_command_runs(words, capsys):
+    """The page, the text and the data say the same, and the command is one that works."""
+    _, answer = json_answer(capsys, "report", *words)
+    printed = asked(["report", *words]).out.splitlines()
+    assert printed[:3] == [answer["sentence"], f"Next: {answer['next']}", ""]
+    program, *following = shlex.split(answer["next"])
+    run = asked(following)
+    assert program == "balance" and run.code in (0, 1), run.err
+
+
+def test_the_page_begins_with_the_sentence(tmp_path, capsys):
+    path = tmp_path / "page.html"
+    _, answer = json_answer(capsys, "report", "four_bar_general", "--html", str(path))
+    page = path.read_text("utf-8")
+    assert f'<p class="lede">{answer["sentence"]}</p>' in page
+    assert f"<dd>{answer['next']}</dd>" in page
+
+
+def test_modes_and_several_models_have_a_sentence(capsys):
+    out = asked(["report", "four_bar_general", "four_bar_kite_balanced"]).out
+    assert " ".join(out.split()).count("Can it balance?") == 2
+    answers = balance.motion_modes(load("four_bar_general"))
+    assert answers.sentence == "Can it balance? No, on every mode of motion."

@@ -46,9 +46,9 @@ class Report(NamedTuple):
 def report_data(report: Report) -> dict[str, object]:
     """Collect a report as plain data for JSON.
 
-    The keys ``next``, ``transfers``, ``freedoms``, ``exact``, ``decoupled``, ``pure_inertia`` and
-    ``margin.change`` are ``None`` without their results; so is ``margin.change`` where the
-    distance is infinite.
+    The keys ``next``, ``transfers``, ``freedoms``, ``exact``, ``decoupled``,
+    ``pure_inertia`` and ``margin.change`` are ``None`` without their results; so is
+    ``margin.change`` where the distance is infinite.
     """
     data = report.space.to_dict()
     if report.explanation is not None:

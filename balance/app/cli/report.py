@@ -236,9 +236,8 @@ def _following(arguments: argparse.Namespace, verb: str) -> str:
     words += ["--ground", arguments.ground] if arguments.ground else []
     words += ["--bodies", "all"] * (arguments.bodies == "all")
     words += ["--spatial"] * arguments.spatial
-    words += ["--max-order", str(arguments.max_order)] * (
-        verb == "design" and arguments.max_order is not None
-    )
+    # A design for one pose asks for no more than its conditions, others for all there are.
+    words += ["--max-order", "0"] * (verb == "design" and arguments.max_order == 0)
     return shlex.join(words)
 
 

@@ -72,9 +72,7 @@ def moves_no_centre(space: DesignSpace) -> bool:
     reference = forward_kinematics(chain, np.zeros(chain.parent.size))
     rays = generic_directions(101, 101 + chain.width, chain.width)
     far = islice(continue_in_directions(chain, rays), CHECKED_POSES)
-    residuals = [
-        _residual(space, given, rows_at(chain, reference, force=True), force=True)
-    ]
+    residuals = [_residual(space, given, rows_at(chain, reference, force=True), force=True)]
     if residuals[0] <= AS_GIVEN_RESIDUAL:
         residuals += [
             _residual(space, given, rows_at(moved, pose, force=True), force=True)

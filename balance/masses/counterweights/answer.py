@@ -16,8 +16,7 @@ from balance.masses.counterweights.regions import Region
 from balance.masses.counterweights.volume.filling_check import FillingCheck
 from balance.masses.designs.feasibility import Verdict
 from balance.space.inertial_parameters.conversions import LABELS, PLANAR_LABELS
-from balance.space.spaces.can_balance import balanced_text
-from balance.space.spaces.design_space import DesignSpace
+from balance.space.spaces.design_space import DesignSpace, balanced_text
 from balance.support.change_text import mass_added_text
 from kinematics.wording import html_facts, number_text, repr_lines
 

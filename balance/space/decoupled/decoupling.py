@@ -100,7 +100,8 @@ class Decoupling:
         )
         held = -1
         for order, conditions in enumerate(by_order):
-            residual = residual_of(freed, conditions.rows)
+            force = freed.balance == "force"
+            residual = residual_of(freed.linkage, chain, freed.planar, force, conditions.rows)
             if residual is None or residual > AS_GIVEN_RESIDUAL:
                 break
             held = order

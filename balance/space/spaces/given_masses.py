@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from itertools import islice
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,9 +14,8 @@ from balance.space.momentum.regressor import rows_at
 from balance.support.tolerances import AS_GIVEN_RESIDUAL
 from kinematics.closure.continuation import continue_in_directions
 from kinematics.closure.newton import forward_kinematics
-
-if TYPE_CHECKING:
-    from balance.space.spaces.design_space import DesignSpace
+from kinematics.model.arrays import Chain
+from kinematics.model.linkage import Linkage
 
 Array = NDArray[np.float64]
 
@@ -44,46 +43,50 @@ class AsGiven(NamedTuple):
         return "balanced" if self.balanced else "not balanced"
 
 
-def residual_of(space: DesignSpace, rows: Array) -> float | None:
+def residual_of(
+    linkage: Linkage, chain: Chain, planar: bool, force: bool, rows: Array
+) -> float | None:
     """Compute the residual of conditions for the masses of the file.
 
     Args:
-        space: the space, for its linkage and units.
+        linkage: the linkage, with its masses.
+        chain: its joints that move, and the units of the conditions.
+        planar: whether planar parameters are counted.
+        force: whether only linear momentum counts.
         rows: conditions (count, parameters) in the units of the chain.
 
     Returns:
         Size of what is left over the sum of the bodies' parts in it; None without masses.
     """
-    given = np.array([body.inertia for body in space.linkage.bodies])
-    if not given.any():
-        return None
-    return _residual(space, given, rows, space.balance == "force")
+    given = np.array([body.inertia for body in linkage.bodies])
+    return _residual(given, chain, planar, force, rows) if given.any() else None
 
 
-def moves_no_centre(space: DesignSpace) -> bool:
+def moves_no_centre(linkage: Linkage, chain: Chain, planar: bool) -> bool:
     """Whether the masses of the file leave their common centre of mass at rest.
 
     Their linear momentum is computed at the reference pose, and if it vanishes there, at
     finite poses in generic directions.
     """
-    given, chain = np.array([body.inertia for body in space.linkage.bodies]), space.chain
+    given = np.array([body.inertia for body in linkage.bodies])
     if not given.any():
         return False
     reference = forward_kinematics(chain, np.zeros(chain.parent.size))
     rays = generic_directions(101, 101 + chain.width, chain.width)
     far = islice(continue_in_directions(chain, rays), CHECKED_POSES)
-    residuals = [_residual(space, given, rows_at(chain, reference, force=True), force=True)]
+    rows = rows_at(chain, reference, force=True)
+    residuals = [_residual(given, chain, planar, True, rows)]
     if residuals[0] <= AS_GIVEN_RESIDUAL:
         residuals += [
-            _residual(space, given, rows_at(moved, pose, force=True), force=True)
+            _residual(given, chain, planar, True, rows_at(moved, pose, force=True))
             for moved, pose in far
         ]
     return len(residuals) > CHECKED_POSES and max(residuals) <= AS_GIVEN_RESIDUAL
 
 
-def _residual(space: DesignSpace, given: Array, rows: Array, force: bool) -> float:
+def _residual(given: Array, chain: Chain, planar: bool, force: bool, rows: Array) -> float:
     """Compute the residual of conditions for parameters (bodies, 10), SI units."""
-    z = to_chain(given, space.chain.frame, space.planar, force)
+    z = to_chain(given, chain.frame, planar, force)
     by_body = np.einsum("rbp,bp->rb", rows.reshape(-1, *z.shape), z)
     total = float(np.sqrt(np.einsum("rb,rb->b", by_body, by_body)).sum())
     remainder = by_body.sum(axis=1)

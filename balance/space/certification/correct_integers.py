@@ -31,7 +31,8 @@ from balance.space.transfers.compute_transfers import Transfers, serial_transfer
 from balance.support.tolerances import KNOWN_RANK_RELATIVE, UNIT_ROWS_DEPENDENT
 from kinematics.closure.assembly.assemble import moving_chain
 from kinematics.model.arrays import Chain, Frame, freeze
-from kinematics.numerics.linalg.rational import combination, dot, echelon, largest_entry
+from kinematics.numerics.linalg.complete_pivoting import eliminate_by_largest
+from kinematics.numerics.linalg.rational import combination, dot
 
 Array = NDArray[np.float64]
 
@@ -242,7 +243,7 @@ def _span(chain: Chain, exact: Exact, transfers: Sequence[ExactTransfer]) -> Arr
     width = units.shape[1] * chain.links.size
     rows = _orthonormalise(np.array(vectors, dtype=np.float64).reshape(-1, width))
     if rows is None:
-        reduced = echelon(vectors, largest_entry)[0]
+        reduced = eliminate_by_largest(vectors)[0]
         rows = _orthonormalise(np.array(reduced, dtype=np.float64), known=True)
     assert rows is not None
     return rows

@@ -176,23 +176,6 @@ def leading_entry(rows: Rows, pivots: Sequence[int]) -> tuple[int, int] | None:
     return next(((i, c) for c in columns for i, row in enumerate(rows) if row[c]), None)
 
 
-def largest_entry(rows: Rows, pivots: Sequence[int]) -> tuple[int, int] | None:
-    """Choose the largest entry of all (complete pivoting), which keeps the others bounded.
-
-    Args:
-        rows: rows without a pivot so far.
-        pivots: columns of the pivots so far; not used.
-
-    Returns:
-        Row in ``rows`` and column; None if all rows vanish.
-    """
-    sizes = [max((abs(x) for x in row if x), default=0) for row in rows]
-    if not any(sizes):
-        return None
-    i = sizes.index(max(sizes))
-    return i, max(range(len(rows[i])), key=lambda c: abs(rows[i][c]))
-
-
 def echelon(
     rows: Iterable[Sequence[Number]], pivot: Pivot[Number] = leading_entry
 ) -> tuple[list[list[Number]], list[int]]:

@@ -57,9 +57,14 @@ def test_special_places_are_read(family, seed, tmp_path):
 
 
 @pytest.mark.slow
-def test_a_special_loop_below_the_round_off_of_doubles_is_no_proof(tmp_path):
-    """A ball whose centre lies on the axis of a crank, up to fourteen digits."""
-    line = judge_case("turned", 40557, tmp_path)
+@pytest.mark.parametrize(("family", "seed"), [
+    # A ball whose centre lies on the axis of a crank, up to fourteen digits.
+    ("turned", 40557),
+    # Slides of four loops, at a special pose up to nine digits.
+    ("oblique", 50216),
+])  # fmt: skip
+def test_conditions_that_floating_point_does_not_see_are_no_proof(family, seed, tmp_path):
+    line = judge_case(family, seed, tmp_path)
     assert (line["code"], line["level"]) == (4, "estimated"), line
 
 

@@ -332,7 +332,7 @@ def _reason_below_digits(space: DesignSpace, corrected: DesignSpace, evidence: E
         # As written, axes were moved by round-off alone; their lever enlarges it.
         least_sure = CONDITION_OF_TILTS if space.linkage.as_written else DIGITS_CONDITION
         limit = least_sure if adds else 0.0
-        if meant.relations and (meant.apart or adds):
+        if (meant.relations and meant.apart) or adds:
             digits = meant.digits or DOUBLE_DIGITS
             limit = max(limit, 10.0 ** (DIGITS_OF_CONDITION - digits))
     elif (

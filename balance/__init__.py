@@ -1,7 +1,13 @@
 """Dynamic balance of linkages: which mass distributions do not shake the base.
 
 Parameters of a body are ``[m, mcx, mcy, mcz, Exx, Eyy, Ezz, Exy, Exz, Eyz]`` about the
-inertial origin; momentum is ``[moment; force]``; SI units. ``kinematics.load`` reads linkages.
+inertial origin; momentum is ``[moment; force]``; SI units. Functions take a linkage, its path or
+its name, or a space; results have ``to_dict``, and where there is something to write or to
+show, ``to_urdf``, ``to_html`` and ``plot``.
+
+Linkages:
+
+- ``load``: a linkage from a file, from its text, or by its name (`kinematics.load`)
 
 The space of balanced mass distributions:
 
@@ -96,6 +102,7 @@ from collections.abc import Iterator
 
 import lazy_loader
 
+from balance.support.result_files import register_file_maker
 from kinematics.numerics.compiled.background import register_warm_up
 from kinematics.version import __version__ as __version__
 
@@ -110,4 +117,12 @@ def _warm_up() -> Iterator[None]:
     yield from warm_up_balance()
 
 
+def _make_result_file(result: object, kind: str) -> bytes:
+    """Make a page or a picture of a result."""
+    from balance.app.answers.result_files import make_result_file
+
+    return make_result_file(result, kind)
+
+
 register_warm_up("balance", _warm_up)
+register_file_maker(_make_result_file)

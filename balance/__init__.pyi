@@ -68,5 +68,6 @@ from .studies.sweeps.sweep import sweep as sweep
 from .studies.sweeps.sweep_table import SweepTable as SweepTable
 from .studies.synthesis.mechanism import Synthesis as Synthesis
 from .studies.synthesis.synthesize import synthesize as synthesize
+from .support.linkages import load as load
 
 __version__: str

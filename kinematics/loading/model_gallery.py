@@ -8,7 +8,7 @@ from dataclasses import replace
 from os import PathLike
 from os.path import isfile
 from pathlib import Path
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TYPE_CHECKING, Protocol, TypeAlias
 
 from kinematics.errors import (
     FileError,
@@ -31,8 +31,18 @@ BODIES = ("given", "all")
 LARGEST_MACHINE = 100.0
 # Names that end so are paths, also if there is no such file.
 SUFFIXES = (".urdf", ".xml", ".sdf", ".world", ".xacro")
-LinkageLike: TypeAlias = "Linkage | str | PathLike[str] | URDF"
-"""A linkage, or an argument of `load`; see `as_linkage`."""
+
+
+class HasLinkage(Protocol):
+    """A result on a linkage, such as a design space."""
+
+    @property
+    def linkage(self) -> Linkage:
+        """The linkage."""
+
+
+LinkageLike: TypeAlias = "Linkage | HasLinkage | str | bytes | PathLike[str] | URDF"
+"""A linkage, a result on one, or an argument of `load`; see `as_linkage`."""
 
 
 def gallery() -> dict[str, Path]:
@@ -128,7 +138,7 @@ def find(model: str | PathLike[str]) -> Path:
 
 
 def load(
-    model: str | PathLike[str] | Document | URDF,
+    model: str | bytes | PathLike[str] | Document | URDF,
     loops: str | PathLike[str] | None = None,
     inputs: Sequence[str] | None = None,
     *,
@@ -147,8 +157,9 @@ def load(
 
     Args:
         model: path of a URDF, SDF or xacro file, name of a model in the gallery or of a robot
-            in example-robot-data, or a model that yourdfpy has loaded (its rotation matrices
-            are read as they are). The file may come through a pipe, or ``-``, standard input.
+            in example-robot-data, the text of a file (it begins with ``<``) or its bytes, or a
+            model that yourdfpy has loaded (its rotation matrices are read as they are). The
+            file may come through a pipe, or ``-``, standard input.
         loops: path of a YAML file with the loops; by default ``<loop>`` elements of the URDF
             file, or a YAML file beside a file on disk, with the same stem.
         inputs: names of joints to use as independent coordinates; by default a
@@ -180,7 +191,7 @@ def load(
     Raises:
         LinkageError: the file or the linkage cannot be used; the subclass gives the reason.
             A note on an error of closure or mobility names the angles that look rounded.
-        TypeError: ``model`` is neither a path, a name nor a model of yourdfpy.
+        TypeError: ``model`` is neither a path, a name, a text nor a model of yourdfpy.
 
     Source:
         ROS, URDF specification (extended by ``<loop>``); Gepetto, example-parallel-robots.
@@ -215,10 +226,11 @@ def _check_options(bodies: str, angles: str) -> None:
 
 
 def as_linkage(model: LinkageLike) -> Linkage:
-    """Convert an argument to a linkage: itself, or the result of `load`.
+    """Convert an argument to a linkage: itself, that of a result, or the result of `load`.
 
     Args:
-        model: a linkage, or a path, a name or a model as `load` accepts them.
+        model: a linkage, a result that has one, such as a design space, or a path, a name, a
+            text or a model as `load` accepts them.
 
     Returns:
         The linkage.
@@ -231,7 +243,10 @@ def as_linkage(model: LinkageLike) -> Linkage:
 
     if isinstance(model, Linkage):
         return model
-    if not (isinstance(model, (str, PathLike)) or hasattr(model, "robot")):
+    held = getattr(model, "linkage", None)
+    if isinstance(held, Linkage):
+        return held
+    if not (isinstance(model, (str, bytes, PathLike)) or hasattr(model, "robot")):
         raise TypeError(
             "expected a kinematics.Linkage, a path, the name of a model or a yourdfpy.URDF, "
             f"not {type(model).__name__}"
@@ -296,7 +311,7 @@ def _size_notices(draft: UnassembledLinkage) -> list[Notice]:
 
 
 def _read(
-    model: str | PathLike[str] | Document | URDF,
+    model: str | bytes | PathLike[str] | Document | URDF,
     loops: str | PathLike[str] | None,
     options: ReadOptions,
 ) -> UnassembledLinkage:
@@ -305,6 +320,8 @@ def _read(
     from kinematics.files.urdf.input_streams import read_stream
     from kinematics.model.document.element import Document
 
+    if isinstance(model, bytes) or (isinstance(model, str) and model.lstrip().startswith("<")):
+        model = Document("<text>", model if isinstance(model, bytes) else model.encode())
     if isinstance(model, (str, PathLike)):
         model = read_stream(model) or find(model)
     if isinstance(model, (Document, Path)):

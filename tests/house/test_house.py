@@ -210,9 +210,10 @@ def test_public_names_exist_and_are_documented(face: str):
 
 
 def test_a_public_name_has_one_face():
+    """But for the first name that anyone needs."""
     names = [name for face in FACES for name in public_names(face)]
     assert len(names) > 100
-    assert len(names) == len(set(names))
+    assert [name for name in set(names) if names.count(name) > 1] == ["load"]
 
 
 @pytest.mark.table(1)

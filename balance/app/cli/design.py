@@ -127,14 +127,11 @@ def _design(arguments: argparse.Namespace, space: DesignSpace) -> Design:
 def _files(design: Design) -> Files:
     """Find what makes the files of a design, if there is one."""
     from balance.app.answers.html.design import design_page
-    from balance.masses.designs.write_urdf import replace_inertials
 
     if design.z is None:
         return {}
-    elements = {body.name: body.urdf for body in design.bodies
-                if body.name not in design.keep and body.urdf}  # fmt: skip
     return {
-        "out": partial(replace_inertials, design.space.linkage, elements),
+        "out": design.to_urdf,
         "html": partial(design_page, design),
     }
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from os import PathLike
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -14,10 +15,12 @@ from balance.masses.counterweights.exclusion import Exclusion
 from balance.masses.counterweights.program import AddedObjective
 from balance.masses.counterweights.regions import Region
 from balance.masses.counterweights.volume.filling_check import FillingCheck
+from balance.masses.counterweights.write_counterweights import counterweights_file
 from balance.masses.designs.feasibility import Verdict
 from balance.space.inertial_parameters.conversions import LABELS, PLANAR_LABELS
 from balance.space.spaces.design_space import DesignSpace, balanced_text
 from balance.support.change_text import mass_added_text
+from balance.support.result_files import WithPage, WithPicture
 from kinematics.wording import html_facts, number_text, repr_lines
 
 if TYPE_CHECKING:
@@ -80,7 +83,7 @@ def chain_dict(space: DesignSpace) -> dict[str, object]:
 
 
 @dataclass(frozen=True, eq=False)
-class Counterweights:
+class Counterweights(WithPage, WithPicture):
     """Result of `counterweights`: added matter, or a certificate that none balances.
 
     Attributes:
@@ -178,6 +181,19 @@ class Counterweights:
             return f"{self.along.words}, {added}."
         text = balanced_text(self.space)
         return f"{text[0].upper()}{text[1:]}, {added}."
+
+    def to_urdf(self, path: str | PathLike[str] | None = None, *, merge: bool = False) -> bytes:
+        """Return the file of the linkage with the counterweights, and no other change.
+
+        Args:
+            path: file to write it to; None for none.
+            merge: whether they go into the masses of their links; else they are links.
+
+        Raises:
+            UsageError: nothing balances the linkage.
+            FileError: the linkage has no file, or the new one cannot be written.
+        """
+        return counterweights_file(self, path, merge)
 
     def to_dict(self) -> dict[str, object]:
         """Return plain data for JSON; see ``schemas/counterweights.schema.json``."""

@@ -25,9 +25,11 @@ from balance.masses.counterweights.volume.plates import (
     with_further_links,
 )
 from balance.space.requirements.recompute_spatial import recompute_spatial
+from balance.space.spaces.compute_space import as_space
 from balance.space.spaces.design_space import DesignSpace
 from balance.support.tolerances import BOUND_RELATIVE, GROWTH_RELATIVE
 from kinematics.errors import UsageError
+from kinematics.loading.model_gallery import LinkageLike
 from kinematics.numerics.linalg.ties import rank_least_first
 
 # Largest factor by which a region may grow.
@@ -37,7 +39,7 @@ MassOf = Callable[[Mapping[int, Region]], float | None]
 
 
 def counterweights(
-    space: DesignSpace, add: Sequence[str],
+    space: DesignSpace | LinkageLike, add: Sequence[str],
     regions: Mapping[str, Region | str] | None = None, minimise: AddedObjective = "mass",
     *, density: float | Mapping[str, float] | None = None, thickness: float | None = None,
     price_of_mass: float = IDLE_MASS_PRICE, shape: str | None = None, relax: bool = True,
@@ -54,7 +56,8 @@ def counterweights(
     forces a plane cuts them off. See `balance.masses.counterweights.volume.fill_program`.
 
     Args:
-        space: a design space.
+        space: a design space, or a linkage, its path or its name: dynamic balance of it in
+            every motion.
         add: names of the links to which matter may be added.
         regions: where, by name: a `Region` of the link frame, or its text, such as
             ``ball(0,0,0,0.1)``, ``box(-0.2:0,-0.1:0.1,0:0.1)``,
@@ -96,24 +99,25 @@ def counterweights(
     """
     if minimise not in get_args(AddedObjective):
         raise ValueError(f"minimise must be one of {', '.join(get_args(AddedObjective))}")
-    body_regions = regions_of(space, add, regions or {})
-    limits = density_limits(space, body_regions, density, thickness)
+    asked = as_space(space)
+    body_regions = regions_of(asked, add, regions or {})
+    limits = density_limits(asked, body_regions, density, thickness)
     if not (np.isfinite(price_of_mass) and price_of_mass >= 0.0):
         raise UsageError(f"a price of mass of {price_of_mass:g}: give a number from 0 up")
     if limits and minimise == "inertia":
         raise UsageError(
             "the largest inertia is found without a density: ask for rotor or mass"
         )
-    if space.planar and space.balance == "dynamic" and thickness is None:
-        space = recompute_spatial(space)
-    wanted = _wanted_shape(space, shape, minimise, density, thickness)
+    if asked.planar and asked.balance == "dynamic" and thickness is None:
+        asked = recompute_spatial(asked)
+    wanted = _wanted_shape(asked, shape, minimise, density, thickness)
     if limits:
-        stocks = stocks_of(space, body_regions, limits)
-        answer = decide_filled(space, stocks, minimise, price_of_mass)
+        stocks = stocks_of(asked, body_regions, limits)
+        answer = decide_filled(asked, stocks, minimise, price_of_mass)
         if wanted is not None and answer.weights:
             answer = decide_shaped(answer, stocks, wanted)
     else:
-        answer = decide(space, body_regions, minimise, price_of_mass)
+        answer = decide(asked, body_regions, minimise, price_of_mass)
     given = regions or {}
     chosen = tuple(name for name in answer.regions if name not in given)
     answer = replace(answer, chosen=chosen, thickness=thickness)
@@ -123,12 +127,12 @@ def counterweights(
     def mass_of(more: Mapping[int, Region]) -> float | None:
         if limits:
             return balancing_mass(
-                space, stocks_of(space, more, with_further_links(limits, more))
+                asked, stocks_of(asked, more, with_further_links(limits, more))
             )
-        helped = decide(space, more)
+        helped = decide(asked, more)
         return helped.added_mass if helped.verdict == "feasible" else None
 
-    helps = (*answer.relaxations, *_single_relaxations(space, body_regions, mass_of))
+    helps = (*answer.relaxations, *_single_relaxations(asked, body_regions, mass_of))
     answer = replace(answer, relaxations=helps)
     worth = answer.worth_naming
     return replace(answer, words=f"{answer.words}; {worth[0].words}") if worth else answer

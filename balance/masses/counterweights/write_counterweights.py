@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping, Sequence
+from os import PathLike
 from typing import Protocol
 
 import numpy as np
@@ -13,7 +14,9 @@ from balance.masses.designs.write_urdf import replace_inertials
 from balance.space.inertial_parameters.body_inertia import inertial_element
 from balance.space.inertial_parameters.conversions import mass_properties
 from balance.space.spaces.design_space import DesignSpace
+from balance.support.result_files import write_file
 from balance.support.tolerances import PART_ROUND_OFF
+from kinematics.errors import UsageError
 from kinematics.files.urdf.edit_xml import Splice, Text, read_source
 from kinematics.files.urdf.xml_tree import build_tree
 from kinematics.model.document import make_elements
@@ -36,8 +39,27 @@ class WithCounterweights(Protocol):
         """The counterweights."""
 
     @property
+    def words(self) -> str:
+        """The verdict in one line."""
+
+    @property
     def z(self) -> Array | None:
         """Parameters with them (bodies, 10), inertial origin, SI units."""
+
+
+def counterweights_file(
+    answer: WithCounterweights, path: str | PathLike[str] | None, merge: bool
+) -> bytes:
+    """Return the file of a linkage with counterweights, and write it if there is a path.
+
+    Raises:
+        UsageError: there are none: nothing balances the linkage, or keeps the caps.
+        FileError: the linkage has no file, or the new one cannot be written.
+    """
+    if answer.z is None:
+        name = answer.space.linkage.name
+        raise UsageError(f"{name}: no counterweights to write: {answer.words}")
+    return write_file(path, with_counterweights(answer, merge=merge))
 
 
 def with_counterweights(

@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import combinations
 from math import inf
+from os import PathLike
 from typing import get_args
 
 import numpy as np
@@ -24,13 +25,17 @@ from balance.masses.designs.mass_regions import BALL_RADIUS, Ball
 from balance.masses.designs.objectives import Objective, minimise_objective
 from balance.masses.designs.pseudo_inertia_cone import from_si, given_parameters, matrices_of
 from balance.masses.designs.verdicts import describe_furthest, describe_limits
+from balance.masses.designs.write_urdf import replace_inertials
 from balance.space.inertial_parameters.body_inertia import BodyInertia, body_inertias
 from balance.space.inertial_parameters.conversions import LABELS, MassProperties
 from balance.space.requirements.recompute_spatial import recompute_spatial
 from balance.space.requirements.required_space import RequiredSpace, space_of
+from balance.space.spaces.compute_space import as_space
 from balance.space.spaces.design_space import DesignSpace
+from balance.support.result_files import WithPage, WithPicture, write_file
 from balance.support.tolerances import KEPT_BODY_RESIDUAL, MASSES_EQUAL
-from kinematics.errors import BodyError
+from kinematics.errors import BodyError, UsageError
+from kinematics.loading.model_gallery import LinkageLike
 from kinematics.numerics.linalg.ties import first_largest
 from kinematics.wording import html_facts, number_text, repr_lines
 
@@ -44,7 +49,7 @@ ONE_POSE = "; at the reference pose alone"
 
 
 @dataclass(frozen=True, eq=False)
-class Design:
+class Design(WithPage, WithPicture):
     """Result of `design`: a mass distribution, or a certificate that there is none.
 
     Attributes:
@@ -165,6 +170,22 @@ class Design:
         first = first_largest(list(needed.values()), relative=MASSES_EQUAL)
         return list(needed.items())[first]
 
+    def to_urdf(self, path: str | PathLike[str] | None = None) -> bytes:
+        """Return the file of the linkage with these masses, and no other change.
+
+        Args:
+            path: file to write it to; None for none.
+
+        Raises:
+            UsageError: there is no design.
+            FileError: the linkage has no file, or the new one cannot be written.
+        """
+        if self.z is None:
+            raise UsageError(f"{self.space.linkage.name}: no masses to write: {self.words}")
+        elements = {body.name: body.urdf for body in self.bodies
+                    if body.name not in self.keep and body.urdf}  # fmt: skip
+        return write_file(path, replace_inertials(self.space.linkage, elements))
+
     def to_dict(self) -> dict[str, object]:
         """Return the design as plain data for JSON; see ``schemas/design.schema.json``."""
         return {
@@ -237,7 +258,8 @@ def _directions(solid: Solid) -> Array:
 
 
 def design(
-    space: DesignSpace, minimise: Objective | None = None, *, keep: Sequence[str] = (),
+    space: DesignSpace | LinkageLike, minimise: Objective | None = None, *,
+    keep: Sequence[str] = (),
     bounds: Mapping[str, tuple[float, float]] | None = None,
     within: float | None = BALL_RADIUS, one_pose: bool = False,
     density: float | Mapping[str, float] | None = None, thickness: float | None = None,
@@ -258,7 +280,8 @@ def design(
     the design is that of the least change, if all bodies of the file have mass and extent.
 
     Args:
-        space: a design space.
+        space: a design space, or a linkage, its path or its name: dynamic balance of it in
+            every motion.
         minimise: ``"mass"``: total mass, kg; ``"inertia"``: the largest principal moment of
             inertia of any body that is not kept, about the origin of its link frame, kg m²;
             ``"rotor"``: trace of the generalised inertia matrix of the motion at the reference
@@ -298,6 +321,7 @@ def design(
     """
     if minimise is not None and minimise not in get_args(Objective):
         raise ValueError(f"minimise must be one of {', '.join(get_args(Objective))}")
+    space = as_space(space)
     if one_pose and len(space.orders) > 1:
         raise ValueError("balance at one pose needs a space of order 0: give it max_order=0")
     limits = dict(bounds or {})

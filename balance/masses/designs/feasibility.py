@@ -52,9 +52,11 @@ from balance.masses.designs.verdicts import (
     describe_conflict,
 )
 from balance.space.certification.certified_space import CertifiedSpace
+from balance.space.spaces.compute_space import as_space
 from balance.space.spaces.design_space import DesignSpace
 from balance.support.clarabel_adapter import ConstraintBlock, solve_conic
 from balance.support.tolerances import KEPT_BODY_RESIDUAL
+from kinematics.loading.model_gallery import LinkageLike
 from kinematics.model.arrays import freeze
 from kinematics.wording import repr_lines
 
@@ -93,7 +95,7 @@ class Feasibility:
         return repr_lines(f"Feasibility: {self.words}")
 
 
-def feasible(space: DesignSpace) -> Feasibility:
+def feasible(space: DesignSpace | LinkageLike) -> Feasibility:
     """Decide whether a design space contains a physically realisable mass distribution.
 
     A distribution is realisable if all pseudo-inertias are positive definite. The
@@ -101,7 +103,7 @@ def feasible(space: DesignSpace) -> Feasibility:
     docs/theory/feasibility.md.
 
     Args:
-        space: a design space.
+        space: a design space, or an argument of `design_space`.
 
     Returns:
         ``"feasible"`` with a design that `check_design` accepts, ``"infeasible"`` with a
@@ -120,7 +122,7 @@ def feasible(space: DesignSpace) -> Feasibility:
         >>> balance.masses.feasible(balance.design_space(linkage, balance="force")).verdict
         'feasible'
     """
-    return decide_feasibility(space, Constraints())
+    return decide_feasibility(as_space(space), Constraints())
 
 
 def decide_feasibility(

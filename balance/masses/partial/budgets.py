@@ -139,7 +139,7 @@ def single(
         max_torque or {}, frame, progress, about, density, thickness,
     )  # fmt: skip
     designs = _describe(problem, [budget], [problem.solve(budget)])
-    return ParetoFront(designs, problem.weight_moment, frame, problem.point)
+    return designs[0].front
 
 
 def pareto(
@@ -267,7 +267,7 @@ def _result(
     z = freeze(problem.matter.parameters(best.s))
     return PartialBalance(
         problem.space, budget, verdict, text, given, figures, best.bound, weights, z,
-        problem.motions, problem.point,
+        problem.motions, problem.point, problem.weight_moment, problem.frame,
     )  # fmt: skip
 
 
@@ -284,7 +284,7 @@ def _conflict(
     )
     return PartialBalance(
         problem.space, budget, verdict, text, given, None, 0.0, (), None, problem.motions,
-        problem.point,
+        problem.point, problem.weight_moment, problem.frame,
     )  # fmt: skip
 
 

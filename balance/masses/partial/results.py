@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from math import isfinite
+from os import PathLike
 from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from balance.masses.counterweights.counterweight import Counterweight
+from balance.masses.counterweights.write_counterweights import counterweights_file
 from balance.masses.partial.elastic_frame import ElasticFrame
 from balance.masses.partial.shaking_problem import ShakingFigures
 from balance.motion.motion_tolerances import (
@@ -22,6 +24,7 @@ from balance.space.inertial_parameters.body_inertia import BodyInertia, body_ine
 from balance.space.inertial_parameters.conversions import LABELS
 from balance.space.spaces.design_space import DesignSpace
 from balance.support.change_text import change_text, mass_added_text
+from balance.support.result_files import WithPage, WithPicture
 from balance.support.tolerances import SHAKING_GAP_PROVED
 from kinematics.model.linkage import Notice
 from kinematics.wording import html_facts, number_text, repr_lines
@@ -32,7 +35,7 @@ PARTIAL_SCHEMA = "balance.partial/1"
 
 
 @dataclass(frozen=True, eq=False)
-class PartialBalance:
+class PartialBalance(WithPage, WithPicture):
     """Result of `partial`: the matter to add for the least shaking.
 
     Attributes:
@@ -49,6 +52,9 @@ class PartialBalance:
         z: parameters (bodies, 10) about the inertial origin, SI units; None without a design.
         motions: the motions that count.
         point: point of the inertial frame that moments are about (3,), metres.
+        weight_moment: newton metres that count as one newton; infinite if moments do not
+            count.
+        frame: the elastic frame, if there is one.
     """
 
     space: DesignSpace
@@ -62,6 +68,13 @@ class PartialBalance:
     z: Array | None
     motions: tuple[Trajectory, ...]
     point: Array
+    weight_moment: float
+    frame: ElasticFrame | None
+
+    @property
+    def front(self) -> ParetoFront:
+        """The front of this design alone."""
+        return ParetoFront((self,), self.weight_moment, self.frame, self.point)
 
     @property
     def share(self) -> float:
@@ -128,6 +141,19 @@ class PartialBalance:
         title = f"PartialBalance of {self.space.linkage.name}"
         return html_facts(title, ("verdict", self.words), *parts)
 
+    def to_urdf(self, path: str | PathLike[str] | None = None, *, merge: bool = False) -> bytes:
+        """Return the file of the linkage with the matter, and no other change.
+
+        Args:
+            path: file to write it to; None for none.
+            merge: whether it goes into the masses of its links; else it is in links of its own.
+
+        Raises:
+            UsageError: there is no design.
+            FileError: the linkage has no file, or the new one cannot be written.
+        """
+        return counterweights_file(self, path, merge)
+
     def to_dict(self) -> dict[str, object]:
         """Return a design as plain data for JSON."""
         return {
@@ -140,7 +166,7 @@ class PartialBalance:
 
 
 @dataclass(frozen=True, eq=False)
-class ParetoFront:
+class ParetoFront(WithPage, WithPicture):
     """Result of `pareto`: designs from nothing added to the least shaking.
 
     Attributes:

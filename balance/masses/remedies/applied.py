@@ -4,12 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from os import PathLike
 from typing import Literal
 
 import numpy as np
 
 from balance.masses.remedies.catalogue import CATALOGUE
 from balance.masses.remedies.request import RemedyRequest
+from balance.support.result_files import write_file
+from kinematics.errors import UsageError
 from kinematics.wording import number_text, repr_lines
 
 RemedyVerdict = Literal["feasible", "partial", "infeasible", "undecided", "refused"]
@@ -88,6 +91,20 @@ class AppliedRemedy:
     def title(self) -> str:
         """The kind of remedy, in words of the field."""
         return CATALOGUE[self.remedy].title
+
+    def to_urdf(self, path: str | PathLike[str] | None = None) -> bytes:
+        """Return the file of the linkage with the remedy and its masses.
+
+        Args:
+            path: file to write it to; None for none.
+
+        Raises:
+            UsageError: there is none.
+            FileError: the file cannot be written.
+        """
+        if self.urdf is None:
+            raise UsageError(f"{self.words}: no linkage to write: {self.reason}")
+        return write_file(path, self.urdf)
 
     def to_dict(self) -> dict[str, object]:
         """Return plain data for JSON; see ``schemas/remedies.schema.json``."""

@@ -29,6 +29,7 @@ from balance.masses.remedies.wheels.balancing_wheels import (
     apply_passive_wheel,
 )
 from balance.support.options import Balance
+from balance.support.result_files import WithPage
 from balance.support.tolerances import MASSES_EQUAL
 from kinematics.errors import UsageError
 from kinematics.loading.model_gallery import LinkageLike, as_linkage
@@ -56,7 +57,7 @@ _APPLY: dict[str, Callable[[RemedyRequest], Iterator[AppliedRemedy]]] = {
 
 
 @dataclass(frozen=True, eq=False)
-class RemedyComparison:
+class RemedyComparison(WithPage):
     """Remedies that were applied to one linkage, and what each costs.
 
     Attributes:

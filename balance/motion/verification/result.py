@@ -18,6 +18,7 @@ from balance.motion.verification.crank_revolution import Crank
 from balance.motion.verification.run import PARTS, Run
 from balance.support.change_text import change_text
 from balance.support.options import Balance
+from balance.support.result_files import WithPage, WithPicture
 from kinematics.model.linkage import Linkage, Notice
 from kinematics.numerics.linalg.ties import first_largest
 from kinematics.numerics.tolerances import SIZE_DETERMINED, TIE_RELATIVE
@@ -31,7 +32,7 @@ UNITS = {"force": "N", "moment": "N m"}
 
 
 @dataclass(frozen=True, eq=False)
-class Verification:
+class Verification(WithPage, WithPicture):
     """Result of `verify`: the verdict and the loads along the motions.
 
     Attributes:

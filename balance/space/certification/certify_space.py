@@ -42,6 +42,7 @@ from balance.space.exact.modular_series import primes_of
 from balance.space.exact.proof import Proof, independent_transfers
 from balance.space.exact.serial import exact_transfers, has_branching_links
 from balance.space.spaces.certainty import LEVELS, Certainty
+from balance.space.spaces.compute_space import as_space
 from balance.space.spaces.design_space import DesignSpace
 from balance.space.spaces.distance_to_rank_drop import distance_to_rank_drop
 from balance.support.tolerances import (
@@ -64,6 +65,7 @@ from kinematics.loading.meant.digits import (
     file_digits,
     half_unit_of_file,
 )
+from kinematics.loading.model_gallery import LinkageLike
 from kinematics.model.chain import extent
 from kinematics.model.linkage import Notice
 from kinematics.wording import count_noun, size_text
@@ -88,7 +90,7 @@ _BELIEVE_FLOATING_POINT = (
 _UNSETTLED = "poses further on need more conditions than were found"
 
 
-def certify(space: DesignSpace) -> CertifiedSpace:
+def certify(space: DesignSpace | LinkageLike) -> CertifiedSpace:
     """Confirm or correct the integers of a design space, and state how sure they are.
 
     Exact arithmetic, from the decimals of the file, bounds the rank from below at every
@@ -99,7 +101,7 @@ def certify(space: DesignSpace) -> CertifiedSpace:
     arithmetic is impossible, fresh poses alone decide the certainty. See docs/theory/exact.md.
 
     Args:
-        space: a design space from `design_space`.
+        space: a design space from `design_space`, or an argument of it.
 
     Returns:
         The space; its ``certainty`` holds for all of its integers.
@@ -115,7 +117,7 @@ def certify(space: DesignSpace) -> CertifiedSpace:
     """
     if isinstance(space, CertifiedSpace):
         return space
-    return add_meant_notice(add_mending_doubt(_certify(space)))
+    return add_meant_notice(add_mending_doubt(_certify(as_space(space))))
 
 
 def _certify(space: DesignSpace) -> CertifiedSpace:

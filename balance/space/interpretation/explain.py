@@ -11,8 +11,10 @@ from balance.space.interpretation.freedoms import (
     summarise,
     transfer_freedoms,
 )
+from balance.space.spaces.compute_space import as_space
 from balance.space.spaces.design_space import DesignSpace
 from balance.space.transfers.by_joint import Transfer
+from kinematics.loading.model_gallery import LinkageLike
 from kinematics.wording import count_noun, repr_lines
 
 
@@ -84,13 +86,13 @@ class Explanation(NamedTuple):
         }
 
 
-def explain(space: DesignSpace) -> Explanation:
+def explain(space: DesignSpace | LinkageLike) -> Explanation:
     """Explain a design space: the inertia transfers of each joint, and what the loops add.
 
     What each type of joint can transfer: docs/theory/transfers.md.
 
     Args:
-        space: a design space.
+        space: a design space, or an argument of `design_space`.
 
     Returns:
         The transfers of each joint and the parallel part, as point masses, displacements of
@@ -110,6 +112,7 @@ def explain(space: DesignSpace) -> Explanation:
         q4 (ground, rocker): a point mass at the centre
         q3 (coupler, rocker): a point mass at the centre
     """
+    space = as_space(space)
     explained = (
         ExplainedTransfer(
             _title(space, item), item.joints, item.bodies, transfer_freedoms(space, item)

@@ -100,6 +100,18 @@ def design_space(
     )
 
 
+def as_space(model: DesignSpace | LinkageLike) -> DesignSpace:
+    """Convert an argument to a design space: itself, or that of all motions of a linkage.
+
+    Args:
+        model: a design space, or an argument of `design_space`.
+
+    Raises:
+        LinkageError: the linkage cannot be used.
+    """
+    return model if isinstance(model, DesignSpace) else design_space(model)
+
+
 def _build_space(
     linkage: Linkage, chain: Chain, motion: Motion | None, balance: Balance,
     highest: int | None, transfers: Transfers, gathered: CollectedConditions,

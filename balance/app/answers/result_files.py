@@ -1,0 +1,93 @@
+"""Pages and pictures of results, for their methods ``to_html`` and ``plot``."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from kinematics.errors import UsageError
+
+if TYPE_CHECKING:
+    from balance.motion.verification.result import Verification
+
+
+def make_result_file(result: Any, kind: str) -> bytes:
+    """Make a page or a picture of a result.
+
+    Args:
+        kind: ``"html"``, ``"png"`` or ``"svg"``.
+
+    Raises:
+        UsageError: the result has none: there is no design.
+    """
+    shown = result.designs[-1] if hasattr(result, "designs") else result
+    if getattr(shown, "z", shown) is None:
+        raise UsageError(f"{shown.space.linkage.name}: nothing to show: {shown.words}")
+    if kind == "html":
+        return _page(result).encode()
+    return _picture(result, kind)
+
+
+def _page(result: Any) -> str:
+    """Make the page of a result."""
+    match type(result).__name__:
+        case "DesignSpace" | "CertifiedSpace" | "RequiredSpace":
+            from balance.app.answers.data import Report
+            from balance.app.answers.html.report import report_page
+
+            return report_page(Report(result))
+        case "Design":
+            from balance.app.answers.html.design import design_page
+
+            return design_page(result)
+        case "Counterweights":
+            from balance.app.answers.html.counterweights import counterweights_page
+
+            return counterweights_page(result)
+        case "ParetoFront":
+            from balance.app.answers.html.counterweights import partial_page
+
+            return partial_page(result)
+        case "PartialBalance":
+            from balance.app.answers.html.counterweights import partial_page
+
+            return partial_page(result.front)
+        case "Verification":
+            from balance.app.answers.html.verification_page import verification_page
+
+            return verification_page([result])
+        case "RemedyComparison":
+            from balance.app.answers.html.remedies import remedies_page
+
+            return remedies_page(result)
+        case name:
+            raise TypeError(f"{name} has no page")
+
+
+def _picture(result: Any, kind: str) -> bytes:
+    """Draw a result: of new masses, the loads before and after."""
+    if type(result).__name__ == "ParetoFront":
+        from balance.app.answers.html.partial import front_picture
+
+        return front_picture(result, kind)
+    from balance.app.answers.html.verification import verification_picture
+
+    return verification_picture(_verifications(result), kind)
+
+
+def _verifications(result: Any) -> tuple[Verification, ...]:
+    """List the verifications to draw side by side."""
+    from balance.motion.verification.before_after import compare_masses
+
+    match type(result).__name__:
+        case "Verification":
+            return (result,)
+        case "Counterweights" if result.along is not None:
+            return tuple(result.along.pair)
+        case "PartialBalance":
+            from balance.masses.partial.loads_along import loads_of
+
+            return loads_of(result).pair
+    space = result.space
+    return compare_masses(
+        space.linkage, result.z, motion=space.motion, balance=space.balance
+    ).pair

@@ -1,0 +1,90 @@
+"""Methods of results that make files: pages and pictures.
+
+What makes them is in `balance.app.answers`, above the results. `balance` registers the function
+that finds it, and so a result that is asked for its page imports what draws it, and no other.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from os import PathLike, fspath
+
+from balance.support.atomic_files import write_all_atomic
+from kinematics.errors import UsageError
+
+Maker = Callable[[object, str], bytes]
+
+
+class _Registered:
+    """The function that makes files of results."""
+
+    maker: Maker
+
+
+def register_file_maker(maker: Maker) -> None:
+    """Register the function that makes files.
+
+    Args:
+        maker: takes a result and ``"html"``, ``"png"`` or ``"svg"``; its import must be cheap.
+    """
+    _Registered.maker = staticmethod(maker)
+
+
+def write_file(path: str | PathLike[str] | None, data: bytes) -> bytes:
+    """Write bytes to a file, as a whole or not at all, and return them; None writes none."""
+    if path is not None:
+        write_all_atomic([(fspath(path), data)])
+    return data
+
+
+class Picture(bytes):
+    """A picture, PNG or SVG, that notebooks show."""
+
+    def _repr_png_(self) -> bytes | None:
+        return None if self.startswith(b"<") else bytes(self)
+
+    def _repr_svg_(self) -> str | None:
+        return self.decode("utf-8") if self.startswith(b"<") else None
+
+
+class WithPage:
+    """A result that has a page."""
+
+    def to_html(self, path: str | PathLike[str] | None = None) -> str:
+        """Make the page that the command line writes with ``--html``.
+
+        Args:
+            path: file to write it to; None for none.
+
+        Returns:
+            The text of the page, which needs no network.
+
+        Raises:
+            UsageError: there is no answer that a page could show.
+            FileError: the file cannot be written.
+        """
+        return write_file(path, _Registered.maker(self, "html")).decode("utf-8")
+
+
+class WithPicture:
+    """A result that has a picture."""
+
+    def plot(self, path: str | PathLike[str] | None = None) -> Picture:
+        """Draw the result.
+
+        Args:
+            path: file to write the picture to, which ends in ``.png`` or ``.svg``; None for
+                none.
+
+        Returns:
+            The bytes of the picture, PNG without a path; notebooks show it.
+
+        Raises:
+            UsageError: the path has another ending, or there is no answer to draw.
+            PackageError: Matplotlib is missing.
+            FileError: the file cannot be written.
+        """
+        kind = "png" if path is None else fspath(path)[-4:].lower().removeprefix(".")
+        if kind not in ("png", "svg"):
+            raise UsageError(f"{path}: a picture ends in .png or .svg")
+        return Picture(write_file(path, _Registered.maker(self, kind)))

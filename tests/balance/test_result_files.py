@@ -1,0 +1,109 @@
+"""Python from end to end: load, design, write the file, verify, draw."""
+
+import inspect
+
+import numpy as np
+import pytest
+
+import balance
+import kinematics
+from balance.app.answers import result_files
+from balance.support.result_files import Picture, WithPage
+from kinematics.errors import UsageError
+from kinematics.loading.model_gallery import find
+
+KITE = "four_bar_kite"
+
+
+@pytest.fixture(scope="module")
+def best():
+    return balance.design(KITE, "mass", bounds={"coupler": (0.1, 1.0)})
+
+
+def test_a_linkage_comes_from_its_name_its_file_and_its_text():
+    """A text has no file beside it, and no other name."""
+    path = find(KITE)
+    named = balance.load(KITE)
+    for given in (path, str(path), path.read_text("utf-8"), path.read_bytes()):
+        linkage = balance.load(given)
+        np.testing.assert_array_equal(linkage.frames, named.frames)
+        assert linkage.inputs == named.inputs
+    assert linkage.source == "<text>" and balance.load is kinematics.load
+    with pytest.raises(kinematics.errors.FileError, match="<text>"):
+        balance.load("<robot name='half'>")
+
+
+def test_functions_take_a_name_a_linkage_or_a_space():
+    linkage, space = balance.load(KITE), balance.design_space(KITE)
+    masses = [balance.design(given).z for given in (KITE, linkage, space)]
+    np.testing.assert_array_equal(masses[0], masses[1])
+    np.testing.assert_array_equal(masses[0], masses[2])
+    levels = {balance.certify(given).certainty.level for given in (KITE, linkage, space)}
+    assert len(levels) == 1
+    regressors = [balance.momentum.momentum_regressor(given, {"u1": 0.2})
+                  for given in (KITE, linkage, space)]  # fmt: skip
+    np.testing.assert_array_equal(regressors[0], regressors[2])
+    assert balance.explain(KITE).transfers[0].words == balance.explain(space).transfers[0].words
+
+
+def test_the_file_of_a_design_is_balanced(best, tmp_path):
+    """Read again, its masses are in the space of the geometry, and those of the design."""
+    path = tmp_path / "balanced.urdf"
+    data = best.to_urdf(path)
+    assert path.read_bytes() == data
+    written = balance.design_space(path)
+    assert written.can_balance.verdict == "as_given"
+    np.testing.assert_allclose(
+        [body.inertia for body in written.linkage.bodies], best.z, atol=1e-12
+    )
+
+
+def test_the_file_of_counterweights_has_the_added_mass(tmp_path):
+    space = balance.design_space("four_bar_general", balance="force")
+    weights = balance.counterweights(space, ["crank", "rocker"])
+    for merge in (False, True):
+        linkage = balance.load(weights.to_urdf(tmp_path / "heavier.urdf", merge=merge))
+        total = sum(body.inertia[0] for body in linkage.bodies)
+        assert total == pytest.approx(weights.given_mass + weights.added_mass, rel=1e-12)
+
+
+def test_pages_are_returned_and_written(best, tmp_path):
+    path = tmp_path / "page.html"
+    page = best.to_html(path)
+    assert path.read_text("utf-8") == page and page.startswith("<!DOCTYPE html>")
+    assert best.space.can_balance.sentence in best.space.to_html()
+
+
+def test_where_there_is_nothing_to_show_nothing_is_written(best, tmp_path):
+    none = balance.design("four_bar_general")
+    for write, name in (
+        (none.to_urdf, "a.urdf"),
+        (none.to_html, "a.html"),
+        (none.plot, "a.png"),
+    ):
+        with pytest.raises(UsageError, match="infeasible"):
+            write(tmp_path / name)
+    with pytest.raises(UsageError, match="ends in .png or .svg"):
+        best.plot(tmp_path / "picture.gif")
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.slow
+def test_pictures_are_those_of_the_path(best, tmp_path):
+    """A design is drawn by its loads before and after; notebooks show what is returned."""
+    for name, head in (("shaking.svg", b"<?xml"), ("shaking.png", b"\x89PNG")):
+        picture = best.plot(tmp_path / name)
+        assert isinstance(picture, Picture) and picture.startswith(head)
+        assert (tmp_path / name).read_bytes() == picture
+        assert (picture._repr_png_() is None) == (picture._repr_svg_() is not None)
+
+
+def test_every_result_with_a_page_has_one():
+    text = inspect.getsource(result_files._page)
+    kinds = {kind.__name__ for kind in WithPage.__subclasses__()}
+    assert len(kinds) >= 6
+    assert not [name for name in kinds if f'"{name}"' not in text]
+
+
+def test_only_public_names_are_listed():
+    assert dir(balance) == sorted(balance.__all__)

@@ -1,8 +1,8 @@
 """Dynamic balance of linkages: which mass distributions do not shake the base.
 
 Parameters of a body are ``[m, mcx, mcy, mcz, Exx, Eyy, Ezz, Exy, Exz, Eyz]`` about the
-inertial origin; momentum is ``[moment; force]``; SI units. Functions take a linkage, its path or
-its name, or a space; results have ``to_dict``, and where there is something to write or to
+inertial origin; momentum is ``[moment; force]``; SI units. Functions take a linkage, its path
+or its name, or a space; results have ``to_dict``, and where there is something to write or to
 show, ``to_urdf``, ``to_html`` and ``plot``.
 
 Linkages:

@@ -27,7 +27,7 @@ def change_text(
     first, then = (0.0 if size <= least else size for size in (before, after))
     if first == then == 0.0:
         return f"0 {unit}"
-    sizes = f"{two_digits(first)} → {two_digits(then)} {unit}"
+    sizes = f"{_two_digits(first)} → {_two_digits(then)} {unit}"
     return f"{sizes} ({_percent_text(then / first, worded)})" if first else sizes
 
 
@@ -37,7 +37,7 @@ def _percent_text(ratio: float, worded: bool) -> str:
     if abs(percent) <= UNCHANGED:
         return "unchanged"
     if ratio >= MANY_TIMES:
-        return f"{two_digits(ratio)} times"
+        return f"{_two_digits(ratio)} times"
     size = number_text(abs(percent), ".0f")
     if worded:
         return f"{size} % {'less' if percent < 0.0 else 'more'}"
@@ -49,10 +49,10 @@ def mass_added_text(mass: float) -> str:
     if mass <= 0.0:
         return "nothing added"
     if mass < LEAST_KILOGRAMS:
-        return f"{two_digits(1e3 * mass)} g added"
-    return f"{two_digits(mass)} kg added"
+        return f"{_two_digits(1e3 * mass)} g added"
+    return f"{_two_digits(mass)} kg added"
 
 
-def two_digits(value: float) -> str:
+def _two_digits(value: float) -> str:
     """Write a number with two digits, and without a power of ten up to a million."""
     return f"{float(number_text(value, '.2g')):.6g}"

@@ -67,7 +67,7 @@ class Relaxation:
         )
 
 
-def chain_dict(space: DesignSpace) -> dict[str, object]:
+def _chain_dict(space: DesignSpace) -> dict[str, object]:
     """Return what a stranger needs to read a certificate, as plain data for JSON.
 
     The functional has a part for each of the bodies, in their order, whose entries belong to
@@ -214,7 +214,7 @@ class Counterweights(WithPage, WithPicture):
             "thickness": self.thickness,
             "shape": self.shape,
             "least_mass": self.least_mass,
-            "chain": chain_dict(space),
+            "chain": _chain_dict(space),
             "regions": {
                 name: {
                     "text": region.text, "kind": region.kind, "default": name in self.chosen,

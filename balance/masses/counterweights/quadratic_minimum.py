@@ -44,7 +44,7 @@ def minimise_in_region(region: Region, form: ArrayLike) -> tuple[float, Array]:
     """
     M = np.asarray(form, dtype=np.float64)
     if region.ellipsoidal:
-        return minimise_in_ball(M)
+        return _minimise_in_ball(M)
     if region.kind == "cylinder":
         points = _cylinder_candidates(M)
     else:
@@ -71,7 +71,7 @@ def least_values(regions: Sequence[Region], forms: Array) -> Array:
     return minima
 
 
-def minimise_in_ball(form: ArrayLike) -> tuple[float, Array]:
+def _minimise_in_ball(form: ArrayLike) -> tuple[float, Array]:
     """Minimise ``[u; 1]ᵀ M [u; 1]`` over ``|u| ≤ 1``, in any dimension.
 
     Args:
@@ -173,7 +173,7 @@ def _cylinder_candidates(M: Array) -> Array:
     for end in (-1.0, 1.0):
         T = np.zeros((4, 3))
         T[[0, 1, 3], [0, 1, 2]], T[2, 2] = 1.0, end
-        candidates.append([*minimise_in_ball(T.T @ M @ T)[1], end])
+        candidates.append([*_minimise_in_ball(T.T @ M @ T)[1], end])
     scale = float(np.abs(M).max()) or 1.0
     if M[2, 2] > CURVATURE_ZERO * scale:
         # u_3 = -(c·u + d) / M33 on stationary lines; the rest is a form on the disc.
@@ -181,7 +181,7 @@ def _cylinder_candidates(M: Array) -> Array:
         T = np.zeros((4, 3))
         T[[0, 1, 3], [0, 1, 2]], T[2] = 1.0, slope
         flat = T.T @ M @ T
-        points = [*_stationary_on_circle(flat), minimise_in_ball(flat)[1]]
+        points = [*_stationary_on_circle(flat), _minimise_in_ball(flat)[1]]
         candidates += [[*u, slope[:2] @ u + slope[2]] for u in points]
     return np.array(candidates)
 

@@ -21,8 +21,7 @@ from balance.masses.remedies.counter_rotations.transmissions import (
     apply_planetary_transmission,
 )
 from balance.masses.remedies.dyads.added_dyad import apply_added_dyad
-from balance.masses.remedies.own_masses import apply_own_masses
-from balance.masses.remedies.partial_baseline import apply_partial
+from balance.masses.remedies.matter_on_links import apply_own_masses, apply_partial
 from balance.masses.remedies.request import RemedyRequest
 from balance.masses.remedies.wheels.balancing_wheels import (
     apply_active_wheel,

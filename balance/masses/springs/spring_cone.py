@@ -100,11 +100,11 @@ def balanced_unknowns(conditions: Array, cone: SpringCone) -> Array | None:
     # Columns of the directions are orthonormal, and at right angles to the start.
     start = basis[:-1] @ last / (last @ last)
     directions = basis[:-1] @ np.linalg.qr(last[:, None], mode="complete")[0][:, 1:]
-    v = least_distance(cone.rows @ directions, -cone.offset - cone.rows @ start)
+    v = _least_distance(cone.rows @ directions, -cone.offset - cone.rows @ start)
     if v is None:
         return None
     x = start + directions @ v
-    return x if keeps_limits(x, cone) else None
+    return x if _keeps_limits(x, cone) else None
 
 
 def least_unknowns(rows: Array, cone: SpringCone) -> Array:
@@ -124,12 +124,12 @@ def least_unknowns(rows: Array, cone: SpringCone) -> Array:
     # With A = Q R and y = R x + Qᵀ b, the size of y is to be the least.
     Q, R = np.linalg.qr(A)
     turned, G = Q.T @ b, np.linalg.solve(R.T, cone.rows.T).T
-    y = least_distance(G, -cone.offset + G @ turned)
+    y = _least_distance(G, -cone.offset + G @ turned)
     assert y is not None
     return np.asarray(np.linalg.solve(R, y - turned))
 
 
-def least_distance(G: Array, h: Array) -> Array | None:
+def _least_distance(G: Array, h: Array) -> Array | None:
     """Find the least v with ``G v ≥ h``; None if there is none.
 
     Args:
@@ -156,7 +156,7 @@ def least_distance(G: Array, h: Array) -> Array | None:
     return np.asarray(np.linalg.lstsq(G[active], h[active], rcond=1e-12)[0])
 
 
-def keeps_limits(x: Array, cone: SpringCone) -> bool:
+def _keeps_limits(x: Array, cone: SpringCone) -> bool:
     """Whether unknowns keep their limits but for round-off."""
     size = max(1.0, float(np.abs(x).max(initial=0.0)))
     return bool((cone.rows @ x + cone.offset).min(initial=0.0) > -SPRING_LIMIT_KEPT * size)

@@ -1,4 +1,4 @@
-"""The conditions on springs that balance gravity, from closed poses of all motions."""
+"""The conditions on springs that balance gravity, from closed poses of a workspace."""
 
 from __future__ import annotations
 
@@ -11,13 +11,14 @@ from numpy.typing import NDArray
 
 from balance.masses.springs.attached_springs import AttachedSpring
 from balance.masses.springs.gradient_rows import Weights, gradient_rows, weights_of
-from balance.masses.springs.workspace import generic_poses, input_ranges, workspace_poses
+from balance.motion.verification.joint_limits import joint_limits
 from balance.space.conditions.collect import relative_tolerance
 from balance.space.conditions.rank import Conditions
 from balance.support.tolerances import SPRING_TORQUE_LEFT
-from kinematics.closure.joint_positions import input_chain
-from kinematics.closure.newton import Pose
-from kinematics.errors import LinkageError
+from kinematics.closure.continuation import continue_in_directions
+from kinematics.closure.joint_positions import check_inputs, input_chain, joint_positions
+from kinematics.closure.newton import Pose, forward_kinematics
+from kinematics.errors import LinkageError, PoseError, UnreachedError, UsageError
 from kinematics.model.arrays import Chain
 from kinematics.model.linkage import Linkage
 
@@ -27,6 +28,14 @@ Array = NDArray[np.float64]
 CONDITION_RAYS, FRESH_RAYS = 108, 109
 # Poses of the first batch of conditions, most batches, and poses of the check.
 FIRST_BATCH, BATCHES, FRESH_POSES = 12, 5, 24
+
+# Poses of a workspace: with one input, and with several.
+POSES_OF_ONE, POSES_OF_SEVERAL = 61, 96
+# Range of an input each way where neither the file nor a caller gives one, rad and
+# characteristic lengths.
+DEFAULT_RANGE = 1.0
+# Generic rays along which a linkage is followed for conditions.
+RAYS = 2
 
 
 class SpringProblem:
@@ -64,7 +73,7 @@ class SpringProblem:
                 "--gravity a direction"
             )
         self.unit = self.force / self.length
-        self.ranges = input_ranges(linkage, ranges)
+        self.ranges = _input_ranges(linkage, ranges)
         if not self._gravity_works():
             raise LinkageError(
                 f"{linkage.source}: gravity does no work in any motion: there is nothing to "
@@ -90,7 +99,7 @@ class SpringProblem:
     @cached_property
     def _rows(self) -> Iterator[Array]:
         """Rows at poses of generic motions, one pose after the other."""
-        return (self.rows_at(*pose) for pose in generic_poses(self.linkage, CONDITION_RAYS))
+        return (self.rows_at(*pose) for pose in _generic_poses(self.linkage, CONDITION_RAYS))
 
     @cached_property
     def _first_batch(self) -> list[Array]:
@@ -130,7 +139,7 @@ class SpringProblem:
     @cached_property
     def workspace(self) -> tuple[list[Pose], Array]:
         """Poses of the workspace, and the inputs there (poses, inputs)."""
-        return workspace_poses(self.linkage, self.ranges)
+        return _workspace_poses(self.linkage, self.ranges)
 
     @cached_property
     def torque_rows(self) -> Array:
@@ -154,7 +163,88 @@ class SpringProblem:
         Returns:
             The largest torque over the largest of gravity, and the number of poses.
         """
-        poses = islice(generic_poses(self.linkage, FRESH_RAYS), FRESH_POSES)
+        poses = islice(_generic_poses(self.linkage, FRESH_RAYS), FRESH_POSES)
         rows = self._checked([self.rows_at(*pose) for pose in poses])
         left = max(np.abs(row @ np.append(x, 1.0)).max() for row in rows)
         return float(left / max(np.abs(row[:, -1]).max() for row in rows)), len(rows)
+
+
+def _input_ranges(linkage: Linkage, ranges: Mapping[str, tuple[float, float]]) -> Array:
+    """Read the ranges of the inputs (2, inputs), radians and metres.
+
+    Those that are not given are the limits in the file, and without limits 1 rad or one
+    characteristic length each way.
+
+    Args:
+        ranges: by name of input.
+
+    Raises:
+        PoseError: a name is not that of an input.
+        UsageError: a range is empty.
+    """
+    check_inputs(linkage, ranges)
+    at, chain = linkage.positions_of(linkage.inputs), input_chain(linkage)
+    whole = DEFAULT_RANGE * chain.units[at]
+    limits = joint_limits(linkage)[:, at]
+    low, high = (np.where(np.isfinite(x), x, sign * whole)
+                 for sign, x in zip((-1.0, 1.0), limits, strict=True))  # fmt: skip
+    for k, name in enumerate(linkage.inputs):
+        if name in ranges:
+            low[k], high[k] = ranges[name]
+        if not low[k] < high[k]:
+            raise UsageError(f"range {low[k]:g}:{high[k]:g} of {name} is empty: give low:high")
+    return np.array([low, high])
+
+
+def _workspace_poses(linkage: Linkage, ranges: Array) -> tuple[list[Pose], Array]:
+    """Sample the poses within ranges of the inputs.
+
+    One input takes equal steps; several take points of a fixed random sequence. Points at
+    which the loops cannot be closed are left out.
+
+    Args:
+        linkage: the linkage.
+        ranges: shape (2, inputs), radians and metres.
+
+    Returns:
+        The poses, in the frame of `input_chain`, and their inputs (poses, inputs).
+
+    Raises:
+        PoseError: no pose of the ranges is reached.
+    """
+    chain, (low, high) = input_chain(linkage), ranges
+    if low.size == 1:
+        shares = np.linspace(0.0, 1.0, POSES_OF_ONE)[:, None]
+    else:
+        shares = np.random.default_rng(107).random((POSES_OF_SEVERAL, low.size))
+    poses, reached = [], []
+    for point in low + shares * (high - low):
+        try:
+            q = joint_positions(linkage, point)
+        except UnreachedError:
+            continue
+        poses.append(forward_kinematics(chain, q / chain.units))
+        reached.append(point)
+    if not poses:
+        raise PoseError(
+            f"{linkage.source}: no pose of the ranges is reached: give smaller ones"
+        )
+    return poses, np.array(reached)
+
+
+def _generic_poses(linkage: Linkage, seed: int) -> Iterator[tuple[Chain, Pose]]:
+    """Follow the linkage along generic rays, both ways.
+
+    Args:
+        linkage: the linkage.
+        seed: of the rays.
+
+    Raises:
+        LinkageError: it has no motion.
+    """
+    chain = input_chain(linkage)
+    if chain.width == 0:
+        raise LinkageError(f"{linkage.source}: does not move: springs have nothing to balance")
+    rays = np.random.default_rng(seed).standard_normal((RAYS, chain.width))
+    rays /= np.linalg.norm(rays, axis=1)[:, None]
+    return continue_in_directions(chain, rays)

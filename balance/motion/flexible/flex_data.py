@@ -56,7 +56,7 @@ def supports_data(supports: SupportPoints) -> dict[str, object]:
     }  # fmt: skip
 
 
-def arm_data(arm: Arm) -> dict[str, float | None]:
+def _arm_data(arm: Arm) -> dict[str, float | None]:
     """Describe an arm; what is infinite is None."""
     beam = arm.beam
     return {
@@ -88,7 +88,7 @@ def similarity_data(
     ]  # fmt: skip
     return {
         "schema": SCHEMA, "result": "similar", "scale": similarity.scale,
-        "arms": [arm_data(first), arm_data(second)], "similar": similarity.similar,
+        "arms": [_arm_data(first), _arm_data(second)], "similar": similarity.similar,
         "conditions": conditions, "frequencies": list(similarity.frequencies),
         "first_moment": similarity.first_moment,
         "motion": None if motion is None else _motion(motion, np.zeros(2)),

@@ -112,7 +112,7 @@ class FlexibleSimulation:
         return motion_data(self.flexible, self.motion)
 
 
-def needed_modes(flex: Sequence[FlexLink]) -> int:
+def _needed_modes(flex: Sequence[FlexLink]) -> int:
     """Compute how many modes of each beam give the shaking to some percent.
 
     On n supports at their best points, the first mode that shakes the mount is about the
@@ -154,7 +154,7 @@ def simulate_flexible(
         duration: seconds.
         samples: number of instants of the result.
         elements: of each beam; by default 16, or twice the modes if that is more.
-        modes: of each beam that are kept; by default as many as `needed_modes` says.
+        modes: of each beam that are kept; by default as many as `_needed_modes` says.
         damping: β of the damping β K, in seconds.
         geometric: whether a bent beam keeps its length (centrifugal and axial stiffening).
         from_rest: whether all bodies are at rest at the start even if an input has a speed
@@ -184,7 +184,7 @@ def simulate_flexible(
         name: parse_drive(drive) if isinstance(drive, str) else drive
         for name, drive in given.items()
     }
-    enough = needed_modes(links)
+    enough = _needed_modes(links)
     kept = enough if modes is None else modes
     size = max(16, 2 * kept) if elements is None else elements
     options = BeamOptions(size, kept, geometric=geometric, damping=damping)

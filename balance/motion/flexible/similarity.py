@@ -202,14 +202,15 @@ def compare_arms(first: Arm, second: Arm) -> Similarity:
         )
     ]
     moments = (first.first_moment, second.first_moment)
-    frequencies = [float(arm_frequencies(arm, 1)[0]) / (2.0 * np.pi) for arm in (first, second)]
+    rates = [float(_arm_frequencies(arm, 1)[0]) for arm in (first, second)]
+    frequencies = [rate / (2.0 * np.pi) for rate in rates]
     return Similarity(
         second.beam.length / first.beam.length, tuple(conditions),
         (frequencies[0], frequencies[1]), abs(moments[1] - moments[0]) / max(moments),
     )  # fmt: skip
 
 
-def arm_frequencies(arm: Arm, count: int = 3, elements: int = 16) -> Array:
+def _arm_frequencies(arm: Arm, count: int = 3, elements: int = 16) -> Array:
     """Compute circular frequencies of an arm on a fixed hub, in rad/s.
 
     Args:

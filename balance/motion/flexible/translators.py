@@ -90,7 +90,7 @@ class TranslatorMotion:
         return float(self.alone.peak_force * amplitude / self.pair.peak_force)
 
 
-def similar_block(block: Block, scale: float) -> Block:
+def _similar_block(block: Block, scale: float) -> Block:
     """Compute the block of a counter-translator: breadth f, mass 1/f, length as it is.
 
     Args:
@@ -127,7 +127,7 @@ def simulate_translator(
     """
     first, second = arms
     scale = second.beam.length / first.beam.length
-    blocks = (translator.block, similar_block(translator.block, scale))
+    blocks = (translator.block, _similar_block(translator.block, scale))
     stiffness = [arm.beam.bending / arm.beam.length for arm in arms]
     share = stiffness[0] / sum(stiffness)
 

@@ -103,7 +103,7 @@ def momentum_rows(
     return np.asarray(L**2 * (M[..., :3, :] + shift @ M[..., 3:, :]))
 
 
-def null_space_at(
+def _null_space_at(
     model: MassedChain, q: Array, components: Components = "both",
     about: Array | None = None, tolerance: float = MOMENTUM_NULL,
 ) -> ReactionNullSpace:  # fmt: skip
@@ -179,7 +179,7 @@ def reaction_null_space(
     model = MassedChain.of(linkage, z)
     positions = joint_positions(linkage, q) / model.chain.units
     point = None if about is None else np.asarray(about, dtype=np.float64).reshape(3)
-    return null_space_at(model, positions, components, point, tolerance)
+    return _null_space_at(model, positions, components, point, tolerance)
 
 
 def check_components(components: str) -> None:

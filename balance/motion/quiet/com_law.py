@@ -42,7 +42,7 @@ def force_bound(
     return float(LEAST[measure] * model.mass * np.linalg.norm(end - start) / duration**2)
 
 
-def law_shares(measure: Measure, tau: Array) -> Array:
+def _law_shares(measure: Measure, tau: Array) -> Array:
     """Compute the share of the way at shares τ of the duration (N,)."""
     if measure == "rms":
         return tau**2 * (3.0 - 2.0 * tau)
@@ -65,7 +65,7 @@ def fit_to_law(
     basis = space.basis(time, 0)
     poses, free = near, basis.shape[1]
     start, end = model.com(poses)[[0, -1]]
-    law = start + law_shares(measure, time / space.duration)[:, None] * (end - start)
+    law = start + _law_shares(measure, time / space.duration)[:, None] * (end - start)
     size = max(float(np.linalg.norm(end - start)), 1e-9)
     for _ in range(STEPS):
         by_u = model.momenta(poses)[:, 3:] / (model.mass or 1.0)

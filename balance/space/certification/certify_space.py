@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from balance.space.certification.certified_space import CertifiedSpace, with_certainty
-from balance.space.certification.changed_numbers import with_changed_numbers
 from balance.space.certification.compare_integers import (
     add_correction_notice,
     list_differences,
@@ -32,6 +31,7 @@ from balance.space.certification.replaced_numbers import (
     notice_codes,
     replaced_text,
     rests_on_replaced,
+    with_changed_numbers,
 )
 from balance.space.conditions.fresh_momenta import momentum_left
 from balance.space.exact.chain import ExactChain, exact_chain, loops_are_regular

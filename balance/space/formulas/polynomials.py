@@ -61,7 +61,7 @@ def value_of(polynomial: Polynomial, values: Sequence[complex]) -> complex:
     return total
 
 
-def remainder_of(polynomial: Polynomial, values: Sequence[int], p: int) -> int:
+def _remainder_of(polynomial: Polynomial, values: Sequence[int], p: int) -> int:
     """Evaluate a polynomial modulo a prime."""
     total = 0
     for exponents, c in polynomial.items():
@@ -115,7 +115,7 @@ class Quotient(NamedTuple):
         for x, n in zip(values, self.monomial, strict=True):
             total = total * pow(x, n, p) % p
         for polynomial, n in self.factors:
-            total = total * pow(remainder_of(polynomial, values, p), n, p) % p
+            total = total * pow(_remainder_of(polynomial, values, p), n, p) % p
         return total
 
 

@@ -149,7 +149,7 @@ def collect_region(common: CommonData, requirement: Requirement) -> RegionCondit
         ) from None
 
 
-def motion_chain(common: CommonData, motion: Motion | None) -> Chain:
+def _motion_chain(common: CommonData, motion: Motion | None) -> Chain:
     """Make the chain of a motion in the coordinates of the chain whose inputs are free."""
     free = common.chain
     if motion is None:
@@ -198,7 +198,7 @@ def _transfers(common: CommonData, chain: Chain, masses: bool) -> Array:
     return np.concatenate([_whole_rows(common, rows, True), np.eye(common.parameters)[free]])
 
 
-def select_components(common: CommonData, requirement: Requirement, masses: bool) -> Array:
+def _select_components(common: CommonData, requirement: Requirement, masses: bool) -> Array:
     """Give the rows on the momentum of the chain that a requirement is about.
 
     Args:
@@ -216,10 +216,10 @@ def _in_motion(
     common: CommonData, requirement: Requirement, motion: Motion | None
 ) -> RegionConditions:
     """Collect the conditions in all poses of a motion."""
-    chain, masses = motion_chain(common, motion), requirement.masses_alone
+    chain, masses = _motion_chain(common, motion), requirement.masses_alone
     tolerance = relative_tolerance(chain)
     known = serial_transfers(chain, masses, tolerance).rows
-    select = select_components(common, requirement, masses)
+    select = _select_components(common, requirement, masses)
     if requirement.whole:
         gathered = collect_conditions(chain, known, masses, tolerance, None)
         conditions, poses, settled = gathered.conditions, gathered.poses, gathered.settled
@@ -318,7 +318,7 @@ def _about_pose(common: CommonData, requirement: Requirement, order: int) -> Reg
         pose = _pose_at(common, dict(requirement.pose))
     known, select = (
         _transfers(common, chain, masses),
-        select_components(common, requirement, masses),
+        _select_components(common, requirement, masses),
     )
     none = Conditions.given(known, relative_tolerance(chain))
     conditions = _orders_about(chain, pose, order, masses, select, none, common)
@@ -368,7 +368,7 @@ def _on_places(
     chain, masses = common.chain, requirement.masses_alone
     known, select = (
         _transfers(common, chain, masses),
-        select_components(common, requirement, masses),
+        _select_components(common, requirement, masses),
     )
     conditions = Conditions.given(known, relative_tolerance(chain))
     units = chain.units[_input_positions(common)]

@@ -62,7 +62,7 @@ class RequiredSpace(CertifiedSpace):
         ranks = []
         for k, region in enumerate(self.regions):
             others = self.regions[:k] + self.regions[k + 1 :]
-            without = stack_conditions(self.common, others, known).rank
+            without = _stack_conditions(self.common, others, known).rank
             ranks.append(
                 RequirementRank(region.requirement.text, len(region.rows), self.rank - without)
             )
@@ -101,7 +101,7 @@ class RequiredSpace(CertifiedSpace):
         return super().to_dict() | {"gravity": [float(x) for x in self.common.gravity]}
 
 
-def stack_conditions(
+def _stack_conditions(
     common: CommonData, regions: Sequence[RegionConditions], known: Array
 ) -> Conditions:
     """Stack the conditions of regions, each as large as the others, beside known solutions.
@@ -118,7 +118,7 @@ def stack_conditions(
     return conditions.append(np.concatenate(blocks))
 
 
-def common_transfers(common: CommonData, regions: Sequence[RegionConditions]) -> Array:
+def _common_transfers(common: CommonData, regions: Sequence[RegionConditions]) -> Array:
     """Compute rows that span the inertia transfers that satisfy each of several regions.
 
     Args:
@@ -147,8 +147,8 @@ def space_of(
         rank: the rank by exact arithmetic: pivots beyond it are round-off.
     """
     linkage, chain = common.linkage, common.chain
-    known = common_transfers(common, regions)
-    conditions = stack_conditions(common, regions, known).first(rank)
+    known = _common_transfers(common, regions)
+    conditions = _stack_conditions(common, regions, known).first(rank)
     moving = set(chain.joints.tolist())
     return DesignSpace(
         source=linkage.source, linkage=linkage, motion=None,

@@ -17,13 +17,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from balance.space.momentum.regressor import parameters_per_body, rows_per_column
-from balance.space.transfers.exchange_kernels import (
+from balance.space.transfers.joint_kernels import (
     Cluster,
     FoundTransfers,
     add_shared_transfers,
     add_transfers,
-)
-from balance.space.transfers.joint_kernels import (
     attainable_beyond,
     passing_parameters,
     span_contains,

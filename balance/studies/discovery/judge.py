@@ -139,7 +139,7 @@ def _still(
     return ""
 
 
-def special_loop(lengths: Array) -> bool:
+def _special_loop(lengths: Array) -> bool:
     """Whether a four-bar is a kite, parallelogram or antiparallelogram.
 
     Args:
@@ -181,7 +181,7 @@ def explained(
     for links, joints in topology.four_link_loops():
         corners = points[list(joints)]
         lengths = np.sqrt(np.sum((corners - np.roll(corners, 1, axis=0)) ** 2, axis=1))
-        if all(topology.edges[j][0] == "R" for j in joints) and special_loop(lengths):
+        if all(topology.edges[j][0] == "R" for j in joints) and _special_loop(lengths):
             spaces.append(on_links(links))
     if _span(spaces) >= N.shape[1]:
         return "explained by one loop"

@@ -80,7 +80,7 @@ class Ends:
         )  # fmt: skip
 
 
-def geometry_at(
+def _geometry_at(
     structure: TopologyArrays,
     geometry: LaneGeometry,
     conditions: LaneConditions,
@@ -125,7 +125,7 @@ def move_away(
     conditions = far_conditions(structure, geometry)
     curves = conditions.poses.q.shape[1] // _far_poses(structure)
     pose = np.full(len(geometry.points), curves * (_far_poses(structure) // 2))
-    moved = geometry_at(structure, geometry, conditions, pose)
+    moved = _geometry_at(structure, geometry, conditions, pose)
     return moved.take(conditions.usable), np.flatnonzero(conditions.usable)
 
 
@@ -154,7 +154,7 @@ def far_conditions(
     return conditions
 
 
-def count_dropped(values: Array, limit: float) -> IntArray:
+def _count_dropped(values: Array, limit: float) -> IntArray:
     """Count the singular values (lanes, p) up to ``limit`` times the largest.
 
     Args:
@@ -208,7 +208,7 @@ def polish(structure: TopologyArrays, geometry: LaneGeometry, generic: int) -> E
     """
     geometry = LaneGeometry(*(array.copy() for array in geometry))
     conditions = far_conditions(structure, geometry)
-    nullity = np.where(conditions.usable, count_dropped(conditions.values, DROP), -1)
+    nullity = np.where(conditions.usable, _count_dropped(conditions.values, DROP), -1)
     nullity = np.where(conditions.usable, np.maximum(nullity, generic + 1), -1)
     for number in np.unique(nullity[nullity > generic]).tolist():
         lanes = np.flatnonzero(nullity == number)
@@ -257,7 +257,7 @@ def decide_special(structure: TopologyArrays, geometry: LaneGeometry, generic: i
         poses.append(_away(structure, poses[-1]))
     geometry = poses[-1]
     conditions = far_conditions(structure, geometry, clearly=True)
-    nullity = np.where(conditions.usable, count_dropped(conditions.values, EXACT), -1)
+    nullity = np.where(conditions.usable, _count_dropped(conditions.values, EXACT), -1)
     dropped, gap = _around(conditions.values, nullity)
     clear = conditions.usable & (gap >= KEPT)
     special = clear & (nullity > generic)
@@ -300,7 +300,7 @@ def _away(structure: TopologyArrays, geometry: LaneGeometry) -> LaneGeometry:
     """Take the pose with the largest determinant of S as the reference pose."""
     conditions = far_conditions(structure, geometry)
     regular = np.abs(np.linalg.det(np.nan_to_num(conditions.poses.S)))
-    moved = geometry_at(structure, geometry, conditions, np.argmax(regular, axis=1))
+    moved = _geometry_at(structure, geometry, conditions, np.argmax(regular, axis=1))
     lanes = np.flatnonzero(conditions.usable)
     geometry = LaneGeometry(*(array.copy() for array in geometry))
     geometry.put(lanes, moved.take(lanes))
@@ -318,9 +318,9 @@ def _agrees(
     curves = conditions.poses.q.shape[1] // _far_poses(structure)
     for curve in range(2):
         pose = curves * (_far_poses(structure) // 4) + curve
-        moved = geometry_at(structure, geometry, conditions, np.full(len(nullity), pose))
+        moved = _geometry_at(structure, geometry, conditions, np.full(len(nullity), pose))
         other = far_conditions(structure, moved, clearly=True)
-        agrees |= other.usable & (count_dropped(other.values, EXACT) == nullity)
+        agrees |= other.usable & (_count_dropped(other.values, EXACT) == nullity)
     return agrees
 
 

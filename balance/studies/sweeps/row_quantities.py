@@ -58,7 +58,7 @@ ORDERS, MOST_ORDERS = 5, 50
 SAMPLES, DURATION = 200, 1.0
 
 
-def certainty_columns(linkage: Linkage, options: Options) -> tuple[Column, ...]:
+def _certainty_columns(linkage: Linkage, options: Options) -> tuple[Column, ...]:
     """Name the level of certainty."""
     return (Column("certainty", "text"),)
 
@@ -81,7 +81,7 @@ def certainty(geometry: SweptGeometry, options: Options) -> tuple[str]:
     return (certify(exact_space).level,)
 
 
-def singular_columns(linkage: Linkage, options: Options) -> tuple[Column, ...]:
+def _singular_columns(linkage: Linkage, options: Options) -> tuple[Column, ...]:
     """Name the singular values beside the gap."""
     return Column("kept", "real"), Column("dropped", "real")
 
@@ -91,7 +91,7 @@ def singular_values(geometry: SweptGeometry, options: Options) -> tuple[float, f
     return geometry.space.kept, geometry.space.dropped
 
 
-def distance_columns(linkage: Linkage, options: Options) -> tuple[Column, ...]:
+def _distance_columns(linkage: Linkage, options: Options) -> tuple[Column, ...]:
     """Name the distance to a rank drop."""
     return (Column("distance", "real"),)
 
@@ -101,7 +101,7 @@ def distance(geometry: SweptGeometry, options: Options) -> tuple[float]:
     return (distance_to_rank_drop(geometry.space),)
 
 
-def order_columns(linkage: Linkage, options: Options) -> tuple[Column, ...]:
+def _order_columns(linkage: Linkage, options: Options) -> tuple[Column, ...]:
     """Name the ranks up to each order."""
     count = options.get("count", ORDERS)
     return tuple(Column(f"rank_{k}", "integer") for k in range(count))
@@ -115,14 +115,14 @@ def orders(geometry: SweptGeometry, options: Options) -> tuple[int, ...]:
     return (*ranks, *[rest] * (count - len(ranks)))
 
 
-def check_orders(linkage: Linkage, options: Options) -> None:
+def _check_orders(linkage: Linkage, options: Options) -> None:
     """Refuse a count of orders that is none."""
     count = options.get("count", ORDERS)
     if isinstance(count, bool) or not isinstance(count, int) or not 1 <= count <= MOST_ORDERS:
         raise UsageError(f"count {count}; give a whole number from 1 to {MOST_ORDERS}")
 
 
-def inertia_columns(linkage: Linkage, options: Options) -> tuple[Column, ...]:
+def _inertia_columns(linkage: Linkage, options: Options) -> tuple[Column, ...]:
     """Name the inertia that each input feels."""
     kinds = {joint.name: joint.kind for joint in linkage.joints}
     return tuple(
@@ -136,7 +136,7 @@ def inertia(geometry: SweptGeometry, options: Options) -> tuple[float, ...]:
     return tuple(input_inertia(geometry.linkage).values())
 
 
-def design_columns(linkage: Linkage, options: Options) -> tuple[Column, ...]:
+def _design_columns(linkage: Linkage, options: Options) -> tuple[Column, ...]:
     """Name verdict, margin and objective of a design."""
     columns = Column("design", "text"), Column("margin", "real")
     if "minimise" not in options:
@@ -152,7 +152,7 @@ def best_design(geometry: SweptGeometry, options: Options) -> tuple[Any, ...]:
     return (answer.verdict, answer.margin, value)[: 3 if "minimise" in options else 2]
 
 
-def check_design_options(linkage: Linkage, options: Options) -> None:
+def _check_design_options(linkage: Linkage, options: Options) -> None:
     """Refuse bodies that the model does not have, and objectives that there are not."""
     wanted = _design_options(options)
     space = design_space(linkage, None)
@@ -172,7 +172,7 @@ def _design_options(options: Options) -> dict[str, Any]:
     return arguments | ({"keep": tuple(arguments["keep"])} if "keep" in arguments else {})
 
 
-def counterweight_columns(linkage: Linkage, options: Options) -> tuple[Column, ...]:
+def _counterweight_columns(linkage: Linkage, options: Options) -> tuple[Column, ...]:
     """Name verdict, added mass and objective of counterweights."""
     columns = Column("counterweights", "text"), Column("added_mass", "real", "kg")
     if options.get("minimise", "mass") == "mass":
@@ -180,7 +180,7 @@ def counterweight_columns(linkage: Linkage, options: Options) -> tuple[Column, .
     return *columns, Column(f"added_{options['minimise']}", "real", "kg m²")
 
 
-def least_counterweights(geometry: SweptGeometry, options: Options) -> tuple[Any, ...]:
+def _least_counterweights(geometry: SweptGeometry, options: Options) -> tuple[Any, ...]:
     """Compute the verdict on counterweights, their mass, and the objective if it is another."""
     minimise = options.get("minimise", "mass")
     answer = counterweights(
@@ -192,7 +192,7 @@ def least_counterweights(geometry: SweptGeometry, options: Options) -> tuple[Any
     return (answer.verdict, mass, value)[: 2 if minimise == "mass" else 3]
 
 
-def check_counterweights(linkage: Linkage, options: Options) -> None:
+def _check_counterweights(linkage: Linkage, options: Options) -> None:
     """Refuse links and regions that the model does not have."""
     if not isinstance(options.get("add"), list | tuple):
         raise UsageError('no links to add matter to; write add = ["crank", "rocker"]')
@@ -201,7 +201,7 @@ def check_counterweights(linkage: Linkage, options: Options) -> None:
         raise UsageError(f"minimise '{options['minimise']}'; take mass, inertia or rotor")
 
 
-def shaking_columns(linkage: Linkage, options: Options) -> tuple[Column, ...]:
+def _shaking_columns(linkage: Linkage, options: Options) -> tuple[Column, ...]:
     """Name peak and root mean square of force and moment."""
     return (
         Column("peak_force", "real", "N"), Column("rms_force", "real", "N"),
@@ -209,7 +209,7 @@ def shaking_columns(linkage: Linkage, options: Options) -> tuple[Column, ...]:
     )  # fmt: skip
 
 
-def shaking_of_masses(geometry: SweptGeometry, options: Options) -> tuple[float, ...]:
+def _shaking_of_masses(geometry: SweptGeometry, options: Options) -> tuple[float, ...]:
     """Compute shaking force and moment of the masses of the model along a motion.
 
     The moment is about the inertial origin. Samples of the motion are equally far apart in
@@ -225,7 +225,7 @@ def shaking_of_masses(geometry: SweptGeometry, options: Options) -> tuple[float,
     )  # fmt: skip
 
 
-def check_shaking(linkage: Linkage, options: Options) -> None:
+def _check_shaking(linkage: Linkage, options: Options) -> None:
     """Refuse a motion that is none of the model."""
     if ("speed" in options) == ("poses" in options):
         raise UsageError(
@@ -246,23 +246,23 @@ def _motion(linkage: Linkage, options: Options) -> Trajectory:
 
 
 QUANTITIES: dict[str, Quantity] = {
-    "certainty": Quantity(certainty_columns, certainty),
+    "certainty": Quantity(_certainty_columns, certainty),
     "counterweights": Quantity(
-        counterweight_columns, least_counterweights,
-        ("add", "minimise", "regions"), check_counterweights,
+        _counterweight_columns, _least_counterweights,
+        ("add", "minimise", "regions"), _check_counterweights,
     ),
     "design": Quantity(
-        design_columns, best_design,
-        ("bounds", "keep", "minimise", "within"), check_design_options,
+        _design_columns, best_design,
+        ("bounds", "keep", "minimise", "within"), _check_design_options,
     ),
-    "distance": Quantity(distance_columns, distance),
-    "input_inertia": Quantity(inertia_columns, inertia),
-    "orders": Quantity(order_columns, orders, ("count",), check_orders),
+    "distance": Quantity(_distance_columns, distance),
+    "input_inertia": Quantity(_inertia_columns, inertia),
+    "orders": Quantity(_order_columns, orders, ("count",), _check_orders),
     "shaking": Quantity(
-        shaking_columns, shaking_of_masses,
-        ("crank", "duration", "poses", "samples", "speed"), check_shaking,
+        _shaking_columns, _shaking_of_masses,
+        ("crank", "duration", "poses", "samples", "speed"), _check_shaking,
     ),
-    "singular_values": Quantity(singular_columns, singular_values),
+    "singular_values": Quantity(_singular_columns, singular_values),
 }  # fmt: skip
 """Quantities that are computed geometry by geometry, by name."""
 MASS_QUANTITIES = ("counterweights", "design", "input_inertia", "shaking")

@@ -25,7 +25,7 @@ def balanced_four_bar(four_bar: FourBarDesign) -> tuple[bytes | None, Design]:
     Returns:
         The bytes of the file, None if no masses balance it, and the design.
     """
-    linkage = load(Document(four_bar.kind, four_bar_urdf(four_bar)), bodies="all")
+    linkage = load(Document(four_bar.kind, _four_bar_urdf(four_bar)), bodies="all")
     # Exact arithmetic would see the rounding of the digits, which no design closes.
     best = design(design_space(linkage), "mass", bounds={"coupler": (COUPLER_MASS, inf)})
     if best.verdict != "feasible":
@@ -34,7 +34,7 @@ def balanced_four_bar(four_bar: FourBarDesign) -> tuple[bytes | None, Design]:
     return replace_inertials(best.space.linkage, elements), best
 
 
-def four_bar_urdf(four_bar: FourBarDesign) -> bytes:
+def _four_bar_urdf(four_bar: FourBarDesign) -> bytes:
     """Write a four-bar without masses as a URDF file at the first position."""
     at = four_bar.pivots()
     tool = four_bar.positions[0]

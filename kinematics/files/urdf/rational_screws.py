@@ -95,7 +95,7 @@ def exact_geometry(linkage: Linkage, roots: FileRoots | None = None) -> Geometry
     return Geometry(screws, squares, ratios, tuple(rational.notices))
 
 
-def rational_geometries(linkage: Linkage) -> Iterator[Geometry]:
+def _rational_geometries(linkage: Linkage) -> Iterator[Geometry]:
     """Yield the joint screws of a linkage in rational numbers, the first choice first.
 
     Where relations are meant that the digits of the file round, the geometry that has them
@@ -147,7 +147,7 @@ def of_lowest_rank(
     linkage: Linkage, compute: Callable[[Geometry], T], rank: Callable[[T], tuple[int, ...]],
     confirms: Callable[[T], bool],
 ) -> T:  # fmt: skip
-    """Compute something with the geometry that a linkage means; see `rational_geometries`.
+    """Compute something with the geometry that a linkage means; see `_rational_geometries`.
 
     Where that does not confirm what floating point finds, numbers of the file are read as
     roots; see `kinematics.files.urdf.read_roots`.
@@ -162,7 +162,7 @@ def of_lowest_rank(
     """
     meant, answers = linkage.meant, list[T]()
     first: ExactError | None = None
-    for geometry in rational_geometries(linkage):
+    for geometry in _rational_geometries(linkage):
         try:
             answers.append(compute(geometry))
         except ExactError as error:

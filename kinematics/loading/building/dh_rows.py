@@ -105,7 +105,7 @@ def from_dh(
     return assemble_elements(robot, source, titles, links_and_joints(bodies), remarks)
 
 
-def transformations(row: ArrayLike, convention: str) -> tuple[Array, Array]:
+def _transformations(row: ArrayLike, convention: str) -> tuple[Array, Array]:
     """Compute the factors (4, 4) of ``T_i`` before and after the motion of joint i.
 
     Standard: ``1`` and ``Rz(θ) Tz(d) Tx(a) Rx(α)``; modified: the whole product and ``1``,
@@ -213,7 +213,7 @@ def _robot(
     for parent, child, row, kind, title in zip(
         links, links[1:], rows, kinds, titles, strict=False
     ):
-        before, beyond = transformations(row, convention)
+        before, beyond = _transformations(row, convention)
         joints.append(make_elements.joint(
             title, "continuous" if kind == "revolute" else kind, parent, child,
             make_elements.origin(after @ before), ("0 0 1", ""), independent=True,

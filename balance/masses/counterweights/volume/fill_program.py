@@ -152,8 +152,8 @@ def fill_least(
     for gap in FILL_GAPS:
         y, seen = _maximise(program, stocks, columns.generate(gap)[1])
         forms = forms_of(program, y, program.cost)
-        moments = fill_all(program, seen, forms)
-        left = program.target - conditions_of(program, moments)
+        moments = _fill_all(program, seen, forms)
+        left = program.target - _conditions_of(program, moments)
         if float(np.linalg.norm(left)) <= COUNTERWEIGHT_RESIDUAL:
             break
     value, error = np.sum(_support_functions(program, seen, forms), axis=0)
@@ -167,7 +167,7 @@ def forms_of(program: AddedProgram, y: Array, cost: Array) -> Array:
     return np.asarray((flat @ TRIANGLES[4].T).reshape(-1, 4, 4))
 
 
-def fill_all(
+def _fill_all(
     program: AddedProgram, stocks: Sequence[Stock], forms: Array, rays: int = FINE
 ) -> Array:
     """Compute the moments (links, 4, 4) of the parts where forms are positive."""
@@ -175,7 +175,7 @@ def fill_all(
     return np.array(moments) / program.unit
 
 
-def conditions_of(program: AddedProgram, moments: Array) -> Array:
+def _conditions_of(program: AddedProgram, moments: Array) -> Array:
     """Compute ``Σ_b A_b ΔP_b`` (ρ,) of moments (links, 4, 4)."""
     return np.asarray(np.einsum("lrj,lj->r", program.rows, triangles(moments)))
 
@@ -233,7 +233,7 @@ class _Columns:
     def _fill(self, forms: Array) -> Array:
         """Compute the moments of parts with few rays, each from inside its part."""
         seen = [s.with_rays_inside(form) for s, form in zip(self.stocks, forms, strict=True)]
-        return fill_all(self.program, seen, forms, COARSE)
+        return _fill_all(self.program, seen, forms, COARSE)
 
     def _master(self) -> tuple[float, Array]:
         """Mix the parts: the value, infinite if no mixture balances, and multipliers."""
@@ -308,9 +308,9 @@ def _dual(
 ) -> tuple[float, Array]:
     """Compute the dual and its gradient."""
     forms = forms_of(program, y, program.cost)
-    moments = fill_all(program, stocks, forms, rays)
+    moments = _fill_all(program, stocks, forms, rays)
     value = float(y @ program.target) - float(np.sum(forms * moments))
-    return value, program.target - conditions_of(program, moments)
+    return value, program.target - _conditions_of(program, moments)
 
 
 def _curvature(program: AddedProgram, stocks: Sequence[Stock], y: Array, rays: int) -> Array:

@@ -1,20 +1,47 @@
-"""Counter-rotary counter-masses: counterweights that turn against their links."""
+"""Counterweights that turn about their own centres and so balance moments (CRCM).
+
+A turning counterweight on the link after joint j is a point mass m at p with a thin ring about
+an axis along that of the joint, of the axial inertia ``J ≤ m ρ²``. It turns -(N + 1) times
+against its link for one turn of the joint, so that it counts as matter of the link,
+
+    D = m [p; 1][p; 1]ᵀ        and        J (n nᵀ + 1) / 2,
+
+and has the momentum ``-(N + 1) J n q̇_j`` besides. With ``D ⪰ 0`` instead of rank one, all is
+linear or conic: the least mass over all D, J and the matter on the other links is a lower
+bound, and ``p`` the centre of D. A nearer counterweight is heavier, and of less inertia about
+the joint, which its own turning has to cancel. In a serial chain this is one equation for each
+link, from the tip to the base: with the first moment a and the inertia I of all that a link
+carries, ``I + a² / m = N m ρ²``.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from balance.masses.counterweights.added_matter import (
+    MomentCone,
+    lump_cone,
+    moment_cone,
+    parameters_per_moment,
+)
 from balance.masses.counterweights.counterweights import counterweights
+from balance.masses.counterweights.link_regions import default_region, regions_of, wide_region
+from balance.masses.counterweights.regions import Region
 from balance.masses.remedies.applied import AppliedRemedy, refused
+from balance.masses.remedies.counter_rotations.counter_rotors import (
+    RotorConditions,
+    disc_columns,
+    rotor_conditions,
+)
 from balance.masses.remedies.counter_rotations.fewest_rotors import (
     FewestRotors,
     RotorSet,
     fewest_rotors,
 )
-from balance.masses.remedies.counter_rotations.lightest_places import lightest_places
 from balance.masses.remedies.counter_rotations.rotor_elements import RotorWriter
 from balance.masses.remedies.counter_rotations.separate_rotors import (
     MOST_SETS,
@@ -26,7 +53,11 @@ from balance.masses.remedies.counter_rotations.separate_rotors import (
 from balance.masses.remedies.judge import judge
 from balance.masses.remedies.request import RemedyRequest
 from balance.masses.remedies.variant import Variant
+from balance.space.requirements.recompute_spatial import recompute_spatial
 from balance.space.spaces.compute_space import design_space
+from balance.space.spaces.design_space import DesignSpace
+from balance.support.clarabel_adapter import ConstraintBlock, solve_conic, triangles
+from balance.support.tolerances import CONDITION_WITHOUT_MATTER, ROTOR_WITHOUT_MOMENTUM
 from kinematics.numerics.linalg.ties import round_decimals
 from kinematics.wording import count_noun, number_text
 
@@ -34,6 +65,10 @@ Array = NDArray[np.float64]
 
 # Decimals of places, in characteristic lengths of the linkage.
 DECIMALS = 7
+
+# Part of the radius that places leave free: at the very least mass all matter is at the rim,
+# and no program for the masses would have an inner point.
+SPARE_RADIUS = 1e-4
 
 
 def apply_counter_rotary_masses(request: RemedyRequest) -> Iterator[AppliedRemedy]:
@@ -44,7 +79,7 @@ def apply_counter_rotary_masses(request: RemedyRequest) -> Iterator[AppliedRemed
     ``request.gear``. On its own link it therefore turns -(N + 1) times; with N = 1 it turns
     against the link at the link's own rate. Its matter is within a ball of the radius of
     rotors. Each lies where the least mass is added; see
-    `balance.masses.remedies.counter_rotations.lightest_places`.
+    `balance.masses.remedies.counter_rotations.counter_rotary_masses`.
 
     Yields:
         A result for each of up to three smallest sets of joints, least momenta first.
@@ -99,3 +134,125 @@ def _force_places(request: RemedyRequest) -> Mapping[str, Array]:
     force = design_space(request.linkage, request.motion or None, "force")
     matter = counterweights(force, request.links, request.regions, relax=False)
     return {weight.link: weight.com for weight in matter.weights}
+
+
+class LightestPlaces(NamedTuple):
+    """Where turning counterweights are lightest.
+
+    Attributes:
+        centres: centre by name of the link (3,), metres, in its frame.
+        mass: least mass of all added matter, kg: no places need less. These places need it for
+            rotors that are smaller by a part of 1e-4.
+    """
+
+    centres: Mapping[str, Array]
+    mass: float
+
+
+def lightest_places(request: RemedyRequest, joints: Sequence[str]) -> LightestPlaces | None:
+    """Find where turning counterweights against some joints are lightest.
+
+    Args:
+        request: the request, for its gear, its radius, and the regions of its links.
+        joints: joints with a turning counterweight on the link after them.
+
+    Returns:
+        The places; None if there is no such matter, also in wider regions.
+    """
+    space = recompute_spatial(request.space)
+    conditions = rotor_conditions(space, joints)
+    if len(conditions.joints) < len(joints):
+        return None
+    regions = regions_of(space, request.links, request.regions)
+    bodies = _bodies_after(space, joints)
+    within = {b: regions[b] if b in regions else default_region(space, b) for b in bodies}
+    wide = {
+        b: region if space.bodies[b] in request.regions else wide_region(space, b)
+        for b, region in (regions | within).items()
+    }
+    for chosen in within | regions, wide:
+        parts = {b: chosen[b] for b in regions}, [chosen[b] for b in bodies]
+        least = _solve(request, conditions, *parts, request.rotor_radius)
+        inner = (1.0 - SPARE_RADIUS) * request.rotor_radius
+        places = least and _solve(request, conditions, *parts, inner)
+        if least is not None and places is not None:
+            return places._replace(mass=least.mass)
+    return None
+
+
+def _bodies_after(space: DesignSpace, joints: Sequence[str]) -> list[int]:
+    """List the positions of the bodies that some joints carry."""
+    links = [body.link for body in space.linkage.bodies]
+    return [links.index(j) for j in space.linkage.positions_of(joints).tolist()]
+
+
+def _solve(
+    request: RemedyRequest, conditions: RotorConditions, regions: Mapping[int, Region],
+    rotor_regions: Sequence[Region], radius: float,
+) -> LightestPlaces | None:  # fmt: skip
+    """Solve the program, first the matter of the links, then that of the rotors."""
+    space, count = conditions.space, len(rotor_regions)
+    bodies = _bodies_after(space, conditions.joints)
+    shapes = [*regions.values(), *rotor_regions]
+    cones = [_cone_in(region) for region in shapes]
+    by_body = conditions.bodies.reshape(len(conditions.bodies), len(space.bodies), -1)
+    matter = [
+        by_body[:, b] @ parameters_per_moment(space, {b: region})[0]
+        for b, region in [*regions.items(), *zip(bodies, rotor_regions, strict=True)]
+    ]
+    rings = disc_columns(conditions) + (request.gear + 1.0) * conditions.rotors
+    columns = np.hstack(
+        [M @ triangles(cone.matrices).T for M, cone in zip(matter, cones, strict=True)]
+        + [rings]
+    )
+    masses = np.concatenate([cone.matrices[:, 3, 3] for cone in cones] + [np.zeros(count)])
+    unit = float(np.abs(conditions.given).max()) or 1.0
+    balanced, target = _independent(columns, -conditions.bodies @ conditions.given / unit)
+    if balanced is None:
+        return None
+    at = np.cumsum([0, *(len(cone.matrices) for cone in cones)])
+    rows, parts = [balanced], [ConstraintBlock("zero", len(balanced))]
+    for k, cone in enumerate(cones):
+        block = np.zeros((len(cone.rows), len(masses)))
+        block[:, at[k] : at[k + 1]] = cone.rows
+        rows.append(block)
+        parts += cone.parts
+    # 0 ≤ J ≤ m ρ²
+    limits = np.zeros((2 * count, len(masses)))
+    rim = (radius / space.chain.frame.length) ** 2
+    for k in range(count):
+        own = slice(at[len(regions) + k], at[len(regions) + k + 1])
+        limits[k, own] = rim * masses[own]
+        limits[[k, count + k], at[-1] + k] = -1.0, 1.0
+    stacked = np.vstack([*rows, limits])
+    parts.append(ConstraintBlock("nonnegative", 2 * count))
+    offset = np.zeros(len(stacked))
+    offset[: len(target)] = -target
+    solution = solve_conic(masses, stacked, offset, parts)
+    if solution.infeasible or not np.isfinite(solution.x).all():
+        return None
+    centres = {}
+    for k, (b, region) in enumerate(zip(bodies, rotor_regions, strict=True), len(regions)):
+        moments = np.einsum("n,nij->ij", solution.x[at[k] : at[k + 1]], cones[k].matrices)
+        if not moments[3, 3] > ROTOR_WITHOUT_MOMENTUM:
+            return None
+        centres[space.bodies[b]] = (region.place @ moments[:, 3] / moments[3, 3])[:3]
+    return LightestPlaces(centres, unit * float(masses @ solution.x))
+
+
+def _independent(columns: Array, target: Array) -> tuple[Array | None, Array]:
+    """Reduce equations ``columns x = target`` to orthonormal rows; None without a solution."""
+    U, values, V = np.linalg.svd(columns, full_matrices=False)
+    rank = int(np.sum(values > CONDITION_WITHOUT_MATTER * values.max(initial=0.0)))
+    reduced = target @ U[:, :rank]
+    missed = float(np.linalg.norm(target - U[:, :rank] @ reduced))
+    if missed > CONDITION_WITHOUT_MATTER * float(np.linalg.norm(target)):
+        return None, target
+    return V[:rank], reduced / values[:rank]
+
+
+def _cone_in(region: Region) -> MomentCone:
+    """Describe matter in a region; in a cylinder by point masses at its first points."""
+    from balance.masses.counterweights.cylinder_points import first_points
+
+    return lump_cone(first_points()) if region.kind == "cylinder" else moment_cone(region)

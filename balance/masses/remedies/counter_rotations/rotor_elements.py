@@ -59,11 +59,11 @@ class RotorWriter:
             name: of the joint that it turns against.
             ratio: its turns for one turn of the joint.
         """
-        if self.side(name, "parent") == root_link(self.linkage):
+        if self.side(name, "parent") == _root_link(self.linkage):
             return self.on_carrier(name, ratio)
         pose = self.linkage.places[self.side(name, "child")].pose.copy()
         pose[:3, 3] = self.linkage.joints[self.linkage.positions_of([name])[0]].point
-        return self._parts(name, root_link(self.linkage), origin(pose), ratio)
+        return self._parts(name, _root_link(self.linkage), origin(pose), ratio)
 
     def on_carrier(self, name: str, ratio: float) -> RotorParts:
         """Make a rotor on the link before a joint, on the axis of the joint.
@@ -118,6 +118,6 @@ class RotorWriter:
         return name
 
 
-def root_link(linkage: Linkage) -> str:
+def _root_link(linkage: Linkage) -> str:
     """Return the name of the link of the file that carries all others."""
     return next(name for name, place in linkage.places.items() if place.link == GROUND)

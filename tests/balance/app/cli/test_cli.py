@@ -14,7 +14,7 @@ import balance
 import kinematics
 from balance.app.answers.data import Report, report_data
 from balance.app.cli.main import main
-from balance.space.certification import changed_numbers
+from balance.space.certification import replaced_numbers
 from balance.space.spaces import compute_space
 from balance.space.spaces.distance_to_rank_drop import distance_to_rank_drop
 from kinematics import gallery
@@ -73,7 +73,7 @@ def test_a_report_reads_its_file_once_and_computes_its_space_once(model, monkeyp
         return original(linkage, *arguments, **options)
 
     monkeypatch.setattr(compute_space, "design_space", counting)
-    monkeypatch.setattr(changed_numbers, "design_space", counting)
+    monkeypatch.setattr(replaced_numbers, "design_space", counting)
     OPENED.append(opened)
     try:
         assert main(["report", model, "--json"]) == 0

@@ -22,8 +22,8 @@ import pytest
 import kinematics
 from balance.masses.remedies.counter_rotations.counter_rotary_masses import (
     apply_counter_rotary_masses,
+    lightest_places,
 )
-from balance.masses.remedies.counter_rotations.lightest_places import lightest_places
 from balance.masses.remedies.counter_rotations.separate_rotors import apply_separate_rotors
 from balance.masses.remedies.request import RemedyRequest
 from kinematics import ScrewJoint, from_screws

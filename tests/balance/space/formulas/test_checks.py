@@ -10,7 +10,7 @@ import pytest
 
 import balance
 from balance.space.formulas.assembly_order import assembly_order
-from balance.space.formulas.check_formulas import file_residual, fresh_geometries
+from balance.space.formulas.derive import file_residual, fresh_geometries
 from balance.space.formulas.geometry_samples import GeometrySamples
 from balance.space.formulas.modular_conditions import ConditionSource
 from balance.space.formulas.planar_parts import planar_parts

@@ -1,4 +1,4 @@
-"""Partial balance within a budget: what remedies are compared with."""
+"""The plainest remedies: matter on the links that are there, to balance or within a budget."""
 
 from __future__ import annotations
 
@@ -9,9 +9,21 @@ from balance.masses.counterweights.write_counterweights import with_counterweigh
 from balance.masses.partial.budgets import partial
 from balance.masses.partial.motion_loads import input_inertia
 from balance.masses.remedies.applied import AppliedRemedy, with_cost
+from balance.masses.remedies.judge import judge
 from balance.masses.remedies.request import RemedyRequest
+from balance.masses.remedies.variant import Variant
 from kinematics.loading.model_gallery import load
 from kinematics.model.document.element import Document
+
+
+def apply_own_masses(request: RemedyRequest) -> Iterator[AppliedRemedy]:
+    """Balance a linkage by matter on its own links alone.
+
+    Yields:
+        One result.
+    """
+    words = f"matter on {', '.join(request.links)}"
+    yield judge(request, Variant("own_masses", words, request.base, request.links))
 
 
 def apply_partial(request: RemedyRequest) -> Iterator[AppliedRemedy]:

@@ -12,15 +12,13 @@ from collections.abc import Sequence
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from balance.support.tolerances import (
     SOLVER_INFEASIBILITY,
     SOLVER_RESIDUAL,
     SOLVER_RESIDUAL_FAST,
 )
-
-Array = NDArray[np.float64]
+from kinematics.numerics.array_types import Array
 
 
 class ConstraintBlock(NamedTuple):

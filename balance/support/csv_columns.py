@@ -9,13 +9,11 @@ from os import PathLike, fsdecode
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from balance.support.units import read_unit
 from kinematics.error_text import clean
 from kinematics.errors import FileError, UsageError
-
-Array = NDArray[np.float64]
+from kinematics.numerics.array_types import Array, IntArray
 
 # Most rows of a table: a larger file would fill the memory.
 MAX_ROWS = 100_000
@@ -167,9 +165,7 @@ def _digits(cell: str) -> tuple[int, int]:
     return len(fraction) - int(exponent or 0), len(significant)
 
 
-def _rounding(
-    rows: Array, decimals: NDArray[np.int64], significant: NDArray[np.int64]
-) -> Array:
+def _rounding(rows: Array, decimals: IntArray, significant: IntArray) -> Array:
     """Compute half a unit of the last digit of each number; see `Table`.
 
     A column has one number of decimals or one number of significant digits, and zeros at the

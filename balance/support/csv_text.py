@@ -8,7 +8,8 @@ from io import StringIO
 from typing import TYPE_CHECKING, TextIO
 
 import numpy as np
-from numpy.typing import NDArray
+
+from kinematics.numerics.array_types import Array
 
 if TYPE_CHECKING:
     from _csv import Writer
@@ -19,7 +20,7 @@ def csv_writer(text: TextIO) -> Writer:
     return csv.writer(text, lineterminator="\n")
 
 
-def csv_table(names: Sequence[str], columns: Sequence[NDArray[np.float64]]) -> bytes:
+def csv_table(names: Sequence[str], columns: Sequence[Array]) -> bytes:
     """Write columns of numbers, with a line of their names.
 
     Args:

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Literal, TypeAlias
 
+from kinematics.numerics.array_types import Array
+
 if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import ArrayLike, NDArray
+    from numpy.typing import ArrayLike
 
 
 Balance: TypeAlias = Literal["dynamic", "force"]
@@ -17,7 +18,7 @@ GRAVITY = (0.0, 0.0, -9.81)
 """Acceleration of gravity in the inertial frame by default, m/s²."""
 
 
-def point_of(about: ArrayLike) -> NDArray[np.float64]:
+def point_of(about: ArrayLike) -> Array:
     """Read a point of the inertial frame (3,), metres.
 
     Raises:

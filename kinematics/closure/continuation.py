@@ -6,14 +6,12 @@ from collections.abc import Iterator
 from itertools import cycle
 
 import numpy as np
-from numpy.typing import NDArray
 
 from kinematics.closure.newton import Pose, follow_ray
 from kinematics.closure.series import Series, expand, expand_from
 from kinematics.model.arrays import Chain
 from kinematics.model.chain import move_chain
-
-Array = NDArray[np.float64]
+from kinematics.numerics.array_types import Array
 
 # Order of the series that predict the next pose.
 SERIES_ORDER = 3

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from math import hypot
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from kinematics.closure.newton import follow_ray, forward_kinematics
 from kinematics.closure.series import expand_from
@@ -15,9 +15,8 @@ from kinematics.model.arrays import Chain, Frame
 from kinematics.model.chain import arrange_loops, lock_joints, move_chain
 from kinematics.model.linkage import Linkage, names_of
 from kinematics.model.plane import flatten
+from kinematics.numerics.array_types import Array
 from kinematics.numerics.tolerances import GIVEN_POSE_RESIDUAL
-
-Array = NDArray[np.float64]
 
 # Most steps from the reference pose to another pose.
 MAX_STEPS = 2000

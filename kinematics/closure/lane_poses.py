@@ -9,10 +9,10 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from kinematics.closure.newton_kernels import MAX_NEWTON_STEPS, RADIUS_SHARE
 from kinematics.model.arrays import Chain
+from kinematics.numerics.array_types import Array
 from kinematics.numerics.compiled.jit import kernel
 from kinematics.numerics.compiled.simd import (
     VECTOR_WIDTH,
@@ -32,8 +32,6 @@ from kinematics.numerics.tolerances import (
     NEWTON_ROUND_OFF,
     NEWTON_STALL_RESIDUAL,
 )
-
-Array = NDArray[np.float64]
 
 
 class LanePoses(NamedTuple):

@@ -9,10 +9,8 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-import numpy as np
-from numpy.typing import NDArray
-
 from kinematics.model.arrays import Chain
+from kinematics.numerics.array_types import Array
 from kinematics.numerics.compiled.jit import kernel
 from kinematics.numerics.compiled.simd import broadcast, lanes, load_vector, store_vector
 from kinematics.numerics.linalg.lane_loop_qr import (
@@ -22,8 +20,6 @@ from kinematics.numerics.linalg.lane_loop_qr import (
     solve_loops,
 )
 from kinematics.numerics.linalg.skyline_qr import COUNT, JOINT, ROW, ROWS
-
-Array = NDArray[np.float64]
 
 
 class LaneSeries(NamedTuple):

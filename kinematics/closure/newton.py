@@ -8,7 +8,6 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from kinematics.closure.newton_kernels import (
     MAX_NEWTON_STEPS,
@@ -20,8 +19,7 @@ from kinematics.closure.newton_kernels import (
 from kinematics.closure.series import Series, expand_from
 from kinematics.model.arrays import Chain
 from kinematics.model.spatial.displacements import place_links
-
-Array = NDArray[np.float64]
+from kinematics.numerics.array_types import Array
 
 
 class Pose(NamedTuple):

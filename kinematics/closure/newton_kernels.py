@@ -7,7 +7,6 @@ the mismatch b of the loops. A step along a ray starts it from the sum of a powe
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from kinematics.model.arrays import Chain
 from kinematics.model.spatial.displacements import (
@@ -15,6 +14,7 @@ from kinematics.model.spatial.displacements import (
     multiply_displacements,
     place_links,
 )
+from kinematics.numerics.array_types import Array
 from kinematics.numerics.compiled.jit import kernel
 from kinematics.numerics.linalg.skyline_qr import (
     COUNT,
@@ -33,8 +33,6 @@ from kinematics.numerics.tolerances import (
     NEWTON_ROUND_OFF,
     NEWTON_STALL_RESIDUAL,
 )
-
-Array = NDArray[np.float64]
 
 # Most steps: Newton's method converges quadratically, or does not converge.
 MAX_NEWTON_STEPS = 30

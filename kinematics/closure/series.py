@@ -36,9 +36,9 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from kinematics.model.arrays import Chain, freeze, read_only
+from kinematics.numerics.array_types import Array
 from kinematics.numerics.compiled.jit import kernel
 from kinematics.numerics.linalg.skyline_qr import (
     COUNT,
@@ -50,8 +50,6 @@ from kinematics.numerics.linalg.skyline_qr import (
     fill_envelope,
     solve_least_norm,
 )
-
-Array = NDArray[np.float64]
 
 
 @kernel

@@ -11,11 +11,10 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from kinematics.numerics.array_types import Array, Flags, IntArray
 from kinematics.numerics.linalg.skyline_qr import envelope_table
 from kinematics.wording import count_noun, number_text, vector_text
 
-Array = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 Made = TypeVar("Made")
 
 
@@ -126,7 +125,7 @@ class Chain:
     mimics: Array
     dependent: IntArray
     columns: Array
-    moves: NDArray[np.bool_]
+    moves: Flags
     links: IntArray
     structure: Structure = field(default=None, repr=False)  # type: ignore[assignment]
 

@@ -10,18 +10,15 @@ from collections.abc import Iterable, Sequence
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from kinematics.model.arrays import Chain, Frame, freeze
 from kinematics.model.linkage import UnassembledLinkage
+from kinematics.numerics.array_types import Array, Flags, IntArray
 from kinematics.numerics.tolerances import (
     AXIS_ROUNDING,
     MEETING_AXES_COORDINATE,
     MEETING_AXES_SIZE,
 )
-
-Array = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 
 def arrange_loops(draft: UnassembledLinkage, frame: Frame | None = None) -> Chain:
@@ -111,7 +108,7 @@ def _centres_of_mass(draft: UnassembledLinkage) -> Array:
     return np.array([z[1:4] / z[0] for z in massive]).reshape(-1, 3)
 
 
-def lock_joints(chain: Chain, idle: NDArray[np.bool_]) -> Chain:
+def lock_joints(chain: Chain, idle: Flags) -> Chain:
     """Remove idle joints from a chain; the links that they join become one.
 
     Args:

@@ -5,13 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from kinematics.model.arrays import IntArray
 from kinematics.model.linkage import Joint
+from kinematics.numerics.array_types import Array, IntArray
 from kinematics.numerics.tolerances import HALF_TURN_ROUND_OFF
-
-Array = NDArray[np.float64]
 
 
 def wrap_turns(joints: Sequence[Joint], q: ArrayLike) -> tuple[Array, IntArray]:

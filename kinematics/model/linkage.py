@@ -14,9 +14,9 @@ from fractions import Fraction
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from kinematics.model.arrays import Chain, IntArray, Made, freeze, once
+from kinematics.model.arrays import Chain, Made, freeze, once
+from kinematics.numerics.array_types import Array, IntArray
 from kinematics.wording import (
     count_noun,
     first_names,
@@ -31,7 +31,6 @@ if TYPE_CHECKING:
 
 
 GROUND = -1
-Array = NDArray[np.float64]
 
 
 class Notice(NamedTuple):

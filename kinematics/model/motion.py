@@ -8,16 +8,14 @@ from dataclasses import dataclass
 from fractions import Fraction
 
 import numpy as np
-from numpy.typing import NDArray
 
 from kinematics.errors import MotionError
 from kinematics.model.arrays import freeze
 from kinematics.model.linkage import Linkage
+from kinematics.numerics.array_types import Array
 from kinematics.numerics.linalg.rational import MAX_DIGITS, decimal, rational_null_space
 from kinematics.numerics.tolerances import RELATION_ROUND_OFF
 from kinematics.wording import first_names
-
-Array = NDArray[np.float64]
 
 # Largest factor: sums of such factors do not overflow.
 MAX_FACTOR = 1e300

@@ -5,15 +5,13 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from kinematics.model.arrays import Chain, freeze
 from kinematics.model.chain import lock_joints
+from kinematics.numerics.array_types import Array, Flags
 from kinematics.numerics.linalg.ties import first_largest
 from kinematics.numerics.linalg.vectors import project_out
 from kinematics.numerics.tolerances import PLANAR_DEVIATION
-
-Array = NDArray[np.float64]
 
 
 def plane_normal(chain: Chain, tolerance: float = PLANAR_DEVIATION) -> Array | None:
@@ -77,7 +75,7 @@ def flatten(chain: Chain, normal: Array) -> Chain:
     return replace(chain, frame=frame, screws=freeze(turned[:, 2:5]))
 
 
-def reduce_to_plane(chain: Chain, idle: NDArray[np.bool_]) -> tuple[Chain, Chain]:
+def reduce_to_plane(chain: Chain, idle: Flags) -> tuple[Chain, Chain]:
     """Remove idle joints from a chain, and reduce it to its plane if it moves in one.
 
     Args:

@@ -26,7 +26,7 @@ from functools import cache
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from balance.masses.counterweights.regions import Region
 from balance.space.inertial_parameters.conversions import to_chain
@@ -34,8 +34,7 @@ from balance.space.spaces.design_space import DesignSpace
 from balance.support.clarabel_adapter import TRIANGLES, ConstraintBlock
 from balance.support.tolerances import TETRAHEDRON_FLAT
 from kinematics.model.spatial.inertia import from_pseudo_inertia
-
-Array = NDArray[np.float64]
+from kinematics.numerics.array_types import Array
 
 
 class MomentCone(NamedTuple):

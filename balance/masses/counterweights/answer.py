@@ -7,9 +7,6 @@ from dataclasses import dataclass
 from os import PathLike
 from typing import TYPE_CHECKING
 
-import numpy as np
-from numpy.typing import NDArray
-
 from balance.masses.counterweights.counterweight import Counterweight
 from balance.masses.counterweights.exclusion import Exclusion
 from balance.masses.counterweights.program import AddedObjective
@@ -21,12 +18,12 @@ from balance.space.inertial_parameters.conversions import LABELS, PLANAR_LABELS
 from balance.space.spaces.design_space import DesignSpace, balanced_text
 from balance.support.change_text import mass_added_text
 from balance.support.result_files import WithPage, WithPicture
+from kinematics.numerics.array_types import Array
 from kinematics.wording import html_facts, number_text, repr_lines
 
 if TYPE_CHECKING:
     from balance.motion.verification.before_after import BeforeAfter
 
-Array = NDArray[np.float64]
 
 # Added mass, over the given mass, above which a change of the request is no help.
 MOST_ADDED = 100.0

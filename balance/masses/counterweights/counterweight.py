@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
 from balance.masses.counterweights.added_matter import homogeneous
 from balance.masses.counterweights.lumps import Lumps
@@ -14,9 +13,8 @@ from balance.masses.counterweights.volume.stock import Stock
 from balance.space.inertial_parameters.conversions import mass_properties
 from kinematics.model.arrays import freeze
 from kinematics.model.spatial.inertia import from_pseudo_inertia
+from kinematics.numerics.array_types import Array
 from kinematics.wording import count_noun, number_text, vector_text
-
-Array = NDArray[np.float64]
 
 DENSITIES = {"steel": 7850.0, "tungsten": 19250.0}
 """Densities of metals, kg/m³."""

@@ -5,13 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import numpy as np
-from numpy.typing import NDArray
 
 from balance.masses.counterweights.quadratic_minimum import minimise_in_region
 from balance.masses.counterweights.regions import Region
 from balance.support.tolerances import PRICE_NEGATIVE
-
-Array = NDArray[np.float64]
+from kinematics.numerics.array_types import Array
 
 # Points on each of the circles at the ends and in the middle.
 AROUND = 24

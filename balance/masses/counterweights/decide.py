@@ -6,7 +6,6 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from balance.masses.counterweights.answer import Counterweights
 from balance.masses.counterweights.counterweight import counterweight_of
@@ -38,10 +37,9 @@ from balance.support.tolerances import (
 )
 from kinematics.model.arrays import freeze
 from kinematics.model.spatial.inertia import from_pseudo_inertia
+from kinematics.numerics.array_types import Array
 from kinematics.numerics.linalg.vectors import project_out
 from kinematics.wording import number_text
-
-Array = NDArray[np.float64]
 
 
 def decide(

@@ -12,7 +12,7 @@ from collections.abc import Mapping
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from balance.masses.counterweights.added_matter import parameters_per_moment
 from balance.masses.counterweights.quadratic_minimum import least_values
@@ -26,9 +26,8 @@ from balance.support.tolerances import (
     CERTIFICATE_ORTHOGONAL,
     MASS_EXCLUDED,
 )
+from kinematics.numerics.array_types import Array
 from kinematics.wording import check_summary
-
-Array = NDArray[np.float64]
 
 
 class Exclusion(NamedTuple):

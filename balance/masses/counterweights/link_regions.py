@@ -6,7 +6,6 @@ import math
 from collections.abc import Mapping, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from balance.masses.counterweights.region_text import read_region
 from balance.masses.counterweights.regions import (
@@ -21,8 +20,7 @@ from kinematics.errors import BodyError, UsageError
 from kinematics.files.urdf.robot_tree import pose_matrix
 from kinematics.model.document.element import Element
 from kinematics.model.linkage import GROUND, Notice
-
-Array = NDArray[np.float64]
+from kinematics.numerics.array_types import Array
 
 COLLISION = "collision"
 # Distance of a region from the joint of its link, in characteristic lengths of the linkage,

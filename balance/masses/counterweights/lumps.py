@@ -13,7 +13,6 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from balance.masses.counterweights.added_matter import homogeneous
 from balance.masses.counterweights.quadratic_minimum import minimise_in_region
@@ -28,9 +27,8 @@ from balance.support.tolerances import (
     LUMP_RESIDUAL,
     LUMP_SPREAD,
 )
+from kinematics.numerics.array_types import Array
 from kinematics.numerics.linalg.ties import first_direction, first_largest, first_least
-
-Array = NDArray[np.float64]
 
 # Most lumps that are tried one after the other.
 MOST_TRIALS = 60

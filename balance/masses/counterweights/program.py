@@ -20,7 +20,6 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Literal, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from balance.masses.counterweights.added_matter import (
     MomentCone,
@@ -42,9 +41,9 @@ from balance.support.clarabel_adapter import (
     triangles,
 )
 from balance.support.tolerances import CONDITION_WITHOUT_MATTER
+from kinematics.numerics.array_types import Array
 from kinematics.numerics.linalg.vectors import project_out
 
-Array = NDArray[np.float64]
 # Price of mass for the objectives inertia and rotor, in squares of the characteristic length,
 # so that no mass is added that serves nothing.
 IDLE_MASS_PRICE = 1e-2

@@ -21,13 +21,12 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from balance.masses.counterweights.regions import Region
 from balance.support.tolerances import CURVATURE_ZERO, STATIONARY_INSIDE
+from kinematics.numerics.array_types import Array
 from kinematics.numerics.linalg.ties import first_least
-
-Array = NDArray[np.float64]
 
 # Most steps for the multiplier: enough for every bit of a double by bisection alone.
 BISECTIONS = 120

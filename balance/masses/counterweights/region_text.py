@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from balance.masses.counterweights.regions import (
     Region,
@@ -14,8 +13,7 @@ from balance.masses.counterweights.regions import (
 )
 from balance.support.units import read_quantity
 from kinematics.errors import UsageError
-
-Array = NDArray[np.float64]
+from kinematics.numerics.array_types import Array
 
 USAGE = {
     "ball": "ball(x,y,z,r)",

@@ -22,16 +22,15 @@ from itertools import product
 from typing import Literal
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from balance.support.tolerances import HULL_FLAT, INSIDE_REGION
 from kinematics.errors import UsageError
 from kinematics.files.urdf.robot_tree import rotation_of_angles
 from kinematics.model.arrays import freeze
+from kinematics.numerics.array_types import Array, Flags, IntArray
 from kinematics.numerics.linalg.ties import first_least
 
-Array = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 Kind = Literal["ball", "ellipsoid", "box", "cylinder", "hull"]
 
 # Corners, and facets, of regions without any.
@@ -144,9 +143,7 @@ class Region:
             normals.append([0.0, 0.0, float(np.sign(u[2]))])
         return np.reshape(normals, (-1, 3)).astype(np.float64)
 
-    def contains(
-        self, points: ArrayLike, tolerance: float = INSIDE_REGION
-    ) -> NDArray[np.bool_]:
+    def contains(self, points: ArrayLike, tolerance: float = INSIDE_REGION) -> Flags:
         """Return whether points (..., 3) of the link frame are inside.
 
         Args:

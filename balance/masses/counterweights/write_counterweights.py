@@ -7,7 +7,6 @@ from os import PathLike
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
 from balance.masses.counterweights.counterweight import Counterweight
 from balance.masses.designs.write_urdf import replace_inertials
@@ -23,8 +22,7 @@ from kinematics.model.document import make_elements
 from kinematics.model.document.element import Element
 from kinematics.model.document.write_numbers import element_lines, number_words
 from kinematics.model.spatial.inertia import displace_parameters
-
-Array = NDArray[np.float64]
+from kinematics.numerics.array_types import Array
 
 
 class WithCounterweights(Protocol):

@@ -10,7 +10,6 @@ from os import PathLike
 from typing import get_args
 
 import numpy as np
-from numpy.typing import NDArray
 
 from balance.masses.designs.certificate import CertificateCheck
 from balance.masses.designs.constraints import Constraints, build_program, constraints_of
@@ -36,10 +35,9 @@ from balance.support.result_files import WithPage, WithPicture, write_file
 from balance.support.tolerances import KEPT_BODY_RESIDUAL, MASSES_EQUAL
 from kinematics.errors import BodyError, UsageError
 from kinematics.loading.model_gallery import LinkageLike
+from kinematics.numerics.array_types import Array
 from kinematics.numerics.linalg.ties import first_largest
 from kinematics.wording import html_facts, number_text, repr_lines
-
-Array = NDArray[np.float64]
 
 DESIGN_SCHEMA = "balance.design/2"
 # Density of the bodies and thickness of flat ones, as `design` takes them.

@@ -33,7 +33,7 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from balance.masses.designs.constraints import Constraints
 from balance.masses.designs.density import mass_where_least
@@ -49,9 +49,8 @@ from balance.support.tolerances import (
     FIXED_RANK_RELATIVE,
     MASS_MULTIPLIER_RELATIVE,
 )
+from kinematics.numerics.array_types import Array
 from kinematics.wording import check_summary
-
-Array = NDArray[np.float64]
 
 # Bound on the norm of a body's parameters over the trace of its pseudo-inertia.
 PARAMETERS_PER_TRACE = 3.0

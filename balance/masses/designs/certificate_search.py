@@ -10,7 +10,6 @@ from collections.abc import Iterator, Sequence
 from itertools import cycle
 
 import numpy as np
-from numpy.typing import NDArray
 
 from balance.masses.designs.certificate import CertificateProof
 from balance.masses.designs.constraints import Program
@@ -20,9 +19,8 @@ from balance.support.tolerances import (
     CERTIFICATE_RIDGE_RELATIVE,
     FIXED_RANK_RELATIVE,
 )
+from kinematics.numerics.array_types import Array
 from kinematics.numerics.linalg.gauss_newton import Iterate, gauss_newton, never_stop
-
-Array = NDArray[np.float64]
 
 # Most Gauss-Newton steps from the solution of the conic solver.
 MAX_STEPS = 12

@@ -16,7 +16,6 @@ from math import inf
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from balance.masses.designs.density import DensityLimit
 from balance.masses.designs.mass_regions import Ball, ball_of
@@ -29,9 +28,8 @@ from balance.masses.designs.pseudo_inertia_cone import (
 from balance.space.spaces.design_space import DesignSpace
 from balance.support.tolerances import DENSITY_TIGHTENED, FIXED_RANK_RELATIVE
 from kinematics.errors import BodyError, LinkageError
+from kinematics.numerics.array_types import Array
 from kinematics.numerics.linalg.vectors import project_out
-
-Array = NDArray[np.float64]
 
 # Smallest scale of a bound on a mass, in mean masses: rows of smaller bounds would be too
 # large for the solver.

@@ -24,12 +24,10 @@ from __future__ import annotations
 from typing import Literal, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from balance.space.inertial_parameters.conversions import MassProperties
 from balance.support.tolerances import SECOND_MOMENT_NEGATIVE_RELATIVE
-
-Array = NDArray[np.float64]
+from kinematics.numerics.array_types import Array
 
 # Density of steel, kg/m³.
 STEEL = 7850.0

@@ -26,11 +26,9 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from balance.support.clarabel_adapter import TRIANGLES, ConstraintBlock, triangles
-
-Array = NDArray[np.float64]
+from kinematics.numerics.array_types import Array
 
 
 class UnitOfMass(NamedTuple):

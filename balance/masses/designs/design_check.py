@@ -8,7 +8,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from balance.masses.designs.constraints import Constraints
 from balance.masses.designs.density import density_over_limit
@@ -25,10 +25,9 @@ from balance.support.tolerances import (
     REACH_RELATIVE,
 )
 from kinematics.model.spatial.inertia import from_pseudo_inertia
+from kinematics.numerics.array_types import Array
 from kinematics.numerics.linalg.vectors import project_out
 from kinematics.wording import check_summary
-
-Array = NDArray[np.float64]
 
 
 class DesignCheck(NamedTuple):

@@ -13,7 +13,6 @@ from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from balance.masses.designs.certificate import (
     CertificateCheck,
@@ -58,9 +57,9 @@ from balance.support.clarabel_adapter import ConstraintBlock, solve_conic
 from balance.support.tolerances import KEPT_BODY_RESIDUAL
 from kinematics.loading.model_gallery import LinkageLike
 from kinematics.model.arrays import freeze
+from kinematics.numerics.array_types import Array
 from kinematics.wording import repr_lines
 
-Array = NDArray[np.float64]
 Verdict = Literal["feasible", "infeasible", "undecided"]
 
 

@@ -20,13 +20,11 @@ from itertools import combinations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from balance.space.spaces.design_space import DesignSpace
 from balance.support.tolerances import BALL_DISTANCE_EQUAL, LINK_LENGTH_ZERO
 from kinematics.model.linkage import Body
-
-Array = NDArray[np.float64]
+from kinematics.numerics.array_types import Array
 
 # Radius of the ball of a link, in lengths of the link.
 BALL_RADIUS = 1.5

@@ -27,7 +27,6 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 
 import numpy as np
-from numpy.typing import NDArray
 
 from balance.masses.designs.density_cone import (
     DensityRows,
@@ -37,8 +36,7 @@ from balance.masses.designs.density_cone import (
 )
 from balance.support.clarabel_adapter import ConstraintBlock, solve_conic, triangles
 from balance.support.tolerances import NEWTON_DECREMENT_LEAST, NEWTON_DECREMENT_STALLED
-
-Array = NDArray[np.float64]
+from kinematics.numerics.array_types import Array
 
 # Most Newton steps; each lowers the sum by at least 0.02 until they converge quadratically.
 MAX_STEPS = 200

@@ -30,7 +30,6 @@ from __future__ import annotations
 from typing import Literal, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from balance.masses.designs.constraints import Program
 from balance.masses.designs.density import density_over_limit
@@ -42,8 +41,8 @@ from balance.support.clarabel_adapter import ConstraintBlock, solve_conic, trian
 from balance.support.tolerances import DENSITY_RELATIVE, PSEUDO_INERTIA_SINGULAR
 from kinematics.closure.series import expand
 from kinematics.errors import BodyError
+from kinematics.numerics.array_types import Array
 
-Array = NDArray[np.float64]
 Objective = Literal["mass", "inertia", "rotor", "change"]
 
 # ε: distance of bodies from the boundary of the cone, in units of the mean mass in the file:

@@ -14,15 +14,13 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from balance.space.inertial_parameters.conversions import pseudo_inertia
 from balance.space.spaces.design_space import DesignSpace
 from balance.support.clarabel_adapter import TRIANGLES, ConstraintBlock
 from kinematics.model.arrays import Frame
 from kinematics.model.spatial.inertia import from_pseudo_inertia
-
-Array = NDArray[np.float64]
+from kinematics.numerics.array_types import Array
 
 # Second moment along the normal of a planar body, over that along an axis of the plane, both
 # about the centre of mass: that of a disc about a quarter as thick as wide.

@@ -5,16 +5,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from balance.masses.designs.constraints import Constraints
 from balance.masses.designs.mass_regions import reach_of
 from balance.space.spaces.design_space import DesignSpace
 from balance.support.tolerances import CERTIFICATE_ENTRY_RELATIVE, MASSES_EQUAL
+from kinematics.numerics.array_types import Array
 from kinematics.numerics.linalg.ties import first_largest
 from kinematics.wording import MAX_NAMES, number_text
-
-Array = NDArray[np.float64]
 
 # A space with missing conditions is too large: certificates stay valid, designs do not.
 UNSETTLED = (

@@ -4,9 +4,6 @@ from __future__ import annotations
 
 from math import isfinite
 
-import numpy as np
-from numpy.typing import NDArray
-
 from balance.masses.counterweights.counterweight import (
     Counterweight,
     counterweight_of,
@@ -20,8 +17,7 @@ from balance.space.spaces.design_space import DesignSpace
 from balance.support.clarabel_adapter import TRIANGLES
 from balance.support.tolerances import LUMP_SHARE_LEAST
 from kinematics.errors import UsageError
-
-Array = NDArray[np.float64]
+from kinematics.numerics.array_types import Array
 
 
 def counterweights_at(

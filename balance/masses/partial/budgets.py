@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Literal
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from balance.masses.counterweights.regions import Region
 from balance.masses.designs.pseudo_inertia_cone import given_parameters
@@ -35,8 +35,6 @@ from kinematics.errors import UsageError
 from kinematics.loading.model_gallery import LinkageLike, as_linkage
 from kinematics.model.arrays import freeze
 from kinematics.wording import size_text
-
-Array = NDArray[np.float64]
 
 # Part of the shaking that matter saves, up to which it is told to be hardly worth its mass.
 HARDLY_SAVED = 1e-3

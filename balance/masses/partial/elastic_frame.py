@@ -20,13 +20,11 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from balance.motion.verification.trajectory import Trajectory
 from balance.support.tolerances import MOTION_JOINS
 from kinematics.errors import UsageError
-
-Array = NDArray[np.float64]
+from kinematics.numerics.array_types import Array
 
 
 class ElasticFrame(NamedTuple):

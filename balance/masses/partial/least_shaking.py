@@ -30,7 +30,6 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from balance.masses.counterweights.added_matter import (
     MomentCone,
@@ -56,8 +55,7 @@ from balance.support.tolerances import (
     SOLVER_RESIDUAL,
 )
 from kinematics.model.arrays import freeze
-
-Array = NDArray[np.float64]
+from kinematics.numerics.array_types import Array
 
 # Most solutions of one question: each adds samples at which a cap is exceeded, or points.
 MAX_ROUNDS = 60

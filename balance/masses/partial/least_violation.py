@@ -15,7 +15,6 @@ from math import isfinite
 from typing import Literal, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from balance.masses.counterweights.counterweight import Counterweight
 from balance.masses.counterweights.link_regions import regions_of
@@ -29,10 +28,9 @@ from balance.space.requirements.required_space import RequiredSpace
 from balance.support.tolerances import SHAKING_GAP_PROVED
 from kinematics.errors import UsageError
 from kinematics.model.arrays import freeze
+from kinematics.numerics.array_types import Array
 from kinematics.numerics.linalg.ties import first_largest
 from kinematics.wording import number_text, repr_lines, size_text
-
-Array = NDArray[np.float64]
 
 
 class Violation(NamedTuple):

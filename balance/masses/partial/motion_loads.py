@@ -14,7 +14,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from balance.masses.counterweights.added_matter import symmetric_basis
 from balance.masses.counterweights.regions import Region
@@ -30,9 +29,8 @@ from kinematics.closure.series import expand_from
 from kinematics.model.arrays import Chain, freeze
 from kinematics.model.linkage import Linkage
 from kinematics.model.spatial.inertia import from_pseudo_inertia
+from kinematics.numerics.array_types import Array
 from kinematics.numerics.linalg.ties import first_largest
-
-Array = NDArray[np.float64]
 
 # Coordinates of the matter on one link.
 COORDINATES = 10

@@ -8,7 +8,6 @@ from os import PathLike
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from balance.masses.counterweights.counterweight import Counterweight
 from balance.masses.counterweights.write_counterweights import counterweights_file
@@ -27,9 +26,8 @@ from balance.support.change_text import change_text, mass_added_text
 from balance.support.result_files import WithPage, WithPicture
 from balance.support.tolerances import SHAKING_GAP_PROVED
 from kinematics.model.linkage import Notice
+from kinematics.numerics.array_types import Array
 from kinematics.wording import html_facts, number_text, repr_lines
-
-Array = NDArray[np.float64]
 
 PARTIAL_SCHEMA = "balance.partial/1"
 

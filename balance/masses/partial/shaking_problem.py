@@ -8,7 +8,7 @@ from math import inf, isfinite
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from balance.masses.counterweights.link_regions import regions_of
 from balance.masses.counterweights.regions import Region
@@ -29,8 +29,7 @@ from balance.support.options import point_of
 from balance.support.tolerances import CAP_EXCEEDED
 from kinematics.errors import PoseError, UsageError
 from kinematics.model.arrays import freeze
-
-Array = NDArray[np.float64]
+from kinematics.numerics.array_types import Array
 
 # Motions along which the shaking is measured if none are given, as `balance.verify` does.
 RANDOM_MOTIONS = 10

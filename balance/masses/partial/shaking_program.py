@@ -5,13 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from balance.masses.counterweights.volume.stock import Stock
 from balance.masses.partial.motion_loads import AddedParameters
 from balance.motion.motion_tolerances import SHAKING_RELATIVE
-
-Array = NDArray[np.float64]
+from kinematics.numerics.array_types import Array
 
 
 @dataclass(frozen=True, eq=False)

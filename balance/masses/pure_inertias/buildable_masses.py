@@ -6,7 +6,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
 from balance.masses.designs.design_check import check_design
 from balance.masses.designs.feasibility import Feasibility, Verdict, feasible
@@ -18,10 +17,9 @@ from balance.space.spaces.subspace import subspace
 from balance.support.tolerances import PURE_INERTIA_CONDITION
 from kinematics.errors import BodyError, UsageError
 from kinematics.model.arrays import freeze
+from kinematics.numerics.array_types import Array
 from kinematics.numerics.linalg.vectors import project_out
 from kinematics.wording import repr_lines
-
-Array = NDArray[np.float64]
 
 # Most doublings of the masses that can be moved freely.
 MAX_DOUBLINGS = 60

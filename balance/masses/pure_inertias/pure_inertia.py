@@ -15,7 +15,6 @@ from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from balance.space.conditions.collect import relative_tolerance
 from balance.space.conditions.rank import Conditions
@@ -31,9 +30,8 @@ from balance.support.tolerances import (
 )
 from kinematics.errors import UsageError
 from kinematics.model.arrays import freeze
+from kinematics.numerics.array_types import Array
 from kinematics.wording import number_text, repr_lines
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from balance.motion.verification.shaking_wrench import (
     inertia_loads,
@@ -15,8 +14,7 @@ from balance.motion.verification.shaking_wrench import (
 from balance.motion.verification.trajectory import Trajectory
 from kinematics.closure.joint_positions import input_chain
 from kinematics.model.linkage import Linkage
-
-Array = NDArray[np.float64]
+from kinematics.numerics.array_types import Array
 
 
 class Momentum(NamedTuple):

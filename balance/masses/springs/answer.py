@@ -6,14 +6,13 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from balance.space.spaces.certainty import Certainty
 from balance.support.tolerances import SPRING_TORQUE_LEFT
 from kinematics.model.linkage import Linkage, Notice
+from kinematics.numerics.array_types import Array
 from kinematics.wording import count_noun, html_facts, number_text, repr_lines, vector_text
 
-Array = NDArray[np.float64]
 SCHEMA = "balance.springs/1"
 
 

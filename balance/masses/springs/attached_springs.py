@@ -6,14 +6,12 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from balance.masses.springs.spring_text import SpringEnd, SpringText
 from kinematics.closure.joint_positions import input_chain
 from kinematics.errors import BodyError, LinkageError, UsageError
 from kinematics.model.linkage import GROUND, Linkage, LinkPose
-
-Array = NDArray[np.float64]
+from kinematics.numerics.array_types import Array
 
 
 class AttachedEnd(NamedTuple):

@@ -8,7 +8,6 @@ from math import comb
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from balance.masses.springs.answer import AttachedPoint, Spring, SpringBalance
 from balance.masses.springs.attached_springs import AttachedSpring, attach_springs
@@ -26,10 +25,10 @@ from balance.support.options import GRAVITY
 from balance.support.tolerances import SPRING_ABSENT, SPRING_IN_MIDDLE, SPRING_TORQUE_LEFT
 from kinematics.errors import UsageError
 from kinematics.loading.model_gallery import LinkageLike, as_linkage
+from kinematics.numerics.array_types import Array
 from kinematics.numerics.linalg.ties import first_least, rank_least_first
 from kinematics.wording import size_text
 
-Array = NDArray[np.float64]
 Range = tuple[float, float]
 
 # Most springs, most sets of them, and most choices of stiffnesses of a catalogue.

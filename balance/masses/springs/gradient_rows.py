@@ -20,14 +20,12 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from balance.masses.springs.attached_springs import AttachedEnd, AttachedSpring
 from kinematics.closure.newton import Pose, expand_at
 from kinematics.model.arrays import Chain, Frame
 from kinematics.model.linkage import GROUND, Linkage
-
-Array = NDArray[np.float64]
+from kinematics.numerics.array_types import Array, IntArray
 
 
 class Weights(NamedTuple):
@@ -39,7 +37,7 @@ class Weights(NamedTuple):
         gravity: g times the length of the chain (3,), in its axes.
     """
 
-    links: NDArray[np.int64]
+    links: IntArray
     moments: Array
     gravity: Array
 

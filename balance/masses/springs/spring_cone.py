@@ -13,7 +13,6 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from balance.masses.springs.attached_springs import AttachedSpring
 from balance.space.conditions.rank import Conditions
@@ -22,8 +21,7 @@ from balance.support.tolerances import (
     SPRING_LIMIT_KEPT,
     SPRINGS_UNBOUNDED,
 )
-
-Array = NDArray[np.float64]
+from kinematics.numerics.array_types import Array
 
 # Price of unknowns beside torques, both relative, where several leave as little torque.
 PRICE_OF_SIZE = 1e-5

@@ -7,7 +7,6 @@ from functools import cached_property
 from itertools import islice
 
 import numpy as np
-from numpy.typing import NDArray
 
 from balance.masses.springs.attached_springs import AttachedSpring
 from balance.masses.springs.gradient_rows import Weights, gradient_rows, weights_of
@@ -21,8 +20,7 @@ from kinematics.closure.newton import Pose, forward_kinematics
 from kinematics.errors import LinkageError, PoseError, UnreachedError, UsageError
 from kinematics.model.arrays import Chain
 from kinematics.model.linkage import Linkage
-
-Array = NDArray[np.float64]
+from kinematics.numerics.array_types import Array
 
 # Seeds of the rays that give conditions, and of those that check them.
 CONDITION_RAYS, FRESH_RAYS = 108, 109

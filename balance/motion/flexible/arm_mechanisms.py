@@ -11,7 +11,6 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from balance.motion.flexible.beam_part import Marker, MovingPart, RigidPart
 from balance.motion.flexible.build_beam import BeamModel, BeamOptions, model_beam
@@ -21,8 +20,7 @@ from balance.motion.flexible.mechanism_types import JointDrive, MechanismJoint, 
 from balance.motion.flexible.similarity import Arm
 from balance.motion.flexible.supported_modes import Clamp, EndBody, Support
 from kinematics.errors import LinkageError
-
-Array = NDArray[np.float64]
+from kinematics.numerics.array_types import Array
 
 
 class Block(NamedTuple):

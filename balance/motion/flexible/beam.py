@@ -15,16 +15,13 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from kinematics.errors import LinkageError
+from kinematics.numerics.array_types import Array, IntArray
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_array
 
-
-Array = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 # Four points integrate the mass of cubic shapes exactly.
 GAUSS_POINTS: Array = 0.5 + 0.5 * np.polynomial.legendre.leggauss(4)[0]

@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
 from balance.motion.flexible.beam import (
     GAUSS_POINTS,
@@ -28,8 +27,7 @@ from balance.motion.flexible.supported_modes import (
     condition_rows,
 )
 from kinematics.errors import LinkageError
-
-Array = NDArray[np.float64]
+from kinematics.numerics.array_types import Array
 
 # Three points integrate the square of the slope of a cubic shape exactly.
 SLOPE_POINTS, SLOPE_WEIGHTS = np.polynomial.legendre.leggauss(3)

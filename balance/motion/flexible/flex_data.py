@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from balance.motion.flexible.free_modes import FreeMode
 from balance.motion.flexible.from_linkage import FlexibleLinkage
@@ -15,8 +14,7 @@ from balance.motion.flexible.support_points import STATIC_POINT, SupportPoints
 from balance.motion.flexible.supported_modes import SupportedModes
 from balance.motion.flexible.translators import TranslatorMotion
 from balance.support.csv_text import csv_table
-
-Array = NDArray[np.float64]
+from kinematics.numerics.array_types import Array
 
 SCHEMA = "balance.flex/1"
 

@@ -16,11 +16,9 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
 from kinematics.errors import UsageError
-
-Array = NDArray[np.float64]
+from kinematics.numerics.array_types import Array
 
 MOST_MODES = 500
 # Newton converges quadratically from starts with errors below 0.02.

@@ -7,7 +7,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
 from balance.motion.flexible.beam_part import Marker, MovingPart, RigidPart, combine_markers
 from balance.motion.flexible.build_beam import BeamModel, BeamOptions, model_beam
@@ -21,10 +20,9 @@ from kinematics.errors import BodyError, LinkageError
 from kinematics.model.linkage import GROUND, Linkage
 from kinematics.model.plane import plane_axes
 from kinematics.model.spatial.inertia import inertia_tensor
+from kinematics.numerics.array_types import Array
 from kinematics.numerics.linalg.ties import first_largest
 from kinematics.wording import count_noun
-
-Array = NDArray[np.float64]
 
 SHORT = 1e-9
 """Least distance of the joints of a beam, over the size of the linkage."""

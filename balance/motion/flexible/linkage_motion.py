@@ -15,7 +15,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from balance.motion.flexible.build_beam import BeamOptions
 from balance.motion.flexible.drives import DriveProfile, parse_drive
@@ -28,9 +28,8 @@ from balance.support.options import point_of
 from kinematics.errors import LinkageError
 from kinematics.loading.model_gallery import LinkageLike, as_linkage
 from kinematics.model.linkage import Notice
+from kinematics.numerics.array_types import Array, Flags
 from kinematics.wording import html_facts, number_text, repr_lines, size_text
-
-Array = NDArray[np.float64]
 
 FEWEST_MODES = 6
 DEFAULT_DRIVE = "spin:1,1"
@@ -257,7 +256,7 @@ def _steady_start(mechanism: PlanarMechanism) -> tuple[Array, Array]:
     return p, _rigid_rates(mechanism, 0.0, p, rates)
 
 
-def _elastic(mechanism: PlanarMechanism) -> NDArray[np.bool_]:
+def _elastic(mechanism: PlanarMechanism) -> Flags:
     """Mark the elastic coordinates (n,)."""
     mask = np.zeros(len(mechanism.start), dtype=np.bool_)
     for at in mechanism.slices:

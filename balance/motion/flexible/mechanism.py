@@ -17,7 +17,6 @@ from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from balance.motion.flexible.beam_part import MovingPart
 from balance.motion.flexible.mechanism_types import (
@@ -31,8 +30,7 @@ from balance.motion.flexible.mechanism_types import (
     Shaking,
 )
 from kinematics.errors import LinkageError
-
-Array = NDArray[np.float64]
+from kinematics.numerics.array_types import Array
 
 MOST_NEWTON_STEPS = 30
 ASSEMBLED = 1e-12

@@ -4,13 +4,9 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-import numpy as np
-from numpy.typing import NDArray
-
 from balance.motion.flexible.beam_part import Marker
 from balance.motion.flexible.drives import Profile
-
-Array = NDArray[np.float64]
+from kinematics.numerics.array_types import Array
 
 
 class On(NamedTuple):

@@ -12,14 +12,12 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from balance.motion.flexible.beam import Beam
 from balance.motion.flexible.supported_modes import Clamp, EndBody, supported_modes
 from kinematics.errors import LinkageError
+from kinematics.numerics.array_types import Array
 from kinematics.wording import repr_lines
-
-Array = NDArray[np.float64]
 
 CONDITION_HOLDS = 1e-9
 """Largest relative difference of two sides of a condition that holds."""

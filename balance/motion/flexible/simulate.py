@@ -6,13 +6,11 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from balance.motion.flexible.mechanism import PlanarMechanism
 from kinematics.errors import LinkageError
+from kinematics.numerics.array_types import Array
 from kinematics.numerics.integration import Integration, StalledError
-
-Array = NDArray[np.float64]
 
 DRIFT = 1e-9
 """Residual of constraints, over the size of the mechanism, that is corrected after a step."""

@@ -13,13 +13,11 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from balance.motion.flexible.free_modes import mode_numbers, mode_shape, mode_slope
 from kinematics.errors import LinkageError, UsageError
+from kinematics.numerics.array_types import Array
 from kinematics.wording import count_noun, first_names, repr_lines, size_text
-
-Array = NDArray[np.float64]
 
 MOST_POINTS = 40
 MOST_STEPS = 60

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from balance.motion.flexible.beam import (
     Beam,
@@ -19,10 +18,9 @@ from balance.motion.flexible.beam import (
 )
 from balance.motion.motion_tolerances import MODE_PEAKS_EQUAL, RIGID_MOTION_HELD
 from kinematics.errors import LinkageError
+from kinematics.numerics.array_types import Array
 from kinematics.numerics.linalg.ties import first_largest
 from kinematics.wording import count_noun, first_names, number_text
-
-Array = NDArray[np.float64]
 
 
 class Support(NamedTuple):

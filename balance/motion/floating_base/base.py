@@ -6,15 +6,13 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from balance.space.inertial_parameters.conversions import parameters, to_chain, violations
 from kinematics.errors import UsageError
 from kinematics.model.arrays import Chain
 from kinematics.model.spatial.inertia import spatial_inertias
 from kinematics.model.spatial.screws import skew
-
-Array = NDArray[np.float64]
+from kinematics.numerics.array_types import Array
 
 
 @dataclass(frozen=True)

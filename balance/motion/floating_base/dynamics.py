@@ -18,7 +18,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from balance.motion.floating_base.base import BaseInChain
 from balance.motion.verification.shaking_wrench import mass_parameters
@@ -28,8 +28,7 @@ from kinematics.closure.series import expand_from
 from kinematics.model.arrays import Chain
 from kinematics.model.linkage import Linkage
 from kinematics.model.spatial.inertia import displace_parameters, spatial_inertias
-
-Array = NDArray[np.float64]
+from kinematics.numerics.array_types import Array
 
 # Cyclic permutations of the axes.
 NEXT, LAST = np.array([1, 2, 0]), np.array([2, 0, 1])

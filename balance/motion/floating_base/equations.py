@@ -21,14 +21,12 @@ from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from balance.motion.floating_base.base import BaseInChain
 from balance.motion.floating_base.dynamics import CarriedBodies, MovingBodies, cross_products
 from balance.motion.floating_base.pose_follower import PoseFollower
 from balance.motion.verification.input_paths import InputPath
-
-Array = NDArray[np.float64]
+from kinematics.numerics.array_types import Array
 
 
 @dataclass(frozen=True, eq=False)

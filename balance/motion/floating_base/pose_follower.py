@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from kinematics.closure.joint_positions import joint_positions
 from kinematics.closure.newton import Pose, follow_ray, forward_kinematics
@@ -11,8 +10,7 @@ from kinematics.closure.series import expand_from
 from kinematics.errors import PoseError
 from kinematics.model.arrays import Chain
 from kinematics.model.linkage import Linkage
-
-Array = NDArray[np.float64]
+from kinematics.numerics.array_types import Array
 
 # Order of the series that predicts the next pose.
 PREDICTION_ORDER = 3

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import numpy as np
-from numpy.typing import NDArray
 
 from balance.motion.floating_base.base import BaseInChain
 from balance.motion.floating_base.equations import Drive
@@ -17,9 +16,8 @@ from kinematics.errors import UsageError
 from kinematics.model.arrays import Chain
 from kinematics.model.linkage import Linkage
 from kinematics.model.motion import Motion
+from kinematics.numerics.array_types import Array
 from kinematics.wording import vector_text
-
-Array = NDArray[np.float64]
 
 BASE_VELOCITIES = ("wx", "wy", "wz", "vx", "vy", "vz")
 """Names of the velocities of a base: angular, and of its centre of mass."""

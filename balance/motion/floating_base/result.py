@@ -6,7 +6,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from balance.motion.floating_base.base import FloatingBase
 from balance.motion.floating_base.samples import Samples
@@ -17,9 +16,8 @@ from balance.motion.motion_tolerances import (
 )
 from balance.motion.verification.input_paths import InputPath
 from kinematics.model.linkage import Linkage, Notice
+from kinematics.numerics.array_types import Array
 from kinematics.wording import count_noun, html_facts, repr_lines, size_text
-
-Array = NDArray[np.float64]
 
 FLOATING_BASE_SCHEMA = "balance.floating_base/1"
 # Rotation of a base in space beyond which the moment of a rotational spring is not unique.

@@ -6,13 +6,11 @@ from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from balance.motion.floating_base.dynamics import cross_products
 from balance.motion.floating_base.equations import BaseEquations, BaseState
 from kinematics.model.arrays import Chain, freeze
-
-Array = NDArray[np.float64]
+from kinematics.numerics.array_types import Array
 
 
 class Samples(NamedTuple):

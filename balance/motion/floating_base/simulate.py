@@ -12,7 +12,7 @@ from contextlib import suppress
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from balance.motion.floating_base.base import BaseInChain, FloatingBase
 from balance.motion.floating_base.dynamics import CarriedBodies
@@ -40,10 +40,9 @@ from kinematics.loading.model_gallery import LinkageLike, as_linkage
 from kinematics.model.arrays import Chain, freeze
 from kinematics.model.linkage import GROUND, Linkage, Notice
 from kinematics.model.motion import Motion, motion_of
+from kinematics.numerics.array_types import Array
 from kinematics.numerics.integration import Integration, StalledError
 from kinematics.wording import first_names
-
-Array = NDArray[np.float64]
 
 # Samples of a prescribed motion that show its speed.
 SPEED_SAMPLES = 200

@@ -20,15 +20,14 @@ from math import comb
 from typing import Literal, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from balance.motion.motion_tolerances import CONE_DOUBLE_ROOT, CONE_RESIDUAL, MOMENTUM_NULL
 from balance.motion.paths.rest_equations import RestEquations, RowsAtPose
+from kinematics.numerics.array_types import Array
 from kinematics.numerics.linalg.gauss_newton import Iterate, LeastNorm, gauss_newton
 from kinematics.numerics.linalg.ties import first_basis, first_largest, round_decimals
 from kinematics.numerics.linalg.vectors import distinct_vectors
 
-Array = NDArray[np.float64]
 # Kinds of a pose: regular; several paths cross; they touch, or one folds; none leaves it.
 Kind = Literal["regular", "crossing", "fold", "isolated"]
 

@@ -21,7 +21,6 @@ from functools import partial
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from balance.motion.motion_tolerances import (
     MOMENTUM_NULL,
@@ -36,9 +35,9 @@ from balance.motion.paths.local_curve import LocalArc, solve_local_curve
 from balance.motion.paths.meeting_poses import meeting_pose
 from balance.motion.paths.rest_equations import RestEquations, RowsAtPose
 from kinematics.errors import PoseError
+from kinematics.numerics.array_types import Array
 from kinematics.numerics.integration import Integration, StalledError
 
-Array = NDArray[np.float64]
 Dense = Callable[[float], Array]
 
 # Longest step of the integration: dense output of longer ones is less smooth.

@@ -4,16 +4,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import numpy as np
-from numpy.typing import NDArray
-
 from balance.motion.paths.demand import Demand
 from balance.motion.paths.path import ReactionlessPath
 from kinematics.model.linkage import Linkage, Notice
 from kinematics.model.motion import Motion
+from kinematics.numerics.array_types import Array
 from kinematics.wording import count_noun, repr_lines
 
-Array = NDArray[np.float64]
 SCHEMA = "balance.paths/1"
 
 

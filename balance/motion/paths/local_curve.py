@@ -16,15 +16,13 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.polynomial import chebyshev
-from numpy.typing import NDArray
 
 from balance.motion.motion_tolerances import LOCAL_CURVE_RESIDUAL, LOCAL_CURVE_STEP
 from balance.motion.paths.branches import null_basis
 from balance.motion.paths.rest_equations import RestEquations, RowsAtPose
 from kinematics.errors import PoseError
+from kinematics.numerics.array_types import Array
 from kinematics.numerics.linalg.gauss_newton import Iterate, LeastNorm, gauss_newton, step_grows
-
-Array = NDArray[np.float64]
 
 # Advance to either side, radians and characteristic lengths; halved until the polynomial fits.
 ADVANCES = (0.1, 0.05, 0.025, 0.0125)

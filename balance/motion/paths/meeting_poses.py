@@ -12,13 +12,11 @@ of least norm.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from balance.motion.motion_tolerances import MOMENTUM_NULL
 from balance.motion.paths.rest_equations import RestEquations, RowsAtPose
 from kinematics.errors import PoseError
-
-Array = NDArray[np.float64]
+from kinematics.numerics.array_types import Array
 
 # Most Newton steps, and the longest one, radians and characteristic lengths.
 STEPS = 25

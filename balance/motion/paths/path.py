@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from balance.motion.motion_tolerances import (
     INTEGRAL_DETERMINED,
@@ -21,9 +20,8 @@ from kinematics.closure.newton import forward_kinematics
 from kinematics.loading.model_gallery import LinkageLike, as_linkage
 from kinematics.model.arrays import freeze
 from kinematics.model.linkage import Linkage
+from kinematics.numerics.array_types import Array
 from kinematics.wording import number_text, size_text
-
-Array = NDArray[np.float64]
 
 # Degree of the spline through the samples, as that of a motion read from a table.
 DEGREE = 5

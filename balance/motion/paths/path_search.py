@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from balance.motion.floating_base.base import FloatingBase
 from balance.motion.motion_tolerances import PATH_CONDITIONING
@@ -23,9 +23,8 @@ from kinematics.errors import PoseError, UsageError
 from kinematics.loading.model_gallery import LinkageLike, as_linkage
 from kinematics.model.linkage import Linkage
 from kinematics.model.motion import Motion, motion_of
+from kinematics.numerics.array_types import Array
 from kinematics.wording import number_text
-
-Array = NDArray[np.float64]
 
 # Length of a path to either side of its start, radians and characteristic lengths.
 LENGTH = 1.0

@@ -15,7 +15,6 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from balance.motion.paths.demand import Demand
 from balance.motion.pose.momentum_of_masses import MassedChain
@@ -27,10 +26,9 @@ from kinematics.errors import LinkageError, PoseError
 from kinematics.model.linkage import Linkage
 from kinematics.model.motion import Motion
 from kinematics.model.spatial.screws import skew
+from kinematics.numerics.array_types import Array
 from kinematics.numerics.linalg.pivoted_qr import round_off
 from kinematics.numerics.tolerances import FOLLOWED_POSE_RESIDUAL
-
-Array = NDArray[np.float64]
 
 
 class RowsAtPose(NamedTuple):

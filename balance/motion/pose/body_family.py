@@ -26,7 +26,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from balance.motion.motion_tolerances import MOMENTUM_NULL
 from kinematics.errors import UsageError
@@ -37,11 +37,10 @@ from kinematics.model.spatial.inertia import (
     parameters,
 )
 from kinematics.model.spatial.screws import twist_axis, wrench_axis
+from kinematics.numerics.array_types import Array
 from kinematics.numerics.linalg.ties import first_least
 from kinematics.numerics.linalg.vectors import project_out
 from kinematics.wording import number_text, repr_lines
-
-Array = NDArray[np.float64]
 
 Pitch = Literal["zero", "finite", "infinite"]
 

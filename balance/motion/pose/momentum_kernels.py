@@ -9,7 +9,6 @@ Newton's method (`kinematics.closure.newton_kernels.follow_series`), so that no 
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from balance.space.momentum.regressor import (
     moments_workspace,
@@ -22,8 +21,6 @@ from kinematics.closure.series import series_workspace, spatial_series
 from kinematics.model.arrays import Chain
 from kinematics.model.spatial.displacements import place_links
 from kinematics.numerics.compiled.jit import kernel
-
-Array = NDArray[np.float64]
 
 # Order of the series that predicts the next pose.
 SERIES_ORDER = 3

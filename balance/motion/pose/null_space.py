@@ -18,7 +18,7 @@ from dataclasses import dataclass
 from typing import Literal, get_args
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from balance.motion.motion_tolerances import MOMENTUM_NULL
 from balance.motion.pose.momentum_of_masses import MassedChain
@@ -27,10 +27,9 @@ from kinematics.errors import UsageError
 from kinematics.loading.model_gallery import LinkageLike, as_linkage
 from kinematics.model.arrays import Chain, freeze
 from kinematics.model.spatial.screws import skew
+from kinematics.numerics.array_types import Array
 from kinematics.numerics.linalg.pivoted_qr import round_off
 from kinematics.wording import repr_lines, vector_text
-
-Array = NDArray[np.float64]
 
 Components = Literal["both", "moment", "force"]
 

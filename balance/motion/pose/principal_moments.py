@@ -9,13 +9,12 @@ Fig. 3.2). The right sides of Eqs. 3.29 to 3.31 are printed for ``|ω| = 1``.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from balance.motion.motion_tolerances import MOMENTS_EQUAL
 from kinematics.errors import UsageError
+from kinematics.numerics.array_types import Array
 from kinematics.numerics.linalg.ties import first_least
-
-Array = NDArray[np.float64]
 
 
 def momentum_margins(g: ArrayLike, omega: ArrayLike, xi: ArrayLike) -> Array:

@@ -12,7 +12,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from balance.motion.pose.body_family import BalancingFamily, balancing_family
 from balance.motion.verification.shaking_wrench import mass_parameters
@@ -26,9 +26,8 @@ from kinematics.loading.model_gallery import LinkageLike, as_linkage
 from kinematics.model.arrays import Chain, freeze
 from kinematics.model.chain import path
 from kinematics.model.linkage import Linkage, names_of
+from kinematics.numerics.array_types import Array
 from kinematics.wording import repr_lines
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from balance.motion.motion_tolerances import MOMENTUM_NULL
 from balance.motion.pose.momentum_kernels import fill_cells, pose_workspace
@@ -22,10 +22,8 @@ from kinematics.errors import PoseError, UnreachedError
 from kinematics.loading.model_gallery import LinkageLike, as_linkage
 from kinematics.model.arrays import freeze
 from kinematics.model.linkage import Linkage
+from kinematics.numerics.array_types import Array, Flags, IntArray
 from kinematics.wording import repr_lines
-
-Array = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 # Cells of the grid tried as the first one, nearest to the reference pose first.
 FIRST_CELLS = 50
@@ -84,7 +82,7 @@ class MomentumMap:
         return np.where(self.reached, null.sum(axis=-1), -1)
 
     @property
-    def reached(self) -> NDArray[np.bool_]:
+    def reached(self) -> Flags:
         """Whether each cell is reached (…,)."""
         return np.isfinite(self.scale)
 

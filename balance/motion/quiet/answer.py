@@ -7,7 +7,6 @@ from math import isfinite
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from balance.motion.motion_tolerances import (
     BOUND_REACHED,
@@ -22,9 +21,9 @@ from balance.motion.verification.shaking_wrench import move_wrenches
 from balance.motion.verification.trajectory import Trajectory, drive
 from balance.support.csv_text import csv_table
 from kinematics.model.linkage import Linkage, Notice
+from kinematics.numerics.array_types import Array
 from kinematics.wording import number_text, repr_lines, size_text
 
-Array = NDArray[np.float64]
 SCHEMA = "balance.quiet/1"
 
 # Samples of a table: the fewest, and those with which its spline shows the accelerations.

@@ -14,13 +14,11 @@ such a motion depends on the linkage and on its limits.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from balance.motion.quiet.motion_space import MotionSpace
 from balance.motion.quiet.objective import Measure
 from balance.motion.quiet.sampled_loads import SampledLinkage, SampledPoses
-
-Array = NDArray[np.float64]
+from kinematics.numerics.array_types import Array
 
 # Factors of m d / T².
 LEAST = {"peak": 4.0, "rms": np.sqrt(12.0)}

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from balance.motion.motion_tolerances import (
     QUIET_EXCITED,
@@ -22,9 +21,8 @@ from balance.motion.quiet.problem import nearest_poses
 from balance.motion.quiet.sampled_loads import SampledPoses
 from balance.motion.verification.input_paths import InputPath
 from kinematics.model.linkage import Linkage
+from kinematics.numerics.array_types import Array
 from kinematics.wording import number_text
-
-Array = NDArray[np.float64]
 
 # Names of the laws that a motion is compared with.
 LAWS = "quintic", "trapezoidal"

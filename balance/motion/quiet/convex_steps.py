@@ -21,7 +21,6 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from balance.motion.motion_tolerances import (
     QUIET_STEP_GAIN,
@@ -32,8 +31,7 @@ from balance.motion.quiet.motion_space import MotionSpace
 from balance.motion.quiet.objective import QuietObjective, time_weights
 from balance.motion.quiet.sampled_loads import SampledLinkage, SampledLoads, SampledPoses
 from balance.support.clarabel_adapter import solve_cones
-
-Array = NDArray[np.float64]
+from kinematics.numerics.array_types import Array
 
 # Samples for each interval of the functions.
 PER_INTERVAL = 4

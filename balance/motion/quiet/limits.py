@@ -6,14 +6,13 @@ from collections.abc import Mapping
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from balance.motion.verification.joint_limits import drive_limits, joint_limits
 from kinematics.errors import UsageError
 from kinematics.model.linkage import Linkage
+from kinematics.numerics.array_types import Array
 from kinematics.wording import number_text
 
-Array = NDArray[np.float64]
 Limit = float | Mapping[str, float] | None
 """A limit of all inputs, of inputs by name, or none."""
 

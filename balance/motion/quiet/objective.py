@@ -5,11 +5,9 @@ from __future__ import annotations
 from typing import Literal, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from balance.motion.verification.shaking_wrench import move_wrenches
-
-Array = NDArray[np.float64]
+from kinematics.numerics.array_types import Array
 
 Part = Literal["force", "moment", "both"]
 Measure = Literal["rms", "peak"]

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from balance.motion.motion_tolerances import SHAKING_RELATIVE
 from balance.motion.quiet.convex_steps import QuietProblem
@@ -16,8 +16,8 @@ from balance.motion.quiet.sampled_loads import SampledLinkage, SampledPoses
 from kinematics.closure.joint_positions import joint_positions, values_by_input
 from kinematics.errors import PoseError, UsageError
 from kinematics.model.linkage import Linkage
+from kinematics.numerics.array_types import Array
 
-Array = NDArray[np.float64]
 PoseLike = Mapping[str, float] | ArrayLike
 """Displacements of inputs by name, or of all in order."""
 

@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from balance.motion.motion_tolerances import QUIET_LIMIT_EXCEEDED
 from balance.motion.quiet.answer import QuietMotion
@@ -41,8 +40,6 @@ from balance.motion.quiet.sampled_loads import SampledPoses
 from balance.support.options import GRAVITY
 from kinematics.errors import PoseError
 from kinematics.loading.model_gallery import LinkageLike, as_linkage
-
-Array = NDArray[np.float64]
 
 # Intervals of the spline: of the search from several starts, and of the answer.
 COARSE, FINE = 10, 40

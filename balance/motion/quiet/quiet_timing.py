@@ -20,7 +20,7 @@ from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from balance.motion.motion_tolerances import QUIET_LIMIT_EXCEEDED
 from balance.motion.quiet.answer import QuietMotion
@@ -43,8 +43,7 @@ from balance.support.options import GRAVITY
 from kinematics.errors import PoseError
 from kinematics.loading.model_gallery import LinkageLike, as_linkage
 from kinematics.model.linkage import Linkage
-
-Array = NDArray[np.float64]
+from kinematics.numerics.array_types import Array
 
 # Poses on the path from which those of its motions are found.
 PATH_POSES = 161

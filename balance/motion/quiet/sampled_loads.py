@@ -21,7 +21,6 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from balance.motion.motion_tolerances import DISPLACEMENT_STEP, SAMPLED_LOOPS_CLOSED
 from balance.motion.verification.shaking_wrench import mass_parameters
@@ -31,8 +30,7 @@ from kinematics.model.chain import loop_signs
 from kinematics.model.linkage import Linkage
 from kinematics.model.spatial.inertia import spatial_inertias
 from kinematics.model.spatial.screws import exp, skew
-
-Array = NDArray[np.float64]
+from kinematics.numerics.array_types import Array
 
 # Most steps of Newton's method from a close pose.
 NEWTON_STEPS = 8

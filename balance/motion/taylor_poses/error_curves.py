@@ -12,15 +12,13 @@ from itertools import islice
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from balance.motion.motion_tolerances import LINE_END_RELATIVE
 from balance.motion.taylor_poses.prediction import Predictions, offset_of
 from kinematics.closure.continuation import continue_along
 from kinematics.closure.taylor.monomials import monomial_powers
 from kinematics.closure.taylor.taylor_motion import TaylorMotion
-
-Array = NDArray[np.float64]
+from kinematics.numerics.array_types import Array, Flags
 
 # Most coordinates with a line of their own: more panels do not fit on a page.
 MAX_LINES = 6
@@ -152,7 +150,7 @@ def _path_curves(predictions: Predictions) -> Curves:
     return Curves(title, axis, x, _errors(motion, points, q), estimate, _spans(x, outside))
 
 
-def _spans(x: Array, outside: NDArray[np.bool_]) -> tuple[tuple[float, float], ...]:
+def _spans(x: Array, outside: Flags) -> tuple[tuple[float, float], ...]:
     """Compute the intervals of x in which a condition holds.
 
     They end halfway between samples that fulfil it and samples that do not.

@@ -11,13 +11,14 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from balance.motion.motion_tolerances import RELATION_RESIDUAL
 from kinematics.errors import PoseError, UnreachedError
-from kinematics.model.arrays import IntArray, freeze
+from kinematics.model.arrays import freeze
 from kinematics.model.full_turns import unit_of_joint, wrap_turns
 from kinematics.model.linkage import Notice
+from kinematics.numerics.array_types import Array, IntArray
 from kinematics.numerics.tolerances import POSE_DETERMINED
 from kinematics.wording import count_noun, number_text, repr_lines, size_text, vector_text
 
@@ -25,8 +26,6 @@ if TYPE_CHECKING:
     from kinematics.closure.taylor.taylor_motion import TaylorMotion
     from kinematics.model.linkage import Linkage
 
-
-Array = NDArray[np.float64]
 
 SCHEMA = "balance.motion/1"
 # Largest displacement of an input, SI units: sums of powers of larger ones overflow.

@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
-import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from balance.motion.verification.crank_revolution import crank_of
 from balance.motion.verification.result import Verification, peak_change
@@ -15,8 +14,6 @@ from balance.motion.verification.trajectory import Trajectory
 from balance.support.options import Balance
 from kinematics.model.linkage import Linkage
 from kinematics.model.motion import Motion
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

@@ -16,7 +16,6 @@ from math import degrees, pi
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from balance.motion.motion_tolerances import (
     CONDITIONING_SINGULAR,
@@ -33,11 +32,10 @@ from kinematics.errors import CoordinateError, MotionError, PoseError
 from kinematics.model.arrays import freeze
 from kinematics.model.linkage import Linkage
 from kinematics.model.motion import Motion
+from kinematics.numerics.array_types import Array
 from kinematics.numerics.linalg.ties import first_largest
 from kinematics.numerics.linalg.vectors import project_out
 from kinematics.wording import number_text
-
-Array = NDArray[np.float64]
 
 TURN = 2.0 * pi
 # Steps of a revolution: half a degree each.

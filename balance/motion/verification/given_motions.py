@@ -6,7 +6,7 @@ from dataclasses import replace
 from os import PathLike
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from balance.motion.motion_tolerances import (
     RATE_RESIDUAL_RELATIVE,
@@ -26,9 +26,8 @@ from kinematics.closure.joint_positions import input_chain
 from kinematics.errors import PoseError
 from kinematics.model.linkage import Linkage, Notice
 from kinematics.model.motion import Motion
+from kinematics.numerics.array_types import Array
 from kinematics.wording import number_text
-
-Array = NDArray[np.float64]
 
 # Fewest rows of a table: a spline of degree five needs six.
 FEWEST_ROWS = 6

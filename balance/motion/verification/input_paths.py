@@ -6,9 +6,8 @@ from dataclasses import dataclass
 from typing import Any, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from kinematics.numerics.array_types import Array
 
 # Number of harmonics of random motions.
 HARMONICS = 3

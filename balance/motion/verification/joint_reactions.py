@@ -19,14 +19,12 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from balance.motion.motion_tolerances import PRELOAD_ROUND_OFF
 from balance.motion.verification.shaking_wrench import Loads
 from kinematics.model.arrays import Chain
 from kinematics.model.chain import loop_signs
-
-Array = NDArray[np.float64]
+from kinematics.numerics.array_types import Array, Flags
 
 # Samples at once: the matrices of all of them would fill the memory.
 BLOCK = 64
@@ -52,7 +50,7 @@ class JointReactions(NamedTuple):
     motors: Array
     open: int
     least: Array
-    preloaded: NDArray[np.bool_]
+    preloaded: Flags
 
 
 def joint_reactions(chain: Chain, loads: Loads) -> JointReactions:

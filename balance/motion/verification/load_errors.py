@@ -10,7 +10,6 @@ The last two derivatives are differences of exact loads, since those are linear 
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from balance.motion.motion_tolerances import DISPLACEMENT_STEP
 from balance.motion.verification.shaking_wrench import (
@@ -23,8 +22,7 @@ from kinematics.closure.newton import forward_kinematics
 from kinematics.closure.series import expand_from
 from kinematics.model.arrays import Chain
 from kinematics.model.linkage import Linkage
-
-Array = NDArray[np.float64]
+from kinematics.numerics.array_types import Array
 
 # Moment and force in a wrench.
 PARTS = (slice(0, 3), slice(3, 6))

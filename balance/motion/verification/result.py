@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
 from balance.motion.motion_tolerances import (
     AGREEMENT_RELATIVE,
@@ -20,11 +19,10 @@ from balance.support.change_text import change_text
 from balance.support.options import Balance
 from balance.support.result_files import WithPage, WithPicture
 from kinematics.model.linkage import Linkage, Notice
+from kinematics.numerics.array_types import Array
 from kinematics.numerics.linalg.ties import first_largest
 from kinematics.numerics.tolerances import SIZE_DETERMINED, TIE_RELATIVE
 from kinematics.wording import count_noun, html_facts, outward_text, repr_lines, size_text
-
-Array = NDArray[np.float64]
 
 VERIFY_SCHEMA = "balance.verify/1"
 # Units of shaking loads.

@@ -5,12 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from balance.motion.verification.trajectory import Trajectory
+from kinematics.numerics.array_types import Array, Flags
 from kinematics.wording import repr_lines, size_text
-
-Array = NDArray[np.float64]
 
 # Components of a wrench.
 PARTS = {"force": slice(3, 6), "moment": slice(0, 3)}
@@ -54,7 +52,7 @@ class Run:
     impulse: Array
     bearing: Array
     least_bearing: Array
-    preloaded: NDArray[np.bool_]
+    preloaded: Flags
     drive: Array
     open: int
     errors: Array | None = None

@@ -15,7 +15,7 @@ from collections.abc import Iterator, Mapping
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from balance.motion.motion_tolerances import RATE_RESIDUAL_RELATIVE
 from balance.space.inertial_parameters.conversions import to_chain
@@ -27,8 +27,7 @@ from kinematics.errors import LinkageError, PoseError
 from kinematics.loading.model_gallery import LinkageLike, as_linkage
 from kinematics.model.arrays import Chain, Frame
 from kinematics.model.linkage import Linkage
-
-Array = NDArray[np.float64]
+from kinematics.numerics.array_types import Array
 
 
 class Loads(NamedTuple):

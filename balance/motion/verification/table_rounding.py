@@ -17,9 +17,8 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from kinematics.numerics.array_types import Array
 
 DEGREE = 5
 # Factor of the number of knots from one spline to the next.

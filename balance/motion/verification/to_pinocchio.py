@@ -15,7 +15,7 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from balance.motion.motion_tolerances import CONDITIONING_LEAST, SHAKING_RELATIVE
 from balance.motion.verification.crank_revolution import Crank, revolve_crank
@@ -40,8 +40,7 @@ from kinematics.model.arrays import Chain, freeze
 from kinematics.model.linkage import Joint, Linkage
 from kinematics.model.motion import Motion, motion_of
 from kinematics.model.spatial.inertia import displace_parameters, inertia_tensor
-
-Array = NDArray[np.float64]
+from kinematics.numerics.array_types import Array
 
 # Largest distance of a centre of mass from its joint, metres; the mass counts as zero beyond.
 MAX_CENTRE_DISTANCE = 1e9

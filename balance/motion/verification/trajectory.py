@@ -13,7 +13,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from balance.motion.motion_tolerances import (
     CONDITIONING_LEAST,
@@ -30,9 +30,8 @@ from kinematics.errors import MotionError, PoseError
 from kinematics.model.arrays import Chain, freeze
 from kinematics.model.linkage import Linkage
 from kinematics.model.motion import Motion
+from kinematics.numerics.array_types import Array
 from kinematics.numerics.linalg.skyline_qr import pivots
-
-Array = NDArray[np.float64]
 
 # Order of the series that predicts the next sample.
 PREDICTION_ORDER = 3

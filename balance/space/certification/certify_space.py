@@ -6,7 +6,6 @@ from collections.abc import Iterable
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from balance.space.certification.certified_space import CertifiedSpace, with_certainty
 from balance.space.certification.compare_integers import (
@@ -68,9 +67,8 @@ from kinematics.loading.meant.digits import (
 from kinematics.loading.model_gallery import LinkageLike
 from kinematics.model.chain import extent
 from kinematics.model.linkage import Notice
+from kinematics.numerics.array_types import IntArray
 from kinematics.wording import count_noun, size_text
-
-IntArray = NDArray[np.int64]
 
 # Most rounds of added poses, as long as fresh poses leave momentum.
 MAX_ROUNDS = 3

@@ -17,9 +17,9 @@ from kinematics.closure.assembly.assemble import assemble
 from kinematics.closure.assembly.closed_component import pose_words
 from kinematics.closure.assembly.rereference import rereference
 from kinematics.errors import LinkageError
-from kinematics.model.arrays import Array
 from kinematics.model.chain import arrange_loops
 from kinematics.model.linkage import Linkage, Notice
+from kinematics.numerics.array_types import Array
 from kinematics.numerics.tolerances import NAMED_POSITION
 
 

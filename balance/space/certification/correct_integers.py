@@ -13,7 +13,6 @@ from fractions import Fraction
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from balance.space.conditions.collect import (
     CollectedConditions,
@@ -31,10 +30,9 @@ from balance.space.transfers.compute_transfers import Transfers, serial_transfer
 from balance.support.tolerances import KNOWN_RANK_RELATIVE, UNIT_ROWS_DEPENDENT
 from kinematics.closure.assembly.assemble import moving_chain
 from kinematics.model.arrays import Chain, Frame, freeze
+from kinematics.numerics.array_types import Array
 from kinematics.numerics.linalg.complete_pivoting import eliminate_by_largest
 from kinematics.numerics.linalg.rational import combination, dot
-
-Array = NDArray[np.float64]
 
 
 class Evidence(NamedTuple):

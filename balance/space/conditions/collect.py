@@ -14,7 +14,6 @@ from math import comb
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from balance.space.conditions.order_kernels import (
     EXPANSION_ORDERS,
@@ -30,9 +29,8 @@ from kinematics.closure.continuation import continue_in_directions
 from kinematics.closure.newton import Pose
 from kinematics.errors import MobilityError
 from kinematics.model.arrays import Chain, freeze
+from kinematics.numerics.array_types import Array
 from kinematics.numerics.linalg.pivoted_qr import round_off
-
-Array = NDArray[np.float64]
 
 # Most poses in one batch, and most multiplications, rows times the square of the unknowns, to
 # factor it: seconds. A large linkage has more rows in few poses than it has unknowns; those of

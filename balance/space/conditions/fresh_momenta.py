@@ -5,13 +5,11 @@ from __future__ import annotations
 from itertools import islice
 
 import numpy as np
-from numpy.typing import NDArray
 
 from balance.space.conditions.collect import selected_rows_at
 from kinematics.closure.continuation import continue_along
 from kinematics.model.arrays import Chain
-
-Array = NDArray[np.float64]
+from kinematics.numerics.array_types import Array
 
 # Number of rays along which fresh poses are taken.
 FRESH_RAYS = 2

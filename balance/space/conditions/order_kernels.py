@@ -11,7 +11,6 @@ from math import cos, sqrt
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from balance.space.conditions.rank import Conditions
 from balance.space.momentum.regressor import (
@@ -24,6 +23,7 @@ from kinematics.closure.newton_kernels import follow_series, newton_workspace, r
 from kinematics.closure.series import planar_series, series_workspace, spatial_series
 from kinematics.model.arrays import Chain, freeze
 from kinematics.model.spatial.displacements import place_links
+from kinematics.numerics.array_types import Array, IntArray
 from kinematics.numerics.compiled.jit import kernel
 from kinematics.numerics.compiled.simd import VECTOR_WIDTH
 from kinematics.numerics.linalg.pivoted_qr import (
@@ -35,9 +35,6 @@ from kinematics.numerics.linalg.pivoted_qr import (
     take_factor,
     update_factor,
 )
-
-Array = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 # Highest orders of the expansions of the motion, tried one after the other.
 EXPANSION_ORDERS = (3, 8, 20)
@@ -325,7 +322,7 @@ class RaySeries(NamedTuple):
         radius: radius of convergence, in units of the coordinates.
     """
 
-    rows: NDArray[np.float64]
+    rows: Array
     total: int
     per_ray: int
     width: int

@@ -13,9 +13,9 @@ from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from kinematics.model.arrays import freeze
+from kinematics.numerics.array_types import Array, IntArray
 from kinematics.numerics.linalg.null_space import extend, known_and_null_space
 from kinematics.numerics.linalg.pivoted_qr import (
     rows_follow,
@@ -23,8 +23,6 @@ from kinematics.numerics.linalg.pivoted_qr import (
     updated_factor,
 )
 from kinematics.numerics.tolerances import RANK_MARGIN, RANK_RELATIVE
-
-Array = NDArray[np.float64]
 
 
 class Conditions(NamedTuple):
@@ -46,10 +44,10 @@ class Conditions(NamedTuple):
     """
 
     factor: Array
-    permutation: NDArray[np.int64]
-    columns: NDArray[np.int64]
+    permutation: IntArray
+    columns: IntArray
     known: Array
-    omitted: NDArray[np.int64]
+    omitted: IntArray
     tolerance: float = RANK_RELATIVE
     scale: float = 0.0
     dropped: float = 0.0

@@ -15,7 +15,6 @@ from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
 from balance.space.certification.certified_space import CertifiedSpace
 from balance.space.certification.certify_space import certify
@@ -44,9 +43,8 @@ from kinematics.model.linkage import (
     names_of,
 )
 from kinematics.model.motion import Motion
+from kinematics.numerics.array_types import Array
 from kinematics.wording import repr_lines
-
-Array = NDArray[np.float64]
 
 # Name of the base and of its joints, with signs in front where the file uses it.
 BASE = "free_base"

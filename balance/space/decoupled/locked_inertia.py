@@ -5,14 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from kinematics.closure.joint_positions import joint_positions, si_chain
 from kinematics.closure.newton import forward_kinematics
 from kinematics.loading.model_gallery import LinkageLike, as_linkage
 from kinematics.model.spatial.inertia import displace_parameters, spatial_inertias
-
-Array = NDArray[np.float64]
+from kinematics.numerics.array_types import Array
 
 
 def locked_inertia(

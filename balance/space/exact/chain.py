@@ -16,7 +16,6 @@ from math import gcd, prod
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from balance.space.exact.radicals import square_classes
 from kinematics.closure.assembly.assemble import moving_chain
@@ -25,6 +24,7 @@ from kinematics.files.urdf.rational_screws import Geometry
 from kinematics.model.chain import loop_joints
 from kinematics.model.linkage import Linkage
 from kinematics.model.motion import Motion
+from kinematics.numerics.array_types import Array, IntArray
 from kinematics.numerics.linalg.cyclotomic import FieldNumber
 from kinematics.numerics.linalg.rational import (
     Vector,
@@ -38,7 +38,6 @@ from kinematics.numerics.linalg.rational import (
 from kinematics.numerics.linalg.ties import first_largest
 from kinematics.wording import count_noun
 
-IntArray = NDArray[np.int64]
 Relation = dict[int, Fraction]
 
 
@@ -239,7 +238,7 @@ def _mimics(
 
 
 def _planar_rows_and_parameters(
-    linkage: Linkage, geometry: Geometry, joints: IntArray, normal: NDArray[np.float64]
+    linkage: Linkage, geometry: Geometry, joints: IntArray, normal: Array
 ) -> tuple[tuple[Vector, ...], tuple[Vector, ...]]:
     """Compute rows ``[ξ·n, p·a, p·b]`` and parameters ``[m, mc·a, mc·b, n·E n]`` of a plane.
 
@@ -276,9 +275,7 @@ def _out_of_plane(screw: Vector, n: Vector) -> Fraction:
     return dot(off, off) / (dot(w, w) * square) + dot(w, v) ** 2 / dot(w, w) ** 2
 
 
-def _plane_normal(
-    turning: Sequence[Vector], slides: Sequence[Vector], normal: NDArray[np.float64]
-) -> Vector:
+def _plane_normal(turning: Sequence[Vector], slides: Sequence[Vector], normal: Array) -> Vector:
     """Compute a normal of the plane in which screws move; ``normal`` is the rounded one."""
     if turning:
         n = turning[0][:3]

@@ -7,7 +7,6 @@ from itertools import count, islice
 from math import comb
 
 import numpy as np
-from numpy.typing import NDArray
 
 from balance.space.exact.chain import ExactChain
 from balance.space.exact.modular import Echelon
@@ -18,8 +17,7 @@ from balance.space.exact.modular_series import (
     chain_modulo,
     primes_of,
 )
-
-IntArray = NDArray[np.int64]
+from kinematics.numerics.array_types import IntArray
 
 # Entries of rays are positive integers below this, so that they are the same modulo every
 # prime.

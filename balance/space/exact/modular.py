@@ -9,10 +9,8 @@ room for 2^8 sums in the 53 bits of a double.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
-IntArray = NDArray[np.int64]
+from kinematics.numerics.array_types import Array, IntArray
 
 PRIMES = (1073741789, 1073741783, 1073741741, 1073741723)
 """The largest primes below 2^30."""

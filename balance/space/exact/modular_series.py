@@ -24,16 +24,14 @@ from fractions import Fraction
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from balance.space.exact.chain import ExactChain
 from balance.space.exact.modular import Convolution, eliminate, inverse, product
 from balance.space.exact.radicals import modular_root, primes_with_roots
 from balance.space.momentum.product_tensors import BRACKET, MOMENTUM, RATE
 from kinematics.model.chain import loop_signs, paths
+from kinematics.numerics.array_types import Array, IntArray
 from kinematics.numerics.linalg.cyclotomic import number_remainder
-
-IntArray = NDArray[np.int64]
 
 _BRACKET, _RATE = (x.astype(np.int64).reshape(6, -1) for x in (BRACKET, RATE))
 _MOMENTUM = MOMENTUM.astype(np.int64)
@@ -60,8 +58,8 @@ class Remainders(NamedTuple):
 
     prime: int
     parent: IntArray
-    path_matrix: NDArray[np.float64]
-    loop_signs: NDArray[np.float64]
+    path_matrix: Array
+    loop_signs: Array
     screws: IntArray
     dependent: IntArray
     solver: IntArray
@@ -144,9 +142,7 @@ def primes_of(chain: ExactChain) -> Iterator[int]:
     return primes_with_roots(radicands, chain.conductor)
 
 
-def _loop_matrix(
-    chain: ExactChain, welds: NDArray[np.float64], screws: IntArray, p: int
-) -> IntArray:
+def _loop_matrix(chain: ExactChain, welds: Array, screws: IntArray, p: int) -> IntArray:
     """Assemble the loop matrix (rows, n): six rows for each loop, and then mimic relations."""
     loops = np.swapaxes(welds.astype(np.int64)[:, :, None] * screws, 1, 2) % p
     mimics = _remainders(chain.mimics, len(screws), p)

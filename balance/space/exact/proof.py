@@ -15,12 +15,12 @@ from hashlib import sha256
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from balance.space.exact.chain import ExactChain
 from balance.space.exact.modular import eliminate
 from balance.space.exact.modular_ranks import Witness
 from balance.space.exact.serial import ExactTransfer
+from kinematics.numerics.array_types import IntArray
 from kinematics.numerics.linalg.cyclotomic import number_remainder
 
 FORMAT = "balance.proof/3"
@@ -97,7 +97,7 @@ def independent_transfers(
         chain: the linkage in rational numbers.
     """
     size = len(chain.parameters)
-    A: NDArray[np.int64] = np.zeros((len(transfers), len(chain.links) * size), np.int64)
+    A: IntArray = np.zeros((len(transfers), len(chain.links) * size), np.int64)
     for row, transfer in zip(A, transfers, strict=True):
         for i, x in enumerate(transfer.z):
             value = number_remainder(x, p)

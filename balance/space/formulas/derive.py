@@ -33,6 +33,7 @@ from balance.space.spaces.design_space import DesignSpace
 from balance.support.options import Balance
 from kinematics.errors import ExactError
 from kinematics.loading.model_gallery import LinkageLike
+from kinematics.numerics.array_types import Array
 from kinematics.numerics.linalg.prime_field import PRIMES_OF_61_BITS, echelon_modulo
 
 MAX_UNKNOWNS = 600
@@ -42,7 +43,6 @@ MAX_SOLVED_CHOICES = 300
 SAME_GEOMETRY = 4
 """Number of times that two poses of one geometry are compared."""
 
-Array = NDArray[np.float64]
 
 # Size of a row over the largest, or singular value of unit rows: below this they vanish.
 ROW_VANISHES = 1e-9

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from balance.space.inertial_parameters.conversions import (
     LABELS,
@@ -18,9 +18,8 @@ from kinematics.errors import BodyError
 from kinematics.model.arrays import freeze
 from kinematics.model.plane import plane_axes
 from kinematics.model.spatial.inertia import displace_parameters, inertia_tensor
+from kinematics.numerics.array_types import Array
 from kinematics.wording import number_text, vector_text
-
-Array = NDArray[np.float64]
 
 # Largest coordinate whose square does not overflow; that of its inverse does not underflow.
 LARGEST_COORDINATE = 1e120

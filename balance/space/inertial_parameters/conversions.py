@@ -10,7 +10,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from balance.support.tolerances import PHYSICAL_INEQUALITY
 from kinematics.model.arrays import Frame
@@ -19,9 +19,8 @@ from kinematics.model.spatial.inertia import (
 )
 from kinematics.model.spatial.inertia import parameters as parameters
 from kinematics.model.spatial.inertia import pseudo_inertia as pseudo_inertia
+from kinematics.numerics.array_types import Array
 from kinematics.wording import vector_text
-
-Array = NDArray[np.float64]
 
 LABELS = ("m", "mcx", "mcy", "mcz", "Exx", "Eyy", "Ezz", "Exy", "Exz", "Eyz")
 PLANAR_LABELS = ("m", "mcx", "mcy", "Ezz")

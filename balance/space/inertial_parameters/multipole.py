@@ -11,14 +11,13 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from balance.support.tolerances import ROD_DYADS_SINGULAR
 from kinematics.model.arrays import freeze
 from kinematics.model.spatial.inertia import pseudo_inertia
+from kinematics.numerics.array_types import Array
 from kinematics.wording import count_noun, number_text, vector_text
-
-Array = NDArray[np.float64]
 
 # Nouns for primitives, and units of their values.
 NOUNS = {"mass": "point mass", "displacement": "displacement", "rod": "rod"}

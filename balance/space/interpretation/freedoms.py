@@ -15,7 +15,6 @@ from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from balance.space.inertial_parameters.multipole import NOUNS, Primitive
 from balance.space.interpretation.sparse_basis import SparseSearch
@@ -37,11 +36,10 @@ from balance.support.tolerances import (
 from kinematics.model.arrays import freeze
 from kinematics.model.linkage import Joint
 from kinematics.model.plane import plane_axes
+from kinematics.numerics.array_types import Array
 from kinematics.numerics.linalg.rational import echelon
 from kinematics.numerics.linalg.vectors import distinct_vectors, project_out
 from kinematics.wording import repr_lines
-
-Array = NDArray[np.float64]
 
 NUMBERS = ("no", "a", "two", "three", "four", "five", "six", "seven", "eight", "nine", "ten")
 PLURALS = {

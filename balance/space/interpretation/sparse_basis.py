@@ -10,12 +10,10 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from balance.support.tolerances import SOLUTION_OUTSIDE, SOLUTIONS_EQUAL, TERM_ABSENT
+from kinematics.numerics.array_types import Array
 from kinematics.numerics.linalg.ties import first_largest, rank_least_first
-
-Array = NDArray[np.float64]
 
 # Part by which the cost of the last term is raised, so that the optimum is unique: well above
 # the accuracy of the linear programme, well below differences that matter.

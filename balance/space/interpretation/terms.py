@@ -12,7 +12,6 @@ from itertools import combinations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from balance.space.inertial_parameters.conversions import to_chain
 from balance.space.inertial_parameters.multipole import UNITS, Primitive
@@ -20,10 +19,9 @@ from balance.space.spaces.design_space import DesignSpace
 from balance.support.tolerances import FRACTION_IN_TEXT, GEOMETRY_EQUAL, TERMS_RANK
 from kinematics.model.arrays import Frame
 from kinematics.model.linkage import Joint
+from kinematics.numerics.array_types import Array, Flags
 from kinematics.numerics.linalg import vectors
 from kinematics.wording import number_text
-
-Array = NDArray[np.float64]
 
 # Cost of a term in the search for few terms: along a direction, across it, between two.
 PLAIN, CROSSING, OBLIQUE = 1.0, 1.02, 1.05
@@ -338,7 +336,7 @@ def _distinct_directions(directions: Sequence[_NamedDirection]) -> list[_NamedDi
     return [unit[k] for k in first]
 
 
-def _opposite_or_same(some: Array, vector: Array) -> NDArray[np.bool_]:
+def _opposite_or_same(some: Array, vector: Array) -> Flags:
     """Mark the unit vectors (k, 3) that equal another one (3,), up to sign."""
     apart = np.minimum(abs(some - vector).max(axis=1), abs(some + vector).max(axis=1))
     return np.asarray(apart <= GEOMETRY_EQUAL)

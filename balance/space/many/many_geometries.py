@@ -17,7 +17,7 @@ from types import MappingProxyType
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from balance.space.conditions.collect import collect_conditions
 from balance.space.conditions.order_kernels import (
@@ -50,12 +50,11 @@ from kinematics.loading.model_gallery import LinkageLike, as_linkage
 from kinematics.model.arrays import Chain, Frame, freeze, read_only
 from kinematics.model.linkage import Linkage
 from kinematics.model.spatial.inertia import displace_parameters
+from kinematics.numerics.array_types import Array, IntArray
 from kinematics.numerics.compiled.simd import VECTOR_WIDTH, lanes
 from kinematics.numerics.linalg.lane_pivoted_qr import LaneFactor, factor_lanes
 from kinematics.numerics.linalg.skyline_qr import COUNT, ROWS
 
-Array = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 # Integers, smallest pivots and bases of geometries.
 Results = tuple[IntArray, Array, Array]
 

@@ -5,15 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-import numpy as np
-from numpy.typing import NDArray
-
 from balance.space.inertial_parameters.conversions import from_chain
 from kinematics.model.arrays import Frame
+from kinematics.numerics.array_types import Array, IntArray
 from kinematics.wording import count_noun, first_names, repr_lines
-
-Array = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 
 @dataclass(frozen=True, eq=False)

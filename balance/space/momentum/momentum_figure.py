@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from balance.space.momentum.momentum_lines import (
     ScrewLine,
@@ -21,14 +21,12 @@ from kinematics.errors import PackageError
 from kinematics.loading.model_gallery import LinkageLike, as_linkage
 from kinematics.model.linkage import GROUND, Linkage
 from kinematics.model.motion import Motion
+from kinematics.numerics.array_types import Array
 from kinematics.wording import number_text
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
-
-
-Array = NDArray[np.float64]
 
 
 def screw_figure(

@@ -18,7 +18,7 @@ from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from balance.space.momentum.regressor import momentum_regressor
 from balance.support.tolerances import BODY_AT_REST, LINES_PARALLEL_SINE
@@ -26,10 +26,9 @@ from kinematics.loading.model_gallery import LinkageLike, as_linkage
 from kinematics.model.linkage import Linkage
 from kinematics.model.motion import Motion, motion_of
 from kinematics.model.spatial.screws import wrench_axis
+from kinematics.numerics.array_types import Array
 from kinematics.numerics.linalg.vectors import project_out
 from kinematics.wording import number_text, vector_text
-
-Array = NDArray[np.float64]
 
 
 class ScrewLine(NamedTuple):

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from math import factorial
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from balance.space.momentum.regressor import RegressorSeries
 from kinematics.closure.joint_positions import si_chain
@@ -22,11 +22,10 @@ from kinematics.closure.series import expand
 from kinematics.closure.taylor.monomials import monomial_powers, monomial_table
 from kinematics.closure.taylor.taylor_motion import scaled_chain
 from kinematics.loading.model_gallery import LinkageLike, as_linkage
-from kinematics.model.arrays import IntArray, freeze
+from kinematics.model.arrays import freeze
 from kinematics.model.motion import Motion, motion_of
+from kinematics.numerics.array_types import Array, IntArray
 from kinematics.wording import count_noun, first_names
-
-Array = NDArray[np.float64]
 
 # Number of rays for each monomial of the highest degree.
 RAYS_PER_MONOMIAL = 2

@@ -18,12 +18,10 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from kinematics.model.spatial.inertia import from_pseudo_inertia, pseudo_inertia
 from kinematics.model.spatial.screws import ad, hat
-
-Array = NDArray[np.float64]
+from kinematics.numerics.array_types import Array
 
 
 def _rate_and_momentum() -> tuple[Array, Array]:

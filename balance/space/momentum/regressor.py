@@ -25,7 +25,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from balance.space.momentum.regressor_kernels import planar_regressor, spatial_regressor
 from kinematics.closure.joint_positions import joint_positions, si_chain
@@ -33,15 +33,14 @@ from kinematics.closure.newton import Pose, expand_at, forward_kinematics
 from kinematics.closure.series import Series
 from kinematics.loading.model_gallery import LinkageLike, as_linkage
 from kinematics.model.arrays import Chain
+from kinematics.numerics.array_types import Array, Flags, IntArray
 
-Array = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 # No displacements of links: `start` of a regressor at the reference pose.
 NO_POSE = np.empty((0, 4, 4))
 
 
 def body_regressors(
-    first: int, last: int, start: Array, links: IntArray, moves: NDArray[np.bool_], V: Array,
+    first: int, last: int, start: Array, links: IntArray, moves: Flags, V: Array,
     T: Array, workspace: tuple[Array, Array], X: Array,
 ) -> None:  # fmt: skip
     """Add the rows of orders first … last of the regressor of all bodies to X.
@@ -64,9 +63,7 @@ def body_regressors(
     add(first, last, start, links, moves, V, T, *workspace, x)
 
 
-def regressor_workspace(
-    V: Array, links: IntArray, moves: NDArray[np.bool_]
-) -> tuple[Array, Array]:
+def regressor_workspace(V: Array, links: IntArray, moves: Flags) -> tuple[Array, Array]:
     """Allocate displacements of the bodies, and their rates, for all orders of V.
 
     Args:
@@ -83,7 +80,7 @@ def regressor_workspace(
 
 
 def moments_workspace(
-    V: Array, links: IntArray, moves: NDArray[np.bool_], per: int, size: int
+    V: Array, links: IntArray, moves: Flags, per: int, size: int
 ) -> tuple[Array, Array, Array, Array]:
     """Allocate the `regressor_workspace`, and zeros for the regressor, by bodies and as rows.
 

@@ -10,13 +10,12 @@ from collections.abc import Sequence
 from fractions import Fraction
 
 import numpy as np
-from numpy.typing import NDArray
 
 from balance.space.requirements.requirement import Requirement
 from kinematics.model.arrays import Frame
+from kinematics.numerics.array_types import Array
 from kinematics.numerics.linalg.rational import Vector, cross
 
-Array = NDArray[np.float64]
 _ZERO = (Fraction(0),) * 3
 _AXES = {axis: tuple(Fraction(int(i == j)) for j in range(3)) for i, axis in enumerate("xyz")}
 

@@ -12,15 +12,13 @@ from itertools import count
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from balance.space.conditions.order_kernels import generic_directions
 from balance.space.requirements.requirement import Requirement
 from balance.support.csv_columns import read_columns, refuse_row
 from balance.support.expressions import Expression, ExpressionError, read_expression
 from kinematics.errors import UsageError
-
-Array = NDArray[np.float64]
+from kinematics.numerics.array_types import Array
 
 # Step of the derivative: its square is far below round-off.
 COMPLEX_STEP = 1e-100

@@ -9,7 +9,6 @@ from math import comb
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from balance.space.certification.certify_space import certify
 from balance.space.conditions.collect import (
@@ -58,8 +57,7 @@ from kinematics.model.arrays import Chain
 from kinematics.model.linkage import Linkage
 from kinematics.model.motion import Motion
 from kinematics.model.plane import flatten
-
-Array = NDArray[np.float64]
+from kinematics.numerics.array_types import Array
 
 # Highest orders about the reference pose for some components of the momentum, tried one after
 # the other, and poses each way along a ray that must not add to them.

@@ -13,7 +13,6 @@ from itertools import islice
 from math import comb
 
 import numpy as np
-from numpy.typing import NDArray
 
 from balance.space.conditions.fresh_momenta import momentum_left
 from balance.space.exact.chain import ExactChain, exact_chain
@@ -48,8 +47,6 @@ from kinematics.files.urdf.rational_screws import Geometry, of_lowest_rank
 from kinematics.loading.model_gallery import LinkageLike, as_linkage
 from kinematics.model.linkage import Notice
 from kinematics.wording import size_text
-
-Array = NDArray[np.float64]
 
 # Orders that must add nothing before the rank counts as final, and the last order computed.
 PLATEAU, LAST_ORDER = 3, 33

@@ -7,7 +7,6 @@ from dataclasses import dataclass, field, fields
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
 from balance.space.certification.certified_space import CertifiedSpace
 from balance.space.conditions.collect import relative_tolerance
@@ -18,9 +17,8 @@ from balance.space.spaces.design_space import DesignSpace
 from balance.space.spaces.space_data import RequirementRank
 from balance.space.transfers.compute_transfers import serial_transfers
 from kinematics.model.linkage import Notice, names_of
+from kinematics.numerics.array_types import Array
 from kinematics.wording import count_noun, first_names, html_facts, repr_lines
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

@@ -19,14 +19,12 @@ columns w and components d.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from balance.space.conditions.rank import singular_value_decomposition
 from balance.space.momentum.product_tensors import product_tensors
 from kinematics.closure.series import Series, loop_matrix
 from kinematics.model.arrays import Chain
-
-Array = NDArray[np.float64]
+from kinematics.numerics.array_types import Array
 
 # Number of random sums of all mismatches, which vanish only if every mismatch does.
 RANDOM_SUMS = 4

@@ -11,7 +11,6 @@ from functools import cached_property
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from balance.space.conditions.collect import relative_tolerance
 from balance.space.conditions.rank import Decision
@@ -35,10 +34,9 @@ from balance.support.tolerances import (
 from kinematics.files.urdf.validate_inertias import UNPHYSICAL
 from kinematics.model.arrays import Chain, freeze
 from kinematics.model.linkage import Linkage, Notice
+from kinematics.numerics.array_types import Array
 from kinematics.numerics.tolerances import MARGIN_DETERMINED
 from kinematics.wording import first_names, html_facts, repr_lines, size_text
-
-Array = NDArray[np.float64]
 
 REPORT_SCHEMA = "balance.report/1"
 Verdict = Literal["as_given", "force_alone", "open", "impossible", "undecided"]

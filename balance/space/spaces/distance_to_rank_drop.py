@@ -12,7 +12,6 @@ from collections.abc import Iterator
 from math import comb
 
 import numpy as np
-from numpy.typing import NDArray
 
 from balance.space.conditions.rank import singular_value_decomposition
 from balance.space.momentum.regressor import (
@@ -27,8 +26,7 @@ from kinematics.closure.newton import radius_of_convergence
 from kinematics.closure.series import expand
 from kinematics.model.arrays import Chain
 from kinematics.model.linkage import Linkage
-
-Array = NDArray[np.float64]
+from kinematics.numerics.array_types import Array
 
 # Largest rows times squared columns of the conditions, which take a few seconds.
 MAX_DECOMPOSITION_WORK = 3e9

@@ -10,7 +10,6 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from balance.space.conditions.collect import ray_count, relative_tolerance
 from balance.space.conditions.order_kernels import (
@@ -35,8 +34,6 @@ from kinematics.model.arrays import Chain, freeze
 from kinematics.numerics.compiled.jit import kernel
 from kinematics.numerics.linalg.null_space import put_solutions
 from kinematics.numerics.linalg.pivoted_qr import factor_workspace, refactor
-
-Array = NDArray[np.float64]
 
 
 def _first_orders_kernel(dim):

@@ -15,7 +15,6 @@ from pathlib import Path
 from typing import Any, get_args
 
 import numpy as np
-from numpy.typing import NDArray
 
 from balance.space.spaces.design_space import DesignSpace
 from balance.space.spaces.space_data import Order, SpaceData
@@ -26,9 +25,8 @@ from kinematics.errors import FileError
 from kinematics.model.arrays import freeze
 from kinematics.model.linkage import Notice
 from kinematics.model.motion import Motion
+from kinematics.numerics.array_types import Array
 from kinematics.wording import first_names, repr_lines
-
-Array = NDArray[np.float64]
 
 FORMAT = "balance.space/2"
 # Largest size of an unpacked file in bytes; larger ones are refused.

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from balance.space.inertial_parameters.body_inertia import (
     BodyInertia,
@@ -19,9 +19,8 @@ from balance.support.options import Balance
 from balance.support.tolerances import SPACES_EQUAL_SINE
 from kinematics.model.linkage import Notice
 from kinematics.model.motion import Motion
+from kinematics.numerics.array_types import Array
 from kinematics.wording import count_noun
-
-Array = NDArray[np.float64]
 
 COMPARED = "balance planar bodies inputs rank nullity serial_nullity kmax".split()
 

@@ -5,14 +5,12 @@ from __future__ import annotations
 from dataclasses import fields, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from balance.space.conditions.collect import relative_tolerance
 from balance.space.conditions.rank import Conditions
 from balance.space.spaces.design_space import DesignSpace
 from balance.space.spaces.space_data import Order
-
-Array = NDArray[np.float64]
+from kinematics.numerics.array_types import Array
 
 
 def subspace(

@@ -5,17 +5,14 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from balance.space.inertial_parameters.conversions import from_chain
 from balance.space.transfers.compute_transfers import Transfers
 from balance.support.tolerances import TRANSFER_ENTRY_ROUND_OFF
 from kinematics.model.arrays import Chain, freeze
 from kinematics.model.linkage import Linkage, names_of
+from kinematics.numerics.array_types import Array, IntArray
 from kinematics.wording import first_names
-
-Array = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 
 class Transfer(NamedTuple):

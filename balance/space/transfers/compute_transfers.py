@@ -14,7 +14,6 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from balance.space.momentum.regressor import parameters_per_body, rows_per_column
 from balance.space.transfers.joint_kernels import (
@@ -28,11 +27,9 @@ from balance.space.transfers.joint_kernels import (
 )
 from balance.space.transfers.rigid_parts import find_cluster, number_rigid_parts
 from kinematics.model.arrays import Chain
+from kinematics.numerics.array_types import Array, IntArray
 from kinematics.numerics.compiled.jit import kernel
 from kinematics.numerics.tolerances import RANK_RELATIVE
-
-Array = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 
 @kernel(reference_counting=False)

@@ -22,15 +22,12 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from balance.support.tolerances import TRANSFER_DIRECTION_EQUAL
 from kinematics.closure.series import add_bracket
+from kinematics.numerics.array_types import Array, IntArray
 from kinematics.numerics.compiled.jit import kernel
 from kinematics.numerics.linalg.null_space import null_space
-
-Array = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 
 @kernel(inline=True, reference_counting=False)

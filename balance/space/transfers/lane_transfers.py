@@ -10,16 +10,15 @@ a search, geometry by geometry.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from balance.space.momentum.regressor import parameters_per_body
 from balance.space.transfers.compute_transfers import serial_transfers
 from balance.space.transfers.rigid_parts import number_rigid_parts
 from kinematics.model.arrays import Chain
+from kinematics.numerics.array_types import IntArray
 from kinematics.numerics.compiled.jit import kernel
 from kinematics.numerics.compiled.simd import broadcast, load_vector, square_root, store_vector
 
-IntArray = NDArray[np.int64]
 # Kinds of transfers: parameter 1, 2 or 3 alone; a point mass; a displacement along the joint.
 POINT_MASS, DISPLACEMENT = 0, 4
 

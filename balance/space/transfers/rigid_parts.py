@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from kinematics.model.arrays import Chain, IntArray, freeze
+from kinematics.model.arrays import Chain, freeze
+from kinematics.numerics.array_types import IntArray
 from kinematics.numerics.compiled.jit import kernel
 
 

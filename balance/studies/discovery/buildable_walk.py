@@ -23,7 +23,6 @@ from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from balance.masses.designs.pseudo_inertia_cone import Cone
 from balance.space.inertial_parameters.conversions import pseudo_inertia
@@ -42,9 +41,7 @@ from balance.studies.discovery.walk import (
     take_conditions,
 )
 from balance.support.clarabel_adapter import ConstraintBlock, solve_conic
-
-Array = NDArray[np.float64]
-IntArray = NDArray[np.int64]
+from kinematics.numerics.array_types import Array, IntArray
 
 # A walk has arrived if the momentum of the best masses falls below this, and is polished then.
 NEAR = 1e-6

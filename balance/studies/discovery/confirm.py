@@ -9,7 +9,6 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from balance.studies.discovery.families import Family
 from balance.studies.discovery.judge import judge_geometries
@@ -21,8 +20,7 @@ from balance.studies.discovery.quantities import (
 )
 from balance.studies.discovery.relations import HOLDS, GeometryRelation, gradients, residuals
 from balance.studies.discovery.structure import LaneGeometry, TopologyArrays
-
-Array = NDArray[np.float64]
+from kinematics.numerics.array_types import Array, Flags
 
 MOVES, MOVE, NEWTON_STEPS = 6, 0.12, 6
 CLOSE = 1e-13
@@ -75,7 +73,7 @@ def _holds(
     family: Family,
     geometry: LaneGeometry,
     relations: list[GeometryRelation],
-) -> NDArray[np.bool_]:
+) -> Flags:
     """Tell which geometries fulfil all relations of a member, the implied ones too."""
     values = measure_quantities(
         quantities_of(family.topology), site_geometry(structure, geometry)
@@ -89,7 +87,7 @@ def _project(
     family: Family,
     geometry: LaneGeometry,
     relations: list[GeometryRelation],
-) -> tuple[LaneGeometry, NDArray[np.bool_]]:
+) -> tuple[LaneGeometry, Flags]:
     """Return to the relations by the shortest steps, and tell which lanes arrived."""
     quantities = quantities_of(family.topology)
 

@@ -16,7 +16,6 @@ from math import lcm
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from balance.masses.designs.best_design import Design, design
 from balance.masses.designs.feasibility import feasible
@@ -42,9 +41,9 @@ from kinematics.errors import LinkageError
 from kinematics.loading.model_gallery import load
 from kinematics.model.document.element import Document
 from kinematics.model.linkage import Linkage
+from kinematics.numerics.array_types import Array
 from kinematics.numerics.linalg.ties import rank_least_first
 
-Array = NDArray[np.float64]
 Point = tuple[Fraction, Fraction]
 
 # Members found by walks and random ones that are tried for masses, and rational ones next to

@@ -9,9 +9,6 @@ from collections import defaultdict
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-import numpy as np
-from numpy.typing import NDArray
-
 from balance.studies.discovery.quantities import (
     InvariantQuantity,
     joint_pairs,
@@ -29,7 +26,6 @@ from balance.studies.discovery.relations import (
 from balance.studies.discovery.structure import LaneGeometry, TopologyArrays
 from balance.studies.discovery.topologies import Topology
 
-Array = NDArray[np.float64]
 Key = tuple[int, int, tuple[tuple[object, ...], ...]]
 
 # Kinds that are the same up to the orientation of a link or loop.

@@ -5,15 +5,13 @@ from __future__ import annotations
 from itertools import groupby, permutations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from balance.studies.discovery.structure import LaneGeometry
 from balance.studies.discovery.topologies import TOPOLOGIES, Edge, Topology, edge_list
 from kinematics.errors import UsageError
 from kinematics.model.linkage import GROUND, Joint, Linkage
+from kinematics.numerics.array_types import Array, IntArray
 from kinematics.numerics.linalg.ties import first_least
-
-Array = NDArray[np.float64]
 
 # Sines and relative distances up to which axes are parallel, or meet.
 ALIGNED = 1e-6
@@ -58,7 +56,7 @@ def from_linkage(linkage: Linkage) -> tuple[Topology, LaneGeometry]:
     return topology, structure.normalise(geometry)
 
 
-def _axis(axes: Array, joint: int, origin: NDArray[np.int64]) -> Array:
+def _axis(axes: Array, joint: int, origin: IntArray) -> Array:
     """Select the axis of a joint among those of its joint of the graph."""
     return np.asarray(axes[int(np.sum(origin[:joint] == origin[joint]))])
 

@@ -15,7 +15,6 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from balance.studies.discovery.buildable_walk import margins, walk_to_buildable
 from balance.studies.discovery.judge import judge_geometries
@@ -32,10 +31,8 @@ from balance.studies.discovery.walk import (
 )
 from balance.studies.runs.chunk_job import Column, chunk_size
 from kinematics.errors import UsageError
+from kinematics.numerics.array_types import Array, Flags, IntArray
 from kinematics.version import __version__
-
-IntArray = NDArray[np.int64]
-Array = NDArray[np.float64]
 
 CHUNK_ROWS = 50
 # Random geometries by which the nullity of most geometries is found.
@@ -260,7 +257,7 @@ def geometry_of_text(text: str, structure: TopologyArrays | None = None) -> Lane
     return LaneGeometry(points[None], axes[None])
 
 
-def motion_splits(structure: TopologyArrays, geometry: LaneGeometry) -> NDArray[np.bool_]:
+def motion_splits(structure: TopologyArrays, geometry: LaneGeometry) -> Flags:
     """Tell which linkages have more freedoms than generic ones, at all poses around."""
     n = len(structure.parent)
     screws = structure.screws(geometry)

@@ -5,7 +5,6 @@ from __future__ import annotations
 from itertools import combinations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from balance.studies.discovery.polish import far_conditions
 from balance.studies.discovery.quantities import (
@@ -16,8 +15,7 @@ from balance.studies.discovery.quantities import (
 from balance.studies.discovery.structure import LaneGeometry, TopologyArrays
 from balance.studies.discovery.topologies import Topology
 from balance.studies.discovery.walk import LaneConditions
-
-Array = NDArray[np.float64]
+from kinematics.numerics.array_types import Array
 
 # Shortest link, and shortest distance of joints that do not coincide, over the size (the root
 # mean square of the joints' distances from their mean is 1).

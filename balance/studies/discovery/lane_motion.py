@@ -18,11 +18,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from balance.studies.discovery.structure import LaneGeometry, TopologyArrays
-
-Array = NDArray[np.float64]
+from kinematics.numerics.array_types import Array, Flags, IntArray
 
 # Newton steps at each pose; the step between poses is short.
 NEWTON_STEPS = 3
@@ -60,7 +58,7 @@ class Poses:
     carried: Array
     S: Array
     gaps: Array
-    crossed: NDArray[np.bool_]
+    crossed: Flags
 
 
 def _displace(structure: TopologyArrays, screws: Array, q: Array) -> tuple[Array, Array, Array]:
@@ -304,7 +302,7 @@ def _twist_rates(structure: TopologyArrays, poses: Poses, eta: Array, twists: Ar
 
 def freedoms(
     structure: TopologyArrays, screws: Array, q: Array, step: Array
-) -> tuple[Array, NDArray[np.int64]]:
+) -> tuple[Array, IntArray]:
     """Step along the part of a direction in which the loops can move, and count freedoms there.
 
     Args:

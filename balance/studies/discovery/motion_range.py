@@ -13,14 +13,12 @@ from dataclasses import dataclass
 from string import ascii_uppercase
 
 import numpy as np
-from numpy.typing import NDArray
 
 from balance.studies.discovery.lane_motion import follow_curves
 from balance.studies.discovery.structure import LaneGeometry, TopologyArrays
 from balance.studies.discovery.topologies import Topology
+from kinematics.numerics.array_types import Array
 from kinematics.numerics.linalg.ties import first_largest
-
-Array = NDArray[np.float64]
 
 # Way of the fastest joint each way, radians, and poses on it: 0.02 rad apart.
 WAY, POSES = 6.0 * np.pi, 960

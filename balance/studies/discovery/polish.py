@@ -11,7 +11,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from balance.studies.discovery.lane_motion import momentum_rates
 from balance.studies.discovery.structure import LaneGeometry, TopologyArrays
@@ -21,10 +20,7 @@ from balance.studies.discovery.walk import (
     put_conditions,
     take_conditions,
 )
-
-Array = NDArray[np.float64]
-IntArray = NDArray[np.int64]
-Flags = NDArray[np.bool_]
+from kinematics.numerics.array_types import Array, Flags, IntArray
 
 # Way of the fastest joint, and poses on each curve.
 FAR, FAR_POSES, FAR_POSES_OF_MANY = 1.2, 14, 5

@@ -12,12 +12,10 @@ from string import ascii_uppercase
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from balance.studies.discovery.structure import LaneGeometry, TopologyArrays
 from balance.studies.discovery.topologies import Topology
-
-Array = NDArray[np.float64]
+from kinematics.numerics.array_types import Array
 
 
 class InvariantQuantity(NamedTuple):

@@ -13,7 +13,6 @@ from itertools import combinations, combinations_with_replacement
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from balance.studies.discovery.quantities import (
     InvariantQuantity,
@@ -21,8 +20,7 @@ from balance.studies.discovery.quantities import (
     site_geometry,
 )
 from balance.studies.discovery.structure import LaneGeometry, TopologyArrays
-
-Array = NDArray[np.float64]
+from kinematics.numerics.array_types import Array
 
 # Residual up to which a relation holds at a polished geometry.
 HOLDS = 1e-8

@@ -12,13 +12,10 @@ from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from balance.space.momentum.product_tensors import Tensors, product_tensors
 from kinematics.model.spatial.screws import Ad, ad, exp, vee
-
-Array = NDArray[np.float64]
-IntArray = NDArray[np.int64]
+from kinematics.numerics.array_types import Array, Flags, IntArray
 
 
 class LaneGeometry(NamedTuple):
@@ -32,7 +29,7 @@ class LaneGeometry(NamedTuple):
     points: Array
     axes: Array
 
-    def take(self, lanes: IntArray | NDArray[np.bool_] | slice) -> LaneGeometry:
+    def take(self, lanes: IntArray | Flags | slice) -> LaneGeometry:
         """Select lanes by indices or flags."""
         return LaneGeometry(self.points[lanes], self.axes[lanes])
 
@@ -64,7 +61,7 @@ class TopologyArrays:
 
     planar: bool
     spherical: bool
-    sliding: NDArray[np.bool_]
+    sliding: Flags
     parent: IntArray
     ends: IntArray
     relations: Array
@@ -80,7 +77,7 @@ class TopologyArrays:
         return PLANE if self.planar else SPACE
 
     @cached_property
-    def free_axes(self) -> NDArray[np.bool_]:
+    def free_axes(self) -> Flags:
         """Joints whose directions are no property of the linkage, as in a spherical joint."""
         counts = np.bincount(self.origin)
         return np.asarray(counts[self.origin] == 3)

@@ -12,12 +12,11 @@ from dataclasses import dataclass
 from itertools import combinations, permutations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from balance.studies.discovery.structure import TopologyArrays
 from kinematics.errors import UsageError
+from kinematics.numerics.array_types import Array
 
-Array = NDArray[np.float64]
 Edge = tuple[str, int, int]
 
 # Most links of a topology from a list of edges.

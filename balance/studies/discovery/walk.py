@@ -19,7 +19,6 @@ from dataclasses import dataclass, fields
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
 from balance.studies.discovery.lane_motion import (
     Poses,
@@ -28,9 +27,8 @@ from balance.studies.discovery.lane_motion import (
     momentum_rates,
 )
 from balance.studies.discovery.structure import LaneGeometry, TopologyArrays
+from kinematics.numerics.array_types import Array, Flags, IntArray
 
-Array = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 Watcher = Callable[[IntArray, LaneGeometry, Array], None]
 
 # Way of the fastest joint and number of poses on each curve.
@@ -60,7 +58,7 @@ class LaneConditions:
     U: Array
     values: Array
     Vt: Array
-    usable: NDArray[np.bool_]
+    usable: Flags
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,7 +75,7 @@ class Walks:
     geometry: LaneGeometry
     ratio: Array
     steps: IntArray
-    arrived: NDArray[np.bool_]
+    arrived: Flags
 
 
 def conditions_at(
@@ -98,7 +96,7 @@ def conditions_at(
     return LaneConditions(curves, U, values, Vt, usable)
 
 
-def _decompose(M: Array, usable: NDArray[np.bool_]) -> tuple[Array, Array, Array]:
+def _decompose(M: Array, usable: Flags) -> tuple[Array, Array, Array]:
     """Compute singular values; a lane whose iteration does not converge becomes unusable."""
     try:
         return np.linalg.svd(M, full_matrices=False)
@@ -275,9 +273,7 @@ def descend(
     return Walks(geometry, ratio, steps, ratio <= arrived)
 
 
-def take_conditions(
-    conditions: LaneConditions, lanes: IntArray | NDArray[np.bool_]
-) -> LaneConditions:
+def take_conditions(conditions: LaneConditions, lanes: IntArray | Flags) -> LaneConditions:
     """Select lanes.
 
     Args:

@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from balance.studies.discovery.families import relations_of
 from balance.studies.discovery.job import DiscoveryJob, geometry_of_text
@@ -15,9 +14,7 @@ from balance.studies.discovery.structure import LaneGeometry
 from balance.studies.discovery.walk import conditions_at
 from balance.studies.runs.chunk_job import chunk_size
 from kinematics.errors import UsageError
-
-Array = NDArray[np.float64]
-IntArray = NDArray[np.int64]
+from kinematics.numerics.array_types import Array, IntArray
 
 
 @dataclass(frozen=True, eq=False)

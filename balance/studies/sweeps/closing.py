@@ -14,7 +14,6 @@ from collections.abc import Callable, Mapping
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from balance.motion.motion_tolerances import (
     SWEEP_BRANCH_DISTANCE,
@@ -29,10 +28,9 @@ from kinematics.closure.joint_positions import input_chain
 from kinematics.model.arrays import freeze
 from kinematics.model.chain import loop_signs
 from kinematics.model.linkage import Linkage
+from kinematics.numerics.array_types import Array, Flags, IntArray
 
-Array = NDArray[np.float64]
-Between = Callable[[NDArray[np.int64], Array], Mapping[str, Array]]
-Flags = NDArray[np.bool_]
+Between = Callable[[IntArray, Array], Mapping[str, Array]]
 
 # Most Newton steps, and the shortest step of λ.
 NEWTON_STEPS, SHORTEST = 12, 1.0 / 64.0
@@ -50,7 +48,7 @@ class ClosedGeometries(NamedTuple):
         placed: the geometries before their loops were closed.
     """
 
-    closed: NDArray[np.int64]
+    closed: IntArray
     screws: Array
     q: Array
     H: Array
@@ -108,7 +106,7 @@ class Closer:
         )
 
     def _follow(
-        self, between: Between, rows: NDArray[np.int64], joints: NDArray[np.int64], q: Array,
+        self, between: Between, rows: IntArray, joints: IntArray, q: Array,
         share: Array,
     ) -> None:  # fmt: skip
         """Follow rows from where they are to their own parameters, as far as loops close."""
@@ -124,7 +122,7 @@ class Closer:
             rows = rows[(share[rows] < 1.0) & (step[rows] >= SHORTEST)]
 
     def _newton(
-        self, placed: OpenGeometries, start: Array, joints: NDArray[np.int64]
+        self, placed: OpenGeometries, start: Array, joints: IntArray
     ) -> tuple[Array, Flags]:
         """Close loops by Newton's method; return joint positions, and where it did."""
         q, good = start.copy(), np.zeros(len(start), dtype=np.bool_)

@@ -8,13 +8,11 @@ entries of ``Jᵀ J`` are ``(Σ_l σ_la σ_lc) s_a · s_c``, and those of mimic 
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from kinematics.closure.newton_kernels import fill_loop_mismatch
 from kinematics.model.spatial.displacements import place_links
+from kinematics.numerics.array_types import Array
 from kinematics.numerics.compiled.jit import kernel
-
-Array = NDArray[np.float64]
 
 
 @kernel(reference_counting=False)

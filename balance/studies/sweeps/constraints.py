@@ -29,8 +29,7 @@ from kinematics.errors import FileError
 from kinematics.model.arrays import freeze
 from kinematics.model.chain import arrange_loops, loop_signs, path
 from kinematics.model.linkage import Linkage, names_of
-
-Array = NDArray[np.float64]
+from kinematics.numerics.array_types import Array, Flags, IntArray
 
 KNOWN = ("assembles", "conditions", "grashof", "reach", "transmission")
 ASSEMBLIES = ("anywhere", "here")
@@ -287,13 +286,13 @@ class _FourBar(NamedTuple):
         return np.sqrt(np.sum(spans**2, axis=-1))
 
     @staticmethod
-    def is_grashof(lengths: Array) -> NDArray[np.bool_]:
+    def is_grashof(lengths: Array) -> Flags:
         """Whether some link can turn fully: shortest and longest are at most the other two."""
         ends = lengths.min(axis=1) + lengths.max(axis=1)
         return np.asarray(2.0 * ends <= lengths.sum(axis=1))
 
     @staticmethod
-    def turns_fully(lengths: Array) -> NDArray[np.bool_]:
+    def turns_fully(lengths: Array) -> Flags:
         """Whether the driven joint turns fully: the shortest link is at it, by Grashof."""
         at_joint = np.minimum(lengths[:, 0], lengths[:, 3]) <= lengths.min(axis=1)
         return _FourBar.is_grashof(lengths) & at_joint
@@ -339,9 +338,9 @@ class _Reach:
         self._workspace = closing_workspace(n + 3, len(ends), len(mimics))
 
     def reaches(
-        self, closed: ClosedGeometries, rows: NDArray[np.int64], points: Array,
+        self, closed: ClosedGeometries, rows: IntArray, points: Array,
         target: Sequence[float],
-    ) -> NDArray[np.bool_]:  # fmt: skip
+    ) -> Flags:  # fmt: skip
         """Decide which geometries bring their points of the link to a target.
 
         Args:
@@ -369,7 +368,7 @@ class _Reach:
         given = np.concatenate([screws[rows], added], axis=1), gaps[rows]
         return self._follow(given, here, start, goal, welds, q)
 
-    def _starts(self, closed: ClosedGeometries, rows: NDArray[np.int64], here: Array) -> Array:
+    def _starts(self, closed: ClosedGeometries, rows: IntArray, here: Array) -> Array:
         """Compute where the point is at the closed poses (rows, 3), in units of the chain."""
         frame = self._closer.chain.frame
         H = closed.H[rows, self._place.link]
@@ -380,7 +379,7 @@ class _Reach:
     def _follow(
         self, given: tuple[Array, Array], here: Array, start: Array, goal: Array, welds: Array,
         q: Array,
-    ) -> NDArray[np.bool_]:  # fmt: skip
+    ) -> Flags:  # fmt: skip
         """Follow the straight line from the start of each row to the goal."""
         share, step = np.zeros(len(q)), np.ones(len(q))
         limits = (

@@ -8,7 +8,6 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from balance.space.spaces.compute_space import design_space
 from balance.space.spaces.design_space import DesignSpace
@@ -20,8 +19,7 @@ from kinematics.files.urdf.robot_tree import describe_robot
 from kinematics.model.arrays import freeze
 from kinematics.model.linkage import Body, Linkage, LinkPose
 from kinematics.model.spatial.inertia import displace_parameters
-
-Array = NDArray[np.float64]
+from kinematics.numerics.array_types import Array
 
 
 def link_inertias(linkage: Linkage) -> dict[str, Array]:

@@ -21,9 +21,9 @@ from balance.studies.sweeps.quantities import RANK_DROP, quantity_columns
 from balance.studies.sweeps.row_quantities import QUANTITIES
 from balance.studies.sweeps.study_data import StudyData
 from kinematics.errors import FileError, LinkageError
+from kinematics.numerics.array_types import Array, Flags
 from kinematics.version import __version__
 
-Array = NDArray[np.float64]
 Texts = NDArray[np.object_]
 
 OPEN = "its loops do not close"
@@ -197,7 +197,7 @@ def _generic_rank(plan: Plan) -> int:
 
 def _by_row(
     plan: Plan, given: dict[str, Array], closed: ClosedGeometries, name: str,
-    chosen: NDArray[np.bool_], reasons: Texts, geometries: dict[int, SweptGeometry],
+    chosen: Flags, reasons: Texts, geometries: dict[int, SweptGeometry],
 ) -> dict[str, Any]:  # fmt: skip
     """Compute a quantity of the chosen rows; a reason is noted where it has no value."""
     study, quantity = plan.study, QUANTITIES[name]

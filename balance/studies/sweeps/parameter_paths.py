@@ -11,7 +11,6 @@ from collections.abc import Iterator, Mapping
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from kinematics.error_text import closest_names
 from kinematics.errors import UsageError
@@ -19,8 +18,7 @@ from kinematics.files.urdf.loop_joints import unit_vector
 from kinematics.files.urdf.robot_tree import Inertial, describe_robot, pose_matrix
 from kinematics.model.document.element import Element
 from kinematics.model.linkage import UnassembledLinkage
-
-Array = NDArray[np.float64]
+from kinematics.numerics.array_types import Array
 
 COMPONENTS = ("x", "y", "z", "roll", "pitch", "yaw")
 SIDES = ("predecessor", "successor")

@@ -17,15 +17,13 @@ from collections.abc import Mapping
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from balance.studies.sweeps.parameter_paths import NumberPlace, Sites
 from kinematics.files.urdf.robot_tree import rotation_of_angles
 from kinematics.model.document.joint_types import coordinate_names
 from kinematics.model.linkage import Linkage
 from kinematics.model.spatial.screws import skew
-
-Array = NDArray[np.float64]
+from kinematics.numerics.array_types import Array
 
 
 class OpenGeometries(NamedTuple):

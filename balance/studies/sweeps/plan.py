@@ -7,7 +7,6 @@ from functools import cached_property
 from graphlib import CycleError, TopologicalSorter
 
 import numpy as np
-from numpy.typing import NDArray
 
 from balance.space.inertial_parameters.conversions import violations
 from balance.studies.sweeps.closing import ClosedGeometries, Closer
@@ -23,8 +22,7 @@ from balance.support.expressions import Expression, ExpressionError, read_expres
 from kinematics.error_text import clean, closest_names
 from kinematics.errors import FileError, LinkageError
 from kinematics.model.spatial.inertia import parameters
-
-Array = NDArray[np.float64]
+from kinematics.numerics.array_types import Array, IntArray
 
 
 class Plan:
@@ -123,7 +121,7 @@ class Plan:
         nominal = self.closer.placer.nominal
         paths = list(nominal)
 
-        def between(rows: NDArray[np.int64], share: Array) -> dict[str, Array]:
+        def between(rows: IntArray, share: Array) -> dict[str, Array]:
             there = {
                 name: np.where(
                     share == 1.0, value[rows],

@@ -19,9 +19,8 @@ from math import lcm
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from kinematics.numerics.array_types import Array, IntArray
 
 SAMPLED = ("uniform", "normal", "sobol")
 """Kinds of samples."""
@@ -191,7 +190,7 @@ def range_values(
     return {name: values[name] for name in ranges}
 
 
-def _at_index(each: Range, index: NDArray[np.int64]) -> Array:
+def _at_index(each: Range, index: IntArray) -> Array:
     """Compute the values of a grid or a list by their numbers."""
     if each.kind == "list":
         return np.array(each.numbers)[index]

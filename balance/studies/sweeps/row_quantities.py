@@ -10,7 +10,6 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from balance.masses.counterweights.counterweights import counterweights
 from balance.masses.counterweights.link_regions import regions_of
@@ -32,7 +31,6 @@ from kinematics.loading.model_gallery import load
 from kinematics.model.document.element import Document
 from kinematics.model.linkage import Linkage
 
-Array = NDArray[np.float64]
 Options = Mapping[str, Any]
 
 

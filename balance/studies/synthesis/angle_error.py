@@ -18,7 +18,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from balance.studies.synthesis.momentum_integral import delta_at_link_turn, link_turn
 from balance.studies.synthesis.pantograph import (
@@ -27,8 +27,7 @@ from balance.studies.synthesis.pantograph import (
     reduced_inertias,
 )
 from balance.studies.synthesis.positions import Displacement, Position
-
-Array = NDArray[np.float64]
+from kinematics.numerics.array_types import Array
 
 
 class ChainAngles(NamedTuple):

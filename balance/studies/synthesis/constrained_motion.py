@@ -10,15 +10,13 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from balance.motion.motion_tolerances import SYNTHESIS_LINK_FLAT
 from balance.studies.synthesis.balanced_pantograph import ELBOW, SHOULDER, BalancedPantograph
 from balance.studies.synthesis.momentum_integral import link_reverses, link_turn, link_turn_rate
 from balance.support.csv_text import csv_table
+from kinematics.numerics.array_types import Array
 from kinematics.wording import number_text
-
-Array = NDArray[np.float64]
 
 SAMPLES = 241
 

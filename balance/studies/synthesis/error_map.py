@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from balance.motion.motion_tolerances import SYNTHESIS_ANGLE_MET
 from balance.studies.synthesis.angle_error import (
@@ -19,8 +19,7 @@ from balance.studies.synthesis.pantograph import PantographMasses
 from balance.studies.synthesis.pivot_line import PivotLine
 from balance.studies.synthesis.positions import Position
 from balance.studies.synthesis.zero_contour import ZeroContour, refine_roots, zero_contour
-
-Array = NDArray[np.float64]
+from kinematics.numerics.array_types import Array
 
 # Offsets at which roots along a pivot line are looked for.
 SCAN = 4001

@@ -32,10 +32,10 @@ from balance.studies.synthesis.constrained_motion import Defect
 from balance.studies.synthesis.positions import Displacement, Position, displacements, size_of
 from balance.studies.synthesis.zero_contour import refine_roots
 from kinematics.errors import SynthesisError
+from kinematics.numerics.array_types import Array, IntArray
 from kinematics.numerics.linalg.ties import rank_least_first
 
 Complex = NDArray[np.complex128]
-Array = NDArray[np.float64]
 
 FOUR_BARS = ("kite", "antiparallelogram")
 """Kinds of four-bars that can be balanced."""
@@ -195,7 +195,7 @@ def _crank_angles(
 
 
 def _angles_after(
-    kind: str, ratio: float, angles: Array, firsts: NDArray[np.int64], turn: float
+    kind: str, ratio: float, angles: Array, firsts: IntArray, turn: float
 ) -> list[list[float]]:
     """Find the angles of the crank after a turn of the coupler, for each first angle."""
     coupler_angles = _coupler_angles(kind, ratio, angles)

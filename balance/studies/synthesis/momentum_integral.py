@@ -17,11 +17,10 @@ by numerical integration; the integral is ours.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from balance.studies.synthesis.pantograph import ReducedInertias
-
-Array = NDArray[np.float64]
+from kinematics.numerics.array_types import Array, Flags
 
 # Steps of bisection that locate δ, and of Newton's method after it.
 BISECTIONS = 24
@@ -91,9 +90,7 @@ def delta_at_link_turn(start: ArrayLike, turn: ArrayLike, inertias: ReducedInert
     return np.where(reached, opening, np.nan)
 
 
-def link_reverses(
-    start: ArrayLike, end: ArrayLike, inertias: ReducedInertias
-) -> NDArray[np.bool_]:
+def link_reverses(start: ArrayLike, end: ArrayLike, inertias: ReducedInertias) -> Flags:
     """Whether ``J2 + C cos δ`` vanishes between two values of δ.
 
     Args:
@@ -113,9 +110,7 @@ def link_reverses(
     return reverses
 
 
-def _way(
-    start: Array, turn: Array, rising: NDArray[np.bool_], J1: Array, J2: Array, C: Array
-) -> Array:
+def _way(start: Array, turn: Array, rising: Flags, J1: Array, J2: Array, C: Array) -> Array:
     """Bound how far δ goes: to where the first link reverses, or by its least rate."""
     S = J1 + J2
     least = np.minimum((J2 - C) / (S - 2.0 * C), (J2 + C) / (S + 2.0 * C))

@@ -35,9 +35,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from kinematics.errors import SynthesisError, UsageError
+from kinematics.numerics.array_types import Array
 from kinematics.wording import number_text, repr_lines
-
-Array = NDArray[np.float64]
 
 # Largest mass, length and moment of inertia, and inverse of the least mass and length; SI.
 LARGEST = 1e12

@@ -18,6 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 from balance.motion.motion_tolerances import SYNTHESIS_SINGULAR
 from balance.studies.synthesis.positions import Displacement, Position, displacements, size_of
 from kinematics.errors import SynthesisError
+from kinematics.numerics.array_types import Array
 
 Complex = NDArray[np.complex128]
 
@@ -45,7 +46,7 @@ class PivotLine(NamedTuple):
         other = np.full(on_line.shape, self.chosen)
         return (on_line, other) if self.free == "fixed" else (other, on_line)
 
-    def offsets_of_x(self, x: ArrayLike) -> NDArray[np.float64]:
+    def offsets_of_x(self, x: ArrayLike) -> Array:
         """Compute the offsets τ of points with given x, metres.
 
         Raises:

@@ -22,20 +22,18 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from kinematics.errors import UsageError
 from kinematics.model.document import make_elements
 from kinematics.model.document.element import Element
 from kinematics.model.document.write_numbers import element_text, number_words
+from kinematics.numerics.array_types import Array
 from kinematics.wording import number_text, repr_lines
 
 # Moments about the other axes, of that about the axis of the joints: of a body with some width.
 ACROSS = 0.6
 # Decimals of lengths and directions, so that sums of two are exact.
 DECIMALS = 12
-
-Array = NDArray[np.float64]
 
 
 class StackedChains(NamedTuple):

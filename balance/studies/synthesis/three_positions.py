@@ -20,8 +20,8 @@ from balance.studies.synthesis.angle_error import angle_residual, chain_angles
 from balance.studies.synthesis.pantograph import PantographMasses
 from balance.studies.synthesis.positions import Displacement, Position, displacements, size_of
 from balance.studies.synthesis.zero_contour import ZeroContour, zero_contour
+from kinematics.numerics.array_types import Array
 
-Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
 # Half of the side of the window of moving pivots, in sizes of the positions.

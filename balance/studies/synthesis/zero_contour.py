@@ -6,9 +6,9 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-Array = NDArray[np.float64]
+from kinematics.numerics.array_types import Array, Flags, IntArray
 
 # Steps of bisection, and of Newton's method with divided differences, that refine a root.
 BISECTIONS = 30
@@ -26,7 +26,7 @@ class ZeroContour(NamedTuple):
 
     points: Array
     residuals: Array
-    segments: NDArray[np.int64]
+    segments: IntArray
 
 
 def zero_contour(
@@ -94,18 +94,16 @@ def refine_roots(function: Callable[[Array], Array], count: int) -> Array:
     return root
 
 
-def _changes(values: Array, axis: int) -> NDArray[np.bool_]:
+def _changes(values: Array, axis: int) -> Flags:
     """Find the edges of the grid along an axis whose ends differ in sign."""
     n = values.shape[axis]
     start, end = (np.take(values, range(k, n - 1 + k), axis) for k in (0, 1))
     with np.errstate(invalid="ignore"):
-        edges: NDArray[np.bool_] = np.isfinite(start * end) & ((start < 0.0) != (end < 0.0))
+        edges: Flags = np.isfinite(start * end) & ((start < 0.0) != (end < 0.0))
     return edges
 
 
-def _segments(
-    across: NDArray[np.int64], up: NDArray[np.int64], values: Array
-) -> NDArray[np.int64]:
+def _segments(across: IntArray, up: IntArray, values: Array) -> IntArray:
     """Join the crossings on the four sides of each cell: bottom, right, top, left."""
     sides = np.stack([across[:-1], up[:, 1:], across[1:], up[:, :-1]], axis=-1).reshape(-1, 4)
     count = (sides >= 0).sum(axis=1)

@@ -13,7 +13,6 @@ from collections.abc import Sequence
 from dataclasses import fields, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from kinematics.closure.assembly.close_loops import close_loops
 from kinematics.closure.assembly.closed_component import open_loop_error
@@ -37,11 +36,9 @@ from kinematics.model.chain import arrange_loops, move_chain
 from kinematics.model.linkage import Linkage, Notice, UnassembledLinkage
 from kinematics.model.motion import Motion
 from kinematics.model.plane import plane_normal, reduce_to_plane
+from kinematics.numerics.array_types import Array, Flags
 from kinematics.numerics.tolerances import AXIS_ROUNDING, IDLE_JOINT_RELATIVE
 from kinematics.wording import count_noun
-
-Array = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 
 def assemble(
@@ -222,7 +219,7 @@ def moving_chain(
     motion: Motion | None = None,
     spatial: bool = False,
     *,
-    idle: NDArray[np.bool_] | None = None,
+    idle: Flags | None = None,
 ) -> Chain:
     """Make the arrays of a linkage under a motion, without the joints that it leaves idle.
 
@@ -309,7 +306,7 @@ def _note_small_singular_values(
 
 def _find_idle_joints(
     draft: UnassembledLinkage, chain: Chain, parts: Sequence[Component]
-) -> tuple[NDArray[np.bool_], list[Pose | None]]:
+) -> tuple[Flags, list[Pose | None]]:
     """Find the joints that do not move up to a generic pose, and so in no motion.
 
     Args:
@@ -323,7 +320,7 @@ def _find_idle_joints(
     Raises:
         MobilityError: closure fails at a higher order or at a finite pose.
     """
-    still: NDArray[np.bool_] = np.all(chain.columns == 0.0, axis=1)
+    still: Flags = np.all(chain.columns == 0.0, axis=1)
     poses: list[Pose | None] = []
     for part in parts:
         local = part.with_columns(chain)

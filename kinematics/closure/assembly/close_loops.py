@@ -18,7 +18,6 @@ from dataclasses import replace
 from functools import partial
 
 import numpy as np
-from numpy.typing import NDArray
 
 from kinematics.closure.assembly.closed_component import (
     ClosedComponent,
@@ -42,6 +41,7 @@ from kinematics.closure.mobility.first_order import closure_equations
 from kinematics.closure.newton import forward_kinematics
 from kinematics.model.chain import arrange_loops, extent, loop_joints
 from kinematics.model.linkage import UnassembledLinkage
+from kinematics.numerics.array_types import Array
 from kinematics.numerics.linalg.gauss_newton import LeastNorm, gauss_newton, never_stop
 from kinematics.numerics.tolerances import (
     ALMOST_CLOSED_RESIDUAL,
@@ -52,7 +52,6 @@ from kinematics.numerics.tolerances import (
     OTHER_POSE_DISTANCE,
 )
 
-Array = NDArray[np.float64]
 Repair = Callable[[UnassembledLinkage, Sequence[int], float, float], UnassembledLinkage | str]
 CloseComponent = Callable[[Component], ClosedComponent | str]
 

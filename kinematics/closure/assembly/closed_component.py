@@ -6,7 +6,6 @@ from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from kinematics.closure.assembly.loop_openness import loop_residual, weld_gaps
 from kinematics.closure.mobility.components import Component
@@ -16,6 +15,7 @@ from kinematics.errors import OpenLoopError
 from kinematics.model.arrays import freeze
 from kinematics.model.full_turns import position_text, wrap_turns
 from kinematics.model.linkage import Notice, UnassembledLinkage
+from kinematics.numerics.array_types import Array
 from kinematics.numerics.linalg.ties import first_largest, rank_least_first
 from kinematics.numerics.tolerances import (
     ALMOST_CLOSED_RESIDUAL,
@@ -23,8 +23,6 @@ from kinematics.numerics.tolerances import (
     UNMOVED_DISTANCE,
 )
 from kinematics.wording import count_noun
-
-Array = NDArray[np.float64]
 
 # Other closed poses that are kept.
 MAX_OTHER_POSES = 2

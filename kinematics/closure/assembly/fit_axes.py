@@ -28,6 +28,7 @@ from kinematics.model.arrays import Chain, freeze
 from kinematics.model.chain import arrange_loops, extent, loop_signs
 from kinematics.model.linkage import Joint, UnassembledLinkage
 from kinematics.model.spatial.screws import Ad, exp, skew
+from kinematics.numerics.array_types import Array
 from kinematics.numerics.linalg.gauss_newton import (
     FixedRank,
     Iterate,
@@ -45,8 +46,6 @@ from kinematics.numerics.tolerances import (
     LOOP_RANK_RELATIVE,
     MAX_TRIED_AXIS_CHANGE,
 )
-
-Array = NDArray[np.float64]
 
 # Distances of the nearest and of the furthest pose of the fit (radians, parts of the size).
 NEAREST_POSE = 0.15

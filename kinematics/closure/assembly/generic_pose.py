@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from kinematics.closure.mobility.first_order import (
     conditioning,
@@ -13,6 +12,7 @@ from kinematics.closure.mobility.first_order import (
 from kinematics.closure.newton import Pose, follow_ray
 from kinematics.closure.series import Series, expand, loop_matrix
 from kinematics.model.arrays import Chain
+from kinematics.numerics.array_types import Array
 from kinematics.numerics.tolerances import (
     BEYOND_SINGULAR,
     INDISTINGUISHABLE_CONDITIONING,
@@ -20,8 +20,6 @@ from kinematics.numerics.tolerances import (
     NEAR_SINGULAR_CONDITIONING,
     SERIES_RESIDUAL,
 )
-
-Array = NDArray[np.float64]
 
 
 def generic_direction(chain: Chain) -> tuple[int, Pose | None]:

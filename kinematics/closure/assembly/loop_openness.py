@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from kinematics.closure.mobility.components import Component
 from kinematics.closure.mobility.first_order import closure_equations
@@ -13,10 +12,9 @@ from kinematics.closure.newton import Pose, forward_kinematics
 from kinematics.model.arrays import Chain
 from kinematics.model.chain import paths
 from kinematics.model.spatial.screws import hat
+from kinematics.numerics.array_types import Array
 from kinematics.numerics.linalg.gauss_newton import Iterate, LeastNorm, gauss_newton, step_grows
 from kinematics.numerics.tolerances import CLOSING_STEP_RELATIVE, CLOSURE_RESIDUAL
-
-Array = NDArray[np.float64]
 
 
 def weld_gaps(part: Component) -> Array:

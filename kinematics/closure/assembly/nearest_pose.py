@@ -20,15 +20,13 @@ motion on the branch. All starts take their steps together, as arrays.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from kinematics.closure.mobility.components import Component
 from kinematics.model.arrays import Chain
 from kinematics.model.chain import extent, paths
 from kinematics.model.spatial.screws import hat
+from kinematics.numerics.array_types import Array
 from kinematics.numerics.tolerances import CLOSED_SQUARE, ROTATION_PITCH
-
-Array = NDArray[np.float64]
 
 # Smallest weight of a joint in the motion, in parts of the size of the linkage.
 LEAST_WEIGHT = 0.02

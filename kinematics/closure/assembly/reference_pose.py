@@ -7,7 +7,6 @@ from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from kinematics.closure.assembly.assemble import assemble_mode
 from kinematics.closure.assembly.close_loops import close_loops
@@ -19,9 +18,8 @@ from kinematics.errors import CoordinateError, MobilityError, OpenLoopError, Pos
 from kinematics.model.chain import arrange_loops
 from kinematics.model.full_turns import position_text, wrap_turns
 from kinematics.model.linkage import Linkage, Notice, UnassembledLinkage, names_of
+from kinematics.numerics.array_types import Array
 from kinematics.numerics.tolerances import GIVEN_POSE_RESIDUAL
-
-Array = NDArray[np.float64]
 
 
 def assemble_at(

@@ -10,7 +10,6 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from kinematics.closure.assembly.fit_axes import fit_axes
 from kinematics.closure.mobility.components import component_of, split_components
@@ -18,6 +17,7 @@ from kinematics.model.arrays import freeze
 from kinematics.model.chain import arrange_loops, extent
 from kinematics.model.linkage import Joint, Notice, UnassembledLinkage
 from kinematics.model.plane import plane_normal
+from kinematics.numerics.array_types import Array
 from kinematics.numerics.linalg.vectors import project_out
 from kinematics.numerics.tolerances import (
     AXIS_ROUNDING,
@@ -26,8 +26,6 @@ from kinematics.numerics.tolerances import (
     LOOP_RANK_RELATIVE,
 )
 from kinematics.wording import size_text
-
-Array = NDArray[np.float64]
 
 
 def has_near_zero_singular_values(values: Array, planar: bool) -> bool:

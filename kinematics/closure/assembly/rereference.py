@@ -5,15 +5,13 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from kinematics.closure.newton import forward_kinematics
 from kinematics.model.arrays import Chain, freeze
 from kinematics.model.linkage import LinkPose, Loop, UnassembledLinkage
 from kinematics.model.spatial.inertia import displace_parameters
 from kinematics.model.spatial.screws import Ad
-
-Array = NDArray[np.float64]
+from kinematics.numerics.array_types import Array
 
 
 def rereference(

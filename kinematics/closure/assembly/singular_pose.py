@@ -13,7 +13,6 @@ from math import prod
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from kinematics.closure.assembly.close_loops import nearby_starts
 from kinematics.closure.assembly.generic_pose import generic_direction, is_near_singular
@@ -37,14 +36,12 @@ from kinematics.model.arrays import Chain
 from kinematics.model.chain import arrange_loops, move_chain
 from kinematics.model.full_turns import wrap_turns
 from kinematics.model.linkage import Linkage, Notice, UnassembledLinkage
+from kinematics.numerics.array_types import Array, Flags, IntArray
 from kinematics.numerics.tolerances import (
     NAMED_POSITION,
     OTHER_POSE_DISTANCE,
     SINGULAR_CONDITIONING,
 )
-
-Array = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 # Groups of more joints are not searched for modes.
 MAX_JOINTS_SEARCHED = 120
@@ -231,7 +228,7 @@ def _analyse_component(group: Component) -> _SingularComponent | None:
     return _SingularComponent(group, local)
 
 
-def _turning_joints(draft: UnassembledLinkage) -> NDArray[np.bool_]:
+def _turning_joints(draft: UnassembledLinkage) -> Flags:
     """Find the joints that are in the same place after a full turn (n,).
 
     A joint in a mimic relation is not, if its turn is no number of full turns of another joint.

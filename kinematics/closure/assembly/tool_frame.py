@@ -12,7 +12,7 @@ from collections.abc import Sequence
 from dataclasses import fields, replace
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from kinematics.closure.assembly.assemble import assemble
 from kinematics.closure.joint_positions import input_chain, joint_positions
@@ -31,10 +31,9 @@ from kinematics.model.linkage import (
     names_of,
 )
 from kinematics.model.spatial.screws import prismatic, revolute
+from kinematics.numerics.array_types import Array
 from kinematics.numerics.linalg.vectors import project_out
 from kinematics.numerics.tolerances import REMAINING_FREEDOM
-
-Array = NDArray[np.float64]
 
 # Shifts along the inertial axes; then turns about x, about the y that it carries along, and
 # about the z that both carry along.

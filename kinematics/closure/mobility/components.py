@@ -12,7 +12,6 @@ from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from kinematics.closure.mobility.first_order import first_order
 from kinematics.closure.series import loop_matrix
@@ -20,10 +19,8 @@ from kinematics.errors import MobilityError
 from kinematics.model.arrays import Chain, Frame
 from kinematics.model.chain import arrange_loops, carriers, clusters, extent, move_chain
 from kinematics.model.linkage import Mimic, UnassembledLinkage
+from kinematics.numerics.array_types import Array, IntArray
 from kinematics.numerics.tolerances import COINCIDENT_JOINTS_RELATIVE, COMPONENT_SIZE_RELATIVE
-
-Array = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 
 class Component(NamedTuple):

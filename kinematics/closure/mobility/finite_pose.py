@@ -11,7 +11,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from kinematics.closure.mobility.first_order import independent_rows, loop_singular_values
 from kinematics.closure.mobility.motion_modes import SheetPose, follow_sheet, sheet_at
@@ -19,14 +18,13 @@ from kinematics.closure.newton import forward_kinematics, solve_positions
 from kinematics.closure.series import loop_matrix
 from kinematics.model.arrays import Chain
 from kinematics.model.chain import move_chain
+from kinematics.numerics.array_types import Array, IntArray
 from kinematics.numerics.linalg.ties import first_largest
 from kinematics.numerics.tolerances import (
     NEAR_SINGULAR_RESIDUAL,
     TIE_RELATIVE,
     UNMOVED_DISTANCE,
 )
-
-Array = NDArray[np.float64]
 
 # Least and furthest distance of the pose from the singular one (radians, characteristic
 # lengths); first, longest and shortest step on the way.
@@ -99,7 +97,7 @@ def _with_round_positions(chain: Chain, pose: SheetPose) -> Array:
     return q if same and sheet_at(chain, q).T.shape == pose.T.shape else pose.q
 
 
-def _leading_joints(pose: SheetPose) -> NDArray[np.int64]:
+def _leading_joints(pose: SheetPose) -> IntArray:
     """Choose the independent joints of a pose: the first ones in order that move well."""
     sizes = np.linalg.norm(pose.T, axis=1)
     chosen: list[int] = []

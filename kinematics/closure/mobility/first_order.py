@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from kinematics.closure.newton import forward_kinematics, mismatch
 from kinematics.closure.series import loop_matrix
 from kinematics.model.arrays import Chain
+from kinematics.numerics.array_types import Array, IntArray
 from kinematics.numerics.linalg.gauss_newton import (
     Equations,
     Iterate,
@@ -24,8 +24,6 @@ from kinematics.numerics.tolerances import (
     LOOP_RANK_RELATIVE,
     LOOP_RANK_RELATIVE_SOLVED,
 )
-
-Array = NDArray[np.float64]
 
 
 def closure_equations(chain: Chain, gaps: Array | None = None) -> Equations:
@@ -87,7 +85,7 @@ def first_order_mobility_of(chain: Chain, q: Array) -> int:
     )[0].shape[1]
 
 
-def independent_rows(free: Array) -> NDArray[np.int64]:
+def independent_rows(free: Array) -> IntArray:
     """Choose joints whose rates determine the others', well conditioned; ``free`` is (n, f)."""
     rest, chosen = free.copy(), []
     for _ in range(free.shape[1]):

@@ -16,7 +16,6 @@ from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from kinematics.closure.mobility.finite_pose import finite_pose
 from kinematics.closure.mobility.first_order import first_order, step_along
@@ -25,14 +24,13 @@ from kinematics.closure.mobility.reachable_modes import ReachableMode, reachable
 from kinematics.closure.series import expand, loop_matrix
 from kinematics.model.arrays import Chain
 from kinematics.model.chain import move_chain
+from kinematics.numerics.array_types import Array, Flags
 from kinematics.numerics.linalg.ties import first_basis, first_largest
 from kinematics.numerics.tolerances import (
     LOOP_RANK_RELATIVE,
     NEAR_SINGULAR_RESIDUAL,
     SERIES_RESIDUAL,
 )
-
-Array = NDArray[np.float64]
 
 # Radii of the sphere about the pose (radians, characteristic lengths). They shrink until two
 # of them give the same modes.
@@ -70,7 +68,7 @@ class LocalMobility(NamedTuple):
 
 
 def analyse_local_mobility(
-    chain: Chain, turning: NDArray[np.bool_], tolerance: float = LOOP_RANK_RELATIVE
+    chain: Chain, turning: Flags, tolerance: float = LOOP_RANK_RELATIVE
 ) -> LocalMobility:
     """Find the modes of motion through the reference pose of a chain with closed loops.
 

@@ -5,15 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from kinematics.errors import CoordinateError
 from kinematics.model.linkage import Joint, Notice, UnassembledLinkage, names_of
+from kinematics.numerics.array_types import Array, IntArray
 from kinematics.numerics.linalg.vectors import project_out
 from kinematics.numerics.tolerances import REMAINING_FREEDOM, STANDSTILL_RELATIVE, TIE_RELATIVE
-
-Array = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 
 def choose_coordinates(

@@ -23,7 +23,6 @@ from functools import cmp_to_key
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from kinematics.closure.mobility.first_order import (
     closure_equations,
@@ -34,6 +33,7 @@ from kinematics.closure.mobility.tangent_cone import cone_directions, second_ord
 from kinematics.closure.newton import forward_kinematics
 from kinematics.closure.series import loop_matrix
 from kinematics.model.arrays import Chain
+from kinematics.numerics.array_types import Array, Flags, IntArray
 from kinematics.numerics.linalg.gauss_newton import (
     FixedRank,
     Iterate,
@@ -50,9 +50,6 @@ from kinematics.numerics.tolerances import (
     SAME_POSE_RELATIVE,
 )
 from kinematics.wording import count_noun
-
-Array = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 # Most starts of one round of the search for modes, for each freedom, and the fewest.
 MAX_STARTS, STARTS, MIN_STARTS = 240, 48, 32
@@ -332,7 +329,7 @@ def _are_near(T: Array, other: Array) -> bool:
     return bool(np.linalg.svd(T.T @ other, compute_uv=False)[-1] >= TURN)
 
 
-def _are_same(some: Array, q: Array, distance: float) -> NDArray[np.bool_]:
+def _are_same(some: Array, q: Array, distance: float) -> Flags:
     """Decide which poses (k, n) are the same as another (n,)."""
     return np.asarray(
         np.abs(some - q).max(axis=1, initial=0.0) <= SAME_POSE_RELATIVE * distance

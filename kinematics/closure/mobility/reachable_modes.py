@@ -19,7 +19,6 @@ from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from kinematics.closure.mobility.finite_pose import finite_pose
 from kinematics.closure.mobility.first_order import first_order, loop_singular_values
@@ -33,9 +32,8 @@ from kinematics.closure.mobility.motion_modes import (
 from kinematics.closure.newton import forward_kinematics
 from kinematics.closure.series import loop_matrix
 from kinematics.model.arrays import Chain, freeze
+from kinematics.numerics.array_types import Array, Flags
 from kinematics.numerics.linalg.ties import first_basis
-
-Array = NDArray[np.float64]
 
 # Most modes, and most singular poses, that are looked at.
 MAX_MODES, MAX_NODES = 24, 12
@@ -89,7 +87,7 @@ class ReachableModes(NamedTuple):
 
 
 def reachable_modes(
-    chain: Chain, search: ModeSearch, distance: float, turning: NDArray[np.bool_]
+    chain: Chain, search: ModeSearch, distance: float, turning: Flags
 ) -> ReachableModes:
     """List the modes at a singular pose, and those further along modes of one freedom.
 
@@ -168,7 +166,7 @@ class _ModeCurve(NamedTuple):
     nodes: Array
     ended: bool
 
-    def passes(self, chain: Chain, q: Array, turning: NDArray[np.bool_]) -> bool:
+    def passes(self, chain: Chain, q: Array, turning: Flags) -> bool:
         """Decide whether a closed pose is on the curve, up to full turns of joints.
 
         Args:
@@ -183,7 +181,7 @@ class _ModeCurve(NamedTuple):
             for k in near[np.argsort(apart[near], kind="stable")][:NEAREST].tolist()
         )
 
-    def _leads(self, chain: Chain, k: int, q: Array, turning: NDArray[np.bool_]) -> bool:
+    def _leads(self, chain: Chain, k: int, q: Array, turning: Flags) -> bool:
         """Decide whether the curve leads from one of its poses to another pose next to it."""
         pose = SheetPose(self.poses[k], self.tangents[k][:, None])
         for _ in range(5):
@@ -198,7 +196,7 @@ class _ModeCurve(NamedTuple):
         return False
 
 
-def _within_turn(away: Array, turning: NDArray[np.bool_]) -> Array:
+def _within_turn(away: Array, turning: Flags) -> Array:
     """Reduce differences of joint positions (..., n) to half a turn at most.
 
     Args:
@@ -209,7 +207,7 @@ def _within_turn(away: Array, turning: NDArray[np.bool_]) -> Array:
     return np.asarray(away - 2.0 * np.pi * turns)
 
 
-def _trace_curve(chain: Chain, start: SheetPose, turning: NDArray[np.bool_]) -> _ModeCurve:
+def _trace_curve(chain: Chain, start: SheetPose, turning: Flags) -> _ModeCurve:
     """Follow a curve of closed poses all around, or both ways as far as it goes.
 
     Args:
@@ -233,7 +231,7 @@ def _trace_curve(chain: Chain, start: SheetPose, turning: NDArray[np.bool_]) -> 
 
 
 def _follow(
-    chain: Chain, start: SheetPose, turning: NDArray[np.bool_]
+    chain: Chain, start: SheetPose, turning: Flags
 ) -> tuple[list[SheetPose], bool, bool]:
     """Follow a curve in one sense.
 
@@ -289,7 +287,7 @@ def _conditioning(chain: Chain, q: Array) -> float:
 
 
 def _nodes(
-    chain: Chain, poses: Sequence[SheetPose], values: Array, turning: NDArray[np.bool_]
+    chain: Chain, poses: Sequence[SheetPose], values: Array, turning: Flags
 ) -> Iterator[Array]:
     """Yield the singular poses on a curve, each once."""
     nodes: list[Array] = []

@@ -10,13 +10,13 @@ from collections.abc import Sequence
 from fractions import Fraction
 
 import numpy as np
-from numpy.typing import NDArray
 
 from kinematics.closure.mobility.components import Component
 from kinematics.errors import ExactError
 from kinematics.files.urdf.rational_joints import RationalJoints
 from kinematics.model.chain import loop_signs
 from kinematics.model.linkage import UnassembledLinkage
+from kinematics.numerics.array_types import Array
 from kinematics.numerics.linalg.rational import Vector, dot, echelon, root
 from kinematics.numerics.tolerances import (
     AXIS_ROUNDING,
@@ -28,7 +28,7 @@ from kinematics.numerics.tolerances import (
 def regular_loop_ranks(
     draft: UnassembledLinkage,
     parts: Sequence[Component],
-    spectra: Sequence[NDArray[np.float64]],
+    spectra: Sequence[Array],
 ) -> list[int | None]:
     """Compute ranks of loop matrices that are regular as written, and nearly not.
 

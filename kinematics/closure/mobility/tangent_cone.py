@@ -16,15 +16,12 @@ higher order make the cone smaller; the finite poses near the singular one decid
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from kinematics.closure.series import loop_matrix
 from kinematics.model.arrays import Chain
 from kinematics.model.spatial.screws import ad
+from kinematics.numerics.array_types import Array, IntArray
 from kinematics.numerics.linalg.vectors import alike_groups
-
-Array = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 # First seed of the directions in which the search starts.
 SEED = 4

@@ -22,7 +22,6 @@ Eq. 4.30, has the same derivatives with Kronecker products and without symmetry.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from kinematics.closure.series import fill_loop_matrix
 from kinematics.closure.taylor.layout import SECTION, SIZE, WORK, Layout
@@ -36,10 +35,9 @@ from kinematics.closure.taylor.vector_kernels import (
     spatial_responses,
     spatial_vectors,
 )
+from kinematics.numerics.array_types import Array
 from kinematics.numerics.compiled.jit import kernel
 from kinematics.numerics.linalg.pseudo_inverse import pseudo_inverse
-
-Array = NDArray[np.float64]
 
 
 @kernel(inline=True)

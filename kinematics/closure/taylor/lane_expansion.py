@@ -15,7 +15,6 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from kinematics.closure.taylor.lane_vectors import (
     fill_vectors,
@@ -24,6 +23,7 @@ from kinematics.closure.taylor.lane_vectors import (
     turn_vectors,
 )
 from kinematics.closure.taylor.layout import SECTION, SIZE, Layout
+from kinematics.numerics.array_types import Array
 from kinematics.numerics.compiled.jit import kernel
 from kinematics.numerics.compiled.simd import (
     VECTOR_WIDTH,
@@ -34,7 +34,6 @@ from kinematics.numerics.compiled.simd import (
 )
 from kinematics.numerics.linalg.lane_inverse import lane_pseudo_inverse
 
-Array = NDArray[np.float64]
 # Monomials that are written of one pose before the next: their rates stay in the cache, and
 # lines of memory follow each other.
 MONOMIALS_AT_ONCE = 8

@@ -18,14 +18,13 @@ from collections.abc import Iterable
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from kinematics.closure.taylor.monomials import monomial_table
-from kinematics.model.arrays import Chain, IntArray, freeze
+from kinematics.model.arrays import Chain, freeze
 from kinematics.model.chain import path
+from kinematics.numerics.array_types import Array, IntArray
 from kinematics.numerics.compiled.simd import round_up_to_vectors
 
-Array = NDArray[np.float64]
 Rows = list[list[int]]
 
 

@@ -12,7 +12,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from kinematics.closure.assembly.assemble import moving_chain
 from kinematics.closure.newton_kernels import place_poses
@@ -25,13 +25,12 @@ from kinematics.closure.taylor.layout import packed_layout
 from kinematics.closure.taylor.monomials import monomial_powers, monomial_table
 from kinematics.closure.taylor.taylor_motion import scaled_chain
 from kinematics.errors import PoseError
-from kinematics.model.arrays import Chain, IntArray, freeze
+from kinematics.model.arrays import Chain, freeze
 from kinematics.model.linkage import Linkage, names_of
 from kinematics.model.motion import Motion, motion_of
+from kinematics.numerics.array_types import Array, IntArray
 from kinematics.numerics.tolerances import CLOSURE_CONDITION, GIVEN_POSE_RESIDUAL
 from kinematics.wording import count_noun, first_names, repr_lines
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

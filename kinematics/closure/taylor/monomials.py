@@ -14,14 +14,12 @@ from math import comb
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from kinematics.errors import LinkageError
-from kinematics.model.arrays import IntArray, freeze
+from kinematics.model.arrays import freeze
+from kinematics.numerics.array_types import Array, IntArray
 from kinematics.numerics.compiled.jit import kernel
 from kinematics.numerics.compiled.simd import VECTOR_WIDTH, load_vector, store_vector
-
-Array = NDArray[np.float64]
 
 # Largest number of products in a table, which lists half of them as pairs of 16 bytes.
 MAX_PRODUCTS = 5_000_000

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from kinematics.closure.assembly.assemble import moving_chain
 from kinematics.closure.joint_positions import solve_joint_positions
@@ -22,14 +22,13 @@ from kinematics.closure.taylor.expansion_kernels import polynomials
 from kinematics.closure.taylor.layout import packed_layout
 from kinematics.closure.taylor.monomials import Monomials, monomial_powers, monomial_table
 from kinematics.errors import MobilityError, PoseError
-from kinematics.model.arrays import Chain, IntArray, freeze
+from kinematics.model.arrays import Chain, freeze
 from kinematics.model.chain import move_chain
 from kinematics.model.linkage import Linkage, names_of
 from kinematics.model.motion import Motion, motion_of
+from kinematics.numerics.array_types import Array, IntArray
 from kinematics.numerics.tolerances import CLOSURE_CONDITION
 from kinematics.wording import count_noun, first_names, repr_lines
-
-Array = NDArray[np.float64]
 
 # Order of the series from which the radius of convergence is estimated: a singularity with
 # little effect on 24 terms is missed.

@@ -13,7 +13,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from kinematics.files.urdf.robot_tree import pose_matrix
 from kinematics.model.arrays import freeze
@@ -22,6 +22,7 @@ from kinematics.model.document.element import Element
 from kinematics.model.document.joint_types import coordinate_names
 from kinematics.model.linkage import GROUND, Joint, LinkPose, Loop
 from kinematics.model.spatial.screws import exp, prismatic, revolute
+from kinematics.numerics.array_types import Array
 from kinematics.numerics.linalg.ties import first_largest
 from kinematics.numerics.linalg.vectors import project_out
 from kinematics.numerics.tolerances import (
@@ -29,8 +30,6 @@ from kinematics.numerics.tolerances import (
     LOOP_FRAME_ROUND_OFF,
     UNIVERSAL_AXES_PARALLEL_SINE,
 )
-
-Array = NDArray[np.float64]
 
 FREEDOMS = {
     "fixed": (),

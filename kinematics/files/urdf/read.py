@@ -16,7 +16,6 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from kinematics.error_text import clean, closest_names
 from kinematics.errors import FileError
@@ -46,12 +45,10 @@ from kinematics.model.linkage import (
 )
 from kinematics.model.spatial.inertia import parameters
 from kinematics.model.spatial.screws import exp, revolute
+from kinematics.numerics.array_types import Array
 
 if TYPE_CHECKING:
     from yourdfpy import URDF
-
-
-Array = NDArray[np.float64]
 
 
 def read_linkage(source: str, file: RobotFile, options: ReadOptions) -> UnassembledLinkage:

@@ -9,12 +9,11 @@ from collections.abc import Mapping
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from kinematics.files.urdf.validate_inertias import tensor
 from kinematics.model.document.element import Element
-
-Array = NDArray[np.float64]
+from kinematics.numerics.array_types import Array
 
 
 class Inertial(NamedTuple):

@@ -12,15 +12,13 @@ from fractions import Fraction
 from itertools import islice
 
 import numpy as np
-from numpy.typing import NDArray
 
 from kinematics.files.urdf.closed_forms import NumberVector, NumberWord, read_closed_forms
 from kinematics.model.chain import extent
 from kinematics.model.linkage import Joint, Linkage
+from kinematics.numerics.array_types import Array
 from kinematics.numerics.linalg.cyclotomic import degree_of_field
 from kinematics.numerics.linalg.rational import Vector, cross
-
-Array = NDArray[np.float64]
 
 # Most pairs of axes whose frames are tried, and the least sine of the angle between two.
 MAX_FRAMES, LEAST_SINE = 4, 0.1

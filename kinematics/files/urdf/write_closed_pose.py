@@ -13,7 +13,6 @@ from typing import NamedTuple
 from xml.sax.saxutils import quoteattr
 
 import numpy as np
-from numpy.typing import NDArray
 
 from kinematics.error_text import clean
 from kinematics.errors import FileError
@@ -25,9 +24,8 @@ from kinematics.model.document.joint_types import coordinate_names
 from kinematics.model.document.write_numbers import roll_pitch_yaw
 from kinematics.model.linkage import Linkage
 from kinematics.model.spatial.screws import exp, revolute
+from kinematics.numerics.array_types import Array
 from kinematics.numerics.tolerances import COORDINATE_AXIS_DIFFERENCE
-
-Array = NDArray[np.float64]
 
 # Digits that stand for a double: with them, all of its digits are written.
 DOUBLE_DIGITS = 16

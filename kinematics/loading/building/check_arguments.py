@@ -6,15 +6,15 @@ from collections.abc import Iterable, Mapping
 from decimal import Decimal, localcontext
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from kinematics.error_text import clean, closest_names
 from kinematics.files.urdf.read_options import ReadOptions
 from kinematics.files.urdf.validate_fields import MAX_NUMBER, SMALLEST_AXIS
 from kinematics.files.urdf.xml_tree import Refusal
+from kinematics.numerics.array_types import Array
 from kinematics.numerics.tolerances import INERTIA_ASYMMETRY
 
-Array = NDArray[np.float64]
 BodyLike = tuple[float, ArrayLike, ArrayLike]
 """Mass (kg), centre of mass (3,) (m) and inertia about that centre (3, 3) (kg m²)."""
 

@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping, Sequence
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from kinematics.error_text import clean
 from kinematics.files.urdf.nominal_angles import nearest_twelfth
@@ -30,9 +30,8 @@ from kinematics.model.document import make_elements
 from kinematics.model.document.element import Element
 from kinematics.model.linkage import Linkage
 from kinematics.model.spatial.screws import exp, prismatic, revolute
+from kinematics.numerics.array_types import Array
 from kinematics.numerics.tolerances import ANGLE_ROUND_OFF, RIGHT_ANGLE_ENTRY
-
-Array = NDArray[np.float64]
 
 CONVENTIONS = ("standard", "modified")
 """The conventions of Denavit-Hartenberg parameters."""

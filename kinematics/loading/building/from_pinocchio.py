@@ -10,7 +10,6 @@ from collections.abc import Iterable, Iterator, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from kinematics.error_text import clean
 from kinematics.files.urdf.read_options import ReadOptions
@@ -21,13 +20,12 @@ from kinematics.model.document import make_elements
 from kinematics.model.document.element import Element
 from kinematics.model.document.write_numbers import number_words
 from kinematics.model.linkage import Linkage
+from kinematics.numerics.array_types import Array
 from kinematics.numerics.tolerances import IDENTITY_POSE_ENTRY, PINOCCHIO_AXES_COSINE
 
 if TYPE_CHECKING:
     import pinocchio
 
-
-Array = NDArray[np.float64]
 
 _NEEDED = ("joints", "names", "parents", "jointPlacements", "inertias", "frames")
 # Types of the file for Pinocchio joints with several degrees of freedom.

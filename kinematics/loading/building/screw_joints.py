@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from kinematics.error_text import clean, closest_names
 from kinematics.files.urdf.xml_tree import Refusal
@@ -27,9 +27,8 @@ from kinematics.model.document.joint_types import DEGREES_OF_FREEDOM
 from kinematics.model.document.write_numbers import number_words
 from kinematics.model.linkage import Linkage
 from kinematics.model.spatial.screws import twist_axis
+from kinematics.numerics.array_types import Array
 from kinematics.numerics.tolerances import AXES_PERPENDICULAR_COSINE, ROTATION_PITCH
-
-Array = NDArray[np.float64]
 
 # Types of the file, and screw joints.
 KINDS = (*DEGREES_OF_FREEDOM, "helical")

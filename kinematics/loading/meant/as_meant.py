@@ -14,7 +14,6 @@ from fractions import Fraction
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from kinematics.closure.assembly.assemble import assemble_mode
 from kinematics.errors import LinkageError
@@ -25,11 +24,10 @@ from kinematics.loading.meant.link_widths import LinkWidths, link_widths
 from kinematics.model.arrays import freeze
 from kinematics.model.chain import extent
 from kinematics.model.linkage import GROUND, Joint, Linkage, MeantGeometry, Notice
+from kinematics.numerics.array_types import Array
 from kinematics.numerics.linalg.rational import Vector, cross, dot, nearby_fraction
 from kinematics.numerics.tolerances import EXACT_SCREW_DIFFERENCE, MEANT_DIFFERENCE
 from kinematics.wording import size_text
-
-Array = NDArray[np.float64]
 
 # Nearness, in half widths of the intervals, up to which a special geometry outside of them is
 # named: it may be meant, or missed on purpose.

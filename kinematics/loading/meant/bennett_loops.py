@@ -17,11 +17,9 @@ from fractions import Fraction
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from kinematics.numerics.array_types import Array
 from kinematics.numerics.linalg.rational import Vector, cross, dot, nearby_fraction
-
-Array = NDArray[np.float64]
 
 
 class _Quaternion(NamedTuple):

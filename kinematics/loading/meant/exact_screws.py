@@ -7,7 +7,6 @@ from fractions import Fraction
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from kinematics.loading.meant.bennett_loops import bennett_axes
 from kinematics.loading.meant.four_joint_loops import (
@@ -21,9 +20,8 @@ from kinematics.loading.meant.link_shapes import LinkShapes
 from kinematics.loading.meant.link_widths import LinkWidths, Width
 from kinematics.model.chain import extent, loop_joints
 from kinematics.model.linkage import Linkage
+from kinematics.numerics.array_types import Array
 from kinematics.numerics.linalg.rational import Vector, cross, dot, nearby_fraction
-
-Array = NDArray[np.float64]
 
 # Error of the axes of a Bennett linkage in half widths of the intervals: those of the last two
 # depend on all others.

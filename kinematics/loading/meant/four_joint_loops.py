@@ -21,13 +21,11 @@ from itertools import combinations, product
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from kinematics.loading.meant.link_shapes import LinkShapes
 from kinematics.loading.meant.link_widths import Width
+from kinematics.numerics.array_types import Array
 from kinematics.numerics.linalg.rational import Vector, cross, dot
-
-Array = NDArray[np.float64]
 
 # Most rigid links through which loops of four are looked for.
 MAX_PINS = 60

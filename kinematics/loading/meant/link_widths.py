@@ -7,15 +7,13 @@ from math import sqrt
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from kinematics.files.urdf.nominal_angles import nearest_twelfth
 from kinematics.loading.meant.digits import DOUBLE_DIGITS, FileDigits
 from kinematics.model.chain import extent
 from kinematics.model.document.element import Element
 from kinematics.model.linkage import GROUND, Linkage
-
-Array = NDArray[np.float64]
+from kinematics.numerics.array_types import Array
 
 # Round-off of the position of a joint, in parts of the size of the linkage, and of directions:
 # products of a dozen rotations.

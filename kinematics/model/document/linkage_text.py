@@ -11,16 +11,14 @@ from itertools import groupby
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from kinematics.model.document import make_elements
 from kinematics.model.document.element import Element
 from kinematics.model.document.joint_types import coordinate_names
 from kinematics.model.document.write_numbers import element_text, number_words
 from kinematics.model.spatial.inertia import displace_parameters, inertia_tensor
+from kinematics.numerics.array_types import Array
 from kinematics.numerics.tolerances import JOINT_AXES_MEET
-
-Array = NDArray[np.float64]
 
 # Decimals that are kept of numbers of size 1: the next are round-off.
 DIGITS = 15

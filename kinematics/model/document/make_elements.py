@@ -8,12 +8,10 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from kinematics.model.document.element import Element
 from kinematics.model.document.write_numbers import number_words, roll_pitch_yaw
-
-Array = NDArray[np.float64]
+from kinematics.numerics.array_types import Array
 
 # Limits that other parsers require of a prismatic joint without limits.
 _UNLIMITED = {"lower": "-1e9", "upper": "1e9", "effort": "0", "velocity": "0"}

@@ -6,12 +6,10 @@ from collections.abc import Iterable, Iterator
 from xml.sax.saxutils import escape
 
 import numpy as np
-from numpy.typing import NDArray
 
 from kinematics.model.document.element import Element
+from kinematics.numerics.array_types import Array
 from kinematics.numerics.tolerances import ROTATION_ROUND_OFF
-
-Array = NDArray[np.float64]
 
 # Beside those of XML, the characters that a parser would turn into blanks.
 _QUOTED = {'"': "&quot;", "\n": "&#10;", "\r": "&#13;", "\t": "&#9;"}

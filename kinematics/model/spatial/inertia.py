@@ -8,11 +8,10 @@ pseudo-inertia ``P = ∫ [x; 1][x; 1]ᵀ dm`` contains the same numbers and move
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from kinematics.model.spatial.screws import skew
-
-Array = NDArray[np.float64]
+from kinematics.numerics.array_types import Array
 
 # Index in z of each entry of E.
 _ENTRIES = np.array([[4, 7, 8], [7, 5, 9], [8, 9, 6]])

@@ -10,12 +10,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from kinematics.numerics.array_types import Array
 from kinematics.numerics.tolerances import SCREW_PART_RELATIVE
 from kinematics.wording import number_text, vector_text
-
-Array = NDArray[np.float64]
 
 
 def skew(a: ArrayLike) -> Array:

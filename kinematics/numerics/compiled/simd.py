@@ -12,9 +12,8 @@ NumPy arrays.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from kinematics.numerics.array_types import Array
 
 # Numbers of a vector: two 512-bit registers, so that two independent accumulators hide the
 # latency of additions.

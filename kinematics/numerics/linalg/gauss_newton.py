@@ -22,9 +22,9 @@ from functools import cached_property
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from kinematics.numerics.array_types import Array
+
 Equations = Callable[[Any], tuple[Array, Array]]
 
 

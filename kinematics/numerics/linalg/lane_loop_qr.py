@@ -9,9 +9,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-import numpy as np
-from numpy.typing import NDArray
-
+from kinematics.numerics.array_types import Array, IntArray
 from kinematics.numerics.compiled.jit import kernel
 from kinematics.numerics.compiled.simd import (
     broadcast,
@@ -36,8 +34,6 @@ from kinematics.numerics.linalg.skyline_qr import (
     TOP,
 )
 
-Array = NDArray[np.float64]
-
 
 class LoopFactor(NamedTuple):
     """Factors of loop matrices in lanes, and a right-hand side.
@@ -55,7 +51,7 @@ class LoopFactor(NamedTuple):
     b: Array
 
 
-def loop_factor(envelope: NDArray[np.int64], count: int) -> LoopFactor:
+def loop_factor(envelope: IntArray, count: int) -> LoopFactor:
     """Allocate factors in lanes.
 
     Args:

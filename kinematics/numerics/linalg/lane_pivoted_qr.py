@@ -11,8 +11,8 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from kinematics.numerics.array_types import Array, IntArray
 from kinematics.numerics.compiled.jit import kernel
 from kinematics.numerics.compiled.simd import (
     VECTOR_WIDTH,
@@ -24,9 +24,6 @@ from kinematics.numerics.compiled.simd import (
     store_vector,
 )
 from kinematics.numerics.tolerances import ELIMINATION_ROUND_OFF
-
-Array = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 
 class LaneFactor(NamedTuple):

@@ -3,13 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from kinematics.numerics.array_types import Array, IntArray
 from kinematics.numerics.compiled.jit import kernel
 from kinematics.numerics.tolerances import ORTHONORMAL_ROUND_OFF
-
-Array = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 
 @kernel(reference_counting=False)

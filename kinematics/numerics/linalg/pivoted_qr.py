@@ -11,8 +11,8 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from kinematics.numerics.array_types import Array, IntArray
 from kinematics.numerics.compiled.jit import kernel
 from kinematics.numerics.compiled.simd import VECTOR_WIDTH, broadcast, load_vector, store_vector
 from kinematics.numerics.tolerances import (
@@ -20,9 +20,6 @@ from kinematics.numerics.tolerances import (
     RANK_RELATIVE,
     RANK_RELATIVE_PER_LENGTH,
 )
-
-Array = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 
 class Factor(NamedTuple):

@@ -25,12 +25,10 @@ kernel.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from kinematics.numerics.array_types import Array, IntArray
 from kinematics.numerics.compiled.jit import kernel
 
-Array = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 # A block of rows: the joints of a loop with their signs, or of a relation with its number.
 Block = list[tuple[int, int]]
 

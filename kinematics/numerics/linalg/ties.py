@@ -10,11 +10,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from kinematics.numerics.array_types import Array
 from kinematics.numerics.tolerances import TIE_RELATIVE
-
-Array = NDArray[np.float64]
 
 # Decimals below those of a rounded number that may hold round-off.
 GUARD_DECIMALS = 6

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
-Alike = Callable[[Array, Array], NDArray[np.bool_]]
+from kinematics.numerics.array_types import Array, Flags
+
+Alike = Callable[[Array, Array], Flags]
 
 
 def alike_groups(vectors: Sequence[Array] | Array, alike: Alike) -> list[list[int]]:

@@ -8,13 +8,10 @@ signed sum of them.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from balance.masses.counterweights.added_matter import homogeneous
 from balance.support.clarabel_adapter import triangles as upper_triangle
-
-Array = NDArray[np.float64]
-IntArray = NDArray[np.int64]
+from kinematics.numerics.array_types import Array, IntArray
 
 # Steps of Newton's method, the change of a coordinate for differences, and the share of the
 # largest singular value below which a direction is left alone.

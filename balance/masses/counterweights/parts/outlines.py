@@ -8,16 +8,15 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from balance.masses.counterweights.counterweight import Counterweight
 from balance.masses.counterweights.regions import Region
 from balance.support.tolerances import PART_ROUND_OFF
+from kinematics.numerics.array_types import Array, Flags
 
 if TYPE_CHECKING:
     from manifold3d import CrossSection
 
-Array = NDArray[np.float64]
 
 # Corners of a circle, and most times as many for one that is larger than the section.
 CORNERS, LARGER = 2048, 64
@@ -201,7 +200,7 @@ def _with_arcs(loop: Array, circles: tuple[Circle, ...]) -> Array:
     return np.array(corners)
 
 
-def _on_circle(points: Array, circle: Circle) -> NDArray[np.bool_]:
+def _on_circle(points: Array, circle: Circle) -> Flags:
     """Return which points (n, 2), in mm, are on a circle."""
     away = np.linalg.norm(1e-3 * points - circle.centre, axis=1) / circle.radius - 1.0
     return np.asarray(np.abs(away) <= ON_CIRCLE)

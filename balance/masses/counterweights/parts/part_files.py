@@ -13,7 +13,6 @@ from io import BytesIO, StringIO
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from balance.masses.counterweights.counterweight import Counterweight
 from balance.masses.counterweights.parts.mesh_moments import (
@@ -28,8 +27,7 @@ from balance.support.csv_text import csv_writer
 from balance.support.tolerances import PART_MOMENTS, PART_ROUND_OFF
 from kinematics.model.linkage import Notice
 from kinematics.model.spatial.inertia import from_pseudo_inertia
-
-Array = NDArray[np.float64]
+from kinematics.numerics.array_types import Array, IntArray
 
 TABLE = "parts.csv"
 COLUMNS = (
@@ -186,8 +184,6 @@ def _dxf(plate: Plate) -> bytes:
 if TYPE_CHECKING:
     from manifold3d import Manifold
 
-
-IntArray = NDArray[np.int64]
 
 # Corners of a cylinder and of a great circle of a ball.
 AROUND_CYLINDER, AROUND_BALL = 512, 256

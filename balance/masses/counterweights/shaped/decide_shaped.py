@@ -14,7 +14,6 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from balance.masses.counterweights.answer import Counterweights
 from balance.masses.counterweights.counterweight import filled_counterweight
@@ -32,10 +31,10 @@ from balance.support.tolerances import (
 )
 from kinematics.errors import UsageError
 from kinematics.model.arrays import freeze
+from kinematics.numerics.array_types import Array
 from kinematics.numerics.linalg.ties import first_least
 from kinematics.wording import number_text
 
-Array = NDArray[np.float64]
 Rows = list[tuple[str, Array]]
 
 # Variables of a link: mass, first moments along two axes, mass times what grows, its root in

@@ -7,15 +7,14 @@ from math import pi, sqrt
 from typing import Literal, NamedTuple, get_args
 
 import numpy as np
-from numpy.typing import NDArray
 
 from balance.masses.counterweights.regions import Region, box_region, cylinder_region
 from balance.support.units import read_quantity
 from kinematics.errors import UsageError
 from kinematics.model.arrays import freeze
+from kinematics.numerics.array_types import Array
 from kinematics.wording import number_text
 
-Array = NDArray[np.float64]
 Kind = Literal["disc", "block", "cylinder"]
 
 

@@ -6,7 +6,6 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from balance.masses.counterweights.answer import Counterweights, Relaxation
 from balance.masses.counterweights.counterweight import filled_counterweight
@@ -36,8 +35,6 @@ from balance.support.tolerances import (
 )
 from kinematics.model.arrays import freeze
 from kinematics.wording import number_text
-
-Array = NDArray[np.float64]
 
 
 def decide_filled(

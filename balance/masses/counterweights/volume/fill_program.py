@@ -29,7 +29,6 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from balance.masses.counterweights.program import AddedProgram
 from balance.masses.counterweights.volume.stock import (
@@ -55,8 +54,7 @@ from balance.support.tolerances import (
     FILL_ROUND_OFF,
     MASS_GAP,
 )
-
-Array = NDArray[np.float64]
+from kinematics.numerics.array_types import Array
 
 # Most master programs of one question.
 MOST_ROUNDS = 120

@@ -15,7 +15,7 @@ from collections.abc import Mapping
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from balance.masses.counterweights.added_matter import parameters_per_moment
 from balance.masses.counterweights.volume.stock import Stock, support_function
@@ -25,8 +25,6 @@ from balance.space.spaces.design_space import DesignSpace
 from balance.support.clarabel_adapter import TRIANGLES
 from balance.support.tolerances import CERTIFICATE_ORTHOGONAL
 from kinematics.wording import check_summary
-
-Array = NDArray[np.float64]
 
 
 class FillingCheck(NamedTuple):

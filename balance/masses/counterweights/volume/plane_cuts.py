@@ -12,12 +12,10 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from balance.masses.counterweights.added_matter import homogeneous
 from balance.masses.counterweights.regions import Region
-
-Array = NDArray[np.float64]
+from kinematics.numerics.array_types import Array
 
 # Slices of a cylinder between two places: the degree in θ is at most 5.
 SLICES = 24

@@ -10,7 +10,6 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from balance.masses.counterweights.regions import Region, hull_region
 from balance.masses.counterweights.volume.stock import Stock
@@ -19,8 +18,7 @@ from balance.space.spaces.design_space import DesignSpace
 from balance.support.tolerances import PLATE_UPRIGHT
 from kinematics.errors import BodyError, UsageError
 from kinematics.model.arrays import freeze
-
-Array = NDArray[np.float64]
+from kinematics.numerics.array_types import Array
 
 
 def density_limits(

@@ -16,11 +16,9 @@ from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from balance.masses.counterweights.regions import Region
-
-Array = NDArray[np.float64]
+from kinematics.numerics.array_types import Array, Flags
 
 # Powers of τ in mass, first and second moments, with the factor τ² of the volume.
 POWERS = (3, 4, 5)
@@ -39,7 +37,7 @@ class Rays(NamedTuple):
     sides: Array
     weights: Array
 
-    def products(self, tau: Array, chosen: NDArray[np.bool_]) -> Array:
+    def products(self, tau: Array, chosen: Flags) -> Array:
         """Compute ``[u; 1][u; 1]ᵀ`` (k, 16) at τ (k,) on chosen rays (n,)."""
         v = np.ones((tau.size, 4))
         v[:, :3] = self.origin + tau[:, None] * self.sides[chosen]
@@ -123,7 +121,7 @@ def surface_products(rays: Rays, form: Array, basis: Array) -> Array:
     return total
 
 
-def _positive_intervals(rays: Rays, form: Array) -> tuple[Array, NDArray[np.bool_], Array]:
+def _positive_intervals(rays: Rays, form: Array) -> tuple[Array, Flags, Array]:
     """Find where a quadratic is positive along rays.
 
     Returns:

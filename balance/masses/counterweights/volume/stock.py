@@ -13,7 +13,6 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from balance.masses.counterweights.added_matter import symmetric_basis
 from balance.masses.counterweights.quadratic_minimum import minimise_in_region
@@ -26,8 +25,7 @@ from balance.masses.counterweights.volume.rays import (
 )
 from balance.support.clarabel_adapter import triangles
 from balance.support.tolerances import CURVATURE_ZERO
-
-Array = NDArray[np.float64]
+from kinematics.numerics.array_types import Array
 
 # Rays of a region while a design is sought, for its final moments, for bounds, and for the
 # estimate of their errors.

@@ -18,7 +18,6 @@ from fractions import Fraction
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from balance.masses.designs.feasibility import feasible
 from balance.masses.remedies.applied import AppliedRemedy, refused
@@ -49,9 +48,8 @@ from kinematics.files.urdf.xml_tree import build_tree
 from kinematics.model.document.element import Document, Element
 from kinematics.model.document.write_numbers import element_lines, number_words
 from kinematics.model.motion import Motion
+from kinematics.numerics.array_types import Array
 from kinematics.wording import number_text
-
-Array = NDArray[np.float64]
 
 KEY = "input_relation"
 # Most inputs whose relations are tried unasked.

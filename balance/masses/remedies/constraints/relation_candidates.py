@@ -18,11 +18,10 @@ from math import gcd
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from kinematics.numerics.array_types import Array, Flags
 from kinematics.numerics.linalg.rational import rational_null_space
 
-Array = NDArray[np.float64]
 Vector = tuple[int, ...]
 
 # Largest whole number in a relation.
@@ -47,7 +46,7 @@ class Candidate(NamedTuple):
         """The basis as columns (inputs, dimension)."""
         return np.array(self.columns, dtype=np.float64).T
 
-    def holds(self, vectors: Array) -> NDArray[np.bool_]:
+    def holds(self, vectors: Array) -> Flags:
         """Decide which of some vectors (count, inputs) of whole numbers lie in it."""
         rows = np.array(self.rows).reshape(-1, vectors.shape[1])
         return ~np.any(vectors @ rows.T, axis=1)

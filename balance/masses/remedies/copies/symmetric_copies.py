@@ -20,17 +20,15 @@ from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from balance.masses.remedies.momentum_along import momentum_along
 from balance.motion.verification.trajectory import random_motions
 from balance.support.tolerances import AS_GIVEN_RESIDUAL
 from kinematics.model.linkage import GROUND, Linkage
 from kinematics.model.motion import motion_of
+from kinematics.numerics.array_types import Array
 from kinematics.numerics.linalg.ties import first_direction, first_largest, round_decimals
 from kinematics.wording import vector_text
-
-Array = NDArray[np.float64]
 
 # Random motions, and samples of each, whose momenta span those of all motions.
 MOTIONS = 3

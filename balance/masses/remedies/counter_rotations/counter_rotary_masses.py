@@ -20,7 +20,6 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from balance.masses.counterweights.added_matter import (
     MomentCone,
@@ -58,10 +57,9 @@ from balance.space.spaces.compute_space import design_space
 from balance.space.spaces.design_space import DesignSpace
 from balance.support.clarabel_adapter import ConstraintBlock, solve_conic, triangles
 from balance.support.tolerances import CONDITION_WITHOUT_MATTER, ROTOR_WITHOUT_MOMENTUM
+from kinematics.numerics.array_types import Array
 from kinematics.numerics.linalg.ties import round_decimals
 from kinematics.wording import count_noun, number_text
-
-Array = NDArray[np.float64]
 
 # Decimals of places, in characteristic lengths of the linkage.
 DECIMALS = 7

@@ -19,7 +19,6 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from balance.masses.counterweights.program import orthonormal_conditions
 from balance.masses.designs.pseudo_inertia_cone import given_parameters
@@ -28,8 +27,7 @@ from balance.space.spaces.design_space import DesignSpace
 from balance.support.tolerances import FIXED_RANK_RELATIVE, ROTOR_WITHOUT_MOMENTUM
 from kinematics.model.chain import path
 from kinematics.model.linkage import GROUND, Linkage
-
-Array = NDArray[np.float64]
+from kinematics.numerics.array_types import Array
 
 
 class RotorConditions(NamedTuple):

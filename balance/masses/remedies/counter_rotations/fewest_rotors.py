@@ -14,7 +14,6 @@ from dataclasses import dataclass, field
 from itertools import combinations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from balance.masses.counterweights.program import IDLE_MASS_PRICE
 from balance.masses.designs.feasibility import Verdict
@@ -33,11 +32,11 @@ from balance.space.inertial_parameters.conversions import mass_properties
 from balance.space.spaces.design_space import DesignSpace
 from balance.support.clarabel_adapter import ConstraintBlock, solve_conic
 from balance.support.tolerances import MASSES_EQUAL
+from kinematics.numerics.array_types import Array
 from kinematics.numerics.linalg.ties import rank_least_first
 from kinematics.wording import count_noun, number_text, repr_lines
 
 Progress = Callable[[int, int], None]
-Array = NDArray[np.float64]
 
 # Most candidates of which all sets are decided; of more, sets of the smallest size alone.
 MOST_CANDIDATES = 12

@@ -10,7 +10,6 @@ from collections.abc import Mapping
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from balance.masses.counterweights.regions import Region, ball_region
 from balance.masses.remedies.request import RemedyRequest
@@ -19,8 +18,7 @@ from kinematics.files.urdf.xml_tree import build_tree
 from kinematics.model.document.element import Element
 from kinematics.model.document.make_elements import joint, link, origin
 from kinematics.model.linkage import GROUND, Linkage
-
-Array = NDArray[np.float64]
+from kinematics.numerics.array_types import Array
 
 
 class RotorParts(NamedTuple):

@@ -18,7 +18,6 @@ from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from balance.masses.designs.certificate import PARAMETERS_PER_TRACE, CertificateCheck
 from balance.masses.designs.certificate_search import refine_matrices
@@ -33,8 +32,7 @@ from balance.support.tolerances import (
     FIXED_RANK_RELATIVE,
     ROTOR_WEIGHT_ZERO,
 )
-
-Array = NDArray[np.float64]
+from kinematics.numerics.array_types import Array, Flags
 
 # Momentum of a rotor over the sum of all, up to which a design does without it.
 ROTOR_UNUSED = 1e-7
@@ -64,7 +62,7 @@ class RotorCertificate(NamedTuple):
 
     weights: Array
     matrices: Array
-    excluded: NDArray[np.bool_]
+    excluded: Flags
 
 
 def rotor_basis(conditions: RotorConditions, chosen: Sequence[int]) -> tuple[Array, Array]:

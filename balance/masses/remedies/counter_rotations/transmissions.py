@@ -17,7 +17,6 @@ from dataclasses import dataclass, field
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 
 from balance.masses.counterweights.regions import Region, ball_region
 from balance.masses.designs.mass_regions import joint_points
@@ -41,11 +40,10 @@ from kinematics.model.chain import path
 from kinematics.model.document.element import Element
 from kinematics.model.document.make_elements import inertial, joint, link, loop, origin
 from kinematics.model.document.write_numbers import number_words
+from kinematics.numerics.array_types import Array
 from kinematics.numerics.linalg.ties import first_largest, round_decimals
 from kinematics.numerics.tolerances import TIE_RELATIVE
 from kinematics.wording import count_noun
-
-Array = NDArray[np.float64]
 
 # Length of a lever over that of the shortest link along which it is carried.
 LEVER = 0.25

@@ -32,7 +32,6 @@ from itertools import combinations, permutations
 from typing import TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 
 from balance.masses.designs.feasibility import feasible
 from balance.masses.remedies.applied import AppliedRemedy, refused
@@ -51,9 +50,8 @@ from balance.space.spaces.compute_space import design_space
 from kinematics.errors import LinkageError
 from kinematics.loading.model_gallery import load
 from kinematics.model.linkage import GROUND, Linkage
+from kinematics.numerics.array_types import Array
 from kinematics.wording import size_text
-
-Array = NDArray[np.float64]
 
 T = TypeVar("T")
 # What a dyad is called to whose geometry a walk led.

@@ -18,15 +18,13 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from balance.masses.remedies.variant import append_elements, free_name, names_taken
 from kinematics.model.arrays import Frame
 from kinematics.model.document.element import Document, Element
 from kinematics.model.document.make_elements import joint, link, loop, origin
 from kinematics.model.document.write_numbers import number_words
-
-Array = NDArray[np.float64]
+from kinematics.numerics.array_types import Array
 
 # Digits of positions in the file, of which the characteristic length has as many: decimals that
 # follow from decimals of the linkage are then written exactly.

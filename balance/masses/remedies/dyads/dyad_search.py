@@ -22,7 +22,6 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
 from balance.masses.remedies.dyads.dyad_geometry import Dyad, dyad_screws, segments_of
 from balance.space.momentum.regressor import RegressorSeries
@@ -30,8 +29,7 @@ from balance.space.spaces.condition_gradients import ConditionGradients
 from balance.space.spaces.distance_to_rank_drop import spanning_rays
 from kinematics.closure.series import Series, expand
 from kinematics.model.arrays import Chain
-
-Array = NDArray[np.float64]
+from kinematics.numerics.array_types import Array, IntArray
 
 # Order of the series of the angular rates.
 ORDER = 10
@@ -58,8 +56,8 @@ class AngleRelations:
 
     chain: Chain
     dyad: Dyad
-    joints: NDArray[np.int64]
-    bodies: NDArray[np.int64]
+    joints: IntArray
+    bodies: IntArray
     scale: float = 1.0
 
     @cached_property

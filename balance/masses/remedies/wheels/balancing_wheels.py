@@ -11,7 +11,6 @@ from contextlib import suppress
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from balance.masses.remedies.applied import AppliedRemedy, inertia_ratio, refused
 from balance.masses.remedies.judge import MOTIONS, POSES
@@ -45,9 +44,8 @@ from balance.motion.verification.trajectory import (
 from kinematics.errors import LinkageError, PoseError
 from kinematics.model.linkage import GROUND, Joint, Linkage
 from kinematics.model.motion import Motion, motion_of
+from kinematics.numerics.array_types import Array
 from kinematics.wording import number_text
-
-Array = NDArray[np.float64]
 
 SEED = 3
 # Samples over the range of a crank that cannot turn fully, and the part of the range taken:

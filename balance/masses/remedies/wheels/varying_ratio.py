@@ -21,12 +21,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from balance.motion.motion_tolerances import RELATION_RESIDUAL
 from balance.support.csv_text import csv_table
-
-Array = NDArray[np.float64]
+from kinematics.numerics.array_types import Array
 
 TURN = 2.0 * np.pi
 # Least size of a ratio over its greatest at which gears still roll: their radii go with it.

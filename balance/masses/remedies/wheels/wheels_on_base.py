@@ -8,7 +8,6 @@ from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from balance.masses.counterweights.write_counterweights import with_counterweights
 from balance.masses.partial.motion_loads import input_inertia
@@ -29,9 +28,8 @@ from kinematics.model.document.element import Document, Element
 from kinematics.model.document.write_numbers import number_words
 from kinematics.model.linkage import Linkage
 from kinematics.model.motion import Motion
+from kinematics.numerics.array_types import Array
 from kinematics.wording import size_text
-
-Array = NDArray[np.float64]
 
 # Samples of a motion in a file: a spline through them has the velocities and accelerations.
 FILE_SAMPLES = 1001

@@ -10,16 +10,15 @@ from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from kinematics.files.urdf.loop_joints import freedoms_of_joint, perpendicular_to, unit_vector
 from kinematics.files.urdf.robot_tree import pose_matrix
 from kinematics.model.document.element import Element
 from kinematics.model.document.joint_types import DEGREES_OF_FREEDOM
 from kinematics.model.spatial.screws import exp, revolute
+from kinematics.numerics.array_types import Array
 from kinematics.numerics.tolerances import REPEATED_LOOP, UNIVERSAL_AXES_PARALLEL_SINE
 
-Array = NDArray[np.float64]
 Place = Callable[[str], tuple[str, list[Element | None]]]
 
 # Random displacements at which a loop is tested.

@@ -9,14 +9,13 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from kinematics.files.urdf.validate_fields import MAX_NUMBER
 from kinematics.model.document.element import Element
 from kinematics.model.document.write_numbers import number_words, roll_pitch_yaw
+from kinematics.numerics.array_types import Array
 from kinematics.numerics.tolerances import EXACT_ANGLE_ERROR
-
-Array = NDArray[np.float64]
 
 # Decimals that are kept of numbers of size 1: the next are round-off.
 DIGITS = 15

@@ -13,6 +13,7 @@ from tests.support.waiting import HANGS
 ROOT = Path(__file__).resolve().parents[2]
 MODULES = (
     "errors",
+    "numerics/array_types",
     "numerics/compiled/jit",
     "numerics/compiled/background",
     "numerics/compiled/numba_compiler",

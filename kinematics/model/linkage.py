@@ -69,9 +69,13 @@ class Joint:
 
     def __repr__(self) -> str:
         """Give one line: kind, point and axis."""
-        axis = self.screw[:3] if np.any(self.screw[:3]) else self.screw[3:]
-        where = f"{vector_text(self.point)} m, axis {vector_text(axis)}"
+        where = f"{vector_text(self.point)} m, axis {vector_text(self.direction)}"
         return f"Joint {self.name}: {self.kind} at {where}"
+
+    @property
+    def direction(self) -> Array:
+        """Unit vector (3,) along the axis, or of the sliding of a prismatic joint."""
+        return self.screw[3:] if self.kind == "prismatic" else self.screw[:3]
 
     @property
     def whole(self) -> str:

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from kinematics.files.urdf.edit_xml import Splice, Text, read_source
-from kinematics.files.urdf.validate_fields import check_needed
+from kinematics.files.urdf.floating_joints import topmost_links
 from kinematics.model.document.element import Element
 from kinematics.model.linkage import UnassembledLinkage
 
@@ -36,7 +36,7 @@ def replace_inertials(linkage: UnassembledLinkage, inertials: Mapping[str, str])
     data, tree = read_source(linkage, "link", "in which masses could be replaced")
     assert linkage.tree is not None
     links = {link.name: link for link in tree.every("link")}
-    top = _topmost_links(linkage.tree)
+    top = topmost_links(linkage.tree)
     text = _Inertials(data)
     splices = [
         text.replacement(link, inertials.get(name))
@@ -44,22 +44,6 @@ def replace_inertials(linkage: UnassembledLinkage, inertials: Mapping[str, str])
         if top[name] in inertials
     ]
     return text.replace([splice for splice in splices if splice is not None])
-
-
-def _topmost_links(robot: Element) -> dict[str, str]:
-    """Return, for each link, the topmost link that fixed joints join to it."""
-    parent = {
-        check_needed(joint, "child", "link"): check_needed(joint, "parent", "link")
-        for joint in robot.every("joint")
-        if joint.attributes["type"] == "fixed"
-    }
-
-    def topmost(name: str) -> str:
-        while name in parent:
-            name = parent[name]
-        return name
-
-    return {link.name: topmost(link.name) for link in robot.every("link")}
 
 
 class _Inertials(Text):

@@ -229,7 +229,7 @@ def _directions(space: DesignSpace, transfer: Transfer, joints: list[Joint]) -> 
     count = 2 if space.planar else 3
     moved = moved[space.bodies.index(transfer.bodies[0])]
     free = moved[1 : 1 + count] @ _null_space_of_row(moved[0])
-    some = [j.screw[3:] if j.kind == "prismatic" else j.screw[:3] for j in joints]
+    some = [joint.direction for joint in joints]
     some += list(free.T @ space.axes[:count])
     if space.planar:
         some = [project_out(a, space.axes[2]) for a in some]

@@ -276,7 +276,7 @@ def _named_points(space: DesignSpace, body: int) -> list[_NamedPoint]:
 
 def _named_point(joint: Joint) -> _NamedPoint:
     """Name a joint; one of several degrees goes by its own name."""
-    axis = joint.screw[3:] if joint.kind == "prismatic" else joint.screw[:3]
+    axis = joint.direction
     return _NamedPoint(joint.whole, joint.point, axis / np.linalg.norm(axis), joint.name)
 
 

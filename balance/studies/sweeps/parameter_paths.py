@@ -205,7 +205,7 @@ def read_sites(linkage: UnassembledLinkage) -> Sites:
             "it by to_urdf() and load that"
         )
     joints = linkage.tree.every("joint")
-    children = {_link(joint, "child") for joint in joints}
+    children = {joint.link_at("child") for joint in joints}
     links = tuple(link.name for link in linkage.tree.every("link"))
     root = next(name for name in links if name not in children)
     sites = [*_in_order(joints, root), *_loop_sites(linkage.tree)]
@@ -238,12 +238,12 @@ def _in_order(joints: list[Element], root: str) -> Iterator[Site]:
     while pending:
         later = []
         for joint in pending:
-            if _link(joint, "parent") not in reached:
+            if joint.link_at("parent") not in reached:
                 later.append(joint)
                 continue
-            child = _link(joint, "child")
+            child = joint.link_at("child")
             reached.add(child)
-            yield _site(joint, joint, "", _link(joint, "parent"), child)
+            yield _site(joint, joint, "", joint.link_at("parent"), child)
         pending = later
 
 
@@ -264,8 +264,3 @@ def _site(item: Element, part: Element, side: str, link: str, child: str) -> Sit
     n = unit_vector(axis.vector("xyz", "") if axis is not None else [1.0, 0.0, 0.0])
     kind = item.attributes["type"]
     return Site(item.name, side, link, child, kind, np.array(numbers), n)
-
-
-def _link(joint: Element, role: str) -> str:
-    """Name of the link on one side of a joint."""
-    return (joint.first(role) or joint).attributes["link"]

@@ -13,6 +13,7 @@ from dataclasses import replace
 from kinematics.error_text import clean, closest_names, quoted
 from kinematics.files.urdf.xml_tree import Refusal
 from kinematics.model.document.element import Element
+from kinematics.model.document.make_elements import unused_name
 
 LEFT_OUT = "left_out"
 """The code of the remark on loose links that are left out."""
@@ -118,9 +119,7 @@ def _set_ground(robot: Element, ground: str) -> tuple[Element, list[str], list[s
     ]  # fmt: skip
     taken = {item.name for item in robot.children}
     for root in floating:
-        name = f"{root}_floats"
-        while name in taken:
-            name += "_"
+        name = unused_name(f"{root}_floats", taken)
         sides = (Element("parent", {"link": ground}), Element("child", {"link": root}))
         kept.append(Element("joint", {"name": name, "type": "floating"}, sides))
     return replace(robot, children=tuple(kept)), loose, floating

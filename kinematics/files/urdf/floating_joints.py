@@ -121,7 +121,7 @@ def _find_bases(tree: Element) -> Iterator[tuple[Element, bool]]:
 
 def _find_mechanisms(tree: Element) -> list[_Mechanism]:
     """Find the mechanisms of a robot, in the order in which the ground carries them."""
-    top = _topmost_links(tree)
+    top = topmost_links(tree)
     moving = [j for j in tree.every("joint") if j.attributes["type"] != "fixed"]
     pairs = [_ends(joint, ("parent", "child"), top) for joint in moving]
     loops = [_ends(loop, ("predecessor", "successor"), top) for loop in tree.every("loop")]
@@ -141,7 +141,7 @@ def _find_mechanisms(tree: Element) -> list[_Mechanism]:
     return list(mechanisms.values())
 
 
-def _topmost_links(tree: Element) -> dict[str, str]:
+def topmost_links(tree: Element) -> dict[str, str]:
     """Find, for each link, the topmost link that fixed joints connect to it."""
     before = {
         check_needed(joint, "child", "link"): check_needed(joint, "parent", "link")

@@ -19,9 +19,7 @@ from kinematics.files.urdf.rational_poses import (
     AXES,
     Matrix,
     RationalPose,
-    add_vectors,
     rotation,
-    scale_vector,
 )
 from kinematics.files.urdf.read_roots import FileRoots
 from kinematics.model.document.element import Element
@@ -30,10 +28,12 @@ from kinematics.model.linkage import Notice
 from kinematics.numerics.linalg.rational import (
     BITS,
     Vector,
+    add_vectors,
     cross,
     decimal,
     dot,
     nearby_fraction,
+    part_across,
     pi,
     quarters,
     root,
@@ -49,7 +49,7 @@ def _perpendicular(n: Vector, direction: Vector | None = None) -> Vector:
     if direction is None or not any(cross(n, direction)):
         nearest = max(range(3), key=lambda i: abs(n[i]))
         direction = AXES[(nearest + 1) % 3]
-    return add_vectors(direction, scale_vector(-dot(direction, n) / dot(n, n), n))
+    return part_across(direction, n)
 
 
 class RationalJoints:
@@ -131,14 +131,14 @@ class RationalJoints:
         """Compute the poses of all links, and add the screws of the joints of the tree."""
         hanging: dict[str, list[Element]] = {}
         for joint in tree.every("joint"):
-            hanging.setdefault(_side(joint, "parent"), []).append(joint)
-        carried = {_side(joint, "child") for joint in tree.every("joint")}
+            hanging.setdefault(joint.link_at("parent"), []).append(joint)
+        carried = {joint.link_at("child") for joint in tree.every("joint")}
         ready = [link.name for link in tree.every("link") if link.name not in carried]
         poses = dict.fromkeys(ready, RationalPose())
         while ready:
             link = ready.pop()
             for joint in hanging.get(link, ()):
-                child = _side(joint, "child")
+                child = joint.link_at("child")
                 poses[child] = self._add_joint(joint, poses[link])
                 ready.append(child)
         return poses
@@ -190,7 +190,7 @@ class RationalJoints:
             motion, along = step.split()
             a = directions[along]
             if motion == "turn":
-                screw = a + add_vectors(cross(point, a), scale_vector(pitch, a))
+                screw = a + add_vectors(cross(point, a), a, pitch)
             else:
                 screw = (Fraction(0),) * 3 + a
             self.joints[name] = motion, screw
@@ -237,11 +237,9 @@ class RationalJoints:
                 "write the axis as a coordinate axis, or do without the offset"
             )
         if joint.attributes["type"] == "prismatic":
-            return RationalPose(frame.R, add_vectors(frame.d, scale_vector(offset / length, n)))
+            return RationalPose(frame.R, add_vectors(frame.d, n, offset / length))
         turned = RationalPose(self._turn(joint.label, n, offset)) @ RationalPose(frame.R)
-        return RationalPose(
-            turned.R, add_vectors(frame.d, scale_vector(pitch * offset / length, n))
-        )
+        return RationalPose(turned.R, add_vectors(frame.d, n, pitch * offset / length))
 
     def _add_loop(self, loop: Element) -> None:
         """Add the screws of a loop."""
@@ -249,20 +247,20 @@ class RationalJoints:
         axis = self._axis(loop, loop.first("axis"))
         n, u = before.turn(axis), before.turn(_perpendicular(axis))
         centre, kind = before.d, loop.attributes["type"]
-        gap = add_vectors(after.d, scale_vector(Fraction(-1), before.d))
+        gap = add_vectors(after.d, before.d, -1)
         if self.closed and any(gap) and kind not in ("prismatic", "cylindrical", "planar"):
             # No double holds the square of a gap below 1e-162 m.
             size = Fraction(float(dot(gap, gap)) ** 0.5) or max(map(abs, gap))
             text = f"open by {size_text(float(size))} m in its decimals: closed there"
             self._note(loop.label, text, "open_in_decimals")
             away = self.change_number(size, self.length) - size
-            centre = add_vectors(centre, scale_vector(away / size, gap))
+            centre = add_vectors(centre, gap, away / size)
         if kind == "universal":
             second = loop.first("axis2")
             given = self._axis(loop, second) if second else _perpendicular(axis)
             u = _perpendicular(n, after.turn(given))
         elif kind == "planar":
-            centre = add_vectors(after.d, scale_vector(-dot(n, gap) / dot(n, n), n))
+            centre = add_vectors(after.d, n, -dot(n, gap) / dot(n, n))
         self._add_screws(loop, n, u, centre)
 
     def _end(self, loop: Element, role: str) -> RationalPose:
@@ -270,9 +268,3 @@ class RationalJoints:
         side = loop.first(role) or loop
         pose = self.origin_pose(loop.label, side.first("origin"))
         return self.poses[side.attributes["link"]] @ pose
-
-
-def _side(joint: Element, role: str) -> str:
-    """Read the name of the parent or child link."""
-    side = joint.first(role) or joint
-    return side.attributes["link"]

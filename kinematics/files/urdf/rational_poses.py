@@ -12,7 +12,15 @@ from math import pi, sqrt, tan
 from typing import NamedTuple
 
 from kinematics.model.linkage import GROUND, Joint
-from kinematics.numerics.linalg.rational import Vector, cross, dot, nearby_fraction, root
+from kinematics.numerics.linalg.rational import (
+    Vector,
+    add_vectors,
+    cross,
+    dot,
+    nearby_fraction,
+    root,
+    scale_vector,
+)
 
 Matrix = tuple[Vector, ...]
 
@@ -47,25 +55,6 @@ class RationalPose(NamedTuple):
         )
 
 
-def add_vectors(a: Vector, b: Vector) -> Vector:
-    """Compute ``a + b``.
-
-    Args:
-        a: vector (n,).
-        b: vector (n,).
-    """
-    return tuple(x + y for x, y in zip(a, b, strict=True))
-
-
-def scale_vector(factor: Fraction, a: Vector) -> Vector:
-    """Compute ``factor a``.
-
-    Args:
-        a: vector (n,).
-    """
-    return tuple(factor * x for x in a)
-
-
 def rotation(n: Vector, tau: Fraction, quarter: int = 0) -> Matrix:
     """Compute the rotation matrix (3, 3) about n by ``2 arctan(τ |n|)`` and by quarter turns.
 
@@ -87,8 +76,8 @@ def rotation(n: Vector, tau: Fraction, quarter: int = 0) -> Matrix:
     columns = []
     for axis in AXES:
         once = cross(n, axis)
-        moved = add_vectors(axis, scale_vector(s, once))
-        columns.append(add_vectors(moved, scale_vector((1 - c) / square, cross(n, once))))
+        moved = add_vectors(axis, once, s)
+        columns.append(add_vectors(moved, cross(n, once), (1 - c) / square))
     return tuple(zip(*columns, strict=True))
 
 
@@ -128,9 +117,9 @@ def _step(kind: str, screw: Vector, q: float) -> RationalPose:
     halves = round(q / pi) if root(square) is not None else 0
     R = RationalPose(rotation(n, _rounded(tan((q - halves * pi) / 2) / length), 2 * halves))
     foot = scale_vector(1 / square, cross(n, m))
-    away = add_vectors(foot, scale_vector(Fraction(-1), R.turn(foot)))
+    away = add_vectors(foot, R.turn(foot), -1)
     slide = dot(n, m) / square * nearby_fraction(Fraction(q / length))
-    return RationalPose(R.R, add_vectors(away, scale_vector(slide, n)))
+    return RationalPose(R.R, add_vectors(away, n, slide))
 
 
 def _rounded(x: float) -> Fraction:

@@ -125,15 +125,10 @@ def _inertial(item: Element | None) -> Inertial | None:
 
 def _joint(joint: Element) -> TreeJoint:
     """Read a ``<joint>``."""
-    parent, child = (_link(joint, role) for role in ("parent", "child"))
+    parent, child = (joint.link_at(role) for role in ("parent", "child"))
     mimic = joint.first("mimic")
     follows = None
     if mimic is not None and joint.attributes["type"] != "fixed":
         (multiplier,), (offset,) = mimic.vector("multiplier", "1"), mimic.vector("offset", "0")
         follows = Follows(mimic.attributes["joint"], multiplier, offset)
     return TreeJoint(joint, parent, child, pose_matrix(joint.first("origin")), follows)
-
-
-def _link(joint: Element, role: str) -> str:
-    """Find the link on one side of a joint."""
-    return (joint.first(role) or joint).attributes["link"]

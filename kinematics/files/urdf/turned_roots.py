@@ -42,11 +42,11 @@ def turned_screws(linkage: Linkage) -> Iterator[tuple[tuple[Vector, ...], int]]:
     if len(joints) > MAX_JOINTS or any(joint.kind == "helical" for joint in joints):
         return
     size = max(extent(linkage).length, 1e-300)
-    for R in islice(_frames([_direction(joint) for joint in joints]), MAX_FRAMES):
+    for R in islice(_frames([joint.direction for joint in joints]), MAX_FRAMES):
         vectors = []
         for j, joint in enumerate(joints):
             place = R @ (joint.point - joints[0].point)
-            vectors.append(_make_vector((j, "n"), R @ _direction(joint), ROUND_OFF))
+            vectors.append(_make_vector((j, "n"), R @ joint.direction, ROUND_OFF))
             vectors.append(_make_vector((j, "p"), place, ROUND_OFF * size))
         forms = read_closed_forms(vectors)
         if degree_of_field(forms.conductor) == 1:
@@ -77,11 +77,6 @@ def _frames(axes: list[Array]) -> Iterator[Array]:
             continue
         seen.append(z)
         yield np.array([first, np.cross(z, first), z])
-
-
-def _direction(joint: Joint) -> Array:
-    """Return the direction of a joint, a unit vector (3,)."""
-    return np.asarray(joint.screw[3:] if joint.kind == "prismatic" else joint.screw[:3])
 
 
 def _make_vector(key: tuple[int, str], values: Array, error: float) -> NumberVector:

@@ -117,15 +117,9 @@ class _Model:
         for joint, frames in enumerate(self.links):
             frames.sort(key=lambda link: not _is_identity(link[1]))
             if not frames or not _is_identity(frames[0][1]):
-                frames.insert(0, (self._new_name(model.names[joint]), np.eye(4)))
+                name = make_elements.unused_name(model.names[joint], self.taken)
+                frames.insert(0, (name, np.eye(4)))
         self.between: list[str] = []
-
-    def _new_name(self, name: str) -> str:
-        """Find a name that no link has yet."""
-        while name in self.taken:
-            name += "_"
-        self.taken.add(name)
-        return name
 
     def robot(self, constraints: Iterable[Any]) -> Element:
         """Make the elements of the linkage, the base first."""
@@ -149,7 +143,7 @@ class _Model:
             title = name if len(steps) == 1 else f"{name}.{k}"
             child = self.links[index][0][0]
             if k < len(steps) - 1:
-                child = self._new_name(title)
+                child = make_elements.unused_name(title, self.taken)
                 self.between.append(child)
             origin = make_elements.origin(at @ step.at)
             yield make_elements.joint(title, step.kind, parent, child, origin, *step[2:])
@@ -160,10 +154,7 @@ class _Model:
         titles = set(self.model.names)
         for (first, _), *others in self.links:
             for name, pose in others:
-                title = f"{name}_fixed"
-                while title in titles:
-                    title += "_"
-                titles.add(title)
+                title = make_elements.unused_name(f"{name}_fixed", titles)
                 origin = make_elements.origin(pose)
                 yield make_elements.joint(title, "fixed", first, name, origin)
 

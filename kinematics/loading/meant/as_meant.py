@@ -25,7 +25,15 @@ from kinematics.model.arrays import freeze
 from kinematics.model.chain import extent
 from kinematics.model.linkage import GROUND, Joint, Linkage, MeantGeometry, Notice
 from kinematics.numerics.array_types import Array
-from kinematics.numerics.linalg.rational import Vector, cross, dot, nearby_fraction
+from kinematics.numerics.linalg.rational import (
+    Vector,
+    add_vectors,
+    cross,
+    dot,
+    nearby_fraction,
+    nearby_vector,
+    part_across,
+)
 from kinematics.numerics.tolerances import EXACT_SCREW_DIFFERENCE, MEANT_DIFFERENCE
 from kinematics.wording import size_text
 
@@ -286,7 +294,7 @@ class _Snapping:
             before, turning = self._predecessors(j)
             self._n.append(self._direction(j, before, turning))
             self._units = np.vstack([self._units, _unit(self._n[j])])
-            self._p.append(_rational(joint.point))
+            self._p.append(nearby_vector(joint.point))
             if joint.kind != "prismatic" and turning != GROUND:
                 self._place(j, turning)
             n, p = self._n[j], self._p[j]
@@ -311,7 +319,7 @@ class _Snapping:
     def _direction(self, j: int, before: int, turning: int) -> Vector:
         """Make the direction of a joint exactly parallel, or perpendicular, to earlier ones."""
         joint = self._linkage.joints[j]
-        n = _rational(joint.screw[3:] if joint.kind == "prismatic" else joint.screw[:3])
+        n = nearby_vector(joint.direction)
         across = [
             k for k in dict.fromkeys((before, turning))
             if k != GROUND and self._angle(n, k, right=True) <= self._limits.angle
@@ -332,7 +340,7 @@ class _Snapping:
             sign = 1 if dot(n, both) > 0 else -1
             return tuple(sign * x for x in both)
         for m in across[:1]:
-            n = _without(n, self._n[m])
+            n = part_across(n, self._n[m])
         return n
 
     def _nearly_parallel(self, n: Vector) -> list[int]:
@@ -342,29 +350,29 @@ class _Snapping:
 
     def _place(self, j: int, g: int) -> None:
         """Shift a point so that the axis meets an earlier one, and its other neighbours."""
-        n, m, w = self._n[j], self._n[g], _difference(self._p[j], self._p[g])
+        n, m, w = self._n[j], self._n[g], add_vectors(self._p[j], self._p[g], -1)
         normal = cross(m, n)
         if not any(normal):
-            apart = _without(w, m)
+            apart = part_across(w, m)
             if _size(apart) <= self._limits.place:
                 self._record(
                     f"{self._name(j)} on the axis of {self._name(g)}", place=_size(apart)
                 )
-                self._p[j] = _difference(self._p[j], apart)
+                self._p[j] = add_vectors(self._p[j], apart, -1)
             return
         if _size(normal) < self._limits.angle * _size(m) * _size(n):
             return
         apart = _along(w, normal)
         if _size(apart) <= self._limits.place:
             self._record(f"{self._name(j)} meets {self._name(g)}", place=_size(apart))
-            self._p[j] = _difference(self._p[j], apart)
+            self._p[j] = add_vectors(self._p[j], apart, -1)
         here = self._foot(g, j)
         for other in self._feet.get(g, ()):
             more = tuple((here - other) * x for x in m)
             if _size(more) <= self._limits.place:
                 text = f"normals on {self._name(g)} meet that of {self._name(j)}"
                 self._record(text, place=_size(more))
-                self._p[j] = _difference(self._p[j], more)
+                self._p[j] = add_vectors(self._p[j], more, -1)
                 here = other
                 break
         self._feet.setdefault(g, []).append(here)
@@ -377,7 +385,7 @@ class _Snapping:
         ``t = (n_b·n_b r·n_a - n_a·n_b r·n_b) / (n_a·n_a n_b·n_b - (n_a·n_b)²)``.
         Points of an axis are measured from that nearest to the origin.
         """
-        u, v, r = self._n[a], self._n[b], _difference(self._p[b], self._p[a])
+        u, v, r = self._n[a], self._n[b], add_vectors(self._p[b], self._p[a], -1)
         uu, uv, vv = dot(u, u), dot(u, v), dot(v, v)
         t = (vv * dot(r, u) - uv * dot(r, v)) / (uu * vv - uv * uv)
         return t + dot(self._p[a], u) / uu
@@ -399,10 +407,6 @@ class _Snapping:
         return self._linkage.joints[j].name
 
 
-def _rational(x: Array) -> Vector:
-    return tuple(nearby_fraction(Fraction(float(y))) for y in x)
-
-
 def _unit(n: Vector) -> Array:
     floats = np.array([float(x) for x in n])
     return floats / np.linalg.norm(floats)
@@ -412,14 +416,6 @@ def _size(a: Vector) -> float:
     return float(dot(a, a)) ** 0.5
 
 
-def _difference(a: Vector, b: Vector) -> Vector:
-    return tuple(x - y for x, y in zip(a, b, strict=True))
-
-
 def _along(a: Vector, n: Vector) -> Vector:
     factor = dot(a, n) / dot(n, n)
     return tuple(factor * x for x in n)
-
-
-def _without(a: Vector, n: Vector) -> Vector:
-    return _difference(a, _along(a, n))

@@ -19,7 +19,14 @@ from typing import NamedTuple
 import numpy as np
 
 from kinematics.numerics.array_types import Array
-from kinematics.numerics.linalg.rational import Vector, cross, dot, nearby_fraction
+from kinematics.numerics.linalg.rational import (
+    Vector,
+    add_vectors,
+    cross,
+    dot,
+    nearby_fraction,
+    scale_vector,
+)
 
 
 class _Quaternion(NamedTuple):
@@ -30,24 +37,24 @@ class _Quaternion(NamedTuple):
 
     def __add__(self, other: _Quaternion) -> _Quaternion:  # type: ignore[override]
         """Add quaternions."""
-        return _Quaternion(self.s + other.s, _sum(self.v, other.v))
+        return _Quaternion(self.s + other.s, add_vectors(self.v, other.v))
 
     def __matmul__(self, other: _Quaternion) -> _Quaternion:
         """Multiply quaternions."""
-        v = _sum(_scaled(self.s, other.v), _scaled(other.s, self.v))
+        v = add_vectors(scale_vector(self.s, other.v), scale_vector(other.s, self.v))
         return _Quaternion(
-            self.s * other.s - dot(self.v, other.v), _sum(v, cross(self.v, other.v))
+            self.s * other.s - dot(self.v, other.v), add_vectors(v, cross(self.v, other.v))
         )
 
     def scaled(self, factor: Fraction) -> _Quaternion:
         """Multiply by a number."""
-        return _Quaternion(factor * self.s, _scaled(factor, self.v))
+        return _Quaternion(factor * self.s, scale_vector(factor, self.v))
 
     @property
     def inverse(self) -> _Quaternion:
         """The inverse."""
         square = self.s * self.s + dot(self.v, self.v)
-        return _Quaternion(self.s / square, _scaled(-1 / square, self.v))
+        return _Quaternion(self.s / square, scale_vector(-1 / square, self.v))
 
 
 class _Dual(NamedTuple):
@@ -120,13 +127,13 @@ def bennett_axes(screws: Sequence[Array]) -> tuple[Vector, ...] | None:
             if float(sum(float(x) * y for x, y in zip(h.a.v, screw[:3], strict=True))) > 0
             else -1
         )
-        axes.append(tuple(sign * x for x in line))
+        axes.append(scale_vector(sign, line))
     return tuple(axes)
 
 
 def _root(s: Fraction, scale: Fraction, line: Vector) -> _Dual:
     """Make the dual quaternion ``s + λ (n + ε m)``."""
-    n, m = _scaled(scale, line[:3]), _scaled(scale, line[3:])
+    n, m = scale_vector(scale, line[:3]), scale_vector(scale, line[3:])
     return _Dual(_Quaternion(s, n), _Quaternion(Fraction(0), m))
 
 
@@ -140,13 +147,3 @@ def _rational_line(screw: Array) -> Vector:
 def _nearby(x: float) -> Fraction:
     """Round a number to a fraction."""
     return nearby_fraction(Fraction(float(x)))
-
-
-def _sum(a: Vector, b: Vector) -> Vector:
-    """Add vectors."""
-    return tuple(x + y for x, y in zip(a, b, strict=True))
-
-
-def _scaled(factor: Fraction, a: Vector) -> Vector:
-    """Multiply a vector by a number."""
-    return tuple(factor * x for x in a)

@@ -21,7 +21,13 @@ from kinematics.loading.meant.link_widths import LinkWidths, Width
 from kinematics.model.chain import extent, loop_joints
 from kinematics.model.linkage import Linkage
 from kinematics.numerics.array_types import Array
-from kinematics.numerics.linalg.rational import Vector, cross, dot, nearby_fraction
+from kinematics.numerics.linalg.rational import (
+    Vector,
+    cross,
+    nearby_fraction,
+    nearby_vector,
+    part_across,
+)
 
 # Error of the axes of a Bennett linkage in half widths of the intervals: those of the last two
 # depend on all others.
@@ -92,11 +98,11 @@ def _parallel_figures(
 ) -> list[Figure]:
     """Make a figure without joints for each direction of parallel axes of an open chain."""
     turning = [j for j in joints if linkage.joints[j].kind == "revolute"]
-    axes = [_direction(linkage, j) for j in turning]
+    axes = [linkage.joints[j].direction for j in turning]
     signs = [np.sign(a[np.argmax(np.abs(a))]) for a in axes]
     groups = _alike([s * a for s, a in zip(signs, axes, strict=True)], widths.angle)
     return [
-        Figure((), _rational(axes[group[0]]), None, (), (), (), (), 1.0)
+        Figure((), nearby_vector(axes[group[0]]), None, (), (), (), (), 1.0)
         for group in groups if len(group) > 1
     ]  # fmt: skip
 
@@ -135,7 +141,7 @@ def exact_screws(
             screws[slide.joint] = (Fraction(0),) * 3 + slide.d
         for pin, place in zip(figure.pins, places, strict=True):
             for j in pin.joints:
-                axis = _direction(linkage, j)
+                axis = linkage.joints[j].direction
                 n, point = figure.normal, place
                 if n is None:
                     assert figure.centre is not None
@@ -172,7 +178,7 @@ def _planar_figure(
     turning = [j for j in joints if kinds[j] == "revolute"]
     if not turning or "helical" in kinds.values():
         return None
-    axes = {j: _direction(linkage, j) for j in joints}
+    axes = {j: linkage.joints[j].direction for j in joints}
     first = axes[turning[0]]
     mean = np.sum([np.sign(axes[j] @ first) * axes[j] for j in turning], axis=0)
     mean /= np.linalg.norm(mean)
@@ -187,12 +193,12 @@ def _planar_figure(
     slides = []
     for j in joints:
         if kinds[j] == "prismatic":
-            d = _rational(axes[j])
-            d = _across(d, normal)
+            d = nearby_vector(axes[j])
+            d = part_across(d, normal)
             round_off = Width((), closing / 2, SLIDE_ROUND_OFF)
             near, far = (widths.of(link, j) + round_off for link in widths.links[j])
             slides.append(Slide(j, widths.links[j], d, (near, far)))
-    flat = {j: _across(_rational(linkage.joints[j].point), normal) for j in turning}
+    flat = {j: part_across(nearby_vector(linkage.joints[j].point), normal) for j in turning}
     groups = _alike([_floats(flat[j]) for j in turning], widths.place)
     pins, places = [], []
     for group in groups:
@@ -221,7 +227,7 @@ def _spherical_figure(
     """Make the figure of joints whose axes meet in a point; None if they do not."""
     if any(linkage.joints[j].kind != "revolute" for j in joints) or len(joints) < 4:
         return None
-    axes = np.array([_direction(linkage, j) for j in joints])
+    axes = np.array([linkage.joints[j].direction for j in joints])
     points = np.array([linkage.joints[j].point for j in joints])
     across = np.eye(3) - axes[:, :, None] * axes[:, None, :]
     total = across.sum(axis=0)
@@ -242,9 +248,8 @@ def _spherical_figure(
     relations = find_relations(
         where, pins, (), False, 1.0, limit, widths.links, LinkShapes(linkage, widths)
     )
-    return Figure(
-        joints, None, _rational(centre), tuple(pins), tuple(places), (), tuple(relations), 1.0
-    )
+    o = nearby_vector(centre)
+    return Figure(joints, None, o, tuple(pins), tuple(places), (), tuple(relations), 1.0)
 
 
 def _bennett_figure(
@@ -269,7 +274,7 @@ def _bennett_figure(
     width = widths.angle + widths.place / size
     if error > MAX_BENNETT_ERROR * width:
         return None
-    length, o = nearby_fraction(Fraction(size)), _rational(centre)
+    length, o = nearby_fraction(Fraction(size)), nearby_vector(centre)
     moved = {
         j: axis[:3]
         + tuple(length * x + y for x, y in zip(axis[3:], cross(o, axis[:3]), strict=True))
@@ -347,10 +352,11 @@ def _free_screw(
     linkage: Linkage, widths: LinkWidths, j: int, normals: Sequence[Vector]
 ) -> Vector:
     """Make the rational screw of a joint that is in no figure."""
-    joint, n = linkage.joints[j], _free_direction(_direction(linkage, j), widths.angle, normals)
+    joint = linkage.joints[j]
+    n = _free_direction(joint.direction, widths.angle, normals)
     if joint.kind == "prismatic":
         return (Fraction(0),) * 3 + n
-    screw = n + cross(_rational(joint.point), n)
+    screw = n + cross(nearby_vector(joint.point), n)
     if joint.kind == "helical":
         pitch = nearby_fraction(Fraction(float(joint.screw[:3] @ joint.screw[3:])))
         screw = screw[:3] + tuple(x + pitch * y for x, y in zip(screw[3:], n, strict=True))
@@ -365,8 +371,8 @@ def _free_direction(direction: Array, width: float, normals: Sequence[Vector]) -
             return normal if direction @ axis > 0 else tuple(-x for x in normal)
     for normal, axis in zip(normals, axes, strict=True):
         if abs(direction @ axis) <= width:
-            return _across(_rational(direction), normal)
-    return _rational(direction)
+            return part_across(nearby_vector(direction), normal)
+    return nearby_vector(direction)
 
 
 def _shared_normal(mean: Array, normals: Sequence[Vector], width: float) -> Vector:
@@ -375,13 +381,7 @@ def _shared_normal(mean: Array, normals: Sequence[Vector], width: float) -> Vect
         n = _floats(normal)
         if np.linalg.norm(np.cross(n / np.linalg.norm(n), mean)) <= width:
             return normal
-    return _rational(mean)
-
-
-def _direction(linkage: Linkage, j: int) -> Array:
-    """Direction of a joint, a unit vector (3,)."""
-    screw = linkage.joints[j].screw
-    return np.asarray(screw[3:] if linkage.joints[j].kind == "prismatic" else screw[:3])
+    return nearby_vector(mean)
 
 
 def _unit_vector(n: Array) -> Vector:
@@ -397,17 +397,6 @@ def _unit_vector(n: Array) -> Vector:
     return tuple(vector)
 
 
-def _rational(x: Array) -> Vector:
-    """Round numbers to fractions."""
-    return tuple(nearby_fraction(Fraction(float(y))) for y in x)
-
-
 def _floats(x: Vector) -> Array:
     """Convert fractions to floating point."""
     return np.array([float(y) for y in x])
-
-
-def _across(a: Vector, n: Vector) -> Vector:
-    """Compute the part of a vector across another."""
-    factor = dot(a, n) / dot(n, n)
-    return tuple(x - factor * y for x, y in zip(a, n, strict=True))

@@ -25,7 +25,7 @@ import numpy as np
 from kinematics.loading.meant.link_shapes import LinkShapes
 from kinematics.loading.meant.link_widths import Width
 from kinematics.numerics.array_types import Array
-from kinematics.numerics.linalg.rational import Vector, cross, dot
+from kinematics.numerics.linalg.rational import Vector, add_vectors, cross, dot, scale_vector
 
 # Most rigid links through which loops of four are looked for.
 MAX_PINS = 60
@@ -390,8 +390,8 @@ def _choices(
         first, A, C = relation.pins
         d = slides[relation.slide].d
         for fixed, moving in ((first, C), (C, first)):
-            w = _sum(places[A], places[fixed], -1)
-            yield (moving,), (_sum(places[fixed], d, 2 * dot(w, d) / dot(d, d)),)
+            w = add_vectors(places[A], places[fixed], -1)
+            yield (moving,), (add_vectors(places[fixed], d, 2 * dot(w, d) / dot(d, d)),)
         return
     signed = [
         tuple(sign * x for x in places[pin])
@@ -399,9 +399,9 @@ def _choices(
     ]
     if relation.name == "rhombus":
         P, Q, R, _ = signed
-        h, middle = _sum(P, R, -1), tuple((x + y) / 2 for x, y in zip(P, R, strict=True))
-        Q = _sum(Q, h, -dot(_sum(Q, middle, -1), h) / dot(h, h))
-        yield (relation.pins[1], relation.pins[3]), (Q, _sum(_sum(P, R), Q, -1))
+        h, middle = add_vectors(P, R, -1), _middle(P, R)
+        Q = add_vectors(Q, h, -dot(add_vectors(Q, middle, -1), h) / dot(h, h))
+        yield (relation.pins[1], relation.pins[3]), (Q, add_vectors(add_vectors(P, R), Q, -1))
         return
     orders = [(0, 1, 2, 3), (0, 3, 2, 1)]
     if relation.name != "kite":
@@ -414,29 +414,29 @@ def _choices(
     if relation.name == "kite" and normal is not None:
         for axis in (0, 2):
             P, Q, S = signed[axis], signed[1], signed[3]
-            h, middle = _sum(Q, S, -1), tuple((x + y) / 2 for x, y in zip(Q, S, strict=True))
-            along = dot(_sum(P, middle, -1), h) / dot(h, h)
-            yield (relation.pins[axis],), (_sum(P, h, -along),)
+            h, middle = add_vectors(Q, S, -1), _middle(Q, S)
+            along = dot(add_vectors(P, middle, -1), h) / dot(h, h)
+            yield (relation.pins[axis],), (add_vectors(P, h, -along),)
 
 
 def _image(name: str, P: Vector, Q: Vector, R: Vector, normal: Vector | None) -> Vector:
     """Compute the image of Q under the displacement that a relation defines."""
     if name == "parallelogram":
-        h = _sum(P, R)
+        h = add_vectors(P, R)
         if normal is not None:
-            return _sum(h, Q, -1)
-        return _sum(tuple(-x for x in Q), h, 2 * dot(Q, h) / dot(h, h))
+            return add_vectors(h, Q, -1)
+        return add_vectors(tuple(-x for x in Q), h, 2 * dot(Q, h) / dot(h, h))
     if name == "antiparallelogram":
-        h = _sum(P, R, -1)
+        h = add_vectors(P, R, -1)
         w = Q
         if normal is not None:
-            w = _sum(Q, tuple((x + y) / 2 for x, y in zip(P, R, strict=True)), -1)
-        return _sum(Q, h, -2 * dot(w, h) / dot(h, h))
-    m = cross(normal, _sum(R, P, -1)) if normal is not None else cross(P, R)
-    w = _sum(Q, P, -1) if normal is not None else Q
-    return _sum(Q, m, -2 * dot(w, m) / dot(m, m))
+            w = add_vectors(Q, _middle(P, R), -1)
+        return add_vectors(Q, h, -2 * dot(w, h) / dot(h, h))
+    m = cross(normal, add_vectors(R, P, -1)) if normal is not None else cross(P, R)
+    w = add_vectors(Q, P, -1) if normal is not None else Q
+    return add_vectors(Q, m, -2 * dot(w, m) / dot(m, m))
 
 
-def _sum(a: Vector, b: Vector, factor: Fraction | int = 1) -> Vector:
-    """Compute ``a + factor b``."""
-    return tuple(x + factor * y for x, y in zip(a, b, strict=True))
+def _middle(a: Vector, b: Vector) -> Vector:
+    """Compute the middle of two points."""
+    return scale_vector(Fraction(1, 2), add_vectors(a, b))

@@ -11,11 +11,11 @@ from fractions import Fraction
 from typing import NamedTuple
 
 from kinematics.files.urdf.rational_joints import RationalJoints
-from kinematics.files.urdf.rational_poses import RationalPose, add_vectors, scale_vector
+from kinematics.files.urdf.rational_poses import RationalPose
 from kinematics.loading.meant.link_widths import LinkWidths
 from kinematics.model.document.element import Element
 from kinematics.model.linkage import Linkage
-from kinematics.numerics.linalg.rational import Vector, decimal, dot
+from kinematics.numerics.linalg.rational import Vector, add_vectors, decimal, dot
 
 
 class _Axis(NamedTuple):
@@ -56,7 +56,7 @@ class LinkShapes:
         p, q = self._axis(link, joint), self._axis(link, other)
         if p is None or q is None or p.root != q.root:
             return None
-        w = add_vectors(q.point, scale_vector(Fraction(-1), p.point))
+        w = add_vectors(q.point, p.point, -1)
         return dot(w, w) - dot(w, p.direction) ** 2 / dot(p.direction, p.direction)
 
     def _axis(self, link: int, joint: int) -> _Axis | None:
@@ -75,7 +75,7 @@ class _Reader:
         """Read the elements of a file."""
         self._poses = RationalJoints(replace(tree, children=()))
         self._items = {item.name: item for item in tree.every("joint") + tree.every("loop")}
-        self._carrier = {_side(item, "child"): item for item in tree.every("joint")}
+        self._carrier = {item.link_at("child"): item for item in tree.every("joint")}
 
     def ends(self, name: str) -> tuple[_Axis, ...]:
         """Place the axis of a joint on the link before it and on that after it."""
@@ -86,8 +86,8 @@ class _Reader:
         words = "1 0 0" if axis is None else axis.attributes.get("xyz", "1 0 0")
         n = tuple(decimal(word) for word in words.split())
         if item.tag == "joint":
-            near = self._place(item, _side(item, "parent"), n)
-            return near, self._place(None, _side(item, "child"), n)
+            near = self._place(item, item.link_at("parent"), n)
+            return near, self._place(None, item.link_at("child"), n)
         return tuple(
             self._place(end, end.attributes.get("link", ""), n)
             for end in (item.first(role) or item for role in ("predecessor", "successor"))
@@ -98,14 +98,9 @@ class _Reader:
         pose = self._origin(item)
         while link in self._carrier and self._carrier[link].attributes["type"] == "fixed":
             pose = self._origin(self._carrier[link]) @ pose
-            link = _side(self._carrier[link], "parent")
+            link = self._carrier[link].link_at("parent")
         return _Axis(link, pose.d, pose.turn(n))
 
     def _origin(self, item: Element | None) -> RationalPose:
         """Pose of the origin of an element."""
         return self._poses.origin_pose("", None if item is None else item.first("origin"))
-
-
-def _side(item: Element, role: str) -> str:
-    """Read the name of the link on one side of a joint."""
-    return (item.first(role) or item).attributes.get("link", "")

@@ -155,7 +155,7 @@ class _Reader:
         """
         self._digits, self._size, self._turned = digits, size, turned
         self._items = {item.name: item for item in tree.every("joint") + tree.every("loop")}
-        self._carrier = {_link(item, "child"): item for item in tree.every("joint")}
+        self._carrier = {item.link_at("child"): item for item in tree.every("joint")}
 
     def sides(self, name: str) -> tuple[Width, Width]:
         """Compute the half widths of a joint on the link before it and on that after it."""
@@ -164,7 +164,7 @@ class _Reader:
             return Width(), Width()
         axis = self._axis(item)
         if item.tag == "joint":
-            return self._at(item, _link(item, "parent")) + axis, axis
+            return self._at(item, item.link_at("parent")) + axis, axis
         ends = (item.first(role) or item for role in ("predecessor", "successor"))
         near, far = (self._at(end, end.attributes.get("link", "")) + axis for end in ends)
         return near, far
@@ -178,7 +178,7 @@ class _Reader:
         total = Width()
         while link in self._carrier and self._carrier[link].attributes["type"] == "fixed":
             carrier = self._carrier[link]
-            link = _link(carrier, "parent")
+            link = carrier.link_at("parent")
             origin = self._origin(carrier, link)
             total += Width(origin.box, origin.rest + origin.angle * self._size, origin.angle)
         return total
@@ -210,8 +210,3 @@ class _Reader:
     def _half_units(self, words: str) -> float:
         """Root of the sum of squares of half units of a direction."""
         return sqrt(sum(self._digits.half_unit(x, False) ** 2 for x in words.split()))
-
-
-def _link(item: Element, role: str) -> str:
-    """Read the name of the link on one side of a joint."""
-    return (item.first(role) or item).attributes.get("link", "")

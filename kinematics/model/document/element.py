@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
 from kinematics.error_text import clean
@@ -60,6 +60,15 @@ class Element:
     def first(self, tag: str) -> Element | None:
         """Find the first child with this tag; None if there is none."""
         return next((child for child in self.children if child.tag == tag), None)
+
+    def link_at(self, role: str) -> str:
+        """Name of the link on one side of a joint or loop; its own without such a side."""
+        return (self.first(role) or self).attributes.get("link", "")
+
+    def without_lines(self) -> Element:
+        """Copy an element of another file: lines in messages are those of the main file."""
+        children = tuple(child.without_lines() for child in self.children)
+        return replace(self, children=children, line=0)
 
     def vector(self, attribute: str, default: str) -> list[float]:
         """Convert an attribute that `kinematics.files.urdf.validate` has accepted to numbers.

@@ -113,19 +113,12 @@ class _LinkageWriter:
         for first, *others in self.links.values():
             for name in others:
                 yield make_elements.joint(
-                    self._free_name(f"{name}_fixed"),
+                    make_elements.unused_name(f"{name}_fixed", self.taken),
                     "fixed",
                     first,
                     name,
                     self._relative_origin(first, name),
                 )
-
-    def _free_name(self, name: str) -> str:
-        """Choose a name that no link, joint or loop has."""
-        while name in self.taken:
-            name += "_"
-        self.taken.add(name)
-        return name
 
     def _group_freedoms(self, joints: Iterable[Any]) -> Iterator[list[Any]]:
         """Group freedoms that are one joint of the file, unless only some are inputs."""
@@ -139,7 +132,7 @@ class _LinkageWriter:
         chosen = self.inputs.intersection(given)
         if not kind or given != coordinate_names(name, kind) or 0 < len(chosen) < len(steps):
             return None
-        directions = [s.screw[3:] if s.kind == "prismatic" else s.screw[:3] for s in steps]
+        directions = [step.direction for step in steps]
         axis = directions[2] if kind == "planar" else directions[0]
         axis2 = directions[1] if kind == "universal" else None
         turning = [step for step in steps if step.kind != "prismatic"]
@@ -181,7 +174,7 @@ class _LinkageWriter:
         for step in steps:
             there = end
             if step is not steps[-1] or not end:
-                there = self._free_name(f"{step.name}_link")
+                there = make_elements.unused_name(f"{step.name}_link", self.taken)
                 pose = np.eye(4)
                 pose[:3, 3] = step.point
                 self.poses[there] = pose

@@ -15,6 +15,7 @@ from math import isqrt
 from typing import TypeVar
 
 from kinematics.errors import ExactError
+from kinematics.numerics.array_types import Array
 from kinematics.numerics.tolerances import DECIMAL_ROUND_OFF
 
 Vector = tuple[Fraction, ...]
@@ -124,6 +125,27 @@ def tangent(angle: Fraction) -> Fraction:
         size = abs(term) * abs(x) // (unit * k)
         term = size if (term < 0) == (x < 0) else -size
     return nearby_fraction(Fraction(sine, cosine))
+
+
+def nearby_vector(x: Array) -> Vector:
+    """Round numbers (n,) to the nearest multiples of ``2**-BITS``."""
+    return tuple(nearby_fraction(Fraction(float(y))) for y in x)
+
+
+def add_vectors(a: Vector, b: Vector, factor: Fraction | int = 1) -> Vector:
+    """Compute ``a + factor b`` of vectors (n,)."""
+    terms = b if factor == 1 else scale_vector(factor, b)
+    return tuple(x + y for x, y in zip(a, terms, strict=True))
+
+
+def scale_vector(factor: Fraction | int, a: Vector) -> Vector:
+    """Compute ``factor a`` of a vector (n,)."""
+    return tuple(factor * x for x in a)
+
+
+def part_across(a: Vector, n: Vector) -> Vector:
+    """Compute the part of a vector (3,) across another, of any length: ``a - n (a·n) / n²``."""
+    return add_vectors(a, n, -dot(a, n) / dot(n, n))
 
 
 def dot(a: Sequence[Fraction], b: Sequence[Fraction]) -> Fraction:

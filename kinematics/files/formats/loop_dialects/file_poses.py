@@ -15,14 +15,14 @@ from kinematics.errors import ExactError
 from kinematics.files.formats.loop_dialects.decimal_words import decimal_word, word_value
 from kinematics.files.urdf.loop_joints import perpendicular_to, unit_vector
 from kinematics.files.urdf.rational_joints import RationalJoints
-from kinematics.files.urdf.rational_poses import AXES, RationalPose, scale_vector
+from kinematics.files.urdf.rational_poses import AXES, RationalPose
 from kinematics.files.urdf.read import read_linkage
 from kinematics.files.urdf.read_options import ReadOptions, RobotFile
 from kinematics.files.urdf.robot_tree import pose_matrix
 from kinematics.model.document.element import Element
 from kinematics.model.document.write_numbers import number_words, roll_pitch_yaw
 from kinematics.model.spatial.screws import exp, revolute
-from kinematics.numerics.linalg.rational import Vector, dot
+from kinematics.numerics.linalg.rational import Vector, dot, scale_vector
 
 
 class FilePoses:
@@ -132,7 +132,7 @@ def turn_between(first: str, second: str) -> str:
 
 def _inverse(pose: RationalPose) -> RationalPose:
     back = RationalPose(tuple(zip(*pose.R, strict=True)))
-    return RationalPose(back.R, scale_vector(Fraction(-1), back.turn(pose.d)))
+    return RationalPose(back.R, scale_vector(-1, back.turn(pose.d)))
 
 
 def _rational(pose: np.ndarray) -> RationalPose:

@@ -23,6 +23,7 @@ from kinematics.files.formats.mjcf.write_words import (
 from kinematics.model.document import make_elements
 from kinematics.model.document.element import Element
 from kinematics.model.document.joint_types import coordinate_names
+from kinematics.model.document.make_elements import unused_name
 from kinematics.model.document.write_numbers import number_words
 
 _TYPES = ("floating", "spherical", "prismatic", "revolute")
@@ -167,15 +168,3 @@ class BodyTree:
             tensor = given
         centre = number_words(round_to(model.body_ipos[body], self.size))
         return make_elements.inertial(mass, tensor, Element("origin", {"xyz": centre}))
-
-
-def unused_name(name: str, taken: set[str]) -> str:
-    """Choose a name that is not taken, and take it.
-
-    Args:
-        taken: names that are taken; the chosen one is added.
-    """
-    while name in taken:
-        name += "_"
-    taken.add(name)
-    return name

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from kinematics.error_text import clean
-from kinematics.files.formats.mjcf.body_tree import BodyTree, unused_name
+from kinematics.files.formats.mjcf.body_tree import BodyTree
 from kinematics.files.formats.mjcf.compile_file import compile_file
 from kinematics.files.formats.mjcf.includes import expand_includes
 from kinematics.files.formats.mjcf.reduce_file import reduce_file
@@ -18,6 +18,7 @@ from kinematics.files.urdf.validate_fields import MAX_NUMBER
 from kinematics.files.urdf.xml_tree import Refusal
 from kinematics.model.document import make_elements
 from kinematics.model.document.element import Element
+from kinematics.model.document.make_elements import unused_name
 from kinematics.model.document.write_numbers import number_words
 
 NOT_READ = "not_read"

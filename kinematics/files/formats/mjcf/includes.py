@@ -102,14 +102,8 @@ class _Expansion:
             if self.bytes > MAX_INCLUDED:
                 problem = f"more than {MAX_INCLUDED // 2**20} MB of included files"
                 raise Refusal("", problem, "include less")
-            return _without_lines(build_tree(data))
+            return build_tree(data).without_lines()
         except Refusal as refusal:
             element, problem, remedy = refusal.args
             text = ": ".join(part for part in (clean(path), element, problem) if part)
             raise Refusal(child.label, text, remedy) from None
-
-
-def _without_lines(item: Element) -> Element:
-    """Copy an element of another file: lines in messages are those of the main file."""
-    children = tuple(_without_lines(child) for child in item.children)
-    return replace(item, children=children, line=0)

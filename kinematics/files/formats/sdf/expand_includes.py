@@ -103,7 +103,7 @@ class _Expansion:
             if self.bytes > MAX_INCLUDED:
                 problem = f"more than {MAX_INCLUDED // 2**20} MB of included files"
                 raise Refusal("", problem, "include less")
-            root = _without_lines(build_tree(data))
+            root = build_tree(data).without_lines()
             self.elements += sum(1 for _ in root.walk())
             if self.elements > MAX_ELEMENTS:
                 problem = f"more than {MAX_ELEMENTS} elements in included files"
@@ -172,9 +172,3 @@ def _model_file(folder: str) -> str:
         if files:
             return os.path.join(folder, files[-1])
     return os.path.join(folder, "model.sdf")
-
-
-def _without_lines(item: Element) -> Element:
-    """Copy an element of another file: lines in messages are those of the main file."""
-    children = tuple(_without_lines(child) for child in item.children)
-    return replace(item, children=children, line=0)

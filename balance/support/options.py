@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Literal, TypeAlias
 
-from kinematics.numerics.array_types import Array
-
 if TYPE_CHECKING:
-    from numpy.typing import ArrayLike
+    import numpy as np
+    from numpy.typing import ArrayLike, NDArray
 
 
 Balance: TypeAlias = Literal["dynamic", "force"]
@@ -18,7 +17,7 @@ GRAVITY = (0.0, 0.0, -9.81)
 """Acceleration of gravity in the inertial frame by default, m/s²."""
 
 
-def point_of(about: ArrayLike) -> Array:
+def point_of(about: ArrayLike) -> NDArray[np.float64]:
     """Read a point of the inertial frame (3,), metres.
 
     Raises:

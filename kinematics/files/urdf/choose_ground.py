@@ -12,8 +12,7 @@ from dataclasses import replace
 
 from kinematics.error_text import clean, closest_names, quoted
 from kinematics.files.urdf.xml_tree import Refusal
-from kinematics.model.document.element import Element
-from kinematics.model.document.make_elements import unused_name
+from kinematics.model.document.element import Element, unused_name
 
 LEFT_OUT = "left_out"
 """The code of the remark on loose links that are left out."""

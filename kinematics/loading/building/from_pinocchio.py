@@ -17,7 +17,7 @@ from kinematics.files.urdf.xml_tree import Refusal
 from kinematics.loading.building.assemble_elements import assemble_elements, faults_of
 from kinematics.loading.building.check_arguments import find_by_name
 from kinematics.model.document import make_elements
-from kinematics.model.document.element import Element
+from kinematics.model.document.element import Element, unused_name
 from kinematics.model.document.write_numbers import number_words
 from kinematics.model.linkage import Linkage
 from kinematics.numerics.array_types import Array
@@ -117,7 +117,7 @@ class _Model:
         for joint, frames in enumerate(self.links):
             frames.sort(key=lambda link: not _is_identity(link[1]))
             if not frames or not _is_identity(frames[0][1]):
-                name = make_elements.unused_name(model.names[joint], self.taken)
+                name = unused_name(model.names[joint], self.taken)
                 frames.insert(0, (name, np.eye(4)))
         self.between: list[str] = []
 
@@ -143,7 +143,7 @@ class _Model:
             title = name if len(steps) == 1 else f"{name}.{k}"
             child = self.links[index][0][0]
             if k < len(steps) - 1:
-                child = make_elements.unused_name(title, self.taken)
+                child = unused_name(title, self.taken)
                 self.between.append(child)
             origin = make_elements.origin(at @ step.at)
             yield make_elements.joint(title, step.kind, parent, child, origin, *step[2:])
@@ -154,7 +154,7 @@ class _Model:
         titles = set(self.model.names)
         for (first, _), *others in self.links:
             for name, pose in others:
-                title = make_elements.unused_name(f"{name}_fixed", titles)
+                title = unused_name(f"{name}_fixed", titles)
                 origin = make_elements.origin(pose)
                 yield make_elements.joint(title, "fixed", first, name, origin)
 

@@ -85,3 +85,15 @@ class Element:
             item = stack.pop()
             yield item
             stack.extend(reversed(item.children))
+
+
+def unused_name(name: str, taken: set[str]) -> str:
+    """Choose a name that is not taken, and take it.
+
+    Args:
+        taken: names that are taken; the chosen one is added.
+    """
+    while name in taken:
+        name += "_"
+    taken.add(name)
+    return name

@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from kinematics.model.document import make_elements
-from kinematics.model.document.element import Element
+from kinematics.model.document.element import Element, unused_name
 from kinematics.model.document.joint_types import coordinate_names
 from kinematics.model.document.write_numbers import element_text, number_words
 from kinematics.model.spatial.inertia import displace_parameters, inertia_tensor
@@ -113,7 +113,7 @@ class _LinkageWriter:
         for first, *others in self.links.values():
             for name in others:
                 yield make_elements.joint(
-                    make_elements.unused_name(f"{name}_fixed", self.taken),
+                    unused_name(f"{name}_fixed", self.taken),
                     "fixed",
                     first,
                     name,
@@ -174,7 +174,7 @@ class _LinkageWriter:
         for step in steps:
             there = end
             if step is not steps[-1] or not end:
-                there = make_elements.unused_name(f"{step.name}_link", self.taken)
+                there = unused_name(f"{step.name}_link", self.taken)
                 pose = np.eye(4)
                 pose[:3, 3] = step.point
                 self.poses[there] = pose

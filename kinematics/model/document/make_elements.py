@@ -115,18 +115,6 @@ def loop(
     return Element("loop", attributes, (*ends, *_axis_elements(axes)))
 
 
-def unused_name(name: str, taken: set[str]) -> str:
-    """Choose a name that is not taken, and take it.
-
-    Args:
-        taken: names that are taken; the chosen one is added.
-    """
-    while name in taken:
-        name += "_"
-    taken.add(name)
-    return name
-
-
 def _axis_elements(axes: tuple[str, str]) -> list[Element]:
     pairs = zip(("axis", "axis2"), axes, strict=True)
     return [Element(tag, {"xyz": text}) for tag, text in pairs if text]

@@ -12,11 +12,13 @@ from collections.abc import Callable, Iterable, Sequence
 from fractions import Fraction
 from functools import cache
 from math import isqrt
-from typing import TypeVar
+from typing import TYPE_CHECKING, TypeVar
 
 from kinematics.errors import ExactError
-from kinematics.numerics.array_types import Array
 from kinematics.numerics.tolerances import DECIMAL_ROUND_OFF
+
+if TYPE_CHECKING:
+    from kinematics.numerics.array_types import Array
 
 Vector = tuple[Fraction, ...]
 Number = TypeVar("Number", Fraction, float)

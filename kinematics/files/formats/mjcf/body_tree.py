@@ -21,9 +21,8 @@ from kinematics.files.formats.mjcf.write_words import (
     write_origin,
 )
 from kinematics.model.document import make_elements
-from kinematics.model.document.element import Element
+from kinematics.model.document.element import Element, unused_name
 from kinematics.model.document.joint_types import coordinate_names
-from kinematics.model.document.make_elements import unused_name
 from kinematics.model.document.write_numbers import number_words
 
 _TYPES = ("floating", "spherical", "prismatic", "revolute")

@@ -17,8 +17,7 @@ from kinematics.files.formats.mjcf.write_words import round_to, write_origin
 from kinematics.files.urdf.validate_fields import MAX_NUMBER
 from kinematics.files.urdf.xml_tree import Refusal
 from kinematics.model.document import make_elements
-from kinematics.model.document.element import Element
-from kinematics.model.document.make_elements import unused_name
+from kinematics.model.document.element import Element, unused_name
 from kinematics.model.document.write_numbers import number_words
 
 NOT_READ = "not_read"

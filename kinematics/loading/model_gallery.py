@@ -118,9 +118,9 @@ def find(model: str | PathLike[str]) -> Path:
     if isfile(path) or len(path.parts) != 1 or path.suffix.lower() in SUFFIXES:
         return path
     models = gallery()
-    for known in (path.name, path.name.replace("-", "_")):
-        if known in models:
-            return models[known]
+    for name in (path.name, path.name.replace("-", "_")):
+        if name in models:
+            return models[name]
     from kinematics.error_text import clean, closest_names
 
     others = robots()

@@ -241,10 +241,10 @@ class _Work:
         size = float(self.program.matter.masses @ s) if lighter else self.scale
         gap = MASS_GAP / self.unit if lighter else LEAST_SHAKING_GAP
         gain = -float(triangles(self.forms).reshape(-1) @ s)
-        for stock, form, known in zip(self.program.stocks, self.forms, self.parts, strict=True):
+        for stock, form, parts in zip(self.program.stocks, self.forms, self.parts, strict=True):
             part = fill(stock.with_rays_inside(form), form)
             gain += float(np.sum(form * part))
-            known.append(part)
+            parts.append(part)
         return gain > gap * size
 
     def _add_points(self) -> bool:

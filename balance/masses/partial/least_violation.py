@@ -156,11 +156,11 @@ def least_violation(
     assert isinstance(best, LeastShaking)
     gap = (best.value - best.bound) / program.scale
     points = np.stack([np.zeros(matter.count), best.s])
-    left = [[float(np.linalg.norm(block.sum(axis=1) @ np.append(s, 1.0))) for s in points]
-            for block in blocks]  # fmt: skip
+    sizes = [[float(np.linalg.norm(block.sum(axis=1) @ np.append(s, 1.0))) for s in points]
+             for block in blocks]  # fmt: skip
     violations = tuple(
         Violation(item.text, w, before, after)
-        for item, w, (before, after) in zip(space.requirements, factors, left, strict=True)
+        for item, w, (before, after) in zip(space.requirements, factors, sizes, strict=True)
     )
     return LeastViolation(
         space, "optimal" if gap <= SHAKING_GAP_PROVED else "undecided", violations, best.bound,

@@ -134,8 +134,8 @@ def _find(problem: SpringProblem, gravity: Array, catalogue: Sequence[float]) ->
     unknowns = rows.shape[1] - 1
     unsigned = SpringCone(np.zeros((1, unknowns)), np.zeros(1), whole.starts)
     in_span = bool(balanced) or balanced_unknowns(rows, unsigned) is not None
-    left, count = problem.fresh_torque(x)
-    certainty = _certainty(bool(balanced), settled, left, count)
+    torque, count = problem.fresh_torque(x)
+    certainty = _certainty(bool(balanced), settled, torque, count)
     sets = list(dict.fromkeys(tuple(used) for used, _ in balanced))
     return SpringBalance(
         problem.linkage, (float(gravity[0]), float(gravity[1]), float(gravity[2])),
@@ -227,7 +227,7 @@ def _least_of_catalogue(
     problem: SpringProblem, choices: Sequence[tuple[Range, ...]]
 ) -> _Choice:
     """Find the choice of stiffnesses of a catalogue that leaves the least torque."""
-    tried, left = [], []
+    tried, torques = [], []
     flat = _flat(problem)
     for choice in choices:
         used = _used(choice)
@@ -236,8 +236,8 @@ def _least_of_catalogue(
         few = flat[:, columns]
         x = least_unknowns(few, cone.of(used)) if used else np.empty(0)
         tried.append(_Choice(used, x))
-        left.append(float(np.linalg.norm(few @ np.append(x, 1.0))))
-    return tried[rank_least_first(left, left[0])[0]]
+        torques.append(float(np.linalg.norm(few @ np.append(x, 1.0))))
+    return tried[rank_least_first(torques, torques[0])[0]]
 
 
 def _spread(problem: SpringProblem, cone: SpringCone, choice: _Choice) -> Array:

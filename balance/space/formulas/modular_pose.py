@@ -171,62 +171,62 @@ class ModularAssembly:
 
     def _place_turning(self, step: DyadStep) -> None:
         """Three revolute joints: ``P + u E₁ + v E₂ = Q``."""
-        p, (first, middle, last), (one, two) = self.p, step.joints, step.parts
+        p, (first, middle, last), (left, right) = self.p, step.joints, step.parts
         P, Q = self._centre(step.bases[0], first), self._centre(step.bases[1], last)
-        u = self._plus(self.point(one, middle), self.point(one, first), -1)
-        v = self._plus(self.point(two, last), self.point(two, middle), -1)
+        u = self._plus(self.point(left, middle), self.point(left, first), -1)
+        v = self._plus(self.point(right, last), self.point(right, middle), -1)
         g = self._plus(Q, P, -1)
         middle_term = self._norm(g) + self._norm(v) - self._norm(u)
         e = self._quadratic(g[1] * v[0], -middle_term, g[0] * v[1])
-        self._put_direction(two, (e, pow(e, -1, p)))
-        across = self._plus(g, self._turned(two, v), -1)
-        self._put_direction(one, self._quotient(across, u))
-        self._put_centre(one, first, P)
-        self._put_centre(two, last, Q)
+        self._put_direction(right, (e, pow(e, -1, p)))
+        across = self._plus(g, self._turned(right, v), -1)
+        self._put_direction(left, self._quotient(across, u))
+        self._put_centre(left, first, P)
+        self._put_centre(right, last, Q)
 
     def _place_on_slide(self, step: DyadStep) -> None:
         """Two revolute joints and a prismatic one: ``|R + σ D - P|² = |u|²``."""
-        (first, middle, last), (one, two) = step.joints, step.parts
+        (first, middle, last), (left, right) = step.joints, step.parts
         P = self._centre(step.bases[0], first)
-        u = self._plus(self.point(one, middle), self.point(one, first), -1)
-        start, D = self._origin_on_line(self.linkage.joints[last], step.bases[1], two)
-        R = self._plus(start, self._turned(two, self.point(two, middle)))
+        u = self._plus(self.point(left, middle), self.point(left, first), -1)
+        start, D = self._origin_on_line(self.linkage.joints[last], step.bases[1], right)
+        R = self._plus(start, self._turned(right, self.point(right, middle)))
         w = self._plus(R, P, -1)
         slide = self._quadratic(1, D[1] * w[0] + D[0] * w[1], self._norm(w) - self._norm(u))
-        self.O[two] = self._plus(start, self._scaled(D, slide))
+        self.O[right] = self._plus(start, self._scaled(D, slide))
         across = self._plus(w, self._scaled(D, slide))
-        self._put_direction(one, self._quotient(across, u))
-        self._put_centre(one, first, P)
+        self._put_direction(left, self._quotient(across, u))
+        self._put_centre(left, first, P)
 
     def _place_around_slide(self, step: DyadStep) -> None:
         """A prismatic joint between two revolute ones: ``E₁ (τ + q) = Q - P``."""
         joint = self.linkage.joints[step.joints[1]]
-        (first, _, last), bases, (one, two) = step.joints, step.bases, step.parts
-        if joint.parts[0] != one:
-            first, last, bases, (one, two) = last, first, bases[::-1], (two, one)
+        (first, _, last), bases, (left, right) = step.joints, step.bases, step.parts
+        if joint.parts[0] != left:
+            first, last, bases, (left, right) = last, first, bases[::-1], (right, left)
         P, Q = self._centre(bases[0], first), self._centre(bases[1], last)
-        far = self._scaled(self.point(two, last), joint.signs[0] * joint.signs[1])
-        q = self._plus(self._plus(self._offset(joint), far), self.point(one, first), -1)
+        far = self._scaled(self.point(right, last), joint.signs[0] * joint.signs[1])
+        q = self._plus(self._plus(self._offset(joint), far), self.point(left, first), -1)
         g = self._plus(Q, P, -1)
         slide = self._quadratic(1, q[0] + q[1], self._norm(q) - self._norm(g))
-        self._put_direction(one, self._quotient(g, self._plus(q, (slide, slide))))
-        self._align(joint, one, two)
-        self._put_centre(one, first, P)
-        self._put_centre(two, last, Q)
+        self._put_direction(left, self._quotient(g, self._plus(q, (slide, slide))))
+        self._align(joint, left, right)
+        self._put_centre(left, first, P)
+        self._put_centre(right, last, Q)
 
     def _place_between_slides(self, step: DyadStep) -> None:
         """A revolute joint between two prismatic ones: ``R + σ D = S + τ G``."""
-        p, (first, middle, last), (one, two) = self.p, step.joints, step.parts
-        start, D = self._origin_on_line(self.linkage.joints[first], step.bases[0], one)
-        other, G = self._origin_on_line(self.linkage.joints[last], step.bases[1], two)
-        R = self._plus(start, self._turned(one, self.point(one, middle)))
-        S = self._plus(other, self._turned(two, self.point(two, middle)))
+        p, (first, middle, last), (left, right) = self.p, step.joints, step.parts
+        start, D = self._origin_on_line(self.linkage.joints[first], step.bases[0], left)
+        other, G = self._origin_on_line(self.linkage.joints[last], step.bases[1], right)
+        R = self._plus(start, self._turned(left, self.point(left, middle)))
+        S = self._plus(other, self._turned(right, self.point(right, middle)))
         w = self._plus(S, R, -1)
         scale = pow(D[0] * G[1] - D[1] * G[0], -1, p)
         sigma = (w[0] * G[1] - w[1] * G[0]) * scale
         tau = (w[0] * D[1] - w[1] * D[0]) * scale
-        self.O[one] = self._plus(start, self._scaled(D, sigma))
-        self.O[two] = self._plus(other, self._scaled(G, tau))
+        self.O[left] = self._plus(start, self._scaled(D, sigma))
+        self.O[right] = self._plus(other, self._scaled(G, tau))
 
     def _check_centre(self, joint: int) -> int:
         """Check that the centres of a joint on its two parts are one; return 0."""

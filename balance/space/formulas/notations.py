@@ -160,5 +160,5 @@ class Writer:
 
 def _bare(factors: Sequence[str], text: str) -> str:
     """Drop the brackets around the one factor of a side of a fraction."""
-    one = len(factors) == 1 and text.startswith("(") and text.endswith(")")
-    return text[1:-1] if one else text
+    bracketed = len(factors) == 1 and text.startswith("(") and text.endswith(")")
+    return text[1:-1] if bracketed else text

@@ -99,12 +99,12 @@ def linear_pose(
             start = origins[part]
             assert start is not None
             there = _across(linkage, index, values, k, part, start, p)
-            known = origins[other]
-            if known is None:
+            origin = origins[other]
+            if origin is None:
                 origins[other] = there
                 waiting.append(other)
             else:
-                loops.append(_sum([(there, 1), (known, -1)], p))
+                loops.append(_sum([(there, 1), (origin, -1)], p))
     return LinearPose(tuple(o for o in origins if o is not None), tuple(loops))
 
 

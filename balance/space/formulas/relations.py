@@ -67,10 +67,10 @@ def segments(linkage: PlanarParts) -> Iterator[_Segment]:
 
 def relations_in(linkage: PlanarParts) -> list[DimensionRelation]:
     """Find equal distances in a linkage, and equal points in frames of links."""
-    known: list[_Segment] = []
+    distinct: list[_Segment] = []
     relations: list[DimensionRelation] = []
     for segment in segments(linkage):
-        for other in known:
+        for other in distinct:
             if abs(segment.value - other.value) <= FORMULA_RELATION * abs(segment.value):
                 words = f"{other.letters} = {segment.letters}"
                 relations.append(
@@ -78,7 +78,7 @@ def relations_in(linkage: PlanarParts) -> list[DimensionRelation]:
                 )
                 break
         else:
-            known.append(segment)
+            distinct.append(segment)
     return relations
 
 

@@ -187,10 +187,10 @@ def _residual_of(
                 size, few = (parameters_per_body(common.planar, x) for x in (False, True))
                 columns = basis.reshape(-1, size, basis.shape[1])[:, :few]
                 columns = columns.reshape(-1, basis.shape[1])
-            left, count = momentum_left(
+            momentum, count = momentum_left(
                 region.chain, columns, requirement.masses_alone, region.select
             )
-            worst, poses = max(worst, left), poses + count
+            worst, poses = max(worst, momentum), poses + count
     return worst, poses
 
 

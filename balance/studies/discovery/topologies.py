@@ -173,8 +173,8 @@ def topology(name: str) -> Topology:
     Raises:
         UsageError: there is none of this name.
     """
-    if (known := name.replace("_", "-")) in TOPOLOGIES:
-        return TOPOLOGIES[known]
+    if (listed := name.replace("_", "-")) in TOPOLOGIES:
+        return TOPOLOGIES[listed]
     if name.split() and EDGE.fullmatch(name.split()[-1]):
         return edge_list(name)
     names = ", ".join(TOPOLOGIES)

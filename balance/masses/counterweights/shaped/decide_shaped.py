@@ -143,25 +143,25 @@ class _Holder:
 
         The last column is constant.
         """
-        one = np.eye(COUNT + 1)
-        grows = [one[ROOT], one[MASS], one[GROWN] / self.growth, one[COUNT]]
+        unit = np.eye(COUNT + 1)
+        grows = [unit[ROOT], unit[MASS], unit[GROWN] / self.growth, unit[COUNT]]
         if self.shape.flat:
             # m² ≤ (s/κ) w and w² ≤ m.
             cones = [_rotated(grows[1], grows[2], grows[0])]
             cones.append(_rotated(grows[0], grows[1], grows[3]))
         else:
             cones = [_rotated(grows[1], grows[2], grows[3])]
-        across, along = one[GROWN], 0.5 * self.shape.size / self.length * one[MASS]
+        across, along = unit[GROWN], 0.5 * self.shape.size / self.length * unit[MASS]
         if not self.shape.flat:
-            across, along = self.shape.size / self.length * one[MASS], one[GROWN]
-        positive = [one[MASS], one[GROWN], one[ROOT]]
+            across, along = self.shape.size / self.length * unit[MASS], unit[GROWN]
+        positive = [unit[MASS], unit[GROWN], unit[ROOT]]
         if self.region.offsets.size:
             return [*cones, ("nonnegative", np.array([*positive, *self._faces(across, along)]))]
         return [*cones, *self._round(across, along, positive)]
 
     def _faces(self, across: Array, along: Array) -> Array:
         """Constraints of the facets of a box or hull."""
-        region, one = self.region, np.eye(COUNT + 1)
+        region, unit = self.region, np.eye(COUNT + 1)
         N = region.normals @ np.linalg.inv(region.place[:3, :3])
         sizes = np.linalg.norm(N, axis=1)
         room = region.offsets + N @ region.centre
@@ -170,31 +170,31 @@ class _Holder:
         reach = np.linalg.norm(N[:, :2], order, axis=1)
         constant = (room - N[:, 2] * self.height) / self.length
         return np.asarray(
-            np.outer(constant, one[MASS]) - N[:, :2] @ one[[X, Y]]
+            np.outer(constant, unit[MASS]) - N[:, :2] @ unit[[X, Y]]
             - np.outer(reach, across) - np.outer(np.abs(N[:, 2]), along)
         )  # fmt: skip
 
     def _round(self, across: Array, along: Array, positive: list[Array]) -> Rows:
         """Constraints of a ball, or of a cylinder along the normal."""
-        region, one = self.region, np.eye(COUNT + 1)
+        region, unit = self.region, np.eye(COUNT + 1)
         *middle, height = (self.axes @ region.centre / self.length).tolist()
         off = abs(self.height / self.length - height)
         radius = float(np.linalg.norm(region.place[:3, 0])) / self.length
-        away = [one[X] - middle[0] * one[MASS], one[Y] - middle[1] * one[MASS]]
-        reach = [one[AWAY_X] + across]
+        away = [unit[X] - middle[0] * unit[MASS], unit[Y] - middle[1] * unit[MASS]]
+        reach = [unit[AWAY_X] + across]
         if self.shape.kind == "block":
-            reach.append(one[AWAY_Y] + across)
+            reach.append(unit[AWAY_Y] + across)
             inside: Rows = []
             for distance, at in zip((AWAY_X, AWAY_Y), away, strict=True):
-                positive = [*positive, one[distance] - at, one[distance] + at]
+                positive = [*positive, unit[distance] - at, unit[distance] + at]
         else:
-            inside = [("second_order", np.array([one[AWAY_X], *away]))]
+            inside = [("second_order", np.array([unit[AWAY_X], *away]))]
         if region.kind == "ball":
-            reach.append(off * one[MASS] + along)
+            reach.append(off * unit[MASS] + along)
         else:
             half = float(np.linalg.norm(region.place[:3, 2])) / self.length
-            positive = [*positive, (half - off) * one[MASS] - along]
-        inside.append(("second_order", np.array([radius * one[MASS], *reach])))
+            positive = [*positive, (half - off) * unit[MASS] - along]
+        inside.append(("second_order", np.array([radius * unit[MASS], *reach])))
         return [*inside, ("nonnegative", np.array(positive))]
 
 
@@ -236,8 +236,8 @@ def _solve(program: AddedProgram, holders: Mapping[int, _Holder]) -> tuple[Array
     x = np.where(x[:, :1] > SHAPE_MASS_ZERO * x[:, MASS].sum(), x, 0.0)
     kept = x[:, MASS] > 0.0
     # The first moments fulfil the conditions to round-off.
-    left = program.target - np.einsum("rki,ki->r", A, x)
-    shift = np.linalg.lstsq(A[:, kept, X:].reshape(len(A), -1), left, rcond=None)[0]
+    residual = program.target - np.einsum("rki,ki->r", A, x)
+    shift = np.linalg.lstsq(A[:, kept, X:].reshape(len(A), -1), residual, rcond=None)[0]
     x[kept, X:] += shift.reshape(-1, 2)
     centres = length * x[:, X:] / np.where(kept, x[:, MASS], 1.0)[:, None]
     return x[:, MASS], centres, -float(offset @ solution.dual)

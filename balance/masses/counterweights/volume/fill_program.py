@@ -151,8 +151,8 @@ def fill_least(
         y, seen = _maximise(program, stocks, columns.generate(gap)[1])
         forms = forms_of(program, y, program.cost)
         moments = _fill_all(program, seen, forms)
-        left = program.target - _conditions_of(program, moments)
-        if float(np.linalg.norm(left)) <= COUNTERWEIGHT_RESIDUAL:
+        residual = program.target - _conditions_of(program, moments)
+        if float(np.linalg.norm(residual)) <= COUNTERWEIGHT_RESIDUAL:
             break
     value, error = np.sum(_support_functions(program, seen, forms), axis=0)
     bound = float(y @ program.target) - float(value) - float(error)

@@ -97,19 +97,15 @@ def number_text(
     return f"{0.0 if abs(value) <= floor * scale else round_to_ten_digits(value):{form}}"
 
 
-def outward_text(least: float, most: float, digits: int = 4) -> str:
-    """Write a range whose ends are rounded outwards: ``5.213 to 5.302``.
-
-    Args:
-        digits: significant digits of each.
-    """
+def outward_text(least: float, most: float) -> str:
+    """Write a range whose ends are rounded outwards to four digits: ``5.213 to 5.302``."""
     from decimal import ROUND_CEILING, ROUND_FLOOR, Context, Decimal
 
     ends = (
-        Context(digits, mode).create_decimal(Decimal(repr(round_to_ten_digits(value))))
+        Context(4, mode).create_decimal(Decimal(repr(round_to_ten_digits(value))))
         for value, mode in ((least, ROUND_FLOOR), (most, ROUND_CEILING))
     )
-    return " to ".join(f"{float(end):.{digits}g}" for end in ends)
+    return " to ".join(f"{float(end):.4g}" for end in ends)
 
 
 def count_noun(number: int, noun: str) -> str:

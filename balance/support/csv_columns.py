@@ -65,7 +65,6 @@ def read_columns(
     wanted: Sequence[str],
     fewest: int = 1,
     short: Mapping[str, str] | None = None,
-    further: Sequence[str] = (),
 ) -> Array:
     """Read named columns from a file of comma-separated values.
 
@@ -73,12 +72,11 @@ def read_columns(
         path: see `read_table`, as for the other arguments.
         fewest: least number of rows.
         short: other names that the file may use, and the wanted names for them.
-        further: names of columns that the file may have too, all of them or none.
 
     Returns:
         The numbers (rows, columns).
     """
-    return read_table(path, wanted, fewest, short, further).values
+    return read_table(path, wanted, fewest, short).values
 
 
 def read_table(

@@ -8,7 +8,7 @@ from itertools import cycle
 import numpy as np
 
 from kinematics.closure.newton import Pose, follow_ray
-from kinematics.closure.series import Series, expand, expand_from
+from kinematics.closure.series import expand, expand_from
 from kinematics.model.arrays import Chain
 from kinematics.model.chain import move_chain
 from kinematics.numerics.array_types import Array
@@ -17,9 +17,7 @@ from kinematics.numerics.array_types import Array
 SERIES_ORDER = 3
 
 
-def continue_along(
-    chain: Chain, ray: Array, first_series: Series | None = None, longest_step: float = np.inf
-) -> Iterator[Pose]:
+def continue_along(chain: Chain, ray: Array, longest_step: float = np.inf) -> Iterator[Pose]:
     """Follow closed poses along a ray; the series at each pose predicts the next one.
 
     The continuation ends where no further pose is found on the same branch.
@@ -27,13 +25,12 @@ def continue_along(
     Args:
         chain: the linkage at its reference pose.
         ray: direction in the coordinates of the chain (w,).
-        first_series: series along the ray at the reference pose, if there is one already.
         longest_step: in the parameter of the ray.
 
     Returns:
         The poses, in order.
     """
-    series = expand(chain, ray[None], SERIES_ORDER) if first_series is None else first_series
+    series = expand(chain, ray[None], SERIES_ORDER)
     q = np.zeros(chain.parent.size)
     while True:
         pose, step = follow_ray(chain, q, series, ray, longest_step)

@@ -42,23 +42,20 @@ class Block(NamedTuple):
         return self.mass * (self.length**2 + self.breadth**2) / 12.0
 
 
-def arm_mechanism(
-    arms: Sequence[Arm], drive: Profile, options: BeamOptions, hub_inertia: float = 0.0
-) -> PlanarMechanism:
+def arm_mechanism(arms: Sequence[Arm], drive: Profile, options: BeamOptions) -> PlanarMechanism:
     """Build one arm, or an arm and its counter-arm, on a hub with prescribed rotation.
 
     Args:
         arms: one or two arms; the second points the other way.
         drive: rotation of the hub over time.
         options: elements and modes of the beams.
-        hub_inertia: moment of inertia of the hub about its axis, in kg m².
 
     Raises:
         LinkageError: there are no arms, or more than two.
     """
     if not 1 <= len(arms) <= 2:
         raise LinkageError(f"{len(arms)} arms on a hub: give one or two")
-    parts: list[MovingPart] = [RigidPart("hub", 0.0, hub_inertia)]
+    parts: list[MovingPart] = [RigidPart("hub", 0.0, 0.0)]
     joints = [_pivot("hub", 0, 0.0)]
     start = [np.zeros(3)]
     for k, arm in enumerate(arms):

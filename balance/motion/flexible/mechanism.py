@@ -188,17 +188,6 @@ class PlanarMechanism:
         point = _evaluate_point(on, self.slices, p, np.zeros(len(p)))
         return np.array([point.x, point.y])
 
-    def joint_position(self, joint: int, p: Array) -> float:
-        """Compute the position of a joint, in rad or m, from the start.
-
-        Args:
-            joint: index of the joint.
-            p: coordinates (n,).
-        """
-        pair, rest = self.joints[joint], np.zeros(len(p))
-        a, b = (_evaluate_point(on, self.slices, p, rest) for on in (pair.first, pair.second))
-        return _position_row(pair, a, b, rest).value
-
     def assemble(self, t: float, p: Array, v: Array) -> tuple[Array, Array]:
         """Move coordinates and rates onto the constraints, by the least change of momentum.
 

@@ -16,8 +16,10 @@ import numpy as np
 from balance.motion.flexible.beam import Beam
 from balance.motion.flexible.supported_modes import Clamp, EndBody, supported_modes
 from kinematics.errors import LinkageError
-from kinematics.numerics.array_types import Array
 from kinematics.wording import repr_lines
+
+# Elements of the beam of an arm.
+ELEMENTS = 16
 
 CONDITION_HOLDS = 1e-9
 """Largest relative difference of two sides of a condition that holds."""
@@ -200,22 +202,17 @@ def compare_arms(first: Arm, second: Arm) -> Similarity:
         )
     ]
     moments = (first.first_moment, second.first_moment)
-    rates = [float(_arm_frequencies(arm, 1)[0]) for arm in (first, second)]
-    frequencies = [rate / (2.0 * np.pi) for rate in rates]
+    frequencies = [_arm_frequency(arm) / (2.0 * np.pi) for arm in (first, second)]
     return Similarity(
         second.beam.length / first.beam.length, tuple(conditions),
         (frequencies[0], frequencies[1]), abs(moments[1] - moments[0]) / max(moments),
     )  # fmt: skip
 
 
-def _arm_frequencies(arm: Arm, count: int = 3, elements: int = 16) -> Array:
-    """Compute circular frequencies of an arm on a fixed hub, in rad/s.
-
-    Args:
-        elements: number of beam elements.
-    """
+def _arm_frequency(arm: Arm) -> float:
+    """Compute the lowest circular frequency of an arm on a fixed hub, in rad/s."""
     body = EndBody(arm.tip_mass, arm.tip_radius, arm.tip_inertia)
-    return supported_modes(arm.beam, [Clamp(0.0)], count, elements, body).frequencies
+    return float(supported_modes(arm.beam, [Clamp(0.0)], 1, ELEMENTS, body).frequencies[0])
 
 
 def _checked_scale(scale: float) -> float:

@@ -123,17 +123,15 @@ def _resting_directions(N: Array) -> Array:
     return np.array([lines[i] for i in first]).reshape(-1, w)
 
 
-def tangent_directions(equations: RestEquations, here: RowsAtPose, generic: int,
-                       least: float = MOMENTUM_NULL) -> Tangents:  # fmt: skip
+def tangent_directions(equations: RestEquations, here: RowsAtPose, generic: int) -> Tangents:
     """Find the directions of all paths through a pose, from the pose alone.
 
     Args:
         equations: the equations of the linkage.
         here: the equations in the pose.
         generic: dimension of the null space in poses around it.
-        least: see `null_basis`.
     """
-    N, L, _ = null_basis(here, least)
+    N, L, _ = null_basis(here)
     k = N.shape[1]
     if k == 0:
         return Tangents("isolated", np.empty((0, len(N))), 0)

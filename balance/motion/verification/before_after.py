@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from numpy.typing import ArrayLike
@@ -56,7 +56,6 @@ class BeforeAfter:
 def compare_masses(
     linkage: Linkage, z: ArrayLike, *, along: Sequence[Trajectory] | None = None,
     motion: Motion | None = None, balance: Balance = "dynamic", about: ArrayLike | None = None,
-    progress: Callable[[int, int], None] | None = None,
 ) -> BeforeAfter:  # fmt: skip
     """Compute the loads of a linkage with the masses of its file and with others.
 
@@ -67,7 +66,6 @@ def compare_masses(
         motion: restriction of random motions.
         balance: ``"dynamic"``, or ``"force"`` for a verdict on the force alone.
         about: point for moments, as in `balance.verify`.
-        progress: called with the number of motions done and the number of all.
 
     Returns:
         Both verifications; they show the same motion.
@@ -75,9 +73,7 @@ def compare_masses(
     Raises:
         LinkageError: see `balance.verify`.
     """
-    before = verify(
-        linkage, motion=motion, balance=balance, along=along, about=about, progress=progress
-    )
+    before = verify(linkage, motion=motion, balance=balance, along=along, about=about)
     motions = [run.trajectory for run in before.runs]
     after = verify(linkage, z, balance=balance, along=motions, about=about)
     crank = crank_of(linkage, motions[0]) if len(motions) == 1 else None

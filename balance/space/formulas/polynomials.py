@@ -19,16 +19,6 @@ def leading(polynomial: Polynomial) -> Exponents:
     return max(polynomial)
 
 
-def product_of(a: Polynomial, b: Polynomial) -> Polynomial:
-    """Multiply two polynomials."""
-    out: Polynomial = {}
-    for e, x in a.items():
-        for f, y in b.items():
-            key = tuple(i + j for i, j in zip(e, f, strict=True))
-            out[key] = out.get(key, Fraction(0)) + x * y
-    return {e: c for e, c in out.items() if c}
-
-
 def quotient_of(a: Polynomial, b: Polynomial) -> Polynomial | None:
     """Divide a by b; None if there is a remainder."""
     rest, quotient = dict(a), {}

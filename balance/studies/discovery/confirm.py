@@ -108,16 +108,9 @@ def _project(
     return geometry, np.abs(wrong(geometry)).max(axis=1) <= CLOSE
 
 
-def confirm(
-    structure: TopologyArrays, family: Family, count: int = 100, seed: int = 1
-) -> FamilyConfirmation:
-    """Decide random members of a family.
-
-    Args:
-        count: number of members to decide.
-        seed: of the random members.
-    """
-    rng = np.random.default_rng([seed, family.nullity, family.codimension])
+def confirm(structure: TopologyArrays, family: Family, count: int) -> FamilyConfirmation:
+    """Decide as many random members of a family."""
+    rng = np.random.default_rng([1, family.nullity, family.codimension])
     agreed, chosen = 0, []
     remaining = count
     for _ in range(BATCHES):

@@ -77,17 +77,13 @@ class ExportedMember:
     verification: Verification | None
 
 
-def export_member(job: DiscoveryJob, family: Family, seed: int = 1) -> ExportedMember:
+def export_member(job: DiscoveryJob, family: Family) -> ExportedMember:
     """Find a member that can be built, rational if possible, and give it balanced masses.
-
-    Args:
-        family: a family that it found.
-        seed: of the random members.
 
     Raises:
         LinkageError: no member can be read as a linkage.
     """
-    drawn = random_members(job.structure, family, DRAWN, np.random.default_rng([seed, 2]))
+    drawn = random_members(job.structure, family, DRAWN, np.random.default_rng([1, 2]))
     ranks = rank_least_first([-member.margin for member in family.members], 1.0)
     geometries = [family.members[k].geometry for k in ranks[:OWN]]
     members = LaneGeometry(*(np.concatenate(a) for a in zip(*geometries, drawn, strict=True)))

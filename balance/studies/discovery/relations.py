@@ -219,7 +219,7 @@ def residuals(kind: str, relations: list[GeometryRelation], values: Array) -> Ar
 
 
 def held_relations(
-    listed: dict[str, list[GeometryRelation]], values: Array, limit: float = HOLDS
+    listed: dict[str, list[GeometryRelation]], values: Array
 ) -> list[GeometryRelation]:
     """Return the relations that one geometry fulfils, short ones first.
 
@@ -231,7 +231,7 @@ def held_relations(
     for kind, relations in listed.items():
         if relations:
             wrong = np.abs(residuals(kind, relations, values[None])[0])
-            held += [relations[k] for k in np.flatnonzero(wrong <= limit)]
+            held += [relations[k] for k in np.flatnonzero(wrong <= HOLDS)]
     return _without_trivial(held)
 
 

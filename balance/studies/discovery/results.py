@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from time import monotonic
 from typing import Any, NamedTuple
@@ -143,12 +143,7 @@ class FamilyTally:
 
 
 def examine(
-    job: DiscoveryJob,
-    family: Family,
-    *,
-    members: int = MEMBERS,
-    tried: int = TRIED,
-    progress: Callable[[int, int], None] | None = None,
+    job: DiscoveryJob, family: Family, *, members: int = MEMBERS, tried: int = TRIED
 ) -> FoundFamily:
     """Draw random members of a family, decide them, and look for masses for some of them.
 
@@ -156,13 +151,11 @@ def examine(
         family: one of its families.
         members: number of random members to decide.
         tried: number of them to look for masses for.
-        progress: called with the number of members tried, and of all to try.
     """
     confirmation = confirm(job.structure, family, members)
     verdicts: Counter[str] = Counter()
     serial, buildable = -1, -1
-    count = min(tried, confirmation.members)
-    for number in range(count):
+    for number in range(min(tried, confirmation.members)):
         try:
             linkage = to_linkage(job.topology, job.structure, confirmation.geometry, number)
             space = design_space(linkage)
@@ -173,8 +166,6 @@ def examine(
         verdicts[verdict] += 1
         if verdict == "feasible" and buildable < 0:
             buildable = number
-        if progress is not None:
-            progress(number + 1, count)
     shown = _shown(family, confirmation, buildable)
     motion = motion_range(job.topology, job.structure, shown)
     return FoundFamily(family, confirmation, serial, dict(verdicts), buildable, motion)

@@ -120,18 +120,12 @@ class BalancedPantograph:
         return tool, W, W - m.l2 * e2, end - m.l2 * e2, end, chain.fixed, W
 
 
-def pantograph_urdf(pantograph: BalancedPantograph, name: str = "pantograph") -> bytes:
+def pantograph_urdf(pantograph: BalancedPantograph) -> bytes:
     """Write a pantograph as a URDF file, with its loop, at `BalancedPantograph.pose`.
 
     Inputs are the joint ``shoulder`` at the fixed pivot and ``elbow`` at the moving one. The
     frame of the link ``tool`` is the position of the tool. Lengths are rounded to decimals
     with which opposite sides of the parallelogram are equal exactly.
-
-    Args:
-        name: name of the robot.
-
-    Returns:
-        The bytes of the file.
     """
     chain, m = pantograph.chain, pantograph.masses
     first, second = pantograph.pose
@@ -160,7 +154,7 @@ def pantograph_urdf(pantograph: BalancedPantograph, name: str = "pantograph") ->
             ("0 0 1", ""),
         ),
     ]  # fmt: skip
-    return element_text(make_elements.robot(name, [*links, *joints])).encode()
+    return element_text(make_elements.robot("pantograph", [*links, *joints])).encode()
 
 
 def _links(pantograph: BalancedPantograph, e1: complex, e2: complex) -> list[Element]:

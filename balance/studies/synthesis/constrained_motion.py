@@ -52,12 +52,12 @@ class Defect(NamedTuple):
     words: str
 
 
-def constrained_motion(pantograph: BalancedPantograph, samples: int = SAMPLES) -> MotionTable:
+def constrained_motion(pantograph: BalancedPantograph) -> MotionTable:
     """Compute the motion without momentum through all positions of a pantograph."""
     deltas = pantograph.deltas
     forward = deltas[-1] >= deltas[0]
     ends = (min(deltas), max(deltas)) if forward else (max(deltas), min(deltas))
-    time, span = np.linspace(0.0, 1.0, samples), ends[1] - ends[0]
+    time, span = np.linspace(0.0, 1.0, SAMPLES), ends[1] - ends[0]
     quarter = 0.5 * np.pi
     opening = ends[0] + span * (1.0 - np.cos(quarter * time))
     inertias = pantograph.inertias

@@ -26,6 +26,8 @@ Complex = NDArray[np.complex128]
 
 # Half of the side of the window of moving pivots, in sizes of the positions.
 WINDOW = 2.0
+# Rows and columns of the map.
+CELLS = 120
 # Steps of Newton's method, and of its differences relative to the window.
 STEPS = 30
 DIFFERENCE = 1e-7
@@ -78,7 +80,7 @@ def circle_centres(moving: ArrayLike, steps: tuple[Displacement, ...]) -> Comple
 
 def crossing_map(
     positions: Sequence[Position], masses: PantographMasses,
-    window: tuple[float, float, float, float], count: int = 120,
+    window: tuple[float, float, float, float],
     progress: Callable[[int, int], None] | None = None,
 ) -> CrossingMap:  # fmt: skip
     """Map the residuals of three positions over moving pivots, and find where both vanish.
@@ -86,19 +88,18 @@ def crossing_map(
     Args:
         positions: three positions of the tool.
         window: of the moving pivots: x from and to, y from and to, metres.
-        count: rows and columns of the map.
         progress: called with the number of rows done and of all rows.
 
     Returns:
         The map, and the designs with residuals of at most 1e-10.
     """
     steps = displacements(positions)
-    x, y = np.linspace(*window[:2], count), np.linspace(*window[2:], count)
-    residuals = np.empty((2, count, count))
+    x, y = np.linspace(*window[:2], CELLS), np.linspace(*window[2:], CELLS)
+    residuals = np.empty((2, CELLS, CELLS))
     for row, height in enumerate(y):
         residuals[:, row] = _residuals(positions[0], steps, masses, x + 1j * height)
         if progress is not None:
-            progress(row + 1, count)
+            progress(row + 1, CELLS)
 
     def residual(W: Complex) -> Array:
         return _residuals(positions[0], steps, masses, W)

@@ -52,16 +52,6 @@ class Component(NamedTuple):
         """Return the same component in other coordinates."""
         return self._replace(chain=arrange_loops(self.draft, frame))
 
-    def own_positions(self, q: Array, units: Array) -> Array:
-        """Select the positions of its joints (n,), in its own units, from those of the linkage.
-
-        Args:
-            q: positions of all joints of the linkage, in the units of its chain.
-            units: unit of each of them, in metres or radians; `Chain.units`.
-        """
-        out: Array = q[self.joints] * units[self.joints] / self.chain.units
-        return out
-
     def all_positions(self, q: Array, units: Array) -> Array:
         """Extend positions of its joints to all joints of the linkage, 0 for other components.
 

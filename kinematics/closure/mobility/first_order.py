@@ -25,6 +25,9 @@ from kinematics.numerics.tolerances import (
     LOOP_RANK_RELATIVE_SOLVED,
 )
 
+# How far to look for a well conditioned pose, in radians and characteristic lengths.
+FARTHEST = 0.5
+
 
 def closure_equations(chain: Chain, gaps: Array | None = None) -> Equations:
     """Make the closure equations of the loops in all joint positions q (n,).
@@ -141,13 +144,12 @@ def step_from_singular(chain: Chain, free: Array) -> Array:
     return step_along(chain, starts[-1]) if starts else np.zeros(len(v))
 
 
-def step_along(chain: Chain, start: Array, goal: float = 0.5) -> Array:
+def step_along(chain: Chain, start: Array) -> Array:
     """Find the best conditioned pose along the branch of a pose near the reference pose.
 
     Args:
         chain: the linkage as arrays.
         start: a closed pose (n,), away from the singular one.
-        goal: how far to look (radians, characteristic lengths).
 
     Returns:
         Joint positions (n,), chain units.
@@ -164,7 +166,7 @@ def step_along(chain: Chain, start: Array, goal: float = 0.5) -> Array:
             best = float(values[rank - 1]), q
         along = Vt[rank:].T @ (Vt[rank:] @ tangent)
         size = float(np.linalg.norm(along))
-        if np.abs(q).max() >= goal or step < least or size == 0.0:
+        if np.abs(q).max() >= FARTHEST or step < least or size == 0.0:
             break
         along /= size
         ahead = _close_to_round_off(chain, q + step * along)

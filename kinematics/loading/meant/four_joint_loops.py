@@ -35,8 +35,6 @@ IMAGE_DISTANCE = 1e-3
 # Distance of two pins, in parts of the size, that a loop of four joints may have.
 PINS_DISTINCT = 1e-6
 
-Move = Callable[[Vector, Vector, Vector, Vector], Vector]
-
 
 class Pin(NamedTuple):
     """Joints on one axis.

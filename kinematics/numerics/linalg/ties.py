@@ -36,16 +36,14 @@ def first_largest(values: ArrayLike, size: float = 0.0, relative: float = TIE_RE
     return int(np.argmax(numbers >= largest - relative * max(size, abs(largest))))
 
 
-def first_least(values: ArrayLike, size: float = 0.0, relative: float = TIE_RELATIVE) -> int:
+def first_least(values: ArrayLike, size: float = 0.0) -> int:
     """Return the index of the first number that equals the least one; see `first_largest`.
 
     Args:
         values: numbers (n,), at least one.
         size: what the numbers are to be compared with, if they may all be round-off.
-        relative: difference over the absolute value of the least number, or over the size if
-            that is larger, up to which numbers are equal.
     """
-    return first_largest(-np.asarray(values, dtype=np.float64), size, relative)
+    return first_largest(-np.asarray(values, dtype=np.float64), size)
 
 
 def rank_least_first(

@@ -91,14 +91,12 @@ class FilledParts(NamedTuple):
         forms: matrices (links, 4, 4) in unit coordinates; matter is where they are positive.
         moments: moments of the parts (links, 4, 4), in units of mass.
         bound: no matter of this density has a smaller objective, in units of the objective.
-        estimated: part of the bound that is an estimate of errors of integrals.
         dual: y (ρ,).
     """
 
     forms: Array
     moments: Array
     bound: float
-    estimated: float
     dual: Array
 
 
@@ -156,7 +154,7 @@ def fill_least(
             break
     value, error = np.sum(_support_functions(program, seen, forms), axis=0)
     bound = float(y @ program.target) - float(value) - float(error)
-    return FilledParts(forms, moments, bound, float(error), y)
+    return FilledParts(forms, moments, bound, y)
 
 
 def forms_of(program: AddedProgram, y: Array, cost: Array) -> Array:

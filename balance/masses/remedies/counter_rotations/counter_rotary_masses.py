@@ -219,8 +219,8 @@ def _solve(
     limits = np.zeros((2 * count, len(masses)))
     rim = (radius / space.chain.frame.length) ** 2
     for k in range(count):
-        matter = slice(at[len(regions) + k], at[len(regions) + k + 1])
-        limits[k, matter] = rim * masses[matter]
+        places = slice(at[len(regions) + k], at[len(regions) + k + 1])
+        limits[k, places] = rim * masses[places]
         limits[[k, count + k], at[-1] + k] = -1.0, 1.0
     stacked = np.vstack([*rows, limits])
     parts.append(ConstraintBlock("nonnegative", 2 * count))

@@ -152,13 +152,12 @@ def _ends(request: RemedyRequest, slides: bool, progress: _Progress) -> Iterator
 
 
 def walks_from_random(
-    request: RemedyRequest, slides: bool, count: int, seed: int = 0
+    request: RemedyRequest, slides: bool, count: int
 ) -> Iterator[tuple[DyadWalk, Dyad]]:
     """Walk from random geometries of dyads between all pairs of links in turn.
 
     Args:
         slides: whether the dyads slide along their second link.
-        seed: of the random numbers.
 
     Yields:
         Where each walk ended, and its dyad. Walks that begin at a singular geometry are left
@@ -169,7 +168,7 @@ def walks_from_random(
     pairs = list(permutations(sides, 2) if slides else combinations(sides, 2))
     points = np.array([[hinge.point.real, hinge.point.imag] for hinge in hinges_of(linkage)])
     spread = 1.0 + points.std(axis=0)
-    rng = np.random.default_rng(seed)
+    rng = np.random.default_rng(0)
     for k in range(count):
         dyad = Dyad(pairs[k % len(pairs)], slides)
         at = points.mean(axis=0) + spread * rng.standard_normal((3, 2))

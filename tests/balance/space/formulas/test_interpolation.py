@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import random
+from collections import defaultdict
 from fractions import Fraction
+from itertools import product
 
 import pytest
 
 from balance.space.formulas.interpolation import Interpolation
 from balance.space.formulas.notations import LATEX, PYTHON, TEXT, Variable, Writer
-from balance.space.formulas.polynomials import FactorPool, product_of, quotient_of, value_of
+from balance.space.formulas.polynomials import FactorPool, quotient_of, value_of
 from kinematics.numerics.linalg.prime_field import PRIMES_OF_61_BITS
 
 P = PRIMES_OF_61_BITS[0]
@@ -18,6 +20,14 @@ P = PRIMES_OF_61_BITS[0]
 def poly(**terms):
     """A polynomial in x, y, z: ``xxy=3`` is 3 x² y."""
     return {tuple(word.count(c) for c in "xyz"): Fraction(n) for word, n in terms.items()}
+
+
+def product_of(a, b):
+    """The product of two polynomials."""
+    out = defaultdict(Fraction)
+    for (e, x), (f, y) in product(a.items(), b.items()):
+        out[tuple(i + j for i, j in zip(e, f, strict=True))] += x * y
+    return {exponents: c for exponents, c in out.items() if c}
 
 
 def at(polynomial, point):
@@ -65,15 +75,15 @@ def test_functions_that_are_none_do_not_fit():
 
 def test_division_and_factors():
     first, second = poly(x=1, y=-1), poly(xx=1, yz=2)
-    product = product_of(product_of(first, first), second)
-    assert quotient_of(product, first) == product_of(first, second)
+    cubic = product_of(product_of(first, first), second)
+    assert quotient_of(cubic, first) == product_of(first, second)
     assert quotient_of(second, first) is None
     pool = FactorPool()
     pool.learn(first)
-    quotient = pool.factorise(product, poly(x=3))
+    quotient = pool.factorise(cubic, poly(x=3))
     assert sorted(power for _, power in quotient.factors) == [1, 2]
     point = (2.0, 3.0, 5.0)
-    expected = value_of(product, point) / 6
+    expected = value_of(cubic, point) / 6
     assert abs(quotient.value(point) - expected) < 1e-12
 
 

@@ -37,7 +37,7 @@ def convert_to_urdf(
     """
     remarks: tuple[tuple[str, str], ...] = ()
     if b"xacro" in data or b"${" in data:
-        from kinematics.files.formats.expand_xacro import uses_xacro
+        from kinematics.files.formats.find_xacro import uses_xacro
 
         if uses_xacro(root):
             from kinematics.files.formats.expand_xacro import EXPANDED, expand_xacro

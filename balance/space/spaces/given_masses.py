@@ -6,7 +6,6 @@ from itertools import islice
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from balance.space.conditions.order_kernels import generic_directions
 from balance.space.inertial_parameters.conversions import to_chain
@@ -16,8 +15,7 @@ from kinematics.closure.continuation import continue_in_directions
 from kinematics.closure.newton import forward_kinematics
 from kinematics.model.arrays import Chain
 from kinematics.model.linkage import Linkage
-
-Array = NDArray[np.float64]
+from kinematics.numerics.array_types import Array
 
 # Finite poses at which the linear momentum is checked, beside the reference pose.
 CHECKED_POSES = 3

@@ -51,11 +51,9 @@ def warm_up_many_poses(linkages: Sequence[Linkage]) -> Iterator[None]:
 def smallest_linkages() -> list[Linkage]:
     """Find the smallest linkage of each kind in the gallery."""
     linkages: dict[tuple[bool, ...], Linkage] = {}
-    for linkage in sorted(map(load, gallery().values()), key=_size):
+    for linkage in sorted(
+        map(load, gallery().values()), key=lambda linkage: len(linkage.joints)
+    ):
         kind = linkage.planar, linkage.mobility > 1, bool(linkage.loops), bool(linkage.mimics)
         linkages.setdefault(kind, linkage)
     return list(linkages.values())
-
-
-def _size(linkage: Linkage) -> int:
-    return len(linkage.joints)

@@ -7,7 +7,6 @@ norm: the linkage reaches the target if it can follow that line on its branch.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
@@ -22,6 +21,7 @@ from balance.motion.motion_tolerances import (
 )
 from balance.studies.sweeps.closing import NEWTON_STEPS, SHORTEST, ClosedGeometries, Closer
 from balance.studies.sweeps.closing_kernels import close_each, closing_workspace
+from balance.studies.sweeps.ranges import is_finite_number
 from balance.support.expressions import Expression, ExpressionError, read_expression
 from balance.support.tolerances import SCREW_ROUNDED
 from kinematics.error_text import clean, closest_names
@@ -207,24 +207,18 @@ def _are_texts(value: object) -> bool:
     return isinstance(value, list | tuple) and all(isinstance(item, str) for item in value)
 
 
-def _is_number(value: object) -> bool:
-    return (
-        isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
-    )
-
-
 def _is_triple(value: object, texts: bool = False) -> bool:
     return isinstance(value, list | tuple) and len(value) == 3 and all(
-        _is_number(x) or (texts and isinstance(x, str)) for x in value
+        is_finite_number(x) or (texts and isinstance(x, str)) for x in value
     )  # fmt: skip
 
 
 def _is_transmission(value: object) -> bool:
     if isinstance(value, Mapping):
         return set(value) == {"joint", "least"} and isinstance(value["joint"], str) and (
-            _is_number(value["least"])
+            is_finite_number(value["least"])
         )  # fmt: skip
-    return _is_number(value)
+    return is_finite_number(value)
 
 
 def _is_reach(value: object) -> bool:

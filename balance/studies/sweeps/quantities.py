@@ -7,11 +7,11 @@ one geometry after the other, and only about those that ``where`` selects.
 from __future__ import annotations
 
 import math
-import sys
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from typing import Any
 
 from balance.studies.runs.chunk_job import Column
+from balance.studies.sweeps.ranges import is_finite_number
 from balance.studies.sweeps.row_quantities import QUANTITIES
 from kinematics.error_text import clean, closest_names
 from kinematics.errors import FileError, LinkageError
@@ -48,7 +48,9 @@ def read_quantities(table: Options, source: str) -> dict[str, Options]:
     if not isinstance(names, list | tuple) or not all(isinstance(x, str) for x in names):
         raise _fault(source, "quantities", "is no list of names", 'write ["rank", "design"]')
     if not names:
-        raise _fault(source, "quantities", "nothing to compute", f"name some of {_list(NAMES)}")
+        raise _fault(
+            source, "quantities", "nothing to compute", f"name some of {', '.join(NAMES)}"
+        )
     for name in names:
         if name not in NAMES:
             remedy = f"choose from {', '.join(NAMES)}"
@@ -126,10 +128,6 @@ def _read_options(name: str, options: object, source: str) -> Options:
     return dict(options)
 
 
-def _list(names: Sequence[str]) -> str:
-    return ", ".join(names)
-
-
 def _fault(source: str, name: str, problem: str, remedy: str) -> FileError:
     return FileError(source, f"[compute] {clean(name)}", problem, remedy)
 
@@ -143,13 +141,6 @@ def _expected_form(option: str, value: object) -> str:
     """
     is_right, form = FORMS[option]
     return "" if is_right(value) else form
-
-
-def _is_number(value: object) -> bool:
-    """Whether a value is a finite number, neither true nor false."""
-    if isinstance(value, bool) or not isinstance(value, int | float):
-        return False
-    return -sys.float_info.max <= value <= sys.float_info.max
 
 
 def _is_text(value: object) -> bool:
@@ -169,7 +160,7 @@ def _is_table(value: object, is_right: Callable[[Any], bool]) -> bool:
 def _is_pair(value: object) -> bool:
     """Whether a value is a list of two numbers, which may be infinite."""
     return isinstance(value, list | tuple) and len(value) == 2 and all(
-        _is_number(x) or x in (math.inf, -math.inf) for x in value
+        is_finite_number(x) or x in (math.inf, -math.inf) for x in value
     )  # fmt: skip
 
 
@@ -180,7 +171,7 @@ def _is_count(value: object) -> bool:
 
 
 def _is_row(value: object) -> bool:
-    return _is_list(value, _is_number)
+    return _is_list(value, is_finite_number)
 
 
 FORMS: Mapping[str, tuple[Callable[[object], bool], str]] = {
@@ -188,12 +179,12 @@ FORMS: Mapping[str, tuple[Callable[[object], bool], str]] = {
     "bounds": (lambda value: _is_table(value, _is_pair), "{rocker = [0.1, 3.0]}, in kg"),
     "count": (_is_count, "a whole number"),
     "crank": (_is_text, '"u1"'),
-    "duration": (_is_number, "seconds"),
+    "duration": (is_finite_number, "seconds"),
     "keep": (lambda value: _is_list(value, _is_text), '["coupler"]'),
     "minimise": (_is_text, '"mass"'),
     "poses": (lambda value: _is_list(value, _is_row), "[[0.0], [0.5]]"),
     "regions": (lambda value: _is_table(value, _is_text), '{crank = "ball(0,0,0,0.1)"}'),
     "samples": (_is_count, f"a whole number up to {MOST_SAMPLES}"),
-    "speed": (_is_number, "rad/s"),
-    "within": (_is_number, "metres"),
+    "speed": (is_finite_number, "rad/s"),
+    "within": (is_finite_number, "metres"),
 }

@@ -146,6 +146,11 @@ def _read_sample(kind: str, numbers: tuple[float, ...]) -> Range:
     return Range(kind, numbers)
 
 
+def is_finite_number(value: object) -> bool:
+    """Whether a value of a study is a finite number, neither true nor false."""
+    return isinstance(value, int | float) and not isinstance(value, bool) and abs(value) <= MOST
+
+
 def _numbers(value: object) -> tuple[float, ...]:
     """Convert a number or a list of numbers; each must be finite."""
     items: list[Any] = list(value) if isinstance(value, Sequence | np.ndarray) else [value]

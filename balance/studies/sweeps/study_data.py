@@ -23,6 +23,7 @@ from balance.studies.sweeps.ranges import (
     SAMPLED,
     Range,
     RangeError,
+    is_finite_number,
     read_range,
     stored_range,
 )
@@ -328,7 +329,9 @@ def _check_options(options: Mapping[str, Any]) -> str:
     """
     for name, value in options.items():
         if name == "at":
-            fine = isinstance(value, Mapping) and all(map(_is_number, value.values()))
+            fine = isinstance(value, Mapping) and all(
+                is_finite_number(x) and abs(x) <= LARGEST for x in value.values()
+            )
             kind = "table of finite numbers"
         elif name in ("inputs", "massless"):
             fine = isinstance(value, list | tuple) and all(isinstance(x, str) for x in value)
@@ -343,13 +346,6 @@ def _check_options(options: Mapping[str, Any]) -> str:
         if not fine:
             return f"{name} = '{clean(str(value))}' is no {kind}"
     return ""
-
-
-def _is_number(value: object) -> bool:
-    """Whether a value is a finite number that is neither true nor false."""
-    if isinstance(value, bool) or not isinstance(value, int | float):
-        return False
-    return abs(value) <= LARGEST
 
 
 def _text_of_file(

@@ -61,6 +61,7 @@ BAD = {
     "no four-bar": ({"parameters": {"u2.origin.x": "0.8:0.9:2"}, "model": {"file": "five_bar"},
                      "constraints": {"grashof": True}}, "is no planar four-bar"),
     "target": ({"parameters": X, "constraints": {"reach": {"link": "coupler"}}}, "no meaning"),
+    "too large": ({"parameters": X, "constraints": {"transmission": 10**400}}, "no meaning"),
     "samples": ({"parameters": {"q2.origin.x": {"normal": [0.1, 0.01]}}}, "but not how often"),
     "count alone": ({"parameters": X, "sampling": {"count": 5}}, "no parameter is sampled"),
     "table": ({"parameters": X, "paramters": {}}, "no such table"),

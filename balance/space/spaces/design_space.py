@@ -10,6 +10,8 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any, Literal, NamedTuple
 
+import numpy as np
+
 from balance.space.conditions.collect import relative_tolerance
 from balance.space.conditions.rank import Decision
 from balance.space.inertial_parameters.conversions import (

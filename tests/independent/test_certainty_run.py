@@ -49,6 +49,8 @@ def test_a_special_geometry_below_the_digits_is_no_proof(tmp_path):
     ("oblique", 40504),
     # An arm of four joints, rounded to five digits: its axes have length one to five digits.
     ("turned", 40246),
+    # A parallelogram of a millionth of its arm, at another pose than that of the file.
+    ("small_loop", 50282),
 ])  # fmt: skip
 def test_special_places_are_read(family, seed, tmp_path):
     line = judge_case(family, seed, tmp_path)

@@ -167,7 +167,8 @@ def of_lowest_rank(
             answers.append(compute(geometry))
         except ExactError as error:
             first = first or error
-        if answers and (meant is None or not meant.relations):
+        single = meant is None or not (meant.relations or linkage.displaced is not None)
+        if answers and single:
             break
     if not any(map(confirms, answers)):
         with suppress(ExactError):

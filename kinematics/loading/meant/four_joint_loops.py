@@ -32,8 +32,9 @@ MAX_PINS = 60
 # Distance of a pin from its image, in parts of the size, with which a relation of lengths is
 # that of this image.
 IMAGE_DISTANCE = 1e-3
-# Distance of two pins, in parts of the size, that a loop of four joints may have.
-PINS_DISTINCT = 1e-6
+# Distance of two pins that a loop of four joints may have: in parts of the size, or in half
+# widths of their places, the lesser of both.
+PINS_DISTINCT, PINS_DISTINCT_WIDTHS = 1e-6, 1e4
 
 
 class Pin(NamedTuple):
@@ -169,7 +170,9 @@ def find_relations(
     between: dict[tuple[int, int], list[int]] = {}
     for p, q in combinations(range(len(pins)), 2):
         shared = sorted(set(pins[p].links) & set(pins[q].links))
-        if shared and np.linalg.norm(places[p] - places[q]) > PINS_DISTINCT * size:
+        apart = np.linalg.norm(places[p] - places[q])
+        width = max((pins[k].links[link].place for k in (p, q) for link in shared), default=0.0)
+        if shared and apart > min(PINS_DISTINCT * size, PINS_DISTINCT_WIDTHS * width):
             between[p, q] = between[q, p] = shared
     relations = [
         relation

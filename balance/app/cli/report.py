@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 from functools import partial
+from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
 from balance.app.answers.answer import Answer, Files, side_by_side
@@ -32,6 +33,7 @@ if TYPE_CHECKING:
     from balance.space.certification.certified_space import CertifiedSpace
     from balance.space.exact.modular_ranks import Exact
     from balance.space.spaces.design_space import DesignSpace
+    from kinematics.model.document.element import Document
     from kinematics.model.linkage import Linkage, Notice
 
 
@@ -232,13 +234,27 @@ def _following(arguments: argparse.Namespace, verb: str) -> str:
 
     if not verb:
         return ""
-    words = ["balance", verb, arguments.model, *model_words(arguments, arguments.loops)]
+    words = ["balance", verb, _model_word(arguments.model)]
+    words += model_words(arguments, arguments.loops)
     words += ["--ground", arguments.ground] if arguments.ground else []
     words += ["--bodies", "all"] * (arguments.bodies == "all")
     words += ["--spatial"] * arguments.spatial
     # A design for one pose asks for no more than its conditions, others for all there are.
     words += ["--max-order", "0"] * (verb == "design" and arguments.max_order == 0)
     return shlex.join(words)
+
+
+def _model_word(model: str | Document) -> str:
+    """Write a model as on a command line, by the name that the gallery has for it."""
+    from kinematics.files.urdf.input_streams import STANDARD_INPUT, STANDARD_INPUT_NAME
+    from kinematics.loading.model_gallery import find, gallery
+
+    if not isinstance(model, str):
+        return STANDARD_INPUT if model.name == STANDARD_INPUT_NAME else model.name
+    path = find(model)
+    if path == Path(model):
+        return model
+    return next((name for name, other in gallery().items() if other == path), model)
 
 
 def _add_exact_ranks(space: CertifiedSpace) -> tuple[CertifiedSpace, Exact | None]:

@@ -388,8 +388,7 @@ def _with_other_masses(space: DesignSpace, force_alone: bool) -> CanBalance:
 
 def _massless_text(space: DesignSpace) -> str:
     """Say which links have no mass in any distribution of the space; empty if each may."""
-    count = len(space.bodies)
-    masses = space.scaled_basis.reshape(count, -1, space.nullity)[:, 0]
+    masses = space.scaled_basis[:: len(space.scaled_basis) // len(space.bodies)]
     massless = np.linalg.norm(masses, axis=1) <= MASS_NEVER
     if massless.all():
         return "only without mass"

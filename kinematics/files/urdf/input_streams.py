@@ -12,6 +12,8 @@ from kinematics.model.document.element import Document
 
 STANDARD_INPUT = "-"
 """The model that is read from standard input."""
+STANDARD_INPUT_NAME = "<stdin>"
+"""Its name in messages."""
 
 
 def source_name(model: str | os.PathLike[str] | Document) -> str:
@@ -48,7 +50,7 @@ def read_stream(model: str | os.PathLike[str]) -> Document | None:
     if stream_identity(model) is None:
         return None
     standard = os.fspath(model) == STANDARD_INPUT
-    name = "<stdin>" if standard else os.fsdecode(model)
+    name = STANDARD_INPUT_NAME if standard else os.fsdecode(model)
     with name_file(name):
         try:
             data = _read_input() if standard else _read_pipe(model)

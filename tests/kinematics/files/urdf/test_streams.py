@@ -50,6 +50,7 @@ def answer(capsys, *words):
     report = json.loads(capsys.readouterr().out)
     for part in (report, report.get("against") or {}):
         part.pop("file", None)
+    report.pop("next", None)
     text = json.dumps({k: v for k, v in report.items() if k not in ("warnings", "source")})
     return code, text, [w["message"] for w in report.get("warnings", ())]
 

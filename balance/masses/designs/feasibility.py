@@ -45,6 +45,7 @@ from balance.masses.designs.pseudo_inertia_cone import (
     to_si,
 )
 from balance.masses.designs.verdicts import (
+    MOTION_IN_DOUBT,
     TOO_NARROW,
     UNCHECKED,
     UNSETTLED,
@@ -249,13 +250,16 @@ def _density_certificates(
 def _decide_by_transfers(space: DesignSpace, constraints: Constraints) -> Feasibility:
     """Decide with the inertia transfers alone, for a space that is in doubt.
 
-    Proved inertia transfers are balanced whatever the true space is. A design made of them
-    alone is therefore a design; otherwise the verdict is undecided.
+    Proved inertia transfers are balanced whatever the true space is, if the joints that count
+    as idle rest. A design made of them alone is therefore a design, unless it is in doubt which
+    joints move; otherwise the verdict is undecided.
     """
     if not (
         isinstance(space, CertifiedSpace) and space.certainty.nullity == space.serial_nullity
     ):
         return _undecided(UNSETTLED)
+    if space.certainty.motion_doubts:
+        return _undecided(MOTION_IN_DOUBT.format(space.certainty.motion_doubts[0]))
     answer = decide_feasibility(_transfers_alone(space), constraints, True)
     return answer if answer.verdict == "feasible" else _undecided(UNSETTLED)
 

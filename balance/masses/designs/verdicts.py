@@ -19,6 +19,9 @@ UNSETTLED = (
     "not all conditions are known, and a design may break the others; leave out max_order, if "
     "it was given"
 )
+MOTION_IN_DOUBT = (
+    "it is in doubt which joints move, and a design may shake in other motions: {}"
+)
 UNCHECKED = (
     "neither a design nor a certificate stands up to its check; ask less of the masses, or "
     "put the linkage nearer to the origin"

@@ -223,9 +223,7 @@ def _add_rounding_notice(space: CertifiedSpace, error: LinkageError) -> Certifie
         doubt = f"its axes are parallel to within {error.deviation:.0e} rad only"
     if isinstance(error, InexactClosureError):
         if 0 < error.mobility != mobility:
-            doubt = (
-                f"the mobility is {mobility} up to rounding, and {error.mobility} as written"
-            )
+            doubt = f"mobility: {mobility} up to rounding, and {error.mobility} as written"
         elif error.orders:
             doubt = (
                 f"mobility: in the decimals of the file the loops close at {error.orders} "

@@ -49,6 +49,13 @@ class Certainty(NamedTuple):
         doubts = [f"in doubt: {doubt}" for doubt in self.doubts]
         return repr_lines(f"Certainty: {self.level}", self.reason, *doubts)
 
+    @property
+    def motion_doubts(self) -> tuple[str, ...]:
+        """The doubts whether all joints that count as idle rest, and about the mobility."""
+        return tuple(
+            doubt for doubt in self.doubts if doubt.startswith(("mobility:", "idle joints:"))
+        )
+
     def with_doubt(self, doubt: str) -> Certainty:
         """Lower the level to ``estimated`` for a doubt, which becomes the reason."""
         return self._replace(

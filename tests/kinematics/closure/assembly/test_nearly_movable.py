@@ -7,6 +7,7 @@ import pytest
 
 import kinematics
 from balance import certify, design_space
+from balance.masses import feasible
 from tests.support.urdf_text import along, joint, link, loop, saved
 
 # Lengths in metres, with all digits of a double: nothing to round.
@@ -55,6 +56,10 @@ def test_a_parallelogram_that_is_off_by_a_hair_leaves_the_mobility_in_doubt(
     space = certify(design_space(linkage))
     assert space.level == "estimated"
     assert any(text in doubt for doubt in space.certainty.doubts)
+    # Transfers through joints that may move are no design.
+    answer = feasible(certify(design_space(linkage, balance="force")))
+    assert answer.verdict == "undecided" and "which joints move" in answer.words
+    assert feasible(certify(design_space(exact, balance="force"))).verdict == "feasible"
 
 
 def test_the_answer_as_written_is_without_doubt(tmp_path):

@@ -179,7 +179,7 @@ def test_a_loaded_model_passes_the_guard(robot):
 
 
 def test_what_is_no_model():
-    for wrong in (None, 5, b"x.urdf"):
+    for wrong in (None, 5, ["x.urdf"]):
         with pytest.raises(TypeError, match="yourdfpy.URDF"):
             kinematics.load(wrong)
 

@@ -13,7 +13,8 @@ import distributed
 if __name__ == "__main__":
     with distributed.LocalCluster(
         n_workers=1, threads_per_worker=1, processes=False, protocol="tcp",
-        dashboard_address=None, silence_logs=logging.CRITICAL,
+        dashboard_address=None, scheduler_kwargs={"dashboard_address": ":0"},
+        silence_logs=logging.CRITICAL,
     ) as cluster:  # fmt: skip
         print(cluster.scheduler_address, flush=True)
         sys.stdin.read()

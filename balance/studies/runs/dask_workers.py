@@ -73,9 +73,11 @@ def _connect(distributed: Any, address: str, workers: int, ends: ExitStack) -> C
     """Connect to a cluster, or start one on this machine."""
     if address == LOCAL:
         with one_thread_each():
+            # Without a dashboard it still listens: at a free port, for several runs at once.
             cluster = distributed.LocalCluster(
                 n_workers=workers, threads_per_worker=1, processes=True,
-                dashboard_address=None, silence_logs=logging.CRITICAL,
+                dashboard_address=None, scheduler_kwargs={"dashboard_address": ":0"},
+                silence_logs=logging.CRITICAL,
             )  # fmt: skip
         ends.enter_context(cluster)
         address = cluster.scheduler_address

@@ -318,7 +318,7 @@ def _reason_below_digits(space: DesignSpace, corrected: DesignSpace, evidence: E
 
     A geometry that has the relations found is at another place inside the digits than the
     linkage, so that it may break relations that were not looked for. Nor are those looked for
-    that doubles break in loops that are neither planar nor spherical.
+    that rounded numbers break in loops that are neither planar nor spherical.
 
     Args:
         space: the space by floating point.
@@ -327,12 +327,12 @@ def _reason_below_digits(space: DesignSpace, corrected: DesignSpace, evidence: E
     meant, tree, limit = space.linkage.meant, space.linkage.tree, 0.0
     adds = corrected.rank > space.rank
     if evidence.inside_digits and meant is not None:
-        # As written, axes were moved by round-off alone; their lever enlarges it.
-        least_sure = CONDITION_OF_TILTS if space.linkage.as_written else DIGITS_CONDITION
-        limit = least_sure if adds else 0.0
-        if (meant.relations and meant.apart) or adds:
-            digits = meant.digits or DOUBLE_DIGITS
-            limit = max(limit, 10.0 ** (DIGITS_OF_CONDITION - digits))
+        if adds or (meant.relations and meant.apart):
+            limit = 10.0 ** (DIGITS_OF_CONDITION - (meant.digits or DOUBLE_DIGITS))
+        if adds:
+            # As written, axes were moved by round-off alone; their lever enlarges it.
+            tilted = space.linkage.as_written
+            limit = max(limit, CONDITION_OF_TILTS if tilted else DIGITS_CONDITION)
     elif (
         meant is None
         and adds

@@ -18,7 +18,7 @@ from balance.space.inertial_parameters.conversions import (
     basis_from_chain,
     violations,
 )
-from balance.space.spaces.given_masses import AsGiven, moves_no_centre, residual_of
+from balance.space.spaces.given_masses import AsGiven, keeps_centre_of_mass, residual_of
 from balance.space.spaces.readings import Reading
 from balance.space.spaces.space_data import RequirementRank, SpaceData
 from balance.space.transfers.by_joint import Transfer, by_joint
@@ -40,9 +40,9 @@ from kinematics.wording import first_names, html_facts, repr_lines, size_text
 
 REPORT_SCHEMA = "balance.report/1"
 Verdict = Literal["as_given", "force_alone", "open", "impossible", "undecided"]
-DECIDED = "(balance design decides)"
+DESIGN_DECIDES = "(balance design decides)"
 # Codes of the notices on masses that no body has.
-NO_BODIES = (UNPHYSICAL, "non_physical")
+UNPHYSICAL_CODES = (UNPHYSICAL, "non_physical")
 
 
 class CanBalance(NamedTuple):
@@ -357,13 +357,13 @@ def _answer(space: DesignSpace) -> CanBalance:
         last = space.orders[-1].order if space.orders else 0
         text = f"Undecided: these masses meet the conditions up to order {last}, not all"
         return CanBalance("undecided", text, "verify")
-    real = not any(notice.code in NO_BODIES for notice in space.warnings)
+    real = not any(notice.code in UNPHYSICAL_CODES for notice in space.warnings)
     if given and real:
         text = f"Yes, with these masses: {balanced_text(space)}"
         return CanBalance("as_given", text, "verify")
     force_alone = (
         given is False and real and space.balance == "dynamic" and not space.requirements
-        and moves_no_centre(space.linkage, space.chain, space.planar)
+        and keeps_centre_of_mass(space.linkage, space.chain, space.planar)
     )  # fmt: skip
     return _with_other_masses(space, force_alone)
 
@@ -373,16 +373,18 @@ def _with_other_masses(space: DesignSpace, force_alone: bool) -> CanBalance:
     without = _massless_text(space) if space.encloses else ""
     verb = "remedies" if without else "design"
     if force_alone:
-        others = f"both {without}" if without else f"perhaps both with others {DECIDED}"
+        others = f"both {without}" if without else f"perhaps both with others {DESIGN_DECIDES}"
         text = f"Only forces with these masses, which leave a shaking moment; {others}"
         return CanBalance("force_alone", text, verb)
     if without:
         return CanBalance("impossible", f"No, {without}", verb)
     given = space.as_given.balanced
     if given is None:
-        return CanBalance("open", f"Perhaps, for its file has no masses {DECIDED}", verb)
+        return CanBalance("open", f"Perhaps, for its file has no masses {DESIGN_DECIDES}", verb)
     here = "which balance it but which no bodies can have" if given else ""
-    text = f"Not with these masses{', ' * bool(here)}{here}; perhaps with others {DECIDED}"
+    text = (
+        f"Not with these masses{', ' * bool(here)}{here}; perhaps with others {DESIGN_DECIDES}"
+    )
     return CanBalance("open", text, verb)
 
 

@@ -60,7 +60,7 @@ def residual_of(
     return _residual(given, chain, planar, force, rows) if given.any() else None
 
 
-def moves_no_centre(linkage: Linkage, chain: Chain, planar: bool) -> bool:
+def keeps_centre_of_mass(linkage: Linkage, chain: Chain, planar: bool) -> bool:
     """Whether the masses of the file leave their common centre of mass at rest.
 
     Their linear momentum is computed at the reference pose, and if it vanishes there, at

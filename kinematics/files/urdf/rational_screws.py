@@ -114,18 +114,13 @@ def _rational_geometries(linkage: Linkage) -> Iterator[Geometry]:
     if meant is None or not _is_reference_pose(linkage, meant.screws):
         yield exact_geometry(linkage)
         return
-    written: Geometry | None = None
+    geometries = [geometry_of(linkage, meant.screws)]
     if meant.in_decimals:
         with suppress(ExactError):
             written = exact_geometry(linkage)
-    rounded = written is not None and not (
-        linkage.as_written or _lines_coincide(written.screws, meant.screws)
-    )
-    if written is not None and not rounded:
-        yield written
-    yield geometry_of(linkage, meant.screws)
-    if written is not None and rounded:
-        yield written
+            first = linkage.as_written or _lines_coincide(written.screws, meant.screws)
+            geometries.insert(0 if first else 1, written)
+    yield from geometries
 
 
 def _lines_coincide(screws: Sequence[Vector], meant: Sequence[Vector]) -> bool:

@@ -65,10 +65,10 @@ def as_meant(linkage: Linkage, *, exactly: bool = False, again: bool = True) -> 
     # Loops that close only to rounding show that short numbers are rounded, too.
     mended = any(notice.code == "closes_to_rounding" for notice in linkage.notices)
     digits = file_digits(linkage.tree, 0 if mended else MIN_DIGITS)
+    if digits is None and linkage.displaced is None:
+        return linkage
     if digits is None or (exactly and linkage.displaced is not None):
         # Numbers are exact, and so are the links; only another pose is rounded.
-        if linkage.displaced is None:
-            return linkage
         digits = EXACT
     widths = link_widths(linkage, digits)
     if not linkage.loops and not exactly:

@@ -20,6 +20,7 @@ from typing import NamedTuple
 
 from kinematics.files.urdf.nominal_angles import nearest_twelfth
 from kinematics.model.document.element import Element
+from kinematics.numerics.linalg.rational import decimal
 
 # Fewest significant digits of a file whose numbers may be rounded: shorter ones are design
 # values.
@@ -193,7 +194,7 @@ def _has_rounded_axis(tree: Element) -> bool:
         counts = [_count_digits(word) for word in words]
         if max((digits for _, digits in counts), default=0) < MIN_AXIS_DIGITS:
             continue
-        numbers = [Fraction(word) for word in words]
+        numbers = [decimal(word) for word in words]
         off = abs(sum((x * x for x in numbers), Fraction(-1)))
         unit = Fraction(1, 10 ** max(places for places, _ in counts))
         if 0 < off <= unit * sum(map(abs, numbers), Fraction(0)):

@@ -30,6 +30,7 @@ from balance.space.certification.replaced_numbers import (
     notice_codes,
     replaced_text,
     rests_on_replaced,
+    round_off_counts,
     with_changed_numbers,
 )
 from balance.space.conditions.fresh_momenta import momentum_left
@@ -126,7 +127,7 @@ def _certify(space: DesignSpace) -> CertifiedSpace:
         rounded = _certify_rounded(space, f"not by exact arithmetic: {error}", None)
         return _add_rounding_notice(rounded, error)
     lines = list_differences(space, evidence)
-    if evidence.replaced and lines:
+    if evidence.replaced and lines and not round_off_counts(space, evidence):
         numbers = count_noun(evidence.replaced, "number")
         changed = with_changed_numbers(space)
         if rests_on_replaced(space, changed) and not is_general_as_written(space, evidence):

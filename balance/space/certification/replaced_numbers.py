@@ -90,6 +90,19 @@ def rests_on_replaced(space: DesignSpace, changed: DesignSpace | None) -> bool:
     return changed is not None and changed.rank > space.rank
 
 
+def round_off_counts(space: DesignSpace, evidence: Evidence) -> bool:
+    """Whether round-off counts as conditions in floating point.
+
+    Replaced numbers are within 2^-64 of those of the file. They may lose a special geometry,
+    and add conditions; conditions beside a narrow gap that they do not have are round-off.
+
+    Args:
+        space: the space by floating point.
+        evidence: the findings of exact arithmetic.
+    """
+    return bool(space.doubts) and evidence.exact.rank < space.rank and evidence.exact.settled
+
+
 def is_general_as_written(space: DesignSpace, evidence: Evidence) -> bool:
     """Whether the numbers of the file describe a general linkage.
 

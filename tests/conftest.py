@@ -19,11 +19,11 @@ from tests.support.rounding import perturb_rounding
 
 ROOT = Path(__file__).parents[1]
 
-# Files of tests that need no kernels. They come first, while kernels are compiled.
+# Files of tests that need no kernels. Each process begins with some, while kernels are compiled.
 PLAIN = (
-    "packaging reference formats hostile_files keyfile house mjcf_hostile kernel_rules "
+    "lanes packaging reference formats hostile_files keyfile house kernel_rules "
     "geometry guard loops markup urdf oddities xacro mjcf_files architecture translate "
-    "repeated_loops multipole inertia screws sidecar lanes"
+    "repeated_loops multipole inertia screws sidecar mjcf_hostile"
 ).split()
 # What compiles them: once, for all processes of the tests, which wait for each kernel while
 # this process holds the lock.
@@ -182,12 +182,35 @@ def pytest_collection(session):
 
 def pytest_collection_modifyitems(config, items):
     """Files that need no kernels come first, and the default run takes a part of the tests."""
-    place = {f"test_{name}": k for k, name in enumerate(PLAIN)}
-    items.sort(key=lambda item: place.get(item.path.stem, len(PLAIN)))
     if takes_a_part(config):
         rest = select_left_out(items)
         config.hook.pytest_deselected(items=[item for item in items if item in rest])
         items[:] = [item for item in items if item not in rest]
+    place = {f"test_{name}": k for k, name in enumerate(PLAIN)}
+    items.sort(key=lambda item: place.get(item.path.stem, len(PLAIN)))
+    if worker := getattr(config, "workerinput", None):
+        share_plain_files(items, worker["workercount"])
+
+
+def share_plain_files(items, processes):
+    """Order tests so that each process begins with files that need no kernels.
+
+    Each process begins with a part of the list, all of the same size. The test of lanes, the
+    longest of these files, stands alone at the start of the last part.
+    """
+    count = sum(item.path.stem[len("test_") :] in PLAIN for item in items)
+    plain, rest = items[:count], items[count:]
+    if not plain or not rest or processes < 2:
+        return
+    first, *others = plain
+    size = len(items) // processes
+    starts = [others[k :: processes - 1] for k in range(processes - 1)] + [[first]]
+    items.clear()
+    for part in starts:
+        room = max(size - len(part), 0)
+        items += part + rest[:room]
+        rest = rest[room:]
+    items += rest
 
 
 def select_left_out(items):

@@ -19,7 +19,7 @@ from tests.support.rounding import perturb_rounding
 
 ROOT = Path(__file__).parents[1]
 
-# Files of tests that need no kernels. Each process begins with some, while kernels are compiled.
+# Files of tests that need no kernels. Each process begins with some, while these are compiled.
 PLAIN = (
     "lanes packaging reference formats hostile_files keyfile house kernel_rules "
     "geometry guard loops markup urdf oddities xacro mjcf_files architecture translate "
@@ -65,7 +65,7 @@ LEFT_OUT = {
 # to run such tests uncompiled, as `tests/house/test_lanes.py` does in a process of its own.
 LANES = "lanes"
 # How many cases of a test that is marked as a table the default run takes.
-CASES = 6
+CASES = 5
 
 
 def pytest_addoption(parser):

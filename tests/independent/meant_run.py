@@ -5,7 +5,8 @@
 
 prints, for each family, number of digits and kind of frames, how many answers of ``report`` are
 right, wrong with exit 0, or undecided (exit 4), and their levels. The truth is that of
-`tests.independent.sixty_digits`, once for each family.
+`tests.independent.sixty_digits`, once for each family. With ``--design`` the verdicts of
+``design`` are compared, which must be one for each linkage, in all numbers of digits.
 """
 
 from __future__ import annotations
@@ -34,11 +35,11 @@ def truth(family: str, off: float) -> tuple[int, tuple[int, ...] | None]:
     return mobility, None if ranks is None else tuple(ranks)
 
 
-def answer(path: Path, *options: str) -> tuple[int, dict]:
-    """Exit code and object of ``report --json``."""
+def answer(path: Path, *options: str, verb: str = "report") -> tuple[int, dict]:
+    """Exit code and object of a command with ``--json``."""
     text = io.StringIO()
     with contextlib.redirect_stdout(text), contextlib.redirect_stderr(io.StringIO()):
-        code = main(["report", str(path), "--json", *options])
+        code = main([verb, str(path), "--json", *options])
     return code, json.loads(text.getvalue()) if text.getvalue() else {}
 
 
@@ -67,10 +68,12 @@ def _run() -> None:
     parser.add_argument("--digits", type=int, nargs="+", default=[17, 15, 12, 9, 6])
     parser.add_argument("--off", type=float, nargs="+", default=[0.0])
     parser.add_argument("--families", nargs="+", default=list(FAMILIES))
+    parser.add_argument("--design", action="store_true")
     choices = parser.parse_args()
     with tempfile.TemporaryDirectory() as folder:
         for family in choices.families:
             for off in choices.off:
+                designs: dict[int, set[str]] = {}
                 for digits in choices.digits:
                     counts: Counter[str] = Counter()
                     levels: Counter[str] = Counter()
@@ -82,12 +85,19 @@ def _run() -> None:
                         verdict, level = _judge(family, off, path)
                         counts[verdict] += 1
                         levels[level] += 1
+                        if choices.design:
+                            code, design = answer(path, verb="design")
+                            text = f"exit {code}, {design.get('verdict', 'refused')}"
+                            designs.setdefault(seed, set()).add(text)
                         if verdict != "right":
                             print(f"# {family} {seed} {digits} {off:g}: {verdict}", flush=True)
                     print(
                         f"{family:20} off {off:<6g} {digits:2} digits: "
                         f"{dict(counts)}, {dict(levels)}", flush=True,
                     )  # fmt: skip
+                if choices.design:
+                    verdicts = Counter("; ".join(sorted(x)) for x in designs.values())
+                    print(f"{family:20} off {off:<6g} design: {dict(verdicts)}", flush=True)
 
 
 if __name__ == "__main__":

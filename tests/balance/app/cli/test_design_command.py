@@ -275,6 +275,14 @@ def test_bad_input(words, said, tmp_path, capsys):
     assert not out.exists()
 
 
+@pytest.mark.parametrize("bounds", ["1e-320:1e-320", "5e-324:1e-300", "1e300:1e308"])
+def test_masses_whose_squares_no_double_holds_are_undecided(bounds, capsys):
+    """Sums of such masses are zero, or infinite: neither a crash nor a verdict follows."""
+    code, answer = json_answer(capsys, "design", YES, "--bounds", f"coupler={bounds}")
+    assert (code, answer["verdict"]) == (4, "undecided")
+    assert answer["bodies"] == [] and answer["certificate"] is None
+
+
 @pytest.mark.parametrize(
     "words",
     [

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import sys
+
 import numpy as np
 import pytest
 
 import kinematics
 from kinematics import gallery
-from tests.independent.robot_folder import judge, mobility_of, other_mobility
+from tests.independent import robot_folder
+from tests.independent.robot_folder import judge, mobility_of, other_mobility, run
 from tests.support.sdf_text import sdf_of
 
 
@@ -72,3 +75,12 @@ def test_a_pose_that_is_singular():
 def test_verdicts(code, seconds, other, verdict):
     record = {"code": code, "seconds": seconds, "megabytes": 100, "other": other, "mobility": 3}
     assert judge(record) == verdict
+
+
+@pytest.mark.slow
+def test_a_command_that_computes_too_long_is_slow_and_one_that_waits_is_not(monkeypatch):
+    monkeypatch.setattr(robot_folder, "TIMEOUT", 1)
+    code, seconds, megabytes, *_ = run([sys.executable, "-c", "while True: pass"])
+    record = {"code": code, "seconds": 25.0, "megabytes": megabytes}
+    assert 0.9 < seconds < 3 and judge(record) == "slow"
+    assert run([sys.executable, "-c", "import time; time.sleep(2)"])[0] == 0

@@ -16,7 +16,7 @@ from kinematics.errors import LinkageError, MeetingModesError
 from kinematics.loading.model_gallery import LinkageLike, as_linkage
 from kinematics.model.linkage import Linkage
 from kinematics.model.mode_of_motion import ModeOfMotion
-from kinematics.wording import count_noun, repr_lines, round_to_ten_digits
+from kinematics.wording import MAX_NAMES, count_noun, repr_lines, round_to_ten_digits
 
 MODES_SCHEMA = "balance.modes/1"
 # What the verdict says on masses that bodies can have.
@@ -111,10 +111,10 @@ class ModeAnswers:
         texts = [VERDICT_TEXTS.get(answer.verdict or "", "unknown") for answer in self.modes]
         if len({*texts}) == 1:
             return f"Can it balance? {texts[0].capitalize()}, on every mode of motion."
-        listed = ", ".join(
-            f"{text} on mode {answer.mode.number}"
-            for answer, text in zip(self.modes, texts, strict=True)
-        )
+        numbers: dict[str, list[int]] = {}
+        for answer, text in zip(self.modes, texts, strict=True):
+            numbers.setdefault(text, []).append(answer.mode.number)
+        listed = "; ".join(f"{text} on {_name_modes(numbers[text])}" for text in numbers)
         return f"Can it balance? {listed[0].upper()}{listed[1:]}."
 
     def __repr__(self) -> str:
@@ -133,6 +133,12 @@ class ModeAnswers:
             "doubt": self.doubt or None,
             "modes": [answer.to_dict() for answer in self.modes],
         }
+
+
+def _name_modes(numbers: Sequence[int]) -> str:
+    if len(numbers) > MAX_NAMES:
+        return count_noun(len(numbers), "mode")
+    return f"mode{'s' * (len(numbers) > 1)} {', '.join(map(str, numbers))}"
 
 
 def motion_modes(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from importlib.resources import files
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -14,6 +15,7 @@ import kinematics
 from balance.app.answers.text.modes import modes_body
 from balance.app.answers.text.render import body_text
 from balance.app.cli.main import main
+from balance.masses.modes.mode_answers import ModeAnswers
 from tests.support.meeting_linkages import FLAT, slider_crank
 
 # Ranks by order and whether masses that balance can be built, by number. Two links that turn as
@@ -47,6 +49,20 @@ def test_a_slider_crank_of_equal_bars_has_six_dimensions_where_it_slides(tmp_pat
     turning, sliding = balance.motion_modes(slider_crank(tmp_path)).modes
     assert [turning.space.rank, sliding.space.rank] == [3, 6]
     assert (turning.verdict, sliding.verdict) == ("infeasible", "feasible")
+
+
+def test_the_sentence_names_modes_of_one_verdict_together():
+    def sentence(*verdicts):
+        modes = [
+            SimpleNamespace(mode=SimpleNamespace(number=number), verdict=verdict)
+            for number, verdict in enumerate(verdicts, 1)
+        ]
+        return ModeAnswers("", "dynamic", modes).sentence
+
+    few = sentence("infeasible", "feasible", "infeasible", "undecided")
+    assert few == "Can it balance? No on modes 1, 3; yes on mode 2; undecided on mode 4."
+    many = sentence("feasible", *["infeasible"] * 31)
+    assert many == "Can it balance? Yes on mode 1; no on 31 modes."
 
 
 def run(capsys, *words):

@@ -163,8 +163,16 @@ def close(rows_and_gaps, step, pose):
     return None
 
 
-def read_urdf(path, fixed_base):
-    root = ET.fromstring(path.read_bytes().strip())
+def read_xacro(path):
+    """The root of an expanded xacro file; packages are those of the folders above it."""
+    from xacrodoc import XacroDoc, packages
+
+    packages.look_in(path.resolve().parents[:3])
+    document = XacroDoc.from_file(path.resolve(), resolve_packages=False)
+    return ET.fromstring(document.to_urdf_string())
+
+
+def read_urdf(root, fixed_base):
     joints = [x for x in root.findall("joint") if x.find("parent") is not None]
     children = {x.find("child").get("link"): x for x in joints}
     parents = {x.find("parent").get("link") for x in joints}
@@ -334,10 +342,12 @@ def read_mjcf(path, fixed_base):
 def other_mobility(path, fixed_base):
     """Mobility by the other route, or the reason why it has none."""
     try:
-        root = ET.fromstring(path.read_bytes().strip()).tag
-        if root == "robot":
-            return read_urdf(path, fixed_base), ""
-        if root == "sdf":
+        if path.suffix == ".xacro":
+            return read_urdf(read_xacro(path), fixed_base), ""
+        root = ET.fromstring(path.read_bytes().strip())
+        if root.tag == "robot":
+            return read_urdf(root, fixed_base), ""
+        if root.tag == "sdf":
             return read_sdf(path), ""
         return read_mjcf(path, fixed_base), ""
     except Exception as error:  # files of others: any of them may break a reader
@@ -407,7 +417,7 @@ def robot_files(folders):
     for folder in folders:
         files += sorted(
             path for path in folder.rglob("*")
-            if path.suffix.lower() in (".urdf", ".sdf")
+            if path.name.lower().endswith((".urdf", ".sdf", ".urdf.xacro"))
             or (path.suffix == ".xml" and "<mujoco" in path.read_text(errors="replace"))
         )  # fmt: skip
     return files

@@ -16,6 +16,7 @@ from balance.space.conditions.collect import (
     relative_tolerance,
 )
 from balance.space.conditions.rank import Decision
+from balance.space.momentum.regressor import parameters_per_body
 from balance.space.spaces.design_space import DesignSpace
 from balance.space.spaces.first_orders import first_orders
 from balance.space.spaces.space_data import rank_table
@@ -27,9 +28,13 @@ from kinematics.loading.model_gallery import LinkageLike, as_linkage
 from kinematics.model.arrays import Chain
 from kinematics.model.linkage import Linkage, Notice, names_of
 from kinematics.model.motion import Motion, motion_of
+from kinematics.numerics.compiled.background import kernel_clock
 from kinematics.numerics.tolerances import MARGIN_DETERMINED
 from kinematics.wording import size_text
 
+# Seconds of uncompiled kernels by the cube of the number of parameters: 0.1 s for an arm of six
+# links, 7 s for a humanoid of 25, in one call.
+ELIMINATION = 5e-7
 # Highest order that may be requested.
 MAX_ORDER = 50
 
@@ -83,6 +88,8 @@ def design_space(
         raise ValueError(f"max_order must be a whole number from 0 to {MAX_ORDER}")
     motion = motion_of(linkage, motion)
     chain, force = moving_chain(linkage, motion, spatial), balance == "force"
+    parameters = chain.links.size * parameters_per_body(chain.planar, force)
+    kernel_clock.foresee(ELIMINATION * parameters**3)
     tolerance, first = relative_tolerance(chain), first_orders(chain, force, max_order)
     transfers = first.transfers if first else serial_transfers(chain, force, tolerance)
     try:

@@ -169,6 +169,11 @@ class _KernelClock:
         """Call all kernels compiled from now on."""
         self._compiled = frozenset([ALL])
 
+    def foresee(self, seconds: float) -> None:
+        """Change to compiled kernels before a run that would take long uncompiled."""
+        if seconds >= WORTH:
+            self.add(seconds)
+
     def add(self, seconds: float) -> None:
         """Add the seconds of an uncompiled run; change to compiled kernels when it is time."""
         self._seconds += seconds

@@ -10,9 +10,11 @@ import pytest
 import kinematics
 from balance import design_space
 from balance.space.inertial_parameters.conversions import from_chain, pseudo_inertia
-from kinematics import Motion
+from balance.space.spaces import compute_space
+from kinematics import Motion, ScrewJoint, from_screws
 from kinematics.errors import MotionError
 from kinematics.model.spatial.inertia import displace_parameters
+from kinematics.numerics.compiled.background import WORTH
 from kinematics.numerics.linalg.pivoted_qr import RANK_RELATIVE
 from tests.independent import reference
 from tests.support.covering import spread
@@ -340,3 +342,22 @@ def test_bodies_that_balance_exist_where_the_table_says_so():
     assert design_space(balanced, balance="force").as_given.balanced
     assert not design_space(balanced).as_given.balanced
     assert relative(first, second) < 1e-12
+
+
+@pytest.mark.parametrize(("links", "long"), [(3, False), (25, True)])
+def test_long_runs_of_kernels_are_foreseen(links, long, monkeypatch):
+    """One call eliminates all parameters: a humanoid's must not run uncompiled to its end."""
+    foreseen = []
+
+    def stop(*_):
+        raise InterruptedError
+
+    monkeypatch.setattr(compute_space.kernel_clock, "foresee", foreseen.append)
+    monkeypatch.setattr(compute_space, "first_orders", stop)
+    joints = [
+        ScrewJoint(f"j{k}", f"l{k}", f"l{k + 1}", (k % 2, 1 - k % 2, 0), (k, 0, 0.1 * k * k))
+        for k in range(links)
+    ]
+    with pytest.raises(InterruptedError):
+        design_space(from_screws(joints))
+    assert (foreseen[0] > WORTH) == long

@@ -112,6 +112,16 @@ def test_a_long_command_has_kernels_compiled_for_the_next(small):
 
 
 @pytest.mark.compile
+def test_a_command_that_foresees_a_long_run_loads_compiled_kernels_before_it(small):
+    folder, environment = small
+    run(folder, COMMAND, **environment)
+    wait_until_true(lambda: is_complete(environment))
+    for seconds, loaded in (("0.1", "False"), ("2.0", "True")):
+        code = QUICK.replace("print(outer", f"kernel_clock.foresee({seconds}); print(outer", 1)
+        assert run(folder, code, **environment) == (["20.0", "20.0", loaded], [])
+
+
+@pytest.mark.compile
 def test_a_command_changes_to_compiled_kernels_that_come_meanwhile(small):
     folder, environment = small
     code = COMMAND.replace(

@@ -19,10 +19,13 @@ from balance.masses.counterweights.added_matter import symmetric_basis
 from balance.masses.counterweights.regions import Region
 from balance.masses.designs.pseudo_inertia_cone import given_parameters
 from balance.motion.verification.joint_reactions import JointReactions, joint_reactions
-from balance.motion.verification.shaking_wrench import Loads, load_regressors
+from balance.motion.verification.shaking_wrench import (
+    Loads,
+    load_regressors,
+    mass_parameters,
+)
 from balance.motion.verification.trajectory import Trajectory
 from balance.space.inertial_parameters.conversions import to_chain
-from balance.space.spaces.compute_space import design_space
 from balance.space.spaces.design_space import DesignSpace
 from kinematics.closure.joint_positions import input_chain
 from kinematics.closure.series import expand_from
@@ -251,6 +254,7 @@ def input_inertia(linkage: Linkage) -> dict[str, float]:
     Returns:
         kg m², for sliding inputs kg, by the name of the input.
     """
-    space = design_space(linkage, balance="force", max_order=0)
-    inertias = freeze(AddedParameters.of(space, {}).input_inertia()[:, -1])
+    chain, given = input_chain(linkage), mass_parameters(linkage)
+    own = to_chain(given, chain.frame, False, False)
+    inertias = freeze(AddedParameters(chain, {}, own, given, {}, {}).input_inertia()[:, -1])
     return dict(zip(linkage.inputs, inertias.tolist(), strict=True))

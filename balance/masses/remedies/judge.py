@@ -12,11 +12,13 @@ from balance.masses.remedies.least_matter import least_matter
 from balance.masses.remedies.request import RemedyRequest, freedoms_of
 from balance.masses.remedies.variant import Variant
 from balance.motion.motion_tolerances import SHAKING_RELATIVE
-from balance.motion.verification.to_pinocchio import verify
+from balance.motion.verification.to_pinocchio import measure_shaking
+from balance.motion.verification.trajectory import random_motions
 from balance.space.spaces.compute_space import design_space
 from kinematics.errors import LinkageError
 from kinematics.loading.model_gallery import load
 from kinematics.model.document.element import Document
+from kinematics.model.motion import motion_of
 from kinematics.wording import size_text
 
 # Random motions along which a file is verified, and the poses of each: a momentum that is not
@@ -71,13 +73,9 @@ def verify_file(
     """
     document = Document(request.base.name, urdf)
     linkage = load(document, None, inputs, angles=request.angles)
-    checked = verify(
-        linkage, motion=motion or None, balance=request.balance, trajectories=MOTIONS,
-        samples=POSES,
-    )  # fmt: skip
-    residual = checked.force_residual
-    if request.balance == "dynamic":
-        residual = max(residual, checked.moment_residual)
+    motions = random_motions(linkage, MOTIONS, POSES, motion=motion_of(linkage, motion or None))
+    shaking = measure_shaking(linkage, motions)
+    residual = max(shaking) if request.balance == "dynamic" else shaking.force
     if not residual <= SHAKING_RELATIVE:
         reason = f"its file shakes by {size_text(residual)} of the bodies' own inertia"
         return replace(blank, reason=reason, residual=residual)

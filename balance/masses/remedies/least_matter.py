@@ -11,6 +11,7 @@ from balance.masses.counterweights.link_regions import wide_region
 from balance.masses.counterweights.regions import Region
 from balance.masses.designs.feasibility import Feasibility, feasible
 from balance.space.certification.certify_space import certify
+from balance.space.requirements.recompute_spatial import recompute_spatial
 from balance.space.spaces.design_space import DesignSpace
 
 
@@ -56,15 +57,19 @@ def least_matter(
         links: links that may get matter.
         regions: where, by name of the link; see `balance.counterweights`.
     """
-    matter = counterweights(space, links, regions, relax=False)
+    flat = space.planar and space.balance == "dynamic"
+    # The space of all components of the momentum, once for all programs.
+    whole = recompute_spatial(space) if flat else space
+    matter = counterweights(whole, links, regions, relax=False)
     if matter.verdict == "feasible":
         return LeastMatter(matter, None)
-    space = certify(space)
-    matter = counterweights(space, links, regions, relax=False)
+    whole = certify(whole)
+    matter = counterweights(whole, links, regions, relax=False)
     if matter.verdict != "infeasible":
         return LeastMatter(matter, None)
+    space = certify(space) if flat else whole
     anywhere = feasible(space)
     if anywhere.verdict == "infeasible" or not matter.chosen:
         return LeastMatter(matter, anywhere)
     wide = {name: wide_region(space, space.bodies.index(name)) for name in matter.chosen}
-    return LeastMatter(counterweights(space, links, {**regions, **wide}, relax=False), anywhere)
+    return LeastMatter(counterweights(whole, links, {**regions, **wide}, relax=False), anywhere)

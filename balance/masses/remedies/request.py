@@ -14,7 +14,9 @@ from balance.masses.designs.pseudo_inertia_cone import given_parameters
 from balance.masses.partial.motion_loads import input_inertia
 from balance.space.certification.certified_space import CertifiedSpace
 from balance.space.certification.certify_space import certify
+from balance.space.requirements.recompute_spatial import recompute_spatial
 from balance.space.spaces.compute_space import design_space
+from balance.space.spaces.design_space import DesignSpace
 from balance.support.options import Balance
 from kinematics.errors import LinkageError, UsageError
 from kinematics.files.formats.robot_files import read_unassembled
@@ -93,6 +95,11 @@ class RemedyRequest:
         return certify(design_space(
             self.linkage, self.motion or None, self.balance, spatial=self.spatial
         ))  # fmt: skip
+
+    @cached_property
+    def spatial_space(self) -> DesignSpace:
+        """The same with all components of the momentum, on ten parameters of each body."""
+        return recompute_spatial(self.space)
 
     @property
     def rotor_radius(self) -> float:

@@ -12,7 +12,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -224,6 +224,47 @@ def _run(
         drive=freeze(L**2 * reactions.motors[:, driven] / scale), open=reactions.open,
         errors=errors,
     )  # fmt: skip
+
+
+class RelativeShaking(NamedTuple):
+    """Largest shaking along motions, relative to the peak sum of the own inertia wrenches.
+
+    Attributes:
+        force: that of the force.
+        moment: that of the moment about the middle, over the characteristic length.
+    """
+
+    force: float
+    moment: float
+
+
+def measure_shaking(linkage: Linkage, motions: Iterable[Trajectory]) -> RelativeShaking:
+    """Measure how much the masses of a file shake its base, by Pinocchio.
+
+    These are `Verification.force_residual` and `Verification.moment_residual` of `verify`,
+    without the loads of joints and motors and without our own series of the total momentum.
+
+    Raises:
+        PackageError: Pinocchio is missing.
+        LinkageError: a body without mass has a first moment of mass.
+    """
+    masses, chain = mass_parameters(linkage), input_chain(linkage)
+    model, frame = PinocchioModel(linkage, masses), chain.frame
+    length = linkage.spatial_chain.frame.length
+    scale, peaks = chain.units[linkage.positions_of(linkage.inputs)], []
+    for trajectory in motions:
+        loads = inertia_loads(
+            chain, masses, trajectory.q / chain.units, trajectory.ud / scale,
+            trajectory.udd / scale,
+        )  # fmt: skip
+        inertia = frame.length * np.linalg.norm(loads.rate, axis=2).sum(axis=1)
+        reaction = move_wrenches(model.reactions(trajectory), frame.origin)
+        moment, force = np.linalg.norm(reaction.reshape(-1, 2, 3), axis=2).T
+        peaks.append([part.max(initial=0.0) for part in (force, moment, inertia)])
+    force, moment, inertia = np.max(peaks, axis=0).tolist()
+    if inertia == 0.0:
+        return RelativeShaking(0.0, 0.0)
+    return RelativeShaking(force / inertia, moment / length / inertia)
 
 
 class PinocchioModel:

@@ -52,7 +52,6 @@ from balance.masses.remedies.counter_rotations.separate_rotors import (
 from balance.masses.remedies.judge import judge
 from balance.masses.remedies.request import RemedyRequest
 from balance.masses.remedies.variant import Variant
-from balance.space.requirements.recompute_spatial import recompute_spatial
 from balance.space.spaces.compute_space import design_space
 from balance.space.spaces.design_space import DesignSpace
 from balance.support.clarabel_adapter import ConstraintBlock, solve_conic, triangles
@@ -157,7 +156,7 @@ def lightest_places(request: RemedyRequest, joints: Sequence[str]) -> LightestPl
     Returns:
         The places; None if there is no such matter, also in wider regions.
     """
-    space = recompute_spatial(request.space)
+    space = request.spatial_space
     conditions = rotor_conditions(space, joints)
     if len(conditions.joints) < len(joints):
         return None

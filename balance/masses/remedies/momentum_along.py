@@ -32,6 +32,22 @@ class Momentum(NamedTuple):
     size: Array
 
 
+class MovedMasses(NamedTuple):
+    """A motion of a linkage, and the momentum of its masses along it."""
+
+    trajectory: Trajectory
+    momentum: Momentum
+
+
+def move_masses(linkage: Linkage, trajectory: Trajectory) -> MovedMasses:
+    """Compute the momentum of the masses in the file along a motion, and keep both.
+
+    Args:
+        trajectory: a motion of the linkage.
+    """
+    return MovedMasses(trajectory, momentum_along(linkage, trajectory))
+
+
 def momentum_along(linkage: Linkage, trajectory: Trajectory) -> Momentum:
     """Compute the total momentum of the masses in the file along a motion.
 

@@ -27,6 +27,8 @@ from kinematics.errors import LinkageError, PoseError
 from kinematics.loading.model_gallery import LinkageLike, as_linkage
 from kinematics.model.arrays import Chain, Frame
 from kinematics.model.linkage import Linkage
+from kinematics.model.spatial.inertia import spatial_inertias
+from kinematics.model.spatial.screws import Ad, ad, exp
 from kinematics.numerics.array_types import Array
 
 
@@ -111,6 +113,48 @@ def inertia_loads(chain: Chain, z: Array, q: Array, ud: Array, udd: Array) -> Lo
     for k, (pose, both) in enumerate(_regressors(chain, q, ud, udd)):
         screws[k], loads[:, k] = pose, np.einsum("kibp,bp->kbi", both, chain_z)
     return Loads(loads[0], loads[1], screws)
+
+
+def inertia_sizes(chain: Chain, z: Array, q: Array, qd: Array, qdd: Array) -> Array:
+    """Compute the sum of the sizes of the bodies' own inertia wrenches, all samples at once.
+
+    Along the tree, with the twist ``V`` and its rate ``A`` of each link and the momentum
+    ``M V`` in the coordinates that the link carries along,
+
+        V_j = V_p + s_j q̇_j      A_j = A_p + s_j q̈_j + ad(V_p) s_j q̇_j
+        ḣ = Ad(H)⁻ᵀ (M A - ad(V)ᵀ M V).
+
+    Args:
+        chain: all joints of a spatial chain; see `inertia_loads`.
+        z: parameters (bodies, 10) about the inertial origin, SI units.
+        q: positions of all joints (N, n) that close the loops, in units of the chain, as for
+            the next two.
+        qd: their velocities (N, n).
+        qdd: their accelerations (N, n).
+
+    Returns:
+        The sums (N,) of norms of ``[moment; force]`` as in `inertia_loads`.
+
+    Source: R. Featherstone, Rigid Body Dynamics Algorithms, 2008, section 5.3.
+    """
+    H = np.empty((len(chain.parent), len(q), 4, 4))
+    V, A = np.empty((2, *H.shape[:2], 6))
+    still = np.eye(4), np.zeros(6), np.zeros(6)
+    for j, parent in enumerate(chain.parent.tolist()):
+        before, V_p, A_p = (H[parent], V[parent], A[parent]) if parent >= 0 else still
+        s, speed = Ad(before) @ chain.screws[j], qd[:, j, None]
+        carried = np.einsum("...ik,...k->...i", ad(V_p), s)
+        V[j], A[j] = V_p + s * speed, A_p + s * qdd[:, j, None] + carried * speed
+        H[j] = before @ exp(chain.screws[j], q[:, j])
+    total = np.zeros(len(q))
+    inertias = spatial_inertias(to_chain(z, chain.frame, False, False))
+    for M, link in zip(inertias, chain.links.tolist(), strict=True):
+        if link >= 0:
+            back = np.linalg.inv(Ad(H[link]))
+            v, a = (np.einsum("kij,kj->ki", back, x[link]) for x in (V, A))
+            wrench = a @ M - np.einsum("kji,kj->ki", ad(v), v @ M)
+            total += np.linalg.norm(np.einsum("kji,kj->ki", back, wrench), axis=1)
+    return total
 
 
 def load_regressors(chain: Chain, q: Array, ud: Array, udd: Array) -> Loads:

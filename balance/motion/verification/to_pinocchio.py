@@ -25,6 +25,7 @@ from balance.motion.verification.result import Verification
 from balance.motion.verification.run import Run
 from balance.motion.verification.shaking_wrench import (
     inertia_loads,
+    inertia_sizes,
     mass_parameters,
     move_wrenches,
     wrench_to_si,
@@ -243,22 +244,19 @@ def measure_shaking(linkage: Linkage, motions: Iterable[Trajectory]) -> Relative
 
     These are `Verification.force_residual` and `Verification.moment_residual` of `verify`,
     without the loads of joints and motors and without our own series of the total momentum.
+    Sizes of the bodies' own wrenches need no series: see `inertia_sizes`.
 
     Raises:
         PackageError: Pinocchio is missing.
         LinkageError: a body without mass has a first moment of mass.
     """
     masses, chain = mass_parameters(linkage), input_chain(linkage)
-    model, frame = PinocchioModel(linkage, masses), chain.frame
-    length = linkage.spatial_chain.frame.length
-    scale, peaks = chain.units[linkage.positions_of(linkage.inputs)], []
+    model, length = PinocchioModel(linkage, masses), linkage.spatial_chain.frame.length
+    peaks = []
     for trajectory in motions:
-        loads = inertia_loads(
-            chain, masses, trajectory.q / chain.units, trajectory.ud / scale,
-            trajectory.udd / scale,
-        )  # fmt: skip
-        inertia = frame.length * np.linalg.norm(loads.rate, axis=2).sum(axis=1)
-        reaction = move_wrenches(model.reactions(trajectory), frame.origin)
+        joints = (x / chain.units for x in (trajectory.q, trajectory.qd, trajectory.qdd))
+        inertia = chain.frame.length * inertia_sizes(chain, masses, *joints)
+        reaction = move_wrenches(model.reactions(trajectory), chain.frame.origin)
         moment, force = np.linalg.norm(reaction.reshape(-1, 2, 3), axis=2).T
         peaks.append([part.max(initial=0.0) for part in (force, moment, inertia)])
     force, moment, inertia = np.max(peaks, axis=0).tolist()

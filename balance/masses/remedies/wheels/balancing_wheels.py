@@ -14,7 +14,12 @@ import numpy as np
 
 from balance.masses.remedies.applied import AppliedRemedy, inertia_ratio, refused
 from balance.masses.remedies.judge import MOTIONS, POSES
-from balance.masses.remedies.momentum_along import Momentum, momentum_along
+from balance.masses.remedies.momentum_along import (
+    Momentum,
+    MovedMasses,
+    momentum_along,
+    move_masses,
+)
 from balance.masses.remedies.request import RemedyRequest
 from balance.masses.remedies.wheels.varying_ratio import (
     PitchCurves,
@@ -115,7 +120,10 @@ def _build_motor_wheels(request: RemedyRequest) -> AppliedRemedy:
     """
     balanced = balance_force(request)
     limits = motion_of(balanced.linkage, request.motion or None)
-    runs = [*random_motions(balanced.linkage, MOTIONS, seed=SEED, motion=limits)]
+    runs = [
+        move_masses(balanced.linkage, trajectory)
+        for trajectory in random_motions(balanced.linkage, MOTIONS, seed=SEED, motion=limits)
+    ]
     wheels = _wheels(request, balanced, runs)
     mass = sum(wheel.mass for wheel in wheels)
     count = "a wheel" if len(wheels) == 1 else f"{len(wheels)} wheels about perpendicular axes"
@@ -125,7 +133,7 @@ def _build_motor_wheels(request: RemedyRequest) -> AppliedRemedy:
         "undecided",
         "",
     )
-    fine = fine_motion(balanced.linkage, limits)
+    fine = fine_motion(request)
     done, (*moved, shown) = verify_with_wheels(request, blank, balanced, wheels, [*runs, fine])
     first = balanced.linkage.mobility
     peaks = [
@@ -157,16 +165,17 @@ def _build_motor_wheels(request: RemedyRequest) -> AppliedRemedy:
 
 
 def _wheels(
-    request: RemedyRequest, balanced: ForceBalanced, runs: Sequence[Trajectory]
+    request: RemedyRequest, balanced: ForceBalanced, runs: Sequence[MovedMasses]
 ) -> list[Wheel]:
     """Make the wheels; several are at two radii from the origin, along their axes."""
     linkage = balanced.linkage
-    momenta = [momentum_along(linkage, trajectory) for trajectory in runs]
+    momenta = [run.momentum for run in runs]
     candidates = linkage.chain.frame.R[::-1] if linkage.planar else np.eye(3)
     axes = [axis for axis in candidates if has_momentum(linkage, momenta, axis[None])]
     if not axes:
         raise NoWheel("refused", "no moment is left once counterweights balance the force")
-    radius, pace = request.rotor_radius, _pace(request, balanced, runs)
+    pace = _pace(request, balanced, [run.trajectory for run in runs])
+    radius = request.rotor_radius
     several = len(axes) > 1
     return [
         make_wheel(
@@ -238,12 +247,13 @@ def _build_geared_wheel(request: RemedyRequest) -> AppliedRemedy:
     linkage, normal = balanced.linkage, balanced.linkage.chain.frame.R[2]
     limits = motion_of(linkage, request.motion or None)
     crank, rates = _crank_rates(linkage, limits)
-    sweep, turns = _sweep(linkage, limits, crank, rates)
-    fine = fine_motion(linkage, limits)
-    runs = [fine, *random_motions(linkage, MOTIONS, POSES, seed=SEED, motion=limits)]
-    if regular := sweep.conditioning > CONDITIONING_NOTICE:
+    way, turns = _sweep(linkage, limits, crank, rates)
+    fine, sweep = fine_motion(request), move_masses(linkage, way)
+    randomly = random_motions(linkage, MOTIONS, POSES, seed=SEED, motion=limits)
+    runs = [fine, *(move_masses(linkage, trajectory) for trajectory in randomly)]
+    if regular := way.conditioning > CONDITIONING_NOTICE:
         runs.append(sweep)
-    _refuse_other_moments(linkage, runs)
+    _refuse_other_moments(linkage, [run.momentum for run in runs])
     table = _ratio_table(request, linkage, sweep, crank, turns)
     radius, centre = request.rotor_radius, _crank_joint(linkage, crank).point
     point = centre + 2.0 * radius * linkage.chain.frame.R[0]
@@ -334,9 +344,8 @@ def _regular_end(linkage: Linkage, rates: Array, end: float) -> float:
     return end
 
 
-def _refuse_other_moments(linkage: Linkage, runs: list[Trajectory]) -> None:
+def _refuse_other_moments(linkage: Linkage, momenta: Sequence[Momentum]) -> None:
     """Raise NoWheel if no moment is left, or one across the normal."""
-    momenta = [momentum_along(linkage, trajectory) for trajectory in runs]
     across, normal = linkage.chain.frame.R[:2], linkage.chain.frame.R[2:]
     if has_momentum(linkage, momenta, across):
         raise NoWheel(
@@ -348,12 +357,12 @@ def _refuse_other_moments(linkage: Linkage, runs: list[Trajectory]) -> None:
 
 
 def _ratio_table(
-    request: RemedyRequest, linkage: Linkage, sweep: Trajectory, crank: str, turns: bool
+    request: RemedyRequest, linkage: Linkage, sweep: MovedMasses, crank: str, turns: bool
 ) -> VaryingRatio:
     """Compute the ratio along a motion at a unit rate of the crank."""
-    momentum, normal = momentum_along(linkage, sweep), linkage.chain.frame.R[2]
+    momentum, normal = sweep.momentum, linkage.chain.frame.R[2]
     h, change = (x[:, :3] @ normal for x in (momentum.total, momentum.rate))
-    u = sweep.u[:, linkage.inputs.index(crank)]
+    u = sweep.trajectory.u[:, linkage.inputs.index(crank)]
     mean = float(np.trapezoid(np.abs(h), u)) / float(u[-1] - u[0])
     inertia = mean / request.gear
     ratio, slope = -h / inertia, -change / inertia

@@ -14,20 +14,21 @@ from balance.masses.partial.motion_loads import input_inertia
 from balance.masses.remedies.applied import AppliedRemedy, RemedyVerdict, with_cost
 from balance.masses.remedies.judge import POSES
 from balance.masses.remedies.least_matter import least_matter
-from balance.masses.remedies.momentum_along import Momentum, momentum_along
+from balance.masses.remedies.momentum_along import Momentum, MovedMasses, move_masses
 from balance.masses.remedies.request import RemedyRequest
 from balance.masses.remedies.variant import append_elements, free_name, names_taken
 from balance.masses.remedies.wheels.varying_ratio import integrate
 from balance.motion.motion_tolerances import SHAKING_RELATIVE
 from balance.motion.verification.to_pinocchio import verify
-from balance.motion.verification.trajectory import Trajectory, drive, random_motions
+from balance.motion.verification.trajectory import Trajectory, random_motions
 from balance.space.spaces.compute_space import design_space
 from kinematics.loading.model_gallery import load
+from kinematics.model.arrays import freeze
 from kinematics.model.document import make_elements
 from kinematics.model.document.element import Document, Element
 from kinematics.model.document.write_numbers import number_words
-from kinematics.model.linkage import Linkage
-from kinematics.model.motion import Motion
+from kinematics.model.linkage import Linkage, names_of
+from kinematics.model.motion import motion_of
 from kinematics.numerics.array_types import Array
 from kinematics.wording import size_text
 
@@ -186,41 +187,50 @@ def balance_force(request: RemedyRequest) -> ForceBalanced:
     return ForceBalanced(document, made, mass - request.given_mass)
 
 
-def _drive_wheels(
-    balanced: ForceBalanced, whole: Linkage, trajectory: Trajectory, wheels: Sequence[Wheel]
+def _turn_wheels(
+    balanced: ForceBalanced, whole: Linkage, run: MovedMasses, wheels: Sequence[Wheel]
 ) -> Trajectory:
     """Compute the motion in which wheels take the angular momentum of a linkage.
 
-    A wheel about n has the speed ``-n·ξ / J`` and the acceleration ``-n·ξ̇ / J``.
+    A wheel about n has the speed ``-n·ξ / J`` and the acceleration ``-n·ξ̇ / J``. It is on the
+    base, so that all other joints move as they do without it.
 
     Args:
         balanced: the linkage without wheels.
         whole: the linkage with them; their joints are inputs.
-        trajectory: a motion of the linkage without them.
+        run: a motion of the linkage without them.
     """
-    momentum = momentum_along(balanced.linkage, trajectory)
-    columns = {
-        name: (trajectory.u[:, k], trajectory.ud[:, k], trajectory.udd[:, k])
-        for k, name in enumerate(balanced.linkage.inputs)
-    }
+    moved, momentum = run
+    turns = {}
     for wheel in wheels:
         speed, change = (
             -(x[:, :3] @ wheel.axis) / wheel.inertia for x in (momentum.total, momentum.rate)
         )
-        angle = integrate(trajectory.time, speed, change)
-        columns[wheel.joint] = angle, speed, change
-    u, ud, udd = (np.stack([columns[n][k] for n in whole.inputs], axis=1) for k in range(3))
-    return drive(whole, trajectory.time, u, ud, udd)
+        turns[wheel.joint] = integrate(moved.time, speed, change), speed, change
+
+    def join(names: Sequence[str], order: Sequence[str], parts: Sequence[Array]) -> list[Array]:
+        columns = {name: tuple(x[:, k] for x in parts) for k, name in enumerate(names)}
+        columns |= turns
+        return [freeze(np.stack([columns[n][k] for n in order], axis=1)) for k in range(3)]
+
+    linkage = balanced.linkage
+    u, ud, udd = join(linkage.inputs, whole.inputs, (moved.u, moved.ud, moved.udd))
+    q, qd, qdd = join(
+        names_of(linkage.joints), names_of(whole.joints), (moved.q, moved.qd, moved.qdd)
+    )
+    return replace(moved, u=u, ud=ud, udd=udd, q=q, qd=qd, qdd=qdd, path=None)
 
 
-def fine_motion(linkage: Linkage, limits: Motion | None) -> Trajectory:
-    """Make a random motion of as many samples as its file needs.
+@lru_cache(maxsize=1)
+def fine_motion(request: RemedyRequest) -> MovedMasses:
+    """Make a random motion of as many samples as its file needs, once for all wheels.
 
     Args:
-        linkage: the linkage without wheels.
-        limits: restriction of its inputs; None if they are free.
+        request: the request, whose force can be balanced.
     """
-    return next(random_motions(linkage, 1, FILE_SAMPLES, motion=limits))
+    linkage = balance_force(request).linkage
+    limits = motion_of(linkage, request.motion or None)
+    return move_masses(linkage, next(random_motions(linkage, 1, FILE_SAMPLES, motion=limits)))
 
 
 def motion_columns(inputs: Sequence[str], motion: Trajectory) -> dict[str, Array]:
@@ -247,7 +257,7 @@ def verify_with_wheels(
     blank: AppliedRemedy,
     balanced: ForceBalanced,
     wheels: Sequence[Wheel],
-    trajectories: Sequence[Trajectory],
+    runs: Sequence[MovedMasses],
 ) -> tuple[AppliedRemedy, tuple[Trajectory, ...]]:
     """Write wheels into the file, verify it along motions, and add up the cost.
 
@@ -256,7 +266,7 @@ def verify_with_wheels(
     Args:
         blank: the result so far.
         balanced: the linkage without wheels.
-        trajectories: motions of the linkage without wheels.
+        runs: motions of the linkage without wheels.
 
     Returns:
         The result, with the inertia that the inputs of the file feel while the wheels stand,
@@ -267,9 +277,7 @@ def verify_with_wheels(
     document = append_elements(balanced.document, elements)
     inputs = (*balanced.linkage.inputs, *(wheel.joint for wheel in wheels))
     whole = load(document, None, inputs, angles=request.angles)
-    moved = tuple(
-        _drive_wheels(balanced, whole, trajectory, wheels) for trajectory in trajectories
-    )
+    moved = tuple(_turn_wheels(balanced, whole, run, wheels) for run in runs)
     checked = verify(whole, along=[_thin_out(trajectory) for trajectory in moved])
     residual = max(checked.force_residual, checked.moment_residual)
     blank = replace(

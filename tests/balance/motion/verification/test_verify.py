@@ -11,8 +11,17 @@ import kinematics
 from balance import design_space
 from balance.motion import shaking
 from balance.motion.verification.given_motions import rest_to_rest
-from balance.motion.verification.shaking_wrench import inertia_loads, mass_parameters
-from balance.motion.verification.to_pinocchio import PinocchioModel, verify, verify_second
+from balance.motion.verification.shaking_wrench import (
+    inertia_loads,
+    inertia_sizes,
+    mass_parameters,
+)
+from balance.motion.verification.to_pinocchio import (
+    PinocchioModel,
+    measure_shaking,
+    verify,
+    verify_second,
+)
 from balance.motion.verification.trajectory import drive, random_motions
 from kinematics.closure.joint_positions import input_chain
 from kinematics.errors import LinkageError, MotionError, PoseError
@@ -64,6 +73,31 @@ def test_three_routes_agree(model):
     assert np.abs(ours / unit).max() > 1e-3
     assert (np.abs(ours - theirs) <= 1e-9 * unit).all()
     assert (np.abs(ours - by_slope) <= 1e-9 * unit).all()
+
+
+@pytest.mark.parametrize("model", ["slider_crank", "three_rsr"])
+def test_sizes_of_own_wrenches_are_those_of_pinocchio(model):
+    """The sum over the bodies of the norms of ``M a + v × M v``, and the shaking over it."""
+    import pinocchio as pin
+
+    linkage = kinematics.load(model)
+    z, chain = bodies(linkage), input_chain(linkage)
+    (way,) = random_motions(linkage, 1, 5)
+    robot, L = PinocchioModel(linkage, z), chain.frame.length
+    data, sums = robot.model.createData(), []
+    for q, qd, qdd in zip(way.q, way.qd, way.qdd, strict=True):
+        pin.forwardKinematics(robot.model, data, q, qd, qdd)
+        parts = []
+        for joint in (body.link + 1 for body in linkage.bodies):
+            inertia, v = robot.model.inertias[joint], data.v[joint]
+            wrench = data.oMi[joint].act(inertia * data.a[joint] + v.cross(inertia * v))
+            parts.append(np.linalg.norm([*wrench.linear, *wrench.angular / L]))
+        sums.append(np.sum(parts))
+    joints = (x / chain.units for x in (way.q, way.qd, way.qdd))
+    assert L * inertia_sizes(chain, z, *joints) == pytest.approx(sums, rel=1e-10)
+    checked = verify(linkage, along=[way])
+    expected = checked.force_residual, checked.moment_residual
+    assert measure_shaking(linkage, [way]) == pytest.approx(expected, rel=1e-10, abs=1e-14)
 
 
 @pytest.mark.parametrize("model", ["three_rsr", "bennett", "slider_crank", "delta"])

@@ -99,20 +99,6 @@ class AddedParameters:
         """Split coordinates (count,) into those of each link (links, 10)."""
         return s.reshape(-1, COORDINATES)
 
-    def columns(self, regressors: Array) -> Array:
-        """Combine regressors (N, bodies, 6, 10) to columns of each body's load.
-
-        Returns:
-            Loads of the bodies per unit of the coordinates, and of the file's masses
-            (N, bodies, 6, count + 1).
-        """
-        samples, bodies = regressors.shape[:2]
-        columns = np.zeros((samples, bodies, 6, self.count + 1))
-        for k, (b, D) in enumerate(self.added.items()):
-            columns[:, b, :, COORDINATES * k : COORDINATES * (k + 1)] = regressors[:, b] @ D
-        columns[..., -1] = np.einsum("kbip,bp->kbi", regressors, self.own)
-        return columns
-
     def input_inertia(self) -> Array:
         """Compute the inertia that each input feels at the reference pose.
 
@@ -157,27 +143,48 @@ class MotionLoads:
     Attributes:
         trajectory: the motion.
         matter: the parameters as functions of s.
-        bodies: inertia wrench of each body (N, bodies, 6, count + 1), in the units of the
-            chain.
+        given: inertia wrench of each body of the file (N, bodies, 6), in chain units,
+            as the next.
+        added: that of the matter on a body per unit of its coordinates (N, 6, 10), by its
+            position: no other coordinate has a part in it.
         screws: joint screws (N, n, 6).
         about: point for moments, from the middle of the mechanism (3,), metres.
     """
 
     trajectory: Trajectory
     matter: AddedParameters
-    bodies: Array
+    given: Array
+    added: Mapping[int, Array]
     screws: Array
     about: Array
 
     @property
     def wrenches(self) -> Array:
         """Shaking moment, N m, and force, N, of the linkage (N, 6, count + 1)."""
-        return self._moved(self.bodies.sum(axis=1))
+        total = np.zeros((len(self.given), 6, self.matter.count + 1))
+        for place, part in zip(self._places(), self.added.values(), strict=True):
+            total[..., place] += part
+        total[..., -1] = self.given.sum(axis=1)
+        return self._moved(total)
 
     @property
     def single_wrenches(self) -> Array:
         """The same of each body of the file alone (N, 6, bodies)."""
-        return self._moved(self.bodies[..., -1].swapaxes(1, 2))
+        return self._moved(self.given.swapaxes(1, 2))
+
+    @property
+    def bodies(self) -> Array:
+        """Inertia wrench of each body (N, bodies, 6, count + 1): large, and nowhere kept."""
+        columns = np.zeros((*self.given.shape, self.matter.count + 1))
+        for place, (b, part) in zip(self._places(), self.added.items(), strict=True):
+            columns[:, b, :, place] = part
+        columns[..., -1] = self.given
+        return columns
+
+    def _places(self) -> list[slice]:
+        """List which coordinates are those of each link with added matter."""
+        starts = range(0, self.matter.count, COORDINATES)
+        return [slice(start, start + COORDINATES) for start in starts]
 
     def _moved(self, wrenches: Array) -> Array:
         """Convert wrenches of the chain (N, 6, columns) to SI units about the point."""
@@ -200,7 +207,8 @@ class MotionLoads:
             points: designs ``[s; 1]`` as columns (count + 1, designs); by default, the columns
                 of the affine functions.
         """
-        rate = self.bodies if points is None else self.bodies @ points
+        bodies = self.bodies
+        rate = bodies if points is None else bodies @ points
         return joint_reactions(self.matter.chain, Loads(rate, rate, self.screws))
 
     def bearings(self, reactions: JointReactions, joint: int) -> Array:
@@ -239,9 +247,9 @@ def motion_loads(
     for trajectory in trajectories:
         ud, udd = trajectory.ud / matter.input_units, trajectory.udd / matter.input_units
         loads = load_regressors(chain, trajectory.q / chain.units, ud, udd)
-        motions.append(
-            MotionLoads(trajectory, matter, matter.columns(loads.rate), loads.screws, offset)
-        )
+        given = np.einsum("kbip,bp->kbi", loads.rate, matter.own)
+        added = {b: loads.rate[:, b] @ D for b, D in matter.added.items()}
+        motions.append(MotionLoads(trajectory, matter, given, added, loads.screws, offset))
     return motions
 
 

@@ -24,7 +24,7 @@ from balance.motion.motion_tolerances import (
 from balance.motion.verification.input_paths import InputPath, random_sines
 from balance.motion.verification.table_rounding import InputErrors
 from kinematics.closure.joint_positions import input_chain, joint_positions
-from kinematics.closure.newton import follow_ray, forward_kinematics
+from kinematics.closure.newton import follow_ray, forward_kinematics, mismatch
 from kinematics.closure.series import expand_from
 from kinematics.errors import MotionError, PoseError
 from kinematics.model.arrays import Chain, freeze
@@ -259,6 +259,7 @@ def _track(
     # Predict along one direction only: the expansion has far fewer numbers.
     moves = freeze(chain.moves.any(axis=1, keepdims=True), np.bool_)
     narrow = replace(chain, columns=freeze(chain.columns[:, :1]), moves=moves)
+    last, line = np.full(chain.width, np.nan), narrow
     steps = zip(u / scale, ud / scale, udd / scale, strict=True)
     for k, (now, speed, change) in enumerate(steps):
         advance = u[min(k + 1, len(u) - 1)] / scale - now
@@ -270,9 +271,12 @@ def _track(
         if not (np.abs(C[0]).max(initial=0.0) <= fastest and conditioning >= least):
             return float(time[k])
         q[k], qd[k], qdd[k] = pose.q, C[0] @ speed, C[0] @ change + C[1] @ speed
-        closure = max(closure, forward_kinematics(chain, pose.q).error)
+        gap = mismatch(chain, pose.H, pose.q)
+        closure = max(closure, float(np.sqrt(gap @ gap)))
         remaining = length
-        line = narrow.with_columns((chain.columns @ direction)[:, None])
+        if not np.array_equal(direction, last):
+            # One input always moves along the same line, forwards or backwards.
+            last, line = direction, narrow.with_columns((chain.columns @ direction)[:, None])
         for _ in range(MAX_STEPS):
             if remaining == 0.0:
                 break

@@ -165,11 +165,11 @@ def close(rows_and_gaps, step, pose):
 
 def read_xacro(path):
     """The root of an expanded xacro file; packages are those of the folders above it."""
-    from xacrodoc import XacroDoc, packages
+    import xacro
+    from xacrodoc import packages
 
     packages.look_in(path.resolve().parents[:3])
-    document = XacroDoc.from_file(path.resolve(), resolve_packages=False)
-    return ET.fromstring(document.to_urdf_string())
+    return ET.fromstring(xacro.process_file(str(path.resolve())).toxml())
 
 
 def read_urdf(root, fixed_base):
@@ -206,9 +206,14 @@ def read_urdf(root, fixed_base):
         # As in SDF 1.5 and later: the pose is in the frame of the child, the axis in that pose.
         before, after = (joint.findtext(x).strip() for x in ("parent", "child"))
         H = place(after) @ pose_of(joint.findtext("pose") or "")
-        n = np.array([float(x) for x in joint.findtext("axis/xyz").split()])
+        n = np.array([float(x) for x in joint.findtext("axis/xyz", "0 0 1").split()])
         kind = joint.get("type")
         found.append((joint.get("name"), kind, H, n, number[before], number[after]))
+    for plugin in root.findall("gazebo/plugin"):
+        if "detachable" in plugin.get("filename", "").lower():
+            before, after = (plugin.findtext(x).strip() for x in ("parent_link", "child_link"))
+            n = np.array([0.0, 0.0, 1.0])
+            found.append((after, "fixed", place(after), n, number[before], number[after]))
     for loop in root.findall("loop"):
         ends = [loop.find(x) for x in ("predecessor", "successor")]
         frames = [place(x.get("link")) @ origin_of(x) for x in ends]

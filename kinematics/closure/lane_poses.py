@@ -56,7 +56,7 @@ class LanePoses(NamedTuple):
     numbers: Array
 
 
-def poses_lanes(chain: Chain) -> LanePoses:
+def lane_poses_workspace(chain: Chain) -> LanePoses:
     """Allocate poses in lanes.
 
     Args:

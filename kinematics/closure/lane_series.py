@@ -16,7 +16,7 @@ from kinematics.numerics.compiled.simd import broadcast, lanes, load_vector, sto
 from kinematics.numerics.linalg.lane_loop_qr import (
     LoopFactor,
     factor_loops,
-    loop_factor,
+    loop_factor_workspace,
     solve_loops,
 )
 from kinematics.numerics.linalg.skyline_qr import COUNT, JOINT, ROW, ROWS
@@ -42,7 +42,7 @@ class LaneSeries(NamedTuple):
     factor: LoopFactor
 
 
-def series_lanes(chain: Chain, order: int) -> LaneSeries:
+def lane_series_workspace(chain: Chain, order: int) -> LaneSeries:
     """Allocate series in lanes.
 
     Args:
@@ -53,7 +53,7 @@ def series_lanes(chain: Chain, order: int) -> LaneSeries:
     return LaneSeries(
         lanes(order + 1, n, 3), lanes(order + 1, n),
         lanes(order + 1, n, 3), lanes(n, 2), lanes(),
-        loop_factor(chain.envelope, chain.dependent.size),
+        loop_factor_workspace(chain.envelope, chain.dependent.size),
     )  # fmt: skip
 
 

@@ -43,8 +43,8 @@ from balance.space.transfers.rigid_parts import number_rigid_parts
 from balance.support.options import Balance
 from balance.support.tolerances import SWEEP_PIVOT_CLEAR
 from kinematics.closure.assembly.assemble import assemble
-from kinematics.closure.lane_poses import LanePoses, poses_lanes
-from kinematics.closure.lane_series import LaneSeries, series_lanes
+from kinematics.closure.lane_poses import LanePoses, lane_poses_workspace
+from kinematics.closure.lane_series import LaneSeries, lane_series_workspace
 from kinematics.errors import LinkageError
 from kinematics.loading.model_gallery import LinkageLike, as_linkage
 from kinematics.model.arrays import Chain, Frame, freeze, read_only
@@ -52,7 +52,7 @@ from kinematics.model.linkage import Linkage
 from kinematics.model.spatial.inertia import displace_parameters
 from kinematics.numerics.array_types import Array, IntArray
 from kinematics.numerics.compiled.simd import VECTOR_WIDTH, lanes
-from kinematics.numerics.linalg.lane_pivoted_qr import LaneFactor, factor_lanes
+from kinematics.numerics.linalg.lane_pivoted_qr import LaneFactor, lane_factor_workspace
 from kinematics.numerics.linalg.skyline_qr import COUNT, ROWS
 
 # Integers, smallest pivots and bases of geometries.
@@ -431,9 +431,9 @@ def _lane_workspace(chain: Chain, transfers: int, per: int, size: int) -> _LaneS
     unknowns = bodies * size
     X, fresh_X = (lanes(count, per, bodies, size) for count in (orders, 1))
     fresh = _FreshPose(
-        series_lanes(chain, FIRST_EXPANSION_ORDER), lanes(bodies, 1, 4),
+        lane_series_workspace(chain, FIRST_EXPANSION_ORDER), lanes(bodies, 1, 4),
         lanes(bodies, 1, 4), fresh_X, fresh_X.reshape(per, unknowns, VECTOR_WIDTH),
-        lanes(4), poses_lanes(chain),
+        lanes(4), lane_poses_workspace(chain),
     )  # fmt: skip
     lane_work = _OneLane(
         np.zeros(unknowns, np.int64), np.zeros(unknowns, np.int64),
@@ -441,9 +441,9 @@ def _lane_workspace(chain: Chain, transfers: int, per: int, size: int) -> _LaneS
     )  # fmt: skip
     return _LaneSweep(
         lanes(n, 3), lanes(len(chain.mimics), n),
-        series_lanes(chain, orders - 1), lanes(bodies, orders, 4),
+        lane_series_workspace(chain, orders - 1), lanes(bodies, orders, 4),
         lanes(bodies, orders, 4), X, X.reshape(orders, per, unknowns, VECTOR_WIDTH),
-        lanes(4), fresh, factor_lanes(unknowns, transfers),
-        factor_lanes(unknowns, per), lanes(), np.zeros(orders, np.int64),
+        lanes(4), fresh, lane_factor_workspace(unknowns, transfers),
+        lane_factor_workspace(unknowns, per), lanes(), np.zeros(orders, np.int64),
         np.zeros(VECTOR_WIDTH, np.int64), lane_work,
     )  # fmt: skip

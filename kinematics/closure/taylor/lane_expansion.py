@@ -79,7 +79,7 @@ class ExpansionLanes(NamedTuple):
     slid: Array
 
 
-def expansion_lanes(layout: Layout, dim: int) -> ExpansionLanes:
+def lane_expansion_workspace(layout: Layout, dim: int) -> ExpansionLanes:
     """Allocate the workspace of an expansion.
 
     Args:
@@ -241,7 +241,7 @@ def _lanes_kernel(dim):
             out: in, zeros, and out; coefficients beyond the constant (poses, monomials,
                 columns).
             conditions: out; condition number of the equations at each pose (poses,).
-            work: workspace, as from `expansion_lanes`.
+            work: workspace, as from `lane_expansion_workspace`.
         """
         sizes = whole[whole[SECTION.sizes] : whole[SECTION.sizes + 1]]
         parent = whole[whole[SECTION.parent] : whole[SECTION.parent + 1]]

@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike
 from kinematics.closure.assembly.assemble import moving_chain
 from kinematics.closure.newton_kernels import place_poses
 from kinematics.closure.taylor.lane_expansion import (
-    expansion_lanes,
+    lane_expansion_workspace,
     planar_lanes,
     spatial_lanes,
 )
@@ -147,7 +147,7 @@ def taylor_motion_many(
     coefficients = np.zeros((len(q), len(table.exponents), len(linkage.joints)))
     condition = np.empty(len(q))
     expand = planar_lanes if chain.planar else spatial_lanes
-    work = expansion_lanes(layout, chain.screws.shape[1])
+    work = lane_expansion_workspace(layout, chain.screws.shape[1])
     expand(
         layout.whole, layout.real, screws, units, chain.joints, coefficients, condition, work
     )

@@ -51,7 +51,7 @@ class LoopFactor(NamedTuple):
     b: Array
 
 
-def loop_factor(envelope: IntArray, count: int) -> LoopFactor:
+def loop_factor_workspace(envelope: IntArray, count: int) -> LoopFactor:
     """Allocate factors in lanes.
 
     Args:

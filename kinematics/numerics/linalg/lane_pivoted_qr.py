@@ -47,7 +47,7 @@ class LaneFactor(NamedTuple):
     active: IntArray
 
 
-def factor_lanes(unknowns: int, m: int) -> LaneFactor:
+def lane_factor_workspace(unknowns: int, m: int) -> LaneFactor:
     """Allocate factors in lanes.
 
     Args:

@@ -37,7 +37,7 @@ def spatial_regressor(first, last, start, links, moves, V, T, H, N, X):
             if j < 0:
                 continue
             h = H[ray, b]
-            # H_0: six loops deep here and below, over components of vectors in place.
+            # H_0 is the displacement of the body at the pose.
             if first == 0:
                 for c in range(4):
                     for i in range(3):
@@ -217,7 +217,7 @@ def planar_regressor(first, last, start, links, moves, V, T, H, N, X):
                 if not moves[j, w]:
                     continue
                 n = N[ray, b, w]
-                # N_k = Σ_a ω_{k-a} i H_a + T_k; five loops deep, over the Cauchy products.
+                # N_k = Σ_a ω_{k-a} i H_a + T_k
                 for k in range(first, last + 1):
                     nx = ny = 0.0
                     ex, ey = T[ray, k, j, w, 1], T[ray, k, j, w, 2]

@@ -102,7 +102,7 @@ def search_transfers(parent, screws, rigid_parts, size, rows, tolerance, workspa
                     covered = span_contains(
                         twists[k, :height_there], spans[other, : reached[other, 2]], x, gap
                     )
-                # A new state; its span is copied (a fifth loop).
+                # A new state, with a copy of its span.
                 if not covered:
                     reached[states, 0], reached[states, 1] = t, carrier
                     reached[states, 2] = height_there

@@ -256,13 +256,14 @@ class FoundTransfers(NamedTuple):
 
 
 class Cluster(NamedTuple):
-    """Joints between which there are no bodies, as from `cluster`.
+    """Joints between which there are no bodies; `find_cluster` lists them.
 
     Attributes:
-        start, joints: rigid part from which they are met; how many they are.
+        start: rigid part from which they are met.
         before: the place of the joint before each, or -1 (≥ joints,).
         target: rigid part after each, or -1 (≥ joints,).
         body: the first body on each rigid part, or -1 (n + 1,).
+        joints: how many they are.
     """
 
     start: int

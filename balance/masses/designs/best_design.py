@@ -25,8 +25,8 @@ from balance.masses.designs.objectives import Objective, minimise_objective
 from balance.masses.designs.pseudo_inertia_cone import from_si, given_parameters, matrices_of
 from balance.masses.designs.verdicts import describe_furthest, describe_limits
 from balance.masses.designs.write_urdf import replace_inertials
-from balance.space.inertial_parameters.body_inertia import BodyInertia, body_inertias
-from balance.space.inertial_parameters.conversions import LABELS, MassProperties
+from balance.space.inertial_parameters.body_inertia import BodyInertia, bodies_of_parameters
+from balance.space.inertial_parameters.conversions import MassProperties
 from balance.space.requirements.recompute_spatial import recompute_spatial
 from balance.space.requirements.required_space import RequiredSpace, space_of
 from balance.space.spaces.compute_space import as_space
@@ -133,11 +133,10 @@ class Design(WithPage, WithPicture):
         """Inertial parameters of the bodies in several frames; empty without a design."""
         if self.z is None:
             return ()
-        space, size = self.space, 2.0 ** np.round(np.log2(np.linalg.norm(self.z)))
-        return body_inertias(
-            space.bodies, self.z.reshape(-1, 1) / size, [size], space.frames, space.axes,
-            LABELS, space.length, space.source,
-        )  # fmt: skip
+        space = self.space
+        return bodies_of_parameters(
+            space.bodies, self.z, space.frames, space.axes, space.length, space.source
+        )
 
     @property
     def solids(self) -> tuple[Solid | None, ...]:

@@ -7,8 +7,6 @@ from math import isfinite
 from os import PathLike
 from typing import Literal
 
-import numpy as np
-
 from balance.masses.counterweights.counterweight import Counterweight
 from balance.masses.counterweights.write_counterweights import counterweights_file
 from balance.masses.partial.elastic_frame import ElasticFrame
@@ -19,8 +17,7 @@ from balance.motion.motion_tolerances import (
     SINGULAR_MOTION_DETERMINED,
 )
 from balance.motion.verification.trajectory import Trajectory
-from balance.space.inertial_parameters.body_inertia import BodyInertia, body_inertias
-from balance.space.inertial_parameters.conversions import LABELS
+from balance.space.inertial_parameters.body_inertia import BodyInertia, bodies_of_parameters
 from balance.space.spaces.design_space import DesignSpace
 from balance.support.change_text import change_text, mass_added_text
 from balance.support.result_files import WithPage, WithPicture
@@ -122,11 +119,10 @@ class PartialBalance(WithPage, WithPicture):
         """Inertial parameters of the bodies with the added matter; empty without a design."""
         if self.z is None:
             return ()
-        space, size = self.space, 2.0 ** np.round(np.log2(np.linalg.norm(self.z)))
-        return body_inertias(
-            space.bodies, self.z.reshape(-1, 1) / size, [size], space.frames, space.axes,
-            LABELS, space.length, space.source,
-        )  # fmt: skip
+        space = self.space
+        return bodies_of_parameters(
+            space.bodies, self.z, space.frames, space.axes, space.length, space.source
+        )
 
     def __repr__(self) -> str:
         """Up to six lines: the verdict, and the matter of each link."""

@@ -366,7 +366,7 @@ def _reason(space: DesignSpace, T: Array, z: Array) -> str:
     """
     heavy = np.abs(T[0]) > MASS_LEFT_RELATIVE * np.abs(T).max(initial=1e-300)
     points = (T[1:3, heavy] / T[0, heavy]).T
-    slides = "; a prismatic joint lets no point mass pass" if _at_slide(space, T) else ""
+    slides = "; a prismatic joint lets no point mass pass" if _crosses_slide(T) else ""
     if not len(points):
         return f"no revolute joint leads to a body that could take it{slides}"
     fitted = np.linalg.lstsq(T[:3], z[:3])[0]
@@ -388,7 +388,7 @@ def _reason(space: DesignSpace, T: Array, z: Array) -> str:
     return f"its centre of mass is {number_text(distance)} m {where}{slides}"
 
 
-def _at_slide(space: DesignSpace, T: Array) -> bool:
+def _crosses_slide(T: Array) -> bool:
     """Whether a transfer without mass reaches the body: one across a prismatic joint."""
     light = np.abs(T[0]) <= MASS_LEFT_RELATIVE * np.abs(T).max(initial=1e-300)
     return bool(np.abs(T[:, light]).max(initial=0.0) > 0.0)

@@ -97,7 +97,7 @@ def _attach(linkage: Linkage, spring: SpringText) -> AttachedSpring:
             f"link '{first.link}' a point"
         )
     far = second.box or _mass_centre(linkage, spring, places[1])
-    near = first.box or _box_about_joint(linkage, places, second.box is not None, spring)
+    near = first.box or _box_about_joint(linkage, places, spring)
     ends = [_end(linkage, place, box) for place, box in zip(places, (near, far), strict=True)]
     asked = spring._replace(ends=(SpringEnd(first.link, near), SpringEnd(second.link, far)))
     return AttachedSpring(asked, (ends[0], ends[1]))
@@ -130,7 +130,7 @@ def _mass_centre(
 
 
 def _box_about_joint(
-    linkage: Linkage, places: Sequence[LinkPose], given: bool, spring: SpringText
+    linkage: Linkage, places: Sequence[LinkPose], spring: SpringText
 ) -> tuple[tuple[float, float], ...]:
     """Make the box about the joint by which the second link hangs on the first.
 

@@ -24,7 +24,7 @@ import numpy as np
 from balance.motion.motion_tolerances import CONE_DOUBLE_ROOT, CONE_RESIDUAL, MOMENTUM_NULL
 from balance.motion.paths.rest_equations import RestEquations, RowsAtPose
 from kinematics.numerics.array_types import Array
-from kinematics.numerics.linalg.gauss_newton import Iterate, LeastNorm, gauss_newton
+from kinematics.numerics.linalg.gauss_newton import Iterate, LeastNorm, gauss_newton, never_stop
 from kinematics.numerics.linalg.ties import first_basis, first_largest, round_decimals
 from kinematics.numerics.linalg.vectors import distinct_vectors
 
@@ -197,13 +197,10 @@ def _lines_of_many(Q: Array, k: int) -> Array:
     def solved(path: Sequence[Iterate]) -> bool:
         return path[-1].error <= CONE_RESIDUAL**1.5
 
-    def failed(path: Sequence[Iterate]) -> bool:
-        return False
-
     lines: list[Array] = []
     for start in [*np.eye(k), *rng.standard_normal((STARTS, k))]:
         start = start / np.linalg.norm(start)
-        solution = gauss_newton(equations, start, LeastNorm(1e-8, 0.5), solved, failed, 40)
+        solution = gauss_newton(equations, start, LeastNorm(1e-8, 0.5), solved, never_stop, 40)
         if solution.solved:
             v = solution.last.x / np.linalg.norm(solution.last.x)
             lines.append(v * np.sign(v[first_largest(np.abs(v))]))

@@ -16,8 +16,8 @@ from numpy.typing import ArrayLike
 
 from balance.motion.pose.body_family import BalancingFamily, balancing_family
 from balance.motion.verification.shaking_wrench import mass_parameters
-from balance.space.inertial_parameters.body_inertia import BodyInertia, body_inertias
-from balance.space.inertial_parameters.conversions import LABELS, mass_properties
+from balance.space.inertial_parameters.body_inertia import BodyInertia, bodies_of_parameters
+from balance.space.inertial_parameters.conversions import mass_properties
 from balance.space.momentum.regressor import RegressorSeries
 from kinematics.closure.joint_positions import si_chain
 from kinematics.closure.series import expand
@@ -55,11 +55,10 @@ class PoseBalance:
         """Inertial parameters of all bodies in several frames; empty without a solution."""
         if self.z is None:
             return ()
-        linkage, scale = self.linkage, 2.0 ** np.round(np.log2(np.linalg.norm(self.z)))
-        chain = linkage.spatial_chain
-        return body_inertias(
-            names_of(linkage.bodies), self.z.reshape(-1, 1) / scale, [scale], linkage.frames,
-            chain.frame.R, LABELS, chain.frame.length, linkage.source,
+        linkage, frame = self.linkage, self.linkage.spatial_chain.frame
+        return bodies_of_parameters(
+            names_of(linkage.bodies), self.z, linkage.frames, frame.R, frame.length,
+            linkage.source,
         )  # fmt: skip
 
     def __repr__(self) -> str:

@@ -41,7 +41,7 @@ from balance.space.exact.modular_ranks import PLATEAU_WITHOUT_BOUND, Exact, rank
 from balance.space.exact.modular_series import primes_of
 from balance.space.exact.proof import Proof, independent_transfers
 from balance.space.exact.serial import exact_transfers, has_branching_links
-from balance.space.spaces.certainty import LEVELS, Certainty
+from balance.space.spaces.certainty import Certainty
 from balance.space.spaces.compute_space import as_space
 from balance.space.spaces.design_space import DesignSpace
 from balance.space.spaces.distance_to_rank_drop import distance_to_rank_drop
@@ -429,7 +429,7 @@ def _certify_rounded(
     if not same and settled.highest_order is None:
         doubts += _list_unseen(settled)
     sure = not doubts and settled.settled and settled.highest_order is None and poses > 0
-    level = LEVELS[bool(sure and same)]
+    level = "verified" if sure and same else "estimated"
     seen = (
         f"momenta are {size_text(residual, '.0e')} of the conditions; "
         if level == "verified"

@@ -117,12 +117,8 @@ def _conditions_along(
         The conditions, the rank after each order, whether they are settled, and the radius of
         convergence; None if there are not enough rays.
     """
-    step = begun
-    for goal in (None, *goals[1:]):
-        if goal is not None:
-            step = conditions_up_to_order(
-                chain, rays, force, step.conditions, step.ranks, goal, stop
-            )
+    step, later = begun, list(goals[1:])
+    while True:
         if not step.enough_rays:
             return None
         if not step.pose_found:
@@ -130,8 +126,11 @@ def _conditions_along(
                 "no closed pose was found near the reference pose to check the conditions at; "
                 "write the file at a pose further from a singularity"
             )
-        if step.settled and stop:
+        if (step.settled and stop) or not later:
             break
+        step = conditions_up_to_order(
+            chain, rays, force, step.conditions, step.ranks, later.pop(0), stop
+        )
     listed: list[int] = step.ranks.tolist()
     while step.settled and stop and len(listed) > 1 and listed[-1] == listed[-2]:
         listed.pop()

@@ -116,6 +116,24 @@ def body_inertias(
     )
 
 
+def bodies_of_parameters(
+    names: Sequence[str], z: Array, frames: Array, axes: Array, length: float, source: str
+) -> tuple[BodyInertia, ...]:
+    """Compute mass, centre of mass and inertia of every body of ten parameters each.
+
+    Args:
+        z: parameters (10 bodies,), SI units, inertial frame.
+        frames: as for `body_inertias`.
+        axes: likewise.
+        length: likewise.
+        source: likewise.
+    """
+    # The column is about of size 1; a power of two scales without rounding.
+    scale = 2.0 ** np.round(np.log2(np.linalg.norm(z)))
+    column = z.reshape(-1, 1) / scale
+    return body_inertias(names, column, [scale], frames, axes, LABELS, length, source)
+
+
 def _check_coordinates(y: ArrayLike, count: int) -> Array:
     """Convert coordinates (count,) to real numbers.
 

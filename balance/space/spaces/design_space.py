@@ -381,10 +381,8 @@ def _with_other_masses(space: DesignSpace, force_alone: bool) -> CanBalance:
     given = space.as_given.balanced
     if given is None:
         return CanBalance("open", f"Perhaps, for its file has no masses {DESIGN_DECIDES}", verb)
-    here = "which balance it but which no bodies can have" if given else ""
-    text = (
-        f"Not with these masses{', ' * bool(here)}{here}; perhaps with others {DESIGN_DECIDES}"
-    )
+    unphysical = ", which balance it but which no bodies can have" if given else ""
+    text = f"Not with these masses{unphysical}; perhaps with others {DESIGN_DECIDES}"
     return CanBalance("open", text, verb)
 
 

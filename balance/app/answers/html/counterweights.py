@@ -17,7 +17,11 @@ from balance.app.answers.html.design import ellipsoid
 from balance.app.answers.html.partial import front_section
 from balance.app.answers.html.render import facts_list, render_page, rows_table
 from balance.app.answers.html.scene import scene
-from balance.app.answers.text.counterweights import counterweights_facts, workshop_rows
+from balance.app.answers.text.counterweights import (
+    WORKSHOP,
+    counterweight_rows,
+    counterweights_facts,
+)
 from balance.app.answers.text.partial import partial_facts
 from balance.masses.counterweights.answer import Counterweights
 from balance.masses.counterweights.counterweight import Counterweight
@@ -113,7 +117,7 @@ def _page(
         },
         scripts=SCRIPTS,
         facts=facts,
-        lumps=rows_table(workshop_rows(weights), [1, 2, 3, 4], 0),
+        lumps=rows_table(counterweight_rows(weights, WORKSHOP), [1, 2, 3, 4], 0),
         front=front,
         comparison=comparison_section(along.pair, NAMES),
     )  # fmt: skip

@@ -6,6 +6,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import NamedTuple
 
 from balance.app.answers.answer import AnswerBody, AnswerPart, AnswerTable, Facts
 from balance.app.answers.text.design import FORCE_ONLY, OTHER_WAYS, vector_digits
@@ -124,8 +125,20 @@ def part_lines(weights: Sequence[Counterweight], how: str = "") -> list[str]:
     return [f"{weight.link} fills {how}{weight.what}" for weight in filled]
 
 
+class TableUnits(NamedTuple):
+    """Units of a table of counterweights: names, and how many of each in the unit of SI."""
+
+    mass: str
+    length: str
+    per_si: float
+
+
+SI = TableUnits("kg", "m", 1.0)
+WORKSHOP = TableUnits("g", "mm", 1e3)
+
+
 def counterweight_rows(
-    weights: Sequence[Counterweight], digits: int = DIGITS
+    weights: Sequence[Counterweight], units: TableUnits = SI, digits: int = DIGITS
 ) -> list[tuple[str, ...]]:
     """Build the table of lumps, its head first; a link with many lumps has one row.
 
@@ -133,31 +146,20 @@ def counterweight_rows(
         digits: significant digits of masses and positions.
     """
     metals = tuple(f"{name} (cm³)" for name in DENSITIES)
-    rows: list[tuple[str, ...]] = [("link", "mass (kg)", "position, link frame (m)", *metals)]
-    for weight in weights:
-        parts = [(lump.mass, lump.position) for lump in weight.lumps]
-        for mass, position in parts or [(weight.mass, weight.com)]:
-            place = vector_digits(position, digits, weight.region.size)
-            volumes = (
-                number_text(CUBIC_CENTIMETRES * mass / density)
-                for density in DENSITIES.values()
-            )
-            rows.append((weight.link, number_text(mass, f".{digits}g"), place, *volumes))
-    return rows
-
-
-def workshop_rows(weights: Sequence[Counterweight]) -> list[tuple[str, ...]]:
-    """Build the table of weights in grams and millimetres, its head first."""
-    metals = tuple(f"{name} (cm³)" for name in DENSITIES)
-    head = ("link", "mass (g)", "position in its frame (mm)", *metals)
+    head = ("link", f"mass ({units.mass})", f"position, link frame ({units.length})", *metals)
     rows: list[tuple[str, ...]] = [head]
     for weight in weights:
         parts = [(lump.mass, lump.position) for lump in weight.lumps]
         for mass, position in parts or [(weight.mass, weight.com)]:
-            place = vector_digits(1e3 * position, DIGITS, 1e3 * weight.region.size)
-            volumes = (number_text(CUBIC_CENTIMETRES * mass / density)
-                       for density in DENSITIES.values())  # fmt: skip
-            rows.append((weight.link, number_text(1e3 * mass, ".6g"), place, *volumes))
+            size = units.per_si * weight.region.size
+            place = vector_digits(units.per_si * position, digits, size)
+            volumes = (
+                number_text(CUBIC_CENTIMETRES * mass / density)
+                for density in DENSITIES.values()
+            )
+            rows.append(
+                (weight.link, number_text(units.per_si * mass, f".{digits}g"), place, *volumes)
+            )
     return rows
 
 

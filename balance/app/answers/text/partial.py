@@ -113,6 +113,6 @@ def partial_body(front: ParetoFront) -> AnswerBody:
     if len(front.designs) > 1:
         body += ["", AnswerTable(front_rows(front))]
     if front.designs[-1].weights:
-        body += ["", AnswerTable(counterweight_rows(front.designs[-1].weights, DIGITS))]
+        body += ["", AnswerTable(counterweight_rows(front.designs[-1].weights, digits=DIGITS))]
         body += part_lines(front.designs[-1].weights, "about ")
     return body

@@ -111,7 +111,7 @@ def _translate_weld(draft: Draft, item: Element, kind: str) -> None:
     first, second = _bodies(draft, item)
     text = item.attributes.get("anchor", ZERO)
     anchor = draft.origin(item, " ".join(read_numbers(item, item, text, 3)))
-    pose = _relative_pose(draft, item)
+    pose = _relative_pose(item)
     if pose is not None:
         draft.add_loop(item, _DIALECT, kind, [(first, pose), (second, anchor)], {})
     elif kind == "spherical":
@@ -123,7 +123,7 @@ def _translate_weld(draft: Draft, item: Element, kind: str) -> None:
         draft.add_loop(item, _DIALECT, kind, [(first, None), (second, there)], {})
 
 
-def _relative_pose(draft: Draft, item: Element) -> Element | None:
+def _relative_pose(item: Element) -> Element | None:
     """Read ``relpose``; None if it is that of the pose of the file."""
     if "relpose" not in item.attributes:
         return None

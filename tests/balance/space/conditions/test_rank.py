@@ -14,7 +14,7 @@ SHAPES = [(1, 1, 1), (5, 3, 2), (3, 5, 3), (8, 8, 5), (30, 12, 7), (12, 30, 9), 
 
 
 def whole_numbers(shape, seed):
-    """A matrix of whole numbers (rows, columns), product of two ill_conditioned ones."""
+    """A matrix of whole numbers (rows, columns), product of two thin ones."""
     rows, columns, rank = shape
     rng = np.random.default_rng(seed)
     left, right = rng.integers(-4, 5, (rows, rank)), rng.integers(-4, 5, (rank, columns))

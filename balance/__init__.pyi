@@ -29,8 +29,8 @@ from .masses.counterweights.answer import Counterweights as Counterweights
 from .masses.counterweights.counterweights import counterweights as counterweights
 from .masses.designs.best_design import Design as Design
 from .masses.designs.best_design import design as design
-from .masses.modes.mode_answers import ModeAnswers as ModeAnswers
-from .masses.modes.mode_answers import motion_modes as motion_modes
+from .masses.mode_answers import ModeAnswers as ModeAnswers
+from .masses.mode_answers import motion_modes as motion_modes
 from .masses.partial.budgets import pareto as pareto
 from .masses.partial.budgets import partial as partial
 from .masses.partial.results import (

@@ -30,11 +30,11 @@ from balance.app.cli.part_options import (
     counterweight_files,
     make_parts,
 )
+from balance.app.cli.progress import spinner
 from balance.app.cli.requirement_options import (
     add_requirement_options,
     check_requirement_options,
 )
-from balance.app.cli.spinner import spinner
 from kinematics.errors import UsageError
 
 if TYPE_CHECKING:

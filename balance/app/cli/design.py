@@ -16,11 +16,11 @@ from balance.app.cli.model_options import add_model_options, model_words
 from balance.app.cli.model_readings import certified_space
 from balance.app.cli.number_arguments import whole_number
 from balance.app.cli.outputs import add_out_option, add_page_option, describe_written
+from balance.app.cli.progress import spinner
 from balance.app.cli.requirement_options import (
     add_requirement_options,
     check_requirement_options,
 )
-from balance.app.cli.spinner import spinner
 from balance.support.units import read_quantity
 from kinematics.errors import UsageError
 

@@ -28,7 +28,7 @@ from balance.app.cli.number_arguments import (
     whole_number,
 )
 from balance.app.cli.outputs import add_page_option, add_picture_option, kind_of
-from balance.app.cli.progress_bar import progress_bar
+from balance.app.cli.progress import progress_bar
 
 if TYPE_CHECKING:
     from balance.motion.flexible.free_modes import FreeMode

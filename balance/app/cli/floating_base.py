@@ -15,7 +15,7 @@ from balance.app.cli.exit_codes import DONE, NEGATIVE, UNDECIDED
 from balance.app.cli.model_readings import solve_model
 from balance.app.cli.number_arguments import number_between, point, values_by_name
 from balance.app.cli.outputs import kind_of
-from balance.app.cli.progress_bar import progress_bar
+from balance.app.cli.progress import progress_bar
 from balance.app.cli.several_models import data_against
 
 if TYPE_CHECKING:

@@ -15,7 +15,7 @@ from balance.app.cli.model_options import add_model_options, check_units
 from balance.app.cli.model_readings import solve_model
 from balance.app.cli.number_arguments import point, whole_number
 from balance.app.cli.outputs import add_page_option, add_picture_option, kind_of
-from balance.app.cli.spinner import spinner
+from balance.app.cli.progress import spinner
 from balance.support.units import read_quantity
 from kinematics.errors import CoordinateError, MotionError, PoseError, UsageError
 

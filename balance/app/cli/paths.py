@@ -13,7 +13,7 @@ from balance.app.cli.exit_codes import DONE, NEGATIVE
 from balance.app.cli.model_options import add_model_options, load_model, parse_coordinates
 from balance.app.cli.number_arguments import add_about, number_between, point, whole_number
 from balance.app.cli.outputs import add_page_option, add_picture_option, kind_of
-from balance.app.cli.progress_bar import progress_bar
+from balance.app.cli.progress import progress_bar
 
 if TYPE_CHECKING:
     from balance.motion.floating_base.base import FloatingBase

@@ -19,7 +19,7 @@ from balance.app.cli.number_arguments import (
     whole_number,
 )
 from balance.app.cli.outputs import add_picture_option, kind_of
-from balance.app.cli.spinner import spinner
+from balance.app.cli.progress import spinner
 from balance.support.options import GRAVITY
 
 if TYPE_CHECKING:

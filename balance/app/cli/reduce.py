@@ -41,7 +41,7 @@ from balance.app.cli.part_options import (
     counterweight_files,
     make_parts,
 )
-from balance.app.cli.progress_bar import progress_bar
+from balance.app.cli.progress import progress_bar
 
 if TYPE_CHECKING:
     from balance.masses.counterweights.parts.part_files import CounterweightPart

@@ -14,7 +14,7 @@ from balance.app.cli.matter_options import add_matter_options, check_matter_opti
 from balance.app.cli.model_options import add_model_options, load_model
 from balance.app.cli.number_arguments import positive_number, positive_quantity
 from balance.app.cli.outputs import add_page_option, check_folder
-from balance.app.cli.progress_bar import progress_bar
+from balance.app.cli.progress import progress_bar
 from balance.masses.remedies.catalogue import CATALOGUE
 
 if TYPE_CHECKING:

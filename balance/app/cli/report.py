@@ -14,6 +14,7 @@ from balance.app.cli.model_options import add_model_options, model_words
 from balance.app.cli.model_readings import certified_space
 from balance.app.cli.number_arguments import whole_number
 from balance.app.cli.outputs import add_meshes_option, add_page_option
+from balance.app.cli.progress import spinner
 from balance.app.cli.requirement_options import (
     add_requirement_options,
     check_requirement_options,
@@ -24,12 +25,11 @@ from balance.app.cli.several_models import (
     each_model,
     named_notices,
 )
-from balance.app.cli.spinner import spinner
 from kinematics.errors import ExactError, MeetingModesError
 
 if TYPE_CHECKING:
     from balance.app.answers.data import Report
-    from balance.masses.modes.mode_answers import ModeAnswers
+    from balance.masses.mode_answers import ModeAnswers
     from balance.space.certification.certified_space import CertifiedSpace
     from balance.space.exact.modular_ranks import Exact
     from balance.space.spaces.design_space import DesignSpace
@@ -166,7 +166,7 @@ def _answer_modes(error: MeetingModesError, arguments: argparse.Namespace) -> An
     if any(getattr(arguments, name) for name in OF_ONE_MODE):
         raise error
     from balance.app.answers.text.modes import modes_body
-    from balance.masses.modes.mode_answers import answer_modes
+    from balance.masses.mode_answers import answer_modes
     from kinematics.files.urdf.rounded_angles import ROUNDED_ANGLES
     from kinematics.model.linkage import Notice
 

@@ -12,7 +12,7 @@ from balance.app.cli.exit_codes import verdict_code
 from balance.app.cli.model_options import Coordinates, add_model_options, load_model
 from balance.app.cli.number_arguments import point
 from balance.app.cli.outputs import add_picture_option, kind_of
-from balance.app.cli.spinner import spinner
+from balance.app.cli.progress import spinner
 from balance.support.options import GRAVITY
 from balance.support.units import read_quantity
 from kinematics.errors import UsageError

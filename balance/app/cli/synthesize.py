@@ -13,7 +13,7 @@ from balance.app.cli.arguments import Parser, add_json_option
 from balance.app.cli.exit_codes import verdict_code
 from balance.app.cli.number_arguments import finite_number
 from balance.app.cli.outputs import add_page_option, add_picture_option, kind_of
-from balance.app.cli.progress_bar import progress_bar
+from balance.app.cli.progress import progress_bar
 
 if TYPE_CHECKING:
     from balance.studies.synthesis.mechanism import Synthesis

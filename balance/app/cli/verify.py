@@ -26,7 +26,7 @@ from balance.app.cli.outputs import (
     add_picture_option,
     kind_of,
 )
-from balance.app.cli.progress_bar import progress_bar
+from balance.app.cli.progress import progress_bar
 from balance.app.cli.several_models import (
     add_other_models,
     compared,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from balance.app.answers.answer import AnswerBody, AnswerTable, Facts
-from balance.masses.modes.mode_answers import VERDICT_TEXTS, ModeAnswer, ModeAnswers
+from balance.masses.mode_answers import VERDICT_TEXTS, ModeAnswer, ModeAnswers
 
 HEAD = (
     "mode", "mobility", "inputs", "rank by order", "nullity", "serial", "parallel", "buildable",

@@ -230,8 +230,8 @@ def test_a_terminal_counts_kernels(small):
 def test_a_terminal_shows_that_a_command_works():
     """However short it is: the spinner is told to have no patience."""
     code = """if True:
-        from balance.app.cli import main, spinner
-        spinner.PATIENCE = 0.0
+        from balance.app.cli import main, progress
+        progress.SPINNER_PATIENCE = 0.0
         main.main(["report", "three_rsr"])"""
     text = on_terminal(ROOT, "-c", code, BALANCE_COMPILE="never")
     assert "finding the mass distributions" in text and "0:00:0" in text

@@ -68,6 +68,9 @@ SEED = 0
 MOST_UNITS = 1e3
 # Weight of the motion of joints that other joints should spare; those of others are up to 1.
 PREFERENCE = 10.0
+# Motion, over the root of the opening at the pose of the file, up to which a closed pose is
+# that pose: at a dead centre it is of the size of 1.
+MOTION_PER_ROOT_OF_OPENING = 30.0
 # Most joints that are held for a component to fall apart.
 MAX_HELD = 3
 
@@ -149,8 +152,12 @@ def _close_component(
     further = [_random_starts(rng, home.size, FAR_STARTS, each) for each in FAR_DISTANCES]
     if chosen.any():
         starts += list(np.concatenate(further))
-    if component := _nearest_pose(part, loops, weights, np.array(starts)):
-        return component
+    nearest = _nearest_pose(part, loops, weights, np.array(starts))
+    if nearest is not None:
+        if repair is None or not _is_another_pose(part, nearest):
+            return nearest
+        repaired = _close_with_repair(part, repair)
+        return nearest if isinstance(repaired, str) else repaired
     there, pieces = close_by_pieces(part, partial(_close_component, repair=None))
     if there is not None and (component := _nearest_pose(part, loops, weights, there[None])):
         return component._replace(pieces=pieces)
@@ -160,6 +167,18 @@ def _close_component(
             return repaired
         hint = repaired
     return _nearest_pose(part, loops, weights, np.concatenate(further)) or hint
+
+
+def _is_another_pose(part: Component, closed: ClosedComponent) -> bool:
+    """Whether a closed pose is too far from that of the file to be the same up to rounding.
+
+    Next to a dead centre, loops that are open by ε close after motions of about √ε. Where
+    nothing that near closes loops that are all but closed, their axes are rounded.
+    """
+    home = forward_kinematics(part.chain, np.zeros(part.joints.size))
+    opening = np.abs(loop_residual(part.chain, weld_gaps(part), home)).max()
+    near = MOTION_PER_ROOT_OF_OPENING * np.sqrt(opening)
+    return bool(opening <= ALMOST_CLOSED_RESIDUAL and closed.motion > near)
 
 
 def _without_masses(part: Component) -> Component:

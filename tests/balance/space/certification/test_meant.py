@@ -77,7 +77,13 @@ def test_special_linkages_are_read_as_meant(family, digits, tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("family", "seed", "digits"), [("kite", 7, 9), ("spherical_opposite", 12, 6)]
+    ("family", "seed", "digits"),
+    [
+        ("kite", 7, 9),
+        ("spherical_opposite", 12, 6),
+        # Open by 1e-11; its other assembly mode closes.
+        ("antiparallelogram", 1051, 12),
+    ],
 )
 def test_loops_of_few_digits_close_near_a_singular_pose_and_about_a_point(
     family, seed, digits, tmp_path

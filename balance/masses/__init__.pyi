@@ -3,7 +3,7 @@ from .counterweights.parts.part_files import parts_of as parts_of
 from .counterweights.regions import Region as Region
 from .designs.feasibility import Feasibility as Feasibility
 from .designs.feasibility import feasible as feasible
-from .modes.mode_answers import ModeAnswer as ModeAnswer
+from .mode_answers import ModeAnswer as ModeAnswer
 from .partial.elastic_frame import ElasticFrame as ElasticFrame
 from .partial.least_violation import LeastViolation as LeastViolation
 from .partial.least_violation import least_violation as least_violation

@@ -15,7 +15,7 @@ import kinematics
 from balance.app.answers.text.modes import modes_body
 from balance.app.answers.text.render import body_text
 from balance.app.cli.main import main
-from balance.masses.modes.mode_answers import ModeAnswers
+from balance.masses.mode_answers import ModeAnswers
 from tests.support.meeting_linkages import FLAT, slider_crank
 
 # Ranks by order and whether masses that balance can be built, by number. Two links that turn as

@@ -30,7 +30,6 @@ from balance.app.cli import (
     report,
     springs,
     sweep,
-    sweep_show,
     synthesize,
     verify,
 )
@@ -216,7 +215,7 @@ def test_what_nobody_foresaw_exits_with_70(verb, error, monkeypatch):
 
     first = {"flex": ["modes"], "sweep": ["show", "a.db"], "discover": ["show", "a.db"]}
     below = {
-        "flex": (flex, "_modes"), "sweep": (sweep_show, "_show"),
+        "flex": (flex, "_modes"), "sweep": (sweep, "_show"),
         "discover": (discover, "_show"),
     }  # fmt: skip
     module, run_command = below.get(verb, (COMMANDS[verb], "_run"))

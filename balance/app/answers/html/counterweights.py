@@ -117,7 +117,7 @@ def _page(
         },
         scripts=SCRIPTS,
         facts=facts,
-        lumps=rows_table(counterweight_rows(weights, WORKSHOP), [1, 2, 3, 4], 0),
+        lumps=rows_table(counterweight_rows(weights, WORKSHOP, digits=6), [1, 2, 3, 4], 0),
         front=front,
         comparison=comparison_section(along.pair, NAMES),
     )  # fmt: skip

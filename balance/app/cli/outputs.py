@@ -19,7 +19,8 @@ if TYPE_CHECKING:
 # Options of all commands that name output files.
 OUTPUTS = {
     "write_closed": "--write-closed", "out": "--out", "motion_table": "--csv",
-    "plot": "--plot", "html": "--html", "table": "--table", "parts": "--parts",
+    "plot": "--plot", "html": "--html", "table": "--table", "slot": "--slot",
+    "parts": "--parts",
 }  # fmt: skip
 # Options that name models.
 MODELS = ("model", "against")

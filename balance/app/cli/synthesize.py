@@ -43,6 +43,10 @@ def add_synthesize(parser: Parser) -> None:
         "--table", metavar="FILE.csv",
         help="write its motion in the nonlinear case, for 'balance verify --csv'",
     )  # fmt: skip
+    parser.add_argument(
+        "--slot", type=_slot_path, metavar="FILE.csv|.svg|.dxf",
+        help="write the slot in the base that makes a pin of it move so, in the nonlinear case",
+    )  # fmt: skip
     add_picture_option(parser)
     add_page_option(parser, "with the mechanism and the map")
     add_json_option(parser, _run)
@@ -96,12 +100,14 @@ def _run(arguments: argparse.Namespace) -> Answer:
     with progress_bar("steps of the search") as advance:
         synthesis = _synthesize(arguments, advance)
     if arguments.table is not None and not arguments.nonlinear:
-        arguments.refuse("--table: only with --nonlinear: other motions are relations")
+        arguments.refuse("--table: only with --nonlinear: other mechanisms have one input")
+    if arguments.slot is not None and not arguments.nonlinear:
+        arguments.refuse("--slot: only with --nonlinear: a belt couples the links otherwise")
     from balance.app.answers.text.synthesis import synthesis_body
 
     return Answer(
         verdict_code(synthesis.verdict), synthesis.to_dict, lambda: synthesis_body(synthesis),
-        files=lambda: _files(synthesis, kind_of(arguments.plot)),
+        files=lambda: _files(synthesis, kind_of(arguments.plot), kind_of(arguments.slot)),
     )  # fmt: skip
 
 
@@ -120,10 +126,11 @@ def _synthesize(
     )  # fmt: skip
 
 
-def _files(synthesis: Synthesis, kind: str) -> Files:
+def _files(synthesis: Synthesis, kind: str, slot_kind: str) -> Files:
     """Find what makes the files of a synthesis; no mechanism, no file of it."""
     from balance.app.answers.html.synthesis import synthesis_page, synthesis_picture
     from balance.studies.synthesis.constrained_motion import motion_csv
+    from balance.studies.synthesis.couplings import SlotCoupling, slot_file
 
     files: dict[str, Callable[[], str | bytes]] = {
         "plot": partial(synthesis_picture, synthesis, kind),
@@ -135,7 +142,16 @@ def _files(synthesis: Synthesis, kind: str) -> Files:
     files["out"] = lambda: best.urdf
     if best.table is not None:
         files["table"] = partial(motion_csv, best.table)
+    if isinstance(best.coupling, SlotCoupling):
+        files["slot"] = partial(slot_file, best.coupling, slot_kind)
     return files
+
+
+def _slot_path(text: str) -> str:
+    """Check that a word names a table or a drawing."""
+    if not text.lower().endswith((".csv", ".svg", ".dxf")):
+        raise argparse.ArgumentTypeError(f"'{text}' ends neither in .csv, .svg nor .dxf")
+    return text
 
 
 def _positions(text: str) -> Positions:

@@ -120,12 +120,26 @@ class BalancedPantograph:
         return tool, W, W - m.l2 * e2, end - m.l2 * e2, end, chain.fixed, W
 
 
-def pantograph_urdf(pantograph: BalancedPantograph) -> bytes:
+def elbow_ratio(ratio: float) -> float:
+    """Compute the turn of the elbow over that of the shoulder, ``1/k - 1``, at a ratio k.
+
+    It is negative for every k < 0: a belt that is not crossed, from a pulley that is fixed to
+    the base at the fixed pivot to one on link 2 at the moving pivot, with radii in the ratio
+    ``1 - 1/k``, makes both links turn so.
+    """
+    return 1.0 / ratio - 1.0
+
+
+def pantograph_urdf(pantograph: BalancedPantograph, ratio: float | None = None) -> bytes:
     """Write a pantograph as a URDF file, with its loop, at `BalancedPantograph.pose`.
 
-    Inputs are the joint ``shoulder`` at the fixed pivot and ``elbow`` at the moving one. The
-    frame of the link ``tool`` is the position of the tool. Lengths are rounded to decimals
-    with which opposite sides of the parallelogram are equal exactly.
+    Inputs are the joint ``shoulder`` at the fixed pivot and ``elbow`` at the moving one, or,
+    with a ratio, ``shoulder`` alone, which the elbow follows as a ``<mimic>``. The frame of the
+    link ``tool`` is the position of the tool. Lengths are rounded to decimals with which
+    opposite sides of the parallelogram are equal exactly.
+
+    Args:
+        ratio: k, turn of the first link over that of the tool; None if it varies.
     """
     chain, m = pantograph.chain, pantograph.masses
     first, second = pantograph.pose
@@ -145,7 +159,7 @@ def pantograph_urdf(pantograph: BalancedPantograph) -> bytes:
     turned = Element("origin", {**_origin(tool).attributes, "rpy": yaw})
     joints = [
         _joint(SHOULDER, "base", "link1", fixed, True),
-        _joint(ELBOW, "link1", "link2", along, True),
+        _joint(ELBOW, "link1", "link2", along, ratio is None, ratio),
         _joint("joint3", "link2", "link3", down),
         _joint("joint4", "link1", "link4", back),
         make_elements.joint("tool_fixed", "fixed", "link2", "tool", turned),
@@ -190,12 +204,15 @@ def _link(name: str, mass: float, centre: complex, inertia: float) -> Element:
 
 
 def _joint(
-    name: str, parent: str, child: str, at: tuple[Decimal, Decimal], independent: bool = False
-) -> Element:
-    """Make a revolute joint about the normal of the plane."""
+    name: str, parent: str, child: str, at: tuple[Decimal, Decimal], independent: bool = False,
+    ratio: float | None = None,
+) -> Element:  # fmt: skip
+    """Make a revolute joint about the normal of the plane; with a ratio, the elbow of a belt."""
+    mimic = None if ratio is None else (SHOULDER, elbow_ratio(ratio), 0.0)
     return make_elements.joint(
-        name, "continuous", parent, child, _origin(at), ("0 0 1", ""), independent=independent
-    )
+        name, "continuous", parent, child, _origin(at), ("0 0 1", ""), mimic=mimic,
+        independent=independent,
+    )  # fmt: skip
 
 
 def _origin(at: tuple[Decimal, Decimal]) -> Element:

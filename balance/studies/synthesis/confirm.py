@@ -33,8 +33,8 @@ class Confirmation(NamedTuple):
             of the bodies; None if it could not be computed.
         shaking: largest shaking force and moment, relative to the inertia of the bodies; None
             likewise.
-        space: what the design space says: of the constrained motion if its relation is linear,
-            else of force balance in every motion.
+        space: what the design space says: of every motion, or of force balance if the inputs
+            follow a table.
         reason: why it is not confirmed; empty if it is.
     """
 
@@ -45,24 +45,18 @@ class Confirmation(NamedTuple):
     reason: str
 
 
-def confirm_balance(
-    urdf: bytes, relation: str | None, *, certified: bool = True
-) -> Confirmation:
-    """Confirm that a mechanism is balanced while its inputs follow a relation.
+def confirm_balance(urdf: bytes, *, certified: bool = True) -> Confirmation:
+    """Confirm that a mechanism is balanced in every motion.
 
     Args:
-        relation: between its inputs, as of ``--motion``; None if it has one degree of freedom,
-            or is balanced in every motion.
         certified: whether exact arithmetic certifies the design space. Not of special lengths:
             in rounded digits they are no longer special.
     """
     try:
         linkage = _load(urdf)
-        space = design_space(linkage, relation)
+        space = design_space(linkage)
         space = certify(space) if certified else space
-        checked = verify(
-            linkage, motion=relation, trajectories=MOTIONS, tolerance=SYNTHESIS_SHAKING
-        )
+        checked = verify(linkage, trajectories=MOTIONS, tolerance=SYNTHESIS_SHAKING)
     except LinkageError as error:
         return Confirmation(False, None, None, "", str(error))
     level = space.certainty.level if isinstance(space, CertifiedSpace) else "floating point"

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from balance.studies.synthesis.confirm import Confirmation
 from balance.studies.synthesis.constrained_motion import Defect, MotionTable
 from balance.studies.synthesis.construction import Construction
+from balance.studies.synthesis.couplings import Coupling
 from balance.studies.synthesis.error_map import AngleErrorMap
 from balance.studies.synthesis.positions import Position
 from balance.studies.synthesis.three_positions import CrossingMap
@@ -33,8 +34,8 @@ class SynthesizedMechanism:
         outlines: lines along the links at each position, with the tool, metres, complex.
         defects: branch, order and reversal defects of the motion.
         urdf: the file.
-        relation: between its inputs, as of ``--motion``; None if they follow ``table``, or if
-            it has one input.
+        coupling: what couples both links of a pantograph: a belt, which is in the file, or a
+            slot, which no URDF file can have; None for a four-bar.
         table: motion of its inputs, in the nonlinear case.
         confirmation: what the core says of the file.
         numbers: lengths, masses and reduced inertias by name, SI units.
@@ -51,7 +52,7 @@ class SynthesizedMechanism:
     outlines: tuple[tuple[complex, ...], ...]
     defects: tuple[Defect, ...]
     urdf: bytes
-    relation: str | None
+    coupling: Coupling | None
     table: MotionTable | None
     confirmation: Confirmation
     numbers: dict[str, float] = field(default_factory=dict)
@@ -77,7 +78,7 @@ class SynthesizedMechanism:
             "tool_turns": list(self.tool_turns),
             "position_error": self.position_error,
             "defects": [defect._asdict() for defect in self.defects],
-            "relation": self.relation,
+            "coupling": self.coupling.to_dict() if self.coupling else None,
             "confirmation": self.confirmation._asdict(),
             "numbers": self.numbers,
             "first_position": self.first_position,

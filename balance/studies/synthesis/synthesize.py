@@ -27,6 +27,7 @@ from balance.studies.synthesis.constrained_motion import (
     list_defects,
 )
 from balance.studies.synthesis.construction import construct_chain
+from balance.studies.synthesis.couplings import Coupling, belt_coupling, slot_coupling
 from balance.studies.synthesis.error_map import angle_error_map, offsets_without_error
 from balance.studies.synthesis.four_bar_masses import balanced_four_bar
 from balance.studies.synthesis.four_bars import FOUR_BARS, FourBarDesign, four_bars_through
@@ -198,10 +199,9 @@ def _linear(request: SynthesisRequest) -> Synthesis:
     else:
         chain = chain_from_three_positions(request.positions, ratio)
     pantograph = balance_chain(chain, ratio, request.masses)
-    relation = f"{ELBOW}={1.0 / ratio - 1.0!r}*{SHOULDER}"
     chosen = "fixed" if request.fixed is not None else "moving"
     drawn = construct_chain(chain, chosen) if len(request.positions) == 2 else None
-    mechanism = _pantograph(pantograph, relation)
+    mechanism = _pantograph(pantograph, ratio)
     return Synthesis(
         request.positions, request.kind, ratio, (mechanism,), 1, _changes(request, pantograph),
         construction=drawn,
@@ -282,14 +282,15 @@ def _choose(
     )  # fmt: skip
 
 
-def _pantograph(pantograph: BalancedPantograph, relation: str | None) -> SynthesizedMechanism:
-    """Write and confirm a pantograph."""
-    chain, urdf = pantograph.chain, pantograph_urdf(pantograph)
+def _pantograph(pantograph: BalancedPantograph, ratio: float | None) -> SynthesizedMechanism:
+    """Write and confirm a pantograph, of a constant ratio or of one that varies."""
+    chain, urdf = pantograph.chain, pantograph_urdf(pantograph, ratio)
     motion = constrained_motion(pantograph)
-    if relation is None:
-        confirmation = confirm_along(urdf, motion)
+    coupling: Coupling
+    if ratio is None:
+        confirmation, coupling = confirm_along(urdf, motion), slot_coupling(pantograph)
     else:
-        confirmation = confirm_balance(urdf, relation)
+        confirmation, coupling = confirm_balance(urdf), belt_coupling(ratio)
     first, second = motion.u.T
     first, second = first + pantograph.pose[0], first + second + pantograph.pose[1]
     J1, J2, C = map(float, pantograph.inertias)
@@ -306,15 +307,18 @@ def _pantograph(pantograph: BalancedPantograph, relation: str | None) -> Synthes
         "pantograph", {"fixed": chain.fixed, "moving": chain.moving}, chain.link_turns,
         chain.tool_turns, chain.error, chain.tool_points(first, second),
         tuple(map(pantograph.outline, range(len(chain.positions)))), list_defects(pantograph),
-        urdf, relation, motion if relation is None else None,
-        confirmation, numbers, _first_position(pantograph),
+        urdf, coupling, motion if ratio is None else None,
+        confirmation, numbers, _first_position(pantograph, ratio),
     )  # fmt: skip
 
 
-def _first_position(pantograph: BalancedPantograph) -> dict[str, float]:
+def _first_position(pantograph: BalancedPantograph, ratio: float | None) -> dict[str, float]:
     """Return the inputs at position 1, counted from the pose of the file, if they are not 0."""
     link, tool = pantograph.pose
-    return {SHOULDER: -link, ELBOW: link - tool} if link or tool else {}
+    if not (link or tool):
+        return {}
+    elbow = {ELBOW: link - tool} if ratio is None else {}
+    return {SHOULDER: -link, **elbow}
 
 
 def _four_bars(request: SynthesisRequest) -> Synthesis:
@@ -351,7 +355,7 @@ def _four_bar(four_bar: FourBarDesign) -> SynthesizedMechanism | None:
         tuple(each.angle - first for each in four_bar.positions), four_bar.error,
         four_bar.tool_points(turns), tuple(map(four_bar.outline, range(len(alpha)))),
         four_bar.defects, urdf, None, None,
-        confirm_balance(urdf, None, certified=False), numbers,
+        confirm_balance(urdf, certified=False), numbers,
     )  # fmt: skip
 
 

@@ -13,6 +13,7 @@ from balance.app.answers.html.plot_style import image, short, tidy
 from balance.app.answers.html.render import facts_list, render_page, rows_table
 from balance.app.answers.text.synthesis import mechanism_rows, synthesis_facts
 from balance.studies.synthesis.construction import Construction
+from balance.studies.synthesis.couplings import SlotCoupling
 from balance.studies.synthesis.error_map import AngleErrorMap
 from balance.studies.synthesis.mechanism import Synthesis
 from balance.studies.synthesis.positions import Position
@@ -212,6 +213,9 @@ def _mechanism_curves(synthesis: Synthesis) -> list[_Curve]:
         colour = COLOURS[k % len(COLOURS)]
         curves.append(_Curve(f"position {k + 1}", np.array(outline), colour, "line", True))
     curves.append(_Curve("path of the tool", best.path, INK))
+    if isinstance(best.coupling, SlotCoupling):
+        slot = best.coupling
+        curves.append(_Curve(f"slot for a pin at {slot.pin}", slot.points, COLOURS[1], "dash"))
     if synthesis.construction is not None:
         curves += _construction(synthesis.construction, _size(curves))
     return curves

@@ -41,8 +41,9 @@ def synthesis_facts(synthesis: Synthesis) -> list[tuple[str, str]]:
 def _best(mechanism: SynthesizedMechanism) -> list[tuple[str, str]]:
     """List the facts on the best mechanism."""
     pairs = []
-    if mechanism.relation is not None:
-        pairs.append(("motion", f"--motion {mechanism.relation}"))
+    if mechanism.coupling is not None:
+        kind = "slot" if mechanism.table else "belt"
+        pairs.append((kind, mechanism.coupling.words))
     if mechanism.first_position:
         inputs = mechanism.first_position.items()
         at = ", ".join(f"{name}={number_text(x, '.9g')} rad" for name, x in inputs)

@@ -31,7 +31,7 @@ def spell(places):
 
 @pytest.mark.slow
 def test_random_linear_syntheses_through_the_commands(capsys, tmp_path):
-    """The written file is balanced in `balance report --motion`; all with ``ALL_CASES=1``."""
+    """The written file has one input and is balanced; all with ``ALL_CASES=1``."""
     rng = np.random.default_rng(6)
     out = str(tmp_path / "out.urdf")
     for _ in range(number_of_cases(2, 25)):
@@ -45,9 +45,11 @@ def test_random_linear_syntheses_through_the_commands(capsys, tmp_path):
         (one,) = found["mechanisms"]
         assert (code, found["verdict"], one["defects"]) == (0, "feasible", [])
         assert one["link_turns"][1] / one["tool_turns"][1] == pytest.approx(ratio, rel=1e-12)
-        assert main(["report", out, "--motion", one["relation"], "--json"]) == 0
-        assert json.loads(capsys.readouterr().out)["as_given"]["balanced"] is True
-        words = ["verify", out, "--motion", one["relation"], "--trajectories", "1"]
+        assert one["coupling"]["radii"] == pytest.approx(1.0 - 1.0 / ratio, rel=1e-12)
+        assert main(["report", out, "--json"]) == 0
+        report = json.loads(capsys.readouterr().out)
+        assert report["as_given"]["balanced"] is True and report["mobility"] == 1
+        words = ["verify", out, "--trajectories", "1"]
         assert main([*words, "--tolerance", "1e-10"]) == 0
         capsys.readouterr()
 
@@ -153,6 +155,8 @@ EXTREME = {
     (f"--positions '{TWO}' --fixed 0,1 --window 0,1", 2, "nonlinear case"),
     (f"--positions '{TWO}' --fixed 0,1 --nonlinear --window 1,0", 2, "to a larger one"),
     (f"--positions '{TWO}' --fixed 0,1 --table {{folder}}/t.csv", 2, "only with --nonlinear"),
+    (f"--positions '{TWO}' --fixed 0,1 --slot {{folder}}/t.csv", 2, "only with --nonlinear"),
+    (f"--positions '{TWO}' --fixed 0,1 --nonlinear --slot t.txt", 2, "neither in .csv, .svg"),
     (f"--positions '{TWO}' --fixed 0,1 --masses {{folder}}/bad.json", 2, "m3 = -1"),
     (f"--positions '{TWO}' --fixed 0,1 --masses {{folder}}/none.json", 3, "cannot be read"),
     (f"--positions '{TWO}' --fixed 0,1 --masses {{folder}}/odd.json", 3, "follows from"),

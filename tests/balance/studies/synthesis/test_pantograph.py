@@ -129,15 +129,15 @@ def random_pantograph(seed):
 
 @pytest.mark.slow
 def test_random_linear_syntheses_are_confirmed_by_the_core():
-    """Design space of the relation, and Pinocchio: momentum below 1e-10 of the bodies' own.
+    """Design space of one input, and Pinocchio: momentum below 1e-10 of the bodies' own.
 
     All fifty with ``ALL_CASES=1``.
     """
     for seed in range(number_of_cases(4, 50)):
         pantograph, ratio = random_pantograph(seed)
-        found = confirm_balance(pantograph_urdf(pantograph), relation(ratio))
+        found = confirm_balance(pantograph_urdf(pantograph, ratio))
         assert found.confirmed and found.momentum < 1e-10, (seed, found)
-        wrong = confirm_balance(pantograph_urdf(pantograph), relation(ratio * 1.01))
+        wrong = confirm_balance(pantograph_urdf(pantograph, ratio * 1.01))
         assert not wrong.confirmed and wrong.momentum > 1e-6, seed
 
 

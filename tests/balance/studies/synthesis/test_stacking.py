@@ -23,7 +23,7 @@ def test_two_freedoms_without_momentum(chains):
     urdf = stacked_urdf(chains)
     linkage = load(Document("stacked", urdf))
     assert linkage.mobility == 2 and linkage.inputs == ("lift", "crank_joint")
-    found = confirm_balance(urdf, None)
+    found = confirm_balance(urdf)
     assert found.confirmed and found.momentum < 1e-10, found
 
 

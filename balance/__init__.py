@@ -64,7 +64,7 @@ Springs that carry the weight:
 
 Mechanisms that are balanced by design:
 
-- ``synthesize``: balanced mechanisms whose tool passes through two or three positions
+- ``synthesize``: balanced mechanisms whose tool passes through positions
 - ``Synthesis``: result of ``synthesize``
 
 Motions that shake least, with the masses as they are:

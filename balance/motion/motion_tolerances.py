@@ -139,6 +139,8 @@ SYNTHESIS_SINGULAR = 1e-9
 SYNTHESIS_LINK_FLAT = 0.05
 # Angle error of a design on a zero contour, radians.
 SYNTHESIS_ANGLE_MET = 1e-10
+# Distance from a position, relative to their size, up to which it is met.
+SYNTHESIS_MET = 1e-9
 # Momentum of a synthesised mechanism, relative to the sum of that of its bodies.
 SYNTHESIS_MOMENTUM = 1e-10
 # Its shaking, relative to the inertia of the bodies. Its motions may pass flat parallelograms,

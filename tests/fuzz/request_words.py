@@ -301,6 +301,8 @@ WORDS: dict[str, Maker] = {
     "--fixed": lambda rng, place: [f"{_number(rng)},{_number(rng)}"],
     "--moving": lambda rng, place: [f"{_number(rng)},{_number(rng)}"],
     "--masses": lambda rng, place: [_masses(rng, place)],
+    "--within": _of("1", "1mm", "-1", "x"),
+    "--slot": _of("slot.csv", "slot.dxf", "slot.txt", "slot.svg"),
     "--window": _of("-1,1", "-1,1,-1,1", "1,0", "x"),
     "--to": lambda rng, place: [_target(rng, place)],
     "--from": lambda rng, place: [_pose(rng, place)],

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 from balance.app.answers.answer import Answer, Files
 from balance.app.cli.arguments import Parser, add_json_option
 from balance.app.cli.exit_codes import verdict_code
-from balance.app.cli.number_arguments import finite_number
+from balance.app.cli.number_arguments import finite_number, positive_quantity
 from balance.app.cli.outputs import add_page_option, add_picture_option, kind_of
 from balance.app.cli.progress import progress_bar
 
@@ -26,14 +26,14 @@ def add_synthesize(parser: Parser) -> None:
     """Add the options of the command ``synthesize``."""
     parser.description = (
         "Finds mechanisms that are balanced by design and whose tool passes "
-        "through two or three positions in the plane, and confirms each as 'balance report' "
+        "through positions in the plane, and confirms each as 'balance report' "
         "and 'balance verify' do. Exits with 0 if one is confirmed and has no defects, 1 if "
         "there is none, 4 if none could be confirmed."
     )
     parser.add_argument(
         "--positions", type=_positions, required=True, metavar='"x,y,deg; …"',
-        help="two or three positions of the tool: metres, and degrees from the x-axis; it "
-        "turns by the difference of the angles as they are written",
+        help="two or three positions of the tool, or more for --kind four-bar: metres, and "
+        "degrees from the x-axis; it turns by the difference of the angles as they are written",
     )  # fmt: skip
     _add_method_options(parser)
     parser.add_argument(
@@ -81,6 +81,11 @@ def _add_method_options(parser: argparse.ArgumentParser) -> None:
         help="pivot on the tool at the first position, for two positions",
     )  # fmt: skip
     parser.add_argument(
+        "--within", type=positive_quantity("length"), default=0.0, metavar="LENGTH",
+        help="how far a four-bar may miss four or more positions, such as 2mm (default: it "
+        "meets them)",
+    )  # fmt: skip
+    parser.add_argument(
         "--masses", metavar="FILE.json",
         help="lengths and masses of the pantograph (default: in proportion to it)",
     )  # fmt: skip
@@ -122,7 +127,7 @@ def _synthesize(
     return synthesize(
         arguments.positions, arguments.ratio, nonlinear=arguments.nonlinear,
         kind=arguments.kind, fixed=arguments.fixed, moving=arguments.moving, masses=masses,
-        window=arguments.window, progress=advance,
+        window=arguments.window, within=arguments.within, progress=advance,
     )  # fmt: skip
 
 

@@ -207,7 +207,7 @@ def _joint(
     name: str, parent: str, child: str, at: tuple[Decimal, Decimal], independent: bool = False,
     ratio: float | None = None,
 ) -> Element:  # fmt: skip
-    """Make a revolute joint about the normal of the plane; with a ratio, the elbow of a belt."""
+    """Make a revolute joint about the normal of the plane; with a ratio, it mimics."""
     mimic = None if ratio is None else (SHOULDER, elbow_ratio(ratio), 0.0)
     return make_elements.joint(
         name, "continuous", parent, child, _origin(at), ("0 0 1", ""), mimic=mimic,

@@ -1,18 +1,19 @@
 """What couples the two links of a balanced pantograph: a belt, or a slot for one of its pins.
 
 With turns β of link 1 and φ of link 2 from the first position, a pin is at
-``P = G + a e^(iβ) + b e^(iφ)``. Without momentum β and φ are functions of the angle δ between the
-links, with ``φ' = β' - 1``. A pin that runs in a slot along P(δ) leaves the pantograph one degree
-of freedom, the motion without momentum.
+``P = G + a e^(iβ) + b e^(iφ)``. Without momentum β and φ are functions of the angle δ between
+the links, with ``φ' = β' - 1``. A pin that runs in a slot along P(δ) leaves the pantograph one
+degree of freedom, the motion without momentum.
 
 - Curvature of the slot: ``Im(P̄' P'') / |P'|³``.
-- Pressure angle: that between the normal of the slot and the velocity of the pin while the input
-  stands still, ``i b e^(iφ)`` if the shoulder is the input and the slot turns link 2, and
-  ``i (a e^(iβ) + b e^(iφ))`` if the elbow is and the slot turns both links. The slot jams where it
-  is a right angle: in the first case where link 1 reverses, in both where a and b are parallel.
+- Pressure angle: that between the normal of the slot and the velocity of the pin while the
+  input stands still, ``i b e^(iφ)`` if the shoulder is the input and the slot turns link 2, and
+  ``i (a e^(iβ) + b e^(iφ))`` if the elbow is and the slot turns both links. The slot jams where
+  it is a right angle: in the first case where link 1 reverses, in both where a and b are
+  parallel.
 
-Source: the slider of G. Becht, MSc thesis, TU Delft, 2020, chapter 3; the pressure angle is that
-of cam mechanisms (R. L. Norton, Design of Machinery, chapter 8).
+Source: the slider of G. Becht, MSc thesis, TU Delft, 2020, chapter 3; the pressure angle is
+that of cam mechanisms (R. L. Norton, Design of Machinery, chapter 8).
 """
 
 from __future__ import annotations
@@ -168,10 +169,10 @@ def _slot(
 ) -> SlotCoupling:
     """Compute the slot of a pin at ``G + a e^(iβ) + b e^(iφ)``, with an input."""
     deltas, inertias = pantograph.deltas, pantograph.inertias
-    delta = np.linspace(min(deltas), max(deltas), SAMPLES)
-    beta = link_turn(delta, inertias) - link_turn(deltas[0], inertias)
-    phi = beta - (delta - deltas[0])
-    rate, bend = link_turn_rate(delta, inertias)
+    opening = np.linspace(min(deltas), max(deltas), SAMPLES)
+    beta = link_turn(opening, inertias) - link_turn(deltas[0], inertias)
+    phi = beta - (opening - deltas[0])
+    rate, bend = link_turn_rate(opening, inertias)
     first, second = a * np.exp(1j * beta), b * np.exp(1j * phi)
     points = pantograph.chain.fixed + first + second
     slope = 1j * (rate * first + (rate - 1.0) * second)

@@ -37,7 +37,7 @@ def balanced_four_bar(four_bar: FourBarDesign) -> tuple[bytes | None, Design]:
 def _four_bar_urdf(four_bar: FourBarDesign) -> bytes:
     """Write a four-bar without masses as a URDF file at the first position."""
     at = four_bar.pivots()
-    tool = four_bar.positions[0]
+    tool = four_bar.first
     crank, tip = at["crank_base"], at["crank_tip"]
     yaw = number_words([0.0, 0.0, tool.angle])
     turned = Element("origin", {**_origin(tool.point - tip).attributes, "rpy": yaw})

@@ -45,6 +45,8 @@ RATIOS = (1.5, 1.7, 2.0, 2.4, 3.0, 4.0)
 ANGLES = np.linspace(0.0, math.pi, 122)[6:-6]
 # First angles of the crank that are tried: every so many.
 STRIDE = 5
+# Least length of the crank and largest distance of a pivot, over the size of the positions.
+SMALLEST, LARGEST = 0.02, 50.0
 
 
 @dataclass(frozen=True)
@@ -58,6 +60,8 @@ class FourBarDesign:
         crank_angles: α at each position, radians, from the direction of the base.
         scale: s: length of the crank, metres, and direction of the base.
         fixed: pivot of the crank, metres, inertial frame.
+        first: pose of the tool at the first angle of the crank; it is the first position unless
+            there are more positions than a four-bar can pass.
     """
 
     kind: str
@@ -66,6 +70,7 @@ class FourBarDesign:
     crank_angles: tuple[float, ...]
     scale: complex
     fixed: complex
+    first: Position
 
     def pivots(self, index: int = 0) -> dict[str, complex]:
         """Compute the pivots at a position, metres, inertial frame."""
@@ -78,17 +83,22 @@ class FourBarDesign:
 
     def outline(self, index: int) -> tuple[complex, ...]:
         """Compute a line along the links: crank, coupler with the tool, rocker."""
-        at, tool = self.pivots(index), self.positions[index].point
+        at, tool = self.pivots(index), complex(self.tool_points(self.crank_angles[index]))
         A, B = at["crank_tip"], at["rocker_tip"]
         return at["crank_base"], A, tool, B, A, B, at["rocker_base"]
 
     def tool_points(self, crank_angles: ArrayLike) -> Complex:
         """Compute the point of the tool for angles α of the crank."""
-        start, tool = self.pivots(), self.positions[0].point
+        A, _ = place_four_bar(self.kind, self.ratio, crank_angles)
+        arm = self.first.point - self.pivots()["crank_tip"]
+        turns = self._coupler_turns(crank_angles)
+        return np.asarray(self.scale * A + self.fixed + turns * arm)
+
+    def _coupler_turns(self, crank_angles: ArrayLike) -> Complex:
+        """Compute ``e^(iφ)`` of the coupler from the first angle of the crank to others."""
         A, B = place_four_bar(self.kind, self.ratio, crank_angles)
-        arm = start["rocker_tip"] - start["crank_tip"]
-        turned = (B - A) * self.scale / arm
-        return np.asarray(self.scale * A + self.fixed + turned * (tool - start["crank_tip"]))
+        start, end = place_four_bar(self.kind, self.ratio, self.crank_angles[0])
+        return np.asarray((B - A) / (end - start))
 
     @property
     def error(self) -> float:
@@ -97,17 +107,32 @@ class FourBarDesign:
         return float(np.abs(points - [each.point for each in self.positions]).max())
 
     @property
+    def angle_error(self) -> float:
+        """Largest difference of the angle of the tool from those of its positions, radians."""
+        turns = self._coupler_turns(self.crank_angles) * cmath.exp(1j * self.first.angle)
+        wanted = np.exp(-1j * np.array([each.angle for each in self.positions]))
+        return float(np.abs(np.angle(turns * wanted)).max())
+
+    @property
+    def miss(self) -> float:
+        """The larger of both, metres: the angle as an arc of the size of the positions."""
+        return max(self.error, size_of(self.positions) * self.angle_error)
+
+    @property
     def defects(self) -> tuple[Defect, ...]:
         """Order defects; branches and circuits are those of one interval of the crank."""
         steps = np.diff(self.crank_angles)
         if steps.size > 1 and not (np.all(steps > 0.0) or np.all(steps < 0.0)):
-            return (Defect("order", "position 2 is not between positions 1 and 3"),)
+            ranks = np.argsort(self.crank_angles).tolist()
+            ranks = ranks if ranks[0] < ranks[-1] else ranks[::-1]
+            order = ", ".join(str(k + 1) for k in ranks)
+            return (Defect("order", f"the crank meets the positions in the order {order}"),)
         return ()
 
     @property
     def spread(self) -> float:
         """Largest distance of a pivot from the first position of the tool, metres."""
-        tool = self.positions[0].point
+        tool = self.first.point
         return max(abs(z - tool) for z in self.pivots().values())
 
 
@@ -156,12 +181,13 @@ def four_bars_through(
     designs = [
         _fit(kind, tuple(positions), ratio, angles, steps, poles, fixed, moving)
         for ratio in RATIOS
-        for angles in _crank_angles(kind, ratio, steps)
+        for angles in crank_angles(kind, ratio, steps)
     ]
     size = size_of(positions)
     good = [
-        each for each in designs if 0.02 * size < abs(each.scale) and each.spread < 50.0 * size
-    ]
+        each for each in designs
+        if SMALLEST * size < abs(each.scale) and each.spread < LARGEST * size
+    ]  # fmt: skip
     ranks = rank_least_first([each.spread for each in good])
     return tuple(sorted((good[k] for k in ranks), key=lambda each: len(each.defects)))
 
@@ -182,8 +208,8 @@ def _coupler_angles(kind: str, ratio: float, angles: Array) -> Array:
     return np.unwrap(np.angle(B - A))
 
 
-def _crank_angles(
-    kind: str, ratio: float, steps: tuple[Displacement, ...]
+def crank_angles(
+    kind: str, ratio: float, steps: Sequence[Displacement]
 ) -> Iterator[tuple[float, ...]]:
     """Yield the angles of the crank at all positions, for first angles of a grid."""
     firsts = np.arange(0, len(ANGLES), STRIDE)
@@ -231,6 +257,5 @@ def _fit(
     else:
         assert moving is not None
         scale = (poles[0] - moving) / (unit_poles[0] - A[0])
-    return FourBarDesign(
-        kind, positions, ratio, angles, scale, poles[0] - scale * unit_poles[0]
-    )
+    fixed = poles[0] - scale * unit_poles[0]
+    return FourBarDesign(kind, positions, ratio, angles, scale, fixed, positions[0])

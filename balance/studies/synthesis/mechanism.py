@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -12,6 +13,7 @@ from balance.studies.synthesis.constrained_motion import Defect, MotionTable
 from balance.studies.synthesis.construction import Construction
 from balance.studies.synthesis.couplings import Coupling
 from balance.studies.synthesis.error_map import AngleErrorMap
+from balance.studies.synthesis.four_bars import FOUR_BARS
 from balance.studies.synthesis.positions import Position
 from balance.studies.synthesis.three_positions import CrossingMap
 from kinematics.wording import count_noun, html_facts, number_text, repr_lines
@@ -30,6 +32,8 @@ class SynthesizedMechanism:
             radians.
         tool_turns: of the tool.
         position_error: largest distance of the tool from its positions, metres.
+        angle_error: largest difference of its angle from theirs, radians.
+        meets: whether it meets the positions, or is as near as was asked.
         path: of the tool (N,), metres, complex.
         outlines: lines along the links at each position, with the tool, metres, complex.
         defects: branch, order and reversal defects of the motion.
@@ -48,6 +52,8 @@ class SynthesizedMechanism:
     link_turns: tuple[float, ...]
     tool_turns: tuple[float, ...]
     position_error: float
+    angle_error: float
+    meets: bool
     path: NDArray[np.complex128]
     outlines: tuple[tuple[complex, ...], ...]
     defects: tuple[Defect, ...]
@@ -60,8 +66,8 @@ class SynthesizedMechanism:
 
     @property
     def good(self) -> bool:
-        """Whether it is confirmed and without defects."""
-        return self.confirmation.confirmed and not self.defects
+        """Whether it is confirmed, without defects, and meets the positions."""
+        return self.confirmation.confirmed and self.meets and not self.defects
 
     def __repr__(self) -> str:
         """Two lines: the mechanism, and what the core says."""
@@ -77,6 +83,8 @@ class SynthesizedMechanism:
             "link_turns": list(self.link_turns),
             "tool_turns": list(self.tool_turns),
             "position_error": self.position_error,
+            "angle_error": self.angle_error,
+            "meets": self.meets,
             "defects": [defect._asdict() for defect in self.defects],
             "coupling": self.coupling.to_dict() if self.coupling else None,
             "confirmation": self.confirmation._asdict(),
@@ -99,6 +107,7 @@ class Synthesis:
         remarks: what was changed of the given masses, and where was searched.
         map: of the nonlinear case.
         construction: drawing of the linear case for two positions.
+        within: distance up to which positions count as met, metres; 0 if they are met exactly.
     """
 
     positions: tuple[Position, ...]
@@ -109,6 +118,7 @@ class Synthesis:
     remarks: tuple[str, ...] = ()
     map: AngleErrorMap | CrossingMap | None = None
     construction: Construction | None = None
+    within: float = 0.0
 
     @property
     def case(self) -> str:
@@ -123,7 +133,7 @@ class Synthesis:
         if any(mechanism.good for mechanism in self.mechanisms):
             return "feasible"
         unsure = any(
-            not (mechanism.defects or mechanism.confirmation.confirmed)
+            not (mechanism.defects or mechanism.confirmation.confirmed) and mechanism.meets
             for mechanism in self.mechanisms
         )
         return "undecided" if unsure else "infeasible"
@@ -134,12 +144,24 @@ class Synthesis:
         if not self.mechanisms:
             return "infeasible: no such mechanism passes through the positions"
         first = self.mechanisms[0]
+        through = "near" if self.within else "through"
+        defects = "; ".join(defect.words for defect in first.defects)
         sentences = {
-            "feasible": f"{count_noun(self.count, 'mechanism')} through the positions",
+            "feasible": f"{count_noun(self.count, 'mechanism')} {through} the positions",
             "undecided": f"not confirmed: {first.confirmation.reason}",
-            "infeasible": "; ".join(defect.words for defect in first.defects),
+            "infeasible": defects if first.meets else self._nearest(),
         }
         return f"{self.verdict}: {sentences[self.verdict]}"
+
+    def _nearest(self) -> str:
+        """Say by how much the nearest mechanism misses the positions."""
+        nearest = min(self.mechanisms, key=lambda mechanism: mechanism.position_error)
+        return (
+            f"no {' or '.join(FOUR_BARS)} meets all positions; the nearest misses by up to "
+            f"{number_text(1e3 * nearest.position_error)} mm and "
+            f"{number_text(math.degrees(nearest.angle_error))}°: more is accepted within a "
+            "distance that is given"
+        )
 
     def __repr__(self) -> str:
         """Up to five lines: the positions and the best mechanisms."""
@@ -169,6 +191,7 @@ class Synthesis:
             "verdict": self.verdict,
             "words": self.words,
             "remarks": list(self.remarks),
+            "within": self.within,
             "count": self.count,
             "mechanisms": [mechanism.to_dict() for mechanism in self.mechanisms],
             "contour": _contour(self.map),

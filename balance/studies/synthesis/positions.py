@@ -14,8 +14,9 @@ from typing import NamedTuple
 from balance.motion.motion_tolerances import SYNTHESIS_SINGULAR
 from kinematics.errors import SynthesisError, UsageError
 
-# Number of positions: two leave a pivot free, three leave none.
-COUNTS = (2, 3)
+# Least and largest number of positions: two leave a pivot free, three leave none, four are met
+# by single four-bars, and more are approached.
+FEWEST, MOST = 2, 20
 FARTHEST = 1e6
 """Largest coordinate, metres."""
 
@@ -71,18 +72,18 @@ def check_positions(positions: Iterable[Sequence[float]]) -> tuple[Position, ...
     """Check positions of a tool.
 
     Args:
-        positions: two or three, each x and y in metres and the angle in radians.
+        positions: two to twenty, each x and y in metres and the angle in radians.
 
     Returns:
         The positions.
 
     Raises:
-        UsageError: there are not two or three, or a number is not finite or too large.
+        UsageError: there are fewer or more, or a number is not finite or too large.
         SynthesisError: two of them coincide.
     """
     poses = tuple(Position(*map(float, each)) for each in positions)
-    if len(poses) not in COUNTS:
-        raise UsageError(f"{len(poses)} positions: give two or three")
+    if not FEWEST <= len(poses) <= MOST:
+        raise UsageError(f"{len(poses)} positions: give {FEWEST} to {MOST}")
     for k, each in enumerate(poses, 1):
         if not all(abs(value) <= FARTHEST for value in each):
             raise UsageError(f"position {k} is not of finite numbers up to {FARTHEST:g}")

@@ -13,7 +13,7 @@ from dataclasses import asdict, dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from balance.motion.motion_tolerances import SYNTHESIS_LINK_FLAT
+from balance.motion.motion_tolerances import SYNTHESIS_LINK_FLAT, SYNTHESIS_MET
 from balance.studies.synthesis.angle_error import chain_angles
 from balance.studies.synthesis.balanced_pantograph import (
     ELBOW,
@@ -31,6 +31,7 @@ from balance.studies.synthesis.couplings import Coupling, belt_coupling, slot_co
 from balance.studies.synthesis.error_map import angle_error_map, offsets_without_error
 from balance.studies.synthesis.four_bar_masses import balanced_four_bar
 from balance.studies.synthesis.four_bars import FOUR_BARS, FourBarDesign, four_bars_through
+from balance.studies.synthesis.many_positions import four_bars_near
 from balance.studies.synthesis.mechanism import Synthesis, SynthesizedMechanism
 from balance.studies.synthesis.pantograph import (
     PantographMasses,
@@ -85,6 +86,7 @@ class SynthesisRequest:
         masses: of the pantograph; by default in proportion to it.
         window: range of x of the free pivot, and of y for three positions, metres.
         progress: called with the number of steps done and of all steps.
+        within: distance up to which four-bars may miss four or more positions, metres.
     """
 
     positions: tuple[Position, ...]
@@ -95,6 +97,7 @@ class SynthesisRequest:
     masses: PantographMasses | None = None
     window: tuple[float, ...] | None = None
     progress: Callable[[int, int], None] | None = None
+    within: float = 0.0
 
     def check(self) -> None:
         """Refuse a request that contradicts itself.
@@ -108,8 +111,17 @@ class SynthesisRequest:
             raise UsageError(
                 "two positions leave one pivot free: choose the fixed or the moving one"
             )
-        if len(self.positions) == 3 and chosen:
-            raise UsageError("three positions determine both pivots: choose none")
+        if len(self.positions) > 2 and chosen:
+            raise UsageError("three positions and more determine both pivots: choose none")
+        if len(self.positions) > 3 and self.kind == "pantograph":
+            raise UsageError(
+                "a pantograph passes through two or three positions: --kind four-bar goes "
+                "through four, and near more"
+            )
+        if self.within and len(self.positions) < 4:
+            raise UsageError("two and three positions are met exactly: leave out 'within'")
+        if not 0.0 <= self.within <= FARTHEST:
+            raise UsageError(f"within = {self.within:g}: give a distance up to {FARTHEST:g} m")
         pivots = [pivot for pivot in (self.fixed, self.moving) if pivot is not None]
         if not all(abs(x) <= FARTHEST for pivot in pivots for x in (pivot.real, pivot.imag)):
             raise UsageError(f"the pivot is not of finite numbers up to {FARTHEST:g} m")
@@ -134,13 +146,15 @@ def synthesize(
     positions: Iterable[Sequence[float]], ratio: float | None = None, *,
     nonlinear: bool = False, kind: str = "pantograph", fixed: complex | None = None,
     moving: complex | None = None, masses: PantographMasses | None = None,
-    window: Sequence[float] | None = None, progress: Callable[[int, int], None] | None = None,
+    window: Sequence[float] | None = None, within: float = 0.0,
+    progress: Callable[[int, int], None] | None = None,
 ) -> Synthesis:  # fmt: skip
-    """Find balanced mechanisms whose tool passes through two or three positions.
+    """Find balanced mechanisms whose tool passes through positions.
 
     Pantographs with links that turn in the ratio ``k = β/φ`` of the first link and the tool
     (the linear case); pantographs with given masses, whose ratio varies (nonlinear); or kites
-    and antiparallelograms whose coupler is the tool. Every mechanism is written as URDF and
+    and antiparallelograms whose coupler is the tool, which pass through up to four positions,
+    and near more, in the sense of least squares. Every mechanism is written as URDF and
     confirmed by the design space and by Pinocchio.
 
     Args:
@@ -153,6 +167,8 @@ def synthesize(
         masses: of the pantograph. In the linear case s3 and a moment of inertia are changed.
         window: in the nonlinear case, the range of x of the free pivot for two positions, or of
             x and y of the moving pivot for three; metres.
+        within: distance up to which a four-bar may miss four or more positions, metres; its
+            angle counts as an arc of the size of the positions. By default it meets them.
         progress: called with the number of steps done and of all steps.
 
     Returns:
@@ -181,6 +197,7 @@ def synthesize(
     request = SynthesisRequest(
         poses, kind, check_ratio(RATIO if ratio is None else ratio) if linear else None, fixed,
         moving, masses, None if window is None else tuple(map(float, window)), progress,
+        float(within),
     )  # fmt: skip
     request.check()
     if kind == "four-bar":
@@ -305,7 +322,7 @@ def _pantograph(pantograph: BalancedPantograph, ratio: float | None) -> Synthesi
     }  # fmt: skip
     return SynthesizedMechanism(
         "pantograph", {"fixed": chain.fixed, "moving": chain.moving}, chain.link_turns,
-        chain.tool_turns, chain.error, chain.tool_points(first, second),
+        chain.tool_turns, chain.error, 0.0, True, chain.tool_points(first, second),
         tuple(map(pantograph.outline, range(len(chain.positions)))), list_defects(pantograph),
         urdf, coupling, motion if ratio is None else None,
         confirmation, numbers, _first_position(pantograph, ratio),
@@ -324,23 +341,33 @@ def _first_position(pantograph: BalancedPantograph, ratio: float | None) -> dict
 def _four_bars(request: SynthesisRequest) -> Synthesis:
     """Search balanced four-bars, and masses for the best of each kind."""
     mechanisms, count = [], 0
+    within = max(request.within, SYNTHESIS_MET * size_of(request.positions))
     for done, kind in enumerate(FOUR_BARS, 1):
-        designs = four_bars_through(
-            request.positions, kind, fixed=request.fixed, moving=request.moving
-        )
-        count += len(designs)
-        for four_bar in designs[:TRIES]:
-            mechanism = _four_bar(four_bar)
+        if len(request.positions) > 3:
+            designs = four_bars_near(request.positions, kind)
+        else:
+            designs = four_bars_through(
+                request.positions, kind, fixed=request.fixed, moving=request.moving
+            )
+        meeting = [design for design in designs if design.miss <= within]
+        count += len(meeting)
+        for four_bar in (meeting or designs)[:TRIES]:
+            mechanism = _four_bar(four_bar, within)
             if mechanism is not None:
                 mechanisms.append(mechanism)
                 break
         if request.progress is not None:
             request.progress(done, len(FOUR_BARS))
-    ranked = sorted(mechanisms, key=lambda four_bar: (not four_bar.good, len(four_bar.defects)))
-    return Synthesis(request.positions, request.kind, None, tuple(ranked), count)
+    ranked = sorted(
+        mechanisms,
+        key=lambda four_bar: (not four_bar.good, not four_bar.meets, len(four_bar.defects)),
+    )
+    return Synthesis(
+        request.positions, request.kind, None, tuple(ranked), count, within=request.within
+    )
 
 
-def _four_bar(four_bar: FourBarDesign) -> SynthesizedMechanism | None:
+def _four_bar(four_bar: FourBarDesign, within: float) -> SynthesizedMechanism | None:
     """Write and confirm a four-bar; None if the core finds no masses."""
     urdf, best = balanced_four_bar(four_bar)
     if urdf is None:
@@ -353,6 +380,7 @@ def _four_bar(four_bar: FourBarDesign) -> SynthesizedMechanism | None:
     return SynthesizedMechanism(
         four_bar.kind, four_bar.pivots(), tuple(angle - alpha[0] for angle in alpha),
         tuple(each.angle - first for each in four_bar.positions), four_bar.error,
+        four_bar.angle_error, four_bar.miss <= within,
         four_bar.tool_points(turns), tuple(map(four_bar.outline, range(len(alpha)))),
         four_bar.defects, urdf, None, None,
         confirm_balance(urdf, certified=False), numbers,

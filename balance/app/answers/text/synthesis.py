@@ -12,9 +12,11 @@ from balance.motion.motion_tolerances import SYNTHESIS_MOMENTUM, SYNTHESIS_SHAKI
 from balance.studies.synthesis.mechanism import Synthesis, SynthesizedMechanism
 from kinematics.wording import number_text, size_text
 
-HEAD = ("mechanism", "pivots (m)", "turns (deg)", "misses (m)", "momentum", "shaking",
+HEAD = ("mechanism", "pivots (m)", "turns (deg)", "misses", "momentum", "shaking",
         "design space", "defects")  # fmt: skip
 NONE = "-"
+# Angle error from which it is written, radians.
+ANGLE_SHOWN = 1e-9
 
 
 def synthesis_facts(synthesis: Synthesis) -> list[tuple[str, str]]:
@@ -91,11 +93,19 @@ def _row(mechanism: SynthesizedMechanism) -> tuple[str, ...]:
         mechanism.kind,
         pivots,
         turns,
-        size_text(mechanism.position_error),
+        _miss_text(mechanism),
         *sizes,
         space,
         defects,
     )
+
+
+def _miss_text(mechanism: SynthesizedMechanism) -> str:
+    """Write how far the tool is from its positions."""
+    place = f"{size_text(mechanism.position_error)} m"
+    if mechanism.angle_error <= ANGLE_SHOWN:
+        return place
+    return f"{place} and {number_text(math.degrees(mechanism.angle_error), '.3g')}°"
 
 
 def synthesis_body(synthesis: Synthesis) -> AnswerBody:

@@ -137,7 +137,7 @@ EXTREME = {
 @pytest.mark.table
 @pytest.mark.parametrize(("words", "code", "said"), [
     ("--positions '0,0,0; 0,0,0' --fixed 1,1", 3, "positions 1 and 2 coincide"),
-    ("--positions '0,0,0' --fixed 1,1", 2, "give two or three"),
+    ("--positions '0,0,0' --fixed 1,1", 2, "give 2 to 20"),
     ("--positions 'x' --fixed 1,1", 2, "is not x,y,deg"),
     ("--positions '0,0,nan; 1,1,1' --fixed 1,1", 2, "is not x,y,deg"),
     (f"--positions '{TWO}'", 2, "choose the fixed or the moving one"),

@@ -64,7 +64,10 @@ def test_the_pin_of_the_file_runs_in_the_slot(seed):
     curve = CubicSpline(grid, slot.points)
     assert np.abs(curve(steps) - pin).max() < 1e-7 * pantograph.chain.length
     # Curvature of a spline through places in time, away from its ends and from rest.
-    slope, bend = CubicSpline(grid, slot.points)(grid, 1), CubicSpline(grid, slot.points)(grid, 2)
+    slope, bend = (
+        CubicSpline(grid, slot.points)(grid, 1),
+        CubicSpline(grid, slot.points)(grid, 2),
+    )
     curvature = np.imag(slope.conj() * bend) / np.abs(slope) ** 3
     assert np.allclose(slot.curvature[5:-5], curvature[5:-5], rtol=1e-3, atol=1e-3)
     # Virtual work: the normal of the slot, and the pin with the input held.

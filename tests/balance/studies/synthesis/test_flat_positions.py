@@ -37,9 +37,8 @@ def test_the_written_file_passes_through_both_positions(found, tmp_path):
     path = tmp_path / "pantograph.urdf"
     path.write_bytes(best.urdf)
     at = best.first_position
-    assert set(at) == {"shoulder", "elbow"} and abs(at["shoulder"]) > 0.1
-    turn = best.link_turns[1]
-    moved = {"shoulder": at["shoulder"] + turn, "elbow": at["elbow"] - 2.0 * turn}
+    assert set(at) == {"shoulder"} and abs(at["shoulder"]) > 0.1
+    moved = {"shoulder": at["shoulder"] + best.link_turns[1]}
     linkage = kinematics.load(path)
     shoulder, elbow = (
         next(complex(*j.point[:2]) for j in linkage.joints if j.name == name)
@@ -48,10 +47,11 @@ def test_the_written_file_passes_through_both_positions(found, tmp_path):
     H = linkage.places["tool"].pose
     for (x, y, angle), pose in zip(PLACES, (at, moved), strict=True):
         assert np.abs(joint_positions(linkage, pose)).max() < math.pi  # the loops close
-        tool = elbow + (complex(*H[:2, 3]) - elbow) * cmath.exp(1j * pose["elbow"])
+        turn = -2.0 * pose["shoulder"]  # of the elbow, which the belt drives
+        tool = elbow + (complex(*H[:2, 3]) - elbow) * cmath.exp(1j * turn)
         tool = shoulder + (tool - shoulder) * cmath.exp(1j * pose["shoulder"])
         assert tool == pytest.approx(complex(x, y), abs=1e-9)
-        turned = math.atan2(H[1, 0], H[0, 0]) + pose["elbow"] + pose["shoulder"]
+        turned = math.atan2(H[1, 0], H[0, 0]) + turn + pose["shoulder"]
         assert turned == pytest.approx(angle, abs=1e-9)
 
 

@@ -131,7 +131,7 @@ def test_the_path_is_a_hypotrochoid(ratio):
     ([A, B], 0.0, UsageError, "k = 0: the first link stands still"),
     ([A, B], 1.0, UsageError, "k = 1: both links are one body"),
     ([A, B], math.nan, UsageError, "no finite number"),
-    ([A], -1.0, UsageError, "1 positions: give two or three"),
+    ([A], -1.0, UsageError, "1 positions: give 2 to 20"),
     ([A, B, (1, 1, 1)], -1.0, UsageError, "3 positions: give 2"),
     ([A, (0.3, 0.1, 0.2 + 2 * math.pi)], -1.0, SynthesisError, "coincide"),
     ([A, (0.5, 0.1, 0.2)], -1.0, SynthesisError, "same angle"),

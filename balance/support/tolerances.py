@@ -149,8 +149,6 @@ MOMENTUM_RESIDUAL_ILL_CONDITIONED = 1e-6
 PARALLEL_AXES_ROUNDED = 1e-15
 # Relative pivot that counts as round-off where the exact rank is known.
 KNOWN_RANK_RELATIVE = 2.0**-64
-# Singular value of unit rows: up to this, they are made independent in rational numbers.
-UNIT_ROWS_DEPENDENT = 1e-6
 
 # Least condition over the largest that exact arithmetic may add where axes of numbers as
 # written are tilted by round-off, and are made parallel.

@@ -22,16 +22,17 @@ from balance.space.conditions.collect import (
 )
 from balance.space.conditions.rank import singular_value_decomposition
 from balance.space.exact.modular_ranks import Exact
+from balance.space.exact.proof import independent_transfers
 from balance.space.exact.serial import ExactTransfer
 from balance.space.inertial_parameters.conversions import to_chain
 from balance.space.spaces.design_space import DesignSpace
 from balance.space.spaces.space_data import Order, rank_table
 from balance.space.transfers.compute_transfers import Transfers, serial_transfers
-from balance.support.tolerances import KNOWN_RANK_RELATIVE, UNIT_ROWS_DEPENDENT
+from balance.support.tolerances import KNOWN_RANK_RELATIVE
 from kinematics.closure.assembly.assemble import moving_chain
 from kinematics.model.arrays import Chain, Frame, freeze
 from kinematics.numerics.array_types import Array
-from kinematics.numerics.linalg.complete_pivoting import eliminate_by_largest
+from kinematics.numerics.linalg.exact_residuals import rows_apart
 from kinematics.numerics.linalg.rational import combination, dot
 
 
@@ -231,38 +232,17 @@ def _convert_transfers(chain: Chain, evidence: Evidence, rounded: Transfers) -> 
 def _span(chain: Chain, exact: Exact, transfers: Sequence[ExactTransfer]) -> Array:
     """Compute orthonormal rows that span transfers, in the units of the moving chain.
 
-    Vectors that floating point cannot tell apart are first made independent in rational
-    numbers, by Gauss-Jordan elimination with complete pivoting.
+    Vectors that floating point cannot tell apart are replaced by what is exactly left of them
+    beside the others.
     """
     force = len(exact.chain.rows) < (3 if chain.planar else 6)
     frame = Frame(chain.frame.R, np.zeros(3), chain.frame.length)
     units = to_chain(np.eye(10), frame, chain.planar, force)
-    vectors = [_vector(chain, exact, units, transfer) for transfer in transfers]
-    width = units.shape[1] * chain.links.size
-    rows = _orthonormalise(np.array(vectors, dtype=np.float64).reshape(-1, width))
-    if rows is None:
-        reduced = eliminate_by_largest(vectors)[0]
-        rows = _orthonormalise(np.array(reduced, dtype=np.float64), known=True)
-    assert rows is not None
-    return rows
-
-
-def _orthonormalise(A: Array, known: bool = False) -> Array | None:
-    """Compute orthonormal rows that span those of A; None if rows are nearly dependent.
-
-    Rows that depend on others exactly, up to round-off, are left out.
-
-    Args:
-        A: the rows.
-        known: whether the rows are known to be independent.
-    """
-    if not len(A):
-        return A
-    A = A / np.sqrt(np.sum(A**2, axis=1, keepdims=True))
-    _, values, Vt = singular_value_decomposition(A)
-    count = len(A) if known else int(np.sum(values > UNIT_ROWS_DEPENDENT))
-    doubtful = np.any((values <= UNIT_ROWS_DEPENDENT) & (values > 0.0)) and not known
-    return None if doubtful else Vt[:count]
+    independent = independent_transfers(exact.chain, transfers, exact.witness.prime)
+    vectors = [_vector(chain, exact, units, transfer) for transfer in independent]
+    if not vectors:
+        return np.empty((0, units.shape[1] * chain.links.size))
+    return singular_value_decomposition(rows_apart(vectors))[2][: len(vectors)]
 
 
 def _vector(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from itertools import count, islice
 from math import comb
 
@@ -78,8 +78,13 @@ class ExactConditions:
         twists = (momenta.twists for momenta in self._momenta)
         return min((x.closed for x in twists if x.closed < x.orders), default=len(self.ranks))
 
-    def extend(self) -> None:
-        """Add the conditions of the next order."""
+    def extend(self, likely: Collection[tuple[int, int, int, int]] = ()) -> None:
+        """Add the conditions of the next order.
+
+        Args:
+            likely: pivots modulo another prime. Their rows are added first, and others only if
+                these are not all.
+        """
         order, width = len(self.ranks), self._chain.rates.shape[1]
         spanning = comb(width + order - 1, order)
         for ray in count():
@@ -88,11 +93,26 @@ class ExactConditions:
                 self._momenta.append(Momenta(self._chain, self.rays[ray]))
             if self._echelon.rank == self._most:
                 break
-            added = self._echelon.absorb(self._momenta[ray].rows(order))
-            self.pivots += [(order, ray, row, column) for row, column in added]
-            if not added or ray + 1 >= spanning or self._echelon.rank == self._size:
+            rank, momenta = self._echelon.rank, self._momenta[ray]
+            self._absorb(order, ray, [row for k, r, row, _ in likely if (k, r) == (order, ray)])
+            # A few combinations of the rows show whether others add more.
+            if not self._echelon.implies(momenta.samples(order)):
+                self._absorb(order, ray, None)
+            if self._echelon.rank == rank:
+                break
+            if ray + 1 >= spanning or self._echelon.rank == self._size:
                 break
         self.ranks.append(self._echelon.rank)
+
+    def _absorb(self, order: int, ray: int, chosen: list[int] | None) -> None:
+        """Add the conditions of an order along a ray; ``chosen`` rows of them, None for all."""
+        if chosen == []:
+            return
+        rows = self._momenta[ray].rows(order, chosen)
+        names = range(len(rows)) if chosen is None else chosen
+        self.pivots += [
+            (order, ray, names[row], column) for row, column in self._echelon.absorb(rows)
+        ]
 
 
 def first_orders_of_motion(chain: ExactChain, order: int) -> IntArray:

@@ -8,6 +8,8 @@ room for 2^8 sums in the 53 bits of a double.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from kinematics.numerics.array_types import Array, IntArray
@@ -93,12 +95,16 @@ class Convolution:
         self._B[:, end - self._inner : end] = _halves(B)
         self._right += self._inner
 
-    def sum(self, count: int) -> IntArray:
-        """Multiply the first ``count`` orders of A by the last of B, in reverse order."""
+    def sum(self, count: int, chosen: Sequence[int] | None = None) -> IntArray:
+        """Multiply the first ``count`` orders of A by the last of B, in reverse order.
+
+        Args:
+            count: number of orders.
+            chosen: some of the rows of A; all by default.
+        """
         size, start = count * self._inner, self._B.shape[1] - self._right
-        return _product_with_halves(
-            self._A[:, :, :size], self._B[:, start : start + size], self._p
-        )
+        A = self._A[:, :, :size] if chosen is None else self._A[:, chosen, :size]
+        return _product_with_halves(A, self._B[:, start : start + size], self._p)
 
 
 def eliminate(A: IntArray, columns: int, p: int) -> IntArray:
@@ -142,6 +148,13 @@ class Echelon:
         """Number of rows."""
         return len(self._rows)
 
+    def implies(self, rows: IntArray) -> bool:
+        """Decide whether all of some rows are combinations of those there are."""
+        return not self._left_of(rows).any()
+
+    def _left_of(self, rows: IntArray) -> IntArray:
+        return (rows - product(rows[:, self._pivots], self._rows, self._p)) % self._p
+
     def absorb(self, rows: IntArray) -> list[tuple[int, int]]:
         """Add those rows that the ones before do not imply.
 
@@ -149,7 +162,7 @@ class Echelon:
             The index of each row that is added, and the column of its pivot.
         """
         p, columns = self._p, rows.shape[1]
-        rows = (rows - product(rows[:, self._pivots], self._rows, p)) % p
+        rows = self._left_of(rows)
         pivots = eliminate(rows, columns, p)
         added = np.flatnonzero(pivots >= 0)
         if added.size:

@@ -224,8 +224,10 @@ def _extend_runs(
     source: str, chain: ExactChain, runs: Sequence[ExactConditions]
 ) -> tuple[int, ...]:
     """Compute the next order modulo each prime; the ranks by order, the larger ones."""
-    for run in runs:
-        run.extend()
+    first, *others = runs
+    first.extend()
+    for run in others:
+        run.extend(first.pivots)
     ranks = tuple(map(max, *(run.ranks for run in runs)))
     closed = min(run.closed for run in runs)
     if closed < len(ranks):

@@ -35,6 +35,8 @@ from kinematics.numerics.linalg.cyclotomic import number_remainder
 
 _BRACKET, _RATE = (x.astype(np.int64).reshape(6, -1) for x in (BRACKET, RATE))
 _MOMENTUM = MOMENTUM.astype(np.int64)
+# Combinations of rows that stand for all of them, and the seed of their weights.
+SAMPLES, SEED = 2, 11
 
 
 class Remainders(NamedTuple):
@@ -241,18 +243,38 @@ class Momenta:
         rows = chain.rates.shape[1] * chain.momentum.shape[1] // 10
         self._carried_parameters = Convolution(bodies, 10, 10, size, p)
         self._products = Convolution(bodies, rows, 10, size, p)
+        self._samples = Convolution(bodies, SAMPLES, 10, size, p)
+        self._weights = np.random.default_rng(SEED).integers(1, p, (SAMPLES, rows))
 
-    def rows(self, order: int) -> IntArray:
+    def rows(self, order: int, chosen: Sequence[int] | None = None) -> IntArray:
         """Compute the rows of an order that is not below the last one computed.
+
+        Args:
+            order: the order.
+            chosen: some of the rows; all by default.
 
         Returns:
             Remainders (w × rows, bodies × parameters): for each column the rows of the
             momentum, and for each body the parameters that are counted.
         """
+        self._extend_to(order)
+        return _side_by_side(self._products.sum(order + 1, chosen))
+
+    def samples(self, order: int) -> IntArray:
+        """Compute random combinations of these rows, which cost a fraction of all.
+
+        If one of the rows is not implied by others, these combinations are not either, but for
+        one case in ``p^SAMPLES``.
+
+        Returns:
+            Remainders (`SAMPLES`, bodies × parameters).
+        """
+        self._extend_to(order)
+        return _side_by_side(self._samples.sum(order + 1))
+
+    def _extend_to(self, order: int) -> None:
         while self.twists.orders <= order:
             self._extend()
-        X = self._products.sum(order + 1)
-        return X.swapaxes(0, 1).reshape(X.shape[1], -1)
 
     def _extend(self) -> None:
         """Compute the next order of the twists, and of the parameters that bodies carry."""
@@ -264,8 +286,18 @@ class Momenta:
             Z = self._carried_parameters.sum(k) * inverse(k, p) % p
         self.twists.extend()
         T, V = self.twists.T[chain.links], self.twists.V[chain.links]
-        M = product(T.reshape(-1, 6), chain.momentum, p)
-        self._products.append_left(M.reshape(bodies, -1, 10))
-        self._products.append_right(Z)
+        M = product(T.reshape(-1, 6), chain.momentum, p).reshape(bodies, -1, 10)
+        for series, left in ((self._products, M), (self._samples, self._sample(M))):
+            series.append_left(left)
+            series.append_right(Z)
         self._carried_parameters.append_left((V @ _RATE % p).reshape(bodies, 10, 10))
         self._carried_parameters.append_right(Z)
+
+    def _sample(self, M: IntArray) -> IntArray:
+        """Combine the rows of all bodies alike: (bodies, rows, 10) to (bodies, samples, 10)."""
+        return product(self._weights, M, self._chain.prime)
+
+
+def _side_by_side(X: IntArray) -> IntArray:
+    """Put the columns of bodies (bodies, rows, parameters) beside each other."""
+    return X.swapaxes(0, 1).reshape(X.shape[1], -1)

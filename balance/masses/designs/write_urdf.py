@@ -17,9 +17,9 @@ from kinematics.model.linkage import UnassembledLinkage
 def replace_inertials(linkage: UnassembledLinkage, inertials: Mapping[str, str]) -> bytes:
     """Return the linkage's URDF file with new inertial parameters of its bodies.
 
-    Links that fixed joints join are one body, named after its topmost link. That link gets
-    the whole ``<inertial>``, and the others lose theirs. Links of other bodies, such as the
-    ground, do not change.
+    Links that fixed joints join, or that a loop without a joint welds together, are one body,
+    named after its topmost link. That link gets the whole ``<inertial>``, and the others lose
+    theirs. Links of other bodies, such as the ground, do not change.
 
     Args:
         linkage: a linkage that was read from a file.
@@ -36,14 +36,32 @@ def replace_inertials(linkage: UnassembledLinkage, inertials: Mapping[str, str])
     data, tree = read_source(linkage, "link", "in which masses could be replaced")
     assert linkage.tree is not None
     links = {link.name: link for link in tree.every("link")}
-    top = topmost_links(linkage.tree)
+    top, welded = topmost_links(linkage.tree), _welded_bodies(linkage)
     text = _Inertials(data)
     splices = [
         text.replacement(link, inertials.get(name))
         for name, link in links.items()
-        if top[name] in inertials
+        if welded.get(linkage.places[name].link, top[name]) in inertials
     ]
     return text.replace([splice for splice in splices if splice is not None])
+
+
+def _welded_bodies(linkage: UnassembledLinkage) -> dict[int, str]:
+    """Find the body of each link that loops without a joint weld to the link of a body."""
+    groups: dict[int, set[int]] = {}
+    for loop in linkage.loops:
+        if not linkage.joints[loop.end].in_loop:
+            group = groups.get(loop.end, {loop.end}) | groups.get(
+                loop.successor, {loop.successor}
+            )
+            groups |= dict.fromkeys(group, group)
+    names = {body.link: body.name for body in linkage.bodies}
+    return {
+        link: names[other]
+        for link, group in groups.items()
+        for other in group
+        if link not in names and other in names
+    }
 
 
 class _Inertials(Text):

@@ -18,7 +18,17 @@ from kinematics.files.urdf.read_options import ReadOptions
 from kinematics.loading.model_gallery import gallery
 from tests.support.laws import point_masses, sums
 from tests.support.sidecar_text import PAIR, bench, written
-from tests.support.urdf_text import EYE, FOUR_BAR, along, inertial_of, joint, link, pose_of
+from tests.support.urdf_text import (
+    EYE,
+    FOUR_BAR,
+    along,
+    inertial_of,
+    joint,
+    link,
+    loop,
+    pose_of,
+    saved,
+)
 
 ELEMENT = "<inertial>\n  <mass/>\n</inertial>"
 ANY = re.compile(rb"[\r\n]*[ \t]*<inertial\b[^>]*(?:/>|>.*?</inertial\s*>)", re.DOTALL)
@@ -208,3 +218,27 @@ def test_what_cannot_be_written(robot, tmp_path):
     model = yourdfpy.URDF.load(str(path), load_meshes=False, build_scene_graph=False)
     with pytest.raises(FileError, match="a model in memory, .*; load .* the path"):
         replace_inertials(read_loaded_model(model), {"crank": ELEMENT})
+
+
+def test_links_that_a_loop_welds_share_the_masses_of_their_body(tmp_path):
+    """Two halves of a coupler: the first gets all masses, also those that a part brings."""
+    bars = [
+        *(link(name, 2.0, np.eye(3), along([0.3, 0.1, 0.2])) for name in "abcdp"),
+        joint("j1", "revolute", "base", "a", axis=[0, 0, 1]),
+        joint("j2", "revolute", "a", "c", along([0.0, 1.0, 0.0]), [0, 0, 1]),
+        joint("j3", "revolute", "base", "b", along([2.0, 0.0, 0.0]), [0, 0, 1]),
+        joint("j4", "revolute", "b", "d", along([0.2, 1.2, 0.0]), [0, 0, 1]),
+        joint("held", "fixed", "d", "p", along([0.0, 0.5, 0.0])),
+        loop("halves", "fixed", ("c", "d"), (along([1.0, 0.1, 0.0]), along([-1.2, -0.1, 0.0]))),
+    ]
+    linkage = kinematics.load(saved(tmp_path, link("base"), *bars))
+    assert [body.name for body in linkage.bodies] == ["a", "c", "b"]
+    assert linkage.bodies[1].inertia[0] == 6.0
+    elements, expected = redrawn(linkage, 3)
+    out = tmp_path / "out.urdf"
+    out.write_bytes(replace_inertials(linkage, elements))
+    close(kinematics.load(out).bodies, expected)
+    kept = {name: element for name, element in elements.items() if name != "c"}
+    out.write_bytes(replace_inertials(linkage, kept))
+    again = kinematics.load(out).bodies
+    close([again[1]], [linkage.bodies[1].inertia])

@@ -63,7 +63,7 @@ def describe_conflict(space: DesignSpace, Z: Array, constraints: Constraints) ->
             f"{verdict}: {listed}, as kept, cannot be balanced by any masses of the others; "
             "keep fewer links"
         )
-    extent = np.abs(Z[:, :-1]).max() > CERTIFICATE_ENTRY_RELATIVE * sizes.max()
+    extent = np.abs(Z[:, :-1, :-1]).max() > CERTIFICATE_ENTRY_RELATIVE * sizes.max()
     what = "some second moments" if extent else "the masses"
     sums = f"{what} of {listed} {'are zero' if len(clash) == 1 else 'add up to zero'}"
     positive = "which are positive for bodies that can be built"

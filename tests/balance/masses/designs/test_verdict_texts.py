@@ -24,5 +24,16 @@ def test_a_verdict_names_few_links(count, words):
     assert words in describe_conflict(space, np.ones((count, 3, 3)), Constraints())
 
 
+@pytest.mark.parametrize(
+    ("second", "words"),
+    [(1e-14, "the masses of l0 and l1"), (0.5, "some second moments of l0")],
+)
+def test_weights_of_first_moments_alone_are_those_of_masses(second, words):
+    """A positive matrix has entries of s beside 1 where its second moments have s²."""
+    Z = np.array([[[second, 1e-7], [1e-7, 1.0]]] * 2)
+    space = SimpleNamespace(bodies=("l0", "l1"), balance="force")
+    assert words in describe_conflict(space, Z, Constraints())
+
+
 def test_partial_balance_is_advised_with_the_budget_that_it_needs():
     assert "balance reduce --links LINKS --budget KG" in OTHER_WAYS[1]

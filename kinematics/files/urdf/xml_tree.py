@@ -31,9 +31,11 @@ MAX_TOKEN = 2**20
 _CHUNK = 2**16
 
 _POINTER = b"version https://git-lfs"
-# Byte order mark, blanks and comments, and a declaration after them.
+# Byte order mark, blanks and comments, and a declaration after them. What is before it is
+# matched once: a comment that could end at any later ``-->`` takes for ever in a file without
+# declaration.
 _MISPLACED = re.compile(
-    rb"(\xef\xbb\xbf)?((?:[ \t\r\n]|<!--.*?-->)+)(<\?xml[ \t\r\n][^>]*\?>)", re.DOTALL
+    rb"(\xef\xbb\xbf)?((?>(?:[ \t\r\n]|<!--.*?-->)+))(<\?xml[ \t\r\n][^>]*\?>)", re.DOTALL
 )
 _WIDE = (b"\xff\xfe\0\0", b"\0\0\xfe\xff")
 _REMEDIES = {

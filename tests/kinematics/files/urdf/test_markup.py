@@ -6,6 +6,7 @@ import re
 import pytest
 
 from kinematics.files.formats.robot_files import read_robot
+from tests.support.limited_process import run_limited
 from tests.support.urdf_text import FOUR_BAR, refusal
 
 
@@ -37,6 +38,22 @@ def test_blanks_and_comments_before_the_declaration(robot, first, encoding):
         assert (one.tag, one.attributes) == (other.tag, other.attributes)
         assert other.line == one.line + lines
         assert other.span == (one.span[0] + shift, one.span[1] + shift)
+
+
+READ = """
+import sys
+from kinematics.files.formats.robot_files import read_robot
+read_robot(sys.argv[1])
+"""
+
+
+def test_many_comments_without_a_declaration_are_read_at_once(robot):
+    """Two ways to end each comment would be 2^60 ways to read them; a limit ends such a run."""
+    text = FOUR_BAR.partition("?>")[2].replace("<link", "<!-- a -->\n <link")
+    path = robot(
+        "<!-- license -->\n" + text.replace("</robot>", "<!-- b -->\n" * 60 + "</robot>")
+    )
+    assert run_limited(READ, str(path)).stdout == ""
 
 
 @pytest.mark.parametrize("percent", range(10, 100))

@@ -11,6 +11,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
+from functools import cached_property
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -306,6 +307,11 @@ class Linkage(UnassembledLinkage):
             ("inputs", first_names(self.inputs)),
             ("source", self.source),
         )
+
+    @cached_property
+    def body_names(self) -> tuple[str, ...]:
+        """Names of the bodies, in their order."""
+        return names_of(self.bodies)
 
     @property
     def planar(self) -> bool:

@@ -267,7 +267,7 @@ def _decide_by_transfers(space: DesignSpace, constraints: Constraints) -> Feasib
 def _transfers_alone(space: DesignSpace) -> DesignSpace:
     """Return the space of the inertia transfers alone."""
     basis = space.decision.basis[:, : space.serial_nullity]
-    return replace(space, decision=replace(space.decision, basis=basis))
+    return replace(space, decision=space.decision.with_basis(basis))
 
 
 def _proof(

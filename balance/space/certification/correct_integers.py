@@ -201,7 +201,7 @@ def _with_conditions(
         nullity: largest number of columns of the basis.
     """
     decision = gathered.conditions.decide()
-    decision = replace(decision, basis=freeze(decision.basis[:, :nullity]))
+    decision = decision.with_basis(decision.basis[:, :nullity])
     count = len(gathered.conditions.known)
     complete = decision.basis.shape[1] == count
     return replace(

@@ -22,7 +22,7 @@ from balance.space.conditions.order_kernels import (
     conditions_up_to_order,
     generic_directions,
 )
-from balance.space.conditions.rank import Conditions
+from balance.space.conditions.rank import Conditions, Pivots
 from balance.space.momentum.regressor import rows_at, rows_per_column, select_rows
 from balance.support.tolerances import SHORT_CONVERGENCE_RADIUS
 from kinematics.closure.continuation import continue_in_directions
@@ -31,6 +31,7 @@ from kinematics.errors import MobilityError
 from kinematics.model.arrays import Chain, freeze
 from kinematics.numerics.array_types import Array
 from kinematics.numerics.linalg.pivoted_qr import round_off
+from kinematics.numerics.tolerances import RANK_MARGIN
 
 # Most poses in one batch, and most multiplications, rows times the square of the unknowns, to
 # factor it: seconds. A large linkage has more rows in few poses than it has unknowns; those of
@@ -99,14 +100,39 @@ def collect_conditions(
     conditions, ranks, settled, radius = collected
     poses = 0
     if max_order is None and not conditions.complete:
-        if not settled or radius < SHORT_CONVERGENCE_RADIUS or conditions.ill_conditioned:
+        if not orders_suffice(settled, radius, conditions.pivots):
             conditions, poses, settled = add_poses(chain, force, conditions)
     return CollectedConditions(conditions, tuple(ranks), poses, settled)
 
 
+def orders_suffice(settled: bool, radius: float, pivots: Pivots) -> bool:
+    """Decide whether conditions at the reference pose need none at poses all around.
+
+    Args:
+        settled: whether a finite pose that was not used adds none.
+        radius: radius of convergence, in units of the coordinates.
+        pivots: those of the conditions.
+    """
+    near = radius < SHORT_CONVERGENCE_RADIUS or pivots.are_near_round_off(RANK_MARGIN)
+    return settled and not near
+
+
+def ranks_that_count(ranks: Sequence[int], settled: bool) -> Sequence[int]:
+    """Leave out the last orders if they add nothing, and no other order is needed.
+
+    Args:
+        ranks: rank after each order.
+        settled: whether no other order is needed, and none was asked for.
+    """
+    count = len(ranks)
+    while settled and count > 1 and ranks[count - 1] == ranks[count - 2]:
+        count -= 1
+    return ranks[:count]
+
+
 def _conditions_along(
     rays: Array, chain: Chain, force: bool, begun: OrderResult, goals: Sequence[int], stop: bool
-) -> tuple[Conditions, list[int], bool, float] | None:
+) -> tuple[Conditions, Sequence[int], bool, float] | None:
     """Collect the conditions of all orders along rays.
 
     Args:
@@ -131,10 +157,8 @@ def _conditions_along(
         step = conditions_up_to_order(
             chain, rays, force, step.conditions, step.ranks, later.pop(0), stop
         )
-    listed: list[int] = step.ranks.tolist()
-    while step.settled and stop and len(listed) > 1 and listed[-1] == listed[-2]:
-        listed.pop()
-    return step.conditions, listed, step.settled, step.convergence_radius
+    ranks = ranks_that_count(step.ranks.tolist(), step.settled and stop)
+    return step.conditions, ranks, step.settled, step.convergence_radius
 
 
 def conditions_by_order(

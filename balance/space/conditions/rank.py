@@ -8,9 +8,8 @@ because that would turn round-off into a condition.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import cached_property
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 import numpy as np
 
@@ -23,6 +22,24 @@ from kinematics.numerics.linalg.pivoted_qr import (
     updated_factor,
 )
 from kinematics.numerics.tolerances import RANK_MARGIN, RANK_RELATIVE
+
+
+class Pivots(NamedTuple):
+    """Sizes of the pivots of conditions.
+
+    Attributes:
+        least: the smallest one; infinite if there is none.
+        largest: the largest one.
+        tolerance: pivots up to this part of the largest are round-off.
+    """
+
+    least: float
+    largest: float
+    tolerance: float
+
+    def are_near_round_off(self, margin: float) -> bool:
+        """Whether the smallest pivot is within a factor of round-off."""
+        return self.least < margin * self.tolerance * self.largest
 
 
 class Conditions(NamedTuple):
@@ -88,8 +105,13 @@ class Conditions(NamedTuple):
     @property
     def ill_conditioned(self) -> bool:
         """Whether the smallest pivot is near round-off."""
-        smallest = smallest_pivot(self.factor, self.permutation)
-        return bool(smallest < RANK_MARGIN * self.tolerance * self.scale)
+        return self.pivots.are_near_round_off(RANK_MARGIN)
+
+    @property
+    def pivots(self) -> Pivots:
+        """Sizes of the pivots."""
+        least = float(smallest_pivot(self.factor, self.permutation))
+        return Pivots(least, self.scale, self.tolerance)
 
     @property
     def rows(self) -> Array:
@@ -123,7 +145,7 @@ class Conditions(NamedTuple):
     def decide(self) -> Decision:
         """Compute the null space of the conditions."""
         basis = known_and_null_space(self.known, self.factor, self.permutation, self.columns).T
-        return Decision(self, freeze(basis))
+        return Decision(NullSpace(self, freeze(basis)))
 
 
 def _plain(rows: Array) -> Array:
@@ -131,17 +153,54 @@ def _plain(rows: Array) -> Array:
     return np.array(rows, dtype=np.float64, order="C")
 
 
-@dataclass(frozen=True, eq=False)
-class Decision:
-    """A null space, and the numbers behind its rank, which are computed at first use.
+class Solved(Protocol):
+    """Conditions with their null space, which may be made when they are asked for."""
 
-    Attributes:
-        conditions: all of them.
-        basis: orthonormal null space, the known solutions first (unknowns, nullity).
-    """
+    @property
+    def conditions(self) -> Conditions:
+        """All conditions."""
+
+    @property
+    def basis(self) -> Array:
+        """Orthonormal null space, the known solutions first (unknowns, nullity)."""
+
+    @property
+    def pivots(self) -> Pivots:
+        """Sizes of the pivots of the conditions."""
+
+
+class NullSpace(NamedTuple):
+    """Conditions and their null space; see `Solved`."""
 
     conditions: Conditions
     basis: Array
+
+    @property
+    def pivots(self) -> Pivots:
+        """Sizes of the pivots of the conditions."""
+        return self.conditions.pivots
+
+
+class Decision:
+    """A null space, and the numbers behind its rank, which are computed at first use."""
+
+    def __init__(self, solved: Solved) -> None:
+        """Keep conditions and null space, or what makes them at first use."""
+        self._solved = solved
+
+    @property
+    def conditions(self) -> Conditions:
+        """All conditions."""
+        return self._solved.conditions
+
+    @property
+    def basis(self) -> Array:
+        """Orthonormal null space, the known solutions first (unknowns, nullity)."""
+        return self._solved.basis
+
+    def with_basis(self, basis: Array) -> Decision:
+        """Replace the null space by another one, whose columns are orthonormal."""
+        return Decision(NullSpace(self.conditions, freeze(basis)))
 
     @property
     def rank(self) -> int:
@@ -170,12 +229,11 @@ class Decision:
     @property
     def ill_conditioned(self) -> bool:
         """Whether the smallest singular value that counts is near round-off."""
-        conditions = self.conditions
-        least = smallest_pivot(conditions.factor, conditions.permutation)
-        near = RANK_MARGIN * conditions.tolerance
         # Pivots exceed the singular values they stand for by less than 20 in practice, though
         # W. Kahan's matrices (1966) show no such bound: a factor of RANK_MARGIN is ample.
-        return bool(least < RANK_MARGIN * near * conditions.scale and self.kept < near)
+        pivots = self._solved.pivots
+        near = pivots.are_near_round_off(RANK_MARGIN * RANK_MARGIN)
+        return near and self.kept < RANK_MARGIN * pivots.tolerance
 
     @cached_property
     def _values(self) -> Array:

@@ -18,7 +18,7 @@ from balance.space.conditions.collect import (
 from balance.space.conditions.rank import Decision
 from balance.space.momentum.regressor import parameters_per_body
 from balance.space.spaces.design_space import DesignSpace
-from balance.space.spaces.first_orders import first_orders
+from balance.space.spaces.first_orders import FirstOrders, first_orders
 from balance.space.spaces.space_data import rank_table
 from balance.space.transfers.compute_transfers import Transfers, serial_transfers
 from balance.support.options import Balance
@@ -26,7 +26,7 @@ from kinematics.closure.assembly.assemble import moving_chain
 from kinematics.errors import MobilityError
 from kinematics.loading.model_gallery import LinkageLike, as_linkage
 from kinematics.model.arrays import Chain
-from kinematics.model.linkage import Linkage, Notice, names_of
+from kinematics.model.linkage import Linkage, Notice
 from kinematics.model.motion import Motion, motion_of
 from kinematics.numerics.compiled.background import kernel_clock
 from kinematics.numerics.tolerances import MARGIN_DETERMINED
@@ -79,7 +79,7 @@ def design_space(
         >>> space.rank, space.nullity, space.kmax
         (8, 4, 3)
     """
-    linkage = as_linkage(linkage)
+    linkage = linkage if isinstance(linkage, Linkage) else as_linkage(linkage)
     if balance not in ("dynamic", "force"):
         raise ValueError(f"balance must be 'dynamic' or 'force', not {balance!r}")
     if max_order is not None and not (
@@ -90,21 +90,23 @@ def design_space(
     chain, force = moving_chain(linkage, motion, spatial), balance == "force"
     parameters = chain.links.size * parameters_per_body(chain.planar, force)
     kernel_clock.foresee(ELIMINATION * parameters**3)
-    tolerance, first = relative_tolerance(chain), first_orders(chain, force, max_order)
-    transfers = first.transfers if first else serial_transfers(chain, force, tolerance)
-    try:
-        gathered = collect_conditions(
-            chain, transfers.rows, force, tolerance, max_order, first and first.orders
-        )
-    except MobilityError as error:
-        raise MobilityError(f"{linkage.source}: {error}") from None
-    if first and gathered.conditions is first.orders.conditions:
-        decision = first.decision
+    first = first_orders(chain, force, max_order)
+    if first is not None and first.suffice:
+        ranks, poses, settled, serial = first.ranks, 0, first.settled, first.serial
+        transfers, decision = first.transfers, Decision(first)
     else:
-        decision = gathered.conditions.decide()
-    return _build_space(
-        linkage, chain, motion, balance, max_order, transfers, gathered, decision
-    )
+        gathered, transfers = _collect(linkage, chain, force, max_order, first)
+        conditions, ranks, poses, settled = gathered
+        serial, decision = len(conditions.known), conditions.decide()
+    return DesignSpace(
+        source=linkage.source, linkage=linkage, motion=motion, balance=balance,
+        planar=chain.planar, bodies=linkage.body_names, inputs=linkage.inputs,
+        idle=_idle(linkage, chain), poses=poses, settled=settled,
+        orders=rank_table(ranks, parameters), serial_nullity=serial, axes=chain.frame.R,
+        frames=linkage.frames, length=chain.frame.length,
+        notices=(*linkage.notices, *_notices(chain, settled, decision)),
+        highest_order=max_order, decision=decision, chain=chain, chain_transfers=transfers,
+    )  # fmt: skip
 
 
 def as_space(model: DesignSpace | LinkageLike) -> DesignSpace:
@@ -119,22 +121,21 @@ def as_space(model: DesignSpace | LinkageLike) -> DesignSpace:
     return model if isinstance(model, DesignSpace) else design_space(model)
 
 
-def _build_space(
-    linkage: Linkage, chain: Chain, motion: Motion | None, balance: Balance,
-    highest: int | None, transfers: Transfers, gathered: CollectedConditions,
-    decision: Decision,
-) -> DesignSpace:  # fmt: skip
-    """Build the design space from its conditions and their null space."""
-    return DesignSpace(
-        source=linkage.source, linkage=linkage, motion=motion, balance=balance,
-        planar=chain.planar, bodies=names_of(linkage.bodies), inputs=linkage.inputs,
-        idle=_idle(linkage, chain), poses=gathered.poses, settled=gathered.settled,
-        orders=rank_table(gathered.ranks, len(decision.basis)),
-        serial_nullity=len(gathered.conditions.known), axes=chain.frame.R,
-        frames=linkage.frames, length=chain.frame.length,
-        notices=(*linkage.notices, *_notices(chain, gathered.settled, decision)),
-        highest_order=highest, decision=decision, chain=chain, chain_transfers=transfers,
-    )  # fmt: skip
+def _collect(
+    linkage: Linkage, chain: Chain, force: bool, max_order: int | None,
+    first: FirstOrders | None,
+) -> tuple[CollectedConditions, Transfers]:  # fmt: skip
+    """Collect more conditions than those of the first orders, which are not enough."""
+    tolerance = relative_tolerance(chain)
+    transfers = first.transfers if first else serial_transfers(chain, force, tolerance)
+    begun = first.orders if first else None
+    try:
+        gathered = collect_conditions(
+            chain, transfers.rows, force, tolerance, max_order, begun
+        )
+    except MobilityError as error:
+        raise MobilityError(f"{linkage.source}: {error}") from None
+    return gathered, transfers
 
 
 def _idle(linkage: Linkage, chain: Chain) -> tuple[str, ...]:

@@ -151,7 +151,7 @@ BREAKS = {
     "one order less": lambda space: {"orders": space.orders[:-1]},
     "the serial part": lambda space: {"serial_nullity": space.serial_nullity - 1},
     "the rank": lambda space: {
-        "decision": replace(space.decision, basis=space.decision.basis[:, 1:])
+        "decision": space.decision.with_basis(space.decision.basis[:, 1:])
     },
 }  # fmt: skip
 

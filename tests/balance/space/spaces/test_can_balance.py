@@ -9,6 +9,7 @@ import pytest
 
 import balance
 from balance.masses.designs.feasibility import feasible
+from balance.space.conditions.rank import Decision, NullSpace
 from kinematics.closure.joint_positions import joint_positions, si_chain
 from kinematics.closure.newton import forward_kinematics
 from kinematics.loading.model_gallery import find, load
@@ -117,7 +118,7 @@ def test_what_is_in_doubt_is_undecided():
     whole = balance.design_space("four_bar_kite_balanced")
     decision = whole.decision
     doubtful = decision.conditions._replace(dropped=1e-6)
-    unsure = replace(whole, decision=replace(decision, conditions=doubtful))
+    unsure = replace(whole, decision=Decision(NullSpace(doubtful, decision.basis)))
     assert unsure.doubts and unsure.can_balance.verdict == "undecided"
 
 

@@ -103,7 +103,7 @@ def _make_series_kernel(dim):
     """
 
     @kernel(reference_counting=False)
-    def series(first, last, chain, screws, rays, workspace):
+    def series(first, last, begin, end, chain, screws, rays, workspace):
         """Compute orders first … last of the closed motion along rays.
 
         See the head of this file for the formulas.
@@ -111,6 +111,8 @@ def _make_series_kernel(dim):
         Args:
             first: the first order; those before must be in the workspace.
             last: the last order.
+            begin: the first ray; all rays share order 0 of ray 0, which comes before others.
+            end: the ray after the last one.
             chain: in; arrays of the chain, as `Chain.walked`.
             screws: in; joint screws at the pose (n, dim), chain units.
             rays: in; directions δ (count, width).
@@ -120,12 +122,13 @@ def _make_series_kernel(dim):
         F, numbers, S, V, C, T, residual = workspace
         nd, rows, joints = F.shape[0], envelope[COUNT, ROWS], envelope[JOINT]
         diagonal, b, correction = numbers[:nd], numbers[nd : nd + rows], numbers[nd + rows :]
-        if first == 0:
-            fill_envelope(screws, mimics, envelope, F)
-            factor_envelope(F, envelope, diagonal)
-        for k in range(first, last + 1):
-            residual[k] = 0.0
-        for ray in range(rays.shape[0]):
+        if begin == 0:
+            if first == 0:
+                fill_envelope(screws, mimics, envelope, F)
+                factor_envelope(F, envelope, diagonal)
+            for k in range(first, last + 1):
+                residual[k] = 0.0
+        for ray in range(begin, end):
             s, v, c, t = S[ray], V[ray], C[ray], T[ray]
             for k in range(first, last + 1):
                 carry_screws(dim, k, parent, screws, v, s)
@@ -250,7 +253,7 @@ def expand_from(chain: Chain, screws: Array, rays: Array, order: int) -> Series:
     residual = np.empty(order + 1)
     series = planar_series if screws.shape[1] == 3 else spatial_series
     workspace = (*scratch, V, C, T, residual)
-    series(0, order, chain.walked, screws, read_only(rays), workspace)
+    series(0, order, 0, count, chain.walked, screws, read_only(rays), workspace)
     chain.give_back(purpose, borrowed)
     return Series(C, V, T, residual)
 

@@ -46,9 +46,10 @@ def _regressor(chain, links, q, workspace):
     parent, screws, _, _, _, moves, _ = chain
     series, (H, N, X, _), _, (pose, carried, ray, scratch) = workspace
     place_links(parent, screws, q, pose, carried, scratch)
-    spatial_series(0, 0, chain, carried, ray, series)
+    spatial_series(0, 0, 0, 1, chain, carried, ray, series)
     X[:] = 0.0
-    spatial_regressor(0, 0, pose, links, moves, series[3][:, :1], series[5][:, :1], H, N, X)
+    V, T = series[3][:, :1], series[5][:, :1]
+    spatial_regressor(0, 0, 0, 1, pose, links, moves, V, T, H, N, X)
     return X
 
 
@@ -144,7 +145,7 @@ def _walk(chain, ray, length, q, scratch_q, workspace):
     place_links(parent, screws, q, pose, carried, scratch)
     remaining_length = length
     for _ in range(MAX_CELL_STEPS):
-        spatial_series(0, SERIES_ORDER, chain, carried, rays, series)
+        spatial_series(0, SERIES_ORDER, 0, 1, chain, carried, rays, series)
         step = follow_series(
             chain, q, series[4][0], ray, remaining_length, scratch_q, pose, carried, steps
         )

@@ -30,7 +30,7 @@ from balance.space.spaces.space_data import Order, rank_table
 from balance.space.transfers.compute_transfers import Transfers, serial_transfers
 from balance.support.tolerances import KNOWN_RANK_RELATIVE
 from kinematics.closure.assembly.assemble import moving_chain
-from kinematics.model.arrays import Chain, Frame, freeze
+from kinematics.model.arrays import Chain, Frame
 from kinematics.numerics.array_types import Array
 from kinematics.numerics.linalg.exact_residuals import rows_apart
 from kinematics.numerics.linalg.rational import combination, dot

@@ -63,6 +63,48 @@ def generic_directions(begin: int, end: int, width: int) -> Array:
     return freeze(np.reshape(directions, (end - begin, width)))
 
 
+def _ray_kernel(dim):
+    """Make the kernel for twists of ``dim`` components: 6 in space, 3 in a plane."""
+
+    @kernel(reference_counting=False)
+    def ray_kernel(ray, first, last, far, chain, screws, start, links, rays, series, moments):
+        """Expand the motion along one ray, and the rows of the regressor.
+
+        Args:
+            ray: number of the ray; ray 0 comes first.
+            first: first order that is not known.
+            last: last order of the rows.
+            far: last order of the motion.
+            chain: in: arrays of the chain, as `Chain.walked`.
+            screws: in: joint screws at the pose (n, dim).
+            start: in: displacements of the links at the pose, or none of them.
+            links: in: link of each body (bodies,).
+            rays: in: directions (count, width).
+            series: in, out: as from `series_workspace`.
+            moments: in, out: as from `moments_workspace`.
+        """
+        _, _, _, _, _, moves, _ = chain
+        _, _, _, V, _, T, _ = series
+        H, N, X, rows = moments
+        per_ray = moves.shape[1] * X.shape[3]
+        for k in range(first, last + 1):
+            for i in range(ray * per_ray, (ray + 1) * per_ray):
+                for j in range(rows.shape[2]):
+                    rows[k, i, j] = 0.0
+        end, new = ray + 1, X[first:]
+        if dim == 3:
+            planar_series(first, far, ray, end, chain, screws, rays, series)
+            planar_regressor(first, last, ray, end, start, links, moves, V, T, H, N, new)
+        else:
+            spatial_series(first, far, ray, end, chain, screws, rays, series)
+            spatial_regressor(first, last, ray, end, start, links, moves, V, T, H, N, new)
+
+    return ray_kernel
+
+
+_expand_spatial_ray, _expand_planar_ray = _ray_kernel(6), _ray_kernel(3)
+
+
 def _orders_kernel(dim):
     """Make the kernel for twists of ``dim`` components: 6 in space, 3 in a plane."""
 
@@ -70,9 +112,12 @@ def _orders_kernel(dim):
     def orders_kernel(chain, links, rays, orders, lower, result, workspaces):
         """Collect the conditions of orders up to the highest, after those that are known.
 
-        The step to a fresh pose stays within the radius of convergence. A missing condition of
-        high order may be too small to see there, so that several steps are needed. With one
-        coordinate the series at the reference pose predicts the first step.
+        Rays are expanded as far as conditions need them: the first one to the highest order,
+        which gives the radius of convergence. Rows of order k are weighted by ``radius**k``.
+
+        The step to a fresh pose stays within that radius. A missing condition of high order may
+        be too small to see there, so that several steps are needed. With one coordinate the
+        series at the reference pose predicts the first step.
 
         Args:
             chain: in: arrays of the chain, as `Chain.walked`.
@@ -96,49 +141,45 @@ def _orders_kernel(dim):
         goal, stop, steps = orders
         R, permutation, unknowns, scale, dropped, tolerance, done = lower
         ranks, order, out = result
-        flat, for_series, (H, N, X, rows), near, (H1, N1, X1, rows1), for_steps, poses = (
-            workspaces
-        )
-        parent, screws, _, _, columns, moves, _ = chain
+        flat, known, for_series, moments, near, fresh_moments, for_steps, poses = workspaces
+        parent, screws, _, _, columns, _, _ = chain
         start, q, pose, carried, none, ray = poses
-        _, _, _, V, C, T, residual = for_series
+        _, _, _, _, C, _, residual = for_series
+        _, _, _, _, near_C, _, _ = near
+        _, _, X, rows = moments
+        _, _, _, fresh_rows = fresh_moments
+        _, _, rates, displacements = for_steps
         count, width, per = rays.shape[0], columns.shape[1], X.shape[3]
-        m, rank = count * width * per, R.shape[0]
+        per_ray, rank = width * per, R.shape[0]
         for k in range(permutation.size):
             order[k] = permutation[k]
         p = unknowns.size
-        padded = -(-p // VECTOR_WIDTH) * VECTOR_WIDTH
-        F = flat[: (p + m + 1) * padded].reshape((p + m + 1, padded))
+        padded, lines = -(-p // VECTOR_WIDTH) * VECTOR_WIDTH, p + count * per_ray + 1
+        F = flat[: lines * padded].reshape((lines, padded))
         factor = Factor(F, order, unknowns, tolerance)
         take_factor(R, order, F)
         settled, enough_rays, pose_found, fresh = False, True, True, rows[0, :0]
-        radius = slowest = mismatch = 1.0
-        begin = 0
+        radius = slowest = 1.0
+        # Number of orders that are known along each ray.
+        for i in range(count):
+            known[i] = 0
+        top = 0
         # With several coordinates the last order costs most, and is needed least.
         for upto in range(goal - 1 if stop and width > 1 else goal, goal + 1):
             if settled or not (enough_rays and pose_found):
                 break
             top = upto if stop else max(upto, FIRST_EXPANSION_ORDER)
-            here, turned = V[:count], T[:count]
-            # Series of the motion, and rows X_k of the regressor, for orders begin … upto.
-            for k in range(begin, upto + 1):
-                for i in range(m):
-                    for j in range(rows.shape[2]):
-                        rows[k, i, j] = 0.0
             if dim == 3:
-                planar_series(begin, top, chain, screws, rays, for_series)
-                planar_regressor(begin, upto, none, links, moves, here, turned, H, N, X[begin:])
+                _expand_planar_ray(
+                    0, known[0], upto, top, chain, screws, none, links, rays, for_series,
+                    moments,
+                )  # fmt: skip
             else:
-                spatial_series(begin, top, chain, screws, rays, for_series)
-                spatial_regressor(
-                    begin, upto, none, links, moves, here, turned, H, N, X[begin:]
-                )
-            begin = upto + 1
-            # mismatch = max_k |residual_k|
-            mismatch = 0.0
-            for k in range(top + 1):
-                mismatch = max(mismatch, residual[k])
-            rates = for_steps[2]
+                _expand_spatial_ray(
+                    0, known[0], upto, top, chain, screws, none, links, rays, for_series,
+                    moments,
+                )  # fmt: skip
+            known[0] = upto + 1
             radius = radius_along(C[0, : top + 1], rays[0], rates)
             # slowest = min_j |rate_j| / max_j |rate_j|
             least, largest = np.inf, 0.0
@@ -146,16 +187,46 @@ def _orders_kernel(dim):
                 rate = abs(rates[0, j])
                 least, largest = min(least, rate), max(largest, rate)
             slowest = least / largest
-            while enough_rays and pose_found and not settled and done <= upto:
-                series = RaySeries(rows[done : upto + 1], m, width * per, width, done, radius)
-                rank, scale, dropped, more, settled, enough_rays = collect_orders(
-                    factor, rank, scale, dropped, series, fresh, stop, ranks[done:]
-                )
-                done += more
-                stalled = done > 1 and ranks[done - 1] == ranks[done - 2]
-                if not enough_rays or settled or fresh.shape[0] > 0:
+            while enough_rays and pose_found and done <= upto and not (settled and stop):
+                k, before, used, ready = done, rank, 0, 0
+                # weight = radius**k, every = C(width + k - 1, k)
+                weight, every = 1.0, 1
+                for i in range(k):
+                    weight *= radius
+                    every = every * (width + i) // (i + 1)
+                needed = 1
+                while 0 < needed <= count:
+                    for i in range(ready, needed):
+                        if known[i] > k:
+                            continue
+                        if dim == 3:
+                            _expand_planar_ray(
+                                i, known[i], k, k, chain, screws, none, links, rays,
+                                for_series, moments,
+                            )  # fmt: skip
+                        else:
+                            _expand_spatial_ray(
+                                i, known[i], k, k, chain, screws, none, links, rays,
+                                for_series, moments,
+                            )  # fmt: skip
+                        known[i] = k + 1
+                    ready = needed
+                    rank, scale, dropped, used, needed = collect_order(
+                        factor, rank, scale, dropped, rows[k, : ready * per_ray], per_ray,
+                        weight, used, every,
+                    )  # fmt: skip
+                enough_rays = needed == 0
+                if not enough_rays:
                     continue
-                if not stalled and upto < goal:
+                ranks[k] = rank
+                done += 1
+                settled = rank == p
+                if not settled and fresh.shape[0] > 0:
+                    settled = contains_rows(factor, rank, fresh, 1.0, scale)
+                stalled = stop and rank == before
+                if settled or fresh.shape[0] > 0 or not (stalled or done > upto):
+                    continue
+                if upto < goal and not (done > 1 and rank == before):
                     continue
                 # Steps along the ray to a finite pose, and the rows X_0 there.
                 pose_found, s = False, screws
@@ -163,39 +234,42 @@ def _orders_kernel(dim):
                     start[j] = 0.0
                 for step in range(steps):
                     if step == 0 and width == 1:
-                        ahead = C[count - 1, : top + 1]
+                        ahead = C[0, : top + 1]
                     else:
                         last = min(FIRST_EXPANSION_ORDER, top)
                         if dim == 3:
-                            planar_series(0, last, chain, s, ray, near)
+                            planar_series(0, last, 0, 1, chain, s, ray, near)
                         else:
-                            spatial_series(0, last, chain, s, ray, near)
-                        ahead = near[4][0, : last + 1]
+                            spatial_series(0, last, 0, 1, chain, s, ray, near)
+                        ahead = near_C[0, : last + 1]
                     length = follow_series(
                         chain, start, ahead, ray[0], np.inf, q, pose, carried, for_steps
                     )
                     if length == 0.0:
                         if pose_found:
-                            place_links(parent, screws, start, pose, carried, for_steps[3][0])
+                            place_links(parent, screws, start, pose, carried, displacements[0])
                         break
                     pose_found, s = True, carried
                     for j in range(parent.size):
                         start[j] = q[j]
                 if not pose_found:
                     continue
-                fresh = rows1[0]
-                for i in range(fresh.shape[0]):
-                    for j in range(fresh.shape[1]):
-                        fresh[i, j] = 0.0
+                fresh = fresh_rows[0]
                 if dim == 3:
-                    planar_series(0, 0, chain, s, ray, near)
-                    planar_regressor(0, 0, pose, links, moves, near[3], near[5], H1, N1, X1)
+                    _expand_planar_ray(
+                        0, 0, 0, 0, chain, s, pose, links, ray, near, fresh_moments
+                    )
                 else:
-                    spatial_series(0, 0, chain, s, ray, near)
-                    spatial_regressor(0, 0, pose, links, moves, near[3], near[5], H1, N1, X1)
+                    _expand_spatial_ray(
+                        0, 0, 0, 0, chain, s, pose, links, ray, near, fresh_moments
+                    )
                 settled = contains_rows(factor, rank, fresh, 1.0, scale)
         put_factor(F, order, rank, out)
         settled = settled and enough_rays and pose_found
+        # mismatch = max_k |residual_k|
+        mismatch = 0.0
+        for k in range(top + 1):
+            mismatch = max(mismatch, residual[k])
         return (
             rank, scale, dropped, done, settled, radius, mismatch, slowest, enough_rays,
             pose_found,
@@ -241,6 +315,7 @@ def orders_workspace(
     flat = factor_workspace(unknowns, rays * chain.width * per).ravel()
     return (
         flat,
+        np.empty(rays, np.int64),
         series,
         moments,
         near,
@@ -310,80 +385,41 @@ def conditions_up_to_order(
     return OrderResult(more, all_ranks[:done], settled, radius, enough_rays, pose_found)
 
 
-class RaySeries(NamedTuple):
-    """Rows of the regressor's series along rays, as kernels pass them to each other.
-
-    Attributes:
-        rows: shape (orders, ≥ rays * per_ray, parameters), non-dimensional.
-        total: rows of all rays.
-        per_ray: rows of each ray.
-        width: number of coordinates.
-        first: the first of the orders.
-        radius: radius of convergence, in units of the coordinates.
-    """
-
-    rows: Array
-    total: int
-    per_ray: int
-    width: int
-    first: int
-    radius: float
-
-
 @kernel(reference_counting=False)
-def collect_orders(factor, rank, scale, dropped, series, fresh, stop, ranks):
-    """Collect the conditions of consecutive orders, along as many rays as needed.
+def collect_order(factor, rank, scale, dropped, rows, per_ray, weight, used, every):
+    """Collect the conditions of one order, along as many rays as needed.
 
     ``C(w + k - 1, k)`` generic rays span all derivatives of order k in w coordinates. Fewer
-    are enough once the rows of one more ray follow from the others. Rows of order k are
-    weighted by ``radius**k``. Fresh rows, of a finite pose, decide whether another order is
-    needed. Without fresh rows, only a full column rank settles that.
+    are enough once the rows of one more ray follow from the others.
 
     Args:
         factor: in, out: a `Factor`, with workspace for the rows of all rays.
         rank: its rows.
         dropped: the largest remainder that was cut off.
-        series: in: a `RaySeries`.
-        fresh: in: rows of a finite pose (m, parameters), or none of them.
-        stop: whether to stop at the order that needs no other; without fresh rows, at the
-            first one that adds nothing.
-        ranks: out: the rank after each order (orders,).
+        rows: in: rows of the rays that are ready (rays * per_ray, parameters).
+        per_ray: rows of each ray.
+        weight: a factor of all rows.
+        used: rays whose conditions the factor has.
+        every: number of rays that span all derivatives.
 
     Returns:
-        The rank, largest pivot and largest remainder; number of orders collected; whether
-        no other order is needed, and whether there were enough rays.
+        The rank, largest pivot and largest remainder; number of rays used; number of rays that
+        have to be ready to go on, 0 if none.
     """
-    rows, total, per_ray, width, first, radius = series
-    orders, p = rows.shape[0], factor.columns.size
-    settled = False
-    done = 0
-    for k in range(orders):
-        # weight = radius**(first + k), every = C(width + first + k - 1, first + k)
-        weight, every = 1.0, 1
-        for i in range(first + k):
-            weight *= radius
-            every = every * (width + i) // (i + 1)
-        used = 0
-        before = rank
-        # Twice as many rays each time, until the rows of the next one follow.
-        while used < every and rank < p:
-            wanted = 2 * used if used > 0 else -(-(p - rank) // per_ray)
-            wanted = min(every, max(wanted, 1))
-            if (wanted if wanted == every else wanted + 1) * per_ray > total:
-                return rank, scale, dropped, done, False, False
-            new = rows[k, used * per_ray : wanted * per_ray]
-            append_rows(factor, rank, new, weight)
-            rank, scale, remainder = update_factor(factor, rank, new.shape[0], scale)
-            dropped = max(dropped, remainder)
-            used = wanted
-            next_ray = rows[k, used * per_ray : (used + 1) * per_ray]
-            if used < every and contains_rows(factor, rank, next_ray, weight, scale):
-                break
-        ranks[k] = rank
-        done += 1
-        settled = rank == p
-        if not settled and fresh.shape[0] > 0:
-            settled = contains_rows(factor, rank, fresh, 1.0, scale)
-        if stop and (settled or (fresh.shape[0] == 0 and rank == before)):
+    p = factor.columns.size
+    # Twice as many rays each time, until the rows of the next one follow.
+    while used < every and rank < p:
+        wanted = 2 * used if used > 0 else -(-(p - rank) // per_ray)
+        wanted = min(every, max(wanted, 1))
+        needed = wanted if wanted == every else wanted + 1
+        if needed * per_ray > rows.shape[0]:
+            return rank, scale, dropped, used, needed
+        new = rows[used * per_ray : wanted * per_ray]
+        append_rows(factor, rank, new, weight)
+        rank, scale, remainder = update_factor(factor, rank, new.shape[0], scale)
+        dropped = max(dropped, remainder)
+        used = wanted
+        next_ray = rows[used * per_ray : (used + 1) * per_ray]
+        if used < every and contains_rows(factor, rank, next_ray, weight, scale):
             break
-    return rank, scale, dropped, done, settled, True
+    return rank, scale, dropped, used, 0

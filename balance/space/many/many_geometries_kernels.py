@@ -98,7 +98,7 @@ def _sweep_kernel(dim):
         unknowns, transfers, nd = links.size * size, for_search[0], diagonal.size
         all_columns, order, remaining = numbers[0], numbers[1], numbers[2]
         ranks, permutations = numbers[3], numbers[4]
-        F = for_orders[0][1][0]
+        _, _, (F, _, _, _, _, _, _), _, _, _, _, _ = for_orders[0]
         for g in range(screws.shape[0]):
             if answers[g, 0] >= 0:
                 continue

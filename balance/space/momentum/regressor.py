@@ -60,7 +60,7 @@ def body_regressors(
     orders, rays, width, rows, parameters = X.shape
     x = X.reshape(orders, rays, width, rows, links.size, parameters // max(links.size, 1))
     add = planar_regressor if V.shape[3] == 3 else spatial_regressor
-    add(first, last, start, links, moves, V, T, *workspace, x)
+    add(first, last, 0, rays, start, links, moves, V, T, *workspace, x)
 
 
 def regressor_workspace(V: Array, links: IntArray, moves: Flags) -> tuple[Array, Array]:

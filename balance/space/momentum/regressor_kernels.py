@@ -9,7 +9,7 @@ from kinematics.numerics.compiled.jit import kernel
 
 
 @kernel(reference_counting=False)
-def spatial_regressor(first, last, start, links, moves, V, T, H, N, X):
+def spatial_regressor(first, last, begin, end, start, links, moves, V, T, H, N, X):
     """Add the regressor rows of orders first … last; see `balance.space.momentum.regressor`.
 
     At the reference pose ``R = 1, d = 0`` makes for simpler terms.
@@ -17,6 +17,8 @@ def spatial_regressor(first, last, start, links, moves, V, T, H, N, X):
     Args:
         first: lowest order; H and N hold those below.
         last: highest order.
+        begin: the first ray.
+        end: the ray after the last one.
         start: in: displacements of the links at the pose (n, 4, 4), or none of them.
         links: in: link of each body (bodies,).
         moves: in: whether a column moves a link (n, width).
@@ -26,12 +28,12 @@ def spatial_regressor(first, last, start, links, moves, V, T, H, N, X):
         N: in, out: columns of ``[ω̂ R, e]``, and y (rays, bodies, width, orders, 5, 3).
         X: in, out: rows (orders from first, rays, width, 6 or 3, bodies, 10 or 4), zeros.
     """
-    rays, bodies = V.shape[0], H.shape[1]
+    bodies = H.shape[1]
     moved = start.shape[0] > 0
     width = moves.shape[1]
     force = X.shape[3] == 3
     p = 0 if force else 3
-    for ray in range(rays):
+    for ray in range(begin, end):
         for b in range(bodies):
             j = links[b]
             if j < 0:
@@ -170,7 +172,7 @@ def _add_moments(H, N, x, b):
 
 
 @kernel(reference_counting=False)
-def planar_regressor(first, last, start, links, moves, V, T, H, N, X):
+def planar_regressor(first, last, begin, end, start, links, moves, V, T, H, N, X):
     """Add the regressor rows of orders first … last in the plane; as `spatial_regressor`.
 
     H is ``(cos, sin, d_x, d_y)``, and N is its rate.
@@ -178,6 +180,8 @@ def planar_regressor(first, last, start, links, moves, V, T, H, N, X):
     Args:
         first: lowest order; H and N hold those below.
         last: highest order.
+        begin: the first ray.
+        end: the ray after the last one.
         start: in: displacements of the links (n, 3, 3), or none of them.
         links: in: link of each body (bodies,).
         moves: in: whether a column moves a link (n, width).
@@ -187,11 +191,11 @@ def planar_regressor(first, last, start, links, moves, V, T, H, N, X):
         N: in, out: (rays, bodies, width, orders, 4).
         X: in, out: rows (orders from first, rays, width, 3 or 2, bodies, 4 or 3), zeros.
     """
-    rays, bodies = V.shape[0], H.shape[1]
+    bodies = H.shape[1]
     width = moves.shape[1]
     force = X.shape[3] == 2
     p = 0 if force else 1
-    for ray in range(rays):
+    for ray in range(begin, end):
         for b in range(bodies):
             j = links[b]
             if j < 0:

@@ -8,7 +8,8 @@ thesis, University of Twente, chapter 5.)
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from typing import Any
 
 from balance.space.conditions.collect import (
     CollectedConditions,
@@ -21,6 +22,7 @@ from balance.space.spaces.design_space import DesignSpace
 from balance.space.spaces.first_orders import FirstOrders, first_orders
 from balance.space.spaces.space_data import rank_table
 from balance.space.transfers.compute_transfers import Transfers, serial_transfers
+from balance.support.later_fields import with_later_fields
 from balance.support.options import Balance
 from kinematics.closure.assembly.assemble import moving_chain
 from kinematics.errors import MobilityError
@@ -91,21 +93,24 @@ def design_space(
     parameters = chain.links.size * parameters_per_body(chain.planar, force)
     kernel_clock.foresee(ELIMINATION * parameters**3)
     first = first_orders(chain, force, max_order)
+    fields: dict[str, Any] = {}
+    later: dict[str, Callable[[], Any]] = {}
     if first is not None and first.suffice:
-        ranks, poses, settled, serial = first.ranks, 0, first.settled, first.serial
-        transfers, decision = first.transfers, Decision(first)
+        poses, settled, serial, decision = 0, first.settled, first.serial, Decision(first)
+        later = {"orders": first.order_table, "chain_transfers": first.transfers}
     else:
         gathered, transfers = _collect(linkage, chain, force, max_order, first)
         conditions, ranks, poses, settled = gathered
         serial, decision = len(conditions.known), conditions.decide()
-    return DesignSpace(
+        fields = {"orders": rank_table(ranks, parameters), "chain_transfers": transfers}
+    return with_later_fields(
+        DesignSpace, later, **fields,
         source=linkage.source, linkage=linkage, motion=motion, balance=balance,
         planar=chain.planar, bodies=linkage.body_names, inputs=linkage.inputs,
-        idle=_idle(linkage, chain), poses=poses, settled=settled,
-        orders=rank_table(ranks, parameters), serial_nullity=serial, axes=chain.frame.R,
-        frames=linkage.frames, length=chain.frame.length,
+        idle=_idle(linkage, chain), poses=poses, settled=settled, serial_nullity=serial,
+        axes=chain.frame.R, frames=linkage.frames, length=chain.frame.length,
         notices=(*linkage.notices, *_notices(chain, settled, decision)),
-        highest_order=max_order, decision=decision, chain=chain, chain_transfers=transfers,
+        highest_order=max_order, decision=decision, chain=chain,
     )  # fmt: skip
 
 
@@ -127,12 +132,10 @@ def _collect(
 ) -> tuple[CollectedConditions, Transfers]:  # fmt: skip
     """Collect more conditions than those of the first orders, which are not enough."""
     tolerance = relative_tolerance(chain)
-    transfers = first.transfers if first else serial_transfers(chain, force, tolerance)
+    transfers = first.transfers() if first else serial_transfers(chain, force, tolerance)
     begun = first.orders if first else None
     try:
-        gathered = collect_conditions(
-            chain, transfers.rows, force, tolerance, max_order, begun
-        )
+        gathered = collect_conditions(chain, transfers.rows, force, tolerance, max_order, begun)
     except MobilityError as error:
         raise MobilityError(f"{linkage.source}: {error}") from None
     return gathered, transfers

@@ -23,6 +23,7 @@ from balance.space.spaces.readings import Reading
 from balance.space.spaces.space_data import RequirementRank, SpaceData
 from balance.space.transfers.by_joint import Transfer, by_joint
 from balance.space.transfers.compute_transfers import Transfers
+from balance.support.later_fields import LaterFields
 from balance.support.result_files import WithPage
 from balance.support.tolerances import (
     AS_GIVEN_RESIDUAL,
@@ -81,7 +82,7 @@ def square_doubt(kept: float) -> tuple[str, ...]:
 
 
 @dataclass(frozen=True, eq=False)
-class DesignSpace(SpaceData, WithPage):
+class DesignSpace(SpaceData, WithPage, LaterFields):
     """Mass distributions with vanishing momentum in every motion of a linkage.
 
     Attributes:

@@ -8,7 +8,6 @@ when somebody asks for it.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from functools import cached_property
 from typing import Any, NamedTuple
 
@@ -26,6 +25,7 @@ from balance.space.conditions.order_kernels import (
 )
 from balance.space.conditions.rank import Conditions, Pivots
 from balance.space.momentum.regressor import parameters_per_body, rows_per_column
+from balance.space.spaces.space_data import Order, rank_table
 from balance.space.transfers.compute_transfers import (
     Transfers,
     enough_states,
@@ -181,9 +181,8 @@ class FirstOrders:
             at = end
         return parts
 
-    @cached_property
     def transfers(self) -> Transfers:
-        """Inertia transfers."""
+        """Name the inertia transfers."""
         node, _, joints = self._setup.rigid_parts
         owners = self._whole[OWNERS, : self._count]
         return Transfers(self._parts[0], owners, joints, node, *self._gap)
@@ -192,7 +191,7 @@ class FirstOrders:
     def conditions(self) -> Conditions:
         """The conditions of these orders."""
         _, known, factor, _ = self._parts
-        (serial, total), p = known.shape, factor.shape[1]
+        serial, p = len(known), factor.shape[1]
         scale, dropped = self._of_orders[1:3]
         return Conditions(
             factor, self._whole[ORDER, :p], self._whole[COLUMNS, :p], known,
@@ -213,11 +212,11 @@ class FirstOrders:
         ranks = self._whole[RANKS, :done]
         return OrderResult(self.conditions, ranks, settled, radius, enough_rays, pose_found)
 
-    @property
-    def ranks(self) -> Sequence[int]:
-        """The rank after each order that counts."""
+    def order_table(self) -> tuple[Order, ...]:
+        """Tabulate rank and nullity after each order that counts."""
         ranks = self._whole[RANKS, : self._of_orders[3]].tolist()
-        return ranks_that_count(ranks, self.settled and self._setup.stop)
+        counting = ranks_that_count(ranks, self.settled and self._setup.stop)
+        return rank_table(counting, self._setup.parameters)
 
 
 def first_orders(chain: Chain, force: bool, max_order: int | None) -> FirstOrders | None:

@@ -52,7 +52,7 @@ from kinematics.numerics.linalg.skyline_qr import (
 )
 
 
-@kernel
+@kernel(reference_counting=False)
 def fill_loop_matrix(parent, screws, ends, mimics, S):
     """Fill the loop matrix S_0 of all joints, with the mimic relations below.
 

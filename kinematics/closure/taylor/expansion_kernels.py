@@ -24,7 +24,7 @@ from __future__ import annotations
 import numpy as np
 
 from kinematics.closure.series import fill_loop_matrix
-from kinematics.closure.taylor.layout import SECTION, SIZE, WORK, Layout
+from kinematics.closure.taylor.layout import SECTION, SIZE, WORK, Layout, expansion_workspace
 from kinematics.closure.taylor.monomials import multiply_polynomials
 from kinematics.closure.taylor.vector_kernels import (
     fill_points,
@@ -40,7 +40,7 @@ from kinematics.numerics.compiled.jit import kernel
 from kinematics.numerics.linalg.pseudo_inverse import pseudo_inverse
 
 
-@kernel(inline=True)
+@kernel(inline=True, reference_counting=False)
 def _fill_degree_1(columns, S, dependent, inverse, width, rates):
     """Compute the joint rates of degree 1: ``Dq = C - S_0⁺ S_0 C`` with the columns C.
 
@@ -63,7 +63,7 @@ def _fill_degree_1(columns, S, dependent, inverse, width, rates):
             rates[1 + w, j] += columns[j, w]
 
 
-@kernel(inline=True)
+@kernel(inline=True, reference_counting=False)
 def _divide_by_degree(degrees, rates):
     """Divide rates by their degree in place: ``Dq = k q`` for the part of degree k.
 
@@ -82,8 +82,8 @@ def _polynomials_kernel(dim):
     """Make the kernel for screws of ``dim`` components: 6 in space, 3 in a plane."""
     space = 3 if dim == 6 else 2
 
-    @kernel
-    def fill(whole, real, screws, rates, workspace):
+    @kernel(reference_counting=False)
+    def expand(whole, real, screws, rates, workspace):
         """Compute the coefficients of the joint positions, degree by degree.
 
         Args:
@@ -91,7 +91,7 @@ def _polynomials_kernel(dim):
             real: in; columns (n, width), then mimic relations (g, n), flat.
             screws: in; joint screws (n, 6 or 3).
             rates: in, zeros; out; coefficients (monomials, n), first of Dq, at last of q.
-            workspace: in, zeros; as long as the sections of the workspace.
+            workspace: as from `expansion_workspace`.
 
         Returns:
             The condition number of the equations.
@@ -128,6 +128,9 @@ def _polynomials_kernel(dim):
         omega = workspace[at[WORK.omega] : at[WORK.omega + 1]].reshape(n, -1)
         pitch = workspace[at[WORK.pitch] : at[WORK.pitch + 1]]
         scratch = workspace[at[WORK.scratch] : at[WORK.scratch + 1]]
+        # Of the sections before these, what is read is written, or always 0.
+        for i in range(at[WORK.response], workspace.size):
+            workspace[i] = 0.0
 
         fill_loop_matrix(parent, screws, ends, mimics, S)
         condition = pseudo_inverse(S, equations, dependent, inverse, reflected, scratch)
@@ -161,41 +164,10 @@ def _polynomials_kernel(dim):
         _divide_by_degree(degrees, rates)
         return condition
 
-    return fill
+    return expand
 
 
-_fill_spatial, _fill_planar = _polynomials_kernel(6), _polynomials_kernel(3)
-
-
-@kernel(inline=True)
-def _workspace(whole):
-    """Allocate the workspace, from a line of the cache on.
-
-    Loads and stores are fast where they do not straddle lines of the cache, of 64 bytes or 8
-    numbers. NumPy aligns arrays to 16 bytes: up to 7 numbers are skipped, as many as there
-    are from the first one's address to the next line.
-
-    Args:
-        whole: in; integers, in the sections of `kinematics.closure.taylor.layout`.
-
-    Returns:
-        Zeros, as many as the workspace takes or more.
-    """
-    size = whole[whole[SECTION.work + 1] - 1]  # the end of the last section
-    numbers = np.zeros(size + 7)
-    return numbers[-(numbers.ctypes.data // 8) % 8 :]
-
-
-@kernel
-def _spatial(whole, real, screws, rates):
-    """Compute coefficients in space, in a workspace of its own; see ``fill``."""
-    return _fill_spatial(whole, real, screws, rates, _workspace(whole))
-
-
-@kernel
-def _planar(whole, real, screws, rates):
-    """Compute coefficients in a plane, in a workspace of its own; see ``fill``."""
-    return _fill_planar(whole, real, screws, rates, _workspace(whole))
+_spatial, _planar = _polynomials_kernel(6), _polynomials_kernel(3)
 
 
 def polynomials(screws: Array, which: Layout) -> tuple[Array, float]:
@@ -210,5 +182,11 @@ def polynomials(screws: Array, which: Layout) -> tuple[Array, float]:
         number of the equations that are solved, infinite if they determine no motion.
     """
     expand = _spatial if screws.shape[1] == 6 else _planar
-    rates = np.zeros(which.shape)
-    return rates, float(expand(which.whole, which.real, screws, rates))
+    rates, spare = np.zeros(which.shape), which.workspaces
+    try:
+        workspace = spare.pop()
+    except IndexError:
+        workspace = expansion_workspace(which)
+    condition = expand(which.whole, which.real, screws, rates, workspace)
+    spare.append(workspace)
+    return rates, float(condition)

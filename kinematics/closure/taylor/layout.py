@@ -23,7 +23,7 @@ from kinematics.closure.taylor.monomials import monomial_table
 from kinematics.model.arrays import Chain, freeze
 from kinematics.model.chain import path
 from kinematics.numerics.array_types import Array, IntArray
-from kinematics.numerics.compiled.simd import round_up_to_vectors
+from kinematics.numerics.compiled.simd import aligned_zeros, round_up_to_vectors
 
 Rows = list[list[int]]
 
@@ -132,11 +132,19 @@ class Layout(NamedTuple):
         whole: integers, in sections; see the head of this file.
         real: the columns of the independent joints, then the mimic relations.
         shape: number of monomials, and of joints.
+        workspaces: those of this layout that nobody uses.
     """
 
     whole: IntArray
     real: Array
     shape: tuple[int, int]
+    workspaces: list[Array]
+
+
+def expansion_workspace(layout: Layout) -> Array:
+    """Make the workspace of the kernel, zeros; kernels leave what has to be 0 as it is."""
+    ends = layout.whole[SECTION.work + 1] - 1
+    return aligned_zeros(int(layout.whole[ends]))
 
 
 class _Vectors(NamedTuple):
@@ -204,6 +212,7 @@ def _pack(chain: Chain, order: int, equations: tuple[int, ...] | None, _kinds: b
         freeze(np.concatenate([places, *flat]), np.int64),
         freeze(np.concatenate([chain.columns.ravel(), chain.mimics.ravel()])),
         (monomials, n),
+        [],
     )
 
 

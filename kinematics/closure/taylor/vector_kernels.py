@@ -16,7 +16,7 @@ from kinematics.numerics.compiled.jit import kernel
 from kinematics.numerics.compiled.simd import VECTOR_WIDTH, broadcast, load_vector, store_vector
 
 
-@kernel
+@kernel(reference_counting=False)
 def fill_points(parent, screws, cuts, points, pitch):
     """Compute points of the joints, then of the cuts, and the pitch of each joint.
 
@@ -51,7 +51,7 @@ def fill_points(parent, screws, cuts, points, pitch):
             points[n + loop, i] = points[cuts[loop], i] if cuts[loop] >= 0 else 0.0
 
 
-@kernel(inline=True)
+@kernel(inline=True, reference_counting=False)
 def fill_starts(dim, arms, axes, screws, points, starts):
     """Compute arms and axes at the reference pose, their terms of degree 0.
 
@@ -73,7 +73,7 @@ def fill_starts(dim, arms, axes, screws, points, starts):
             starts[arms.shape[0] + h, i] = screws[axes[h, 1], first + i]
 
 
-@kernel
+@kernel(reference_counting=False)
 def _add(factor, inverse, row, response, lane, width):
     """Add a multiple of a row of the pseudo-inverse to the response to a lane.
 
@@ -88,7 +88,7 @@ def _add(factor, inverse, row, response, lane, width):
         response[lane * width + d] += factor * inverse[row * width + d]
 
 
-@kernel
+@kernel(reference_counting=False)
 def spatial_responses(inverse, width, axes, terms, points, pitch, response):
     """Compute the response of the dependent joints to each product of known parts.
 
@@ -125,7 +125,7 @@ def spatial_responses(inverse, width, axes, terms, points, pitch, response):
                 _add(sign * points[j, u], inverse, row + 3 + v, response, slide + i, width)
 
 
-@kernel
+@kernel(reference_counting=False)
 def planar_responses(inverse, width, axes, terms, response):
     """Compute responses in a plane: all axes are those of sliders; see `spatial_responses`.
 
@@ -147,7 +147,7 @@ def planar_responses(inverse, width, axes, terms, response):
             _add(-sign, inverse, row + 2, response, slide + 1, width)
 
 
-@kernel
+@kernel(reference_counting=False)
 def solve_order(begin, end, lanes, stride, product, response, dependent, x, rates):
     """Compute the rates of the dependent joints: ``Dq = Σ_lane product_lane response_lane``.
 
@@ -172,7 +172,7 @@ def solve_order(begin, end, lanes, stride, product, response, dependent, x, rate
             rates[t, dependent[d]] = x[d]
 
 
-@kernel
+@kernel(reference_counting=False)
 def planar_vectors(
     k, begin, end, stride, joints, arms, axes, screws, starts, rates, omega, product, left,
     right,
@@ -223,7 +223,7 @@ def planar_vectors(
             two[x + 1] = two[slide + 1] = part * (w * starts[few + h, 0] + z[x])
 
 
-@kernel
+@kernel(reference_counting=False)
 def spatial_vectors(
     k, begin, end, stride, joints, arms, axes, screws, starts, pitch, rates, omega, product,
     left, right,

@@ -76,8 +76,6 @@ def round_up_to_vectors(count: int) -> int:
 def lanes(*shape: int) -> Array:
     """Make zeros whose last axis is that of the lanes, from a line of the cache on.
 
-    Vectors that straddle lines take twice as long to load; NumPy aligns arrays to 16 bytes.
-
     Args:
         shape: length of each axis but the last.
 
@@ -85,7 +83,14 @@ def lanes(*shape: int) -> Array:
         Shape (*shape, VECTOR_WIDTH).
     """
     whole = (*shape, VECTOR_WIDTH)
-    size = int(np.prod(whole))
+    return aligned_zeros(int(np.prod(whole))).reshape(whole)
+
+
+def aligned_zeros(size: int) -> Array:
+    """Make a flat array of zeros from a line of the cache on.
+
+    Vectors that straddle lines take twice as long to load; NumPy aligns arrays to 16 bytes.
+    """
     numbers = np.zeros(size + CACHE_LINE // 8)
     skipped = -(numbers.ctypes.data // 8) % (CACHE_LINE // 8)
-    return numbers[skipped : skipped + size].reshape(whole)
+    return numbers[skipped : skipped + size]

@@ -73,7 +73,7 @@ def fill_starts(dim, arms, axes, screws, points, starts):
             starts[arms.shape[0] + h, i] = screws[axes[h, 1], first + i]
 
 
-@kernel(reference_counting=False)
+@kernel(inline=True, reference_counting=False)
 def _add(factor, inverse, row, response, lane, width):
     """Add a multiple of a row of the pseudo-inverse to the response to a lane.
 
@@ -82,10 +82,12 @@ def _add(factor, inverse, row, response, lane, width):
         inverse: in; the pseudo-inverse, transposed, flat.
         row: the row of the loop matrix.
         response: in and out; flat.
-        width: length of the rows of both.
+        width: length of the rows of both, whole vectors.
     """
-    for d in range(width):
-        response[lane * width + d] += factor * inverse[row * width + d]
+    for d in range(0, width, VECTOR_WIDTH):
+        total = load_vector(response, lane * width + d)
+        total = total + broadcast(factor) * load_vector(inverse, row * width + d)
+        store_vector(response, lane * width + d, total)
 
 
 @kernel(reference_counting=False)
@@ -162,11 +164,12 @@ def solve_order(begin, end, lanes, stride, product, response, dependent, x, rate
         rates: out; joint rates (monomials, n).
     """
     for t in range(begin, end):
+        products = product[t * stride : t * stride + lanes]
         for y in range(0, x.size, VECTOR_WIDTH):
             total = broadcast(0.0)
             for lane in range(lanes):
-                entry = broadcast(product[t * stride + lane])
-                total = total + entry * load_vector(response, lane * x.size + y)
+                row = load_vector(response, lane * x.size + y)
+                total = total + broadcast(products[lane]) * row
             store_vector(x, y, total)
         for d in range(dependent.size):
             rates[t, dependent[d]] = x[d]

@@ -29,6 +29,7 @@ from kinematics.closure.taylor.monomials import multiply_polynomials
 from kinematics.closure.taylor.vector_kernels import (
     fill_points,
     fill_starts,
+    fill_turning,
     planar_responses,
     planar_vectors,
     solve_order,
@@ -73,9 +74,16 @@ def _divide_by_degree(degrees, rates):
     """
     n, flat = rates.shape[1], rates.reshape(rates.size)
     for k in range(2, degrees.size - 1):
-        part = 1.0 / k
-        for i in range(degrees[k] * n, degrees[k + 1] * n):
-            flat[i] *= part
+        part, of_degree = 1.0 / k, flat[degrees[k] * n : degrees[k + 1] * n]
+        for i in range(of_degree.size):
+            of_degree[i] *= part
+
+
+@kernel(inline=True, reference_counting=False)
+def _fill_zeros(numbers):
+    """Set all entries of a flat array to 0."""
+    for i in range(numbers.size):
+        numbers[i] = 0.0
 
 
 def _polynomials_kernel(dim):
@@ -90,7 +98,7 @@ def _polynomials_kernel(dim):
             whole: in; integers, in the sections of `kinematics.closure.taylor.layout`.
             real: in; columns (n, width), then mimic relations (g, n), flat.
             screws: in; joint screws (n, 6 or 3).
-            rates: in, zeros; out; coefficients (monomials, n), first of Dq, at last of q.
+            rates: out; coefficients (monomials, n), first of Dq, at last of q.
             workspace: as from `expansion_workspace`.
 
         Returns:
@@ -122,15 +130,17 @@ def _polynomials_kernel(dim):
         inverse = workspace[at[WORK.inverse] : at[WORK.inverse + 1]]
         x = workspace[at[WORK.unknown] : at[WORK.unknown + 1]]
         reflected = workspace[at[WORK.reflected] : at[WORK.reflected + 1]]
+        turning = workspace[at[WORK.turning] : at[WORK.turning + 1]]
+        turned = workspace[at[WORK.turned] : at[WORK.turned + 1]]
         S = workspace[at[WORK.matrix] : at[WORK.matrix + 1]].reshape(-1, n)
         points = workspace[at[WORK.points] : at[WORK.points + 1]].reshape(-1, space)
         starts = workspace[at[WORK.starts] : at[WORK.starts + 1]].reshape(-1, space)
-        omega = workspace[at[WORK.omega] : at[WORK.omega + 1]].reshape(n, -1)
+        omega = workspace[at[WORK.omega] : at[WORK.omega + 1]].reshape(-1, 3)
         pitch = workspace[at[WORK.pitch] : at[WORK.pitch + 1]]
         scratch = workspace[at[WORK.scratch] : at[WORK.scratch + 1]]
         # Of the sections before these, what is read is written, or always 0.
-        for i in range(at[WORK.response], workspace.size):
-            workspace[i] = 0.0
+        _fill_zeros(workspace[at[WORK.response] :])
+        _fill_zeros(rates.reshape(rates.size))
 
         fill_loop_matrix(parent, screws, ends, mimics, S)
         condition = pseudo_inverse(S, equations, dependent, inverse, reflected, scratch)
@@ -140,6 +150,7 @@ def _polynomials_kernel(dim):
             spatial_responses(inverse, wide, axes, terms, points, pitch, response)
         else:
             planar_responses(inverse, wide, axes, terms, response)
+            fill_turning(parent, screws, arms, axes, starts, stride, turning, turned)
         if order > 0:
             _fill_degree_1(columns, S, dependent, inverse, wide, rates)
         for k in range(1, order + 1):
@@ -158,7 +169,7 @@ def _polynomials_kernel(dim):
                 )  # fmt: skip
             elif k < order:
                 planar_vectors(
-                    k, begin, end, stride, joints, arms, axes, screws, starts, rates, omega,
+                    k, begin, end, stride, joints, arms, axes, turning, turned, starts, rates,
                     product, left, right,
                 )  # fmt: skip
         _divide_by_degree(degrees, rates)
@@ -181,12 +192,13 @@ def polynomials(screws: Array, which: Layout) -> tuple[Array, float]:
         Coefficients of the positions, in the units of the chain (M, n), and the condition
         number of the equations that are solved, infinite if they determine no motion.
     """
-    expand = _spatial if screws.shape[1] == 6 else _planar
-    rates, spare = np.zeros(which.shape), which.workspaces
+    whole, real, shape, spare = which
     try:
         workspace = spare.pop()
     except IndexError:
         workspace = expansion_workspace(which)
-    condition = expand(which.whole, which.real, screws, rates, workspace)
+    rates = np.empty(shape)
+    expand = _spatial if screws.shape[1] == 6 else _planar
+    condition: float = expand(whole, real, screws, rates, workspace)
     spare.append(workspace)
-    return rates, float(condition)
+    return rates, condition

@@ -99,10 +99,13 @@ class _Work(NamedTuple):
         inverse: pseudo-inverse, transposed, a row for each row of the loop matrix.
         unknown: rates of the dependent joints.
         reflected: ``[A 1]`` and then ``[R Qᵀ]``, a row for each equation.
+        turning: in a plane, how each joint turns the link of each lane (n, stride).
+        turned: in a plane, arms and axes at the reference pose, turned by a right angle, on
+            the lanes of one monomial.
         matrix: the loop matrix (rows, n).
         points: points of the joints, then of the cuts.
         starts: arms and axes at the reference pose.
-        omega: angular velocities of the links.
+        omega: in space, angular velocities of the links.
         pitch: pitch of each joint.
         scratch: a number for each equation.
     """
@@ -114,6 +117,8 @@ class _Work(NamedTuple):
     inverse: int
     unknown: int
     reflected: int
+    turning: int
+    turned: int
     matrix: int
     points: int
     starts: int
@@ -122,7 +127,7 @@ class _Work(NamedTuple):
     scratch: int
 
 
-SECTION, SIZE, WORK = _Sections(*range(14)), _Sizes(*range(5)), _Work(*range(13))
+SECTION, SIZE, WORK = _Sections(*range(14)), _Sizes(*range(5)), _Work(*range(15))
 
 
 class Layout(NamedTuple):
@@ -197,9 +202,11 @@ def _pack(chain: Chain, order: int, equations: tuple[int, ...] | None, _kinds: b
     lengths = _Work(
         left=monomials * stride, right=monomials * stride, product=monomials * stride,
         response=loop_lanes * wide, inverse=rows * wide, unknown=wide,
-        reflected=m * round_up_to_vectors(chain.dependent.size + m), matrix=rows * n,
+        reflected=m * round_up_to_vectors(chain.dependent.size + m),
+        turning=n * stride if dim == 3 else 0, turned=stride if dim == 3 else 0,
+        matrix=rows * n,
         points=(n + len(vectors.cuts)) * space, starts=(arms + axes) * space,
-        omega=n * (dim - space), pitch=n, scratch=m,
+        omega=3 * n if dim == 6 else 0, pitch=n, scratch=m,
     )  # fmt: skip
     sections: list[Iterable] = [
         [n, chain.width, loop_lanes, stride, wide],

@@ -126,7 +126,7 @@ def _list_products(i, a, b, codes, starts, places, pairs):
             places[t, 0] += 1
 
 
-@kernel(reference_counting=False)
+@kernel(inline=True, reference_counting=False)
 def multiply_polynomials(begin, end, count, lanes, places, pairs, left, right, out):
     """Multiply polynomials side by side: the coefficients of monomials begin … end.
 

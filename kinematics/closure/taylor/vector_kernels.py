@@ -13,10 +13,16 @@ planar linkage by the kernel of space takes 2 (five-bar, order 5) to 11 times as
 from __future__ import annotations
 
 from kinematics.numerics.compiled.jit import kernel
-from kinematics.numerics.compiled.simd import VECTOR_WIDTH, broadcast, load_vector, store_vector
+from kinematics.numerics.compiled.simd import (
+    VECTOR_WIDTH,
+    broadcast,
+    load_vector,
+    quarter_turn,
+    store_vector,
+)
 
 
-@kernel(reference_counting=False)
+@kernel(inline=True, reference_counting=False)
 def fill_points(parent, screws, cuts, points, pitch):
     """Compute points of the joints, then of the cuts, and the pitch of each joint.
 
@@ -90,7 +96,7 @@ def _add(factor, inverse, row, response, lane, width):
         store_vector(response, lane * width + d, total)
 
 
-@kernel(reference_counting=False)
+@kernel(inline=True, reference_counting=False)
 def spatial_responses(inverse, width, axes, terms, points, pitch, response):
     """Compute the response of the dependent joints to each product of known parts.
 
@@ -127,7 +133,7 @@ def spatial_responses(inverse, width, axes, terms, points, pitch, response):
                 _add(sign * points[j, u], inverse, row + 3 + v, response, slide + i, width)
 
 
-@kernel(reference_counting=False)
+@kernel(inline=True, reference_counting=False)
 def planar_responses(inverse, width, axes, terms, response):
     """Compute responses in a plane: all axes are those of sliders; see `spatial_responses`.
 
@@ -149,7 +155,7 @@ def planar_responses(inverse, width, axes, terms, response):
             _add(-sign, inverse, row + 2, response, slide + 1, width)
 
 
-@kernel(reference_counting=False)
+@kernel(inline=True, reference_counting=False)
 def solve_order(begin, end, lanes, stride, product, response, dependent, x, rates):
     """Compute the rates of the dependent joints: ``Dq = Σ_lane product_lane response_lane``.
 
@@ -175,9 +181,39 @@ def solve_order(begin, end, lanes, stride, product, response, dependent, x, rate
             rates[t, dependent[d]] = x[d]
 
 
-@kernel(reference_counting=False)
+@kernel(inline=True, reference_counting=False)
+def fill_turning(parent, screws, arms, axes, starts, stride, turning, turned):
+    """Fill what gives the factors of all lanes from joint rates, in a plane.
+
+    Lanes of arms and of turned axes have the angular velocity of their link on the left,
+    ``ω = Σ_j s_j Dq_j`` of the joints before it; those of sliding have the joint's rate.
+
+    Args:
+        parent: in; link before each joint, -1 for the ground (n,).
+        screws: in; joint screws (n, 3).
+        arms: in; link, point where it ends, axis or -1 (arms, 3).
+        axes: in; link, joint, 0, first lane if turned, if slid along (axes, 5).
+        starts: in; arms and axes at the reference pose (arms + axes, 2).
+        stride: lanes of each monomial.
+        turning: in, zeros; out; factor of each joint's rate on each lane, flat (n * stride,).
+        turned: in, zeros; out; arms and axes at the reference pose, turned by a right angle
+            (stride,).
+    """
+    few = arms.shape[0]
+    for h in range(few + axes.shape[0]):
+        j, x = (arms[h, 0], 2 * h) if h < few else (axes[h - few, 0], axes[h - few, 3])
+        turned[x], turned[x + 1] = -starts[h, 1], starts[h, 0]
+        while j >= 0:
+            turning[j * stride + x] = turning[j * stride + x + 1] = screws[j, 0]
+            j = parent[j]
+    for h in range(axes.shape[0]):
+        slide = axes[h, 1] * stride + axes[h, 4]
+        turning[slide] = turning[slide + 1] = 1.0
+
+
+@kernel(inline=True, reference_counting=False)
 def planar_vectors(
-    k, begin, end, stride, joints, arms, axes, screws, starts, rates, omega, product, left,
+    k, begin, end, stride, joints, arms, axes, turning, turned, starts, rates, product, left,
     right,
 ):  # fmt: skip
     """Compute vectors of degree k, in a plane; see `spatial_vectors`.
@@ -191,42 +227,45 @@ def planar_vectors(
         joints: in; joint, parent, axis or -1 (joints, 3).
         arms: in; link, point where it ends, axis or -1 (arms, 3).
         axes: in; link, joint, 0, first lane if turned, if slid along (axes, 5).
-        screws: in; joint screws (n, 3).
+        turning: in; as from `fill_turning`.
+        turned: in; as from `fill_turning`.
         starts: in; arms and axes at the reference pose (arms + axes, 2).
         rates: in; joint rates up to degree k (monomials, n).
-        omega: workspace; angular velocities of the links (n, 1).
         product: in; sums of products of degree k.
         left: out; angular velocities and joint rates of degree k, on their lanes.
         right: out; arms and axes of degree k.
     """
     few, part = arms.shape[0], 1.0 / k
     for t in range(begin, end):
+        # r_k = (ω × r)_k / k and a_k = (ω × a)_k / k, with the products of lower degrees
+        for x in range(0, stride, VECTOR_WIDTH):
+            speeds = broadcast(0.0)
+            for h in range(joints.shape[0]):
+                j = joints[h, 0]
+                rate = broadcast(rates[t, j])
+                speeds = speeds + rate * load_vector(turning, j * stride + x)
+            store_vector(left, t * stride + x, speeds)
+            change = speeds * load_vector(turned, x)
+            change = change + quarter_turn(load_vector(product, t * stride + x))
+            store_vector(right, t * stride + x, broadcast(part) * change)
         here = slice(t * stride, (t + 1) * stride)
-        speeds, two, z = left[here], right[here], product[here]
-        # ω_j = ω_parent + a_j Dq_j
-        for h in range(joints.shape[0]):
-            j, p = joints[h, 0], joints[h, 1]
-            omega[j, 0] = screws[j, 0] * rates[t, j] + (omega[p, 0] if p >= 0 else 0.0)
-        # r_k = (ω × r + a Dq)_k / k
-        for h in range(few):
-            w, axis, x, y = omega[arms[h, 0], 0], arms[h, 2], 2 * h, 2 * h + 1
-            rx, ry = -(w * starts[h, 1] + z[y]), w * starts[h, 0] + z[x]
+        one, two, z = left[here], right[here], product[here]
+        # r_k = (ω × r + a Dq)_k / k, of arms that lengthen
+        for h in range(few if axes.shape[0] > 0 else 0):
+            w, axis, x, y = one[2 * h], arms[h, 2], 2 * h, 2 * h + 1
             if axis >= 0:
+                rx, ry = -(w * starts[h, 1] + z[y]), w * starts[h, 0] + z[x]
                 rate, slide = rates[t, axes[axis, 1]], axes[axis, 4]
                 rx += starts[few + axis, 0] * rate + z[slide]
                 ry += starts[few + axis, 1] * rate + z[slide + 1]
-            speeds[x], speeds[y], two[x], two[y] = w, w, part * rx, part * ry
-        # a_k = (ω × a)_k / k, on the lanes where it is turned and where it is slid along
+                two[x], two[y] = part * rx, part * ry
+        # Axes that are slid along are those that are turned.
         for h in range(axes.shape[0]):
-            w, rate = omega[axes[h, 0], 0], rates[t, axes[h, 1]]
             x, slide = axes[h, 3], axes[h, 4]
-            speeds[x] = speeds[x + 1] = w
-            speeds[slide] = speeds[slide + 1] = rate
-            two[x] = two[slide] = -part * (w * starts[few + h, 1] + z[x + 1])
-            two[x + 1] = two[slide + 1] = part * (w * starts[few + h, 0] + z[x])
+            two[slide], two[slide + 1] = two[x], two[x + 1]
 
 
-@kernel(reference_counting=False)
+@kernel(inline=True, reference_counting=False)
 def spatial_vectors(
     k, begin, end, stride, joints, arms, axes, screws, starts, pitch, rates, omega, product,
     left, right,

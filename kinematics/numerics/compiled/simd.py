@@ -3,8 +3,8 @@
 LLVM vectorises long loops over contiguous arrays. It does not vectorise many short sums side by
 side, as in products of polynomials; these are written with the functions of this file. A
 *lane* is one of the numbers of a vector. `load_vector` reads a vector from a flat array; ``+``,
-``-``, ``*``, ``/``, `square_root` and `choose_greater` work on all lanes; `store_vector` writes
-it back. Work on many geometries has one geometry in each lane.
+``-``, ``*``, ``/``, `square_root`, `quarter_turn` and `choose_greater` work on all lanes;
+`store_vector` writes it back. Work on many geometries has one geometry in each lane.
 `kinematics.numerics.compiled.simd_types` compiles them; without a compiler they are slices of
 NumPy arrays.
 """
@@ -54,6 +54,12 @@ def broadcast(value: float) -> Array:
 def square_root(x: Array) -> Array:
     """Compute the square root of each lane."""
     return np.sqrt(x)
+
+
+def quarter_turn(x: Array) -> Array:
+    """Turn vectors of the plane by a right angle: lanes (x, y) become (-y, x)."""
+    pairs = x.reshape(-1, 2)
+    return np.stack([-pairs[:, 1], pairs[:, 0]], axis=1).ravel()
 
 
 def choose_greater(a: Array, b: Array, x: Array, y: Array) -> Array:

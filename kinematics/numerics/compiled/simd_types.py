@@ -14,6 +14,7 @@ from kinematics.numerics.compiled.simd import (
     broadcast,
     choose_greater,
     load_vector,
+    quarter_turn,
     square_root,
     store_vector,
 )
@@ -109,6 +110,17 @@ def _root(typing, x):
 
 
 @intrinsic
+def _quarter_turn(typing, x):
+    def generate(context, builder, sig, args):
+        # Lane i of the shuffled vector is entry places[i] of both, one after the other.
+        places = [i + 1 if i % 2 == 0 else VECTOR_WIDTH + i - 1 for i in range(VECTOR_WIDTH)]
+        mask = ir.Constant(ir.VectorType(ir.IntType(32), VECTOR_WIDTH), places)
+        return builder.shuffle_vector(builder.fneg(args[0]), args[0], mask)
+
+    return _vector_type(x), generate
+
+
+@intrinsic
 def _choose(typing, a, b, x, y):
     def generate(context, builder, sig, args):
         return builder.select(builder.fcmp_ordered(">", *args[:2]), *args[2:])
@@ -134,6 +146,11 @@ def _(value):
 @overload(square_root)
 def _(x):
     return lambda x: _root(x)
+
+
+@overload(quarter_turn)
+def _(x):
+    return lambda x: _quarter_turn(x)
 
 
 @overload(choose_greater)

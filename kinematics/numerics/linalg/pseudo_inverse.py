@@ -11,7 +11,7 @@ from kinematics.numerics.compiled.jit import kernel
 from kinematics.numerics.compiled.simd import VECTOR_WIDTH, broadcast, load_vector, store_vector
 
 
-@kernel(reference_counting=False)
+@kernel(inline=True, reference_counting=False)
 def pseudo_inverse(S, equations, dependent, G, W, v):
     """Compute the pseudo-inverse of rows and columns of the loop matrix S, transposed.
 
@@ -85,7 +85,7 @@ def pseudo_inverse(S, equations, dependent, G, W, v):
     return np.sqrt(size * inverse)
 
 
-@kernel(reference_counting=False)
+@kernel(inline=True, reference_counting=False)
 def _refine_inverse(S, equations, dependent, lanes, G, E, before):
     """Refine the inverse P of A by a Newton step, in place: ``P ← P + (1 - P A) P``.
 

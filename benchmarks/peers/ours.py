@@ -94,6 +94,7 @@ def _job(
 
 
 def _joint(name: str, parent: int, axis: np.ndarray, at: np.ndarray) -> Joint:
+    axis, at = (np.asarray(x, dtype=np.float64) for x in (axis, at))
     return Joint(name, "revolute", parent, freeze(revolute(axis, at)), freeze(at))
 
 
@@ -121,15 +122,16 @@ def _five_bar(rng: np.random.Generator, size: float) -> Linkage:
 
 def _six_r(rng: np.random.Generator, size: float) -> Linkage:
     joints: list[Joint] = []
-    R, p = np.eye(3), np.zeros(3)
+    # Joints at the pose are rounded once: what is measured is the error of their motion.
+    R, p = np.eye(3, dtype=np.longdouble), np.zeros(3, dtype=np.longdouble)
     points = jobs.POINTS + size * rng.standard_normal((6, 3))
     for i, (axis, at, angle) in enumerate(zip(jobs.AXES, points, jobs.POSE, strict=True)):
         joints.append(_joint(f"q{i}", i - 1, R @ axis, R @ at + p))
-        K = jobs.cross_matrix(axis)
+        K, angle = jobs.cross_matrix(axis), np.longdouble(angle)
         turn = np.eye(3) + np.sin(angle) * K + (1.0 - np.cos(angle)) * K @ K
         p = p + R @ (at - turn @ at)
         R = R @ turn
     names = [joint.name for joint in joints]
-    flange = R @ jobs.FLANGE + p
+    flange = np.asarray(R @ jobs.FLANGE + p, dtype=np.float64)
     draft = _unassembled(joints, {"flange": 5}, ())
     return tool(assemble(draft, names), "flange", "x,y,z", flange)

@@ -34,8 +34,8 @@ def arrange_loops(draft: UnassembledLinkage, frame: Frame | None = None) -> Chai
     n = len(draft.joints)
     screws = np.array([joint.screw for joint in draft.joints]).reshape(n, 6)
     sliding = np.array([joint.kind == "prismatic" for joint in draft.joints], dtype=bool)
-    # v + n × origin, written with arms from the origin to the joints: where the mechanism is far
-    # from the inertial origin, moments about that are large, and so is their rounding.
+    # v + n × origin, written with arms from the origin to the joints: where the mechanism is
+    # far from the inertial origin, moments about that are large, and so is their rounding.
     points = np.array([joint.point for joint in draft.joints]).reshape(n, 3)
     axes = screws[:, :3]
     screws[:, 3:] -= np.cross(points, axes)

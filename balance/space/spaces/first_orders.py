@@ -237,7 +237,7 @@ def first_orders(chain: Chain, force: bool, max_order: int | None) -> FirstOrder
     purpose, frame = ("first orders", force, max_order), chain.frame
     work = chain.borrow(purpose, lambda: _workspace(chain, setup))
     numbers, whole = np.empty(setup.count_of_numbers), np.empty(setup.shape_of_whole, np.int64)
-    answer = setup.kernel(
+    answer = setup.compute(
         chain.walked, chain.links, setup.rigid_parts, frame.origin, frame.length, setup.sizes,
         setup.rays, setup.orders, work, numbers, whole,
     )  # fmt: skip
@@ -249,7 +249,7 @@ class _Setup(NamedTuple):
     """What the call needs beside the geometry.
 
     Attributes:
-        kernel: that of the plane, or of space.
+        compute: the kernel of the plane, or of space.
         rigid_parts: as from `number_rigid_parts`.
         parameters: of all bodies.
         sizes: parameters of each body, and momentum components that count.
@@ -260,7 +260,7 @@ class _Setup(NamedTuple):
         shape_of_whole: rows and columns of its whole numbers.
     """
 
-    kernel: Any
+    compute: Any
     rigid_parts: tuple[IntArray, IntArray, IntArray]
     parameters: int
     sizes: tuple[int, int]
@@ -284,7 +284,7 @@ def _set_up(chain: Chain, force: bool, max_order: int | None) -> _Setup | None:
         goal = max_order
     transfers, stop = 2 * enough_states(joints.size, size), max_order is None
     return _Setup(
-        kernel=_planar_first_orders if chain.planar else _spatial_first_orders,
+        compute=_planar_first_orders if chain.planar else _spatial_first_orders,
         rigid_parts=rigid_parts, parameters=total, sizes=(size, rows),
         rays=generic_directions(0, ray_count(chain, total, force), chain.width), stop=stop,
         orders=(goal, stop, fresh_steps(goal)),

@@ -59,7 +59,7 @@ LINES = (
     Line("five-bar IK, order 10, all coefficients", "heyoka, batched jets",
          _of(TAYLOR, ("five_bar 10",), HEYOKA), 1.0),
     Line("the same, orders 5 and 7", "heyoka",
-         _of(TAYLOR, ("five_bar 5", "five_bar 7"), HEYOKA), 1.5),
+         _of(TAYLOR, ("five_bar 5", "five_bar 7"), HEYOKA), 1.0),
     Line("6R along a line, order 10", "heyoka, geometry at run time",
          _of(TAYLOR, ("six_r 10",), HEYOKA), 1.0),
     Line("five-bar IK, order 10, 1000 poses in one call", "heyoka, batched jets",

@@ -19,7 +19,7 @@ from kinematics.errors import LinkageError
 from kinematics.model.arrays import freeze
 from kinematics.numerics.array_types import Array, IntArray
 from kinematics.numerics.compiled.jit import kernel
-from kinematics.numerics.compiled.simd import VECTOR_WIDTH, load_vector, store_vector
+from kinematics.numerics.compiled.simd import VECTOR_WIDTH, broadcast, load_vector, store_vector
 
 # Largest number of products in a table, which lists half of them as pairs of 16 bytes.
 MAX_PRODUCTS = 5_000_000
@@ -148,13 +148,13 @@ def multiply_polynomials(begin, end, count, lanes, places, pairs, left, right, o
         for x in range(0, count, VECTOR_WIDTH):
             root = places[t, 1] * lanes + x  # that of the constant term, 0, if there is none
             total = load_vector(left, root) * load_vector(right, root)
-            for p in range(places[t, 0], places[t + 1, 0]):
-                i, j = pairs[p, 0] * lanes + x, pairs[p, 1] * lanes + x
-                both = load_vector(left, i) * load_vector(right, j) + load_vector(
-                    left, j
-                ) * load_vector(right, i)
-                total = total + both
-            store_vector(out, t * lanes + x, total)
+            # Two sums hide the latency of additions, and a slice what signs of indices cost.
+            other, factors = broadcast(0.0), pairs[places[t, 0] : places[t + 1, 0]]
+            for p in range(factors.shape[0]):
+                i, j = factors[p, 0] * lanes + x, factors[p, 1] * lanes + x
+                total = total + load_vector(left, i) * load_vector(right, j)
+                other = other + load_vector(left, j) * load_vector(right, i)
+            store_vector(out, t * lanes + x, total + other)
 
 
 def monomial_powers(exponents: IntArray, u: Array) -> Array:

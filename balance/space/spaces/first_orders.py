@@ -84,9 +84,9 @@ def _first_orders_kernel(dim):
         searched, F, for_orders = work
         parent, screws, (size, rows) = chain[0], chain[1], sizes
         tolerance, total = round_off(origin, length), links.size * size
-        found = search_transfers(parent, screws, rigid_parts, size, rows, tolerance, searched)
+        outcome = search_transfers(parent, screws, rigid_parts, size, rows, tolerance, searched)
         transfers, owners, gap = searched[0], searched[1], searched[2]
-        count = max(found, 0)
+        count = max(outcome, 0)
         for i in range(count):
             whole[OWNERS, i] = owners[i]
             for j in range(total):
@@ -130,7 +130,7 @@ def _first_orders_kernel(dim):
             for i in range(total - rank):
                 basis[j * (total - rank) + i] = solutions[i, j]
         least = smallest_pivot(factor[:rank], order)
-        return found, serial, gap[0], gap[1], least, tolerance, answer
+        return outcome, serial, gap[0], gap[1], least, tolerance, answer
 
     return first_orders_kernel
 

@@ -249,10 +249,10 @@ def planar_vectors(
             change = change + quarter_turn(load_vector(product, t * stride + x))
             store_vector(right, t * stride + x, broadcast(part) * change)
         here = slice(t * stride, (t + 1) * stride)
-        one, two, z = left[here], right[here], product[here]
+        omegas, two, z = left[here], right[here], product[here]
         # r_k = (ω × r + a Dq)_k / k, of arms that lengthen
         for h in range(few if axes.shape[0] > 0 else 0):
-            w, axis, x, y = one[2 * h], arms[h, 2], 2 * h, 2 * h + 1
+            w, axis, x, y = omegas[2 * h], arms[h, 2], 2 * h, 2 * h + 1
             if axis >= 0:
                 rx, ry = -(w * starts[h, 1] + z[y]), w * starts[h, 0] + z[x]
                 rate, slide = rates[t, axes[axis, 1]], axes[axis, 4]

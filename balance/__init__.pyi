@@ -29,6 +29,8 @@ from .masses.counterweights.answer import Counterweights as Counterweights
 from .masses.counterweights.counterweights import counterweights as counterweights
 from .masses.designs.best_design import Design as Design
 from .masses.designs.best_design import design as design
+from .masses.identification.identify import identify as identify
+from .masses.identification.result import Identification as Identification
 from .masses.mode_answers import ModeAnswers as ModeAnswers
 from .masses.mode_answers import motion_modes as motion_modes
 from .masses.partial.budgets import pareto as pareto

@@ -37,12 +37,14 @@ class Table(NamedTuple):
             whose numbers are all the same.
         decimals: most decimals of a number in each column, exponents counted.
         quantities: quantity of the unit in the head of each column; empty without one.
+        names: names of the columns.
     """
 
     values: Array
     rounding: Array
     decimals: tuple[int, ...]
     quantities: tuple[str, ...] = ()
+    names: tuple[str, ...] = ()
 
 
 def refuse_row(
@@ -85,6 +87,7 @@ def read_table(
     fewest: int = 1,
     short: Mapping[str, str] | None = None,
     further: Sequence[str] = (),
+    some: Mapping[str, Sequence[str]] | None = None,
 ) -> Table:
     """Read named columns from a file of comma-separated values, and how they are rounded.
 
@@ -94,9 +97,11 @@ def read_table(
         fewest: least number of rows.
         short: other names that the file may use, and the wanted names for them.
         further: names of columns that the file may have too, all of them or none.
+        some: names of which the file must have at least one, in any number, and the quantities
+            of their units, keys of `balance.support.units.UNITS`.
 
     Returns:
-        The columns in the order of the names.
+        The columns in the order of the names; of ``some``, those that there are.
 
     Raises:
         FileError: the file cannot be read as such a table.
@@ -108,14 +113,18 @@ def read_table(
         reason = getattr(error, "strerror", None) or "it is not text of comma-separated values"
         raise refuse_row(path, "", f"cannot be read ({reason})") from None
     lines = [line for line in lines if any(cell.strip() for cell in line)]
-    heads = [_split_head(path, cell.strip()) for cell in lines[0]] if lines else []
-    other = short or {}
+    other, units = short or {}, some or {}
+    cells = [cell.strip() for cell in lines[0]] if lines else []
+    heads = [_split_head(path, cell, units, other) for cell in cells]
     names = [name if name in wanted else other.get(name, name) for name, _ in heads]
     if further and set(further) <= set(names):
         wanted = [*wanted, *further]
-    if sorted(names) != sorted(wanted):
+    present = [name for name in units if name in names]
+    if sorted(names) != sorted([*wanted, *present]) or (some and not present):
         by = "; commas part them, no semicolons" if ";" in "".join(names) else ""
-        raise refuse_row(path, "line 1", f"the columns must be {', '.join(wanted)}{by}")
+        more = f" and some of {', '.join(units)}" if some else ""
+        raise refuse_row(path, "line 1", f"the columns must be {', '.join(wanted)}{more}{by}")
+    wanted = [*wanted, *present]
     if not fewest < len(lines) <= MAX_ROWS + 1:
         raise refuse_row(
             path, "", f"holds {len(lines) - 1} samples, not {fewest} to {MAX_ROWS}"
@@ -136,10 +145,13 @@ def read_table(
     quantities, factors = zip(*(heads[column][1] for column in order), strict=True)
     rounding = _rounding(rows, *digits) * factors
     decimals = tuple(digits[0].max(axis=0).tolist())
-    return Table(rows * factors, rounding, decimals, quantities)
+    return Table(rows * factors, rounding, decimals, quantities, tuple(wanted))
 
 
-def _split_head(path: str | PathLike[str], head: str) -> tuple[str, tuple[str, float]]:
+def _split_head(
+    path: str | PathLike[str], head: str, units: Mapping[str, Sequence[str]],
+    short: Mapping[str, str],
+) -> tuple[str, tuple[str, float]]:  # fmt: skip
     """Split ``main [deg]`` to the name of a column, and quantity and factor of its unit.
 
     Raises:
@@ -148,9 +160,11 @@ def _split_head(path: str | PathLike[str], head: str) -> tuple[str, tuple[str, f
     name, bracket, unit = head.removesuffix("]").rpartition(" [")
     if not bracket or not head.endswith("]"):
         return head, ("", 1.0)
-    quantity = "time" if name.strip() == "time" else "coordinate"
+    name = name.strip()
+    quantities = COLUMN_UNITS["time" if name == "time" else "coordinate"]
+    quantities = tuple(units.get(short.get(name, name), quantities))
     try:
-        return name.strip(), read_unit(unit, *COLUMN_UNITS[quantity])
+        return name, read_unit(unit, *quantities)
     except UsageError as error:
         raise refuse_row(path, f"column '{clean(head, 100)}'", str(error)) from None
 

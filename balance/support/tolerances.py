@@ -363,3 +363,31 @@ SECOND_MOMENT_NEGATIVE_RELATIVE = 1e-9
 MASS_LEFT_RELATIVE = 1e-9
 # Residual of a condition on pure inertias over the largest of them: up to this it holds.
 PURE_INERTIA_CONDITION = 1e-9
+
+# --- identification
+
+# Pivot of the regressor of measured loads, over the largest: up to this the motion does not
+# excite a combination of parameters. Loops along a motion are closed to 1e-12.
+EXCITED_RELATIVE = 1e-9
+# Part of a unit combination of parameters outside those that are excited, up to which it is one
+# of them.
+EXCITED_OUTSIDE = 1e-6
+# Remainder of a row of a basis of unit columns, up to which it depends on the rows before it:
+# rows that leave more are taken first, for well-conditioned combinations.
+DEPENDENT_ROW_CLEAR = 1e-2
+DEPENDENT_ROW = 1e-7
+# Coefficient of a combination of parameters, in characteristic lengths, that counts as zero.
+COEFFICIENT_ZERO = 1e-9
+# Change of the noise of a channel, relative to it, at which its estimate is found.
+NOISE_FOUND = 1e-6
+# Noise of a channel over the largest load: the least that counts. Loads of a simulation have
+# none, and loops along a motion are closed to 1e-12.
+NOISE_LEAST = 1e-9
+# Smallest eigenvalue of a pseudo-inertia over its trace, in the units of the chain, below which
+# a body of a file is taken for flat, and what it is widened by.
+PRIOR_FLAT = 1e-6
+PRIOR_WIDENED = 1e-4
+# Newton decrement, in natural units of likelihood, at which the likeliest masses are found.
+LIKELIEST_DECREMENT = 1e-10
+# Correlation of neighbouring residuals above which standard errors are too small.
+RESIDUALS_CORRELATED = 0.3

@@ -10,24 +10,19 @@ import numpy as np
 
 from balance.motion.motion_tolerances import (
     BOUND_REACHED,
-    RATE_RESIDUAL_RELATIVE,
     SHAKING_RELATIVE,
 )
 from balance.motion.quiet.limits import InputLimits, LimitExceeded
 from balance.motion.quiet.objective import QuietObjective, overall
-from balance.motion.verification.given_motions import rate_columns, rates_off
+from balance.motion.verification.given_motions import motion_table
 from balance.motion.verification.input_paths import InputPath
 from balance.motion.verification.shaking_wrench import move_wrenches
 from balance.motion.verification.trajectory import Trajectory, drive
-from balance.support.csv_text import csv_table
 from kinematics.model.linkage import Linkage, Notice
 from kinematics.numerics.array_types import Array
 from kinematics.wording import number_text, repr_lines, size_text
 
 SCHEMA = "balance.quiet/1"
-
-# Samples of a table: the fewest, and those with which its spline shows the accelerations.
-TABLE_SAMPLES = 401, 801, 1601, 3201, 6401
 
 
 class MotionFigures(NamedTuple):
@@ -251,12 +246,7 @@ class QuietMotion:
             Comma-separated values: ``time`` and the inputs (displacements in rad and m); and
             their velocities and accelerations, unless these jump.
         """
-        for count in TABLE_SAMPLES:
-            motion = self.samples(count)
-            if rates_off(*motion) <= 0.1 * RATE_RESIDUAL_RELATIVE:
-                names = ["time", *self.linkage.inputs, *rate_columns(self.linkage)]
-                return csv_table(names, motion)
-        return csv_table(["time", *self.linkage.inputs], motion[:2])
+        return motion_table(self.linkage, self.samples)
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain data for JSON; see ``balance/app/schemas/quiet.schema.json``."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from os import PathLike
 
@@ -22,6 +23,7 @@ from balance.motion.verification.table_rounding import (
 )
 from balance.motion.verification.trajectory import Trajectory, drive, order_inputs
 from balance.support.csv_columns import Table, read_table, refuse_row
+from balance.support.csv_text import csv_table
 from kinematics.closure.joint_positions import input_chain
 from kinematics.errors import PoseError
 from kinematics.model.linkage import Linkage, Notice
@@ -32,6 +34,8 @@ from kinematics.wording import number_text
 # Fewest rows of a table: a spline of degree five needs six.
 FEWEST_ROWS = 6
 DEGREE = 5
+# Samples of a table: the fewest, and those with which its spline shows the accelerations.
+TABLE_SAMPLES = 401, 801, 1601, 3201, 6401
 # Radians above which the numbers of a table may be degrees: eight turns.
 MANY_RADIANS = 50.0
 
@@ -260,6 +264,24 @@ def rate_columns(linkage: Linkage) -> list[str]:
     return [
         f"{rate} {name}" for rate in ("velocity", "acceleration") for name in linkage.inputs
     ]
+
+
+def motion_table(linkage: Linkage, samples: Callable[[int], tuple[Array, ...]]) -> bytes:
+    """Write a motion as a table that `from_csv` reads.
+
+    Args:
+        samples: computes time (N,), displacements, velocities and accelerations (N, mobility)
+            at a number of even times.
+
+    Returns:
+        Comma-separated values: ``time`` and the inputs (displacements in rad and m); and their
+        velocities and accelerations, unless these jump.
+    """
+    for count in TABLE_SAMPLES:
+        motion = samples(count)
+        if rates_off(*motion) <= 0.1 * RATE_RESIDUAL_RELATIVE:
+            return csv_table(["time", *linkage.inputs, *rate_columns(linkage)], motion)
+    return csv_table(["time", *linkage.inputs], motion[:2])
 
 
 def rates_off(time: Array, u: Array, ud: Array, udd: Array) -> float:

@@ -1,0 +1,1 @@
+"""Masses from measured motions and loads."""

@@ -1,0 +1,316 @@
+"""Identify the masses of a linkage from a measured motion and measured loads."""
+
+from __future__ import annotations
+
+from os import PathLike
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from balance.masses.identification.combinations import Combination, relevant_combinations
+from balance.masses.identification.least_squares import LeastSquares, condition_number, solve
+from balance.masses.identification.likeliest_masses import (
+    LikeliestMasses,
+    likeliest_masses,
+    widened_pseudo_inertias,
+)
+from balance.masses.identification.load_rows import LoadRows, load_rows
+from balance.masses.identification.measurements import (
+    Loads,
+    Measurements,
+    motion_at,
+    read_measurements,
+)
+from balance.masses.identification.result import (
+    ChannelFit,
+    Identification,
+    Identified,
+    IdentifiedMass,
+    ShakingOf,
+)
+from balance.motion.verification.given_motions import from_csv, large_angles, rounding_notice
+from balance.motion.verification.load_errors import load_errors
+from balance.motion.verification.shaking_wrench import mass_parameters
+from balance.motion.verification.trajectory import Trajectory
+from balance.space.inertial_parameters.conversions import from_chain, to_chain
+from balance.space.spaces.compute_space import design_space
+from balance.space.spaces.design_space import DesignSpace
+from balance.support.options import GRAVITY, Balance, point_of
+from balance.support.tolerances import RESIDUALS_CORRELATED
+from kinematics.closure.joint_positions import input_chain
+from kinematics.errors import BodyError, LinkageError, UsageError
+from kinematics.loading.model_gallery import LinkageLike, as_linkage
+from kinematics.model.arrays import freeze
+from kinematics.model.linkage import Linkage, Notice
+from kinematics.numerics.array_types import Array
+from kinematics.wording import first_names, number_text
+
+# Standard deviation of the masses of a file, relative to them, by default.
+PRIOR = 0.3
+
+
+def identify(
+    linkage: LinkageLike, motion: Trajectory | str | PathLike[str], loads: Loads, *,
+    gravity: ArrayLike = GRAVITY, about: ArrayLike | None = None, on_linkage: bool = False,
+    offset: bool = False, friction: bool = False, prior: float = PRIOR,
+    balance: Balance = "dynamic", spatial: bool = False,
+) -> Identification:  # fmt: skip
+    """Identify the masses of a linkage, as far as balance depends on them, from measurements.
+
+    The wrench of the base on the linkage is ``ḣ - g``, linear in the inertial parameters, and
+    so are the torques of the drives. Weighted linear least squares estimate the combinations of
+    parameters that these loads determine, with standard errors from the residuals of each
+    channel. Of all masses that bodies can have, the likeliest ones are found, too: between the
+    loads and the masses of the file.
+
+    Args:
+        linkage: an assembled linkage, or what `kinematics.load` accepts.
+        motion: the measured motion, or a table of it as `balance.motion.from_csv` reads it.
+        loads: a table with a column ``time``, some of ``fx``, ``fy``, ``fz`` (N) and ``mx``,
+            ``my``, ``mz`` (N m), in inertial axes, and of the inputs by name, for the torques
+            of their drives (N m, sliding N): its path, or its columns by name. Its times may
+            differ from those of the motion.
+        gravity: acceleration of gravity in the inertial frame, m/s²; loads contain the weight.
+            Zeros if it was subtracted.
+        about: point of the moments in the inertial frame, metres; the inertial origin by
+            default.
+        on_linkage: whether the wrench is that of the base on the linkage; by default it is
+            that of the linkage on its base.
+        offset: whether each channel has an unknown constant: a sensor that was set to zero, or
+            that carries a frame too.
+        friction: whether each drive with a measured torque has viscous and dry friction,
+            ``τ = … + a u̇ + b sign u̇``.
+        prior: standard deviation of the masses of the file relative to them, for the likeliest
+            masses; combinations and their errors do not depend on it.
+        balance: ``"dynamic"``, or ``"force"`` for combinations on which forces alone depend.
+        spatial: count ten parameters per body, even if the linkage is planar.
+
+    Returns:
+        Combinations with standard errors, likeliest masses, and what they shake.
+
+    Raises:
+        FileError: a table cannot be read, or has too few samples.
+        UsageError: an option is out of range, or the loads are not those of the motion.
+        BodyError: a body has no mass in the file.
+        PoseError: the loops cannot be closed along the motion.
+
+    Source: C. G. Atkeson, C. H. An, J. M. Hollerbach, International Journal of Robotics
+        Research 5(3), 1986; T. Lee, P. M. Wensing, F. C. Park, IEEE Transactions on Robotics
+        36(2), 2020.
+
+    Example:
+        >>> import balance
+        >>> from balance.motion import random_motions, shaking
+        >>> linkage = balance.load("robot.urdf")
+        >>> (way,) = random_motions(linkage, 1, 100)
+        >>> wrench = shaking(linkage, way.u, way.ud, way.udd)
+        >>> columns = dict(zip(("mx", "my", "mz", "fx", "fy", "fz"), -wrench.T))
+        >>> found = balance.identify(linkage, way, {"time": way.time, **columns},
+        ...                          gravity=(0, 0, 0))
+        >>> found.verdict, len(found.combinations)
+        ('identified', 8)
+    """
+    linkage = as_linkage(linkage)
+    if not (np.isfinite(prior) and prior > 0.0):
+        raise UsageError(f"prior: {prior:g} is not above 0")
+    pull, point = point_of(gravity), point_of((0.0, 0.0, 0.0) if about is None else about)
+    measured = read_measurements(linkage, loads, on_linkage)
+    if friction and not measured.drives:
+        raise UsageError("friction: no torque of a drive was measured")
+    given = motion if isinstance(motion, Trajectory) else from_csv(linkage, motion)
+    trajectory = motion_at(linkage, given, measured.time)
+    if not trajectory.moves:
+        raise UsageError("motion: nothing moves; give inputs that change with time")
+    space = design_space(linkage, None, balance, spatial=spatial)
+    rows = load_rows(linkage, trajectory, pull, point)
+    sensors = _sensor_columns(linkage, trajectory, measured, offset, friction)
+    Y = _channel_rows(linkage, measured, rows)
+    fit = solve(Y, measured.values, [F for _, F in sensors], measured.rounding)
+    if fit is None:
+        raise UsageError(
+            f"loads: {len(measured.time)} samples of {first_names(measured.channels)} are too "
+            "few for so many unknowns: measure for longer"
+        )
+    return _answer(space, trajectory, measured, rows, Y, fit, sensors, pull, point, prior)
+
+
+def _channel_rows(linkage: Linkage, measured: Measurements, rows: LoadRows) -> Array:
+    """Select the rows of the measured loads (N, channels, parameters)."""
+    drives = [linkage.inputs.index(name) for name in measured.drives]
+    return np.concatenate(
+        [rows.wrench[:, list(measured.wrench)], rows.drives[:, drives]], axis=1
+    )
+
+
+Sensors = list[tuple[tuple[str, ...], Array]]
+
+
+def _sensor_columns(
+    linkage: Linkage, trajectory: Trajectory, measured: Measurements, offset: bool,
+    friction: bool,
+) -> Sensors:  # fmt: skip
+    """List names and columns (N, count) of the parameters of each channel's own sensor."""
+    sensors: Sensors = []
+    count = len(measured.time)
+    for name in measured.channels:
+        names, columns = [], [np.empty((count, 0))]
+        if offset:
+            names.append(f"offset {name}")
+            columns.append(np.ones((count, 1)))
+        if friction and name in measured.drives:
+            rate = trajectory.ud[:, [linkage.inputs.index(name)]]
+            if np.abs(rate).max() > 0.0:
+                names += [f"viscous {name}", f"dry {name}"]
+                columns += [rate, np.sign(rate)]
+        sensors.append((tuple(names), np.concatenate(columns, axis=1)))
+    return sensors
+
+
+def _answer(
+    space: DesignSpace, trajectory: Trajectory, measured: Measurements, rows: LoadRows,
+    Y: Array, fit: LeastSquares, sensors: Sensors, gravity: Array, point: Array, prior: float,
+) -> Identification:  # fmt: skip
+    """Collect the result of a fit."""
+    linkage = space.linkage
+    chain = input_chain(linkage)
+    file = mass_parameters(linkage)
+    x0 = to_chain(file, chain.frame, False, False)
+    matter, flat = widened_pseudo_inertias(x0)
+    for body, P in zip(linkage.bodies, matter, strict=True):
+        if not np.trace(P) > 0.0:
+            raise BodyError(
+                linkage.source, body.name,
+                "has no mass in the file, near which the likeliest one could be: give it an "
+                "<inertial>, or name it by massless",
+            )  # fmt: skip
+    likely = likeliest_masses(fit, matter, prior)
+    if likely is None:
+        raise LinkageError(
+            f"{linkage.source}: round-off keeps the likeliest masses from being found; give "
+            "masses of the right size in the file"
+        )
+    relevant = relevant_combinations(space, fit.directions)
+    found = tuple(
+        _identified(item, fit, x0.reshape(-1), likely) for item in relevant.combinations
+    )
+    loads = np.stack([Y @ x0.reshape(-1), Y @ (fit.directions @ fit.estimate)])
+    constants = {}
+    for c, (names, F) in enumerate(sensors):
+        for k in range(2):
+            values = np.linalg.lstsq(F, measured.values[:, c] - loads[k, :, c], rcond=None)[0]
+            loads[k, :, c] += F @ values
+        constants |= dict(zip(names, values.tolist(), strict=True))
+    z = likely.x.reshape(-1, 10) @ from_chain(chain.frame, False, False).T
+    force, moment = _rounding(linkage, trajectory, z, point)
+    channels = _channel_fits(measured, loads, fit)
+    return Identification(
+        space, found, fit.directions.shape[1],
+        condition_number(fit.factor, relevant.directions.T @ fit.directions), channels,
+        freeze(z), _masses(space, file, z, likely, x0), _shaking(rows, x0.reshape(-1), None),
+        _shaking(rows, likely.x, likely), (force, moment), prior, gravity, freeze(point),
+        trajectory, measured, loads, constants,
+        (*linkage.notices, *rounding_notice(trajectory), *large_angles(linkage, trajectory.u),
+         *_fit_notices(channels), *_flat_notices(linkage, flat.tolist())),
+    )  # fmt: skip
+
+
+def _identified(
+    item: Combination, fit: LeastSquares, x0: Array, likely: LikeliestMasses
+) -> Identified:
+    """Evaluate a combination."""
+    file, likeliest = float(item.row @ x0), float(item.row @ likely.x)
+    if not item.determined:
+        return Identified(item, file, None, None, likeliest)
+    row = item.row @ fit.directions
+    return Identified(
+        item, file, float(row @ fit.estimate), float(fit.spread(row[None])[0]), likeliest
+    )
+
+
+def _masses(
+    space: DesignSpace, file: Array, z: Array, likely: LikeliestMasses, x0: Array
+) -> tuple[IdentifiedMass, ...]:
+    """List the likeliest mass of each link; masses are in kg in the units of the chain too."""
+    unit = np.zeros((len(z), *x0.shape))
+    unit[range(len(z)), range(len(z)), 0] = 1.0
+    errors = likely.spread(unit.reshape(len(z), -1))
+    masses = []
+    for b, name in enumerate(space.bodies):
+        frame = space.frames[b]
+        com = frame[:3, :3].T @ (z[b, 1:4] / z[b, 0] - frame[:3, 3])
+        masses.append(
+            IdentifiedMass(
+                name, float(file[b, 0]), float(z[b, 0]), float(errors[b]), freeze(com)
+            )
+        )
+    return tuple(masses)
+
+
+def _shaking(rows: LoadRows, x: Array, likely: LikeliestMasses | None) -> ShakingOf:
+    """Compute root mean squares of the shaking, their standard errors, and shares."""
+    parts, errors, shares = [], [], []
+    for part in (slice(0, 3), slice(3, 6)):
+        A = rows.shaking[:, part]
+        load = A @ x
+        rms = float(np.sqrt(np.square(load).sum(axis=1).mean()))
+        parts.append(rms)
+        slope = np.einsum("ki,kip->p", load, A) / (len(load) * (rms or 1.0))
+        errors.append(float(likely.spread(slope[None])[0]) if likely else 0.0)
+        own = (A.reshape(*A.shape[:2], rows.bodies, 10) * x.reshape(-1, 10)).sum(axis=3)
+        whole = np.sqrt(np.square(np.linalg.norm(own, axis=1).sum(axis=1)).mean())
+        shares.append(rms / float(whole) if whole else 0.0)
+    return ShakingOf(*parts, *errors, *shares)
+
+
+def _channel_fits(
+    measured: Measurements, loads: Array, fit: LeastSquares
+) -> tuple[ChannelFit, ...]:
+    """Describe how well each load is explained."""
+    fits = []
+    for c, name in enumerate(measured.channels):
+        values, r = measured.values[:, c], fit.residuals[:, c]
+        size, left, rest = (
+            float(np.sqrt(np.square(part).mean()))
+            for part in (values, values - loads[0, :, c], r)
+        )
+        power = float(r @ r)
+        correlation = float(r[1:] @ r[:-1]) / power if power > 0.0 else 0.0
+        fits.append(ChannelFit(name, size, left, rest, float(fit.noise[c]), correlation))
+    return tuple(fits)
+
+
+def _rounding(
+    linkage: Linkage, trajectory: Trajectory, z: Array, point: Array
+) -> tuple[float, float]:
+    """Bound the errors of force and moment, root mean square, of a rounded table."""
+    if trajectory.errors is None:
+        return 0.0, 0.0
+    off = load_errors(linkage, input_chain(linkage), z, trajectory, point)
+    moment, force = np.sqrt(np.square(off).mean(axis=1)).tolist()
+    return force, moment
+
+
+def _fit_notices(channels: tuple[ChannelFit, ...]) -> list[Notice]:
+    """Warn of residuals that are not white noise."""
+    names = [c.name for c in channels if abs(c.correlation) > RESIDUALS_CORRELATED]
+    if not names:
+        return []
+    most = max((abs(c.correlation) for c in channels), default=0.0)
+    text = (
+        f"residuals of {first_names(names)} are not white noise: neighbours correlate by up to "
+        f"{number_text(most, '.2f')}; standard errors are then too small, and flexible links, "
+        "play, friction or filters may be the reason"
+    )
+    return [Notice("correlated_residuals", text)]
+
+
+def _flat_notices(linkage: Linkage, flat: list[bool]) -> list[Notice]:
+    """Say which bodies of the file were widened."""
+    names = [body.name for body, yes in zip(linkage.bodies, flat, strict=True) if yes]
+    if not names:
+        return []
+    text = (
+        f"{first_names(names)}: flat, thin or impossible in the file; the likeliest masses are "
+        "compared with bodies of some extent"
+    )
+    return [Notice("widened_prior", text)]

@@ -45,6 +45,11 @@ Masses that bodies can have:
 - ``Counterweights``: added matter, or why none balances
 - ``Design``: a design, or why there is none
 
+Masses from measurements:
+
+- ``identify``: masses from a measured motion and loads, as far as balance depends on them
+- ``Identification``: result of ``identify``
+
 Least shaking for a budget:
 
 - ``partial``: the matter within a budget that lets a linkage shake least along motions

@@ -17,6 +17,8 @@ Names for users, beside those of `balance` itself:
 - ``fewest_rotors``: the smallest sets of counter-rotations with which masses balance
 - ``FewestRotors``: result of ``fewest_rotors``
 - ``RotorSet``: one of the smallest sets
+- ``exciting_motion``: a motion that excites the parameters on which balance depends
+- ``ExcitingMotion``: result of ``exciting_motion``
 - ``AppliedRemedy``: one remedy, its verdict and its cost
 - ``ModeAnswer``: a mode of motion, and which masses balance the linkage on it
 """

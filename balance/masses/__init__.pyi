@@ -3,6 +3,8 @@ from .counterweights.parts.part_files import parts_of as parts_of
 from .counterweights.regions import Region as Region
 from .designs.feasibility import Feasibility as Feasibility
 from .designs.feasibility import feasible as feasible
+from .identification.exciting_motion import ExcitingMotion as ExcitingMotion
+from .identification.exciting_motion import exciting_motion as exciting_motion
 from .mode_answers import ModeAnswer as ModeAnswer
 from .partial.elastic_frame import ElasticFrame as ElasticFrame
 from .partial.least_violation import LeastViolation as LeastViolation

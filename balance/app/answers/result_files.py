@@ -65,6 +65,10 @@ def _page(result: Any) -> str:
 
 def _picture(result: Any, kind: str) -> bytes:
     """Draw a result: of new masses, the loads before and after."""
+    if type(result).__name__ == "Identification":
+        from balance.app.answers.html.identification import identification_picture
+
+        return identification_picture(result, kind)
     if type(result).__name__ == "ParetoFront":
         from balance.app.answers.html.partial import front_picture
 

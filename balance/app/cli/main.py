@@ -64,6 +64,10 @@ COMMANDS = {
         "shaking force and moment over motions, by an independent program",
         "balance verify robot.urdf --speed 300rpm",
     ),
+    "identify": Command(
+        "masses from measured motions and loads, as far as balance depends on them",
+        "balance identify robot.urdf --motion motion.csv --wrench loads.csv",
+    ),
     "design": Command(
         "masses of the links' own that can be built and do not shake, or why none do",
         "balance design robot.urdf --out balanced.urdf",

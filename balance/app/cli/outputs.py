@@ -25,7 +25,7 @@ OUTPUTS = {
 # Options that name models.
 MODELS = ("model", "against")
 # Options that name other input files.
-INPUTS = ("loops", "csv", "path", "masses", "study", "results")
+INPUTS = ("loops", "csv", "path", "masses", "study", "results", "measured", "wrench")
 
 
 def add_out_option(parser: Parser) -> None:

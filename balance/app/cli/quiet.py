@@ -121,10 +121,7 @@ def _add_objective_options(group: argparse._ArgumentGroup) -> None:
 def _add_limit_options(group: argparse._ArgumentGroup) -> None:
     """Add the options of limits of the inputs."""
     for kind, what in LIMITS.items():
-        group.add_argument(
-            f"--max-{kind}", action="append", type=_limit, default=[], metavar="[J=]VALUE",
-            help=f"largest {what}; of all inputs or of one, repeatable",
-        )  # fmt: skip
+        add_limit(group, kind, f"largest {what}; of all inputs or of one, repeatable")
     group.add_argument(
         "--ignore-limits", action="store_true",
         help="do not read the limits of positions, speeds and torques in the file",
@@ -132,6 +129,19 @@ def _add_limit_options(group: argparse._ArgumentGroup) -> None:
     group.add_argument(
         "--gravity", type=point, default=GRAVITY, metavar="X,Y,Z",
         help="acceleration of gravity for torques, m/s², inertial frame (default 0,0,-9.81)",
+    )  # fmt: skip
+
+
+def add_limit(group: argparse._ArgumentGroup, kind: str, purpose: str) -> None:
+    """Add the option of a limit of the inputs.
+
+    Args:
+        kind: what is limited.
+        purpose: the help of the option.
+    """
+    group.add_argument(
+        f"--max-{kind}", action="append", type=_limit, default=[], metavar="[J=]VALUE",
+        help=purpose,
     )  # fmt: skip
 
 
@@ -192,7 +202,7 @@ def _plan(arguments: argparse.Namespace, linkage: Linkage) -> QuietMotion:
         "gravity": arguments.gravity,
     }  # fmt: skip
     for kind in LIMITS:
-        options[kind] = _limits_by_name(linkage, getattr(arguments, f"max_{kind}"))
+        options[kind] = limits_by_name(linkage, getattr(arguments, f"max_{kind}"))
     if not arguments.straight and arguments.path is None:
         return quiet_motion(
             linkage, arguments.start, arguments.end, duration,
@@ -211,7 +221,7 @@ def _plan(arguments: argparse.Namespace, linkage: Linkage) -> QuietMotion:
     return quiet_timing(linkage, ends, duration, front=front, **options)
 
 
-def _limits_by_name(
+def limits_by_name(
     linkage: Linkage, given: Sequence[tuple[str, float]]
 ) -> dict[str, float] | None:
     """Collect limits by name; those without a name are of all inputs that have none."""

@@ -115,9 +115,7 @@ def relevant_combinations(space: DesignSpace, excited: Array) -> Relevant:
         chosen = [item._replace(determined=True) for item in some]
     rest = _independent([item.row for item in everything], directions,
                         len(everything) - len(kept))  # fmt: skip
-    return Relevant(
-        (*chosen, *(everything[k] for k in rest)), directions, len(everything)
-    )
+    return Relevant((*chosen, *(everything[k] for k in rest)), directions, len(everything))
 
 
 def _independent(rows: list[Array], known: Array, count: int) -> list[int]:
@@ -159,7 +157,7 @@ def _to_link_frames(space: DesignSpace) -> Array:
     frame = Frame(R=space.axes) if space.planar else Frame()
     si = from_chain(chain.frame, False, False)
     counted = to_chain(si.T, frame, space.planar, force).T
-    columns = np.kron(np.eye(bodies), counted)
+    columns = np.asarray(np.kron(np.eye(bodies), counted), np.float64)
     return in_link_frames(columns, space.frames, space.axes, space.labels)
 
 

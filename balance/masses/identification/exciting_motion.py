@@ -45,7 +45,7 @@ from balance.support.result_files import write_file
 from kinematics.closure.joint_positions import input_chain
 from kinematics.errors import PoseError, UsageError
 from kinematics.loading.model_gallery import LinkageLike, as_linkage
-from kinematics.model.linkage import Linkage, Notice
+from kinematics.model.linkage import Notice
 from kinematics.numerics.array_types import Array
 from kinematics.numerics.linalg.ties import first_least
 from kinematics.wording import number_text, repr_lines
@@ -125,7 +125,9 @@ class ExcitingMotion:
     def __repr__(self) -> str:
         """Two lines: the duration, and what was found."""
         name = self.space.linkage.name
-        return repr_lines(f"ExcitingMotion of {name}, {number_text(self.duration)} s", self.words)
+        return repr_lines(
+            f"ExcitingMotion of {name}, {number_text(self.duration)} s", self.words
+        )
 
     def samples(self, count: int) -> tuple[Array, ...]:
         """Compute time, inputs, velocities and accelerations at even times.
@@ -235,8 +237,8 @@ def exciting_motion(
             progress(search.tries, tries)
     if min(values) >= UNEXCITED:
         raise PoseError(
-            f"{linkage.source}: no motion of this duration near the reference pose excites what "
-            "balance depends on; write the file at a pose further from a singularity"
+            f"{linkage.source}: no motion near the reference pose excites what balance depends "
+            "on; write the file at a pose further from a singularity"
         )
     middle = starts[int(np.argsort(values)[len(values) // 2])]
     random = search.excitation(search.followed(middle)[1])
@@ -352,8 +354,8 @@ class _Search:
 
     def _spread(self, trajectory: Trajectory) -> Array | None:
         """Compute half-axes of the ellipsoid of errors; None if it is not bounded."""
-        R = np.linalg.qr(self._rows(trajectory) @ self._V, mode="r")
-        sizes = np.abs(np.diag(R))
+        R = np.asarray(np.linalg.qr(self._rows(trajectory) @ self._V, mode="r"))
+        sizes = np.abs(R.diagonal())
         if sizes.size and sizes.min() <= np.finfo(np.float64).eps * sizes.max():
             return None
         half = np.linalg.solve(R.T, self._relevant.T)
@@ -376,12 +378,12 @@ class _Search:
         """Improve a shape by Powell's method, in a number of tries."""
         from scipy.optimize import minimize
 
-        best, least = start, self.value(start)
+        best, least = start, np.inf
 
         def value(shape: Array) -> float:
             nonlocal best, least
             if self.tries >= tries:
-                raise StopIteration
+                return UNEXCITED
             now = self.value(shape)
             if progress is not None:
                 progress(self.tries, tries)
@@ -389,8 +391,5 @@ class _Search:
                 best, least = shape.copy(), now
             return now
 
-        try:
-            minimize(value, start, method="Powell")
-        except StopIteration:
-            pass
+        minimize(value, start, method="Powell", options={"maxfev": tries - self.tries})
         return best

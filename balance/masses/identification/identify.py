@@ -194,7 +194,7 @@ def _answer(
         _identified(item, fit, x0.reshape(-1), likely) for item in relevant.combinations
     )
     loads = np.stack([Y @ x0.reshape(-1), Y @ (fit.directions @ fit.estimate)])
-    constants = {}
+    constants: dict[str, float] = {}
     for c, (names, F) in enumerate(sensors):
         for k in range(2):
             values = np.linalg.lstsq(F, measured.values[:, c] - loads[k, :, c], rcond=None)[0]

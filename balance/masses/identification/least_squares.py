@@ -62,7 +62,7 @@ def excited_directions(rows: Array) -> Array:
         rows: regressor of loads (rows, parameters), each channel over its size.
     """
     count = rows.shape[1]
-    triangle = np.linalg.qr(rows, mode="r") if len(rows) > count else rows
+    triangle = np.asarray(np.linalg.qr(rows, mode="r")) if len(rows) > count else rows
     start = Conditions.given(np.empty((0, count)), EXCITED_RELATIVE)
     null = start.append(triangle).decide().basis
     return complement(null)
@@ -127,5 +127,6 @@ def condition_number(factor: Array, rows: Array) -> float:
     """
     if not len(rows):
         return 1.0
-    spread = singular_value_decomposition(np.linalg.solve(factor.T, rows.T))[1]
+    half = np.asarray(np.linalg.solve(factor.T, rows.T), np.float64)
+    spread = singular_value_decomposition(half)[1]
     return float(spread[0] / spread[-1])

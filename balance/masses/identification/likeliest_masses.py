@@ -82,9 +82,9 @@ def likeliest_masses(fit: LeastSquares, prior: Array, share: float) -> Likeliest
     C = np.linalg.cholesky(prior)[:, None]
     steps = from_pseudo_inertia(C @ BASIS @ C.swapaxes(-1, -2))
     bodies = len(prior)
-    S = np.zeros((bodies, 10, bodies, 10))
-    S[range(bodies), :, range(bodies)] = steps.swapaxes(1, 2)
-    S = S.reshape(10 * bodies, 10 * bodies)
+    single = np.zeros((bodies, 10, bodies, 10))
+    single[range(bodies), :, range(bodies)] = steps.swapaxes(1, 2)
+    S = single.reshape(10 * bodies, 10 * bodies)
     x0 = from_pseudo_inertia(prior).reshape(-1)
     J = fit.factor @ (fit.directions.T @ S)
     target = fit.factor @ (fit.estimate - fit.directions.T @ x0)
@@ -131,7 +131,7 @@ def _newton(J: Array, target: Array, bodies: int, weight: float) -> tuple[Array,
         rows = np.zeros((bodies, 16, bodies, 10))
         rows[range(bodies), :, range(bodies)] = np.sqrt(weight) * flat.swapaxes(1, 2)
         stacked = np.concatenate([rows.reshape(16 * bodies, 10 * bodies), J])
-        L = np.linalg.qr(stacked, mode="r")
+        L = np.asarray(np.linalg.qr(stacked, mode="r"))
         down = -np.linalg.solve(L.T, gradient)
         decrement = float(np.linalg.norm(down))
         if not np.isfinite(decrement):

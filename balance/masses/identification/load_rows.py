@@ -96,8 +96,8 @@ def _one_sample(
     """
     pose = forward_kinematics(chain, q)
     series = expand_from(chain, pose.screws, ud[None], 1)
-    steady, changing = RegressorSeries(chain, series, pose=pose).rows(1)[:, 0].reshape(
-        2, ud.size, -1
+    steady, changing = (
+        RegressorSeries(chain, series, pose=pose).rows(1)[:, 0].reshape(2, ud.size, -1)
     )
     bodies = chain.links.size
     rate = (udd @ steady + ud @ changing).reshape(6, bodies, 10)

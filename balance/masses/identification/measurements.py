@@ -154,10 +154,7 @@ def motion_at(linkage: Linkage, motion: Trajectory, time: Array) -> Trajectory:
             "loads: they are from {} to {} s, and the motion is known from {} to {} s: "
             "leave out the others".format(*ends)
         )
-    if motion.path is None:
-        path = SplinePath.through(motion.time, motion.u)
-    else:
-        path = motion.path
+    path = motion.path or SplinePath.through(motion.time, motion.u)
     moved = drive(linkage, time, *path.at(time))
     if motion.errors is None:
         return replace(moved, path=path)

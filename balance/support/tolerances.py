@@ -387,7 +387,9 @@ NOISE_LEAST = 1e-9
 # a body of a file is taken for flat, and what it is widened by.
 PRIOR_FLAT = 1e-6
 PRIOR_WIDENED = 1e-4
-# Newton decrement, in natural units of likelihood, at which the likeliest masses are found.
+# Newton decrement, in standard errors, at which the likeliest masses are found. Below the second
+# one, steps may end by round-off.
 LIKELIEST_DECREMENT = 1e-10
+LIKELIEST_STALLED = 1e-4
 # Correlation of neighbouring residuals above which standard errors are too small.
 RESIDUALS_CORRELATED = 0.3

@@ -92,6 +92,24 @@ def results_of_kinematics(linkage, motion):
     ]
 
 
+def results_of_measurements():
+    """Those of identification."""
+    plan = balance.masses.exciting_motion("four_bar_general", 2.0, tries=1)
+    run = balance.verify("four_bar_general", along=[plan.trajectory]).runs[0]
+    names = ("mx", "my", "mz", "fx", "fy", "fz")
+    columns = dict(zip(names, -run.shaking.T, strict=True))
+    found = balance.identify(
+        "four_bar_general", plan.trajectory, {"time": plan.trajectory.time, **columns},
+        gravity=(0.0, 0.0, 0.0),
+    )  # fmt: skip
+    return [
+        (plan, "best of 1 motions with seed 0"),
+        (found, "identified: all 8 combinations"),
+        (found.combinations[0], "±"),
+        (found.masses[0], "kg"),
+    ]
+
+
 def results_of_masses(space, none):
     """Those of designs, counterweights, remedies and synthesis."""
     design = balance.design(space)
@@ -148,6 +166,7 @@ def results():
         *results_of_beams(linkage),
         *results_of_kinematics(linkage, motion),
         *results_of_masses(space, none),
+        *results_of_measurements(),
         (space, "rank 7 of 12 planar parameters"),
         (space, "verified: balanced at"),
         (space, "ranks by order 3, 6, 7"),

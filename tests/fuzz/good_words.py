@@ -43,6 +43,7 @@ NEEDED: dict[str, tuple[tuple[str, ...], ...]] = {
     "discover export": (("{search}",), ("--family", "1"), ("--out", "{folder}/a.urdf")),
     "discover walk": (("--topology", "slider-crank"), ("--start", "2")),
     "quiet": (("--to", "{first}=0.05"),),
+    "identify": (("--motion", "{table}"), ("--wrench", "{loads}")),
     "springs": (("--between", "{tool}@0,0,0 {link}@0.1,0.2,0"), ("--gravity", "0.6,-1.3,0.4")),
 }  # fmt: skip
 
@@ -53,11 +54,14 @@ def needed(verb: str, given: Collection[str]) -> list[str]:
     without |= {"--csv"} if "--motion" in given else set()
     without |= {"--topology"} if "--model" in given else set()
     without |= {"--to"} if "--path" in given else set()
+    without |= {"--motion", "--wrench"} if "--plan" in given else set()
     return [word for words in NEEDED.get(verb, ()) if words[0] not in without for word in words]
 
 
 # What every synthesis needs.
 POSITIONS = ("--positions", "0.3,0.1,11; 0.1,0.4,-40")
+# What every plan of a motion needs.
+PLAN = ("--plan", "--tries", "2")
 BEAM = "length:1,EI:1,rhoA:1"
 # Words that the five-bar linkage with masses takes, and what else its option needs.
 GOOD: dict[str, list[str]] = {
@@ -133,6 +137,12 @@ GOOD: dict[str, list[str]] = {
     "--max-acceleration": ["{first}=90"], "--max-jerk": ["1e4"],
     "quiet --max-torque": ["1e3"], "quiet --gravity": ["0,-9.81,0"],
     "--front": ["2", "--straight"],
+    "identify --motion": ["{table}"], "--wrench": ["{loads}"], "--prior": ["0.1"],
+    "identify --gravity": ["0,-9.81,0"], "identify --friction": ["--wrench", "{torques}"],
+    "--plan": ["--tries", "3"], "--harmonics": ["3", *PLAN], "--tries": ["2", "--plan"],
+    "identify --duration": ["2", *PLAN], "identify --seed": ["3", *PLAN],
+    "identify --max-velocity": ["2", *PLAN],
+    "identify --max-acceleration": ["{first}=20", *PLAN],
     "quiet --weight-moment": ["0.2", "--shaking", "both"],
     "--positions": ["0.3,0.1,11; 0.1,0.4,-40", "--moving", "0.2,-0.1"],
     "--kind": ["four-bar", *POSITIONS, "--fixed", "0.2,-0.1"],

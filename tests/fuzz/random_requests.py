@@ -83,6 +83,8 @@ def meant(words: list[str], found: dict[str, Any]) -> int:
         return {"optimal": 0, "infeasible": 1, "undecided": 4}[last]
     if verb in ("design", "counterweights", "remedies", "springs", "synthesize"):
         return {"feasible": 0, "infeasible": 1, "undecided": 4}[found["verdict"]]
+    if verb == "identify":
+        return 1 if found.get("verdict") == "partly identified" else 0
     if verb == "verify":
         verdict = "undisturbed" if "undisturbed" in found else "balanced"
         return {True: 0, False: 1, None: 4}[found[verdict]]

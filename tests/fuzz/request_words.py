@@ -185,6 +185,25 @@ def _table(rng: random.Random, place: Place) -> str:
     return str(path)
 
 
+def _loads(rng: random.Random, place: Place) -> str:
+    """The path of a table of measured loads, good or bad."""
+    path = place.folder / "loads.csv"
+    if rng.random() < 0.1:
+        return str(place.folder / "none.csv")
+    known = ("fx", "fy", "fz", "mx", "my", "mz", *place.names.inputs)
+    names = ["time", *rng.sample(known, rng.randint(1, len(known)))]
+    if rng.random() < 0.1:
+        names[-1] = _one(rng, ("ghost", "fx [Nm]", "fx", ""))
+    step = rng.choice((0.002, 0.002, 0.002, 0.0, 1.0))
+    rows = [[f"{k * step:.6g}", *(f"{rng.gauss(0.0, 1.0):.4f}" for _ in names[1:])]
+            for k in range(rng.choice((0, 5, 40, 40, 40)))]  # fmt: skip
+    if rows and rng.random() < 0.15:
+        rng.choice(rows)[-1] = rng.choice((*NUMBERS, *ODD[:4]))
+    text = "\n".join(",".join(row) for row in (names, *rows))
+    path.write_text(text, encoding="utf-8", errors="replace")
+    return str(path)
+
+
 def _out(rng: random.Random, place: Place, *more: str) -> str:
     name = rng.choice((*FILES, *more, *more, ""))
     return str(place.folder / name) if name else rng.choice(("", str(place.folder)))
@@ -331,6 +350,12 @@ WORDS: dict[str, Maker] = {
         f"{_one(rng, place.names.inputs, 0.05)}={_number(rng)}:{_number(rng)}"
     ],
     "springs --gravity": lambda rng, place: [",".join(_number(rng, 0.05) for _ in range(3))],
+    "identify --motion": lambda rng, place: [_table(rng, place)],
+    "--wrench": lambda rng, place: [_loads(rng, place)],
+    "--prior": _of("0.3", "1e-3", "10", "0", "-1", "nan"),
+    "identify --gravity": _of("0,0,-9.81", "0,0,0", "1,2", "x"),
+    "--harmonics": _of("2", "3", "1", "51", "x"),
+    "--tries": _of("1", "2", "2", "0", "x"),
     "quiet --duration": _of("1", "0.3", "1e-6", "1e6", "0", "x"),
     "quiet --to": lambda rng, place: [_pose(rng, place)],
     "--shaking": _of("force", "moment", "both"),

@@ -44,8 +44,8 @@ def test_the_options_of_the_documents_are_those_of_the_commands(capsys):
     files = ([verb, k] for verb in ("sweep", "discover") for k in ("run", "show", "export"))
     files = [*files, ["discover", "walk"]]
     for verb in (
-        ["report"], ["verify"], ["design"], ["counterweights"], ["reduce"], ["remedies"],
-        ["springs"],
+        ["report"], ["verify"], ["identify"], ["design"], ["counterweights"], ["reduce"],
+        ["remedies"], ["springs"],
         *flex, ["motion"], ["paths"], ["quiet"], *files, ["synthesize"], ["formulas"], [],
     ):  # fmt: skip
         assert main([*verb, "--help"]) == 0

@@ -9,28 +9,37 @@ over all pseudo-inertias ``P_b ≻ 0``: the misfit in standard errors, and the l
 from the masses of the file (T. Lee, P. M. Wensing, F. C. Park, IEEE Transactions on Robotics
 36(2), 2020, equation 20). Near P0 the divergence is ``½ |P0^-½ P P0^-½ - 1|²``, so ρ is the
 standard deviation of the masses of the file, relative to them. The function is strictly convex
-and grows without bound towards the boundary, so that Newton's method with a line search finds
-its one minimum (S. Boyd, L. Vandenberghe, Convex Optimization, 2004, section 9.5). The inverse
+and grows without bound towards the boundary: Newton's method finds its one minimum. The inverse
 of the second derivative there is the covariance of the parameters to first order.
 """
 
 from __future__ import annotations
 
+from math import ceil, log
 from typing import NamedTuple
 
 import numpy as np
 
 from balance.masses.identification.least_squares import LeastSquares
 from balance.support.clarabel_adapter import TRIANGLES
-from balance.support.tolerances import LIKELIEST_DECREMENT, PRIOR_FLAT, PRIOR_WIDENED
+from balance.support.tolerances import (
+    LIKELIEST_DECREMENT,
+    LIKELIEST_STALLED,
+    PRIOR_FLAT,
+    PRIOR_WIDENED,
+)
 from kinematics.model.spatial.inertia import from_pseudo_inertia, pseudo_inertia
 from kinematics.numerics.array_types import Array, Flags
 
-# Most Newton steps, and halvings of a step.
-MAX_STEPS = 300
+# Most Newton steps for one weight, and halvings of a step.
+MAX_STEPS = 100
 MAX_HALVINGS = 60
 # Part of the decrease to first order that a step has to reach.
 SUFFICIENT = 1e-4
+# Factor of the weights from one stage to the next, and the Newton decrement, over the root of the
+# weight, at which a stage ends.
+WEIGHT_FACTOR = 10.0
+NEAR = 0.2
 # Orthonormal basis of symmetric matrices (10, 4, 4).
 BASIS = TRIANGLES[4].T.reshape(10, 4, 4)
 
@@ -89,7 +98,7 @@ def likeliest_masses(fit: LeastSquares, prior: Array, share: float) -> Likeliest
     J = fit.factor @ (fit.directions.T @ S)
     target = fit.factor @ (fit.estimate - fit.directions.T @ x0)
     try:
-        found = _newton(J, target, bodies, 1.0 / share**2)
+        found = _follow(J, target, bodies, 1.0 / share**2)
     except np.linalg.LinAlgError:
         return None
     if found is None:
@@ -98,54 +107,80 @@ def likeliest_masses(fit: LeastSquares, prior: Array, share: float) -> Likeliest
     return LikeliestMasses(x0 + S @ t, S @ np.linalg.inv(L))
 
 
-def _newton(J: Array, target: Array, bodies: int, weight: float) -> tuple[Array, Array] | None:
+def _follow(J: Array, target: Array, bodies: int, weight: float) -> tuple[Array, Array] | None:
     """Minimise ``½ |J t - target|² + weight Σ tr T_b - log det(1 + T_b)``, ``T_b = Σ t_i B_i``.
 
+    Weights descend to the one that is meant, so that Newton's method never starts far from its
+    minimum (S. Boyd, L. Vandenberghe, Convex Optimization, 2004, section 11.3).
+
     Returns:
-        t, and the triangular factor L with the second derivative ``L' L``.
+        t, and the triangular factor L with the second derivative ``L' L``; None if round-off
+        keeps Newton's method from converging.
 
     Raises:
         LinAlgError: round-off makes a matrix indefinite.
     """
+    first = max(weight, float(target @ target))
+    stages = ceil(log(first / weight, WEIGHT_FACTOR)) if first > weight else 0
+    t = np.zeros(J.shape[1])
+    found = None
+    for stage in range(stages, -1, -1):
+        now = weight * WEIGHT_FACTOR**stage
+        enough = LIKELIEST_DECREMENT if stage == 0 else NEAR * np.sqrt(now)
+        found = _newton(J, target, bodies, now, t, enough)
+        if found is None:
+            return None
+        t = found[0]
+    return found
+
+
+def _matrices(t: Array, bodies: int) -> Array:
+    """Compute ``1 + T_b`` (bodies, 4, 4)."""
+    return np.asarray(np.eye(4) + np.einsum("bi,iac->bac", t.reshape(bodies, 10), BASIS))
+
+
+def _value(J: Array, target: Array, bodies: int, weight: float, t: Array) -> float:
+    """Compute what is minimised; infinite where a matrix is not positive definite."""
+    values = np.linalg.eigvalsh(_matrices(t, bodies)) - 1.0
+    if values.min() <= -1.0:
+        return np.inf
+    misfit = J @ t - target
+    # x - log(1 + x) without cancellation for values near 1.
+    return float(0.5 * misfit @ misfit + weight * np.sum(values - np.log1p(values)))
+
+
+def _newton(
+    J: Array, target: Array, bodies: int, weight: float, start: Array, enough: float
+) -> tuple[Array, Array] | None:
+    """Take Newton steps from a start until their decrement is small; see `_follow`."""
     traces = np.einsum("iaa->i", BASIS)
-
-    def matrices(t: Array) -> Array:
-        return np.eye(4) + np.einsum("bi,iac->bac", t.reshape(bodies, 10), BASIS)
-
-    def value(t: Array) -> float:
-        values = np.linalg.eigvalsh(matrices(t)) - 1.0
-        if values.min() <= -1.0:
-            return np.inf
-        misfit = J @ t - target
-        # x - log(1 + x) without cancellation for values near 1.
-        return float(0.5 * misfit @ misfit + weight * np.sum(values - np.log1p(values)))
-
-    t, now = np.zeros(J.shape[1]), value(np.zeros(J.shape[1]))
+    t, now, before = start, _value(J, target, bodies, weight, start), np.inf
     for _ in range(MAX_STEPS):
-        inverse = np.linalg.inv(np.linalg.cholesky(matrices(t)))[:, None]
+        inverse = np.linalg.inv(np.linalg.cholesky(_matrices(t, bodies)))[:, None]
         D = inverse @ BASIS @ inverse.swapaxes(-1, -2)
-        gradient = J.T @ (J @ t - target) + weight * (
-            traces - np.einsum("biaa->bi", D)
-        ).reshape(-1)
-        flat = D.reshape(bodies, 10, 16)
+        slope = (traces - np.einsum("biaa->bi", D)).reshape(-1)
+        gradient = J.T @ (J @ t - target) + weight * slope
         rows = np.zeros((bodies, 16, bodies, 10))
-        rows[range(bodies), :, range(bodies)] = np.sqrt(weight) * flat.swapaxes(1, 2)
+        flat = np.sqrt(weight) * D.reshape(bodies, 10, 16)
+        rows[range(bodies), :, range(bodies)] = flat.swapaxes(1, 2)
         stacked = np.concatenate([rows.reshape(16 * bodies, 10 * bodies), J])
         L = np.asarray(np.linalg.qr(stacked, mode="r"))
         down = -np.linalg.solve(L.T, gradient)
         decrement = float(np.linalg.norm(down))
         if not np.isfinite(decrement):
             return None
-        if decrement <= LIKELIEST_DECREMENT:
+        # Round-off ends the quadratic convergence: a step no longer halves the decrement.
+        stalled = before <= LIKELIEST_STALLED and decrement > 0.5 * before
+        if decrement <= enough or stalled:
             return t, L
+        before = decrement
         step, length = np.linalg.solve(L, down), 1.0
         for _ in range(MAX_HALVINGS):
-            after = value(t + length * step)
+            after = _value(J, target, bodies, weight, t + length * step)
             if after <= now - SUFFICIENT * length * decrement**2:
                 break
             length *= 0.5
         else:
-            # Round-off ends the descent.
-            return (t, L) if decrement <= np.sqrt(LIKELIEST_DECREMENT) else None
+            return (t, L) if decrement <= LIKELIEST_STALLED else None
         t, now = t + length * step, after
     return None

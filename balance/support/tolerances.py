@@ -387,9 +387,12 @@ NOISE_LEAST = 1e-9
 # a body of a file is taken for flat, and what it is widened by.
 PRIOR_FLAT = 1e-6
 PRIOR_WIDENED = 1e-4
-# Newton decrement, in standard errors, at which the likeliest masses are found. Below the second
-# one, steps may end by round-off.
+# Newton decrement, in standard errors, at which the likeliest masses are found. Below the
+# second one, steps may end by round-off.
 LIKELIEST_DECREMENT = 1e-10
 LIKELIEST_STALLED = 1e-4
+# Least standard errors of loads, relative to the masses of the file, that count for the
+# likeliest masses: larger ones where loads ask for masses so far off that round-off decides.
+LIKELIEST_ERRORS = (1e-6, 1e-4, 1e-2, 1.0)
 # Correlation of neighbouring residuals above which standard errors are too small.
 RESIDUALS_CORRELATED = 0.3

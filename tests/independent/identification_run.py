@@ -113,16 +113,22 @@ def machine(name: str, tries: int = 60, samples: int = SAMPLES) -> Machine:
     return Machine(linkage, time, u, wrench, loads, file)
 
 
+def other_masses(linkage: Any, rng: np.random.Generator) -> Any:
+    """Masses (nb, 10) unlike those of the file: points are added to a part of each body."""
+    length = linkage.spatial_chain.frame.length
+    truth = np.array([body.inertia for body in linkage.bodies])
+    for own, body in zip(truth, linkage.bodies, strict=True):
+        masses, points = point_masses(rng, 6, 0.1 * length)
+        other = sums(masses, points + body.inertia[1:4] / body.inertia[0])
+        own += CHANGE * own[0] / other[0] * other - 0.5 * CHANGE * own
+    return truth
+
+
 def write_run(
     moving: Machine, rng: np.random.Generator, folder: Path, noise: float = NOISE
 ) -> Any:
     """Write the tables of one run; the true parameters (parameters,)."""
-    length = moving.linkage.spatial_chain.frame.length
-    truth = moving.file.reshape(-1, 10).copy()
-    for own in truth:
-        other = sums(*point_masses(rng, 6, 0.25 * length))
-        own += CHANGE * own[0] / other[0] * other - 0.5 * CHANGE * own
-    truth = truth.reshape(-1)
+    truth = other_masses(moving.linkage, rng).reshape(-1)
     loads = moving.rows @ truth
     loads = loads + noise * np.abs(loads).max(axis=0) * rng.normal(size=loads.shape)
     loads[:, :6] *= -1.0
@@ -223,8 +229,9 @@ def main() -> None:
     for name in chosen.machines:
         found = coverage(name, chosen.runs)
         shown = (
-            f"{found.combinations}", f"{100 * found.within:.1f} %", f"{100 * found.every:.1f} %",
-            f"{found.squares:.3f}", f"{100 * found.shaking:.1f} %",
+            f"{found.combinations}", f"{100 * found.within:.1f} %",
+            f"{100 * found.every:.1f} %", f"{found.squares:.3f}",
+            f"{100 * found.shaking:.1f} %",
         )  # fmt: skip
         print(f"{name:32}", *(f"{word:>22}" for word in shown), flush=True)
 

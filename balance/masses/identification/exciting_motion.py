@@ -24,6 +24,7 @@ import numpy as np
 from balance.masses.identification.combinations import relevant_combinations
 from balance.masses.identification.least_squares import complement, excited_directions
 from balance.masses.identification.load_rows import load_rows
+from balance.masses.identification.measurements import require_bodies
 from balance.motion.motion_tolerances import CONDITIONING_LEAST
 from balance.motion.quiet.limits import InputLimits, Limit, input_limits
 from balance.motion.verification.given_motions import motion_table
@@ -209,6 +210,7 @@ def exciting_motion(
     Raises:
         UsageError: an option is out of range.
         PoseError: no motion was found near the reference pose.
+        FileError: no link that moves has an inertia.
 
     Source: J. Swevers et al., IEEE Transactions on Robotics and Automation 13(5), 1997.
 
@@ -219,6 +221,7 @@ def exciting_motion(
         True
     """
     linkage = as_linkage(linkage)
+    require_bodies(linkage)
     if not (np.isfinite(duration) and duration > 0.0):
         raise UsageError(f"duration: {duration:g} s is not above 0")
     if harmonics < 2:

@@ -20,6 +20,7 @@ from balance.masses.identification.measurements import (
     Measurements,
     motion_at,
     read_measurements,
+    require_bodies,
 )
 from balance.masses.identification.result import (
     ChannelFit,
@@ -36,7 +37,7 @@ from balance.space.inertial_parameters.conversions import from_chain, to_chain
 from balance.space.spaces.compute_space import design_space
 from balance.space.spaces.design_space import DesignSpace
 from balance.support.options import GRAVITY, Balance, point_of
-from balance.support.tolerances import RESIDUALS_CORRELATED
+from balance.support.tolerances import EXCITED_OUTSIDE, RESIDUALS_CORRELATED
 from kinematics.closure.joint_positions import input_chain
 from kinematics.errors import BodyError, LinkageError, UsageError
 from kinematics.loading.model_gallery import LinkageLike, as_linkage
@@ -47,6 +48,10 @@ from kinematics.wording import first_names, number_text
 
 # Standard deviation of the masses of a file, relative to them, by default.
 PRIOR = 0.3
+# Part of the noise below which residuals are round-off: exact loads have the least noise.
+NOISE_FLOOR = 0.5
+# Most numbers of the regressor of all loads.
+MOST_NUMBERS = 30_000_000
 
 
 def identify(
@@ -65,7 +70,7 @@ def identify(
 
     Args:
         linkage: an assembled linkage, or what `kinematics.load` accepts.
-        motion: the measured motion, or a table of it as `balance.motion.from_csv` reads it.
+        motion: the measured motion, or a table of it as ``balance verify --csv`` reads it.
         loads: a table with a column ``time``, some of ``fx``, ``fy``, ``fz`` (N) and ``mx``,
             ``my``, ``mz`` (N m), in inertial axes, and of the inputs by name, for the torques
             of their drives (N m, sliding N): its path, or its columns by name. Its times may
@@ -92,6 +97,7 @@ def identify(
         FileError: a table cannot be read, or has too few samples.
         UsageError: an option is out of range, or the loads are not those of the motion.
         BodyError: a body has no mass in the file.
+        LinkageError: no link that moves has an inertia.
         PoseError: the loops cannot be closed along the motion.
 
     Source: C. G. Atkeson, C. H. An, J. M. Hollerbach, International Journal of Robotics
@@ -100,17 +106,15 @@ def identify(
 
     Example:
         >>> import balance
-        >>> from balance.motion import random_motions, shaking
-        >>> linkage = balance.load("robot.urdf")
-        >>> (way,) = random_motions(linkage, 1, 100)
-        >>> wrench = shaking(linkage, way.u, way.ud, way.udd)
-        >>> columns = dict(zip(("mx", "my", "mz", "fx", "fy", "fz"), -wrench.T))
-        >>> found = balance.identify(linkage, way, {"time": way.time, **columns},
-        ...                          gravity=(0, 0, 0))
+        >>> run = balance.verify("robot.urdf", trajectories=1).runs[0]
+        >>> names = ("mx", "my", "mz", "fx", "fy", "fz")
+        >>> loads = {"time": run.trajectory.time, **dict(zip(names, -run.shaking.T))}
+        >>> found = balance.identify("robot.urdf", run.trajectory, loads, gravity=(0, 0, 0))
         >>> found.verdict, len(found.combinations)
         ('identified', 8)
     """
     linkage = as_linkage(linkage)
+    require_bodies(linkage)
     if not (np.isfinite(prior) and prior > 0.0):
         raise UsageError(f"prior: {prior:g} is not above 0")
     pull, point = point_of(gravity), point_of((0.0, 0.0, 0.0) if about is None else about)
@@ -121,6 +125,12 @@ def identify(
     trajectory = motion_at(linkage, given, measured.time)
     if not trajectory.moves:
         raise UsageError("motion: nothing moves; give inputs that change with time")
+    most = MOST_NUMBERS // (60 * len(linkage.bodies))
+    if len(measured.time) > most:
+        raise UsageError(
+            f"loads: {len(measured.time)} samples of so many links would fill the memory: "
+            f"leave out all but {most}"
+        )
     space = design_space(linkage, None, balance, spatial=spatial)
     rows = load_rows(linkage, trajectory, pull, point)
     sensors = _sensor_columns(linkage, trajectory, measured, offset, friction)
@@ -206,11 +216,11 @@ def _answer(
     return Identification(
         space, found, fit.directions.shape[1],
         condition_number(fit.factor, relevant.directions.T @ fit.directions), channels,
-        freeze(z), _masses(space, file, z, likely, x0), _shaking(rows, x0.reshape(-1), None),
-        _shaking(rows, likely.x, likely), (force, moment), prior, gravity, freeze(point),
+        freeze(z), _masses(space, file, z, likely, x0), _shaking(rows, x0.reshape(-1)),
+        _shaking(rows, likely.x, fit, likely), (force, moment), prior, gravity, freeze(point),
         trajectory, measured, loads, constants,
-        (*linkage.notices, *rounding_notice(trajectory), *large_angles(linkage, trajectory.u),
-         *_fit_notices(channels), *_flat_notices(linkage, flat.tolist())),
+        (*linkage.notices, *_motion_notices(linkage, trajectory), *_fit_notices(channels),
+         *_far_notices(likely), *_flat_notices(linkage, flat.tolist())),
     )  # fmt: skip
 
 
@@ -246,18 +256,34 @@ def _masses(
     return tuple(masses)
 
 
-def _shaking(rows: LoadRows, x: Array, likely: LikeliestMasses | None) -> ShakingOf:
-    """Compute root mean squares of the shaking, their standard errors, and shares."""
+def _shaking(
+    rows: LoadRows, x: Array, fit: LeastSquares | None = None,
+    likely: LikeliestMasses | None = None,
+) -> ShakingOf:  # fmt: skip
+    """Compute root mean squares of the shaking, their standard errors, and shares.
+
+    What the loads determine is taken from them alone; else from the likeliest masses.
+
+    Args:
+        x: parameters (parameters,), units of the chain.
+        fit: what the loads determine; None for masses without errors.
+        likely: the likeliest masses, whose parameters are x.
+    """
     parts, errors, shares = [], [], []
     for part in (slice(0, 3), slice(3, 6)):
         A = rows.shaking[:, part]
-        load = A @ x
-        rms = float(np.sqrt(np.square(load).sum(axis=1).mean()))
-        parts.append(rms)
-        slope = np.einsum("ki,kip->p", load, A) / (len(load) * (rms or 1.0))
-        errors.append(float(likely.spread(slope[None])[0]) if likely else 0.0)
         own = (A.reshape(*A.shape[:2], rows.bodies, 10) * x.reshape(-1, 10)).sum(axis=3)
         whole = np.sqrt(np.square(np.linalg.norm(own, axis=1).sum(axis=1)).mean())
+        load, spread = A @ x, likely.spread if likely else None
+        if fit is not None:
+            inside = A @ fit.directions
+            outside = np.linalg.norm(A - inside @ fit.directions.T)
+            if outside <= EXCITED_OUTSIDE * np.linalg.norm(A):
+                A, load, spread = inside, inside @ fit.estimate, fit.spread
+        rms = float(np.sqrt(np.square(load).sum(axis=1).mean()))
+        slope = np.einsum("ki,kip->p", load, A) / (len(load) * (rms or 1.0))
+        parts.append(rms)
+        errors.append(float(spread(slope[None])[0]) if spread else 0.0)
         shares.append(rms / float(whole) if whole else 0.0)
     return ShakingOf(*parts, *errors, *shares)
 
@@ -290,18 +316,36 @@ def _rounding(
     return force, moment
 
 
+def _motion_notices(linkage: Linkage, trajectory: Trajectory) -> list[Notice]:
+    """Doubt a table of the motion: its decimals, and angles that may be degrees."""
+    return [*rounding_notice(trajectory), *large_angles(linkage, trajectory.u)]
+
+
 def _fit_notices(channels: tuple[ChannelFit, ...]) -> list[Notice]:
     """Warn of residuals that are not white noise."""
-    names = [c.name for c in channels if abs(c.correlation) > RESIDUALS_CORRELATED]
+    noisy = [c for c in channels if c.residual > NOISE_FLOOR * c.noise]
+    sizes = {c.name: abs(c.correlation) for c in noisy}
+    names = [name for name, size in sizes.items() if size > RESIDUALS_CORRELATED]
     if not names:
         return []
-    most = max((abs(c.correlation) for c in channels), default=0.0)
+    most = max(sizes.values())
     text = (
         f"residuals of {first_names(names)} are not white noise: neighbours correlate by up to "
         f"{number_text(most, '.2f')}; standard errors are then too small, and flexible links, "
         "play, friction or filters may be the reason"
     )
     return [Notice("correlated_residuals", text)]
+
+
+def _far_notices(likely: LikeliestMasses) -> list[Notice]:
+    """Say that loads ask for masses that are far from those of the file."""
+    if likely.followed:
+        return []
+    text = (
+        "the loads ask for masses unlike any near those of the file, so that the likeliest "
+        "masses follow them only roughly: check units, --gravity, --about and --on-linkage"
+    )
+    return [Notice("far_from_file", text)]
 
 
 def _flat_notices(linkage: Linkage, flat: list[bool]) -> list[Notice]:

@@ -15,15 +15,19 @@ of the second derivative there is the covariance of the parameters to first orde
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from contextlib import suppress
 from math import ceil, log
 from typing import NamedTuple
 
 import numpy as np
 
 from balance.masses.identification.least_squares import LeastSquares
+from balance.space.conditions.rank import singular_value_decomposition
 from balance.support.clarabel_adapter import TRIANGLES
 from balance.support.tolerances import (
     LIKELIEST_DECREMENT,
+    LIKELIEST_ERRORS,
     LIKELIEST_STALLED,
     PRIOR_FLAT,
     PRIOR_WIDENED,
@@ -31,13 +35,13 @@ from balance.support.tolerances import (
 from kinematics.model.spatial.inertia import from_pseudo_inertia, pseudo_inertia
 from kinematics.numerics.array_types import Array, Flags
 
-# Most Newton steps for one weight, and halvings of a step.
+# Most Newton steps for one weight, and changes of the length of a step.
 MAX_STEPS = 100
 MAX_HALVINGS = 60
-# Part of the decrease to first order that a step has to reach.
-SUFFICIENT = 1e-4
-# Factor of the weights from one stage to the next, and the Newton decrement, over the root of the
-# weight, at which a stage ends.
+# Slope at the end of a step over that at its start, both down the function.
+FLAT = 0.3
+# Factor of the weights from one stage to the next, and the Newton decrement, over the root of
+# the weight, at which a stage ends.
 WEIGHT_FACTOR = 10.0
 NEAR = 0.2
 # Orthonormal basis of symmetric matrices (10, 4, 4).
@@ -50,10 +54,13 @@ class LikeliestMasses(NamedTuple):
     Attributes:
         x: parameters in the units of the chain (bodies · 10,).
         root: matrix S of the covariance ``S S'`` of x (bodies · 10, bodies · 10).
+        followed: whether the loads count with their own standard errors; else they ask for
+            masses so far from those of the file that round-off allows larger ones only.
     """
 
     x: Array
     root: Array
+    followed: bool = True
 
     def spread(self, rows: Array) -> Array:
         """Compute standard errors (k,) of combinations of x, given as rows (k, parameters)."""
@@ -95,16 +102,19 @@ def likeliest_masses(fit: LeastSquares, prior: Array, share: float) -> Likeliest
     single[range(bodies), :, range(bodies)] = steps.swapaxes(1, 2)
     S = single.reshape(10 * bodies, 10 * bodies)
     x0 = from_pseudo_inertia(prior).reshape(-1)
-    J = fit.factor @ (fit.directions.T @ S)
-    target = fit.factor @ (fit.estimate - fit.directions.T @ x0)
-    try:
-        found = _follow(J, target, bodies, 1.0 / share**2)
-    except np.linalg.LinAlgError:
-        return None
-    if found is None:
-        return None
-    t, L = found
-    return LikeliestMasses(x0 + S @ t, S @ np.linalg.inv(L))
+    # Exact loads leave standard errors of round-off: in units of the file they are raised.
+    U, size, Vt = singular_value_decomposition(fit.factor @ (fit.directions.T @ S))
+    misfit = U.T @ (fit.factor @ (fit.estimate - fit.directions.T @ x0))
+    for error in LIKELIEST_ERRORS:
+        capped = np.minimum(size, 1.0 / error)
+        J, target = capped[:, None] * Vt, (capped / size) * misfit
+        with suppress(np.linalg.LinAlgError):
+            found = _follow(J, target, bodies, 1.0 / share**2)
+            if found is not None:
+                t, L = found
+                followed = error == LIKELIEST_ERRORS[0]
+                return LikeliestMasses(x0 + S @ t, S @ np.linalg.inv(L), followed)
+    return None
 
 
 def _follow(J: Array, target: Array, bodies: int, weight: float) -> tuple[Array, Array] | None:
@@ -139,27 +149,13 @@ def _matrices(t: Array, bodies: int) -> Array:
     return np.asarray(np.eye(4) + np.einsum("bi,iac->bac", t.reshape(bodies, 10), BASIS))
 
 
-def _value(J: Array, target: Array, bodies: int, weight: float, t: Array) -> float:
-    """Compute what is minimised; infinite where a matrix is not positive definite."""
-    values = np.linalg.eigvalsh(_matrices(t, bodies)) - 1.0
-    if values.min() <= -1.0:
-        return np.inf
-    misfit = J @ t - target
-    # x - log(1 + x) without cancellation for values near 1.
-    return float(0.5 * misfit @ misfit + weight * np.sum(values - np.log1p(values)))
-
-
 def _newton(
     J: Array, target: Array, bodies: int, weight: float, start: Array, enough: float
 ) -> tuple[Array, Array] | None:
     """Take Newton steps from a start until their decrement is small; see `_follow`."""
-    traces = np.einsum("iaa->i", BASIS)
-    t, now, before = start, _value(J, target, bodies, weight, start), np.inf
+    t, before = start, np.inf
     for _ in range(MAX_STEPS):
-        inverse = np.linalg.inv(np.linalg.cholesky(_matrices(t, bodies)))[:, None]
-        D = inverse @ BASIS @ inverse.swapaxes(-1, -2)
-        slope = (traces - np.einsum("biaa->bi", D)).reshape(-1)
-        gradient = J.T @ (J @ t - target) + weight * slope
+        gradient, D = _slopes(J, target, bodies, weight, t)
         rows = np.zeros((bodies, 16, bodies, 10))
         flat = np.sqrt(weight) * D.reshape(bodies, 10, 16)
         rows[range(bodies), :, range(bodies)] = flat.swapaxes(1, 2)
@@ -174,13 +170,54 @@ def _newton(
         if decrement <= enough or stalled:
             return t, L
         before = decrement
-        step, length = np.linalg.solve(L, down), 1.0
-        for _ in range(MAX_HALVINGS):
-            after = _value(J, target, bodies, weight, t + length * step)
-            if after <= now - SUFFICIENT * length * decrement**2:
-                break
-            length *= 0.5
-        else:
-            return (t, L) if decrement <= LIKELIEST_STALLED else None
-        t, now = t + length * step, after
+        step = np.linalg.solve(L, down)
+
+        def slope(length: float, t: Array = t, step: Array = step) -> float:
+            """Slope along the step; infinite where a matrix is not positive definite."""
+            try:
+                return float(_slopes(J, target, bodies, weight, t + length * step)[0] @ step)
+            except np.linalg.LinAlgError:
+                return np.inf
+
+        t = t + _length(slope, decrement**2) * step
     return None
+
+
+def _slopes(
+    J: Array, target: Array, bodies: int, weight: float, t: Array
+) -> tuple[Array, Array]:
+    """Compute the gradient, and the matrices ``C⁻¹ B_i C⁻ᵀ`` (bodies, 10, 4, 4).
+
+    Raises:
+        LinAlgError: a matrix ``1 + T_b = C Cᵀ`` is not positive definite.
+    """
+    inverse = np.linalg.inv(np.linalg.cholesky(_matrices(t, bodies)))[:, None]
+    D = inverse @ BASIS @ inverse.swapaxes(-1, -2)
+    traces = np.einsum("iaa->i", BASIS) - np.einsum("biaa->bi", D)
+    return J.T @ (J @ t - target) + weight * traces.reshape(-1), D
+
+
+def _length(slope: Callable[[float], float], steepest: float) -> float:
+    """Find the length of a step along which a convex function descends to near its minimum.
+
+    Slopes decide, not values: where these are large, their differences are round-off.
+
+    Args:
+        slope: that of the function at a length of the step.
+        steepest: minus the slope at its start.
+    """
+    low, high = 0.0, 1.0
+    for _ in range(MAX_HALVINGS):
+        now = slope(high)
+        if now >= -FLAT * steepest:
+            break
+        low, high = high, 2.0 * high
+    if now <= FLAT * steepest:
+        return high
+    for _ in range(MAX_HALVINGS):
+        middle = 0.5 * (low + high)
+        now = slope(middle)
+        if abs(now) <= FLAT * steepest:
+            return middle
+        low, high = (middle, high) if now < 0.0 else (low, middle)
+    return low

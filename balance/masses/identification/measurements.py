@@ -14,7 +14,8 @@ from balance.motion.verification.input_paths import SplinePath
 from balance.motion.verification.table_rounding import InputErrors
 from balance.motion.verification.trajectory import Trajectory, drive
 from balance.support.csv_columns import read_table, refuse_row
-from kinematics.errors import UsageError
+from kinematics.error_text import clean
+from kinematics.errors import FileError, UsageError
 from kinematics.model.arrays import freeze
 from kinematics.model.linkage import Linkage
 from kinematics.numerics.array_types import Array
@@ -89,6 +90,13 @@ def read_measurements(linkage: Linkage, source: Loads, on_linkage: bool) -> Meas
     if not on_linkage:
         values = values * np.array([-1.0 if name in WRENCH else 1.0 for name in channels])
     return Measurements(freeze(time), channels, freeze(values), freeze(rounding))
+
+
+def require_bodies(linkage: Linkage) -> None:
+    """Raise FileError for a linkage of which no link has inertial parameters."""
+    if not linkage.bodies:
+        problem, remedy = "no moving link has a mass", "give the links that move an <inertial>"
+        raise FileError(clean(linkage.source, 1000), "", problem, remedy)
 
 
 def _quantities(linkage: Linkage) -> dict[str, tuple[str, ...]]:

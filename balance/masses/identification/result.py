@@ -136,7 +136,8 @@ class Identification(WithPicture):
         z: likeliest parameters (bodies, 10) about the inertial origin, SI units.
         masses: the likeliest mass of each link.
         before: shaking with the masses of the file.
-        after: shaking with the likeliest masses.
+        after: shaking as it was identified: by the loads alone, if they determine it, else with
+            the likeliest masses.
         load_errors: bounds on the error of force, N, and moment, N m, root mean square, since
             the table of the motion is rounded; 0 for exact motions.
         prior: standard deviation of the masses of the file, relative to them.

@@ -7,7 +7,11 @@ import pytest
 
 import balance
 import kinematics
+from balance.masses.identification.load_rows import load_rows
 from balance.motion.verification.given_motions import from_csv
+from balance.space.inertial_parameters.conversions import to_chain
+from balance.support.options import GRAVITY
+from kinematics.closure.joint_positions import input_chain
 from kinematics.errors import UsageError
 
 
@@ -37,22 +41,23 @@ def test_it_excites_more_than_random_motions(plan):
 
 
 def test_the_errors_that_it_promises_are_those_of_a_measurement(plan):
-    """Geometric mean of standard errors of combinations, from noise that is drawn."""
+    """The condition, from noise that is drawn and estimated."""
     linkage = kinematics.load("five_bar")
     way = plan.trajectory
     length, middle = plan.space.length, linkage.spatial_chain.frame.origin
-    wrench = balance.motion.shaking(linkage, way.u, way.ud, way.udd)
-    force = wrench[:, 3:]
-    moment = wrench[:, :3] - np.cross(middle, force)
+    chain = input_chain(linkage)
+    z = np.array([body.inertia for body in linkage.bodies])
+    x = to_chain(z, chain.frame, False, False).reshape(-1)
+    wrench = load_rows(linkage, way, np.array(GRAVITY), middle).wrench @ x
+    force, moment = wrench[:, :3], wrench[:, 3:]
     rng, noise = np.random.default_rng(1), 1e-3
     force = force + noise * rng.normal(size=force.shape)
     moment = moment + noise * length * rng.normal(size=moment.shape)
     names = ("fx", "fy", "fz", "mx", "my", "mz")
     loads = dict(zip(names, np.hstack([force, moment]).T, strict=True))
     found = balance.identify(
-        linkage, way, {"time": way.time, **loads}, gravity=(0, 0, 0), about=middle,
-        on_linkage=True,
-    )  # fmt: skip
+        linkage, way, {"time": way.time, **loads}, about=middle, on_linkage=True
+    )
     assert found.complete
     ratio = found.condition / plan.excitation.condition
     assert 0.7 < ratio < 1.4
@@ -72,13 +77,13 @@ def test_its_table_is_read_again(plan, tmp_path):
 def test_limits_of_joints_that_follow_are_kept(tmp_path):
     text = kinematics.gallery()["four_bar_general"].read_text("utf-8")
     free = balance.masses.exciting_motion("four_bar_general", 2.0, tries=12)
-    joint = [j.name for j in free.space.linkage.joints].index("u2")
+    joint = [j.name for j in free.space.linkage.joints].index("q2")
     reach = np.abs(free.trajectory.q[:, joint]).max()
     limited = tmp_path / "limited.urdf"
-    tag = '<joint name="u2" type="continuous">'
+    tag = '<joint name="q2" type="continuous">'
     assert tag in text
     limit = f'<limit lower="{-0.3 * reach}" upper="{0.3 * reach}" effort="1" velocity="9"/>'
-    limited.write_text(text.replace(tag, f'<joint name="u2" type="revolute">{limit}'), "utf-8")
+    limited.write_text(text.replace(tag, f'<joint name="q2" type="revolute">{limit}'), "utf-8")
     plan = balance.masses.exciting_motion(limited, 2.0, tries=12)
     assert np.abs(plan.trajectory.q[:, joint]).max() <= 0.3 * reach
 

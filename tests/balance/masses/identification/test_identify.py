@@ -1,4 +1,4 @@
-"""Identified masses: loads by another route, standard errors, what is not excited, the prior."""
+"""Identified masses: loads by other routes, standard errors, what is open, the prior."""
 
 from __future__ import annotations
 
@@ -20,6 +20,7 @@ from balance.space.inertial_parameters.conversions import from_chain
 from kinematics.closure.joint_positions import input_chain
 from kinematics.errors import BodyError, UsageError
 from tests.independent import identification_run, reference
+from tests.independent.identification_run import other_masses
 from tests.independent.measured_loads import Arm, load_regressor
 from tests.support.motions import bodies
 
@@ -30,8 +31,9 @@ WRENCH = ("fx", "fy", "fz", "mx", "my", "mz")
 def si_rows(linkage, way, about=(0.0, 0.0, 0.0)):
     """Rows of loads per parameter in SI units about the inertial origin."""
     rows = load_rows(linkage, way, GRAVITY, np.array(about))
-    back = np.linalg.inv(np.kron(np.eye(rows.bodies),
-                                 from_chain(input_chain(linkage).frame, False, False)))
+    back = np.linalg.inv(
+        np.kron(np.eye(rows.bodies), from_chain(input_chain(linkage).frame, False, False))
+    )
     return rows.wrench @ back, rows.drives @ back
 
 
@@ -40,7 +42,7 @@ def measured(name):
     """A linkage, a motion of 80 samples, and its loads with masses unlike those of the file."""
     linkage = kinematics.load(name)
     (way,) = random_motions(linkage, 1, 80, seed=3)
-    truth = bodies(linkage, 5).reshape(-1)
+    truth = other_masses(linkage, np.random.default_rng(5)).reshape(-1)
     wrench, drives = si_rows(linkage, way)
     return linkage, way, truth, wrench @ truth, drives @ truth
 
@@ -51,7 +53,9 @@ def columns(way, wrench, drives=None, names=WRENCH, inputs=()):
     return table | {name: drives[:, k] for k, name in enumerate(inputs)}
 
 
-@pytest.mark.parametrize("name", ["five_bar", pytest.param("three_rsr", marks=pytest.mark.slow)])
+@pytest.mark.parametrize(
+    "name", ["five_bar", pytest.param("three_rsr", marks=pytest.mark.slow)]
+)
 def test_wrenches_of_point_masses_at_finite_poses(name):
     """Differences of momentum in time, and weights, of a route that shares no code."""
     linkage = kinematics.load(name)
@@ -64,7 +68,7 @@ def test_wrenches_of_point_masses_at_finite_poses(name):
         u, ud, _ = way.path.at(np.array([now]))
         return u[0, order], ud[0, order]
 
-    time = way.time[5:30:8]
+    time = way.time[[5, 6, 7, 8]]
     expected = load_regressor(mechanism, path, time, GRAVITY).reshape(len(time), 6, -1, 10)
     found, _ = si_rows(linkage, drive(linkage, time, *way.path.at(time)))
     found = found.reshape(expected.shape)
@@ -102,11 +106,15 @@ def test_torques_in_closed_loops_do_the_work_of_the_energy():
             rates = reference.velocities(mechanism, q, np.eye(2))
             momenta = reference.regressor(mechanism, q, rates @ ud[:, None])
             moved = reference.displacements(mechanism, q)[1]
-            twists = np.einsum("bj,j,jac->bac",
-                               reference.carriers(mechanism, list(mechanism.links)),
-                               (rates @ ud), moved)
-            six = np.column_stack([twists[:, 2, 1], twists[:, 0, 2], twists[:, 1, 0],
-                                   twists[:, :3, 3]])
+            twists = np.einsum(
+                "bj,j,jac->bac",
+                reference.carriers(mechanism, list(mechanism.links)),
+                (rates @ ud),
+                moved,
+            )
+            six = np.column_stack(
+                [twists[:, 2, 1], twists[:, 0, 2], twists[:, 1, 0], twists[:, :3, 3]]
+            )
             momentum = np.einsum("ibp,bp->bi", momenta.reshape(6, -1, 10), z)
             place = reference.carried_parameters(mechanism, q)[:, 1:4]
             height = np.einsum("bip,bp,i->", place, z, -GRAVITY)
@@ -235,7 +243,7 @@ def test_likeliest_masses_are_those_of_a_conic_solver():
     program.solve(solver="CLARABEL")
     expected = np.array([float(np.squeeze(item.value)) for item in parameters])
     error = np.abs(found.x - expected) / np.maximum(np.abs(expected), 0.01)
-    assert error.max() < 1e-4
+    assert error.max() < 1e-3
 
 
 def test_likeliest_masses_can_be_built_where_loads_alone_say_otherwise():
@@ -253,6 +261,14 @@ def test_likeliest_masses_can_be_built_where_loads_alone_say_otherwise():
     for item in weak.combinations:
         true = identification_run.true_value(item, truth, weak)
         assert abs(item.value - true) < 1e-6
+
+
+def test_loads_that_no_masses_near_the_file_explain_are_told():
+    """The wrong gravity and sign on a few exact samples: masses would be far off."""
+    linkage, way, _, wrench, _ = measured("hprs")
+    found = balance.identify(linkage, way, {"time": way.time[:12], "fx": wrench[:12, 0]})
+    assert "far_from_file" in {notice.code for notice in found.notices}
+    assert all(not balance.bodies.violations(z) for z in found.z)
 
 
 def test_the_file_with_likeliest_masses_is_read_again(tmp_path):
@@ -296,9 +312,10 @@ def test_what_cannot_be_used_is_told():
     ):
         with pytest.raises(UsageError, match=told):
             balance.identify(linkage, way, loads | change, **options)
-    short = {name: np.asarray(column)[:12] for name, column in loads.items()}
+    linkage, way, _, wrench, _ = measured("hprs")
+    short = {"time": way.time[::7], "mz": wrench[::7, 5]}
     with pytest.raises(UsageError, match="too few for so many unknowns"):
-        balance.identify(linkage, way, {key: short[key] for key in ("time", "fx")})
+        balance.identify(linkage, way, short)
 
 
 def test_a_link_without_mass_has_no_likeliest_one():

@@ -27,7 +27,7 @@ from balance.masses.identification.load_rows import load_rows
 from balance.masses.identification.measurements import require_bodies
 from balance.motion.motion_tolerances import CONDITIONING_LEAST
 from balance.motion.quiet.limits import InputLimits, Limit, input_limits
-from balance.motion.verification.given_motions import motion_table
+from balance.motion.verification.given_motions import table_of_motion
 from balance.motion.verification.input_paths import SinePath
 from balance.motion.verification.joint_limits import joint_limits
 from balance.motion.verification.trajectory import (
@@ -148,7 +148,7 @@ class ExcitingMotion:
         Raises:
             FileError: the file cannot be written.
         """
-        return write_file(path, motion_table(self.space.linkage, self.samples))
+        return write_file(path, table_of_motion(self.space.linkage, self.samples))
 
     def to_dict(self) -> dict[str, object]:
         """Return plain data for JSON; see ``schemas/identify.schema.json``."""

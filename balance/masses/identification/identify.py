@@ -16,7 +16,7 @@ from balance.masses.identification.likeliest_masses import (
 )
 from balance.masses.identification.load_rows import LoadRows, load_rows
 from balance.masses.identification.measurements import (
-    Loads,
+    LoadTable,
     Measurements,
     motion_at,
     read_measurements,
@@ -55,7 +55,7 @@ MOST_NUMBERS = 30_000_000
 
 
 def identify(
-    linkage: LinkageLike, motion: Trajectory | str | PathLike[str], loads: Loads, *,
+    linkage: LinkageLike, motion: Trajectory | str | PathLike[str], loads: LoadTable, *,
     gravity: ArrayLike = GRAVITY, about: ArrayLike | None = None, on_linkage: bool = False,
     offset: bool = False, friction: bool = False, prior: float = PRIOR,
     balance: Balance = "dynamic", spatial: bool = False,

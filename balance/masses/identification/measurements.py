@@ -32,7 +32,7 @@ FEWEST_SAMPLES = 12
 # Part of the duration by which the loads may begin before the motion, or end after it.
 TIME_BEYOND = 1e-9
 
-Loads = str | PathLike[str] | Mapping[str, ArrayLike]
+LoadTable = str | PathLike[str] | Mapping[str, ArrayLike]
 """A table of measured loads: its file, or its columns by name."""
 
 
@@ -63,7 +63,7 @@ class Measurements(NamedTuple):
         return tuple(name for name in self.channels if name not in WRENCH)
 
 
-def read_measurements(linkage: Linkage, source: Loads, on_linkage: bool) -> Measurements:
+def read_measurements(linkage: Linkage, source: LoadTable, on_linkage: bool) -> Measurements:
     """Read measured loads.
 
     Args:

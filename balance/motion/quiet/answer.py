@@ -14,7 +14,7 @@ from balance.motion.motion_tolerances import (
 )
 from balance.motion.quiet.limits import InputLimits, LimitExceeded
 from balance.motion.quiet.objective import QuietObjective, overall
-from balance.motion.verification.given_motions import motion_table
+from balance.motion.verification.given_motions import table_of_motion
 from balance.motion.verification.input_paths import InputPath
 from balance.motion.verification.shaking_wrench import move_wrenches
 from balance.motion.verification.trajectory import Trajectory, drive
@@ -246,7 +246,7 @@ class QuietMotion:
             Comma-separated values: ``time`` and the inputs (displacements in rad and m); and
             their velocities and accelerations, unless these jump.
         """
-        return motion_table(self.linkage, self.samples)
+        return table_of_motion(self.linkage, self.samples)
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain data for JSON; see ``balance/app/schemas/quiet.schema.json``."""

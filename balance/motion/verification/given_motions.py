@@ -266,7 +266,7 @@ def rate_columns(linkage: Linkage) -> list[str]:
     ]
 
 
-def motion_table(linkage: Linkage, samples: Callable[[int], tuple[Array, ...]]) -> bytes:
+def table_of_motion(linkage: Linkage, samples: Callable[[int], tuple[Array, ...]]) -> bytes:
     """Write a motion as a table that `from_csv` reads.
 
     Args:

@@ -3,6 +3,8 @@
 Names for users, beside those of `balance` itself:
 
 - ``shaking``: shaking force and moment along a motion
+- ``shaking_tolerance``: worst case and spread of shaking of a linkage made within tolerances
+- ``ShakingTolerance``: result of ``shaking_tolerance``
 - ``Trajectory``: a motion sampled in time
 - ``FloatingBase``: a base with mass, inertia and springs
 - ``simulate_floating_base``: simulate the motion of the base that a linkage causes

@@ -44,6 +44,14 @@ ROUNDING_NOTICE = 1e-6
 # error is its square.
 DISPLACEMENT_STEP = 1e-5
 
+# --- manufacture
+
+# Displacement of an axis for central differences of loads, characteristic lengths: their error
+# is its square.
+AXIS_SHIFT = 1e-5
+# Mismatch of loops with an axis that is displaced so far, radians and characteristic lengths.
+AXIS_SHIFT_CLOSED = 1e-10
+
 # --- instantaneous
 
 # Singular value of the momentum matrix over the momenta of the bodies: up to this the rates

@@ -102,7 +102,9 @@ def results_of_measurements():
         "four_bar_general", plan.trajectory, {"time": plan.trajectory.time, **columns},
         gravity=(0.0, 0.0, 0.0),
     )  # fmt: skip
+    spread = balance.motion.shaking_tolerance("four_bar_general", mass=0.02, draws=20)
     return [
+        (spread, "worst case: peak force"),
         (plan, "best of 1 motions with seed 0"),
         (found, "identified: all 8 combinations"),
         (found.combinations[0], "±"),

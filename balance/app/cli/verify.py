@@ -33,12 +33,17 @@ from balance.app.cli.several_models import (
     data_against,
     named_notices,
 )
+from balance.support.units import UnitNumber, read_quantity
+from kinematics.errors import UsageError
 
 if TYPE_CHECKING:
     from balance.motion.verification.result import Verification
     from kinematics.model.linkage import Linkage
 
 
+# What tolerances are given of, and the largest length, metres.
+TOLERATED = ("mass", "length", "com")
+MOST_LENGTH = 1e6
 # Default number of random motions.
 TRAJECTORIES = 10
 
@@ -57,7 +62,8 @@ def add_verify(parser: Parser) -> None:
     check = parser.group("check")
     check.add_argument(
         "--tolerance", type=_tolerance, metavar="T",
-        help="part of the bodies' inertia forces that counts as balanced (default 1e-9)",
+        help="part of the bodies' inertia forces that counts as balanced (default 1e-9); or "
+        "what is made how well, mass=2%%,length=0.1mm,com=1mm: worst case and spread",
     )  # fmt: skip
     check.add_argument(
         "--against", metavar="MODEL", help="a second linkage, on the same motions"
@@ -104,6 +110,8 @@ def _run(arguments: argparse.Namespace) -> Answer:
     def files() -> Files:
         return _files(arguments, results)
 
+    if isinstance(arguments.tolerance, dict):
+        return _with_tolerances(arguments, results[0], files)
     if not arguments.others:
         return Answer(
             _code(results[0]), lambda: _data(results),
@@ -116,6 +124,25 @@ def _run(arguments: argparse.Namespace) -> Answer:
         lambda: compared("verify", [_data([result]) for result in results]),
         lambda: side_by_side(list(map(verification_facts, results))),
         named_notices((result.linkage, result.notices) for result in results), files=files,
+    )  # fmt: skip
+
+
+def _with_tolerances(
+    arguments: argparse.Namespace, result: Verification, files: Callable[[], Files]
+) -> Answer:
+    """Add to a verification what shakes if the linkage is made within tolerances."""
+    from balance.app.answers.text.manufacture import tolerance_body
+    from balance.app.answers.text.verification import verification_body
+    from balance.motion.manufacture.analyse import shaking_tolerance
+
+    spread = shaking_tolerance(
+        result.linkage, along=[run.trajectory for run in result.runs], about=result.point,
+        seed=arguments.seed or 0, **arguments.tolerance,
+    )  # fmt: skip
+    return Answer(
+        _code(result), lambda: _data([result]) | {"tolerances": spread.to_dict()},
+        lambda: [*verification_body([result]), "", *tolerance_body(spread)],
+        result.notices, _speed_remark(arguments, result.linkage), files,
     )  # fmt: skip
 
 
@@ -192,6 +219,11 @@ def _refuse_exclusive_options(arguments: argparse.Namespace) -> None:
         arguments.refuse("--against: not with several models; name it among them")
     if arguments.about is not None and arguments.base != "fixed":
         arguments.refuse("--about: not with --base, which tells no moments")
+    if isinstance(arguments.tolerance, dict):
+        if arguments.others or arguments.against is not None:
+            arguments.refuse("--tolerance mass=…: not with a second linkage; ask for each")
+        if arguments.base != "fixed":
+            arguments.refuse("--tolerance mass=…: not with --base, which moves")
     if arguments.others and arguments.base != "fixed":
         arguments.refuse("--base: not with several models; --against compares two")
     if arguments.table is not None and (arguments.against is not None or arguments.others):
@@ -207,7 +239,7 @@ def _options(arguments: argparse.Namespace) -> dict[str, Any]:
         "seed": arguments.seed or 0, "speed": speed, "crank": crank,
         "about": arguments.about,
     }  # fmt: skip
-    if arguments.tolerance is not None:
+    if isinstance(arguments.tolerance, float):
         options["tolerance"] = arguments.tolerance
     return options
 
@@ -231,8 +263,10 @@ def _seed(text: str) -> int:
     return int(text)
 
 
-def _tolerance(text: str) -> float:
-    """Parse a tolerance."""
+def _tolerance(text: str) -> float | dict[str, float]:
+    """Parse a tolerance of the verdict, or of ``mass=2%,length=0.1mm,com=1mm``."""
+    if "=" in text:
+        return _tolerances(text)
     try:
         value = float(text)
     except ValueError:
@@ -240,3 +274,26 @@ def _tolerance(text: str) -> float:
     if not 0.0 <= value < 1.0:
         raise argparse.ArgumentTypeError(f"'{text}' is not a number from 0 up to 1")
     return value
+
+
+def _tolerances(text: str) -> dict[str, float]:
+    """Parse ``mass=2%,length=0.1mm,com=1mm``."""
+    values: dict[str, float] = {}
+    for word in text.split(","):
+        name, _, number = (part.strip() for part in word.partition("="))
+        percent = name == "mass" and number.endswith("%")
+        try:
+            value = read_quantity(number.removesuffix("%") if percent else number, "length")
+        except UsageError:
+            value = -1.0
+        value = value / 100.0 if percent else value
+        most = 1.0 if name == "mass" else MOST_LENGTH
+        wrong = name not in TOLERATED or name in values or not 0.0 <= value < most
+        if wrong or (name == "mass" and isinstance(value, UnitNumber)):
+            raise argparse.ArgumentTypeError(
+                f"'{word}' is not one of mass=2%, length=0.1mm, com=1mm, each once"
+            )
+        values[name] = float(value)
+    if not any(values.values()):
+        raise argparse.ArgumentTypeError(f"'{text}' has no tolerance above 0")
+    return values

@@ -1,0 +1,1 @@
+"""Shaking of linkages that are made with tolerances."""

@@ -104,6 +104,7 @@ Further names are in these modules:
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import Any
 
 import lazy_loader
 
@@ -122,11 +123,11 @@ def _warm_up() -> Iterator[None]:
     yield from warm_up_balance()
 
 
-def _make_result_file(result: object, kind: str) -> bytes:
+def _make_result_file(result: object, kind: str, **options: Any) -> bytes:
     """Make a page or a picture of a result."""
     from balance.app.answers.result_files import make_result_file
 
-    return make_result_file(result, kind)
+    return make_result_file(result, kind, **options)
 
 
 register_warm_up("balance", _warm_up)

@@ -12,7 +12,7 @@ from os import PathLike, fspath
 from balance.support.atomic_files import write_all_atomic
 from kinematics.errors import UsageError
 
-Maker = Callable[[object, str], bytes]
+Maker = Callable[..., bytes]
 
 
 class _Registered:
@@ -25,7 +25,8 @@ def register_file_maker(maker: Maker) -> None:
     """Register the function that makes files.
 
     Args:
-        maker: takes a result and ``"html"``, ``"png"`` or ``"svg"``; its import must be cheap.
+        maker: takes a result, ``"html"``, ``"png"`` or ``"svg"``, and options of the picture as
+            keywords; its import must be cheap.
     """
     _Registered.maker = staticmethod(maker)
 
@@ -84,7 +85,18 @@ class WithPicture:
             PackageError: Matplotlib is missing.
             FileError: the file cannot be written.
         """
-        kind = "png" if path is None else fspath(path)[-4:].lower().removeprefix(".")
-        if kind not in ("png", "svg"):
-            raise UsageError(f"{path}: a picture ends in .png or .svg")
-        return Picture(write_file(path, _Registered.maker(self, kind)))
+        return draw_file(self, path)
+
+
+def draw_file(
+    result: object, path: str | PathLike[str] | None, **options: object
+) -> Picture:
+    """Draw a result; see `WithPicture.plot`.
+
+    Args:
+        options: of the picture.
+    """
+    kind = "png" if path is None else fspath(path)[-4:].lower().removeprefix(".")
+    if kind not in ("png", "svg"):
+        raise UsageError(f"{path}: a picture ends in .png or .svg")
+    return Picture(write_file(path, _Registered.maker(result, kind, **options)))

@@ -56,11 +56,11 @@ class ManyGeometries:
 
     def time_one_core(self, model: str, kind: str) -> None:
         """The public call on one thread."""
-        design_space_many(self.linkage, self.geometries, threads=1)
+        design_space_many(self.linkage, self.geometries, workers=1)
 
     def time_two_cores(self, model: str, kind: str) -> None:
         """The public call on two."""
-        design_space_many(self.linkage, self.geometries, threads=2)
+        design_space_many(self.linkage, self.geometries, workers=2)
 
     def time_kernels_in_c(self, model: str, kind: str) -> None:
         """Closure and momentum alone, of the same number of geometries."""
@@ -93,10 +93,10 @@ class SixBars:
         copies = variants(model, 200, seed=6, size=0.05)
         given = np.array([[joint.screw for joint in copy.joints] for copy in copies])
         self.geometries = np.tile(given, (SIX_BARS // 200, 1, 1))
-        design_space_many(self.linkage, self.geometries[:200], threads=1)
+        design_space_many(self.linkage, self.geometries[:200], workers=1)
 
     def track_seconds(self, model: str) -> float:
         """Processor time of one geometry, in seconds."""
         start = process_time()
-        design_space_many(self.linkage, self.geometries, threads=1)
+        design_space_many(self.linkage, self.geometries, workers=1)
         return (process_time() - start) / SIX_BARS

@@ -32,7 +32,7 @@ class TwelveDesigns:
     def time_front(self, count: int) -> None:
         """All designs."""
         bodies = self.space.bodies[:3]
-        self.front = pareto(self.space, bodies, count, 8.0, trajectories=[self.motion])
+        self.front = pareto(self.space, bodies, count, 8.0, motions=[self.motion])
 
     def track_not_optimal(self, count: int) -> int:
         """Designs of another verdict."""

@@ -49,7 +49,7 @@ STUDIES: tuple[dict[str, Any], ...] = (
         "compute": {"quantities": ["distance", "design", "counterweights"],
                     "design": {"minimise": "mass", "keep": ["coupler"], "within": 0.1,
                                "bounds": {"rocker": [0.1, 3.0]}},
-                    "counterweights": {"add": ["crank"],
+                    "counterweights": {"links": ["crank"],
                                        "regions": {"crank": "ball(0,0,0,1)"}}},
     },
 )  # fmt: skip

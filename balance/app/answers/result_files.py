@@ -8,13 +8,16 @@ from kinematics.errors import UsageError
 
 if TYPE_CHECKING:
     from balance.motion.verification.result import Verification
+    from balance.studies.runs.results_file import ResultsFile
+    from balance.studies.sweeps.sweep_table import SweepTable
 
 
-def make_result_file(result: Any, kind: str) -> bytes:
+def make_result_file(result: Any, kind: str, **options: Any) -> bytes:
     """Make a page or a picture of a result.
 
     Args:
         kind: ``"html"``, ``"png"`` or ``"svg"``.
+        options: of the picture: the columns of a sweep.
 
     Raises:
         UsageError: the result has none: there is no design.
@@ -24,7 +27,7 @@ def make_result_file(result: Any, kind: str) -> bytes:
         raise UsageError(f"{shown.space.linkage.name}: nothing to show: {shown.words}")
     if kind == "html":
         return _page(result).encode()
-    return _picture(result, kind)
+    return _picture(result, kind, **options)
 
 
 def _page(result: Any) -> str:
@@ -59,20 +62,42 @@ def _page(result: Any) -> str:
             from balance.app.answers.html.remedies import remedies_page
 
             return remedies_page(result)
+        case "SweepTable":
+            from balance.app.answers.html.sweep import sweep_page
+
+            with _rows_of(result) as rows:
+                return sweep_page(rows)
         case name:
             raise TypeError(f"{name} has no page")
 
 
-def _picture(result: Any, kind: str) -> bytes:
+def _rows_of(table: SweepTable) -> ResultsFile:
+    """Give the rows of a sweep to what shows those of a file."""
+    from balance.studies.runs.results_file import ResultsFile
+
+    return ResultsFile.in_memory(table.source, table.job, table.columns)
+
+
+def _picture(result: Any, kind: str, **options: Any) -> bytes:
     """Draw a result: of new masses, the loads before and after."""
-    if type(result).__name__ == "Identification":
-        from balance.app.answers.html.identification import identification_picture
+    match type(result).__name__:
+        case "Identification":
+            from balance.app.answers.html.identification import identification_picture
 
-        return identification_picture(result, kind)
-    if type(result).__name__ == "ParetoFront":
-        from balance.app.answers.html.partial import front_picture
+            return identification_picture(result, kind)
+        case "ParetoFront":
+            from balance.app.answers.html.partial import front_picture
 
-        return front_picture(result, kind)
+            return front_picture(result, kind)
+        case "RemedyComparison":
+            from balance.app.answers.html.remedies import remedies_picture
+
+            return remedies_picture(result, kind)
+        case "SweepTable":
+            from balance.app.answers.html.sweep_plot import default_columns, sweep_picture
+
+            with _rows_of(result) as rows:
+                return sweep_picture(rows, options["columns"] or default_columns(rows), kind)
     from balance.app.answers.html.verification import verification_picture
 
     return verification_picture(_verifications(result), kind)

@@ -161,7 +161,7 @@ def _front(arguments: argparse.Namespace) -> ParetoFront:
     space = design_space(linkage, arguments.motion, arguments.balance, 0)
     with progress_bar("motions and designs") as advance:
         options = {
-            "regions": dict(arguments.region), "trajectories": motions_of(arguments, linkage),
+            "regions": dict(arguments.region), "motions": motions_of(arguments, linkage),
             "weight_moment": arguments.weight_moment, "frame": arguments.frame,
             "max_bearing": dict(arguments.max_bearing),
             "max_torque": dict(arguments.max_torque), "progress": advance,

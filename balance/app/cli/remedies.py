@@ -13,7 +13,12 @@ from balance.app.cli.exit_codes import verdict_code
 from balance.app.cli.matter_options import add_matter_options, check_matter_options
 from balance.app.cli.model_options import add_model_options, load_model
 from balance.app.cli.number_arguments import positive_number, positive_quantity
-from balance.app.cli.outputs import add_page_option, check_folder
+from balance.app.cli.outputs import (
+    add_page_option,
+    add_picture_option,
+    check_folder,
+    kind_of,
+)
 from balance.app.cli.progress import progress_bar
 from balance.masses.remedies.catalogue import CATALOGUE
 
@@ -54,6 +59,7 @@ def add_remedies(parser: Parser) -> None:
     parser.group("output").add_argument(
         "--out", metavar="DIR", help="folder for the files of the remedies that help",
     )  # fmt: skip
+    add_picture_option(parser, "draw added mass against input inertia")
     add_page_option(parser, "with added mass against input inertia")
 
 
@@ -73,21 +79,29 @@ def _run(arguments: argparse.Namespace) -> Answer:
         comparison = compare_request(request, arguments.only)
     from balance.app.answers.text.remedies import remedies_body
 
+    helps = any(applied.helps for applied in comparison.results)
+    undrawn = arguments.plot if arguments.plot and not helps else ""
     return Answer(
         verdict_code(comparison.verdict), comparison.to_dict, lambda: remedies_body(comparison),
-        comparison.request.space.warnings, files=lambda: _files(comparison),
+        comparison.request.space.warnings,
+        f"not written, for no remedy helps: {undrawn}" if undrawn else "",
+        lambda: _files(arguments, comparison),
     )  # fmt: skip
 
 
-def _files(comparison: RemedyComparison) -> Files:
-    """Find what makes the page, and the files of the remedies that help."""
-    from balance.app.answers.html.remedies import remedies_page
+def _files(arguments: argparse.Namespace, comparison: RemedyComparison) -> Files:
+    """Find what makes the page, the picture, and the files of the remedies that help."""
+    from balance.app.answers.html.remedies import remedies_page, remedies_picture
     from balance.masses.remedies.files import remedy_files
 
-    return {
+    files: Files = {
         "out": partial(remedy_files, comparison.results),
         "html": partial(remedies_page, comparison),
     }
+    if any(applied.helps for applied in comparison.results):
+        picture = partial(remedies_picture, comparison, kind_of(arguments.plot))
+        return {**files, "plot": picture}
+    return files
 
 
 def _request(

@@ -192,11 +192,11 @@ def _verify(
         from balance.motion.verification.to_pinocchio import verify
         from kinematics.model.motion import motion_of
 
-        along = None
+        motions = None
         if arguments.csv:
-            along = [from_csv(linkage, arguments.csv, motion_of(linkage, arguments.motion))]
-        verification = verify(linkage, along=along, **options)
-        told = [notice for motion in along or () for notice in large_angles(linkage, motion.u)]
+            motions = [from_csv(linkage, arguments.csv, motion_of(linkage, arguments.motion))]
+        verification = verify(linkage, motions=motions, **options)
+        told = [notice for motion in motions or () for notice in large_angles(linkage, motion.u)]
         return replace(verification, notices=(*verification.notices, *told))
 
     def verify_other(linkage: Linkage) -> Verification:

@@ -39,7 +39,7 @@ MassOf = Callable[[Mapping[int, Region]], float | None]
 
 
 def counterweights(
-    space: DesignSpace | LinkageLike, add: Sequence[str],
+    space: DesignSpace | LinkageLike, links: Sequence[str],
     regions: Mapping[str, Region | str] | None = None, minimise: AddedObjective = "mass",
     *, density: float | Mapping[str, float] | None = None, thickness: float | None = None,
     price_of_mass: float = IDLE_MASS_PRICE, shape: str | None = None, relax: bool = True,
@@ -58,7 +58,7 @@ def counterweights(
     Args:
         space: a design space, or a linkage, its path or its name: dynamic balance of it in
             every motion.
-        add: names of the links to which matter may be added.
+        links: names of the links to which matter may be added.
         regions: where, by name: a `Region` of the link frame, or its text, such as
             ``ball(0,0,0,0.1)``, ``box(-0.2:0,-0.1:0.1,0:0.1)``,
             ``cylinder(x,y,z,ax,ay,az,r,length)``, ``ellipsoid(x,y,z,a,b,c)`` in metres, or
@@ -100,7 +100,7 @@ def counterweights(
     if minimise not in get_args(AddedObjective):
         raise ValueError(f"minimise must be one of {', '.join(get_args(AddedObjective))}")
     asked = as_space(space)
-    body_regions = regions_of(asked, add, regions or {})
+    body_regions = regions_of(asked, links, regions or {})
     limits = density_limits(asked, body_regions, density, thickness)
     if not (np.isfinite(price_of_mass) and price_of_mass >= 0.0):
         raise UsageError(f"a price of mass of {price_of_mass:g}: give a number from 0 up")

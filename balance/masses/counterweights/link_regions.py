@@ -35,12 +35,12 @@ SPHERE_CIRCLES = 5
 
 
 def regions_of(
-    space: DesignSpace, add: Sequence[str], regions: Mapping[str, Region | str]
+    space: DesignSpace, links: Sequence[str], regions: Mapping[str, Region | str]
 ) -> dict[int, Region]:
     """Find the region of each body to which matter may be added.
 
     Args:
-        add: names of the bodies.
+        links: names of the bodies.
         regions: region of a body, or its text, by name; the others have `default_region`.
 
     Returns:
@@ -52,20 +52,20 @@ def regions_of(
         UsageError: no body is named, one is named twice, a region is for a body that is not
             named, or the text of a region is wrong.
     """
-    if not add:
+    if not links:
         raise UsageError("no link to add matter to: name at least one")
-    for k, name in enumerate(add):
+    for k, name in enumerate(links):
         _check_body(space, name)
-        if name in add[:k]:
+        if name in links[:k]:
             raise UsageError(f"link '{name}' is named twice among those to add matter to")
     for name in regions:
         _check_body(space, name)
-        if name not in add:
+        if name not in links:
             raise UsageError(
                 f"link '{name}' has a region, but no matter may be added to it: add it, or "
                 "leave out the region"
             )
-    chosen = {space.bodies.index(name): regions.get(name) for name in add}
+    chosen = {space.bodies.index(name): regions.get(name) for name in links}
     return {b: _region_of(space, b, chosen[b]) for b in sorted(chosen)}
 
 

@@ -43,9 +43,9 @@ UNLIMITED = 100.0
 
 
 def partial(
-    space: DesignSpace | LinkageLike, add: Sequence[str], budget: float, *,
+    space: DesignSpace | LinkageLike, links: Sequence[str], budget: float, *,
     regions: Mapping[str, Region | str] | None = None,
-    trajectories: Sequence[Trajectory] | None = None, weight_moment: float | None = None,
+    motions: Sequence[Trajectory] | None = None, weight_moment: float | None = None,
     max_bearing: Mapping[str, float] | None = None,
     max_torque: Mapping[str, float] | None = None, frame: ElasticFrame | None = None,
     about: ArrayLike | None = None, density: float | Mapping[str, float] | None = None,
@@ -63,12 +63,12 @@ def partial(
     Args:
         space: a design space, or an argument of `kinematics.load`; a space for force balance
             does not count moments, and the motion of a space restricts the random motions.
-        add: names of the links that may get matter.
+        links: names of the links that may get matter.
         budget: most mass to add, kg, from 0 up.
         regions: where matter may be added, by link: a region, or a text such as
             ``"ball(0,0,0,0.1)"``; by default a ball about the proximal joint of half the
             link's length.
-        trajectories: motions; by default the random ones of `balance.verify`.
+        motions: motions; by default the random ones of `balance.verify`.
         weight_moment: ℓ, metres; by default the characteristic length of the linkage.
         max_bearing: largest force in joints, N, by name. In overconstrained linkages forces
             are those of least norm.
@@ -99,16 +99,16 @@ def partial(
         ('optimal', True)
     """
     return single(
-        space, add, budget, regions=regions, trajectories=trajectories, frame=frame,
+        space, links, budget, regions=regions, motions=motions, frame=frame,
         weight_moment=weight_moment, max_bearing=max_bearing, max_torque=max_torque,
         about=about, density=density, thickness=thickness,
     ).designs[0]  # fmt: skip
 
 
 def single(
-    space: DesignSpace | LinkageLike, add: Sequence[str], budget: float, *,
+    space: DesignSpace | LinkageLike, links: Sequence[str], budget: float, *,
     regions: Mapping[str, Region | str] | None = None,
-    trajectories: Sequence[Trajectory] | None = None, weight_moment: float | None = None,
+    motions: Sequence[Trajectory] | None = None, weight_moment: float | None = None,
     max_bearing: Mapping[str, float] | None = None,
     max_torque: Mapping[str, float] | None = None, frame: ElasticFrame | None = None,
     about: ArrayLike | None = None, density: float | Mapping[str, float] | None = None,
@@ -119,7 +119,7 @@ def single(
 
     Args:
         space: see `partial`, as for the other arguments.
-        add: names of the links that may get matter.
+        links: names of the links that may get matter.
         budget: most mass to add, kg.
         regions: where matter may be added, by link.
         weight_moment: metres.
@@ -133,7 +133,7 @@ def single(
     """
     check_budget(budget)
     problem = build_problem(
-        _space_of(space), add, regions or {}, trajectories, weight_moment, max_bearing or {},
+        _space_of(space), links, regions or {}, motions, weight_moment, max_bearing or {},
         max_torque or {}, frame, progress, about, density, thickness,
     )  # fmt: skip
     designs = _describe(problem, [budget], [problem.solve(budget)])
@@ -141,10 +141,10 @@ def single(
 
 
 def pareto(
-    space: DesignSpace | LinkageLike, add: Sequence[str], n: int = 12,
+    space: DesignSpace | LinkageLike, links: Sequence[str], n: int = 12,
     budget: float | None = None, *,
     regions: Mapping[str, Region | str] | None = None,
-    trajectories: Sequence[Trajectory] | None = None, weight_moment: float | None = None,
+    motions: Sequence[Trajectory] | None = None, weight_moment: float | None = None,
     max_bearing: Mapping[str, float] | None = None,
     max_torque: Mapping[str, float] | None = None, frame: ElasticFrame | None = None,
     about: ArrayLike | None = None, density: float | Mapping[str, float] | None = None,
@@ -158,11 +158,11 @@ def pareto(
 
     Args:
         space: see `partial`, as for the other arguments.
-        add: names of the links that may get matter.
+        links: names of the links that may get matter.
         n: number of designs, from 2 up.
         budget: most mass to add, kg; by default a hundred times the mass of the linkage.
         regions: where matter may be added, by link.
-        trajectories: motions.
+        motions: motions.
         weight_moment: metres.
         max_bearing: largest force in joints, N.
         max_torque: largest drive torque of inputs, N m or N.
@@ -201,7 +201,7 @@ def pareto(
             progress(done, count + n)
 
     problem = build_problem(
-        computed_space, add, regions or {}, trajectories, weight_moment, max_bearing or {},
+        computed_space, links, regions or {}, motions, weight_moment, max_bearing or {},
         max_torque or {}, frame, advance, about, density, thickness,
     )  # fmt: skip
     most = UNLIMITED * given if budget is None else budget

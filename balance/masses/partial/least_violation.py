@@ -109,7 +109,7 @@ class LeastViolation:
 
 
 def least_violation(
-    space: RequiredSpace, add: Sequence[str], budget: float, *,
+    space: RequiredSpace, links: Sequence[str], budget: float, *,
     regions: Mapping[str, Region | str] | None = None, weights: Sequence[float] | None = None,
 ) -> LeastViolation:  # fmt: skip
     """Compute the matter within a budget that leaves the least of several requirements unmet.
@@ -119,7 +119,7 @@ def least_violation(
 
     Args:
         space: the space of the requirements, from `balance.require`.
-        add: names of the links that may get matter.
+        links: names of the links that may get matter.
         budget: most mass to add, kg, above 0.
         regions: where matter may be added, by link; see `balance.partial`.
         weights: w of each requirement, in the order of ``space.requirements``; 1 by default.
@@ -145,7 +145,7 @@ def least_violation(
         raise UsageError("a budget of 0 kg adds nothing: see `as_given` of the space")
     spatial = recompute_spatial(space) if space.planar else space
     assert isinstance(spatial, RequiredSpace)
-    matter = AddedParameters.of(spatial, regions_of(space, add, regions or {}))
+    matter = AddedParameters.of(spatial, regions_of(space, links, regions or {}))
     blocks = _relative_rows(spatial, matter)
     factors = _checked_weights(weights, len(blocks))
     rows = [np.sqrt(w) * block.sum(axis=1) for w, block in zip(factors, blocks, strict=True)]

@@ -25,7 +25,7 @@ def with_loads(
     space = counterweights.space
     assert counterweights.z is not None
     along = compare_masses(
-        space.linkage, counterweights.z, along=motions, motion=space.motion,
+        space.linkage, counterweights.z, motions=motions, motion=space.motion,
         balance=space.balance,
     )  # fmt: skip
     return replace(counterweights, along=along)
@@ -40,6 +40,6 @@ def loads_of(design: PartialBalance) -> BeforeAfter:
     assert design.z is not None
     space = design.space
     return compare_masses(
-        space.linkage, design.z, along=design.motions, balance=space.balance,
+        space.linkage, design.z, motions=design.motions, balance=space.balance,
         about=design.point,
     )  # fmt: skip

@@ -233,18 +233,18 @@ class MotionLoads:
 
 
 def motion_loads(
-    matter: AddedParameters, trajectories: Sequence[Trajectory], about: Array | None = None
+    matter: AddedParameters, motions: Sequence[Trajectory], about: Array | None = None
 ) -> list[MotionLoads]:
     """Compute the loads along motions.
 
     Args:
         matter: the parameters as functions of added matter.
-        trajectories: motions of the linkage.
+        motions: motions of the linkage.
         about: point for moments, from the middle of the mechanism, metres; that by default.
     """
     chain, motions = matter.chain, []
     offset = np.zeros(3) if about is None else about
-    for trajectory in trajectories:
+    for trajectory in motions:
         ud, udd = trajectory.ud / matter.input_units, trajectory.udd / matter.input_units
         loads = load_regressors(chain, trajectory.q / chain.units, ud, udd)
         given = np.einsum("kbip,bp->kbi", loads.rate, matter.own)

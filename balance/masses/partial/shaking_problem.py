@@ -166,8 +166,8 @@ class ShakingProblem:
 
 
 def build_problem(
-    space: DesignSpace, add: Sequence[str], regions: Mapping[str, Region | str],
-    trajectories: Sequence[Trajectory] | None, weight_moment: float | None,
+    space: DesignSpace, links: Sequence[str], regions: Mapping[str, Region | str],
+    motions: Sequence[Trajectory] | None, weight_moment: float | None,
     max_bearing: Mapping[str, float], max_torque: Mapping[str, float],
     frame: ElasticFrame | None, progress: Callable[[int, int], None] | None = None,
     about: ArrayLike | None = None, density: float | Mapping[str, float] | None = None,
@@ -177,9 +177,9 @@ def build_problem(
 
     Args:
         space: a design space; one for force balance does not count moments.
-        add: names of the links that may get matter.
+        links: names of the links that may get matter.
         regions: where, by name; see `balance.masses.counterweights.link_regions.regions_of`.
-        trajectories: motions; by default the random ones of `balance.verify`.
+        motions: motions; by default the random ones of `balance.verify`.
         weight_moment: a moment of so many newton metres counts as a force of one newton; by
             default the characteristic length of the linkage.
         max_bearing: largest force in joints, N.
@@ -196,7 +196,7 @@ def build_problem(
         PoseError: nothing moves.
         UsageError: a number is out of range, or a joint is unknown.
     """
-    chosen = regions_of(space, add, regions)
+    chosen = regions_of(space, links, regions)
     limits = density_limits(space, chosen, density, thickness)
     stocks = stocks_of(space, chosen, limits) if limits else {}
     chosen = {b: stocks[b].region if stocks else region for b, region in chosen.items()}
@@ -213,7 +213,7 @@ def build_problem(
         raise UsageError("an elastic frame turns about the middle: leave out about")
     middle = space.linkage.spatial_chain.frame.origin
     point = middle if about is None else point_of(about)
-    loads = _loads(space, matter, trajectories, progress, point - middle)
+    loads = _loads(space, matter, motions, progress, point - middle)
     blocks = [np.sqrt(motion.weights / len(loads))[:, None, None] for motion in loads]
     wrenches = [root * motion.wrenches for root, motion in zip(blocks, loads, strict=True)]
     factors = tuple(
@@ -243,20 +243,19 @@ def build_problem(
 
 
 def _loads(
-    space: DesignSpace, matter: AddedParameters, trajectories: Sequence[Trajectory] | None,
+    space: DesignSpace, matter: AddedParameters, motions: Sequence[Trajectory] | None,
     progress: Callable[[int, int], None] | None, about: Array,
 ) -> list[MotionLoads]:  # fmt: skip
     """Compute the loads along given or random motions."""
     linkage = space.linkage
-    if trajectories is not None and not any(trajectory.moves for trajectory in trajectories):
+    if motions is not None and not any(trajectory.moves for trajectory in motions):
         raise PoseError(f"{linkage.source}: nothing moves; give inputs that change with time")
-    count = RANDOM_MOTIONS if trajectories is None else len(trajectories)
-    if trajectories is None:
-        motions = random_motions(linkage, count, SAMPLES, motion=space.motion)
-    else:
-        motions = iter(trajectories)
+    count = RANDOM_MOTIONS if motions is None else len(motions)
+    followed: Iterable[Trajectory] = motions or ()
+    if motions is None:
+        followed = random_motions(linkage, count, SAMPLES, motion=space.motion)
     loads = []
-    for done, trajectory in enumerate(motions, 1):
+    for done, trajectory in enumerate(followed, 1):
         loads += motion_loads(matter, [trajectory], about)
         if progress is not None:
             progress(done, count)

@@ -28,7 +28,7 @@ from balance.masses.remedies.wheels.balancing_wheels import (
     apply_passive_wheel,
 )
 from balance.support.options import Balance
-from balance.support.result_files import WithPage
+from balance.support.result_files import WithPage, WithPicture
 from balance.support.tolerances import MASSES_EQUAL
 from kinematics.errors import UsageError
 from kinematics.loading.model_gallery import LinkageLike, as_linkage
@@ -56,7 +56,7 @@ _APPLY: dict[str, Callable[[RemedyRequest], Iterator[AppliedRemedy]]] = {
 
 
 @dataclass(frozen=True, eq=False)
-class RemedyComparison(WithPage):
+class RemedyComparison(WithPage, WithPicture):
     """Remedies that were applied to one linkage, and what each costs.
 
     Attributes:
@@ -155,7 +155,7 @@ class RemedyComparison(WithPage):
 
 def compare_remedies(
     linkage: LinkageLike, only: Sequence[str] = (), *,
-    motion: Sequence[str] = (), balance: Balance = "dynamic", add: Sequence[str] = (),
+    motion: Sequence[str] = (), balance: Balance = "dynamic", links: Sequence[str] = (),
     regions: Mapping[str, Region | str] | None = None, gear: float = 1.0,
     radius: float | None = None, budget: float | None = None,
     progress: Callable[[int, int], None] | None = None,
@@ -171,7 +171,7 @@ def compare_remedies(
         only: names of remedies, from `balance.masses.remedies.catalogue`; by default all.
         motion: relations between the inputs.
         balance: ``"dynamic"``, or ``"force"``.
-        add: links of the linkage to which matter may be added; by default all bodies.
+        links: links of the linkage to which matter may be added; by default all bodies.
         regions: where, by name of the link, see `counterweights`; by default a ball about the
             joint that carries the link, of half its length, and if that is too small, one about
             the middle of its joints of 1.5 lengths.
@@ -201,7 +201,7 @@ def compare_remedies(
         'infeasible'
     """
     request = RemedyRequest(
-        as_linkage(linkage), tuple(motion), balance, tuple(add), dict(regions or {}), gear,
+        as_linkage(linkage), tuple(motion), balance, tuple(links), dict(regions or {}), gear,
         radius, budget, progress=progress,
     )  # fmt: skip
     return compare_request(request, only)

@@ -174,9 +174,9 @@ def simulate_second(
     options |= {"duration": first.duration}
     if path is not None and linkage.inputs == first.linkage.inputs:
         if not isinstance(path, RestToRest):
-            return simulate_floating_base(linkage, first.base, along=path, **options)
+            return simulate_floating_base(linkage, first.base, motions=path, **options)
         with suppress(PoseError):
-            return simulate_floating_base(linkage, first.base, along=path, **options)
+            return simulate_floating_base(linkage, first.base, motions=path, **options)
     return simulate_floating_base(linkage, first.base, **options)
 
 

@@ -54,7 +54,7 @@ class BeforeAfter:
 
 
 def compare_masses(
-    linkage: Linkage, z: ArrayLike, *, along: Sequence[Trajectory] | None = None,
+    linkage: Linkage, z: ArrayLike, *, motions: Sequence[Trajectory] | None = None,
     motion: Motion | None = None, balance: Balance = "dynamic", about: ArrayLike | None = None,
 ) -> BeforeAfter:  # fmt: skip
     """Compute the loads of a linkage with the masses of its file and with others.
@@ -62,7 +62,7 @@ def compare_masses(
     Args:
         linkage: the linkage.
         z: the other masses, parameters as in `balance.verify`.
-        along: motions; by default the random ones of `balance.verify`.
+        motions: motions; by default the random ones of `balance.verify`.
         motion: restriction of random motions.
         balance: ``"dynamic"``, or ``"force"`` for a verdict on the force alone.
         about: point for moments, as in `balance.verify`.
@@ -73,10 +73,10 @@ def compare_masses(
     Raises:
         LinkageError: see `balance.verify`.
     """
-    before = verify(linkage, motion=motion, balance=balance, along=along, about=about)
-    motions = [run.trajectory for run in before.runs]
-    after = verify(linkage, z, balance=balance, along=motions, about=about)
-    crank = crank_of(linkage, motions[0]) if len(motions) == 1 else None
+    before = verify(linkage, motion=motion, balance=balance, motions=motions, about=about)
+    followed = [run.trajectory for run in before.runs]
+    after = verify(linkage, z, balance=balance, motions=followed, about=about)
+    crank = crank_of(linkage, followed[0]) if len(followed) == 1 else None
     return BeforeAfter(
         replace(before, crank=crank),
         replace(after, crank=crank, shown=before.plotted, seed=before.seed),

@@ -51,7 +51,7 @@ def verify(
     linkage: LinkageLike, z: ArrayLike | None = None, *,
     motion: Motion | str | Sequence[str] | None = None, balance: Balance = "dynamic",
     trajectories: int = 10, samples: int = 200, seed: int = 0,
-    tolerance: float = SHAKING_RELATIVE, along: Sequence[Trajectory] | None = None,
+    tolerance: float = SHAKING_RELATIVE, motions: Sequence[Trajectory] | None = None,
     speed: float | None = None, crank: str | None = None, about: ArrayLike | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> Verification:  # fmt: skip
@@ -69,7 +69,7 @@ def verify(
         samples: samples of each motion.
         seed: seed of the random motions.
         tolerance: largest relative residual of a balanced linkage.
-        along: motions to use instead of random ones.
+        motions: motions to use instead of random ones.
         speed: speed of a crank, rad/s; one revolution at this speed is the motion.
         crank: name of that crank; see
             `balance.motion.verification.crank_revolution.revolve_crank`.
@@ -102,23 +102,23 @@ def verify(
         problem, remedy = "no moving link has a mass", "give the links that move an <inertial>"
         raise FileError(clean(linkage.source, 1000), "", problem, remedy)
     model = PinocchioModel(linkage, masses)
-    given, rotation = _given_motions(linkage, along, speed, crank, motion)
-    motions: Iterable[Trajectory] = given or ()
+    given, rotation = _given_motions(linkage, motions, speed, crank, motion)
+    followed: Iterable[Trajectory] = given or ()
     if given is None:
         limits = motion_of(linkage, motion)
-        motions = random_motions(linkage, trajectories, samples, seed, motion=limits)
+        followed = random_motions(linkage, trajectories, samples, seed, motion=limits)
     count = trajectories if given is None else len(given)
     point = linkage.spatial_chain.frame.origin if about is None else point_of(about)
     return Verification(
         linkage, balance, tolerance, linkage.spatial_chain.frame.length,
         seed if given is None else None,
-        tuple(_runs(linkage, model, motions, point, progress, count)), linkage.notices,
+        tuple(_runs(linkage, model, followed, point, progress, count)), linkage.notices,
         freeze(point), rotation,
     )  # fmt: skip
 
 
 def _given_motions(
-    linkage: Linkage, along: Sequence[Trajectory] | None, speed: float | None,
+    linkage: Linkage, motions: Sequence[Trajectory] | None, speed: float | None,
     crank: str | None, motion: Motion | str | Sequence[str] | None,
 ) -> tuple[Sequence[Trajectory] | None, Crank | None]:  # fmt: skip
     """Return the given motions, or the revolution of a crank; None for random motions.
@@ -128,15 +128,15 @@ def _given_motions(
         ValueError: there are motions and a speed.
     """
     if speed is not None:
-        if along is not None:
+        if motions is not None:
             raise ValueError("give either a speed or motions to move along")
         revolution, rotation = revolve_crank(linkage, speed, crank, motion_of(linkage, motion))
-        along = [revolution]
+        motions = [revolution]
     else:
         rotation = None
-    if along is not None and not any(trajectory.moves for trajectory in along):
+    if motions is not None and not any(trajectory.moves for trajectory in motions):
         raise PoseError(f"{linkage.source}: nothing moves; give inputs that change with time")
-    return along, rotation
+    return motions, rotation
 
 
 def _runs(
@@ -166,14 +166,14 @@ def verify_second(first: Verification, linkage: LinkageLike, **options: Any) -> 
     Returns:
         The verification of the second linkage.
     """
-    linkage, along = as_linkage(linkage), None
+    linkage, motions = as_linkage(linkage), None
     options = {**options, "about": first.point}
     if first.crank is not None:
         return verify(linkage, **options)
     if linkage.inputs == first.linkage.inputs:
         with suppress(PoseError):
             given = [run.trajectory for run in first.runs]
-            along = [
+            motions = [
                 replace(
                     drive(
                         linkage, trajectory.time, trajectory.u, trajectory.ud, trajectory.udd
@@ -182,11 +182,11 @@ def verify_second(first: Verification, linkage: LinkageLike, **options: Any) -> 
                 )
                 for trajectory in given
             ]
-    if along and first.seed is not None:
-        conditioning = min(trajectory.conditioning for trajectory in along)
-        along = along if conditioning >= CONDITIONING_LEAST else None
-    verification = verify(linkage, along=along, **options)
-    return verification if along is None else replace(verification, shown=first.plotted)
+    if motions and first.seed is not None:
+        conditioning = min(trajectory.conditioning for trajectory in motions)
+        motions = motions if conditioning >= CONDITIONING_LEAST else None
+    verification = verify(linkage, motions=motions, **options)
+    return verification if motions is None else replace(verification, shown=first.plotted)
 
 
 def _run(

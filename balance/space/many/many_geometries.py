@@ -73,7 +73,7 @@ def design_space_many(
     *,
     spatial: bool = False,
     bases: bool = False,
-    threads: int | None = None,
+    workers: int | None = None,
 ) -> ManySpaces:
     """Compute the design spaces of one topology in many geometries, on all cores.
 
@@ -85,7 +85,7 @@ def design_space_many(
         balance: ``"dynamic"``, or ``"force"`` for linear momentum alone.
         spatial: count all ten parameters per body, even if the linkage is planar.
         bases: whether to return bases of the spaces too.
-        threads: how many to use; one per core by default.
+        workers: threads to use; one per core by default.
 
     Returns:
         Integers and, if requested, bases, geometry by geometry; see `ManySpaces`.
@@ -111,10 +111,10 @@ def design_space_many(
     sweep = _Sweep(linkage, screws, balance == "force", spatial or not linkage.planar, bases)
     if not linkage.idle:
         starts = range(0, len(screws), sweep.chunk_size)
-        if threads == 1:
+        if workers == 1:
             list(map(sweep.solve_chunk, starts))
         else:
-            with ThreadPoolExecutor(threads or os.cpu_count()) as pool:
+            with ThreadPoolExecutor(workers or os.cpu_count()) as pool:
                 list(pool.map(sweep.solve_chunk, starts))
     refused, unsure = {}, {}
     thin = (sweep.kept < SWEEP_PIVOT_CLEAR) & (sweep.answers[:, 0] >= 0)

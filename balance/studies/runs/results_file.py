@@ -53,7 +53,8 @@ class ResultsFile:
     """A file of results.
 
     Attributes:
-        path: its path.
+        path: its path, or the name in messages of rows in memory.
+        stored: whether there is a file, and not rows in memory only.
         about: ``kind``, ``digest``, ``description`` of the job, and the ``program``.
         columns: columns of the results.
         rows: number of rows of the job, or a bound of it.
@@ -66,7 +67,7 @@ class ResultsFile:
         Raises:
             FileError: the file is damaged.
         """
-        self.path, self._connection = path, connection
+        self.path, self._connection, self.stored = path, connection, True
         self._lock: FileLock | None = None
         self.about, self.columns, self.rows, self.chunk_rows = read_contents(path, connection)
         self._names = sql_names(self.columns)
@@ -170,6 +171,27 @@ class ResultsFile:
         except BaseException:
             connection.close()
             raise
+
+    @classmethod
+    def in_memory(cls, name: str, job: ChunkJob, values: ChunkColumns) -> ResultsFile:
+        """Hold all rows of a job in memory, to read them as those of a file.
+
+        Args:
+            name: what stands for the path in messages and on pages.
+            values: the columns by name, all rows of each.
+        """
+        connection = sqlite3.connect(":memory:", isolation_level=None)
+        try:
+            _begin_file(name, connection, job)
+            file = cls(name, connection)
+            file.stored = False
+            for chunk in range(chunk_count(job.rows, job.chunk_rows)):
+                rows = slice(chunk * job.chunk_rows, (chunk + 1) * job.chunk_rows)
+                file.write_chunk(chunk, {key: each[rows] for key, each in values.items()})
+        except BaseException:
+            connection.close()
+            raise
+        return file
 
     def pending(self) -> Iterator[int]:
         """Yield the numbers of the chunks that the file lacks, in order."""

@@ -163,7 +163,7 @@ def _ranks(plan: Plan, screws: Array, reasons: Texts) -> dict[str, Any]:
     """Compute the integers of all closed geometries; the reason why one has none is noted."""
     study, rows = plan.study, np.flatnonzero(reasons == "")
     many = design_space_many(
-        plan.linkage, screws[rows], study.balance, spatial=study.spatial, threads=1
+        plan.linkage, screws[rows], study.balance, spatial=study.spatial, workers=1
     )
     integers = {"rank": many.rank, "nullity": many.nullity, "serial": many.serial_nullity,
                 "kmax": many.kmax}  # fmt: skip

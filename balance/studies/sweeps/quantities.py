@@ -175,12 +175,12 @@ def _is_row(value: object) -> bool:
 
 
 FORMS: Mapping[str, tuple[Callable[[object], bool], str]] = {
-    "add": (lambda value: _is_list(value, _is_text), '["crank", "rocker"]'),
     "bounds": (lambda value: _is_table(value, _is_pair), "{rocker = [0.1, 3.0]}, in kg"),
     "count": (_is_count, "a whole number"),
     "crank": (_is_text, '"u1"'),
     "duration": (is_finite_number, "seconds"),
     "keep": (lambda value: _is_list(value, _is_text), '["coupler"]'),
+    "links": (lambda value: _is_list(value, _is_text), '["crank", "rocker"]'),
     "minimise": (_is_text, '"mass"'),
     "poses": (lambda value: _is_list(value, _is_row), "[[0.0], [0.5]]"),
     "regions": (lambda value: _is_table(value, _is_text), '{crank = "ball(0,0,0,0.1)"}'),

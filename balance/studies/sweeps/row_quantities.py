@@ -182,7 +182,7 @@ def _least_counterweights(geometry: SweptGeometry, options: Options) -> tuple[An
     """Compute the verdict on counterweights, their mass, and the objective if it is another."""
     minimise = options.get("minimise", "mass")
     answer = counterweights(
-        geometry.space, options["add"], options.get("regions"), minimise, relax=False
+        geometry.space, options["links"], options.get("regions"), minimise, relax=False
     )
     feasible = answer.value is not None
     mass = answer.added_mass if feasible else np.nan
@@ -192,9 +192,9 @@ def _least_counterweights(geometry: SweptGeometry, options: Options) -> tuple[An
 
 def _check_counterweights(linkage: Linkage, options: Options) -> None:
     """Refuse links and regions that the model does not have."""
-    if not isinstance(options.get("add"), list | tuple):
-        raise UsageError('no links to add matter to; write add = ["crank", "rocker"]')
-    regions_of(design_space(linkage), options["add"], options.get("regions", {}))
+    if not isinstance(options.get("links"), list | tuple):
+        raise UsageError('no links to add matter to; write links = ["crank", "rocker"]')
+    regions_of(design_space(linkage), options["links"], options.get("regions", {}))
     if options.get("minimise", "mass") not in ("mass", "inertia", "rotor"):
         raise UsageError(f"minimise '{options['minimise']}'; take mass, inertia or rotor")
 
@@ -247,7 +247,7 @@ QUANTITIES: dict[str, Quantity] = {
     "certainty": Quantity(_certainty_columns, certainty),
     "counterweights": Quantity(
         _counterweight_columns, _least_counterweights,
-        ("add", "minimise", "regions"), _check_counterweights,
+        ("links", "minimise", "regions"), _check_counterweights,
     ),
     "design": Quantity(
         _design_columns, best_design,

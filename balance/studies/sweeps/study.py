@@ -61,7 +61,7 @@ class Study(StudyData):
         Raises:
             LinkageError: as for `job`.
         """
-        return compute_table(self.job(yes=yes), workers)
+        return compute_table(self.job(yes=yes), workers, self.source)
 
 
 def read_study(path: str | PathLike[str]) -> Study:

@@ -8,6 +8,7 @@ from concurrent.futures import ProcessPoolExecutor
 from contextlib import contextmanager
 from dataclasses import dataclass
 from multiprocessing import get_context
+from os import PathLike
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
@@ -17,6 +18,7 @@ from numpy.typing import NDArray
 from balance.studies.runs.chunk_job import Column, chunk_count
 from balance.studies.runs.parent_process import end_with_parent
 from balance.studies.sweeps.job import SweepJob
+from balance.support.result_files import Picture, WithPage, draw_file
 from kinematics.wording import count_noun, first_names, repr_lines
 
 if TYPE_CHECKING:
@@ -24,7 +26,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, eq=False)
-class SweepTable:
+class SweepTable(WithPage):
     """The results of a sweep, column by column.
 
     Attributes:
@@ -32,11 +34,15 @@ class SweepTable:
             (NaN where there is none) and texts (empty where there is none), row by row.
         units: unit of each column that has one.
         reasons: how many geometries have no answer, by reason.
+        job: what was computed; pages and pictures are drawn from it and the columns.
+        source: name of the study in messages.
     """
 
     columns: Mapping[str, NDArray[Any]]
     units: Mapping[str, str]
     reasons: Mapping[str, int]
+    job: SweepJob
+    source: str
 
     def __getitem__(self, name: str) -> NDArray[Any]:
         """Return the column of a name."""
@@ -62,9 +68,46 @@ class SweepTable:
 
         return DataFrame(dict(self.columns))
 
+    def to_dict(self) -> dict[str, object]:
+        """Convert to the values of a JSON object; None where a value is missing."""
+        return {
+            "columns": {name: _plain(values) for name, values in self.columns.items()},
+            "units": dict(self.units),
+            "reasons": dict(self.reasons),
+        }
 
-def compute_table(job: SweepJob, workers: int) -> SweepTable:
-    """Compute all chunks of a job, and join their columns."""
+    def plot(
+        self, path: str | PathLike[str] | None = None, columns: Sequence[str] = ()
+    ) -> Picture:
+        """Draw columns over each other: a map if two of them form a grid, points if not.
+
+        Geometries of lower rank than most are circled.
+
+        Args:
+            path: file to write the picture to, which ends in ``.png`` or ``.svg``; None for
+                none.
+            columns: names of two columns of numbers, and of a third one for the colour; by
+                default the first two that vary of the parameters, and the first that varies of
+                the quantities.
+
+        Returns:
+            The bytes of the picture, PNG without a path; notebooks show it.
+
+        Raises:
+            UsageError: the path has another ending, or there are no such columns.
+            PackageError: Matplotlib is missing.
+            FileError: the file cannot be written.
+        """
+        return draw_file(self, path, columns=tuple(columns))
+
+
+def compute_table(job: SweepJob, workers: int, source: str) -> SweepTable:
+    """Compute all chunks of a job, and join their columns.
+
+    Args:
+        workers: processes to use.
+        source: name of the study in messages.
+    """
     chunks = range(chunk_count(job.rows, job.chunk_rows))
     with _mapping(min(workers, len(chunks))) as compute:
         parts = list(compute(job.compute, chunks))
@@ -76,7 +119,7 @@ def compute_table(job: SweepJob, workers: int) -> SweepTable:
     units = {column.name: column.unit for column in job.columns if column.unit}
     return SweepTable(
         MappingProxyType(columns), MappingProxyType(units),
-        MappingProxyType(dict(reasons.most_common())),
+        MappingProxyType(dict(reasons.most_common())), job, source,
     )  # fmt: skip
 
 
@@ -97,3 +140,9 @@ def _join(column: Column, parts: Sequence[Any]) -> NDArray[Any]:
     joined = np.concatenate([np.asarray(part, dtype=kinds[column.kind]) for part in parts])
     joined.flags.writeable = False
     return joined
+
+
+def _plain(values: NDArray[Any]) -> list[Any]:
+    """Convert a column to a list, None where a value is missing."""
+    none = -1 if values.dtype.kind == "i" else ""
+    return [None if value == none or value != value else value for value in values.tolist()]

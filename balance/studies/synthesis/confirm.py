@@ -74,7 +74,7 @@ def confirm_along(urdf: bytes, table: MotionTable) -> Confirmation:
         linkage = _load(urdf)
         space = certify(design_space(linkage, None, "force"))
         checked = verify(
-            linkage, tolerance=SYNTHESIS_SHAKING, along=[_trajectory(linkage, table)]
+            linkage, tolerance=SYNTHESIS_SHAKING, motions=[_trajectory(linkage, table)]
         )
     except LinkageError as error:
         return Confirmation(False, None, None, "", str(error))

@@ -2,14 +2,38 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, NamedTuple
 
+from balance.app.answers.html.plot_style import image, tidy
 from balance.app.answers.html.render import facts_list, render_page, rows_table
 from balance.app.answers.html.time_panels import COLOURS
 from balance.app.answers.text.remedies import remedies_facts, remedy_rows
 from balance.masses.remedies.compare import RemedyComparison
+from kinematics.errors import UsageError
 
+# Marks of plotly, and of Matplotlib.
 SYMBOLS = ("circle", "square", "diamond", "triangle-up", "cross", "x", "star")
+MARKS = ("o", "s", "D", "^", "P", "X", "*")
+AXES = (
+    "added mass, of that of the linkage",
+    "inertia felt by the inputs, of that in the file",
+)
+
+
+class _CostGroup(NamedTuple):
+    """The costs of the remedies of one name.
+
+    Attributes:
+        name: the name in words.
+        mass: added mass over that of the linkage.
+        inertia: inertia that the inputs feel over that of the file.
+        words: what each one is.
+    """
+
+    name: str
+    mass: list[float]
+    inertia: list[float]
+    words: list[str]
 
 
 def remedies_page(comparison: RemedyComparison) -> str:
@@ -35,30 +59,64 @@ def remedies_page(comparison: RemedyComparison) -> str:
     )
 
 
+def remedies_picture(comparison: RemedyComparison, kind: str = "png") -> bytes:
+    """Draw what each remedy that helps costs: added mass, and inertia that the inputs feel.
+
+    Args:
+        kind: ``"png"`` or ``"svg"``.
+
+    Returns:
+        The bytes of the image.
+
+    Raises:
+        UsageError: no remedy helps.
+        PackageError: Matplotlib is missing.
+    """
+    groups = _cost_groups(comparison)
+    if not groups:
+        name = comparison.request.linkage.name
+        raise UsageError(f"{name}: none of these remedies helps; there is nothing to draw")
+
+    def draw(figure: Any) -> None:
+        ax = figure.subplots()
+        for k, group in enumerate(groups):
+            ax.plot(
+                group.mass, group.inertia, MARKS[k % len(MARKS)], ms=7, ls="none",
+                color=COLOURS[k % len(COLOURS)], label=group.name,
+            )  # fmt: skip
+        ax.set_xlim(0.0, 1.05 * max(1e-3, *(x for group in groups for x in group.mass)))
+        ax.set_ylim(0.0, 1.05 * max(1.0, *(y for group in groups for y in group.inertia)))
+        ax.set_xlabel(AXES[0])
+        ax.set_ylabel(AXES[1])
+        tidy(ax)
+        figure.legend(frameon=False, fontsize=8, loc="outside upper left", ncols=2)
+
+    return image((6.4, 5.2), kind, draw)
+
+
+def _cost_groups(comparison: RemedyComparison) -> list[_CostGroup]:
+    """List the costs of the remedies that help, by the name of the remedy."""
+    groups: dict[str, _CostGroup] = {}
+    for applied in comparison.results:
+        if applied.helps and None not in (applied.inertia_ratio, applied.mass_ratio):
+            group = groups.setdefault(applied.short, _CostGroup(applied.short, [], [], []))
+            group.mass.append(applied.mass_ratio or 0.0)
+            group.inertia.append(applied.inertia_ratio or 0.0)
+            group.words.append(applied.words)
+    return list(groups.values())
+
+
 def _cost_figure(comparison: RemedyComparison) -> dict[str, Any]:
     """Build the figure of added mass against input inertia, a mark for each remedy."""
-    marks: list[dict[str, Any]] = []
-    shown = [
-        applied
-        for applied in comparison.results
-        if applied.helps and applied.inertia_ratio is not None
-    ]
-    for name in dict.fromkeys(applied.short for applied in shown):
-        group = [applied for applied in shown if applied.short == name]
-        k = len(marks)
-        marks.append({
-            "name": name,
-            "x": [applied.mass_ratio for applied in group],
-            "y": [applied.inertia_ratio for applied in group],
-            "text": [applied.words for applied in group],
+    marks = [
+        {
+            "name": group.name, "x": group.mass, "y": group.inertia, "text": group.words,
             "mode": "markers", "type": "scatter",
             "marker": {"size": 11, "symbol": SYMBOLS[k % len(SYMBOLS)],
                        "color": COLOURS[k % len(COLOURS)]},
-        })  # fmt: skip
-    axes = {
-        "xaxis": {"title": {"text": "added mass, of that of the linkage"},
-                  "rangemode": "tozero"},
-        "yaxis": {"title": {"text": "inertia felt by the inputs, of that in the file"},
-                  "rangemode": "tozero"},
-    }  # fmt: skip
-    return {"data": marks, "layout": {**axes, "height": 460, "showlegend": True}}
+        }
+        for k, group in enumerate(_cost_groups(comparison))
+    ]  # fmt: skip
+    x, y = ({"title": {"text": text}, "rangemode": "tozero"} for text in AXES)
+    layout = {"xaxis": x, "yaxis": y, "height": 460, "showlegend": True}
+    return {"data": marks, "layout": layout}

@@ -55,6 +55,32 @@ def sweep_picture(file: ResultsFile, names: Sequence[str], kind: str = "png") ->
     return image((6.4, 4.8), kind, partial(_draw, columns, values, finite, drops))
 
 
+def default_columns(file: ResultsFile) -> tuple[str, ...]:
+    """Choose what to draw: two parameters and a quantity, or the one parameter and it.
+
+    Those that vary come first.
+
+    Raises:
+        UsageError: no two columns hold numbers.
+    """
+    names = [column.name for column in file.columns if column.kind != "text"]
+    middle = names.index("closed")
+    parameters, quantities = (
+        sorted(group, key=lambda name: not _varies(file, name))
+        for group in (names[:middle], names[middle + 1 :])
+    )
+    varied = [name for name in parameters if _varies(file, name)] or parameters
+    if not quantities:
+        quantities = ["closed"]
+    return (*varied[:2], quantities[0])
+
+
+def _varies(file: ResultsFile, name: str) -> bool:
+    """Whether a column of numbers has two values."""
+    least, most, _ = file.extent(name)
+    return least != most
+
+
 def _numbers(values: NDArray[Any], column: Column) -> Array:
     """Convert a column to floating point, NaN for a missing value."""
     numbers = values.astype(float)

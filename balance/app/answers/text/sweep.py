@@ -39,7 +39,7 @@ def _file_data(file: ResultsFile) -> Data:
         counts = file.counts(REASON)
         reasons = [{"reason": k, "count": n} for k, n in counts.items() if k is not None]
     return {
-        "file": file.path, "kind": file.about["kind"], "program": file.about["program"],
+        "file": file.path if file.stored else None, "kind": file.about["kind"], "program": file.about["program"],
         "rows": file.rows, "covered": covered, "results": results, "reasons": reasons,
     }  # fmt: skip
 
@@ -70,7 +70,8 @@ def file_facts(data: Data) -> list[tuple[str, str]]:
     """
     done = f"{data['covered']:,} of {data['rows']:,} geometries"
     state = "complete" if data["covered"] == data["rows"] else f"{done} so far"
-    pairs = [("file", f"{data['file']}, {state}"), ("results", f"{data['results']:,} rows")]
+    pairs = [("file", f"{data['file']}, {state}")] if data["file"] else []
+    pairs.append(("results", f"{data['results']:,} rows"))
     for reason in data["reasons"]:
         pairs.append(("no answer", f"{reason['count']:,} rows: {reason['reason']}"))
     return pairs

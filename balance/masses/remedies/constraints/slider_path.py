@@ -81,7 +81,7 @@ def _verified(
 ) -> AppliedRemedy:
     """Verify a linkage along the first of its paths, in 1 s, and add up its cost."""
     path = solution.paths[0]
-    checked = verify(linkage, balance=request.balance, along=[timed_path(linkage, path)])
+    checked = verify(linkage, balance=request.balance, motions=[timed_path(linkage, path)])
     length = float(np.linalg.norm(np.diff(path.u, axis=0), axis=1).sum())
     residual = checked.force_residual
     if request.balance == "dynamic":

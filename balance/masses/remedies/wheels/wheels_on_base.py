@@ -278,7 +278,7 @@ def verify_with_wheels(
     inputs = (*balanced.linkage.inputs, *(wheel.joint for wheel in wheels))
     whole = load(document, None, inputs, angles=request.angles)
     moved = tuple(_turn_wheels(balanced, whole, run, wheels) for run in runs)
-    checked = verify(whole, along=[_thin_out(trajectory) for trajectory in moved])
+    checked = verify(whole, motions=[_thin_out(trajectory) for trajectory in moved])
     residual = max(checked.force_residual, checked.moment_residual)
     blank = replace(
         blank, residual=residual, new_links=tuple(wheel.name for wheel in wheels),

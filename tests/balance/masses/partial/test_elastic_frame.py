@@ -37,7 +37,7 @@ def test_a_rotating_unbalance_shakes_a_frame_as_in_the_textbook(ratio, robot):
     speed = ratio * np.sqrt(frame.stiffness / frame.mass)
     linkage = kinematics.load(robot(ROTOR))
     way, _ = revolve_crank(linkage, speed)
-    found = partial(linkage, ["disc"], 0.0, trajectories=[way], frame=frame, weight_moment=1e-9)
+    found = partial(linkage, ["disc"], 0.0, motions=[way], frame=frame, weight_moment=1e-9)
     stiffness = frame.stiffness - frame.mass * speed**2 + 1j * frame.damping * speed
     radius = 3.0 * 0.02 * speed**2 / abs(stiffness)
     assert found.given.vibration == pytest.approx(radius, rel=1e-6)

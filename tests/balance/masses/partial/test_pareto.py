@@ -42,7 +42,7 @@ def test_a_robot_on_a_pick_and_place_cycle(robot_on_a_cycle):
     space, way = robot_on_a_cycle
     steps = []
     front = pareto(
-        space, space.bodies[:3], 12, 8.0, trajectories=[way],
+        space, space.bodies[:3], 12, 8.0, motions=[way],
         progress=lambda done, count: steps.append((done, count)),
     )  # fmt: skip
     assert steps[-1] == (13, 13) and len(steps) == 13
@@ -105,7 +105,7 @@ def test_the_command_prints_and_writes_what_the_function_finds(tmp_path, capsys)
     assert code == 0
     data = json.loads(text)
     linkage = kinematics.load("slider_crank")
-    found = partial(linkage, ["crank", "coupler"], 0.6, trajectories=[from_csv(linkage, way)])
+    found = partial(linkage, ["crank", "coupler"], 0.6, motions=[from_csv(linkage, way)])
     assert data["designs"][-1]["found"]["objective"] == pytest.approx(found.found.objective)
     assert plot.read_bytes().startswith(b"<?xml")
     after = kinematics.load(out)

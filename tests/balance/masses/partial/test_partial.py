@@ -107,7 +107,7 @@ def compare(seed):
     shapes = [shape_of(rng, np.zeros(3)) for _ in add]
     regions = {name: text for name, (text, _) in zip(add, shapes, strict=True)}
     found = partial(
-        space, add, budget, regions=regions, trajectories=ways, weight_moment=length
+        space, add, budget, regions=regions, motions=ways, weight_moment=length
     )
     given = np.array([body.inertia for body in linkage.bodies])
     fixed = rows_of(linkage, ways, given, length)
@@ -146,7 +146,7 @@ def test_without_a_budget_nothing_changes():
     given = np.array([body.inertia for body in found.space.linkage.bodies])
     assert np.array_equal(found.z, given) and found.found == found.given
     ways = motions(found.space.linkage, 10, 200)
-    runs = balance.verify(found.space.linkage, along=ways).runs
+    runs = balance.verify(found.space.linkage, motions=ways).runs
     force = np.sqrt(np.mean([run.rms("force") ** 2 for run in runs]))
     moment = np.sqrt(np.mean([run.rms("moment") ** 2 for run in runs]))
     assert (found.given.force, found.given.moment) == pytest.approx((force, moment), rel=1e-12)
@@ -171,7 +171,7 @@ def test_more_budget_leaves_less(shape):  # fmt: skip
     ways, last = motions(space.linkage), np.inf
     for budget in (0.0, 1e-3, 0.1, 1.0, 10.0):
         found = partial(
-            space, ADD, budget, regions=dict.fromkeys(ADD, shape), trajectories=ways
+            space, ADD, budget, regions=dict.fromkeys(ADD, shape), motions=ways
         )
         # Lumps of a cylinder are fitted to seven digits.
         assert found.verdict == "optimal" and found.mass <= budget * (1 + 1e-6)
@@ -205,12 +205,12 @@ def test_nothing_is_added_to_what_is_balanced(reach):
     """Its shaking is round-off, of which no share is worth a budget; a cap still counts."""
     linkage = kinematics.load("four_bar_kite_balanced")
     ways = [rest_to_rest(linkage, [[0.0], [reach]], 0.08, 20)]
-    front = balance.pareto(linkage, ["crank"], 3, trajectories=ways)
+    front = balance.pareto(linkage, ["crank"], 3, motions=ways)
     for one in front.designs:
         assert (one.verdict, one.mass, one.budget >= 0.0) == ("optimal", 0.0, True)
         assert "balanced" in one.words and one.found == one.given
     least = front.designs[0].given.torque["u1"]
-    capped = partial(linkage, ["crank"], 1.0, trajectories=ways, max_torque={"u1": least / 2})
+    capped = partial(linkage, ["crank"], 1.0, motions=ways, max_torque={"u1": least / 2})
     assert capped.verdict == "infeasible"
 
 
@@ -220,7 +220,7 @@ def test_a_budget_that_saves_next_to_nothing_is_told():
     links = [body.name for body in space.linkage.bodies][:2]
     told = []
     for budget in (1e-5, 1e-4, 1e-3, 0.5):
-        answer = partial(space, links, budget, trajectories=motions(space.linkage))
+        answer = partial(space, links, budget, motions=motions(space.linkage))
         left = answer.found.objective / answer.given.objective
         told.append("hardly worth its mass" in answer.words)
         assert told[-1] == (left > 1 - 1e-3 and bool(answer.weights))
@@ -241,7 +241,7 @@ def test_no_other_matter_in_the_regions_does_better():
     """Random point masses of the whole budget, along the line from the optimum to them."""
     space, rng = design_space("slider_crank", max_order=0), np.random.default_rng(0)
     ways = motions(space.linkage, 2, 15)
-    best = partial(space, ADD, 0.8, regions=WIDE, trajectories=ways, weight_moment=0.5)
+    best = partial(space, ADD, 0.8, regions=WIDE, motions=ways, weight_moment=0.5)
     given = np.array([body.inertia for body in space.linkage.bodies])
     for _ in range(30):
         b = int(rng.integers(2))
@@ -286,7 +286,7 @@ def test_caps_are_kept_at_every_sample():
     assert capped.verdict == "optimal"
     assert capped.found.torque["u1"] == pytest.approx(limit, rel=1e-7)
     assert free.found.objective < capped.found.objective < free.given.objective
-    runs = balance.verify(space.linkage, capped.z, along=ways).runs
+    runs = balance.verify(space.linkage, capped.z, motions=ways).runs
     bearing = max(run.bearing[:, 1].max() for run in runs)
     name = space.linkage.joints[1].name
     tight = partial(space, ADD, 1.0, max_bearing={name: 0.99 * bearing}, **options)

@@ -40,7 +40,7 @@ def cells_of(regions, density, count):
 def test_the_bound_is_below_bounded_least_squares_and_the_answer_near_it(balanced):
     space, motions = question(balanced)
     found = balance.partial(
-        space, ["crank", "rocker"], 1000.0, regions=BOXES, trajectories=motions, density=STEEL
+        space, ["crank", "rocker"], 1000.0, regions=BOXES, motions=motions, density=STEEL
     )
     assert found.verdict == "optimal"
     problem = build_problem(space, list(BOXES), BOXES, motions, None, {}, {}, None)
@@ -61,7 +61,7 @@ def test_the_bound_is_below_bounded_least_squares_and_the_answer_near_it(balance
 def test_no_random_filling_shakes_less_than_the_bound():
     space, motions = question("force")
     found = balance.partial(
-        space, ["crank", "rocker"], 0.5, regions=BOXES, trajectories=motions, density=STEEL
+        space, ["crank", "rocker"], 0.5, regions=BOXES, motions=motions, density=STEEL
     )
     assert found.verdict == "optimal" and found.mass <= 0.5 * (1.0 + 1e-9)
     problem = build_problem(space, list(BOXES), BOXES, motions, None, {}, {}, None)
@@ -86,7 +86,7 @@ def test_less_density_leaves_more_shaking():
     space, motions = question("force")
     left = [
         balance.partial(
-            space, ["crank", "rocker"], 5.0, regions=BOXES, trajectories=motions, **limits
+            space, ["crank", "rocker"], 5.0, regions=BOXES, motions=motions, **limits
         ).found.objective
         for limits in ({"density": 1000.0}, {"density": STEEL}, {"density": 1e7}, {})
     ]
@@ -98,11 +98,11 @@ def test_less_density_leaves_more_shaking():
 def test_caps_hold_with_a_density():
     space, motions = question("force")
     free = balance.partial(
-        space, ["crank", "rocker"], 5.0, regions=BOXES, trajectories=motions, density=STEEL
+        space, ["crank", "rocker"], 5.0, regions=BOXES, motions=motions, density=STEEL
     )
     most = 0.5 * (free.found.torque["u1"] + free.given.torque["u1"])
     capped = balance.partial(
-        space, ["crank", "rocker"], 5.0, regions=BOXES, trajectories=motions, density=STEEL,
+        space, ["crank", "rocker"], 5.0, regions=BOXES, motions=motions, density=STEEL,
         max_torque={"u1": most},
     )  # fmt: skip
     assert free.found.torque["u1"] > most
@@ -110,7 +110,7 @@ def test_caps_hold_with_a_density():
     assert capped.found.torque["u1"] <= most * (1.0 + 1e-6)
     assert capped.found.objective > free.found.objective
     none = balance.partial(
-        space, ["crank"], 5.0, regions={"crank": BOXES["crank"]}, trajectories=motions,
+        space, ["crank"], 5.0, regions={"crank": BOXES["crank"]}, motions=motions,
         density=STEEL, max_torque={"u1": 0.1 * free.given.torque["u1"]},
     )  # fmt: skip
     assert none.verdict in ("infeasible", "undecided") and none.found is None
@@ -127,7 +127,7 @@ def test_boxes_that_are_too_small_are_filled():
         "right_lower": "box(-0.22:-0.12,-0.26:-0.2,-0.01:0.01)",
     }
     steel, points = (
-        balance.partial(space, list(boxes), 3.0, regions=boxes, trajectories=motions, **limits)
+        balance.partial(space, list(boxes), 3.0, regions=boxes, motions=motions, **limits)
         for limits in ({"density": STEEL}, {})
     )
     problem = build_problem(space, list(boxes), boxes, motions, None, {}, {}, None)

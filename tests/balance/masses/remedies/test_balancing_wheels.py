@@ -106,7 +106,7 @@ def test_the_ratio_is_pinocchios_momentum_and_the_angle_its_integral():
         (angle, wheel(angle)), (speed, i * speed), (change, i * change + slope * speed**2)
     )  # fmt: skip
     motion = drive(whole, t, *(np.stack(pair, axis=1) for pair in columns))
-    checked = balance.verify(whole, along=[motion])
+    checked = balance.verify(whole, motions=[motion])
     assert max(checked.force_residual, checked.moment_residual) <= 1e-9
 
 
@@ -258,7 +258,7 @@ def test_refusals_say_why():
         (found,) = apply(request("four_bar_kite_balanced"))
         assert found.verdict == "refused" and "no moment is left" in found.reason
         tight = {"a": "ball(0.5,0,0,0.1)"}
-        (found,) = apply(request_of(ROD, add=("a",), regions=tight))
+        (found,) = apply(request_of(ROD, links=("a",), regions=tight))
         assert found.verdict == "infeasible" and "takes no force" in found.reason
         assert found.proof["check"] and found.urdf is None
     (found,) = apply_passive_wheel(request("bennett"))

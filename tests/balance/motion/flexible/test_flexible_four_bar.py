@@ -130,7 +130,7 @@ def test_rigid_links_shake_as_verify_says(tmp_path):
     motion = simulate(found.mechanism, 0.1, 11, rtol=1e-12, method="DOP853")
     columns = np.array([profile(t) for t in motion.times]).T[:, :, None]
     along = drive(linkage, motion.times, *columns)
-    (run,) = balance.verify(linkage, along=[along]).runs
+    (run,) = balance.verify(linkage, motions=[along]).runs
     rigid = -run.shaking
     assert np.abs(rigid[:, 3:5]).max() > 0.5
     for ours, theirs in ((motion.force, rigid[:, 3:5]), (motion.moment, rigid[:, 2])):

@@ -54,7 +54,7 @@ def crossings(time, value, rate):
 @pytest.mark.slow
 def test_pantograph_at_rest_stays_at_rest():
     """[J] Fig. 2.9, first case."""
-    found = simulate_floating_base(PANTOGRAPH, BASE, along=closing())
+    found = simulate_floating_base(PANTOGRAPH, BASE, motions=closing())
     assert max(found.rotation, found.displacement) < 1e-12
     assert found.verdict == "the base stays at rest" and found.undisturbed
 
@@ -62,7 +62,7 @@ def test_pantograph_at_rest_stays_at_rest():
 @pytest.mark.slow
 def test_pantograph_turns_faster_when_it_closes():
     """[J] Fig. 2.9, second case: 10 rad/s become 10 (1 + 2·2²) / (1 + 2·1.5²) = 16.3636."""
-    found = simulate_floating_base(PANTOGRAPH, BASE, along=closing(), initial={"wz": 10.0})
+    found = simulate_floating_base(PANTOGRAPH, BASE, motions=closing(), initial={"wz": 10.0})
     q = 2.0 + found.samples.u[:, 0]
     assert np.allclose(found.samples.turning[:, 2], 90.0 / (1.0 + 2.0 * q**2), rtol=1e-10)
     assert found.samples.turning[:, 2].max() == pytest.approx(16.3636, abs=1e-4)
@@ -75,7 +75,7 @@ def test_pantograph_on_a_spring():
     """[J] prints 5.4 Hz for k = 1e4 N m/rad at q = 2 m; it is √(k/9) / 2π = 5.305 Hz."""
     still = SteadyPath(np.zeros(1), np.zeros(1))
     found = simulate_floating_base(
-        PANTOGRAPH, SPRING, along=still, initial={"wz": 1.0}, duration=0.7
+        PANTOGRAPH, SPRING, motions=still, initial={"wz": 1.0}, duration=0.7
     )
     formula = np.sqrt(1e4 / 9.0) / (2.0 * np.pi)
     assert found.frequencies == pytest.approx((formula,), rel=1e-12)
@@ -94,7 +94,7 @@ def test_the_pantograph_drives_the_vibration_of_its_base():
     for phase in (np.pi, 0.0):
         drive = SinePath(np.array([[0.3]]), np.array([[phase]]), 0.5 / frequency, np.eye(1))
         found = simulate_floating_base(
-            PANTOGRAPH, SPRING, along=drive, initial={"wz": 1.0}, duration=0.8
+            PANTOGRAPH, SPRING, motions=drive, initial={"wz": 1.0}, duration=0.8
         )
         turned, late = np.abs(found.samples.rotation[:, 2]), found.time > 0.6
         peaks.append(turned[late].max() * np.sqrt(1e4 / 9.0))
@@ -114,7 +114,7 @@ def test_frequencies_of_an_unbalanced_linkage():
     # The centre of all masses stays at rest: v + ω × r = 0 with r from the base to it.
     r = z[1:3] / z[0] - np.array(base.com[:2])
     initial = {"wz": 0.2, "vx": 0.2 * r[1], "vy": -0.2 * r[0]}
-    found = simulate_floating_base(linkage, base, along=still, initial=initial, duration=1.0)
+    found = simulate_floating_base(linkage, base, motions=still, initial=initial, duration=1.0)
     assert found.frequencies == pytest.approx((formula,), rel=1e-12)
     times = crossings(found.time, found.samples.rotation[:, 2], found.samples.turning[:, 2])
     assert (times.size - 1) / np.ptp(times) == pytest.approx(formula, rel=1e-4)
@@ -173,7 +173,7 @@ def test_a_base_on_a_spring_swings_as_a_pendulum_of_mass():
     base = FloatingBase(10.0, 1.0, stiffness=500.0)
     still = SteadyPath(np.zeros(1), np.zeros(1))
     found = simulate_floating_base(
-        linkage, base, along=still, initial={"vx": 0.1}, duration=1.0
+        linkage, base, motions=still, initial={"vx": 0.1}, duration=1.0
     )
     omega = np.sqrt(500.0 / 12.0)
     assert found.frequencies == pytest.approx((omega / 2 / np.pi,) * 2, rel=1e-9)
@@ -188,7 +188,7 @@ def test_a_table_of_any_number_of_samples(samples):
     """Pieces of a spline that end a hair after a step: the base returns with the inputs."""
     time = np.linspace(0.0, 1.0, samples)
     path = SplinePath.through(time, 0.5 * (1.0 - np.cos(2.0 * np.pi * time))[:, None])
-    found = simulate_floating_base("four_bar_general", BASE, along=path)
+    found = simulate_floating_base("four_bar_general", BASE, motions=path)
     assert found.verdict == "the base moves" and found.rotation > 1e-3
     assert found.momentum_drift < 1e-9
 

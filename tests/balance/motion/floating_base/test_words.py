@@ -52,7 +52,7 @@ def test_inputs_at_speed_start_with_momentum():
     linkage = kinematics.load("four_bar_kite")
     base = balance.motion.FloatingBase(10.0, 1.0)
     along, _ = revolve_crank(linkage, 6.0)
-    found = balance.motion.simulate_floating_base(linkage, base, along=along, duration=0.05)
+    found = balance.motion.simulate_floating_base(linkage, base, motions=along, duration=0.05)
     assert any("momentum of that motion" in remark for remark in found.remarks)
     assert not found.samples.twist[0].any()
     rest = balance.motion.simulate_floating_base(linkage, base, duration=0.05)

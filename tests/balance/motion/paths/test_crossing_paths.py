@@ -115,7 +115,7 @@ def test_the_paths_do_not_shake_and_the_diagonal_does():
     # Halfway between both directions one input stands still.
     diagonal = (ways[0] + ways[1]) * 0.25
     loud = rest_to_rest(robot.linkage, [-diagonal, diagonal], 0.4, 801)
-    runs = balance.verify(robot.linkage, along=[*quiet, loud]).runs
+    runs = balance.verify(robot.linkage, motions=[*quiet, loud]).runs
     moments = [run.sizes("moment").max() for run in runs]
     assert max(moments[:2]) <= 1e-8 * moments[2]
     assert moments[2] > 0.1

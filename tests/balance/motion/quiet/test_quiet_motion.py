@@ -92,7 +92,7 @@ def test_the_table_is_what_verify_reads(tmp_path):
     table = tmp_path / "quiet.csv"
     table.write_bytes(plan.table())
     motion = from_csv(plan.linkage, table)
-    (run,) = balance.verify(plan.linkage, along=[motion]).runs
+    (run,) = balance.verify(plan.linkage, motions=[motion]).runs
     assert run.rms("force") == pytest.approx(plan.after.force_rms, rel=3e-3)
     assert run.peak("force") == pytest.approx(plan.after.force_peak, rel=3e-3)
     assert run.rms("moment") == pytest.approx(plan.after.moment_rms, rel=3e-3)

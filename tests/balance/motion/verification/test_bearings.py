@@ -143,7 +143,7 @@ def test_bearing_forces_do_not_depend_on_the_cut(tmp_path):
     u = 0.4 * np.sin(3.0 * time)[:, None]
     ud, udd = 1.2 * np.cos(3.0 * time)[:, None], -9.0 * u
     found = [
-        balance.verify(one, along=[drive(one, time, u, ud, udd)]) for one in (first, second)
+        balance.verify(one, motions=[drive(one, time, u, ud, udd)]) for one in (first, second)
     ]
     forces = [
         dict(zip((j.name for j in one.linkage.joints), one.runs[0].bearing.T, strict=True))

@@ -214,7 +214,7 @@ def test_other_inputs_stand_still_or_follow(tmp_path):
         with pytest.raises(PoseError, match="is no speed of a crank"):
             revolve_crank(linkage, speed, "revolute")
     with pytest.raises(ValueError, match="either a speed or motions"):
-        verify(linkage, speed=1.0, along=[way])
+        verify(linkage, speed=1.0, motions=[way])
 
 
 @pytest.mark.parametrize(

@@ -76,8 +76,8 @@ def test_partial_balance_about_a_point():
     linkage = kinematics.load(MODEL)
     point = [0.3, 0.8, 0.0]
     way = [run.trajectory for run in balance.verify(linkage, trajectories=1).runs]
-    seen = balance.verify(linkage, along=way, about=point)
-    found = balance.partial(linkage, ["crank"], 0.1, trajectories=way, about=point)
+    seen = balance.verify(linkage, motions=way, about=point)
+    found = balance.partial(linkage, ["crank"], 0.1, motions=way, about=point)
     assert found.given.moment == pytest.approx(seen.runs[0].rms("moment"), rel=1e-9)
     assert found.given.peak_moment == pytest.approx(seen.moment, rel=1e-9)
 

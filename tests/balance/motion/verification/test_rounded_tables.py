@@ -55,10 +55,10 @@ def check_range(tmp_path, number, decimals, samples):
     linkage = kinematics.load(MODELS[number % len(MODELS)])
     time = np.linspace(0.0, 1.0, samples)
     u, ud, udd = waves(number, time, linkage.mobility)
-    truth = balance.verify(linkage, along=[drive(linkage, time, u, ud, udd)])
+    truth = balance.verify(linkage, motions=[drive(linkage, time, u, ud, udd)])
     path = write(tmp_path / "a.csv", linkage, time, u, decimals)
     try:
-        found = balance.verify(linkage, along=[from_csv(linkage, path)])
+        found = balance.verify(linkage, motions=[from_csv(linkage, path)])
     except FileError as error:
         assert "nothing of the accelerations" in str(error) and decimals == 4
         return
@@ -145,7 +145,7 @@ def test_balanced_linkages_stay_balanced(tmp_path):
     time = np.linspace(0.0, 1.0, 201)
     u = 0.3 * (1.0 - np.cos(TURN * time))
     path = write(tmp_path / "a.csv", linkage, time, u, 5)
-    found = balance.verify(linkage, along=[from_csv(linkage, path)])
+    found = balance.verify(linkage, motions=[from_csv(linkage, path)])
     assert found.balanced and found.decided
     assert found.range_text("force").startswith("below")
 
@@ -156,10 +156,10 @@ def test_partial_balance_says_how_far_it_is_off(tmp_path):
     time = np.linspace(0.0, 1.0, 201)
     u, ud, udd = waves(0, time, 1)
     exact = balance.partial(
-        linkage, ["crank"], 0.1, trajectories=[drive(linkage, time, u, ud, udd)]
+        linkage, ["crank"], 0.1, motions=[drive(linkage, time, u, ud, udd)]
     )
     path = write(tmp_path / "a.csv", linkage, time, u, 5)
-    found = balance.partial(linkage, ["crank"], 0.1, trajectories=[from_csv(linkage, path)])
+    found = balance.partial(linkage, ["crank"], 0.1, motions=[from_csv(linkage, path)])
     for name in ("force", "moment"):
         off, truth = getattr(found.given, f"{name}_off"), getattr(exact.given, name)
         assert abs(getattr(found.given, name) - truth) <= off < 0.1 * truth

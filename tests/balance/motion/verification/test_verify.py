@@ -95,7 +95,7 @@ def test_sizes_of_own_wrenches_are_those_of_pinocchio(model):
         sums.append(np.sum(parts))
     joints = (x / chain.units for x in (way.q, way.qd, way.qdd))
     assert L * inertia_sizes(chain, z, *joints) == pytest.approx(sums, rel=1e-10)
-    checked = verify(linkage, along=[way])
+    checked = verify(linkage, motions=[way])
     expected = checked.force_residual, checked.moment_residual
     assert measure_shaking(linkage, [way]) == pytest.approx(expected, rel=1e-10, abs=1e-14)
 
@@ -141,7 +141,7 @@ def test_a_pendulum_by_hand(tmp_path):
     expected = [0.0, 0.0, 0.6 * alpha + 1.0 * alpha, -(omega**2), alpha, 0.0]
     assert np.allclose(shaking(linkage, [0.0], [omega], [alpha]), expected, rtol=1e-14)
     way = rest_to_rest(linkage, [[0.0], [1.0]], samples=50)
-    found = verify(linkage, along=[way])
+    found = verify(linkage, motions=[way])
     (run,) = found.runs
     force = 2.0 * 0.5 * np.hypot(way.udd[:, 0], way.ud[:, 0] ** 2)
     assert np.allclose(np.linalg.norm(run.shaking[:, 3:], axis=1), force, atol=1e-12)
@@ -266,10 +266,10 @@ def test_the_verdict_is_relative_to_the_inertia_of_the_bodies():
 def test_near_a_singularity_a_remark_says_so():
     linkage = kinematics.load("four_bar_kite_balanced")
     way = next(iter(random_motions(linkage, 1, 60)))
-    assert verify(linkage, along=[way]).balanced
+    assert verify(linkage, motions=[way]).balanced
     u = np.linspace(0.0, -1.2, 300)[:, None]
     near = drive(linkage, np.linspace(0, 1, 300), u, np.full_like(u, -1.2), np.zeros_like(u))
-    found = verify(linkage, along=[near])
+    found = verify(linkage, motions=[near])
     assert near.conditioning < 0.02
     assert any("singularity" in remark for remark in found.remarks)
 

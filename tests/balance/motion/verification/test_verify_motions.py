@@ -163,7 +163,7 @@ def test_a_motion_in_which_nothing_moves_has_no_verdict(time, u, tmp_path, capsy
     still = drive(linkage, np.arange(9.0), np.zeros((9, 1)), *[np.zeros((9, 1))] * 2)
     for along in ([still], []):
         with pytest.raises(PoseError, match="nothing moves"):
-            verify(linkage, along=along)
+            verify(linkage, motions=along)
 
 
 def test_a_small_motion_is_a_motion(tmp_path, capsys):

@@ -74,11 +74,11 @@ def test_four_bars_of_every_kind(monkeypatch):
     monkeypatch.setattr(many_geometries, "CHUNK_SIZE", 128)
     linkage = load("four_bar_general")
     screws = screws_of(linkage, four_bars(300, seed=91))
-    found = balance.space.design_space_many(linkage, screws, bases=True, threads=2)
+    found = balance.space.design_space_many(linkage, screws, bases=True, workers=2)
     assert not found.refused
     agree(found, one_by_one(linkage, screws), linkage.frames)
     assert [set(found.rank[k::4].tolist()) for k in range(4)] == [{8}, {7}, {5}, {7}]
-    again = balance.space.design_space_many(linkage, screws, bases=True, threads=1)
+    again = balance.space.design_space_many(linkage, screws, bases=True, workers=1)
     assert np.array_equal(again.bases, found.bases)
 
 

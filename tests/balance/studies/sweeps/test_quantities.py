@@ -19,7 +19,7 @@ pytestmark = pytest.mark.lanes
 STUDIES = Path(__file__).resolve().parents[4] / "docs" / "studies"
 ALL = {
     "rank": {}, "orders": {"count": 5}, "singular_values": {}, "distance": {},
-    "design": {"minimise": "mass"}, "counterweights": {"add": ["crank", "rocker"]},
+    "design": {"minimise": "mass"}, "counterweights": {"links": ["crank", "rocker"]},
     "input_inertia": {}, "shaking": {"speed": 5.0}, "certainty": {},
 }  # fmt: skip
 

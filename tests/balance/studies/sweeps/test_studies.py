@@ -55,7 +55,7 @@ BAD = {
                                              "design": {"mimimise": "mass"}}},
                "no such option"),
     "link": ({"parameters": X, "compute": {"quantities": ["counterweights"],
-                                           "counterweights": {"add": ["lid"]}}}, "link 'lid'"),
+                                           "counterweights": {"links": ["lid"]}}}, "link 'lid'"),
     "motion": ({"parameters": X, "compute": {"quantities": ["shaking"]}}, "give either speed"),
     "constraint": ({"parameters": X, "constraints": {"grashoff": True}}, "no such constraint"),
     "no four-bar": ({"parameters": {"u2.origin.x": "0.8:0.9:2"}, "model": {"file": "five_bar"},
@@ -83,7 +83,7 @@ BAD = {
                                            "design": {"keep": [DAY]}}}, "no meaning"),
     "region": ({"parameters": X, "compute": {
         "quantities": ["counterweights"],
-        "counterweights": {"add": ["crank"], "regions": {"crank": {"x": 1}}}}}, "no meaning"),
+        "counterweights": {"links": ["crank"], "regions": {"crank": {"x": 1}}}}}, "no meaning"),
     "large": ({"parameters": {"q2.origin.x": [10**400]}}, "is not finite"),
 }  # fmt: skip
 

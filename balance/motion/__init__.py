@@ -6,6 +6,10 @@ Names for users, beside those of `balance` itself:
 - ``shaking_tolerance``: worst case and spread of shaking of a linkage made within tolerances
 - ``ShakingTolerance``: result of ``shaking_tolerance``
 - ``Trajectory``: a motion sampled in time
+- ``one_turn``: the motion of one turn of a crank at constant speed
+- ``from_csv``: the motion of a table of the inputs over time
+- ``from_tool_csv``: the motion that moves a link along a table of its path
+- ``rest_to_rest``: the motion that rests at given poses
 - ``FloatingBase``: a base with mass, inertia and springs
 - ``simulate_floating_base``: simulate the motion of the base that a linkage causes
 - ``FloatingBaseMotion``: result of ``simulate_floating_base``

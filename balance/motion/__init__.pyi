@@ -5,5 +5,13 @@ from .manufacture.analyse import ShakingTolerance as ShakingTolerance
 from .manufacture.analyse import shaking_tolerance as shaking_tolerance
 from .paths.path import ReactionlessPath as ReactionlessPath
 from .paths.path import timed_path as timed_path
+from .verification.crank_revolution import one_turn as one_turn
+from .verification.given_motions import (
+    from_csv as from_csv,
+)
+from .verification.given_motions import (
+    rest_to_rest as rest_to_rest,
+)
 from .verification.shaking_wrench import shaking as shaking
+from .verification.tool_motion import from_tool_csv as from_tool_csv
 from .verification.trajectory import Trajectory as Trajectory

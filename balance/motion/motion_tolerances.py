@@ -27,6 +27,10 @@ JOINT_RATE_RATIO = 4.0
 MOTION_RETURN = 1e-9
 # The same after one revolution of a crank, up to full turns.
 REVOLUTION_RETURN = 1e-8
+# Difference of the positions of joints along a path of a tool and along that of the inputs, in
+# radians and characteristic lengths: above round-off near singular poses, far below the
+# distance of two branches.
+SAME_BRANCH = 1e-6
 # Advance of a crank per continuation step at which it has reached its limit, radians.
 CRANK_ADVANCE = 1e-7
 # Range of the inputs of a motion that counts as rest, relative to their size.

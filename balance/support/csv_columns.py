@@ -106,13 +106,7 @@ def read_table(
     Raises:
         FileError: the file cannot be read as such a table.
     """
-    try:
-        with open(path, encoding="utf-8-sig", newline="") as file:
-            lines = list(islice(csv.reader(file), MAX_ROWS + 2))
-    except (OSError, UnicodeError, csv.Error) as error:
-        reason = getattr(error, "strerror", None) or "it is not text of comma-separated values"
-        raise refuse_row(path, "", f"cannot be read ({reason})") from None
-    lines = [line for line in lines if any(cell.strip() for cell in line)]
+    lines = _read_lines(path, MAX_ROWS + 2)
     other, units = short or {}, some or {}
     cells = [cell.strip() for cell in lines[0]] if lines else []
     heads = [_split_head(path, cell, units, other) for cell in cells]
@@ -146,6 +140,31 @@ def read_table(
     rounding = _rounding(rows, *digits) * factors
     decimals = tuple(digits[0].max(axis=0).tolist())
     return Table(rows * factors, rounding, decimals, quantities, tuple(wanted))
+
+
+def column_names(path: str | PathLike[str]) -> list[str]:
+    """Read the names of the columns of a table, without their units.
+
+    Raises:
+        FileError: the file cannot be read, or a unit is unknown.
+    """
+    lines = _read_lines(path, 1)
+    return [_split_head(path, cell.strip(), {}, {})[0] for cell in lines[0]] if lines else []
+
+
+def _read_lines(path: str | PathLike[str], most: int) -> list[list[str]]:
+    """Read the first lines of a table that hold anything.
+
+    Raises:
+        FileError: the file cannot be read as text of comma-separated values.
+    """
+    try:
+        with open(path, encoding="utf-8-sig", newline="") as file:
+            filled = (line for line in csv.reader(file) if any(map(str.strip, line)))
+            return list(islice(filled, most))
+    except (OSError, UnicodeError, csv.Error) as error:
+        reason = getattr(error, "strerror", None) or "it is not text of comma-separated values"
+        raise refuse_row(path, "", f"cannot be read ({reason})") from None
 
 
 def _split_head(

@@ -72,6 +72,7 @@ GOOD: dict[str, list[str]] = {
     "--max-order": ["1"], "--html": ["{folder}/page.html"], "--certainty": ["verified"],
     "--require": ["force"], "--gravity": ["0,-9.81,0", "--require", "gravity"],
     "--trajectories": ["1"], "--seed": ["3"], "--csv": ["{table}"], "--path": ["{poses}"],
+    "--tool-path": ["{tool}={path}"],
     "--speed": ["{first}=300rpm"], "--table": ["{folder}/table.csv"],
     "--tolerance": ["1e-6"], "--against": ["five_bar"], "--plot": ["{folder}/plot.svg"],
     "--minimise": ["mass"], "--keep": ["{link}"], "--bounds": ["{link}=0.1:2"],

@@ -283,6 +283,10 @@ WORDS: dict[str, Maker] = {
     "--certainty": _of("proved", "verified"),
     "--trajectories": _of("1", "1", "1", "2", "0", "10001"),
     "--seed": _of("0", "7", "123456", "-1", "99999999999999999999"),
+    "--tool-path": lambda rng, place: [
+        f"{_one(rng, place.names.links)}{rng.choice(('', '@0,0,0', '@0', '@'))}="
+        f"{_table(rng, place._replace(names=place.names._replace(inputs=('x', 'y')[:rng.choice((1, 2))])))}"
+    ],
     "--csv": lambda rng, place: [_table(rng, place)],
     "--speed": lambda rng, place: [_speed(rng, place)],
     "--table": lambda rng, place: [_out(rng, place, "motion.csv")],

@@ -89,7 +89,7 @@ class Parser(argparse.ArgumentParser):
         """Build a parser from the arguments of ``argparse.ArgumentParser``."""
         super().__init__(**{"formatter_class": HelpText} | options, add_help=False)
         self.group("output").add_argument(
-            "-h", "--help", action="help", help="show this help and exit"
+            "-h", "--help", action="help", help=argparse.SUPPRESS
         )
         self.set_defaults(refuse=self.error, overwrite=False)
 

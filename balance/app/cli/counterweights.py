@@ -131,8 +131,8 @@ def _with_loads(
     arguments: argparse.Namespace, matter: Counterweights
 ) -> tuple[Counterweights, list[Notice]]:
     """Compute the loads along the motions of the options, which a page shows in any case."""
-    asked = arguments.speed is not None or arguments.csv or arguments.html is not None
-    if matter.z is None or not asked:
+    given = arguments.csv or arguments.tool_path or arguments.speed is not None
+    if matter.z is None or not (given or arguments.html is not None):
         return matter, []
     from balance.masses.partial.loads_along import with_loads
 

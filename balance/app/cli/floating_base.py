@@ -13,6 +13,7 @@ from balance.app.answers.answer import Answer, Files
 from balance.app.cli.arguments import refuse_given
 from balance.app.cli.exit_codes import DONE, NEGATIVE, UNDECIDED
 from balance.app.cli.model_readings import solve_model
+from balance.app.cli.motion_source import motions_of
 from balance.app.cli.number_arguments import number_between, point, values_by_name
 from balance.app.cli.outputs import kind_of
 from balance.app.cli.progress import progress_bar
@@ -87,7 +88,7 @@ def check_base_options(arguments: argparse.Namespace) -> None:
         arguments.refuse("--trajectories: there is one motion with --base")
     if arguments.torque is not None:
         moved = "--torque: frees the inputs that {} moves"
-        refuse_given(arguments, ("csv", "speed", "seed"), moved)
+        refuse_given(arguments, ("csv", "tool_path", "speed", "seed"), moved)
 
 
 def run_floating_base(arguments: argparse.Namespace) -> Answer:
@@ -119,22 +120,18 @@ def _simulate(
     def simulate_first(linkage: Linkage) -> FloatingBaseMotion:
         # Load the kernels only after the file is accepted.
         from balance.motion.floating_base.simulate import simulate_floating_base
-        from balance.motion.verification.crank_revolution import revolve_crank
-        from balance.motion.verification.given_motions import from_csv, rounding_notice
-        from kinematics.model.motion import motion_of
+        from balance.motion.verification.given_motions import rounding_notice
 
-        motion, along = motion_of(linkage, arguments.motion), None
-        if arguments.csv:
-            along = from_csv(linkage, arguments.csv, motion)
-        if arguments.speed is not None:
-            crank, speed = arguments.speed
-            along, _ = revolve_crank(linkage, speed, crank, motion)
+        motions = motions_of(arguments, linkage)
+        if motions is None:
+            return simulate_floating_base(
+                linkage, base, **_options(arguments), progress=advance
+            )
         simulation = simulate_floating_base(
-            linkage, base, along=along, **_options(arguments), progress=advance
+            linkage, base, motions=motions[0], **_options(arguments), progress=advance
         )
-        if along is None:
-            return simulation
-        return replace(simulation, notices=(*simulation.notices, *rounding_notice(along)))
+        told = rounding_notice(motions[0])
+        return replace(simulation, notices=(*simulation.notices, *told))
 
     def simulate_other(linkage: Linkage) -> FloatingBaseMotion:
         from balance.motion.floating_base.simulate import simulate_second

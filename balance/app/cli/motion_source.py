@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import argparse
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
+from balance.app.cli.number_arguments import point
 from balance.support.units import UnitNumber, read_quantity
 from kinematics.errors import UsageError
 
@@ -25,12 +26,44 @@ def add_motion_source(group: argparse._ArgumentGroup, otherwise: str) -> None:
         "--csv", action="append", default=[], metavar="FILE",
         help=f"motion that counts; repeatable (default: {otherwise})",
     )  # fmt: skip
+    group.add_argument(
+        "--tool-path", action="append", default=[], type=_tool_path, metavar="LINK=FILE",
+        help="that of a link: time,x,y,…; LINK@X,Y,Z of its point",
+    )  # fmt: skip
     add_speed(group, "one turn of the crank at this speed")
+
+
+def add_other_motion(group: argparse._ActionsContainer) -> None:
+    """Add the options ``--csv``, ``--tool-path`` and ``--speed``, each of one motion.
+
+    Args:
+        group: one whose options exclude each other.
+    """
+    group.add_argument(
+        "--csv", metavar="FILE", help="motion to use instead: time and the inputs"
+    )
+    group.add_argument(
+        "--tool-path", type=_tool_path, metavar="LINK=FILE",
+        help="or that of a link: time,x,y,…; LINK@X,Y,Z of its point",
+    )  # fmt: skip
+    add_speed(group, "one turn of the crank at this speed instead")
 
 
 def add_speed(group: argparse._ActionsContainer, purpose: str) -> None:
     """Add the option ``--speed``."""
     group.add_argument("--speed", type=_speed, metavar="[J=]300rpm", help=purpose)
+
+
+class ToolPath(str):
+    """The path of a table of the motion of a link.
+
+    Attributes:
+        link: name of the link.
+        point: its point that moves (3,), metres, in the frame of the link; None for the origin.
+    """
+
+    link: str
+    point: tuple[float, ...] | None
 
 
 def motions_of(arguments: argparse.Namespace, linkage: Linkage) -> list[Trajectory] | None:
@@ -44,11 +77,20 @@ def motions_of(arguments: argparse.Namespace, linkage: Linkage) -> list[Trajecto
     from kinematics.model.motion import motion_of
 
     limits = motion_of(linkage, arguments.motion)
-    motions = [from_csv(linkage, path, limits) for path in arguments.csv]
+    motions = [from_csv(linkage, path, limits) for path in _listed(arguments.csv)]
+    for path in _listed(arguments.tool_path):
+        from balance.motion.verification.tool_motion import from_tool_csv
+
+        motions.append(from_tool_csv(linkage, path, path.link, path.point, limits))
     if arguments.speed is not None:
         crank, speed = arguments.speed
         motions.append(revolve_crank(linkage, speed, crank, limits)[0])
     return motions or None
+
+
+def _listed(value: list[Any] | str | None) -> list[Any]:
+    """List the values of an option that stands once, several times or not at all."""
+    return value if isinstance(value, list) else [value] if value else []
 
 
 def notices_of(linkage: Linkage, motions: list[Trajectory] | None) -> list[Notice]:
@@ -56,6 +98,19 @@ def notices_of(linkage: Linkage, motions: list[Trajectory] | None) -> list[Notic
     from balance.motion.verification.given_motions import large_angles
 
     return [notice for motion in motions or () for notice in large_angles(linkage, motion.u)]
+
+
+def _tool_path(text: str) -> ToolPath:
+    """Parse ``LINK=FILE`` or ``LINK@X,Y,Z=FILE``."""
+    head, _, file = text.partition("=")
+    link, at, place = head.partition("@")
+    if not (link.strip() and file.strip()):
+        raise argparse.ArgumentTypeError(
+            f"'{text}' is not LINK=FILE.csv, such as platform=path.csv"
+        )
+    path = ToolPath(file.strip())
+    path.link, path.point = link.strip(), point(place) if at else None
+    return path
 
 
 def _speed(text: str) -> tuple[str | None, float]:

@@ -25,7 +25,9 @@ OUTPUTS = {
 # Options that name models.
 MODELS = ("model", "against")
 # Options that name other input files.
-INPUTS = ("loops", "csv", "path", "masses", "study", "results", "measured", "wrench")
+INPUTS = (
+    "loops", "csv", "tool_path", "path", "masses", "study", "results", "measured", "wrench",
+)  # fmt: skip
 
 
 def add_out_option(parser: Parser) -> None:

@@ -18,7 +18,7 @@ from balance.app.cli.floating_base import (
 )
 from balance.app.cli.model_options import add_model_options
 from balance.app.cli.model_readings import solve_model
-from balance.app.cli.motion_source import add_speed
+from balance.app.cli.motion_source import add_other_motion, motions_of, notices_of
 from balance.app.cli.number_arguments import add_about, whole_number
 from balance.app.cli.outputs import (
     add_meshes_option,
@@ -92,10 +92,7 @@ def _add_motion_options(group: argparse._ArgumentGroup) -> None:
         "--seed", type=_seed, metavar="S", help="seed of the random motions (default 0)"
     )
     source = group.add_mutually_exclusive_group()
-    source.add_argument(
-        "--csv", metavar="FILE", help="motion to use instead: time and the inputs"
-    )
-    add_speed(source, "one turn of the crank at this speed instead")
+    add_other_motion(source)
 
 
 def _run(arguments: argparse.Namespace) -> Answer:
@@ -155,7 +152,10 @@ def _data(results: Sequence[Verification]) -> dict[str, object]:
 
 def _speed_remark(arguments: argparse.Namespace, linkage: Linkage) -> str:
     """Ask for the speed of a crank that random motions swing to and fro."""
-    chosen = (arguments.trajectories, arguments.seed, arguments.csv, arguments.speed)
+    chosen = (
+        arguments.trajectories, arguments.seed, arguments.csv, arguments.tool_path,
+        arguments.speed,
+    )  # fmt: skip
     kinds = [joint.kind for joint in linkage.joints if joint.name in linkage.inputs]
     if kinds != ["revolute"] or any(option is not None for option in chosen):
         return ""
@@ -188,15 +188,13 @@ def _verify(
 
     def verify_first(linkage: Linkage) -> Verification:
         # Load the kernels only after the file is accepted.
-        from balance.motion.verification.given_motions import from_csv, large_angles
         from balance.motion.verification.to_pinocchio import verify
-        from kinematics.model.motion import motion_of
 
         motions = None
-        if arguments.csv:
-            motions = [from_csv(linkage, arguments.csv, motion_of(linkage, arguments.motion))]
+        if arguments.csv or arguments.tool_path:
+            motions = motions_of(arguments, linkage)
         verification = verify(linkage, motions=motions, **options)
-        told = [notice for motion in motions or () for notice in large_angles(linkage, motion.u)]
+        told = notices_of(linkage, motions)
         return replace(verification, notices=(*verification.notices, *told))
 
     def verify_other(linkage: Linkage) -> Verification:

@@ -24,6 +24,7 @@ from balance.masses.counterweights.volume.plates import (
     stocks_of,
     with_further_links,
 )
+from balance.motion.verification.given_motions import MotionLike
 from balance.space.requirements.recompute_spatial import recompute_spatial
 from balance.space.spaces.compute_space import as_space
 from balance.space.spaces.design_space import DesignSpace
@@ -42,7 +43,8 @@ def counterweights(
     space: DesignSpace | LinkageLike, links: Sequence[str],
     regions: Mapping[str, Region | str] | None = None, minimise: AddedObjective = "mass",
     *, density: float | Mapping[str, float] | None = None, thickness: float | None = None,
-    price_of_mass: float = IDLE_MASS_PRICE, shape: str | None = None, relax: bool = True,
+    price_of_mass: float = IDLE_MASS_PRICE, shape: str | None = None,
+    motions: MotionLike | Sequence[MotionLike] | None = None, relax: bool = True,
 ) -> Counterweights:  # fmt: skip
     """Compute the least matter that balances a linkage when added to some of its links.
 
@@ -79,6 +81,8 @@ def counterweights(
             ``cylinder=0.03``, of that radius: each counterweight is one of them, across the
             plane of the linkage and within its region, for the least mass of such shapes that
             balances forces. Needs a density.
+        motions: one or several, as for `balance.verify`; the answer then has the loads along
+            them, before and after.
         relax: whether to look for single changes that help if there is no answer.
 
     Returns:
@@ -121,6 +125,10 @@ def counterweights(
     given = regions or {}
     chosen = tuple(name for name in answer.regions if name not in given)
     answer = replace(answer, chosen=chosen, thickness=thickness)
+    if motions is not None and answer.z is not None:
+        from balance.masses.partial.loads_along import with_loads
+
+        return with_loads(answer, motions)
     if answer.verdict != "infeasible" or not relax:
         return answer
 

@@ -23,7 +23,7 @@ from balance.masses.partial.shaking_problem import (
     ShakingProblem,
     build_problem,
 )
-from balance.motion.verification.trajectory import Trajectory
+from balance.motion.verification.given_motions import MotionLike
 from balance.space.spaces.compute_space import design_space
 from balance.space.spaces.design_space import DesignSpace
 from balance.support.tolerances import (
@@ -45,7 +45,7 @@ UNLIMITED = 100.0
 def partial(
     space: DesignSpace | LinkageLike, links: Sequence[str], budget: float, *,
     regions: Mapping[str, Region | str] | None = None,
-    motions: Sequence[Trajectory] | None = None, weight_moment: float | None = None,
+    motions: MotionLike | Sequence[MotionLike] | None = None, weight_moment: float | None = None,
     max_bearing: Mapping[str, float] | None = None,
     max_torque: Mapping[str, float] | None = None, frame: ElasticFrame | None = None,
     about: ArrayLike | None = None, density: float | Mapping[str, float] | None = None,
@@ -68,7 +68,7 @@ def partial(
         regions: where matter may be added, by link: a region, or a text such as
             ``"ball(0,0,0,0.1)"``; by default a ball about the proximal joint of half the
             link's length.
-        motions: motions; by default the random ones of `balance.verify`.
+        motions: one or several, as for `balance.verify`; by default its random ones.
         weight_moment: ℓ, metres; by default the characteristic length of the linkage.
         max_bearing: largest force in joints, N, by name. In overconstrained linkages forces
             are those of least norm.
@@ -108,7 +108,7 @@ def partial(
 def single(
     space: DesignSpace | LinkageLike, links: Sequence[str], budget: float, *,
     regions: Mapping[str, Region | str] | None = None,
-    motions: Sequence[Trajectory] | None = None, weight_moment: float | None = None,
+    motions: MotionLike | Sequence[MotionLike] | None = None, weight_moment: float | None = None,
     max_bearing: Mapping[str, float] | None = None,
     max_torque: Mapping[str, float] | None = None, frame: ElasticFrame | None = None,
     about: ArrayLike | None = None, density: float | Mapping[str, float] | None = None,
@@ -144,7 +144,7 @@ def pareto(
     space: DesignSpace | LinkageLike, links: Sequence[str], n: int = 12,
     budget: float | None = None, *,
     regions: Mapping[str, Region | str] | None = None,
-    motions: Sequence[Trajectory] | None = None, weight_moment: float | None = None,
+    motions: MotionLike | Sequence[MotionLike] | None = None, weight_moment: float | None = None,
     max_bearing: Mapping[str, float] | None = None,
     max_torque: Mapping[str, float] | None = None, frame: ElasticFrame | None = None,
     about: ArrayLike | None = None, density: float | Mapping[str, float] | None = None,
@@ -162,7 +162,7 @@ def pareto(
         n: number of designs, from 2 up.
         budget: most mass to add, kg; by default a hundred times the mass of the linkage.
         regions: where matter may be added, by link.
-        motions: motions.
+        motions: see `partial`.
         weight_moment: metres.
         max_bearing: largest force in joints, N.
         max_torque: largest drive torque of inputs, N m or N.

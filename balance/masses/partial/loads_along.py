@@ -8,11 +8,11 @@ from dataclasses import replace
 from balance.masses.counterweights.answer import Counterweights
 from balance.masses.partial.results import PartialBalance
 from balance.motion.verification.before_after import BeforeAfter, compare_masses
-from balance.motion.verification.trajectory import Trajectory
+from balance.motion.verification.given_motions import MotionLike
 
 
 def with_loads(
-    counterweights: Counterweights, motions: Sequence[Trajectory] | None = None
+    counterweights: Counterweights, motions: MotionLike | Sequence[MotionLike] | None = None
 ) -> Counterweights:
     """Add the loads along motions to counterweights that balance.
 

@@ -242,15 +242,15 @@ def motion_loads(
         motions: motions of the linkage.
         about: point for moments, from the middle of the mechanism, metres; that by default.
     """
-    chain, motions = matter.chain, []
+    chain, loads_along = matter.chain, []
     offset = np.zeros(3) if about is None else about
     for trajectory in motions:
         ud, udd = trajectory.ud / matter.input_units, trajectory.udd / matter.input_units
         loads = load_regressors(chain, trajectory.q / chain.units, ud, udd)
         given = np.einsum("kbip,bp->kbi", loads.rate, matter.own)
         added = {b: loads.rate[:, b] @ D for b, D in matter.added.items()}
-        motions.append(MotionLoads(trajectory, matter, given, added, loads.screws, offset))
-    return motions
+        loads_along.append(MotionLoads(trajectory, matter, given, added, loads.screws, offset))
+    return loads_along
 
 
 def input_inertia(linkage: Linkage) -> dict[str, float]:

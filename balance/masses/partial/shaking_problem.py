@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from math import inf, isfinite
 from typing import NamedTuple
@@ -22,6 +22,7 @@ from balance.masses.partial.least_shaking import (
 )
 from balance.masses.partial.motion_loads import AddedParameters, MotionLoads, motion_loads
 from balance.masses.partial.shaking_program import Cap, ShakingProgram
+from balance.motion.verification.given_motions import MotionLike, read_motions
 from balance.motion.verification.load_errors import load_errors
 from balance.motion.verification.trajectory import Trajectory, random_motions
 from balance.space.spaces.design_space import DesignSpace
@@ -167,7 +168,7 @@ class ShakingProblem:
 
 def build_problem(
     space: DesignSpace, links: Sequence[str], regions: Mapping[str, Region | str],
-    motions: Sequence[Trajectory] | None, weight_moment: float | None,
+    motions: MotionLike | Sequence[MotionLike] | None, weight_moment: float | None,
     max_bearing: Mapping[str, float], max_torque: Mapping[str, float],
     frame: ElasticFrame | None, progress: Callable[[int, int], None] | None = None,
     about: ArrayLike | None = None, density: float | Mapping[str, float] | None = None,
@@ -179,7 +180,7 @@ def build_problem(
         space: a design space; one for force balance does not count moments.
         links: names of the links that may get matter.
         regions: where, by name; see `balance.masses.counterweights.link_regions.regions_of`.
-        motions: motions; by default the random ones of `balance.verify`.
+        motions: one or several, as for `balance.verify`; by default its random ones.
         weight_moment: a moment of so many newton metres counts as a force of one newton; by
             default the characteristic length of the linkage.
         max_bearing: largest force in joints, N.
@@ -196,6 +197,7 @@ def build_problem(
         PoseError: nothing moves.
         UsageError: a number is out of range, or a joint is unknown.
     """
+    asked = read_motions(space.linkage, motions, space.motion)
     chosen = regions_of(space, links, regions)
     limits = density_limits(space, chosen, density, thickness)
     stocks = stocks_of(space, chosen, limits) if limits else {}
@@ -213,7 +215,7 @@ def build_problem(
         raise UsageError("an elastic frame turns about the middle: leave out about")
     middle = space.linkage.spatial_chain.frame.origin
     point = middle if about is None else point_of(about)
-    loads = _loads(space, matter, motions, progress, point - middle)
+    loads = _loads(space, matter, asked, progress, point - middle)
     blocks = [np.sqrt(motion.weights / len(loads))[:, None, None] for motion in loads]
     wrenches = [root * motion.wrenches for root, motion in zip(blocks, loads, strict=True)]
     factors = tuple(

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from os import PathLike
 
 import numpy as np
 
 from balance.motion.floating_base.base import BaseInChain
 from balance.motion.floating_base.equations import Drive
 from balance.motion.motion_tolerances import RELATION_RESIDUAL
+from balance.motion.verification.given_motions import MotionLike, from_csv
 from balance.motion.verification.input_paths import InputPath, RestToRest, SplinePath
 from balance.motion.verification.trajectory import Trajectory, order_inputs, random_motions
 from kinematics.closure.joint_positions import values_by_input
@@ -29,13 +31,13 @@ SHORTEST, LONGEST = 1e-9, 1e6
 
 
 def prescribed_drive(
-    linkage: Linkage, chain: Chain, along: Trajectory | InputPath | None, motion: Motion,
+    linkage: Linkage, chain: Chain, motions: MotionLike | InputPath | None, motion: Motion,
     seed: int, duration: float | None,
 ) -> tuple[Drive, tuple[float, float]]:  # fmt: skip
     """Make the drive of inputs whose motion is prescribed, and its start and end.
 
     Args:
-        along: the motion; by default a random one from rest to rest, again and again.
+        motions: the motion; by default a random one from rest to rest, again and again.
         motion: restriction of a random motion.
         seed: seed of a random motion.
         duration: seconds, or None for the default.
@@ -46,15 +48,18 @@ def prescribed_drive(
     """
     units = chain.units[linkage.positions_of(linkage.inputs)]
     start = 0.0
-    if along is None:
+    known = motions
+    if isinstance(motions, str | PathLike):
+        known = from_csv(linkage, motions, motion)
+    if known is None:
         (trajectory,) = random_motions(linkage, 1, seed=seed, motion=motion)
         assert trajectory.path is not None
         path: InputPath = RestToRest(trajectory.path, trajectory.duration)
-    elif isinstance(along, Trajectory):
-        start = float(along.time[0])
-        path = along.path or SplinePath.through(along.time, along.u)
+    elif isinstance(known, Trajectory):
+        start = float(known.time[0])
+        path = known.path or SplinePath.through(known.time, known.u)
     else:
-        path = along
+        path = known
     if isinstance(path, SplinePath):
         start = path.corners[0]
     span = start, start + _duration(path, duration)

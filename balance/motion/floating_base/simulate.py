@@ -32,8 +32,8 @@ from balance.motion.motion_tolerances import (
     FREQUENCY_ZERO,
     MASS_MATRIX_SINGULAR,
 )
+from balance.motion.verification.given_motions import MotionLike
 from balance.motion.verification.input_paths import InputPath, RestToRest, SteadyPath
-from balance.motion.verification.trajectory import Trajectory
 from kinematics.closure.joint_positions import input_chain
 from kinematics.errors import LinkageError, PoseError, UsageError
 from kinematics.loading.model_gallery import LinkageLike, as_linkage
@@ -58,7 +58,7 @@ SHORTEST_STEP = 1e-9
 
 def simulate_floating_base(
     linkage: LinkageLike, base: FloatingBase, z: ArrayLike | None = None, *,
-    along: Trajectory | InputPath | None = None, torques: Mapping[str, float] | None = None,
+    motions: MotionLike | InputPath | None = None, torques: Mapping[str, float] | None = None,
     initial: Mapping[str, float] | None = None,
     motion: Motion | str | Sequence[str] | None = None, duration: float | None = None,
     seed: int = 0, spatial: bool = False, tolerance: float = BASE_AT_REST_RELATIVE,
@@ -74,7 +74,7 @@ def simulate_floating_base(
         linkage: an assembled linkage, or an argument of `kinematics.load`.
         base: the base.
         z: inertial parameters as in `shaking`; those of the file by default.
-        along: prescribed motion of the inputs; a function of time from 0 on, or samples. By
+        motions: the motion of the inputs: a function of time from 0 on, samples, or a table. By
             default the first random motion of `verify`,
             from rest to rest in 2 s, again and again.
         torques: N m or N on inputs that are then free, by name; 0 for others.
@@ -108,14 +108,14 @@ def simulate_floating_base(
     """
     base.check()
     linkage = as_linkage(linkage)
-    if torques is not None and along is not None:
+    if torques is not None and motions is not None:
         raise UsageError("give either a motion of the inputs or torques on them")
     limits = motion_of(linkage, motion) or Motion.free(linkage.inputs)
     chain = input_chain(linkage)
     axes = None if spatial or not linkage.planar else linkage.chain.frame.R
     span = 0.0, checked_duration(duration)
     if torques is None:
-        drive, span = prescribed_drive(linkage, chain, along, limits, seed, duration)
+        drive, span = prescribed_drive(linkage, chain, motions, limits, seed, duration)
     else:
         drive = free_drive(linkage, chain, torques, limits)
     equations = _equations(linkage, chain, BaseInChain.of(base, chain, axes), drive, span[0], z)

@@ -8,9 +8,9 @@ from dataclasses import dataclass, replace
 from numpy.typing import ArrayLike
 
 from balance.motion.verification.crank_revolution import crank_of
+from balance.motion.verification.given_motions import MotionLike
 from balance.motion.verification.result import Verification, peak_change
 from balance.motion.verification.to_pinocchio import verify
-from balance.motion.verification.trajectory import Trajectory
 from balance.support.options import Balance
 from kinematics.model.linkage import Linkage
 from kinematics.model.motion import Motion
@@ -54,7 +54,7 @@ class BeforeAfter:
 
 
 def compare_masses(
-    linkage: Linkage, z: ArrayLike, *, motions: Sequence[Trajectory] | None = None,
+    linkage: Linkage, z: ArrayLike, *, motions: MotionLike | Sequence[MotionLike] | None = None,
     motion: Motion | None = None, balance: Balance = "dynamic", about: ArrayLike | None = None,
 ) -> BeforeAfter:  # fmt: skip
     """Compute the loads of a linkage with the masses of its file and with others.

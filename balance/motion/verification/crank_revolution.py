@@ -29,6 +29,7 @@ from kinematics.closure.continuation import continue_along
 from kinematics.closure.joint_positions import input_chain
 from kinematics.closure.newton import Pose
 from kinematics.errors import CoordinateError, MotionError, PoseError
+from kinematics.loading.model_gallery import LinkageLike, as_linkage
 from kinematics.model.arrays import freeze
 from kinematics.model.linkage import Linkage
 from kinematics.model.motion import Motion
@@ -100,6 +101,39 @@ def revolve_crank(
             if trajectory.conditioning > CONDITIONING_SINGULAR:
                 return trajectory, Crank(joint, speed, _is_periodic(linkage, trajectory))
     raise PoseError(f"{linkage.source}: {_limits_text(linkage, joint, rates)}")
+
+
+def one_turn(
+    linkage: LinkageLike, speed: float, crank: str | None = None, motion: Motion | None = None
+) -> Trajectory:
+    """Compute one turn of a crank at constant speed, as ``--speed`` of the command line does.
+
+    The turn is steady: with the crank angle ``θ = ω t`` the joint rates are ``q̇ = C_0 ω`` and
+    ``q̈ = C_1 ω``, and forces grow with ω².
+
+    Args:
+        linkage: an assembled linkage, or what `kinematics.load` accepts.
+        speed: ω, radians per second; negative turns against the axis of the joint.
+        crank: name of a revolute input; by default the only input. Other inputs stand still,
+            or follow if the motion relates them to the crank.
+        motion: restriction of the inputs; free by default.
+
+    Returns:
+        The motion in time, from the reference pose on.
+
+    Raises:
+        CoordinateError: the joint is no revolute input, or the crank is not named.
+        MotionError: the motion does not let the crank turn.
+        PoseError: the crank cannot turn fully (the message gives the limits), or the size of
+            the speed is not from 1e-6 to 1e6 rad/s.
+
+    Example:
+        >>> import balance
+        >>> turn = balance.motion.one_turn("slider_crank", 10.0)
+        >>> round(turn.duration, 4)
+        0.6283
+    """
+    return revolve_crank(as_linkage(linkage), speed, crank, motion)[0]
 
 
 def _revolution(linkage: Linkage, speed: float, rates: Array, phase: float) -> Trajectory:

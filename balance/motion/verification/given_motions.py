@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from os import PathLike
+from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -26,6 +27,7 @@ from balance.support.csv_columns import Table, read_table, refuse_row
 from balance.support.csv_text import csv_table
 from kinematics.closure.joint_positions import input_chain
 from kinematics.errors import PoseError
+from kinematics.loading.model_gallery import LinkageLike, as_linkage
 from kinematics.model.linkage import Linkage, Notice
 from kinematics.model.motion import Motion
 from kinematics.numerics.array_types import Array
@@ -39,9 +41,35 @@ TABLE_SAMPLES = 401, 801, 1601, 3201, 6401
 # Radians above which the numbers of a table may be degrees: eight turns.
 MANY_RADIANS = 50.0
 
+MotionLike: TypeAlias = "Trajectory | str | PathLike[str]"
+"""A motion of a linkage, or the path of a table of one; see `from_csv`."""
+
+
+def read_motions(
+    linkage: Linkage, motions: MotionLike | Sequence[MotionLike] | None,
+    motion: Motion | None = None,
+) -> list[Trajectory] | None:  # fmt: skip
+    """List the motions that a function is asked about; None stays None.
+
+    Args:
+        motions: one or several.
+        motion: relations that the inputs of tables must fulfil.
+
+    Raises:
+        FileError: a table cannot be used.
+        PoseError: the loops cannot be closed along a motion.
+    """
+    if motions is None:
+        return None
+    listed = [motions] if isinstance(motions, Trajectory | str | PathLike) else motions
+    return [
+        each if isinstance(each, Trajectory) else from_csv(linkage, each, motion)
+        for each in listed
+    ]
+
 
 def rest_to_rest(
-    linkage: Linkage, poses: ArrayLike, duration: float = 1.0, samples: int = 200
+    linkage: LinkageLike, poses: ArrayLike, duration: float = 1.0, samples: int = 200
 ) -> Trajectory:
     """Compute a motion that rests at given poses, on straight lines of the inputs.
 
@@ -49,6 +77,7 @@ def rest_to_rest(
     ends.
 
     Args:
+        linkage: an assembled linkage, or what `kinematics.load` accepts.
         poses: displacements of the inputs from the reference pose (poses, mobility), at least
             two, SI units.
         duration: duration of each line, seconds.
@@ -59,7 +88,16 @@ def rest_to_rest(
 
     Raises:
         PoseError: the poses have a wrong shape, or the loops cannot be closed along the motion.
+
+    Source:
+        K. M. Lynch, F. C. Park, Modern Robotics, 2017, section 9.2.2.2 (quintic time scaling).
+
+    Example:
+        >>> import balance
+        >>> balance.motion.rest_to_rest("robot.urdf", [[0.0], [0.4]]).u[-1]
+        array([0.4])
     """
+    linkage = as_linkage(linkage)
     stops = np.asarray(poses, dtype=np.float64)
     if stops.ndim != 2 or len(stops) < 2 or stops.shape[1] != linkage.mobility:
         raise PoseError(
@@ -77,8 +115,9 @@ def rest_to_rest(
 
 
 def from_csv(
-    linkage: Linkage, path: str | PathLike[str], motion: Motion | None = None
-) -> Trajectory:
+    linkage: LinkageLike, path: str | PathLike[str], motion: Motion | None = None,
+    *, short: Mapping[str, str] | None = None,
+) -> Trajectory:  # fmt: skip
     """Read a motion from a table with a column ``time`` and one for each input by its name.
 
     A spline of degree five within the rounding of the numbers gives velocities and
@@ -86,8 +125,11 @@ def from_csv(
     columns named as by `rate_columns`. `Trajectory.errors` says how far they can be off.
 
     Args:
-        path: file of comma-separated values; displacements from the reference pose, SI.
+        linkage: an assembled linkage, or what `kinematics.load` accepts.
+        path: file of comma-separated values; displacements from the reference pose, SI units,
+            or those of the heads of the columns: ``u1 [deg]``.
         motion: relations that the inputs must fulfil.
+        short: other names of columns that the file may use, and the inputs for them.
 
     Returns:
         The motion of all joints.
@@ -96,9 +138,18 @@ def from_csv(
         FileError: the file is no such table, nothing moves in it, or its decimals leave
             nothing of the accelerations.
         PoseError: the loops cannot be closed along the motion.
+
+    Example:
+        >>> import balance
+        >>> rows = [f"{0.1 * k:.1f},{0.3 * (0.1 * k) ** 2:.6f}" for k in range(11)]
+        >>> with open("motion.csv", "w") as file:
+        ...     print("time,u1", *rows, sep="\n", file=file)
+        >>> balance.motion.from_csv("robot.urdf", "motion.csv")
+        Trajectory: 11 samples of 4 joints over 1 s
     """
+    linkage = as_linkage(linkage)
     further = rate_columns(linkage)
-    table = read_table(path, ["time", *linkage.inputs], FEWEST_ROWS, further=further)
+    table = read_table(path, ["time", *linkage.inputs], FEWEST_ROWS, short, further)
     _refuse_other_units(linkage, path, table)
     time = table.values[:, 0]
     if not np.all(np.diff(time) > 0.0):
@@ -108,7 +159,7 @@ def from_csv(
         np.split(part[:, 1:], groups, axis=1) for part in (table.values, table.rounding)
     )
     if motion is not None:
-        u, rounding = _on_relations(linkage, motion, path, u, rounding)
+        u, rounding = on_relations(linkage, motion, path, u, rounding)
     if np.ptp(u, axis=0).max() == 0.0:
         raise refuse_row(path, "", "nothing moves", "give inputs that change with time")
     even = even_times(time, table.rounding[:, 0])
@@ -178,7 +229,7 @@ def _refuse_other_units(linkage: Linkage, path: str | PathLike[str], table: Tabl
             )  # fmt: skip
 
 
-def _on_relations(
+def on_relations(
     linkage: Linkage, motion: Motion, path: str | PathLike[str], u: Array, rounding: Array
 ) -> tuple[Array, Array]:
     """Return inputs that fulfil relations, which rounded ones do up to their rounding.

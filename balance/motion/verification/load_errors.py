@@ -59,7 +59,7 @@ def load_errors(
         return move_wrenches(wrench_to_si(rate, frame), point)
 
     totals = np.zeros((2, len(q)))
-    rates = _joint_rates(chain, q)
+    rates = joint_rates(chain, q)
     for w, unit in enumerate(units):
         direction = rest + np.eye(units.size)[w]
         step = DISPLACEMENT_STEP * rates[:, :, w]
@@ -75,7 +75,7 @@ def load_errors(
     return totals
 
 
-def _joint_rates(chain: Chain, q: Array) -> Array:
+def joint_rates(chain: Chain, q: Array) -> Array:
     """Compute the joint rates for unit rates of each input (N, n, inputs)."""
     still = np.zeros((1, chain.width))
     return np.array(

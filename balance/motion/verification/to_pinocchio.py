@@ -19,6 +19,7 @@ from numpy.typing import ArrayLike
 
 from balance.motion.motion_tolerances import CONDITIONING_LEAST, SHAKING_RELATIVE
 from balance.motion.verification.crank_revolution import Crank, revolve_crank
+from balance.motion.verification.given_motions import MotionLike, read_motions
 from balance.motion.verification.joint_reactions import joint_reactions
 from balance.motion.verification.load_errors import load_errors
 from balance.motion.verification.result import Verification
@@ -51,7 +52,7 @@ def verify(
     linkage: LinkageLike, z: ArrayLike | None = None, *,
     motion: Motion | str | Sequence[str] | None = None, balance: Balance = "dynamic",
     trajectories: int = 10, samples: int = 200, seed: int = 0,
-    tolerance: float = SHAKING_RELATIVE, motions: Sequence[Trajectory] | None = None,
+    tolerance: float = SHAKING_RELATIVE, motions: MotionLike | Sequence[MotionLike] | None = None,
     speed: float | None = None, crank: str | None = None, about: ArrayLike | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> Verification:  # fmt: skip
@@ -69,7 +70,8 @@ def verify(
         samples: samples of each motion.
         seed: seed of the random motions.
         tolerance: largest relative residual of a balanced linkage.
-        motions: motions to use instead of random ones.
+        motions: motions to use instead of random ones, one or several: a `Trajectory`, or the
+            path of a table; see `balance.motion.from_csv`.
         speed: speed of a crank, rad/s; one revolution at this speed is the motion.
         crank: name of that crank; see
             `balance.motion.verification.crank_revolution.revolve_crank`.
@@ -118,7 +120,7 @@ def verify(
 
 
 def _given_motions(
-    linkage: Linkage, motions: Sequence[Trajectory] | None, speed: float | None,
+    linkage: Linkage, motions: MotionLike | Sequence[MotionLike] | None, speed: float | None,
     crank: str | None, motion: Motion | str | Sequence[str] | None,
 ) -> tuple[Sequence[Trajectory] | None, Crank | None]:  # fmt: skip
     """Return the given motions, or the revolution of a crank; None for random motions.
@@ -131,12 +133,11 @@ def _given_motions(
         if motions is not None:
             raise ValueError("give either a speed or motions to move along")
         revolution, rotation = revolve_crank(linkage, speed, crank, motion_of(linkage, motion))
-        motions = [revolution]
-    else:
-        rotation = None
-    if motions is not None and not any(trajectory.moves for trajectory in motions):
+        return [revolution], rotation
+    given = read_motions(linkage, motions, motion_of(linkage, motion))
+    if given is not None and not any(trajectory.moves for trajectory in given):
         raise PoseError(f"{linkage.source}: nothing moves; give inputs that change with time")
-    return motions, rotation
+    return given, None
 
 
 def _runs(

@@ -83,15 +83,19 @@ def filled(words, model, folder):
     rows = [",".join(["time", *names.inputs])]
     rows += [",".join([f"{0.01 * k:g}", *[f"{0.01 * k * k:g}"] * len(names.inputs)])
              for k in range(9)]  # fmt: skip
-    table, poses, loops = (folder / name for name in ("motion.csv", "poses.csv", "loops.yaml"))
+    table, poses, loops, path = (
+        folder / name for name in ("motion.csv", "poses.csv", "loops.yaml", "path.csv")
+    )
     table.write_text("\n".join(rows), encoding="utf-8")
     poses.write_text("\n".join(row.partition(",")[2] for row in rows), encoding="utf-8")
     loads, torques = folder / "loads.csv", folder / "torques.csv"
-    for path, heads in ((loads, ("fx", "fy", "fz", "mx", "my", "mz")), (torques, names.inputs)):
+    for file, heads in ((loads, ("fx", "fy", "fz", "mx", "my", "mz")), (torques, names.inputs)):
         lines = [",".join(["time", *heads])]
         lines += [",".join(f"{x:.4f}" for x in (0.002 * k, *np.sin(k * np.arange(1, 9)[:size])))
                   for k, size in ((k, len(heads)) for k in range(41))]  # fmt: skip
-        path.write_text("\n".join(lines), encoding="utf-8")
+        file.write_text("\n".join(lines), encoding="utf-8")
+    way = [f"{0.01 * k:g},{1e-4 * k * k:g}" for k in range(9)]
+    path.write_text("\n".join(["time,x", *way]), encoding="utf-8")
     masses = folder / "masses.json"
     masses.write_text(json.dumps(MASSES), encoding="utf-8")
     loops.write_text(PAIR + "type: ['3d']\n", encoding="utf-8")
@@ -99,7 +103,7 @@ def filled(words, model, folder):
     return [
         word.format(link=names.links[0], tool=names.links[-1], first=names.inputs[0],
                     inputs=",".join(names.inputs), folder=folder, table=table, poses=poses,
-                    loops=loops, masses=masses, loads=loads, torques=torques,
+                    path=path, loops=loops, masses=masses, loads=loads, torques=torques,
                     **files)
         for word in words
     ]  # fmt: skip

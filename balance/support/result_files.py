@@ -88,9 +88,7 @@ class WithPicture:
         return draw_file(self, path)
 
 
-def draw_file(
-    result: object, path: str | PathLike[str] | None, **options: object
-) -> Picture:
+def draw_file(result: object, path: str | PathLike[str] | None, **options: object) -> Picture:
     """Draw a result; see `WithPicture.plot`.
 
     Args:

@@ -204,6 +204,13 @@ def _loads(rng: random.Random, place: Place) -> str:
     return str(path)
 
 
+def _tool_path(rng: random.Random, place: Place) -> str:
+    """A link, now and then with a point, and a table of its path."""
+    names = place.names._replace(inputs=rng.choice((("x",), ("x", "y"), ("rz",))))
+    link = f"{_one(rng, place.names.links)}{rng.choice(('', '@0,0,0', '@0', '@'))}"
+    return f"{link}={_table(rng, place._replace(names=names))}"
+
+
 def _out(rng: random.Random, place: Place, *more: str) -> str:
     name = rng.choice((*FILES, *more, *more, ""))
     return str(place.folder / name) if name else rng.choice(("", str(place.folder)))
@@ -283,10 +290,7 @@ WORDS: dict[str, Maker] = {
     "--certainty": _of("proved", "verified"),
     "--trajectories": _of("1", "1", "1", "2", "0", "10001"),
     "--seed": _of("0", "7", "123456", "-1", "99999999999999999999"),
-    "--tool-path": lambda rng, place: [
-        f"{_one(rng, place.names.links)}{rng.choice(('', '@0,0,0', '@0', '@'))}="
-        f"{_table(rng, place._replace(names=place.names._replace(inputs=('x', 'y')[:rng.choice((1, 2))])))}"
-    ],
+    "--tool-path": lambda rng, place: [_tool_path(rng, place)],
     "--csv": lambda rng, place: [_table(rng, place)],
     "--speed": lambda rng, place: [_speed(rng, place)],
     "--table": lambda rng, place: [_out(rng, place, "motion.csv")],

@@ -88,9 +88,7 @@ class Parser(argparse.ArgumentParser):
     def __init__(self, **options: Any) -> None:
         """Build a parser from the arguments of ``argparse.ArgumentParser``."""
         super().__init__(**{"formatter_class": HelpText} | options, add_help=False)
-        self.group("output").add_argument(
-            "-h", "--help", action="help", help=argparse.SUPPRESS
-        )
+        self.group("output").add_argument("-h", "--help", action="help", help=argparse.SUPPRESS)
         self.set_defaults(refuse=self.error, overwrite=False)
 
     def group(self, title: str) -> argparse._ArgumentGroup:

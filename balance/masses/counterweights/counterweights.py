@@ -24,7 +24,7 @@ from balance.masses.counterweights.volume.plates import (
     stocks_of,
     with_further_links,
 )
-from balance.motion.verification.given_motions import MotionLike
+from balance.motion.verification.given_motions import Motions
 from balance.space.requirements.recompute_spatial import recompute_spatial
 from balance.space.spaces.compute_space import as_space
 from balance.space.spaces.design_space import DesignSpace
@@ -44,7 +44,7 @@ def counterweights(
     regions: Mapping[str, Region | str] | None = None, minimise: AddedObjective = "mass",
     *, density: float | Mapping[str, float] | None = None, thickness: float | None = None,
     price_of_mass: float = IDLE_MASS_PRICE, shape: str | None = None,
-    motions: MotionLike | Sequence[MotionLike] | None = None, relax: bool = True,
+    motions: Motions | None = None, relax: bool = True,
 ) -> Counterweights:  # fmt: skip
     """Compute the least matter that balances a linkage when added to some of its links.
 

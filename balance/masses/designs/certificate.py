@@ -43,12 +43,14 @@ from balance.masses.designs.pseudo_inertia_cone import (
     given_parameters,
     matrices_of,
 )
+from balance.space.spaces.compute_space import as_space
 from balance.space.spaces.design_space import DesignSpace
 from balance.support.tolerances import (
     CERTIFICATE_MARGIN,
     FIXED_RANK_RELATIVE,
     MASS_MULTIPLIER_RELATIVE,
 )
+from kinematics.loading.model_gallery import LinkageLike
 from kinematics.numerics.array_types import Array
 from kinematics.wording import check_summary
 
@@ -93,7 +95,8 @@ class CertificateCheck(NamedTuple):
 
 
 def check_certificate(
-    space: DesignSpace, certificate: Sequence[Array], constraints: Constraints | None = None,
+    space: DesignSpace | LinkageLike, certificate: Sequence[Array],
+    constraints: Constraints | None = None,
     multipliers: ArrayLike | None = None,
 ) -> CertificateCheck:  # fmt: skip
     """Check a certificate of infeasibility in plain NumPy, without the solver.
@@ -115,7 +118,7 @@ def check_certificate(
     excludes designs of every margin, and the separation is 0.
 
     Args:
-        space: the design space.
+        space: the design space, or the linkage, its path or its name.
         certificate: one symmetric matrix per body, in the coordinates of ``space.chain``:
             (4, 4), or (3, 3) in a plane.
         constraints: kept bodies, mass bounds, balls and densities, from ``Design.constraints``;
@@ -141,7 +144,7 @@ def check_certificate(
         >>> balance.checks.check_certificate(space, found.certificate).accepted
         True
     """
-    Z = np.array(certificate, dtype=np.float64)
+    space, Z = as_space(space), np.array(certificate, dtype=np.float64)
     if multipliers is None:
         multipliers = np.zeros(len(Z))
     return judge_certificate(

@@ -14,6 +14,7 @@ from balance.masses.designs.constraints import Constraints
 from balance.masses.designs.density import density_over_limit
 from balance.masses.designs.mass_regions import reach_of
 from balance.masses.designs.pseudo_inertia_cone import from_si, matrices_of, parameters_by_body
+from balance.space.spaces.compute_space import as_space
 from balance.space.spaces.design_space import DesignSpace
 from balance.support.tolerances import (
     BOUND_RELATIVE,
@@ -24,6 +25,7 @@ from balance.support.tolerances import (
     PLATE_RELATIVE,
     REACH_RELATIVE,
 )
+from kinematics.loading.model_gallery import LinkageLike
 from kinematics.model.spatial.inertia import from_pseudo_inertia
 from kinematics.numerics.array_types import Array
 from kinematics.numerics.linalg.vectors import project_out
@@ -59,12 +61,12 @@ class DesignCheck(NamedTuple):
 
 
 def check_design(
-    space: DesignSpace, z: ArrayLike, constraints: Constraints | None = None
+    space: DesignSpace | LinkageLike, z: ArrayLike, constraints: Constraints | None = None
 ) -> DesignCheck:
     """Check balance and realisability of a design in plain NumPy, without the solver.
 
     Args:
-        space: the design space.
+        space: the design space, or the linkage, its path or its name.
         z: parameters (bodies, 10) about the inertial origin, SI units.
         constraints: kept bodies, mass bounds, balls and densities, from ``Design.constraints``;
             none by default. Kept bodies must equal those of the file. Masses in files are
@@ -85,7 +87,7 @@ def check_design(
         >>> balance.checks.check_design(space, given).accepted
         False
     """
-    constraints = constraints or Constraints()
+    space, constraints = as_space(space), constraints or Constraints()
     z = np.reshape(z, (len(space.bodies), 10))
     P = from_si(z, space.chain.frame)
     chain_z = from_pseudo_inertia(P)

@@ -23,7 +23,7 @@ from balance.masses.partial.shaking_problem import (
     ShakingProblem,
     build_problem,
 )
-from balance.motion.verification.given_motions import MotionLike
+from balance.motion.verification.given_motions import Motions
 from balance.space.spaces.compute_space import design_space
 from balance.space.spaces.design_space import DesignSpace
 from balance.support.tolerances import (
@@ -45,7 +45,7 @@ UNLIMITED = 100.0
 def partial(
     space: DesignSpace | LinkageLike, links: Sequence[str], budget: float, *,
     regions: Mapping[str, Region | str] | None = None,
-    motions: MotionLike | Sequence[MotionLike] | None = None, weight_moment: float | None = None,
+    motions: Motions | None = None, weight_moment: float | None = None,
     max_bearing: Mapping[str, float] | None = None,
     max_torque: Mapping[str, float] | None = None, frame: ElasticFrame | None = None,
     about: ArrayLike | None = None, density: float | Mapping[str, float] | None = None,
@@ -108,7 +108,7 @@ def partial(
 def single(
     space: DesignSpace | LinkageLike, links: Sequence[str], budget: float, *,
     regions: Mapping[str, Region | str] | None = None,
-    motions: MotionLike | Sequence[MotionLike] | None = None, weight_moment: float | None = None,
+    motions: Motions | None = None, weight_moment: float | None = None,
     max_bearing: Mapping[str, float] | None = None,
     max_torque: Mapping[str, float] | None = None, frame: ElasticFrame | None = None,
     about: ArrayLike | None = None, density: float | Mapping[str, float] | None = None,
@@ -144,7 +144,7 @@ def pareto(
     space: DesignSpace | LinkageLike, links: Sequence[str], n: int = 12,
     budget: float | None = None, *,
     regions: Mapping[str, Region | str] | None = None,
-    motions: MotionLike | Sequence[MotionLike] | None = None, weight_moment: float | None = None,
+    motions: Motions | None = None, weight_moment: float | None = None,
     max_bearing: Mapping[str, float] | None = None,
     max_torque: Mapping[str, float] | None = None, frame: ElasticFrame | None = None,
     about: ArrayLike | None = None, density: float | Mapping[str, float] | None = None,

@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import replace
 
 from balance.masses.counterweights.answer import Counterweights
 from balance.masses.partial.results import PartialBalance
 from balance.motion.verification.before_after import BeforeAfter, compare_masses
-from balance.motion.verification.given_motions import MotionLike
+from balance.motion.verification.given_motions import Motions
 
 
 def with_loads(
-    counterweights: Counterweights, motions: MotionLike | Sequence[MotionLike] | None = None
+    counterweights: Counterweights, motions: Motions | None = None
 ) -> Counterweights:
     """Add the loads along motions to counterweights that balance.
 

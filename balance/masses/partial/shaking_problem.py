@@ -22,7 +22,7 @@ from balance.masses.partial.least_shaking import (
 )
 from balance.masses.partial.motion_loads import AddedParameters, MotionLoads, motion_loads
 from balance.masses.partial.shaking_program import Cap, ShakingProgram
-from balance.motion.verification.given_motions import MotionLike, read_motions
+from balance.motion.verification.given_motions import Motions, read_motions
 from balance.motion.verification.load_errors import load_errors
 from balance.motion.verification.trajectory import Trajectory, random_motions
 from balance.space.spaces.design_space import DesignSpace
@@ -168,7 +168,7 @@ class ShakingProblem:
 
 def build_problem(
     space: DesignSpace, links: Sequence[str], regions: Mapping[str, Region | str],
-    motions: MotionLike | Sequence[MotionLike] | None, weight_moment: float | None,
+    motions: Motions | None, weight_moment: float | None,
     max_bearing: Mapping[str, float], max_torque: Mapping[str, float],
     frame: ElasticFrame | None, progress: Callable[[int, int], None] | None = None,
     about: ArrayLike | None = None, density: float | Mapping[str, float] | None = None,

@@ -12,10 +12,12 @@ from balance.masses.designs.feasibility import Feasibility, Verdict, feasible
 from balance.masses.pure_inertias.pure_inertia import inertia_conditions
 from balance.space.inertial_parameters.conversions import to_chain
 from balance.space.inertial_parameters.multipole import rod
+from balance.space.spaces.compute_space import as_space
 from balance.space.spaces.design_space import DesignSpace
 from balance.space.spaces.subspace import subspace
 from balance.support.tolerances import PURE_INERTIA_CONDITION
 from kinematics.errors import BodyError, UsageError
+from kinematics.loading.model_gallery import LinkageLike
 from kinematics.model.arrays import freeze
 from kinematics.numerics.array_types import Array
 from kinematics.numerics.linalg.vectors import project_out
@@ -49,7 +51,7 @@ class BuildableMasses:
 
 
 def buildable_masses(
-    space: DesignSpace, inertias: Mapping[str, float] | Sequence[float]
+    space: DesignSpace | LinkageLike, inertias: Mapping[str, float] | Sequence[float]
 ) -> BuildableMasses:
     """Find masses that can be built and have the momentum of chosen pure inertias.
 
@@ -58,7 +60,8 @@ def buildable_masses(
     transfers T of all joints.
 
     Args:
-        space: a design space of a planar linkage for dynamic balance.
+        space: a design space of a planar linkage for dynamic balance, or the linkage, its path
+            or its name.
         inertias: pure inertia of each body, kg m², in the order of the bodies or by name; a
             body without a name has none. They may be negative.
 
@@ -78,6 +81,7 @@ def buildable_masses(
         >>> balance.masses.buildable_masses(space, {"crank": 0.0}).verdict
         'infeasible'
     """
+    space = as_space(space)
     g = _checked_inertias(space, inertias)
     _, conditions = inertia_conditions(space)
     misfit = conditions @ g

@@ -22,6 +22,7 @@ from balance.space.inertial_parameters.conversions import from_chain, to_chain
 from balance.space.inertial_parameters.multipole import rod
 from balance.space.interpretation.freedoms import reduced_echelon
 from balance.space.interpretation.terms import round_to_fraction
+from balance.space.spaces.compute_space import as_space
 from balance.space.spaces.design_space import DesignSpace
 from balance.support.tolerances import (
     FRACTION_ROUND_OFF,
@@ -29,6 +30,7 @@ from balance.support.tolerances import (
     PURE_INERTIA_CONDITION,
 )
 from kinematics.errors import UsageError
+from kinematics.loading.model_gallery import LinkageLike
 from kinematics.model.arrays import freeze
 from kinematics.numerics.array_types import Array
 from kinematics.wording import number_text, repr_lines
@@ -120,14 +122,15 @@ class PureInertia:
         }
 
 
-def pure_inertia(space: DesignSpace) -> PureInertia:
+def pure_inertia(space: DesignSpace | LinkageLike) -> PureInertia:
     """Move all point masses of a planar linkage across its joints, until it has none.
 
     Momentum stays the same in every motion: ``Σ_b [ξ; p]_b`` of the result is that of the
     file. Where all masses can be moved, it is the couple ``Σ_b g_b ω_b``.
 
     Args:
-        space: a design space of a planar linkage for dynamic balance, with its masses.
+        space: a design space of a planar linkage for dynamic balance, with its masses, or the
+            linkage, its path or its name.
 
     Returns:
         The pure inertias, the masses moved and those that stay; the relations of angular
@@ -146,6 +149,7 @@ def pure_inertia(space: DesignSpace) -> PureInertia:
         >>> found.complete, found.condition_words
         (False, ('g(crank) = 0', 'g(coupler) = 0', 'g(rocker) = 0'))
     """
+    space = as_space(space)
     relations, conditions = inertia_conditions(space)
     added, remaining_masses = _empty_bodies(space)
     total = _given_in_plane(space) + added

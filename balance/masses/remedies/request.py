@@ -39,7 +39,7 @@ class RemedyRequest:
         linkage: the linkage.
         motion: relations between its inputs.
         balance: ``"dynamic"`` or ``"force"``.
-        links: links of the linkage to which matter may be added; all bodies by default.
+        named_links: links of the linkage to which matter may be added; all bodies by default.
         regions: where, by name of the link, see `balance.counterweights`.
         gear: turns of a rotor for one turn of its joint, N > 0.
         radius: radius of rotors, metres; None for a quarter of the characteristic length, or
@@ -54,7 +54,7 @@ class RemedyRequest:
     linkage: Linkage
     motion: tuple[str, ...] = ()
     balance: Balance = "dynamic"
-    links: tuple[str, ...] = ()
+    named_links: tuple[str, ...] = ()
     regions: Mapping[str, Region | str] = field(default_factory=dict)
     gear: float = 1.0
     radius: float | None = None
@@ -87,7 +87,7 @@ class RemedyRequest:
     @property
     def links(self) -> tuple[str, ...]:
         """Links of the linkage to which matter may be added."""
-        return self.links or self.space.bodies
+        return self.named_links or self.space.bodies
 
     @cached_property
     def space(self) -> CertifiedSpace:

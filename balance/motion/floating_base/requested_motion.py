@@ -48,9 +48,11 @@ def prescribed_drive(
     """
     units = chain.units[linkage.positions_of(linkage.inputs)]
     start = 0.0
-    known = motions
+    known: Trajectory | InputPath | None
     if isinstance(motions, str | PathLike):
         known = from_csv(linkage, motions, motion)
+    else:
+        known = motions
     if known is None:
         (trajectory,) = random_motions(linkage, 1, seed=seed, motion=motion)
         assert trajectory.path is not None

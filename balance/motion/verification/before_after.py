@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from numpy.typing import ArrayLike
 
 from balance.motion.verification.crank_revolution import crank_of
-from balance.motion.verification.given_motions import MotionLike
+from balance.motion.verification.given_motions import Motions
 from balance.motion.verification.result import Verification, peak_change
 from balance.motion.verification.to_pinocchio import verify
 from balance.support.options import Balance
@@ -54,7 +53,7 @@ class BeforeAfter:
 
 
 def compare_masses(
-    linkage: Linkage, z: ArrayLike, *, motions: MotionLike | Sequence[MotionLike] | None = None,
+    linkage: Linkage, z: ArrayLike, *, motions: Motions | None = None,
     motion: Motion | None = None, balance: Balance = "dynamic", about: ArrayLike | None = None,
 ) -> BeforeAfter:  # fmt: skip
     """Compute the loads of a linkage with the masses of its file and with others.

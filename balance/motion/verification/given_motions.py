@@ -43,10 +43,12 @@ MANY_RADIANS = 50.0
 
 MotionLike: TypeAlias = "Trajectory | str | PathLike[str]"
 """A motion of a linkage, or the path of a table of one; see `from_csv`."""
+Motions: TypeAlias = "MotionLike | Sequence[MotionLike]"
+"""One or several motions."""
 
 
 def read_motions(
-    linkage: Linkage, motions: MotionLike | Sequence[MotionLike] | None,
+    linkage: Linkage, motions: Motions | None,
     motion: Motion | None = None,
 ) -> list[Trajectory] | None:  # fmt: skip
     """List the motions that a function is asked about; None stays None.
@@ -143,7 +145,7 @@ def from_csv(
         >>> import balance
         >>> rows = [f"{0.1 * k:.1f},{0.3 * (0.1 * k) ** 2:.6f}" for k in range(11)]
         >>> with open("motion.csv", "w") as file:
-        ...     print("time,u1", *rows, sep="\n", file=file)
+        ...     print("time,u1", *rows, sep=chr(10), file=file)
         >>> balance.motion.from_csv("robot.urdf", "motion.csv")
         Trajectory: 11 samples of 4 joints over 1 s
     """

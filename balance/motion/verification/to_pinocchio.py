@@ -19,7 +19,7 @@ from numpy.typing import ArrayLike
 
 from balance.motion.motion_tolerances import CONDITIONING_LEAST, SHAKING_RELATIVE
 from balance.motion.verification.crank_revolution import Crank, revolve_crank
-from balance.motion.verification.given_motions import MotionLike, read_motions
+from balance.motion.verification.given_motions import Motions, read_motions
 from balance.motion.verification.joint_reactions import joint_reactions
 from balance.motion.verification.load_errors import load_errors
 from balance.motion.verification.result import Verification
@@ -52,7 +52,7 @@ def verify(
     linkage: LinkageLike, z: ArrayLike | None = None, *,
     motion: Motion | str | Sequence[str] | None = None, balance: Balance = "dynamic",
     trajectories: int = 10, samples: int = 200, seed: int = 0,
-    tolerance: float = SHAKING_RELATIVE, motions: MotionLike | Sequence[MotionLike] | None = None,
+    tolerance: float = SHAKING_RELATIVE, motions: Motions | None = None,
     speed: float | None = None, crank: str | None = None, about: ArrayLike | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> Verification:  # fmt: skip
@@ -120,7 +120,7 @@ def verify(
 
 
 def _given_motions(
-    linkage: Linkage, motions: MotionLike | Sequence[MotionLike] | None, speed: float | None,
+    linkage: Linkage, motions: Motions | None, speed: float | None,
     crank: str | None, motion: Motion | str | Sequence[str] | None,
 ) -> tuple[Sequence[Trajectory] | None, Crank | None]:  # fmt: skip
     """Return the given motions, or the revolution of a crank; None for random motions.

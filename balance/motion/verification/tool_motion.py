@@ -69,7 +69,7 @@ def from_tool_csv(
         >>> import balance
         >>> rows = [f"{0.1 * k:.1f},{0.05 * (0.1 * k) ** 2:.6f}" for k in range(11)]
         >>> with open("tool.csv", "w") as file:
-        ...     print("time,x", *rows, sep="\n", file=file)
+        ...     print("time,x", *rows, sep=chr(10), file=file)
         >>> balance.motion.from_tool_csv("robot.urdf", "tool.csv", "coupler")
         Trajectory: 11 samples of 4 joints over 1 s
     """

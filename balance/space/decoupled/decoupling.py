@@ -21,7 +21,7 @@ from balance.space.certification.certify_space import certify
 from balance.space.conditions.collect import conditions_by_order, relative_tolerance
 from balance.space.inertial_parameters.conversions import from_chain
 from balance.space.momentum.regressor import parameters_per_body
-from balance.space.spaces.compute_space import design_space
+from balance.space.spaces.compute_space import as_space, design_space
 from balance.space.spaces.design_space import DesignSpace
 from balance.space.spaces.given_masses import residual_of
 from balance.space.spaces.space_data import Order
@@ -29,6 +29,7 @@ from balance.space.spaces.subspace import subspace
 from balance.support.tolerances import AS_GIVEN_RESIDUAL
 from kinematics.closure.assembly.assemble import assemble
 from kinematics.errors import UsageError
+from kinematics.loading.model_gallery import LinkageLike
 from kinematics.model.arrays import freeze
 from kinematics.model.document import make_elements
 from kinematics.model.document.element import Element
@@ -195,7 +196,7 @@ class Decoupling:
         }
 
 
-def decoupling(space: DesignSpace) -> Decoupling:
+def decoupling(space: DesignSpace | LinkageLike) -> Decoupling:
     """Find the mass distributions that are balanced and keep the inertia on the base constant.
 
     A linkage with such masses is decoupled: a base that moves feels it like a rigid body, and
@@ -204,7 +205,8 @@ def decoupling(space: DesignSpace) -> Decoupling:
     `balance.space.locked_inertia`), six by six, or three by three in a plane.
 
     Args:
-        space: a design space for dynamic balance. If it is certified, so is the result.
+        space: a design space for dynamic balance, or the linkage, its path or its name. If it
+            is certified, so is the result.
 
     Returns:
         Rank by order and a basis of the decoupled distributions; whether the masses of the
@@ -222,6 +224,7 @@ def decoupling(space: DesignSpace) -> Decoupling:
         >>> [order.rank for order in found.orders], found.words
         ([3, 7, 8], 'no: not balanced')
     """
+    space = as_space(space)
     if space.balance != "dynamic":
         raise UsageError("decoupling is about dynamic balance: leave out the force balance")
     linkage = _with_free_base(space)

@@ -19,11 +19,13 @@ from balance.space.momentum.regressor import (
     parameters_per_body,
     rows_per_column,
 )
+from balance.space.spaces.compute_space import as_space
 from balance.space.spaces.condition_gradients import ConditionGradients
 from balance.space.spaces.design_space import DesignSpace
 from balance.support.tolerances import CHANGE_OPENS_LOOPS, FIRST_ORDER_CHANGE, JOINTS_COINCIDE
 from kinematics.closure.newton import radius_of_convergence
 from kinematics.closure.series import expand
+from kinematics.loading.model_gallery import LinkageLike
 from kinematics.model.arrays import Chain
 from kinematics.model.linkage import Linkage
 from kinematics.numerics.array_types import Array
@@ -32,7 +34,7 @@ from kinematics.numerics.array_types import Array
 MAX_DECOMPOSITION_WORK = 3e9
 
 
-def distance_to_rank_drop(space: DesignSpace) -> float:
+def distance_to_rank_drop(space: DesignSpace | LinkageLike) -> float:
     """Estimate the distance of a geometry from the nearest one of lower rank, to first order.
 
     ``σ / |∂σ/∂g|`` with the smallest singular value σ that counts, at the order that reaches
@@ -40,7 +42,7 @@ def distance_to_rank_drop(space: DesignSpace) -> float:
     point move together, and joints on one axis turn together.
 
     Args:
-        space: a design space.
+        space: a design space, or a linkage, its path or its name.
 
     Returns:
         Root of the sum of squares of the changes, in characteristic lengths and radians;
@@ -56,6 +58,7 @@ def distance_to_rank_drop(space: DesignSpace) -> float:
         >>> round(balance.space.distance_to_rank_drop(space), 4)
         0.15
     """
+    space = as_space(space)
     linkage, chain, order, rank = space.linkage, space.chain, space.kmax, space.rank
     if order is None or rank == 0:
         return np.inf

@@ -16,12 +16,14 @@ from typing import Any, get_args
 
 import numpy as np
 
+from balance.space.spaces.compute_space import as_space
 from balance.space.spaces.design_space import DesignSpace
 from balance.space.spaces.space_data import Order, SpaceData
 from balance.support.atomic_files import open_atomic
 from balance.support.options import Balance
 from kinematics.error_text import clean
 from kinematics.errors import FileError
+from kinematics.loading.model_gallery import LinkageLike
 from kinematics.model.arrays import freeze
 from kinematics.model.linkage import Notice
 from kinematics.model.motion import Motion
@@ -76,14 +78,16 @@ def record_of(space: DesignSpace) -> SpaceRecord:
     )  # fmt: skip
 
 
-def save_space(space: DesignSpace | SpaceRecord, path: str | os.PathLike[str]) -> None:
+def save_space(
+    space: DesignSpace | SpaceRecord | LinkageLike, path: str | os.PathLike[str]
+) -> None:
     """Write a design space to one ``.npz`` file, which `load_space` reads.
 
     The write is atomic. The entry ``header`` of the file is a JSON text with the version, the
     SHA-256 of the linkage's file and all options.
 
     Args:
-        space: a design space, or the record of one.
+        space: a design space, the record of one, or a linkage, its path or its name.
         path: the file to write.
 
     Raises:
@@ -94,7 +98,7 @@ def save_space(space: DesignSpace | SpaceRecord, path: str | os.PathLike[str]) -
         >>> space = balance.design_space("robot.urdf")
         >>> balance.space.save_space(space, "space.npz")
     """
-    record = record_of(space) if isinstance(space, DesignSpace) else space
+    record = space if isinstance(space, SpaceRecord) else record_of(as_space(space))
     arrays = {name: getattr(record, name) for name in _array_shapes(record)}
     if record.motion:
         arrays["motion"] = record.motion.basis

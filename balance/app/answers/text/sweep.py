@@ -39,7 +39,8 @@ def _file_data(file: ResultsFile) -> Data:
         counts = file.counts(REASON)
         reasons = [{"reason": k, "count": n} for k, n in counts.items() if k is not None]
     return {
-        "file": file.path if file.stored else None, "kind": file.about["kind"], "program": file.about["program"],
+        "file": file.path if file.stored else None,
+        "kind": file.about["kind"], "program": file.about["program"],
         "rows": file.rows, "covered": covered, "results": results, "reasons": reasons,
     }  # fmt: skip
 

@@ -29,9 +29,11 @@ from balance.masses.remedies.counter_rotations.rotor_sets import (
     rotor_basis,
 )
 from balance.space.inertial_parameters.conversions import mass_properties
+from balance.space.spaces.compute_space import as_space
 from balance.space.spaces.design_space import DesignSpace
 from balance.support.clarabel_adapter import ConstraintBlock, solve_conic
 from balance.support.tolerances import MASSES_EQUAL
+from kinematics.loading.model_gallery import LinkageLike
 from kinematics.numerics.array_types import Array
 from kinematics.numerics.linalg.ties import rank_least_first
 from kinematics.wording import count_noun, number_text, repr_lines
@@ -96,7 +98,7 @@ class FewestRotors:
 
 
 def fewest_rotors(
-    space: DesignSpace, gear: float = np.inf, progress: Progress | None = None
+    space: DesignSpace | LinkageLike, gear: float = np.inf, progress: Progress | None = None
 ) -> FewestRotors:
     """Find the fewest counter-rotations that make a linkage feasible.
 
@@ -107,7 +109,8 @@ def fewest_rotors(
     their sets are decided.
 
     Args:
-        space: the design space of the linkage, for dynamic balance.
+        space: the design space of the linkage, for dynamic balance, or the linkage, its path or
+            its name.
         gear: turns of a rotor for one turn of its joint, which sets the share of its inertia
             in its carrier; by default it has none.
         progress: called with the number of sets decided, and of all sets.
@@ -125,6 +128,7 @@ def fewest_rotors(
         >>> balance.masses.fewest_rotors(balance.design_space("robot.urdf")).count
         2
     """
+    space = as_space(space)
     if space.balance != "dynamic":
         raise ValueError("counter-rotations balance moments: give a space of dynamic balance")
     return fewest_of(rotor_conditions(space, gear=gear), progress)

@@ -106,9 +106,7 @@ def compare(seed):
     add = [space.bodies[b] for b in chosen]
     shapes = [shape_of(rng, np.zeros(3)) for _ in add]
     regions = {name: text for name, (text, _) in zip(add, shapes, strict=True)}
-    found = partial(
-        space, add, budget, regions=regions, motions=ways, weight_moment=length
-    )
+    found = partial(space, add, budget, regions=regions, motions=ways, weight_moment=length)
     given = np.array([body.inertia for body in linkage.bodies])
     fixed = rows_of(linkage, ways, given, length)
     total, mass, limits = fixed, 0, []
@@ -170,9 +168,7 @@ def test_more_budget_leaves_less(shape):  # fmt: skip
     space = design_space("slider_crank", max_order=0)
     ways, last = motions(space.linkage), np.inf
     for budget in (0.0, 1e-3, 0.1, 1.0, 10.0):
-        found = partial(
-            space, ADD, budget, regions=dict.fromkeys(ADD, shape), motions=ways
-        )
+        found = partial(space, ADD, budget, regions=dict.fromkeys(ADD, shape), motions=ways)
         # Lumps of a cylinder are fitted to seven digits.
         assert found.verdict == "optimal" and found.mass <= budget * (1 + 1e-6)
         assert found.found.objective < last
@@ -279,7 +275,7 @@ def test_the_factor_keeps_what_squares_would_lose():
 def test_caps_are_kept_at_every_sample():
     space = design_space("slider_crank", max_order=0)
     ways = motions(space.linkage, 3, 60)
-    options = {"regions": WIDE, "trajectories": ways}
+    options = {"regions": WIDE, "motions": ways}
     free = partial(space, ADD, 1.0, **options)
     limit = 0.5 * (free.given.torque["u1"] + free.found.torque["u1"])
     capped = partial(space, ADD, 1.0, max_torque={"u1": limit}, **options)
@@ -318,7 +314,7 @@ def test_caps_that_nothing_keeps_are_proved_impossible():
         ({"max_torque": {"q2": 3.0}}, UsageError, "no input 'q2'"),
         ({"max_bearing": {"x": 3.0}}, UsageError, "no joint 'x'"),
         ({"max_bearing": {"q2": 0.0}}, UsageError, "cap of 0"),
-        ({"trajectories": []}, PoseError, "nothing moves"),
+        ({"motions": []}, PoseError, "nothing moves"),
         ({"regions": {"crank": "ball(0,0,0,-1)"}}, UsageError, "crank"),
     ],
 )

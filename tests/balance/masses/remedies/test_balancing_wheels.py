@@ -258,7 +258,7 @@ def test_refusals_say_why():
         (found,) = apply(request("four_bar_kite_balanced"))
         assert found.verdict == "refused" and "no moment is left" in found.reason
         tight = {"a": "ball(0.5,0,0,0.1)"}
-        (found,) = apply(request_of(ROD, links=("a",), regions=tight))
+        (found,) = apply(request_of(ROD, named_links=("a",), regions=tight))
         assert found.verdict == "infeasible" and "takes no force" in found.reason
         assert found.proof["check"] and found.urdf is None
     (found,) = apply_passive_wheel(request("bennett"))

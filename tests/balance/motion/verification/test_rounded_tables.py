@@ -155,9 +155,7 @@ def test_partial_balance_says_how_far_it_is_off(tmp_path):
     linkage = kinematics.load("four_bar_general")
     time = np.linspace(0.0, 1.0, 201)
     u, ud, udd = waves(0, time, 1)
-    exact = balance.partial(
-        linkage, ["crank"], 0.1, motions=[drive(linkage, time, u, ud, udd)]
-    )
+    exact = balance.partial(linkage, ["crank"], 0.1, motions=[drive(linkage, time, u, ud, udd)])
     path = write(tmp_path / "a.csv", linkage, time, u, 5)
     found = balance.partial(linkage, ["crank"], 0.1, motions=[from_csv(linkage, path)])
     for name in ("force", "moment"):

@@ -1,6 +1,8 @@
 """Python from end to end: load, design, write the file, verify, draw."""
 
 import inspect
+import json
+import re
 
 import numpy as np
 import pytest
@@ -8,7 +10,7 @@ import pytest
 import balance
 import kinematics
 from balance.app.answers import result_files
-from balance.support.result_files import Picture, WithPage
+from balance.support.result_files import Picture, WithPage, WithPicture
 from kinematics.errors import UsageError
 from kinematics.loading.model_gallery import find
 
@@ -98,13 +100,68 @@ def test_pictures_are_those_of_the_path(best, tmp_path):
         assert (picture._repr_png_() is None) == (picture._repr_svg_() is not None)
 
 
-def test_every_result_with_a_page_has_one():
-    text = inspect.getsource(result_files._page)
-    public = {name: getattr(balance, name) for name in balance.__all__}
-    kinds = {name for name, value in public.items()
-             if isinstance(value, type) and issubclass(value, WithPage)}  # fmt: skip
-    assert len(kinds) >= 6
-    assert not [name for name in kinds if f'"{name}"' not in text]
+@pytest.mark.parametrize(("kind", "made_by", "least"), [
+    (WithPage, result_files._page, 9), (WithPicture, result_files._picture, 8),
+])  # fmt: skip
+def test_every_result_with_a_page_or_a_picture_has_one(kind, made_by, least):
+    """The picture of a design is that of what has none of its own: loads before and after."""
+    text = inspect.getsource(made_by) + inspect.getsource(result_files._verifications)
+    modules = (balance, balance.motion, balance.flexible)
+    values = [getattr(module, name) for module in modules for name in module.__all__]
+    names = {value.__name__ for value in values
+             if isinstance(value, type) and issubclass(value, kind)}  # fmt: skip
+    assert len(names) >= least
+    assert not [name for name in names - {"Design"} if f'"{name}"' not in text]
+
+
+@pytest.fixture(scope="module")
+def table():
+    """A sweep with a drop of the rank, and geometries that do not close."""
+    return balance.sweep(
+        "four_bar_kite", {"coupler.length": "0.5:2.0:4", "rocker.length": [0.9, 5.0]},
+        quantities=["rank", "singular_values"],
+    )  # fmt: skip
+
+
+def test_a_sweep_has_the_page_of_a_file_of_its_results(table, tmp_path):
+    """The rows on the page of the table are those of the page of `balance sweep show`."""
+    from balance.app.answers.html.sweep import sweep_page
+    from balance.studies.runs.chunk_runs import run_chunks
+    from balance.studies.runs.results_file import ResultsFile
+
+    with ResultsFile.create(tmp_path / "sweep.db", table.job) as file:
+        run_chunks(table.job, file, workers=0)
+        shown = page_data(sweep_page(file))
+    path = tmp_path / "sweep.html"
+    page = table.to_html(path)
+    assert path.read_text("utf-8") == page and str(tmp_path) not in page
+    assert page_data(page) == shown
+
+
+def page_data(page):
+    """The object that a page of a sweep draws."""
+    (text,) = re.findall(r'<script[^>]*id="sweep"[^>]*>(.*?)</script>', page, re.DOTALL)
+    return json.loads(text)
+
+
+def test_columns_of_a_sweep_are_plain_data(table):
+    """None where a geometry has no answer, and nothing that JSON does not have."""
+    data = json.loads(json.dumps(table.to_dict(), allow_nan=False))
+    closed = np.array(data["columns"]["closed"], dtype=bool)
+    assert closed.any() and not closed.all()
+    assert [rank is None for rank in data["columns"]["rank"]] == [not each for each in closed]
+    assert sum(data["reasons"].values()) == (~closed).sum()
+
+
+@pytest.mark.slow
+def test_pictures_of_a_sweep_name_their_columns(table, tmp_path):
+    texts = {}
+    for name, columns in (("a.svg", ()), ("b.svg", ("rank", "kept"))):
+        texts[name] = table.plot(tmp_path / name, columns).decode()
+    assert "<!-- coupler.length (m) -->" in texts["a.svg"]
+    assert "<!-- rank -->" in texts["b.svg"]
+    with pytest.raises(UsageError, match="no column 'ghost'; the columns are"):
+        table.plot(columns=("rank", "ghost"))
 
 
 def test_only_public_names_are_listed():

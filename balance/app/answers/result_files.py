@@ -62,6 +62,22 @@ def _page(result: Any) -> str:
             from balance.app.answers.html.remedies import remedies_page
 
             return remedies_page(result)
+        case "ReactionlessPaths":
+            from balance.app.answers.html.paths import paths_page
+
+            return paths_page(result)
+        case "Synthesis":
+            from balance.app.answers.html.synthesis import synthesis_page
+
+            return synthesis_page(result)
+        case "FloatingBaseMotion":
+            from balance.app.answers.html.floating_base import floating_base_page
+
+            return floating_base_page([result])
+        case "FlexibleSimulation":
+            from balance.app.answers.html.flexible import flexible_page
+
+            return flexible_page(result.flexible, result.motion)
         case "SweepTable":
             from balance.app.answers.html.sweep import sweep_page
 
@@ -93,6 +109,30 @@ def _picture(result: Any, kind: str, **options: Any) -> bytes:
             from balance.app.answers.html.remedies import remedies_picture
 
             return remedies_picture(result, kind)
+        case "ReactionlessPaths":
+            from balance.app.answers.html.paths import paths_picture
+
+            return paths_picture(result, kind)
+        case "QuietMotion":
+            from balance.app.answers.html.quiet import quiet_picture
+
+            return quiet_picture(result, kind)
+        case "SpringBalance":
+            from balance.app.answers.html.springs import springs_picture
+
+            return springs_picture(result, kind)
+        case "Synthesis":
+            from balance.app.answers.html.synthesis import synthesis_picture
+
+            return synthesis_picture(result, kind)
+        case "FloatingBaseMotion":
+            from balance.app.answers.html.floating_base import floating_base_picture
+
+            return floating_base_picture([result], kind)
+        case "FlexibleSimulation":
+            from balance.app.answers.html.flexible_pictures import shaking_picture
+
+            return shaking_picture(result.motion, result.flexible.point, kind)
         case "SweepTable":
             from balance.app.answers.html.sweep_plot import default_columns, sweep_picture
 

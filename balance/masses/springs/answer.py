@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from balance.space.spaces.certainty import Certainty
+from balance.support.result_files import WithPicture
 from balance.support.tolerances import SPRING_TORQUE_LEFT
 from kinematics.model.linkage import Linkage, Notice
 from kinematics.numerics.array_types import Array
@@ -61,7 +62,7 @@ class Spring(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class SpringBalance:
+class SpringBalance(WithPicture):
     """Result of `springs`.
 
     Attributes:

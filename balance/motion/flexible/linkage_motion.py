@@ -25,6 +25,7 @@ from balance.motion.flexible.from_linkage import FlexibleLinkage, flexible_linka
 from balance.motion.flexible.mechanism import PlanarMechanism, solve_bordered
 from balance.motion.flexible.simulate import FlexibleMotion, simulate
 from balance.support.options import point_of
+from balance.support.result_files import WithPage, WithPicture
 from kinematics.errors import LinkageError
 from kinematics.loading.model_gallery import LinkageLike, as_linkage
 from kinematics.model.linkage import Notice
@@ -45,7 +46,7 @@ DIFFERENCE = 1e-3
 
 
 @dataclass(frozen=True, eq=False)
-class FlexibleSimulation:
+class FlexibleSimulation(WithPage, WithPicture):
     """Result of `simulate_flexible`: the shaking of a linkage of which links bend.
 
     Attributes:

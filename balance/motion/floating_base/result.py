@@ -15,6 +15,7 @@ from balance.motion.motion_tolerances import (
     STARTS_AT_REST,
 )
 from balance.motion.verification.input_paths import InputPath
+from balance.support.result_files import WithPage, WithPicture
 from kinematics.model.linkage import Linkage, Notice
 from kinematics.numerics.array_types import Array
 from kinematics.wording import count_noun, html_facts, repr_lines, size_text
@@ -25,7 +26,7 @@ HALF_TURN = 3.1
 
 
 @dataclass(frozen=True, eq=False)
-class FloatingBaseMotion:
+class FloatingBaseMotion(WithPage, WithPicture):
     """Result of `simulate_floating_base`: the motion of a base and of the linkage on it.
 
     Attributes:

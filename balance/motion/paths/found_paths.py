@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 from balance.motion.paths.demand import Demand
 from balance.motion.paths.path import ReactionlessPath
+from balance.support.result_files import WithPage, WithPicture
 from kinematics.model.linkage import Linkage, Notice
 from kinematics.model.motion import Motion
 from kinematics.numerics.array_types import Array
@@ -54,7 +55,7 @@ class StartPose:
 
 
 @dataclass(frozen=True, eq=False)
-class ReactionlessPaths:
+class ReactionlessPaths(WithPage, WithPicture):
     """Result of `find_paths`.
 
     Attributes:

@@ -18,6 +18,7 @@ from balance.motion.verification.given_motions import table_of_motion
 from balance.motion.verification.input_paths import InputPath
 from balance.motion.verification.shaking_wrench import move_wrenches
 from balance.motion.verification.trajectory import Trajectory, drive
+from balance.support.result_files import WithPicture
 from kinematics.model.linkage import Linkage, Notice
 from kinematics.numerics.array_types import Array
 from kinematics.wording import number_text, repr_lines, size_text
@@ -99,7 +100,7 @@ class ComparedLaw(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class QuietMotion:
+class QuietMotion(WithPicture):
     """Result of `quiet_motion` and `quiet_timing`.
 
     Attributes:

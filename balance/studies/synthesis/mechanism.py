@@ -16,6 +16,7 @@ from balance.studies.synthesis.error_map import AngleErrorMap
 from balance.studies.synthesis.four_bars import FOUR_BARS
 from balance.studies.synthesis.positions import Position
 from balance.studies.synthesis.three_positions import CrossingMap
+from balance.support.result_files import WithPage, WithPicture
 from kinematics.wording import count_noun, html_facts, number_text, repr_lines
 
 SYNTHESIS_SCHEMA = "balance.synthesize/1"
@@ -95,7 +96,7 @@ class SynthesizedMechanism:
 
 
 @dataclass(frozen=True, eq=False)
-class Synthesis:
+class Synthesis(WithPage, WithPicture):
     """Result of `synthesize`.
 
     Attributes:

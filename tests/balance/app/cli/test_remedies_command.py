@@ -15,6 +15,7 @@ from balance.masses.remedies.applied import AppliedRemedy
 from balance.masses.remedies.catalogue import CATALOGUE
 from balance.masses.remedies.compare import RemedyComparison
 from balance.masses.remedies.request import RemedyRequest
+from tests.support.command_runs import asked
 from tests.support.json_answers import json_answer, read_schema
 
 SCHEMA = read_schema("remedies")
@@ -54,6 +55,20 @@ def test_the_page_has_the_numbers_and_no_network(capsys, tmp_path):
     assert '"schema": "balance.remedies/1"' in text and "What each remedy costs" in text
     assert "https://" not in text.partition("<script>")[0]
     assert "less shaking for a budget (partial)" in capsys.readouterr().out
+
+
+@pytest.mark.slow
+def test_the_picture_of_costs(tmp_path):
+    """A mark for each remedy that helps, with its name; where none does, no file, and why."""
+    path = tmp_path / "costs.svg"
+    assert main(["remedies", NO, "--only", "partial", "--plot", str(path)]) == 1
+    text = path.read_text("utf-8")
+    assert "added mass, of that of the linkage" in text
+    assert "less shaking for a budget" in text
+    path.unlink()
+    done = asked(["remedies", NO, "--only", "own_masses", "--plot", str(path)])
+    assert done.code == 1 and f"not written, for no remedy helps: {path}" in done.err
+    assert not path.exists()
 
 
 def test_every_remedy_of_the_schema_is_in_the_catalogue():

@@ -7,6 +7,8 @@ from difflib import get_close_matches
 
 # Most names in a list.
 MAX_NAMES = 8
+# Least difflib ratio of a name that may have been meant: one letter of four, two of seven.
+NEAR = 0.7
 
 
 def clean(text: str, limit: int = 80) -> str:
@@ -20,6 +22,28 @@ def quoted(names: Iterable[str]) -> str:
     texts = [f"'{clean(name)}'" for name in names]
     rest = f" and {len(texts) - MAX_NAMES} more" if len(texts) > MAX_NAMES else ""
     return ", ".join(texts[:MAX_NAMES]) + rest
+
+
+def did_you_mean(name: str, candidates: Iterable[str]) -> str:
+    """Ask for the known name that is a letter or two off; nothing if none is.
+
+    Args:
+        name: a name that is not known.
+        candidates: the names to choose from.
+
+    Returns:
+        `` (did you mean 'crank'?)`` with a blank in front, or an empty text.
+
+    Examples:
+        >>> from kinematics.error_text import did_you_mean
+        >>> did_you_mean("crnak", ["crank", "coupler"]), did_you_mean("arm", ["crank"])
+        (" (did you mean 'crank'?)", '')
+    """
+    known = {other.lower(): other for other in list(candidates)[:2000] if len(other) < 80}
+    like = get_close_matches(name[:80].lower(), known, 1, NEAR)
+    if not like or known[like[0]] == name:
+        return ""
+    return f" (did you mean '{clean(known[like[0]])}'?)"
 
 
 def closest_names(name: str, candidates: Iterable[str]) -> str:

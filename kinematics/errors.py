@@ -38,6 +38,15 @@ class PackageError(UsageError):
         )
 
 
+def _did_you_mean(name: str, valid: Sequence[str]) -> str:
+    """Ask for a known name that is like another; nothing if the name is known."""
+    if name in valid:
+        return ""
+    from kinematics.error_text import did_you_mean
+
+    return did_you_mean(name, valid)
+
+
 class BodyError(LinkageError):
     """A body that does not exist, or that a request cannot use.
 
@@ -53,7 +62,8 @@ class BodyError(LinkageError):
         """Compose the message and list the bodies."""
         self.linkage, self.body, self.problem, self.valid = linkage, body, problem, tuple(valid)
         names = f"; the bodies are {', '.join(self.valid)}" if valid else ""
-        super().__init__(f"{linkage}: link '{body}': {problem}{names}")
+        meant = _did_you_mean(body, self.valid) if valid else ""
+        super().__init__(f"{linkage}: link '{body}': {problem}{meant}{names}")
 
 
 class ExactError(LinkageError):
@@ -199,8 +209,9 @@ class CoordinateError(LinkageError):
         """Compose the message and list the joints that can serve."""
         self.linkage, self.names, self.valid = linkage, tuple(names), tuple(valid)
         label = "inputs" if len(self.names) > 1 else "input"
+        meant = "".join(_did_you_mean(name, self.valid) for name in self.names[:1])
         super().__init__(
-            f"{linkage}: {label} {', '.join(self.names)}: {problem}; "
+            f"{linkage}: {label} {', '.join(self.names)}: {problem}{meant}; "
             f"choose from {', '.join(self.valid)}"
         )
 

@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 
 from kinematics.closure.newton import follow_ray, forward_kinematics
 from kinematics.closure.series import expand_from
+from kinematics.error_text import did_you_mean
 from kinematics.errors import PoseError, UnreachedError
 from kinematics.model.arrays import Chain, Frame
 from kinematics.model.chain import arrange_loops, lock_joints, move_chain
@@ -81,7 +82,8 @@ def check_inputs(linkage: Linkage, names: Iterable[str]) -> None:
     for name in names:
         if name not in linkage.inputs:
             raise PoseError(
-                f"{linkage.source}: joint {name} is not an input; "
+                f"{linkage.source}: joint {name} is not an input"
+                f"{did_you_mean(name, linkage.inputs)}; "
                 f"the inputs are {', '.join(linkage.inputs)}"
             )
 

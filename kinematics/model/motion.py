@@ -9,6 +9,7 @@ from fractions import Fraction
 
 import numpy as np
 
+from kinematics.error_text import did_you_mean
 from kinematics.errors import MotionError
 from kinematics.model.arrays import freeze
 from kinematics.model.linkage import Linkage
@@ -136,7 +137,7 @@ def _side_coefficients(relation: str, text: str, inputs: tuple[str, ...]) -> lis
     while position < len(text) or position == 0:
         match = term.match(text, position)
         if match is None or (position > 0 and not match[1]):
-            raise MotionError(relation, _reading_problem(text[position:]), inputs)
+            raise MotionError(relation, _reading_problem(text[position:], inputs), inputs)
         word = match[2] or "1"
         if len(word) > MAX_DIGITS or not float(word) <= MAX_FACTOR:
             raise MotionError(relation, f"'{word[:MAX_DIGITS]}' is too large", inputs)
@@ -145,11 +146,11 @@ def _side_coefficients(relation: str, text: str, inputs: tuple[str, ...]) -> lis
     return row
 
 
-def _reading_problem(rest: str) -> str:
+def _reading_problem(rest: str, inputs: Sequence[str]) -> str:
     """Describe the error in the text where reading stopped."""
     word = re.match(rf"\s*[+-]?\s*(?:{_NUMBER}\s*\*\s*)?([A-Za-z_][\w./-]*)", rest)
     if word:
-        return f"'{word[1]}' is not an input"
+        return f"'{word[1]}' is not an input{did_you_mean(word[1], inputs)}"
     return f"cannot read '{rest.strip()}' (write sums of terms such as j1 or -2*j1)"
 
 

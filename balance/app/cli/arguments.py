@@ -126,8 +126,22 @@ class Parser(argparse.ArgumentParser):
             self.error(f"argument {name}: expected one argument")
         values, extra = super().parse_known_args(args, namespace)
         if extra:
-            self.error(f"unrecognized arguments: {' '.join(extra)}")
+            from kinematics.error_text import did_you_mean
+
+            known = [name for action in self._actions for name in action.option_strings]
+            meant = did_you_mean(extra[0].partition("=")[0], known)
+            self.error(f"unrecognized arguments: {' '.join(extra)}{meant}")
         return values, extra
+
+    def _check_value(self, action: argparse.Action, value: Any) -> None:
+        """Refuse a word that is none of the choices, and ask for the one that is like it."""
+        try:
+            super()._check_value(action, value)
+        except argparse.ArgumentError as error:
+            from kinematics.error_text import did_you_mean
+
+            meant = did_you_mean(str(value), map(str, action.choices or ()))
+            raise argparse.ArgumentError(action, f"{error.message}{meant}") from None
 
     def error(self, message: str) -> NoReturn:
         """End the command with code 2."""

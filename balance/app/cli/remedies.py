@@ -21,6 +21,7 @@ from balance.app.cli.outputs import (
 )
 from balance.app.cli.progress import progress_bar
 from balance.masses.remedies.catalogue import CATALOGUE
+from kinematics.error_text import did_you_mean
 
 if TYPE_CHECKING:
     from balance.masses.remedies.compare import RemedyComparison
@@ -125,6 +126,7 @@ def _remedies(text: str) -> list[str]:
     for name in names:
         if name not in CATALOGUE:
             raise argparse.ArgumentTypeError(
-                f"no remedy '{name}': choose from {', '.join(CATALOGUE)}"
+                f"no remedy '{name}'{did_you_mean(name, CATALOGUE)}: choose from "
+                f"{', '.join(CATALOGUE)}"
             )
     return names

@@ -28,6 +28,7 @@ from balance.motion.verification.trajectory import Trajectory, random_motions
 from balance.space.spaces.design_space import DesignSpace
 from balance.support.options import point_of
 from balance.support.tolerances import CAP_EXCEEDED
+from kinematics.error_text import did_you_mean
 from kinematics.errors import PoseError, UsageError
 from kinematics.model.arrays import freeze
 from kinematics.numerics.array_types import Array
@@ -299,7 +300,10 @@ def _check_caps(
     ):
         for name, most in caps.items():
             if name not in names:
-                raise UsageError(f"there is no {what} '{name}'; they are {', '.join(names)}")
+                meant = did_you_mean(name, names)
+                raise UsageError(
+                    f"there is no {what} '{name}'{meant}; they are {', '.join(names)}"
+                )
             if not (isfinite(most) and most > 0.0):
                 raise UsageError(f"joint '{name}' has a cap of {most:g}: give more than 0")
 

@@ -30,6 +30,7 @@ from balance.masses.remedies.wheels.balancing_wheels import (
 from balance.support.options import Balance
 from balance.support.result_files import WithPage, WithPicture
 from balance.support.tolerances import MASSES_EQUAL
+from kinematics.error_text import did_you_mean
 from kinematics.errors import UsageError
 from kinematics.loading.model_gallery import LinkageLike, as_linkage
 from kinematics.numerics.linalg.ties import rank_least_first
@@ -215,7 +216,8 @@ def compare_request(request: RemedyRequest, only: Sequence[str] = ()) -> RemedyC
     """
     for name in only:
         if name not in CATALOGUE:
-            raise UsageError(f"no remedy '{name}': choose from {', '.join(CATALOGUE)}")
+            meant = did_you_mean(name, CATALOGUE)
+            raise UsageError(f"no remedy '{name}'{meant}: choose from {', '.join(CATALOGUE)}")
     request = replace(request, only=tuple(only))
     request.check()
     results = tuple(

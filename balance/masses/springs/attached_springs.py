@@ -9,6 +9,7 @@ import numpy as np
 
 from balance.masses.springs.spring_text import SpringEnd, SpringText
 from kinematics.closure.joint_positions import input_chain
+from kinematics.error_text import did_you_mean
 from kinematics.errors import BodyError, LinkageError, UsageError
 from kinematics.model.linkage import GROUND, Linkage, LinkPose
 from kinematics.numerics.array_types import Array
@@ -76,8 +77,8 @@ def place_of(linkage: Linkage, name: str) -> LinkPose:
     """
     if name not in linkage.places:
         raise BodyError(
-            linkage.source, name, f"there is no such link; the links are "
-            f"{', '.join(linkage.places)}"
+            linkage.source, name, f"there is no such link{did_you_mean(name, linkage.places)}; "
+            f"the links are {', '.join(linkage.places)}"
         )  # fmt: skip
     return linkage.places[name]
 

@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from balance.motion.verification.joint_limits import drive_limits, joint_limits
+from kinematics.error_text import did_you_mean
 from kinematics.errors import UsageError
 from kinematics.model.linkage import Linkage
 from kinematics.numerics.array_types import Array
@@ -98,7 +99,8 @@ def input_limits(
         for name, value in values.items():
             if name not in linkage.inputs:
                 raise UsageError(
-                    f"limit of {KINDS[kind]}: '{name}' is no input; "
+                    f"limit of {KINDS[kind]}: '{name}' is no input"
+                    f"{did_you_mean(name, linkage.inputs)}; "
                     f"the inputs are {', '.join(linkage.inputs)}"
                 )
             if not value > 0.0:

@@ -17,6 +17,7 @@ from balance.space.conditions.order_kernels import generic_directions
 from balance.space.requirements.requirement import Requirement
 from balance.support.csv_columns import read_columns, refuse_row
 from balance.support.expressions import Expression, ExpressionError, read_expression
+from kinematics.error_text import did_you_mean
 from kinematics.errors import UsageError
 from kinematics.numerics.array_types import Array
 
@@ -59,7 +60,9 @@ def read_surface(requirement: Requirement, inputs: tuple[str, ...]) -> dict[str,
         if unknown:
             names = ", ".join(inputs)
             raise _refusal(
-                requirement, f"'{unknown[0][:40]}' is not an input; the inputs are {names}"
+                requirement,
+                f"'{unknown[0][:40]}' is not an input{did_you_mean(unknown[0], inputs)}; "
+                f"the inputs are {names}",
             )
         if any(function in body.replace(" ", "") for function in NOT_ANALYTIC):
             raise _refusal(requirement, f"'{relation}': use functions that are smooth")

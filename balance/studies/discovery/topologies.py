@@ -14,6 +14,7 @@ from itertools import combinations, permutations
 import numpy as np
 
 from balance.studies.discovery.structure import TopologyArrays
+from kinematics.error_text import did_you_mean
 from kinematics.errors import UsageError
 from kinematics.numerics.array_types import Array
 
@@ -178,7 +179,8 @@ def topology(name: str) -> Topology:
     if name.split() and EDGE.fullmatch(name.split()[-1]):
         return edge_list(name)
     names = ", ".join(TOPOLOGIES)
-    raise UsageError(f"no topology {name!r}: one of {names}, or '0-1 1-2 2-3 0-3'")
+    meant = did_you_mean(listed, TOPOLOGIES)
+    raise UsageError(f"no topology {name!r}{meant}: one of {names}, or '0-1 1-2 2-3 0-3'")
 
 
 def edge_list(text: str) -> Topology:

@@ -41,6 +41,7 @@ from balance.studies.runs.tables import (
     to_arrays,
     to_rows,
 )
+from kinematics.error_text import did_you_mean
 from kinematics.errors import UsageError
 
 # Rows that are read at once.
@@ -341,7 +342,8 @@ class ResultsFile:
         match = next((column for column in self.columns if column.name == name), None)
         if match is None:
             names = ", ".join(column.name for column in self.columns)
-            raise UsageError(f"{self.path}: no column '{name}'; the columns are {names}")
+            meant = did_you_mean(name, (column.name for column in self.columns))
+            raise UsageError(f"{self.path}: no column '{name}'{meant}; the columns are {names}")
         return match
 
     def close(self) -> None:

@@ -13,7 +13,7 @@ from typing import Any
 from balance.studies.runs.chunk_job import Column
 from balance.studies.sweeps.ranges import is_finite_number
 from balance.studies.sweeps.row_quantities import QUANTITIES
-from kinematics.error_text import clean, closest_names
+from kinematics.error_text import clean, closest_names, did_you_mean
 from kinematics.errors import FileError, LinkageError
 from kinematics.model.linkage import Linkage
 
@@ -54,12 +54,14 @@ def read_quantities(table: Options, source: str) -> dict[str, Options]:
     for name in names:
         if name not in NAMES:
             remedy = f"choose from {', '.join(NAMES)}"
-            raise _fault(source, name, "no such quantity", remedy)
+            problem = f"no such quantity{did_you_mean(name, NAMES)}"
+            raise _fault(source, name, problem, remedy)
     for name in table:
         if name not in names and name != "quantities":
             problem = "options of a quantity that is not computed"
             if name not in NAMES:
                 problem = "no such entry"
+            problem += did_you_mean(name, names)
             raise _fault(source, name, problem, f"the quantities are {', '.join(names)}")
     return {name: _read_options(name, table.get(name, {}), source) for name in names}
 

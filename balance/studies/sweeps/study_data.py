@@ -28,7 +28,7 @@ from balance.studies.sweeps.ranges import (
     stored_range,
 )
 from balance.support.options import Balance
-from kinematics.error_text import clean, closest_names
+from kinematics.error_text import clean, closest_names, did_you_mean
 from kinematics.errors import FileError, UsageError
 from kinematics.loading.model_gallery import load
 from kinematics.model.document.element import Document
@@ -106,7 +106,8 @@ class StudyData:
         for name in tables:
             if name not in TABLES:
                 remedy = f"the tables are {', '.join(TABLES)}"
-                raise FileError(source, f"[{clean(str(name))}]", "no such table", remedy)
+                problem = f"no such table{did_you_mean(str(name), TABLES)}"
+                raise FileError(source, f"[{clean(str(name))}]", problem, remedy)
         parts = {name: _table(tables, name, source) for name in TABLES}
         text = _read_model(parts["model"], model, source, folder)
         ranges = dict(_read_ranges(parts["parameters"], source))

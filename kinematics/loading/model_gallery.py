@@ -288,8 +288,11 @@ def _assemble(
             if notice.code in (DEGREES, ROUNDED_ANGLES):
                 error.add_note(notice.message.removeprefix(f"{clean(draft.source, 1000)}: "))
         raise
+    from kinematics.loading.forgotten_loops import forgotten_loop
+
     linkage = as_meant(linkage, exactly=exactly)
-    return replace(linkage, notices=(*linkage.notices, *_size_notices(draft)))
+    told = (*_size_notices(draft), *forgotten_loop(draft))
+    return replace(linkage, notices=(*linkage.notices, *told))
 
 
 def _size_notices(draft: UnassembledLinkage) -> list[Notice]:

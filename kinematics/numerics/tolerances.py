@@ -121,6 +121,9 @@ SAME_POSE_RELATIVE = 1e-3
 # double precision; below the second ratio its joints coincide but for round-off.
 COMPONENT_SIZE_RELATIVE = 4e-9
 COINCIDENT_JOINTS_RELATIVE = 1e-14
+# Distance of the ends of two chains that are at one place, relative to the size of the machine:
+# four decimals of a file.
+ENDS_MEET = 1e-4
 # Rate of a joint that stands still, relative to the fastest joint: a dead centre written with
 # six decimals leaves about 1e-6.
 STANDSTILL_RELATIVE = 1e-5

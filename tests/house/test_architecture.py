@@ -30,7 +30,8 @@ from tests.support.source_files import (
 # it. What stands at the top of a package, or below a group, has a line of its own.
 LAYERS = """
 kinematics.numerics.tolerances
-kinematics.version kinematics.errors kinematics.error_text kinematics.wording
+kinematics.version kinematics.error_text
+kinematics.errors kinematics.wording
 kinematics.numerics
 kinematics.model
 kinematics.files

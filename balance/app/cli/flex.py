@@ -27,7 +27,12 @@ from balance.app.cli.number_arguments import (
     positive_number,
     whole_number,
 )
-from balance.app.cli.outputs import add_page_option, add_picture_option, kind_of
+from balance.app.cli.outputs import (
+    add_page_option,
+    add_picture_option,
+    add_table_option,
+    kind_of,
+)
 from balance.app.cli.progress import progress_bar
 
 if TYPE_CHECKING:
@@ -187,10 +192,9 @@ def _add_simulate(kinds: Verbs) -> None:
     )  # fmt: skip
     add_about(parser.group("motion"), "the centre of mass at the start")
     add_picture_option(parser, "write a picture of the shaking", "")
-    parser.add_argument(
-        "--table", metavar="FILE.csv",
-        help="write time, shaking force and moment, energy, and the bending of each link",
-    )  # fmt: skip
+    add_table_option(
+        parser, "write time, shaking force and moment, energy, and the bending of each link"
+    )
     add_page_option(parser, "in which the links bend")
     parser.set_defaults(run=_simulate)
 

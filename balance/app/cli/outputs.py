@@ -22,6 +22,8 @@ OUTPUTS = {
     "plot": "--plot", "html": "--html", "table": "--table", "slot": "--slot",
     "parts": "--parts",
 }  # fmt: skip
+# End of the name of a table that is a workbook.
+WORKBOOK = ".xlsx"
 # Options that name models.
 MODELS = ("model", "against")
 # Options that name other input files.
@@ -69,6 +71,22 @@ def add_meshes_option(parser: Parser) -> None:
         "--no-meshes", action="store_true",
         help="leave the shapes of the file out of the page",
     )  # fmt: skip
+
+
+def add_table_option(group: argparse._ActionsContainer, purpose: str) -> None:
+    """Add the option ``--table``."""
+    group.add_argument("--table", type=_table_path, metavar="FILE.csv|.xlsx", help=purpose)
+
+
+def _table_path(text: str) -> str:
+    """Check that a word names a table, a pipe or a device.
+
+    Raises:
+        ArgumentTypeError: it ends neither in .csv nor in .xlsx, and is no stream.
+    """
+    if not (text.lower().endswith((".csv", WORKBOOK)) or is_stream(text)):
+        raise argparse.ArgumentTypeError(f"'{text}' ends neither in .csv nor in .xlsx")
+    return text
 
 
 def picture_path(text: str) -> str:
@@ -122,7 +140,12 @@ def check_files(arguments: argparse.Namespace) -> None:
 
     Raises:
         UsageError: an output is an input, or two outputs are one file.
+        PackageError: there is nothing here that writes a workbook.
     """
+    if _is_workbook(getattr(arguments, "table", None)):
+        from balance.support.workbook import require_openpyxl
+
+        require_openpyxl()
     outputs = {OUTPUTS[name]: path for name, path in _output_paths(arguments).items()}
     if outputs:
         check_outputs(outputs, _input_paths(arguments), arguments.overwrite)
@@ -142,6 +165,11 @@ def _input_paths(arguments: argparse.Namespace) -> list[str]:
             path = str(find(model)) if model else ""
             paths += [path, *filter(None, [loop_file_of(path)])] if path else []
     return paths
+
+
+def _is_workbook(path: str | None) -> bool:
+    """Whether the path of a table is one of a workbook."""
+    return path is not None and path.lower().endswith(WORKBOOK)
 
 
 def _texts(value: object) -> list[str]:
@@ -173,7 +201,12 @@ def write_outputs(arguments: argparse.Namespace, answer: Answer) -> None:
             check_outputs(outputs, _input_paths(arguments), arguments.overwrite)
             files |= {inside[key]: data for key, data in content.items()}
         else:
-            files[path] = content.encode() if isinstance(content, str) else content
+            data = content.encode() if isinstance(content, str) else content
+            if name == "table" and _is_workbook(path):
+                from balance.support.workbook import workbook_of
+
+                data = workbook_of(data, "motion")
+            files[path] = data
     made = bool(folder) and not os.path.isdir(folder)
     if made:
         _make_folder(folder)

@@ -12,7 +12,12 @@ from balance.app.answers.answer import Answer, Files
 from balance.app.cli.arguments import Parser, add_json_option
 from balance.app.cli.exit_codes import verdict_code
 from balance.app.cli.number_arguments import finite_number, positive_quantity
-from balance.app.cli.outputs import add_page_option, add_picture_option, kind_of
+from balance.app.cli.outputs import (
+    add_page_option,
+    add_picture_option,
+    add_table_option,
+    kind_of,
+)
 from balance.app.cli.progress import progress_bar
 
 if TYPE_CHECKING:
@@ -39,10 +44,9 @@ def add_synthesize(parser: Parser) -> None:
     parser.add_argument(
         "--out", metavar="FILE.urdf", help="write the best mechanism as a URDF file"
     )
-    parser.add_argument(
-        "--table", metavar="FILE.csv",
-        help="write its motion in the nonlinear case, for 'balance verify --csv'",
-    )  # fmt: skip
+    add_table_option(
+        parser, "write its motion in the nonlinear case, for 'balance verify --csv'"
+    )
     parser.add_argument(
         "--slot", type=_slot_path, metavar="FILE.csv|.svg|.dxf",
         help="write the slot in the base that makes a pin of it move so, in the nonlinear case",

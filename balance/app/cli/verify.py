@@ -24,6 +24,7 @@ from balance.app.cli.outputs import (
     add_meshes_option,
     add_page_option,
     add_picture_option,
+    add_table_option,
     kind_of,
 )
 from balance.app.cli.progress import progress_bar
@@ -72,9 +73,7 @@ def add_verify(parser: Parser) -> None:
     add_picture_option(parser)
     add_page_option(parser, "on which the linkage moves")
     add_meshes_option(parser)
-    parser.group("output").add_argument(
-        "--table", metavar="FILE.csv", help="write motion and shaking over time"
-    )
+    add_table_option(parser.group("output"), "write motion and shaking over time")
     parser.add_examples(
         "balance verify robot.urdf --speed 300rpm",
         "balance verify robot.urdf --against balanced.urdf",

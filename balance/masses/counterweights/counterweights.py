@@ -11,6 +11,7 @@ import numpy as np
 from balance.masses.counterweights.answer import Counterweights, Relaxation
 from balance.masses.counterweights.decide import decide
 from balance.masses.counterweights.link_regions import default_region, regions_of
+from balance.masses.counterweights.loads_along import with_loads
 from balance.masses.counterweights.program import IDLE_MASS_PRICE, AddedObjective
 from balance.masses.counterweights.regions import Region
 from balance.masses.counterweights.shaped.decide_shaped import decide_shaped
@@ -126,8 +127,6 @@ def counterweights(
     chosen = tuple(name for name in answer.regions if name not in given)
     answer = replace(answer, chosen=chosen, thickness=thickness)
     if motions is not None and answer.z is not None:
-        from balance.masses.partial.loads_along import with_loads
-
         return with_loads(answer, motions)
     if answer.verdict != "infeasible" or not relax:
         return answer

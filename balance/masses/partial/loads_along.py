@@ -1,33 +1,9 @@
-"""Loads of a linkage along motions, before and after matter is added."""
+"""Loads of a linkage along motions, before and after matter is added for a budget."""
 
 from __future__ import annotations
 
-from dataclasses import replace
-
-from balance.masses.counterweights.answer import Counterweights
 from balance.masses.partial.results import PartialBalance
 from balance.motion.verification.before_after import BeforeAfter, compare_masses
-from balance.motion.verification.given_motions import Motions
-
-
-def with_loads(
-    counterweights: Counterweights, motions: Motions | None = None
-) -> Counterweights:
-    """Add the loads along motions to counterweights that balance.
-
-    Args:
-        motions: by default the random ones of `balance.verify`.
-
-    Raises:
-        LinkageError: see `balance.verify`.
-    """
-    space = counterweights.space
-    assert counterweights.z is not None
-    along = compare_masses(
-        space.linkage, counterweights.z, motions=motions, motion=space.motion,
-        balance=space.balance,
-    )  # fmt: skip
-    return replace(counterweights, along=along)
 
 
 def loads_of(design: PartialBalance) -> BeforeAfter:

@@ -58,7 +58,8 @@ def test_fingers_of_a_gripper_start_at_one_place():
     """Each is one joint from the hand that carries both."""
     axes = {"left": "0 1 0", "right": "0 -1 0"}
     fingers = "".join(
-        f"<link name='{side}'/><joint name='{side}_slide' type='prismatic'><parent link='hand'/>"
+        f"<link name='{side}'/><joint name='{side}_slide' type='prismatic'>"
+        "<parent link='hand'/>"
         f"<child link='{side}'/><origin xyz='0 0 0.1'/><axis xyz='{axis}'/>"
         "<limit lower='0' upper='0.04' effort='1' velocity='1'/></joint>"
         for side, axis in axes.items()

@@ -25,9 +25,10 @@ from balance.app.answers.text.counterweights import (
 from balance.app.answers.text.partial import partial_facts
 from balance.masses.counterweights.answer import Counterweights
 from balance.masses.counterweights.counterweight import Counterweight
+from balance.masses.counterweights.loads_along import with_loads
 from balance.masses.counterweights.regions import Region
 from balance.masses.designs.density import STEEL
-from balance.masses.partial.loads_along import loads_of, with_loads
+from balance.masses.partial.loads_along import loads_of
 from balance.masses.partial.results import ParetoFront
 from balance.motion.verification.before_after import BeforeAfter
 from balance.space.spaces.design_space import DesignSpace

@@ -12,6 +12,7 @@ UNITS: dict[str, dict[str, float]] = {
     "angle": {"rad": 1.0, "deg": math.pi / 180.0, "°": math.pi / 180.0, "rev": 2.0 * math.pi},
     "length": {"m": 1.0, "mm": 1e-3, "cm": 1e-2, "um": 1e-6, "µm": 1e-6, "in": 0.0254},
     "mass": {"kg": 1.0, "g": 1e-3, "mg": 1e-6, "t": 1e3, "lb": 0.45359237},
+    "mass per length": {"kg/m": 1.0, "g/m": 1e-3, "g/mm": 1.0, "g/cm": 0.1, "kg/mm": 1e3},
     "time": {"s": 1.0, "ms": 1e-3, "min": 60.0},
     "force": {"N": 1.0, "kN": 1e3, "mN": 1e-3},
     "stiffness": {"N/m": 1.0, "N/mm": 1e3, "N/cm": 1e2, "kN/m": 1e3},

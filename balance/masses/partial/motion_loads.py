@@ -14,6 +14,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from balance.masses.counterweights.added_matter import symmetric_basis
 from balance.masses.counterweights.regions import Region
@@ -253,16 +254,20 @@ def motion_loads(
     return loads_along
 
 
-def input_inertia(linkage: Linkage) -> dict[str, float]:
+def input_inertia(linkage: Linkage, z: ArrayLike | None = None) -> dict[str, float]:
     """Compute the inertia that each input feels at the reference pose.
 
     It is the diagonal of the generalised inertia matrix: ``M_ww = Σ_b t_wᵀ M_b t_w`` with the
     twists ``t_w`` of the bodies for a unit rate of the input.
 
+    Args:
+        z: inertial parameters of the bodies, by default those of the file; see
+            `balance.motion.verification.shaking_wrench.mass_parameters`.
+
     Returns:
         kg m², for sliding inputs kg, by the name of the input.
     """
-    chain, given = input_chain(linkage), mass_parameters(linkage)
+    chain, given = input_chain(linkage), mass_parameters(linkage, z)
     own = to_chain(given, chain.frame, False, False)
     inertias = freeze(AddedParameters(chain, {}, own, given, {}, {}).input_inertia()[:, -1])
     return dict(zip(linkage.inputs, inertias.tolist(), strict=True))

@@ -69,8 +69,9 @@ class Crank(NamedTuple):
 
 
 def revolve_crank(
-    linkage: Linkage, speed: float, joint: str | None = None, motion: Motion | None = None
-) -> tuple[Trajectory, Crank]:
+    linkage: Linkage, speed: float, joint: str | None = None, motion: Motion | None = None,
+    steps: int = STEPS,
+) -> tuple[Trajectory, Crank]:  # fmt: skip
     """Compute one revolution of a crank at constant speed, both ends included.
 
     Args:
@@ -78,6 +79,7 @@ def revolve_crank(
         joint: the crank, a revolute input; by default the only input. Other inputs stand
             still, or follow if the motion relates them to the crank.
         motion: restriction of the inputs; free by default.
+        steps: steps of the revolution; half a degree each by default.
 
     Returns:
         The motion in time, from the reference pose on, and the crank.
@@ -97,7 +99,7 @@ def revolve_crank(
     rates = _input_rates(linkage, joint, motion)
     for phase in PHASES:
         with suppress(PoseError):
-            trajectory = _revolution(linkage, speed, rates, phase)
+            trajectory = _revolution(linkage, speed, rates, phase, steps)
             if trajectory.conditioning > CONDITIONING_SINGULAR:
                 return trajectory, Crank(joint, speed, _is_periodic(linkage, trajectory))
     raise PoseError(f"{linkage.source}: {_limits_text(linkage, joint, rates)}")
@@ -136,9 +138,11 @@ def one_turn(
     return revolve_crank(as_linkage(linkage), speed, crank, motion)[0]
 
 
-def _revolution(linkage: Linkage, speed: float, rates: Array, phase: float) -> Trajectory:
+def _revolution(
+    linkage: Linkage, speed: float, rates: Array, phase: float, steps: int
+) -> Trajectory:
     """Compute one revolution from a crank angle of ``phase`` steps on."""
-    time = np.asarray((np.arange(STEPS + 1) + phase) * (TURN / STEPS / abs(speed)), float)
+    time = np.asarray((np.arange(steps + 1) + phase) * (TURN / steps / abs(speed)), float)
     path = SteadyPath(np.zeros(rates.size), speed * rates)
     return replace(drive(linkage, time, *path.at(time)), path=path)
 

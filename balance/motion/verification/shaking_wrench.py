@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from balance.motion.motion_tolerances import RATE_RESIDUAL_RELATIVE
+from balance.motion.verification.trajectory import Trajectory
 from balance.space.inertial_parameters.conversions import to_chain
 from balance.space.momentum.regressor import RegressorSeries
 from kinematics.closure.joint_positions import input_chain, joint_positions
@@ -115,8 +116,10 @@ def inertia_loads(chain: Chain, z: Array, q: Array, ud: Array, udd: Array) -> Lo
     return Loads(loads[0], loads[1], screws)
 
 
-def inertia_sizes(chain: Chain, z: Array, q: Array, qd: Array, qdd: Array) -> Array:
-    """Compute the sum of the sizes of the bodies' own inertia wrenches, all samples at once.
+def inertia_wrenches(
+    chain: Chain, z: Array, q: Array, qd: Array, qdd: Array
+) -> Iterator[Array]:
+    """Compute the bodies' own inertia wrenches, one body after the other, all samples at once.
 
     Along the tree, with the twist ``V`` and its rate ``A`` of each link and the momentum
     ``M V`` in the coordinates that the link carries along,
@@ -132,8 +135,8 @@ def inertia_sizes(chain: Chain, z: Array, q: Array, qd: Array, qdd: Array) -> Ar
         qd: their velocities (N, n).
         qdd: their accelerations (N, n).
 
-    Returns:
-        The sums (N,) of norms of ``[moment; force]`` as in `inertia_loads`.
+    Yields:
+        Wrenches ``[moment; force]`` (N, 6) of each body that moves, as in `inertia_loads`.
 
     Source: R. Featherstone, Rigid Body Dynamics Algorithms, 2008, section 5.3.
     """
@@ -146,15 +149,43 @@ def inertia_sizes(chain: Chain, z: Array, q: Array, qd: Array, qdd: Array) -> Ar
         carried = np.einsum("...ik,...k->...i", ad(V_p), s)
         V[j], A[j] = V_p + s * speed, A_p + s * qdd[:, j, None] + carried * speed
         H[j] = before @ exp(chain.screws[j], q[:, j])
-    total = np.zeros(len(q))
     inertias = spatial_inertias(to_chain(z, chain.frame, False, False))
     for M, link in zip(inertias, chain.links.tolist(), strict=True):
         if link >= 0:
             back = np.linalg.inv(Ad(H[link]))
             v, a = (np.einsum("kij,kj->ki", back, x[link]) for x in (V, A))
             wrench = a @ M - np.einsum("kji,kj->ki", ad(v), v @ M)
-            total += np.linalg.norm(np.einsum("kji,kj->ki", back, wrench), axis=1)
-    return total
+            yield np.einsum("kji,kj->ki", back, wrench)
+
+
+def inertia_sizes(chain: Chain, z: Array, q: Array, qd: Array, qdd: Array) -> Array:
+    """Compute the sum of the sizes of the bodies' own inertia wrenches, all samples at once.
+
+    Args:
+        chain: see `inertia_wrenches`, as for the other arguments.
+
+    Returns:
+        The sums (N,) of norms of ``[moment; force]``.
+    """
+    wrenches = inertia_wrenches(chain, z, q, qd, qdd)
+    return sum((np.linalg.norm(each, axis=1) for each in wrenches), np.zeros(len(q)))
+
+
+def shaking_along(
+    linkage: Linkage, trajectory: Trajectory, z: ArrayLike | None = None
+) -> Array:
+    """Compute the shaking wrench of a linkage along a motion, all samples at once.
+
+    Args:
+        z: inertial parameters of the bodies; see `mass_parameters`.
+
+    Returns:
+        The wrench about the inertial origin (N, 6), N m and N, as of `shaking`.
+    """
+    chain = input_chain(linkage)
+    motion = (x / chain.units for x in (trajectory.q, trajectory.qd, trajectory.qdd))
+    wrenches = inertia_wrenches(chain, mass_parameters(linkage, z), *motion)
+    return wrench_to_si(sum(wrenches, np.zeros((len(trajectory.time), 6))), chain.frame)
 
 
 def load_regressors(chain: Chain, q: Array, ud: Array, udd: Array) -> Loads:

@@ -9,6 +9,8 @@ from typing import Any
 
 import numpy as np
 
+from balance.masses.counterweights.answer import Counterweights
+from balance.masses.counterweights.counterweights import counterweights
 from balance.space.spaces.compute_space import design_space
 from balance.space.spaces.design_space import DesignSpace
 from balance.studies.sweeps.closing import ClosedGeometries
@@ -40,6 +42,29 @@ def link_inertias(linkage: Linkage) -> dict[str, Array]:
     }
 
 
+def bar_inertial(mass_per_length: float, start: Array, end: Array) -> Array:
+    """Compute the numbers of a uniform slender bar between two points of a link.
+
+    ``m = ρ l``, the centre of mass in the middle, ``I = m l² / 12`` across.
+
+    Args:
+        mass_per_length: ρ, kg/m.
+        start: one end (3,), metres.
+        end: the other.
+
+    Returns:
+        Mass, centre of mass and inertia about it (10,), see `Sites.inertials`.
+    """
+    span = end - start
+    length = float(np.linalg.norm(span))
+    mass = mass_per_length * length
+    inertia = mass / 12.0 * (length**2 * np.eye(3) - np.outer(span, span))
+    middle = 0.5 * (start + end)
+    return np.array([
+        mass, *middle, *inertia.diagonal(), *inertia[[0, 0, 1], [1, 2, 2]]
+    ])  # fmt: skip
+
+
 class SweptGeometry:
     """One row of a sweep.
 
@@ -59,6 +84,7 @@ class SweptGeometry:
             balance: as for `balance.design_space`.
         """
         self.row, self._model, self._masses, self._closed = row, model, masses, closed
+        self._weights: Counterweights | None = None
         self._options: dict[str, Any] = {"balance": balance, "spatial": spatial}
 
     @cached_property
@@ -97,6 +123,19 @@ class SweptGeometry:
     def space(self) -> DesignSpace:
         """Its design space."""
         return design_space(self.linkage, None, **self._options)
+
+    def counterweights(self, options: Mapping[str, Any]) -> Counterweights:
+        """Compute the least counterweights, once.
+
+        Args:
+            options: arguments of `balance.counterweights`.
+
+        Raises:
+            LinkageError: see there.
+        """
+        if self._weights is None:
+            self._weights = counterweights(self.space, **options, relax=False)
+        return self._weights
 
     def _moved(self, link: str) -> Array:
         """Compute the displacement (4, 4) of a link of the file from its place in the model."""

@@ -17,9 +17,10 @@ from balance.studies.runs.chunk_job import Column
 from balance.studies.sweeps.closing import ClosedGeometries
 from balance.studies.sweeps.geometry import SweptGeometry
 from balance.studies.sweeps.plan import Plan
-from balance.studies.sweeps.quantities import RANK_DROP, quantity_columns
+from balance.studies.sweeps.quantities import RANK_DROP, full_options, quantity_columns
 from balance.studies.sweeps.row_quantities import QUANTITIES
 from balance.studies.sweeps.study_data import StudyData
+from balance.studies.sweeps.study_units import unit_of_path
 from kinematics.errors import FileError, LinkageError
 from kinematics.numerics.array_types import Array, Flags
 from kinematics.version import __version__
@@ -62,7 +63,7 @@ class SweepJob:
         text = study.to_text()
         plan = _plan_of(text)
         columns = (
-            *(Column(name, "real", _unit_of(name)) for name in plan.driven),
+            *(Column(name, "real", unit_of_path(name)) for name in plan.driven),
             Column("closed", "integer"), Column("reason", "text"),
             *quantity_columns(study.quantities, plan.linkage),
         )  # fmt: skip
@@ -103,18 +104,6 @@ class SweepJob:
 def _plan_of(text: str) -> Plan:
     """Read a study and its model, once in each process."""
     return Plan(StudyData.from_text(text))
-
-
-def _unit_of(path: str) -> str:
-    """Name the unit of a parameter; empty if it has none."""
-    head, _, last = path.rpartition(".")
-    if head.endswith(".inertia"):
-        return "kg m²"
-    if last in ("roll", "pitch", "yaw"):
-        return "rad"
-    if head.endswith((".origin", ".com")):
-        return "m"
-    return {"length": "m", "mass": "kg"}.get(last, "") if head else ""
 
 
 def _compute_rows(plan: Plan, start: int, stop: int) -> dict[str, Any]:
@@ -201,7 +190,7 @@ def _by_row(
 ) -> dict[str, Any]:  # fmt: skip
     """Compute a quantity of the chosen rows; a reason is noted where it has no value."""
     study, quantity = plan.study, QUANTITIES[name]
-    options = study.quantities[name]
+    options = full_options(study.quantities, name)
     columns = quantity.columns(plan.linkage, options)
     empty = {"integer": -1, "real": np.nan, "text": ""}
     types = {"integer": np.int64, "real": np.float64, "text": np.object_}

@@ -22,8 +22,9 @@ from kinematics.numerics.array_types import Array
 
 COMPONENTS = ("x", "y", "z", "roll", "pitch", "yaw")
 SIDES = ("predecessor", "successor")
-MASSES = ("mass", "com", "inertia")
-"""Kinds of places that change the masses, and leave all frames where they are."""
+MASSES = ("mass_per_length", "mass", "com", "inertia")
+"""Kinds of places that change the masses, and leave all frames where they are; the first is
+that of a whole uniform bar, which the others may change again."""
 MOMENTS = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
 
 
@@ -40,12 +41,14 @@ class NumberPlace(NamedTuple):
         component: of the origin, 0 to 5; of the axis or the centre of mass, 0 to 2; of the
             moments of inertia, 0 to 5 as in `MOMENTS`.
         other: of a length: the site that it is measured from, -1 for the frame of the link.
+        end: of a mass per length: the site at the other end.
     """
 
     kind: str
     site: int
     component: int = 0
     other: int = -1
+    end: int = -1
 
 
 class Site(NamedTuple):
@@ -102,8 +105,8 @@ class Sites(NamedTuple):
 
         Args:
             path: ``JOINT.origin.x``, ``JOINT.axis.x``, ``LOOP.predecessor.origin.x``,
-                ``LOOP.axis.x``, ``LINK.length``, ``LINK.mass``, ``LINK.com.x`` or
-                ``LINK.inertia.ixx``.
+                ``LOOP.axis.x``, ``LINK.length``, ``LINK.mass``, ``LINK.com.x``,
+                ``LINK.inertia.ixx`` or ``LINK.mass_per_length``.
 
         Returns:
             The place.
@@ -114,6 +117,9 @@ class Sites(NamedTuple):
         head, _, last = path.rpartition(".")
         if last == "length" and head in self.links:
             return self._length(head)
+        if last == "mass_per_length" and head in self.inertials:
+            bar = self._length(head)
+            return NumberPlace(last, self.links.index(head), other=bar.other, end=bar.site)
         if last == "mass" and head in self.inertials:
             return NumberPlace("mass", self.links.index(head))
         owner, _, group = head.rpartition(".")
@@ -132,6 +138,9 @@ class Sites(NamedTuple):
 
     def value(self, place: NumberPlace) -> float:
         """Compute the value of a number in the model; metres, radians."""
+        if place.kind == "mass_per_length":
+            mass = self.inertials[self.links[place.site]][0]
+            return float(mass / np.linalg.norm(self.span(place)))
         if place.kind in MASSES:
             numbers = self.inertials[self.links[place.site]]
             return float(numbers[self.inertial_entry(place)])
@@ -147,8 +156,20 @@ class Sites(NamedTuple):
 
     def span(self, place: NumberPlace) -> Array:
         """Compute the vector (3,) of a length, in the frame of its link; metres."""
-        start = np.zeros(3) if place.other < 0 else self.sites[place.other].origin[:3]
-        return np.asarray(self.sites[place.site].origin[:3] - start)
+        start, end = self.ends(place, {})
+        return np.asarray(end - start)
+
+    def ends(self, place: NumberPlace, origins: Mapping[int, Array]) -> tuple[Array, Array]:
+        """Return both ends (3,) of a length or of a bar, in the frame of its link; metres.
+
+        Args:
+            origins: of the sites that have others than in the model.
+        """
+        here, there = (
+            np.zeros(3) if k < 0 else origins.get(k, self.sites[k].origin)[:3]
+            for k in (place.other, place.site if place.kind == "length" else place.end)
+        )
+        return here, there
 
     def sites_on(self, link: str) -> list[int]:
         """List the numbers of the sites in the frame of a link."""
@@ -182,7 +203,8 @@ class Sites(NamedTuple):
             choices = closest_names(path.partition(".")[0], [*owners, *self.links])
             return f"names no joint, loop or link; there are {choices}"
         if name not in owners:
-            more = ", mass, com.x|y|z, inertia.ixx|…" if name in self.inertials else ""
+            more = ", mass, com.x|y|z, inertia.ixx|…, mass_per_length"
+            more = more if name in self.inertials else ""
             return f"link '{name}' has the numbers length{more}"
         fields = "origin.x|y|z|roll|pitch|yaw, axis.x|y|z"
         if any(site.side for site in self.sites if site.owner == name):

@@ -98,6 +98,15 @@ class Placer:
                     points[:, j] = turned[:, :3, :3] @ joints[j].point + turned[:, :3, 3]
         return OpenGeometries(screws, points, self._gaps(pairs, rows), links)
 
+    def origins_of(self, values: Mapping[str, Array], row: int) -> dict[int, Array]:
+        """Compute the origins (6,) of the sites that vary, in one row.
+
+        Args:
+            values: of all columns of parameters (rows,).
+        """
+        these = {path: values[path][row : row + 1] for path in self.places}
+        return {k: origin[0] for k, origin in self._moved_sites(these)[0].items()}
+
     def _moved_sites(
         self, values: Mapping[str, Array]
     ) -> tuple[dict[int, Array], dict[int, Array]]:

@@ -11,7 +11,7 @@ import numpy as np
 from balance.space.inertial_parameters.conversions import violations
 from balance.studies.sweeps.closing import ClosedGeometries, Closer
 from balance.studies.sweeps.constraints import StudyConstraints
-from balance.studies.sweeps.geometry import link_inertias
+from balance.studies.sweeps.geometry import bar_inertial, link_inertias
 from balance.studies.sweeps.parameter_paths import MASSES, NumberPlace, PathError, read_sites
 from balance.studies.sweeps.placing import Placer
 from balance.studies.sweeps.quantities import check_quantities
@@ -49,7 +49,11 @@ class Plan:
         self.driven = (*study.parameters, *self._relations)
         self._nominal: dict[str, float] = {}
         places = self._find_places()
-        self._heavy = {path: x for path, x in places.items() if x.kind in MASSES}
+        heavy = sorted(
+            (path for path, place in places.items() if place.kind in MASSES),
+            key=lambda path: MASSES.index(places[path].kind),
+        )
+        self._heavy = {path: places[path] for path in heavy}
         moving = {path: place for path, place in places.items() if path not in self._heavy}
         self.closer = Closer(self.linkage, Placer(self.linkage, self._sites, moving))
         self._start = self._values_in_model()
@@ -76,10 +80,16 @@ class Plan:
             LinkageError: a link has parameters that no body can have.
         """
         changed: dict[str, Array] = {}
+        origins: dict[int, Array] = {}
+        if any(place.kind == "mass_per_length" for place in self._heavy.values()):
+            origins = self.closer.placer.origins_of(values, row)
         for path, place in self._heavy.items():
-            link = self._sites.links[place.site]
+            link, value = self._sites.links[place.site], float(values[path][row])
+            if place.kind == "mass_per_length":
+                changed[link] = bar_inertial(value, *self._sites.ends(place, origins))
+                continue
             numbers = changed.setdefault(link, self._sites.inertials[link].copy())
-            numbers[self._sites.inertial_entry(place)] = values[path][row]
+            numbers[self._sites.inertial_entry(place)] = value
         masses = dict(self._masses)
         for link, numbers in changed.items():
             pose, moments = self.linkage.places[link].pose, numbers[[4, 7, 8, 7, 5, 9, 8, 9, 6]]

@@ -12,9 +12,10 @@ from typing import Any
 
 from balance.studies.runs.chunk_job import Column
 from balance.studies.sweeps.ranges import is_finite_number
-from balance.studies.sweeps.row_quantities import QUANTITIES
+from balance.studies.sweeps.row_quantities import AFTER, COUNTERWEIGHTS, QUANTITIES
+from balance.studies.sweeps.study_units import in_si
 from kinematics.error_text import clean, closest_names, did_you_mean
-from kinematics.errors import FileError, LinkageError
+from kinematics.errors import FileError, LinkageError, UsageError
 from kinematics.model.linkage import Linkage
 
 Options = Mapping[str, Any]
@@ -27,6 +28,11 @@ RANK = (
     Column("unsure", "text"),
 )  # fmt: skip
 NAMES = ("rank", *QUANTITIES)
+# Quantities of which the numbers in options may have units.
+OPTION_UNITS = {
+    "bounds": ("mass",), "density": ("density",), "duration": ("time",),
+    "poses": ("angle", "length"), "speed": ("angular velocity",), "thickness": ("length",),
+}  # fmt: skip
 # Most samples of a motion.
 MOST_SAMPLES = 1_000_000
 
@@ -63,7 +69,28 @@ def read_quantities(table: Options, source: str) -> dict[str, Options]:
                 problem = "no such entry"
             problem += did_you_mean(name, names)
             raise _fault(source, name, problem, f"the quantities are {', '.join(names)}")
-    return {name: _read_options(name, table.get(name, {}), source) for name in names}
+    for name in names:
+        if name.endswith(AFTER) and COUNTERWEIGHTS not in names:
+            remedy = 'add "counterweights" to quantities, and its links'
+            raise _fault(source, name, "counterweights are not computed", remedy)
+    return {name: _read_options(name, _given(name, table), source) for name in names}
+
+
+def _given(name: str, table: Options) -> Any:
+    """The options of a quantity; after counterweights, those before by default."""
+    given = table.get(name, {})
+    return table.get(name.removesuffix(AFTER), {}) if given == {} else given
+
+
+def full_options(quantities: Mapping[str, Options], name: str) -> Options:
+    """Return the options of a quantity, with those of counterweights if it comes after them.
+
+    Args:
+        quantities: those of `read_quantities`.
+    """
+    if not name.endswith(AFTER):
+        return quantities[name]
+    return {**quantities[name], COUNTERWEIGHTS: quantities[COUNTERWEIGHTS]}
 
 
 def check_quantities(quantities: Mapping[str, Options], linkage: Linkage, source: str) -> None:
@@ -120,6 +147,13 @@ def _read_options(name: str, options: object, source: str) -> Options:
                 else "leave it out"
             )
             raise _fault(source, f"{name}.{key}", "no such option", remedy)
+    try:
+        options = {
+            key: in_si(value, *OPTION_UNITS[key]) if key in OPTION_UNITS else value
+            for key, value in options.items()
+        }
+    except UsageError as error:
+        raise _fault(source, name, str(error), "correct the unit") from None
     for key, value in options.items():
         if key != "where" and (form := _expected_form(key, value)):
             problem = f"'{clean(str(value))}' has no meaning"
@@ -172,6 +206,11 @@ def _is_count(value: object) -> bool:
     return 0 < value <= MOST_SAMPLES
 
 
+def _is_density(value: object) -> bool:
+    """Whether a value is a number, or a table of numbers."""
+    return is_finite_number(value) or _is_table(value, is_finite_number)
+
+
 def _is_row(value: object) -> bool:
     return _is_list(value, is_finite_number)
 
@@ -180,13 +219,15 @@ FORMS: Mapping[str, tuple[Callable[[object], bool], str]] = {
     "bounds": (lambda value: _is_table(value, _is_pair), "{rocker = [0.1, 3.0]}, in kg"),
     "count": (_is_count, "a whole number"),
     "crank": (_is_text, '"u1"'),
-    "duration": (is_finite_number, "seconds"),
+    "density": (_is_density, '"7.85g/cm3", {crank = 2700}, or kg/m³'),
+    "thickness": (is_finite_number, '"10mm", or metres'),
+    "duration": (is_finite_number, '"500ms", or seconds'),
     "keep": (lambda value: _is_list(value, _is_text), '["coupler"]'),
     "links": (lambda value: _is_list(value, _is_text), '["crank", "rocker"]'),
     "minimise": (_is_text, '"mass"'),
     "poses": (lambda value: _is_list(value, _is_row), "[[0.0], [0.5]]"),
     "regions": (lambda value: _is_table(value, _is_text), '{crank = "ball(0,0,0,0.1)"}'),
     "samples": (_is_count, f"a whole number up to {MOST_SAMPLES}"),
-    "speed": (is_finite_number, "rad/s"),
+    "speed": (is_finite_number, '"300rpm", or a number in rad/s'),
     "within": (is_finite_number, "metres"),
 }

@@ -20,6 +20,8 @@ from typing import Any
 
 import numpy as np
 
+from balance.studies.sweeps.study_units import in_si
+from kinematics.errors import UsageError
 from kinematics.numerics.array_types import Array, IntArray
 
 SAMPLED = ("uniform", "normal", "sobol")
@@ -32,7 +34,7 @@ MOST = sys.float_info.max
 MOST_EXACT = 2**53
 # Random numbers that a Philox generator makes in one step.
 WORDS = 4
-_GRID = re.compile(r"\s*([^:\s]+)\s*:\s*([^:\s]+)\s*:\s*([^:\s]+)\s*")
+_GRID = re.compile(r"\s*([^:]*[^:\s])\s*:\s*([^:]*[^:\s])\s*:\s*([^:\s]+)\s*")
 
 
 class RangeError(ValueError):
@@ -60,12 +62,13 @@ class Range:
         return len(self.numbers) if self.kind == "list" else 1
 
 
-def read_range(value: object) -> Range:
+def read_range(value: object, *quantities: str) -> Range:
     """Read a range as a study writes it.
 
     Args:
         value: a grid ``"first:last:count"``, a list of numbers, one number, or a table with one
-            of the keys uniform, normal and sobol.
+            of the keys uniform, normal and sobol. Numbers may be texts with a unit.
+        quantities: of which numbers may have a unit, keys of `balance.support.units.UNITS`.
 
     Returns:
         The range.
@@ -73,8 +76,17 @@ def read_range(value: object) -> Range:
     Raises:
         RangeError: it is none, it is empty, or a number is not finite.
     """
+    if isinstance(value, str) and ":" in value:
+        return _read_grid(value, quantities)
+    given = value
+    try:
+        value = in_si(given, *quantities)
+    except UsageError as error:
+        if isinstance(given, str) and " is a unit of " not in str(error):
+            raise RangeError(f"'{given[:40]}' is no grid 'first:last:count'") from None
+        raise RangeError(str(error)) from None
     if isinstance(value, str):
-        return _read_grid(value)
+        raise RangeError(f"'{value[:40]}' is no grid 'first:last:count'")
     if isinstance(value, Mapping):
         if len(value) != 1 or next(iter(value)) not in SAMPLED:
             keys = ", ".join(map(str, value)) or "nothing"
@@ -108,16 +120,27 @@ def stored_range(pair: object) -> Range:
     raise RangeError(f"'{str(kind)[:40]}' of {len(numbers)} numbers is no range")
 
 
-def _read_grid(text: str) -> Range:
+def _read_grid(text: str, quantities: Sequence[str]) -> Range:
     """Read a grid ``first:last:count``."""
     match = _GRID.fullmatch(text)
     if match is None:
         raise RangeError(f"'{text[:40]}' is no grid 'first:last:count'")
     try:
-        first, last, count = float(match[1]), float(match[2]), int(match[3])
+        first, last = (_grid_end(word, quantities) for word in (match[1], match[2]))
+        count = int(match[3])
+    except UsageError as error:
+        raise RangeError(f"'{text[:40]}': {error}") from None
     except ValueError:
         raise RangeError(f"'{text[:40]}' has a word that is no number") from None
     return _grid(first, last, count, f"'{text[:40]}'")
+
+
+def _grid_end(word: str, quantities: Sequence[str]) -> float:
+    """Read the first or the last number of a grid."""
+    try:
+        return float(word)
+    except ValueError:
+        return float(in_si(word, *quantities))
 
 
 def _grid(first: float, last: float, count: int, name: str) -> Range:

@@ -7,20 +7,22 @@ and, if it has options that a model may not fit, one that checks them.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from balance.masses.counterweights.counterweights import counterweights
 from balance.masses.counterweights.link_regions import regions_of
+from balance.masses.counterweights.volume.plates import density_limits
 from balance.masses.designs.best_design import design
 from balance.masses.designs.constraints import constraints_of
 from balance.masses.designs.mass_regions import BALL_RADIUS
 from balance.masses.partial.motion_loads import input_inertia
 from balance.motion.verification.crank_revolution import revolve_crank
 from balance.motion.verification.given_motions import rest_to_rest
-from balance.motion.verification.shaking_wrench import shaking
-from balance.motion.verification.trajectory import Trajectory
+from balance.motion.verification.input_paths import SteadyPath
+from balance.motion.verification.shaking_wrench import shaking_along
+from balance.motion.verification.trajectory import Trajectory, drive
 from balance.space.certification.certify_space import certify
 from balance.space.spaces.compute_space import design_space
 from balance.space.spaces.distance_to_rank_drop import distance_to_rank_drop
@@ -30,6 +32,7 @@ from kinematics.errors import UsageError
 from kinematics.loading.model_gallery import load
 from kinematics.model.document.element import Document
 from kinematics.model.linkage import Linkage
+from kinematics.numerics.array_types import Array
 
 Options = Mapping[str, Any]
 
@@ -50,10 +53,16 @@ class Quantity(NamedTuple):
     check: Callable[[Linkage, Options], object] | None = None
 
 
+COUNTERWEIGHTS, MASSES = "counterweights", "masses"
+"""Entries that are added to options: those of counterweights, and parameters of the bodies."""
 # Orders whose ranks are listed by default, and at most.
 ORDERS, MOST_ORDERS = 5, 50
 # Samples of a motion between poses, and seconds of each of its lines, by default.
 SAMPLES, DURATION = 200, 1.0
+# Samples of one turn of a crank, by default: two degrees apart.
+TURN_SAMPLES = 180
+# Samples between the neighbours of the largest one.
+CLOSER_SAMPLES = 9
 
 
 def _certainty_columns(linkage: Linkage, options: Options) -> tuple[Column, ...]:
@@ -131,7 +140,28 @@ def _inertia_columns(linkage: Linkage, options: Options) -> tuple[Column, ...]:
 
 def inertia(geometry: SweptGeometry, options: Options) -> tuple[float, ...]:
     """Compute the inertia that each input feels at the reference pose."""
-    return tuple(input_inertia(geometry.linkage).values())
+    return tuple(input_inertia(geometry.linkage, options.get(MASSES)).values())
+
+
+def _after_counterweights(quantity: Quantity) -> Quantity:
+    """Make the same quantity of the masses with the counterweights of a geometry.
+
+    Where none balance it, there is no value.
+    """
+
+    def columns(linkage: Linkage, options: Options) -> tuple[Column, ...]:
+        return tuple(
+            replace(column, name=f"{column.name}_after")
+            for column in quantity.columns(linkage, options)
+        )
+
+    def compute(geometry: SweptGeometry, options: Options) -> Sequence[Any]:
+        answer = geometry.counterweights(_arguments(options[COUNTERWEIGHTS]))
+        if answer.z is None:
+            return [np.nan] * len(quantity.columns(geometry.linkage, options))
+        return quantity.compute(geometry, {**options, MASSES: answer.z})
+
+    return quantity._replace(columns=columns, compute=compute)
 
 
 def _design_columns(linkage: Linkage, options: Options) -> tuple[Column, ...]:
@@ -162,7 +192,7 @@ def _check_design_options(linkage: Linkage, options: Options) -> None:
 
 def _design_options(options: Options) -> dict[str, Any]:
     """Convert options to arguments of `balance.design`."""
-    arguments = {name: value for name, value in options.items() if name != "where"}
+    arguments = _arguments(options)
     if "bounds" in arguments:
         arguments["bounds"] = {
             name: (float(low), float(high)) for name, (low, high) in arguments["bounds"].items()
@@ -181,20 +211,25 @@ def _counterweight_columns(linkage: Linkage, options: Options) -> tuple[Column, 
 def _least_counterweights(geometry: SweptGeometry, options: Options) -> tuple[Any, ...]:
     """Compute the verdict on counterweights, their mass, and the objective if it is another."""
     minimise = options.get("minimise", "mass")
-    answer = counterweights(
-        geometry.space, options["links"], options.get("regions"), minimise, relax=False
-    )
+    answer = geometry.counterweights(_arguments(options))
     feasible = answer.value is not None
     mass = answer.added_mass if feasible else np.nan
     value = answer.value if feasible else np.nan
     return (answer.verdict, mass, value)[: 2 if minimise == "mass" else 3]
 
 
+def _arguments(options: Options) -> dict[str, Any]:
+    """Leave out of the options what is no argument of the function that computes a quantity."""
+    return {name: value for name, value in options.items() if name != "where"}
+
+
 def _check_counterweights(linkage: Linkage, options: Options) -> None:
     """Refuse links and regions that the model does not have."""
     if not isinstance(options.get("links"), list | tuple):
         raise UsageError('no links to add matter to; write links = ["crank", "rocker"]')
-    regions_of(design_space(linkage), options["links"], options.get("regions", {}))
+    space = design_space(linkage)
+    regions = regions_of(space, options["links"], options.get("regions", {}))
+    density_limits(space, regions, options.get("density"), options.get("thickness"))
     if options.get("minimise", "mass") not in ("mass", "inertia", "rotor"):
         raise UsageError(f"minimise '{options['minimise']}'; take mass, inertia or rotor")
 
@@ -211,16 +246,44 @@ def _shaking_of_masses(geometry: SweptGeometry, options: Options) -> tuple[float
     """Compute shaking force and moment of the masses of the model along a motion.
 
     The moment is about the inertial origin. Samples of the motion are equally far apart in
-    time, and the mean square is the mean over them.
+    time; the peak of a turn is that of a parabola through closer samples about the largest.
     """
-    linkage = geometry.linkage
+    linkage, z = geometry.linkage, options.get(MASSES)
     way = _motion(linkage, options)
-    wrench = shaking(linkage, way.q, way.qd, way.qdd)
-    moment, force = (np.linalg.norm(part, axis=1) for part in np.split(wrench, 2, axis=1))
-    return tuple(
-        float(x) for size in (force, moment)
-        for x in (size.max(), np.sqrt(np.mean(size * size)))
-    )  # fmt: skip
+    sizes = _sizes_along(linkage, way, z)
+    peaks = [
+        _peak(_sizes_along(linkage, near, z)[part]) if (near := _nearer(linkage, way, size))
+        else _peak(size)
+        for part, size in enumerate(sizes)
+    ]  # fmt: skip
+    means = [float(np.sqrt(np.trapezoid(size * size) / (size.size - 1))) for size in sizes]
+    return peaks[0], means[0], peaks[1], means[1]
+
+
+def _sizes_along(linkage: Linkage, way: Trajectory, z: Array | None) -> Array:
+    """Compute the sizes of shaking force and moment along a motion (2, N)."""
+    moment, force = np.split(shaking_along(linkage, way, z), 2, axis=1)
+    return np.array([np.linalg.norm(part, axis=1) for part in (force, moment)])
+
+
+def _nearer(linkage: Linkage, way: Trajectory, sizes: Array) -> Trajectory | None:
+    """Sample a turn of a crank again, closer, about its largest sample; None for others."""
+    if not isinstance(way.path, SteadyPath):
+        return None
+    k = int(np.argmax(sizes))
+    low, high = way.time[max(k - 1, 0)], way.time[min(k + 1, len(sizes) - 1)]
+    time = np.linspace(low, high, CLOSER_SAMPLES)
+    return drive(linkage, time, *way.path.at(time))
+
+
+def _peak(sizes: Array) -> float:
+    """Compute the largest value of a smooth function from equally spaced samples."""
+    k = int(np.argmax(sizes))
+    if not 0 < k < len(sizes) - 1:
+        return float(sizes[k])
+    before, most, after = np.square(sizes[k - 1 : k + 2])
+    bend = before - 2.0 * most + after
+    return float(np.sqrt(most - (after - before) ** 2 / (8.0 * bend))) if bend else sizes[k]
 
 
 def _check_shaking(linkage: Linkage, options: Options) -> None:
@@ -236,7 +299,9 @@ def _check_shaking(linkage: Linkage, options: Options) -> None:
 def _motion(linkage: Linkage, options: Options) -> Trajectory:
     """Compute the motion along which the masses shake."""
     if "poses" not in options:
-        return revolve_crank(linkage, float(options["speed"]), options.get("crank"))[0]
+        steps = options.get("samples", TURN_SAMPLES)
+        speed, crank = float(options["speed"]), options.get("crank")
+        return revolve_crank(linkage, speed, crank, steps=steps)[0]
     return rest_to_rest(
         linkage, options["poses"], options.get("duration", DURATION),
         options.get("samples", SAMPLES),
@@ -247,7 +312,7 @@ QUANTITIES: dict[str, Quantity] = {
     "certainty": Quantity(_certainty_columns, certainty),
     "counterweights": Quantity(
         _counterweight_columns, _least_counterweights,
-        ("links", "minimise", "regions"), _check_counterweights,
+        ("density", "links", "minimise", "regions", "thickness"), _check_counterweights,
     ),
     "design": Quantity(
         _design_columns, best_design,
@@ -262,6 +327,15 @@ QUANTITIES: dict[str, Quantity] = {
     ),
     "singular_values": Quantity(_singular_columns, singular_values),
 }  # fmt: skip
+AFTER = " after counterweights"
+"""End of the name of a quantity of the masses with the counterweights of the study."""
+QUANTITIES |= {
+    f"{name}{AFTER}": _after_counterweights(QUANTITIES[name])
+    for name in ("input_inertia", "shaking")
+}
 """Quantities that are computed geometry by geometry, by name."""
-MASS_QUANTITIES = ("counterweights", "design", "input_inertia", "shaking")
+MASS_QUANTITIES = (
+    "counterweights", "design", "input_inertia", "shaking",
+    f"input_inertia{AFTER}", f"shaking{AFTER}",
+)  # fmt: skip
 """Quantities that may depend on the masses of the model."""

@@ -27,6 +27,7 @@ from balance.studies.sweeps.ranges import (
     read_range,
     stored_range,
 )
+from balance.studies.sweeps.study_units import in_si, quantities_of_path
 from balance.support.options import Balance
 from kinematics.error_text import clean, closest_names, did_you_mean
 from kinematics.errors import FileError, UsageError
@@ -219,6 +220,14 @@ def _read_model(
     if not isinstance(name, str):
         raise FileError(source, "[model]", "names no file", 'write file = "robot.urdf"')
     options = {key: value for key, value in table.items() if key != "file"}
+    try:
+        options = {
+            key: in_si(value, "angle", "length") if key == "at" else value
+            for key, value in options.items()
+        }
+    except UsageError as error:
+        remedy = 'write at = {u1 = "30deg"}, or radians and metres'
+        raise FileError(source, "[model] at", str(error), remedy) from None
     beside = (folder or Path()) / name
     if isinstance(options.get("loops"), str):
         options["loops"] = str((folder or Path()) / options["loops"])
@@ -235,7 +244,7 @@ def _read_ranges(table: Tables, source: str) -> Iterator[tuple[str, Range]]:
         raise FileError(source, "[parameters]", "nothing varies", remedy)
     for path, value in _flat(table, ""):
         try:
-            yield path, read_range(value)
+            yield path, read_range(value, *quantities_of_path(path))
         except RangeError as error:
             remedy = 'give "first:last:count", a list, or {uniform = [a, b]}'
             where = f"[parameters] {clean(path)}"

@@ -26,6 +26,9 @@ Array = NDArray[np.float64]
 MAX_ROWS = 2000
 # Most axes of the parallel coordinates.
 MAX_AXES = 14
+# Size of a column over that of others of its unit, and its range over its size: up to this it
+# is round-off, and no axis.
+ROUND_OFF = 1e-11
 # View of a linkage in space: the rows are the axes of the drawing.
 OBLIQUE = np.array([[0.866, -0.5, 0.0], [0.25, 0.433, 0.866]])
 
@@ -97,9 +100,15 @@ def _rows(file: ResultsFile, order: str, descending: bool) -> dict[str, NDArray[
 
 def _page_data(file: ResultsFile, table: dict[str, NDArray[Any]], order: str) -> dict[str, Any]:
     """List the columns that vary, and their values."""
+    largest: dict[str, float] = {}
+    for column in file.columns:
+        if column.kind == "real":
+            size = np.nanmax(np.abs(table[column.name]), initial=0.0)
+            largest[column.unit] = max(largest.get(column.unit, 0.0), float(size))
     columns = [
         column for column in file.columns
-        if column.kind != "text" and _varies(table[column.name], column)
+        if column.kind != "text"
+        and _varies(table[column.name], column, largest.get(column.unit, 0.0))
     ][:MAX_AXES]  # fmt: skip
     return {
         "rows": table[ROW_NUMBER].tolist(),
@@ -118,9 +127,17 @@ def _missing(values: NDArray[Any], column: Column) -> NDArray[np.bool_]:
     return values == -1 if column.kind == "integer" else ~np.isfinite(values)
 
 
-def _varies(values: NDArray[Any], column: Column) -> bool:
-    """Whether a column of numbers has two values."""
-    return np.unique(values[~_missing(values, column)]).size > 1
+def _varies(values: NDArray[Any], column: Column, largest: float) -> bool:
+    """Whether a column of numbers has two values that differ by more than round-off.
+
+    Args:
+        largest: size of the largest number of its unit.
+    """
+    present = values[~_missing(values, column)]
+    if column.kind == "integer" or not present.size:
+        return np.unique(present).size > 1
+    size = float(np.abs(present).max())
+    return bool(np.ptp(present) > ROUND_OFF * size and size > ROUND_OFF * largest)
 
 
 def _drawing(plan: Plan, table: dict[str, NDArray[Any]]) -> dict[str, Any]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import xml.etree.ElementTree as ElementTree
 from pathlib import Path
 
 import numpy as np
@@ -65,7 +66,8 @@ def test_shaking_and_inertia_do_not_depend_on_where_the_file_stands():
         wrench = balance.motion.shaking(linkage, way.q, way.qd, way.qdd)
         force = np.linalg.norm(wrench[:, 3:], axis=1)
         assert table["peak_force"][row] == pytest.approx(force.max(), rel=1e-3)
-        assert table["rms_force"][row] == pytest.approx(np.sqrt(np.mean(force**2)), rel=1e-3)
+        mean = np.sqrt(np.trapezoid(force**2) / (force.size - 1))
+        assert table["rms_force"][row] == pytest.approx(mean, rel=1e-3)
         assert table["inertia_u1"][row] == pytest.approx(input_inertia(linkage)["u1"], rel=1e-9)
 
 
@@ -93,6 +95,104 @@ def test_masses_of_the_file_are_parameters():
     assert one == pytest.approx(same, rel=1e-12)
     broken = balance.sweep("four_bar_general", {path: [-1.0, 1.0]}, quantities=quantities)
     assert np.isnan(broken["inertia_u1"][0]) and "cannot exist" in broken["reason"][0]
+
+
+def test_bars_follow_their_lengths():
+    """``m = ρ l``, the centre in the middle, ``m l² / 12``, each as a relation of its own."""
+    varied = {"q3.predecessor.origin.x": "0.75:0.85:3"}
+    ends = {"crank": "q2", "coupler": "q3.predecessor", "rocker": "q3.successor"}
+    by_hand = {}
+    for link, end in ends.items():
+        x, y = f"{end}.origin.x", f"{end}.origin.y"
+        mass = f"1.5*hypot({x}, {y})"
+        by_hand |= {
+            f"{link}.mass": mass, f"{link}.com.x": f"{x}/2", f"{link}.com.y": f"{y}/2",
+            f"{link}.com.z": "0", f"{link}.inertia.izz": f"{mass}*({x}**2 + {y}**2)/12",
+            f"{link}.inertia.ixx": f"{mass}*{y}**2/12",
+            f"{link}.inertia.iyy": f"{mass}*{x}**2/12",
+            f"{link}.inertia.ixy": f"-{mass}*{x}*{y}/12", f"{link}.inertia.ixz": "0",
+            f"{link}.inertia.iyz": "0",
+        }  # fmt: skip
+    by_length = {f"{link}.mass_per_length": "1.5" for link in ends}
+    bars, hand = (
+        balance.sweep("four_bar_general", varied, relations=relations,
+                      quantities=["input_inertia"])
+        for relations in (by_length, by_hand)
+    )  # fmt: skip
+    assert not bars.reasons and bars.units["coupler.mass_per_length"] == "kg/m"
+    assert np.ptp(bars["inertia_u1"]) > 0.01
+    np.testing.assert_allclose(bars["inertia_u1"], hand["inertia_u1"], rtol=1e-9)
+
+
+def test_numbers_with_units_are_those_in_si():
+    """In grids, lists, samples, options and relations of bars."""
+    with_units, plain = (
+        balance.sweep(
+            "four_bar_general",
+            {"q4.origin.x": grid, "rocker.mass_per_length": bars,
+             "q2.origin.x": {"uniform": span}},
+            samples=2, quantities={"shaking": {"speed": speed, "samples": 24}},
+        )
+        for grid, bars, span, speed in (
+            ("1050mm : 110 cm:3", ["500g/m", "2kg/m"], ["80mm", "0.12"], "300rpm"),
+            ("1.05:1.1:3", [0.5, 2.0], [0.08, 0.12], 10.0 * np.pi),
+        )
+    )  # fmt: skip
+    for name in plain:
+        if plain[name].dtype.kind == "f":
+            np.testing.assert_allclose(with_units[name], plain[name], rtol=1e-13)
+    assert with_units["q4.origin.x"][-1] == 1.1 and len(plain) == 12
+
+
+@pytest.mark.slow
+def test_shaking_after_counterweights_is_that_of_the_written_file(tmp_path):
+    """By Pinocchio, on the file that the counterweights of one geometry write."""
+    links, turn = ["crank", "rocker"], {"speed": "300rpm"}
+    table = balance.sweep(
+        "four_bar_general", {"crank.mass": [1.0, 2.0]}, balance="force",
+        quantities={
+            "counterweights": {"links": links}, "shaking": turn,
+            "shaking after counterweights": {}, "input_inertia after counterweights": {},
+        },
+    )  # fmt: skip
+    for row, mass in enumerate((1.0, 2.0)):
+        heavy = ElementTree.fromstring(gallery_text("four_bar_general"))
+        heavy.find("link[@name='crank']/inertial/mass").set("value", str(mass))
+        space = balance.design_space(ElementTree.tostring(heavy), balance="force")
+        path = tmp_path / "heavier.urdf"
+        balance.counterweights(space, links).to_urdf(path, merge=True)
+        about = (0.0, 0.0, 0.0)
+        seen = balance.verify(path, speed=10.0 * np.pi, about=about)
+        assert table["peak_moment_after"][row] == pytest.approx(seen.moment, rel=1e-4)
+        assert table["peak_force_after"][row] < 1e-9 * table["peak_force"][row]
+        felt = input_inertia(balance.load(path))["u1"]
+        assert table["inertia_u1_after"][row] == pytest.approx(felt, rel=1e-8)
+    none = balance.sweep(
+        "four_bar_general", {"crank.mass": [1.0]}, balance="force",
+        quantities={"counterweights": {"links": ["crank"]},
+                    "shaking after counterweights": turn},
+    )  # fmt: skip
+    assert none["counterweights"][0] == "infeasible" and not none.reasons
+    assert np.isnan(none["peak_moment_after"][0])
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("model", ["four_bar_general", "rusr", "six_bar_watt"])
+def test_peaks_of_a_turn_by_close_samples(model):
+    """Twenty samples a degree, of a spatial linkage with a narrow peak too."""
+    linkage = kinematics.load(model)
+    first = ElementTree.fromstring(gallery_text(model)).find("link/inertial/..")
+    mass = float(first.find("inertial/mass").get("value"))
+    table = balance.sweep(
+        linkage, {f"{first.get('name')}.mass": [mass]}, quantities={"shaking": {"speed": 10.0}}
+    )
+    way, _ = revolve_crank(linkage, 10.0, steps=7200)
+    wrench = balance.motion.shaking(linkage, way.q, way.qd, way.qdd)
+    sizes = [np.linalg.norm(part, axis=1) for part in np.split(wrench, 2, axis=1)]
+    for name, size in zip(("moment", "force"), sizes, strict=True):
+        assert table[f"peak_{name}"][0] == pytest.approx(size.max(), rel=2e-4)
+        mean = np.sqrt(np.trapezoid(size**2) / (size.size - 1))
+        assert table[f"rms_{name}"][0] == pytest.approx(mean, rel=1e-4)
 
 
 @pytest.mark.slow

@@ -131,7 +131,7 @@ def one_turn(
 
     Example:
         >>> import balance
-        >>> turn = balance.motion.one_turn("slider_crank", 10.0)
+        >>> turn = balance.motion.one_turn("robot.urdf", 10.0)
         >>> round(turn.duration, 4)
         0.6283
     """

@@ -8,6 +8,12 @@ from collections.abc import Sequence
 from balance.app.cli.arguments import Parser
 from balance.app.cli.number_arguments import positive_quantity
 
+# Densities of materials, kg/m³.
+MATERIALS = {
+    "steel": 7850.0, "aluminium": 2700.0, "brass": 8500.0, "titanium": 4430.0,
+    "tungsten": 19300.0, "lead": 11340.0,
+}  # fmt: skip
+
 
 def add_density_options(parser: Parser, group: str, whose: str) -> None:
     """Add the options ``--density`` and ``--thickness``.
@@ -19,7 +25,7 @@ def add_density_options(parser: Parser, group: str, whose: str) -> None:
     """
     parser.group(group).add_argument(
         "--density", action="append", type=_density, default=[], metavar="[L=]KG/M3",
-        help="largest density (steel: 7850); repeatable",
+        help="largest density: 7850, 7.85g/cm3, steel; repeatable",
     )  # fmt: skip
     parser.group(group).add_argument(
         "--thickness",
@@ -58,4 +64,10 @@ def _density(text: str) -> tuple[str, float]:
     name, equals, value = text.rpartition("=")
     if equals and not name:
         raise argparse.ArgumentTypeError(f"'{text}' names no link; write crank=2700, or 2700")
-    return name, positive_quantity("density")(value)
+    if value.strip().lower() in MATERIALS:
+        return name, MATERIALS[value.strip().lower()]
+    try:
+        return name, positive_quantity("density")(value)
+    except argparse.ArgumentTypeError as error:
+        known = ", ".join(MATERIALS)
+        raise argparse.ArgumentTypeError(f"{error}; materials are {known}") from None

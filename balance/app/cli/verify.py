@@ -67,7 +67,7 @@ def add_verify(parser: Parser) -> None:
         "what is made how well, mass=2%%,length=0.1mm,com=1mm: worst case and spread",
     )  # fmt: skip
     check.add_argument(
-        "--against", metavar="MODEL", help="a second linkage, on the same motions"
+        "--against", metavar="MODEL", help="the linkage before, on the same motions"
     )
     add_about(check, "the middle")
     add_picture_option(parser)
@@ -76,7 +76,7 @@ def add_verify(parser: Parser) -> None:
     add_table_option(parser.group("output"), "write motion and shaking over time")
     parser.add_examples(
         "balance verify robot.urdf --speed 300rpm",
-        "balance verify robot.urdf --against balanced.urdf",
+        "balance verify balanced.urdf --against robot.urdf",
         "balance verify robot.urdf --trajectories 3 --table shaking.csv --html page.html",
     )
 

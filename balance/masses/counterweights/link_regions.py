@@ -13,6 +13,7 @@ from balance.masses.counterweights.regions import (
     ball_region,
     hull_region,
 )
+from balance.masses.designs.constraints import unknown_body
 from balance.masses.designs.mass_regions import BALL_RADIUS, ball_of, joint_points
 from balance.space.spaces.design_space import DesignSpace
 from balance.support.tolerances import COORDINATE_ROUND_OFF, LINK_LENGTH_ZERO
@@ -28,6 +29,8 @@ COLLISION = "collision"
 DISTANT = 20.0
 # Radius of the ball of a link by default, in lengths of the link.
 DEFAULT_RADIUS = 0.5
+# What names all bodies, in a linkage without a link of this name.
+ALL = "all"
 # Points on a circle, and circles on a sphere, that stand for round collision elements. They
 # lie on the surface, so that the hull is inside that of the elements.
 CIRCLE_POINTS = 16
@@ -40,7 +43,7 @@ def regions_of(
     """Find the region of each body to which matter may be added.
 
     Args:
-        links: names of the bodies.
+        links: names of the bodies, or ``("all",)`` for all.
         regions: region of a body, or its text, by name; the others have `default_region`.
 
     Returns:
@@ -54,6 +57,8 @@ def regions_of(
     """
     if not links:
         raise UsageError("no link to add matter to: name at least one")
+    if tuple(links) == (ALL,) and ALL not in space.linkage.places:
+        links = space.bodies
     for k, name in enumerate(links):
         _check_body(space, name)
         if name in links[:k]:
@@ -146,7 +151,7 @@ def _check_body(space: DesignSpace, name: str) -> None:
         if place is not None and body.link == place.link:
             problem = f"is fixed to '{body.name}', and one body with it: name '{body.name}'"
             raise BodyError(space.source, name, problem)
-    raise BodyError(space.source, name, "carries no inertial parameters", space.bodies)
+    raise unknown_body(space, name)
 
 
 def _region_of(space: DesignSpace, body: int, given: Region | str | None) -> Region:

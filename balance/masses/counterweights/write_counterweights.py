@@ -14,7 +14,7 @@ from balance.space.inertial_parameters.body_inertia import inertial_element
 from balance.space.inertial_parameters.conversions import mass_properties
 from balance.space.spaces.design_space import DesignSpace
 from balance.support.result_files import write_file
-from balance.support.tolerances import PART_ROUND_OFF
+from balance.support.tolerances import COORDINATE_ROUND_OFF, PART_ROUND_OFF
 from kinematics.errors import UsageError
 from kinematics.files.urdf.edit_xml import Splice, Text, read_source
 from kinematics.files.urdf.xml_tree import build_tree
@@ -145,7 +145,8 @@ def _own_links(
     for mass, position, inertia in parts or [(weight.mass, weight.com, weight.inertia)]:
         name = _free_name(f"{weight.link}_counterweight", names)
         at, pose = make_elements.origin(np.eye(4)), np.eye(4)
-        pose[:3, 3] = position
+        near = COORDINATE_ROUND_OFF * float(np.abs(position).max(initial=0.0))
+        pose[:3, 3] = np.where(np.abs(position) <= near, 0.0, position)
         inertial = None if merged else make_elements.inertial(mass, inertia, at)
         link = make_elements.link(name, inertial)
         yield Element("link", link.attributes, (*link.children, *_shapes(weight, mesh)))

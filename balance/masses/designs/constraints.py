@@ -115,6 +115,13 @@ class Program(NamedTuple):
         return kept or bool(self.fixed_masses) or any(sign > 0.0 for _, sign in self.limits)
 
 
+def unknown_body(space: DesignSpace, name: str) -> BodyError:
+    """Make the exception for a link that is none, or carries no parameters; to be raised."""
+    known = name in space.linkage.places
+    problem = "carries no inertial parameters" if known else "there is no such link"
+    return BodyError(space.source, name, problem, space.bodies)
+
+
 def constraints_of(
     space: DesignSpace, keep: Sequence[str], bounds: Mapping[str, tuple[float, float]],
     within: float | None = None, density: float | Mapping[str, float] | None = None,
@@ -144,7 +151,7 @@ def constraints_of(
     material = density if isinstance(density, Mapping) else {}
     for name in (*keep, *bounds, *material):
         if name not in names:
-            raise BodyError(source, name, "carries no inertial parameters", names)
+            raise unknown_body(space, name)
     if not set(names) - set(keep):
         text = f"every link is kept ({', '.join(names)}): nothing is left to design; keep fewer"
         raise LinkageError(f"{source}: {text}")

@@ -8,7 +8,7 @@ from functools import cached_property
 
 import numpy as np
 
-from balance.masses.counterweights.link_regions import regions_of
+from balance.masses.counterweights.link_regions import ALL, regions_of
 from balance.masses.counterweights.regions import Region
 from balance.masses.designs.pseudo_inertia_cone import given_parameters
 from balance.masses.partial.motion_loads import input_inertia
@@ -87,7 +87,8 @@ class RemedyRequest:
     @property
     def links(self) -> tuple[str, ...]:
         """Links of the linkage to which matter may be added."""
-        return self.named_links or self.space.bodies
+        everything = ALL not in self.linkage.places and self.named_links == (ALL,)
+        return self.space.bodies if everything else self.named_links or self.space.bodies
 
     @cached_property
     def space(self) -> CertifiedSpace:

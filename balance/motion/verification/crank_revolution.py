@@ -25,6 +25,7 @@ from balance.motion.motion_tolerances import (
 )
 from balance.motion.verification.input_paths import SteadyPath
 from balance.motion.verification.trajectory import Trajectory, drive, order_inputs
+from balance.support.units import read_quantity
 from kinematics.closure.continuation import continue_along
 from kinematics.closure.joint_positions import input_chain
 from kinematics.closure.newton import Pose
@@ -69,13 +70,14 @@ class Crank(NamedTuple):
 
 
 def revolve_crank(
-    linkage: Linkage, speed: float, joint: str | None = None, motion: Motion | None = None,
-    steps: int = STEPS,
+    linkage: Linkage, speed: float | str, joint: str | None = None,
+    motion: Motion | None = None, steps: int = STEPS,
 ) -> tuple[Trajectory, Crank]:  # fmt: skip
     """Compute one revolution of a crank at constant speed, both ends included.
 
     Args:
-        speed: radians per second; negative turns against the axis of the joint.
+        speed: radians per second, or a text with a unit; negative turns against the axis of
+            the joint.
         joint: the crank, a revolute input; by default the only input. Other inputs stand
             still, or follow if the motion relates them to the crank.
         motion: restriction of the inputs; free by default.
@@ -90,6 +92,8 @@ def revolve_crank(
         PoseError: the crank cannot turn fully (the message gives the limits), or the size of
             the speed is not from 1e-6 to 1e6 rad/s.
     """
+    if isinstance(speed, str):
+        speed = read_quantity(speed, "angular velocity")
     if not SLOWEST <= abs(speed) <= FASTEST:
         raise PoseError(
             f"{linkage.source}: {speed:g} rad/s is no speed of a crank; give one from "
@@ -106,8 +110,9 @@ def revolve_crank(
 
 
 def one_turn(
-    linkage: LinkageLike, speed: float, crank: str | None = None, motion: Motion | None = None
-) -> Trajectory:
+    linkage: LinkageLike, speed: float | str, crank: str | None = None,
+    motion: Motion | None = None,
+) -> Trajectory:  # fmt: skip
     """Compute one turn of a crank at constant speed, as ``--speed`` of the command line does.
 
     The turn is steady: with the crank angle ``θ = ω t`` the joint rates are ``q̇ = C_0 ω`` and
@@ -115,7 +120,8 @@ def one_turn(
 
     Args:
         linkage: an assembled linkage, or what `kinematics.load` accepts.
-        speed: ω, radians per second; negative turns against the axis of the joint.
+        speed: ω, radians per second, or a text with a unit, ``"300rpm"``; negative turns
+            against the axis of the joint.
         crank: name of a revolute input; by default the only input. Other inputs stand still,
             or follow if the motion relates them to the crank.
         motion: restriction of the inputs; free by default.

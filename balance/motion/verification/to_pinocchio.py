@@ -53,7 +53,7 @@ def verify(
     motion: Motion | str | Sequence[str] | None = None, balance: Balance = "dynamic",
     trajectories: int = 10, samples: int = 200, seed: int = 0,
     tolerance: float = SHAKING_RELATIVE, motions: Motions | None = None,
-    speed: float | None = None, crank: str | None = None, about: ArrayLike | None = None,
+    speed: float | str | None = None, crank: str | None = None, about: ArrayLike | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> Verification:  # fmt: skip
     """Verify the balance of a linkage along motions, by Pinocchio and by our own series.
@@ -72,7 +72,8 @@ def verify(
         tolerance: largest relative residual of a balanced linkage.
         motions: motions to use instead of random ones, one or several: a `Trajectory`, or the
             path of a table; see `balance.motion.from_csv`.
-        speed: speed of a crank, rad/s; one revolution at this speed is the motion.
+        speed: speed of a crank, rad/s, or ``"300rpm"``; one revolution at this speed is the
+            motion.
         crank: name of that crank; see
             `balance.motion.verification.crank_revolution.revolve_crank`.
         about: point in the inertial frame for moments that are reported, metres; the middle of
@@ -120,7 +121,7 @@ def verify(
 
 
 def _given_motions(
-    linkage: Linkage, motions: Motions | None, speed: float | None,
+    linkage: Linkage, motions: Motions | None, speed: float | str | None,
     crank: str | None, motion: Motion | str | Sequence[str] | None,
 ) -> tuple[Sequence[Trajectory] | None, Crank | None]:  # fmt: skip
     """Return the given motions, or the revolution of a crank; None for random motions.

@@ -310,7 +310,7 @@ def test_without_an_objective_the_margin_is_largest():
 
 
 REFUSED = [
-    (dict(keep=["no_such"]), "link 'no_such': carries no inertial parameters; the bodies are"),
+    (dict(keep=["no_such"]), "link 'no_such': there is no such link; the bodies are"),
     (dict(bounds={"base": (0, 1)}), "link 'base': carries no inertial parameters"),
     (dict(keep=["crank", "coupler", "rocker"]),
      "every link is kept (crank, coupler, rocker): nothing is left to design; keep fewer"),

@@ -142,6 +142,29 @@ def test_there_are_sixty():
     assert len(MISTAKES) >= 60
 
 
+@pytest.mark.slow
+def test_all_links_and_materials_have_a_word():
+    """`all` and `steel` ask what the names of the links and 7850 ask."""
+    words = ["counterweights", "five_bar", "--balance", "force", "--json", "--links"]
+    links = "left_lower,left_upper,right_lower,right_upper"
+    named = asked([*words, links, "--density", "7850"])
+    assert asked([*words, "all", "--density", "steel"]) == named and named.code == 0
+    one, other = (
+        asked([*words, links, "--density", each, "--density", "left_lower=lead"])
+        for each in ("aluminium", "2.7g/cm3")
+    )
+    assert one == other and one.code == 0
+
+
+def test_a_written_file_is_read_without_a_notice(tmp_path):
+    """Coordinates of counterweights that are round-off are written as zeros."""
+    path = str(tmp_path / "balanced.urdf")
+    words = ["--balance", "force", "--links", "all", "--density", "steel", "--out", path]
+    assert asked(["counterweights", "five_bar", *words]).code == 0
+    done = asked(["report", path, "--balance", "force"])
+    assert (done.code, done.err) == (0, "") and "Can it balance? Yes" in done.out
+
+
 def test_other_signs_between_words_are_the_same():
     """A model and a topology with ``-`` for ``_``, or the other way."""
     same = [asked(["report", name, "--json"]) for name in ("four-bar-kite", "four_bar_kite")]

@@ -9,13 +9,14 @@ import re
 import numpy as np
 import pytest
 
+import balance
 import kinematics
 from balance import design, design_space
 from balance.app.cli.main import main
 from balance.app.cli.motion_source import _speed
 from balance.motion.verification.crank_revolution import STEPS, revolve_crank
 from balance.motion.verification.to_pinocchio import verify
-from kinematics.errors import CoordinateError, MotionError, PoseError
+from kinematics.errors import CoordinateError, MotionError, PoseError, UsageError
 from tests.support.laws import altered
 from tests.support.verify_command import run
 
@@ -306,3 +307,12 @@ def test_a_crank_that_cannot_turn_exits_with_3(capsys):
     assert main(["verify", "five_bar", "--speed", "9rpm"]) == 3
     assert "choose from u1, u2" in capsys.readouterr().err
     assert main(["verify", "five_bar", "--speed", "u1=1e9rpm"]) == 3
+
+
+def test_a_speed_may_have_a_unit():
+    linkage = kinematics.load("four_bar_general")
+    turn = balance.motion.one_turn(linkage, "300rpm")
+    np.testing.assert_allclose(turn.u[-1], 2.0 * np.pi, rtol=1e-12)
+    assert turn.duration == pytest.approx(0.2, rel=1e-12)
+    with pytest.raises(UsageError, match="unit of length: write angular velocity in rad/s"):
+        balance.motion.one_turn(linkage, "300mm")

@@ -131,8 +131,12 @@ def test_rounded_angles_are_told(tmp_path):
     assert "nearly_planar" in [notice.code for notice in linkage.notices]
 
 
-def from_linkages(linkage):
-    """Every public function of balance on a linkage, called with what stands for one."""
+def from_linkages(linkage, folder):
+    """Every public function of balance on a linkage, called with what stands for one.
+
+    Args:
+        folder: one with tables of motions.
+    """
     q, one = [0.1], [1.0]
     screws = [[joint.screw for joint in kinematics.load("four_bar_general").joints]]
     s, still = np.linspace(0.0, 0.1, 9), np.zeros((9, 3))
@@ -158,6 +162,12 @@ def from_linkages(linkage):
         "momentum_regressor": lambda: balance.momentum.momentum_regressor(linkage, q),
         "momentum_taylor": lambda: balance.momentum.momentum_taylor(linkage, 2).coefficients,
         "momentum_wrenches": lambda: balance.momentum.momentum_wrenches(linkage, q),
+        "from_csv": lambda: balance.motion.from_csv(linkage, folder / "u1.csv").q,
+        "from_tool_csv": lambda: (
+            balance.motion.from_tool_csv(linkage, folder / "x.csv", "coupler").q
+        ),
+        "one_turn": lambda: balance.motion.one_turn(linkage, 10.0).q,
+        "rest_to_rest": lambda: balance.motion.rest_to_rest(linkage, [[0.0], [0.1]]).q,
         "quiet_motion": lambda: balance.quiet_motion(linkage, [0.0], [0.2], 1.0).bound,
         "quiet_timing": lambda: balance.quiet_timing(linkage, [[0.0], [0.2]], 1.0).bound,
         "reaction_null_space": lambda: (
@@ -183,7 +193,7 @@ def from_linkages(linkage):
 
 
 @pytest.mark.slow
-def test_a_linkage_may_be_named():
+def test_a_linkage_may_be_named(tmp_path):
     """A path, a name and a linkage give the same; anything else is told what is expected.
 
     Functions are given a name or a path in turn, or each of them; ``load`` makes what they
@@ -192,7 +202,11 @@ def test_a_linkage_may_be_named():
     path = kinematics.gallery()["four_bar_general"]
     name = "four_bar_general"
     ways = (kinematics.load(name), name, str(path), path)
-    functions = [from_linkages(way) for way in ways]
+    for column in ("u1", "x"):
+        rows = [f"{0.1 * k:.1f},{1e-3 * k * k:.6f}" for k in range(9)]
+        table = "\n".join([f"time,{column}", *rows])
+        (tmp_path / f"{column}.csv").write_text(table, "utf-8")
+    functions = [from_linkages(way, tmp_path) for way in ways]
     taking = {
         name
         for face in FACES
@@ -208,6 +222,6 @@ def test_a_linkage_may_be_named():
         assert all(np.array_equal(expected, other) for other in others), name
         for wrong in (5, None, [path]):
             with pytest.raises(TypeError, match=r"expected a kinematics.Linkage, a path, the"):
-                from_linkages(wrong)[name]()
+                from_linkages(wrong, tmp_path)[name]()
         with pytest.raises(FileError, match="no such file"):
-            from_linkages("four_bar_genera")[name]()
+            from_linkages("four_bar_genera", tmp_path)[name]()

@@ -22,7 +22,6 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from scipy.optimize import least_squares
 
 from balance.motion.motion_tolerances import SYNTHESIS_MET
 from balance.studies.synthesis.four_bars import (
@@ -131,6 +130,8 @@ def _fit(kind: str, positions: Sequence[Position], x: Array) -> _Fit:
 
 def _refine(kind: str, positions: tuple[Position, ...], start: Array) -> FourBarDesign:
     """Find the ratio and crank angles next to a start that leave the least."""
+    from scipy.optimize import least_squares
+
     ends = np.sort(math.copysign(1.0, start[1]) * np.array([CLEAR, math.pi - CLEAR]))
     low, high = np.full(start.size, ends[0]), np.full(start.size, ends[1])
     low[0], high[0] = LOWEST, HIGHEST

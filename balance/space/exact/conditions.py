@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Iterator, Sequence
 from itertools import count, islice
 from math import comb
 
@@ -109,7 +109,7 @@ class ExactConditions:
         if chosen == []:
             return
         rows = self._momenta[ray].rows(order, chosen)
-        names = range(len(rows)) if chosen is None else chosen
+        names: Sequence[int] = range(len(rows)) if chosen is None else chosen
         self.pivots += [
             (order, ray, names[row], column) for row, column in self._echelon.absorb(rows)
         ]

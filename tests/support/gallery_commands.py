@@ -43,6 +43,7 @@ report four_rrr --inputs a1,b1,c1 --balance force --motion c1=-a1-b1
 verify four_rrr_prototype --motion b1=-2*a1 --motion c1=a1 --trajectories 1
 verify four_bar_kite_balanced --speed 300rpm
 verify four_bar_kite --trajectories 1 --against four_bar_kite_balanced
+verify four_bar_kite_balanced --trajectories 1 --tolerance mass=2%,com=0.1mm
 verify slider_pantograph --base free --base-mass 10 --base-inertia 1 --duration 0.1
 report fuga_i --max-order 0
 design fuga_i --max-order 0 --keep left_lower --keep right_lower

@@ -20,6 +20,8 @@ import numpy as np
 
 from kinematics.model.arrays import freeze
 from kinematics.numerics.array_types import Array
+from kinematics.numerics.linalg.ties import first_largest
+from kinematics.numerics.tolerances import TIE_RELATIVE
 
 # Cells along an edge of the cube whose grid is projected to the sphere.
 CELLS = 40
@@ -76,13 +78,13 @@ def worst_case(F: Array, C: Array, extra: Array) -> WorstCase:
         extra: sizes that are added to the bound (N,).
     """
     units, cosine = directions()
-    best = -np.inf, 0, 0
+    best = 0.0, 0, 0
     most = 0.0
     for k in range(len(F)):
         support = units @ F[k] + np.abs(units @ C[k]).sum(axis=1)
-        at = int(np.argmax(support))
-        most = max(most, float(support[at]) / cosine + float(extra[k]))
-        if support[at] > best[0]:
+        at = first_largest(support)
+        most = max(most, float(support.max()) / cosine + float(extra[k]))
+        if support[at] > (1.0 + TIE_RELATIVE) * best[0]:
             best = float(support[at]), k, at
     _, sample, at = best
     vertex, reached = _ascend(F[sample], C[sample], units[at])

@@ -59,6 +59,7 @@ def test_the_text_names_combinations_loads_and_masses(capsys, tables):
         assert words in text
 
 
+@pytest.mark.slow
 def test_a_plan_is_read_by_other_verbs(capsys, tmp_path):
     path = tmp_path / "plan.csv"
     code, answer = json_answer(

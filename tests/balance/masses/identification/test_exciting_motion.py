@@ -18,7 +18,7 @@ from kinematics.errors import UsageError
 @pytest.fixture(scope="module")
 def plan():
     return balance.masses.exciting_motion(
-        "five_bar", 2.0, harmonics=3, velocity={"u1": 1.5}, acceleration=9.0, tries=40, seed=3
+        "five_bar", 2.0, harmonics=3, velocity={"u1": 1.5}, acceleration=9.0, tries=24, seed=3
     )
 
 
@@ -37,7 +37,7 @@ def test_it_starts_and_ends_at_rest_within_its_limits(plan):
 
 def test_it_excites_more_than_random_motions(plan):
     assert plan.excitation.error < 0.9 * plan.random.error
-    assert plan.tries <= 40 and "best of" in plan.words
+    assert plan.tries <= 24 and "best of" in plan.words
 
 
 def test_the_errors_that_it_promises_are_those_of_a_measurement(plan):

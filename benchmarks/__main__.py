@@ -64,15 +64,17 @@ def _options(argv: list[str] | None) -> argparse.Namespace:
     parser.add_argument("--markdown", action="store_true", help="print tables in Markdown")
     parser.add_argument("--table", action="store_true", help="run what the last table needs")
     parser.add_argument(
-        "--processor-time", action="store_true",
+        "--processor-time",
+        action="store_true",
         help="time of the processor, where other processes take their share of it; not for "
         "claims on several cores",
-    )  # fmt: skip
+    )
     stored = parser.add_mutually_exclusive_group()
     stored.add_argument(
-        "--check", action="store_true",
+        "--check",
+        action="store_true",
         help=f"compare ratios with {BASELINE.name} instead of with claims; run those in it",
-    )  # fmt: skip
+    )
     stored.add_argument("--record", action="store_true", help=f"write them to {BASELINE.name}")
     return parser.parse_args(argv)
 
@@ -106,8 +108,10 @@ def _machine() -> str:
     """Describe the machine, the versions and the commit."""
     commit = subprocess.run(
         ["git", "-C", str(HERE), "describe", "--always", "--dirty"],
-        capture_output=True, text=True, check=False,
-    ).stdout.strip()  # fmt: skip
+        capture_output=True,
+        text=True,
+        check=False,
+    ).stdout.strip()
     return (
         f"{platform.machine()}, {os.cpu_count()} cores, Python {platform.python_version()}, "
         f"NumPy {np.__version__}, one BLAS thread, commit {commit or 'unknown'}"
@@ -195,9 +199,12 @@ def _short(name: str) -> str:
 
 
 def _time_methods(
-    bench: object, names: list[str], params: tuple, repetitions: int,
+    bench: object,
+    names: list[str],
+    params: tuple,
+    repetitions: int,
     clock: Callable[[], float],
-) -> dict[str, np.ndarray]:  # fmt: skip
+) -> dict[str, np.ndarray]:
     """Measure seconds per call of each method, in interleaved batches."""
     calls = {}
     for name in names:

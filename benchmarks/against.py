@@ -68,9 +68,14 @@ def _worker(root: Path) -> subprocess.Popen[str]:
     """Start a process that times the code of one tree."""
     threads = dict.fromkeys(("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "OMP_NUM_THREADS"), "1")
     return subprocess.Popen(
-        [sys.executable, "-c", WORKER], cwd=root, env=os.environ | threads | {"PYTHONPATH": ""},
-        stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True,
-    )  # fmt: skip
+        [sys.executable, "-c", WORKER],
+        cwd=root,
+        env=os.environ | threads | {"PYTHONPATH": ""},
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.DEVNULL,
+        text=True,
+    )
 
 
 def _compare(

@@ -24,9 +24,13 @@ COMPLETE = "the list is complete: B. Moore, J. Schicho and C. M. Gosselin (2009)
 FIRST = (
     ("four-bar", ("AD = BC", "AB = CD"), 5, f"antiparallelogram: {KNOWN}; {COMPLETE}"),
     ("four-bar", ("AD = AB", "BC = CD"), 5, f"kite: {KNOWN}; {COMPLETE}"),
-    ("four-bar", ("AD = BC", "AB = CD"), 7,
-     f"parallelogram; no masses can be built without counter-rotation: {COMPLETE}"),
-)  # fmt: skip
+    (
+        "four-bar",
+        ("AD = BC", "AB = CD"),
+        7,
+        f"parallelogram; no masses can be built without counter-rotation: {COMPLETE}",
+    ),
+)
 """Topology, relations, nullity, and who described the family first."""
 
 SOURCES = """## Sources

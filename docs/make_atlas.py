@@ -211,13 +211,15 @@ def _family_lines(job: DiscoveryJob, found: FoundFamily) -> list[str]:
         ("nullity", f"{family.nullity}, {family.parallel} more than elsewhere"),
         ("codimension", str(family.codimension)),
         ("walks that ended in it", str(len(family.members))),
-        ("random members that confirm it",
-         f"{found.confirmation.agreed} of {found.confirmation.members}"),
+        (
+            "random members that confirm it",
+            f"{found.confirmation.agreed} of {found.confirmation.members}",
+        ),
         ("masses", f"can be built for {good} of {TRIED} random members"),
         ("least mass", least_mass(job, found)),
         ("motion of the member drawn", range_words(entry["motion"])),
         ("first described by", first_described(job.topology, family)),
-    ]  # fmt: skip
+    ]
     return ["| | |", "|---|---|", *(f"| {label} | {text} |" for label, text in rows if text)]
 
 
@@ -228,9 +230,10 @@ def main() -> None:
     parser.add_argument("--out", type=Path, default=DOCS, help="folder of atlas.md")
     parser.add_argument("--workers", type=int, default=1, help="processes (0: this one alone)")
     parser.add_argument(
-        "--kept", action="store_true",
+        "--kept",
+        action="store_true",
         help="take the searches in the folder as they are, by whatever version",
-    )  # fmt: skip
+    )
     parser.add_argument("--only", nargs="*", help="names of topologies; all by default")
     words = parser.parse_args()
     words.work.mkdir(parents=True, exist_ok=True)

@@ -28,11 +28,12 @@ def joints_of_bodies(linkage):
     welded = {loop.end: loop.successor for loop in linkage.loops}
     return [
         [
-            joint for j, joint in enumerate(linkage.joints)
+            joint
+            for j, joint in enumerate(linkage.joints)
             if body.link in (welded.get(j, j), joint.parent)
         ]
         for body in linkage.bodies
-    ]  # fmt: skip
+    ]
 
 
 def corners(linkage, u):
@@ -55,15 +56,25 @@ def draw_linkage(ax, name, linkage):
         ends, centres = corners(linkage, u)
         strong = u == 0.0
         for pair in ends:
-            ax.plot(*pair[:, :2].T, color=colour, lw=3.0 if strong else 1.0,
-                    alpha=1.0 if strong else 0.2, solid_capstyle="round")  # fmt: skip
+            ax.plot(
+                *pair[:, :2].T,
+                color=colour,
+                lw=3.0 if strong else 1.0,
+                alpha=1.0 if strong else 0.2,
+                solid_capstyle="round",
+            )
     for body, centre in zip(linkage.bodies, centres, strict=True):
         radius = np.sqrt(body.inertia[0] / DENSITY / np.pi)
         ax.add_patch(_disc(centre, radius, colour))
         ax.annotate(
-            f"{body.inertia[0]:g} kg", centre[:2], xytext=(-24, 4), fontsize=8, color=colour,
-            textcoords="offset points", ha="center",
-        )  # fmt: skip
+            f"{body.inertia[0]:g} kg",
+            centre[:2],
+            xytext=(-24, 4),
+            fontsize=8,
+            color=colour,
+            textcoords="offset points",
+            ha="center",
+        )
     ax.plot(*ends.reshape(-1, 3)[:, :2].T, "o", ms=5, mfc="white", mec="#1b1e22")
     ax.set(aspect="equal", xlim=(-0.45, 1.3), ylim=(-0.5, 1.05), title=name)
     ax.axis("off")
@@ -100,8 +111,10 @@ def picture():
             draw_linkage(part.subplots(), name, linkage)
         draw_loads(right.subplots(2, 1, sharex=True), runs)
 
-    line = (f"peak force {first.force:.3g} N and {second.force:.2g} N, "
-            f"peak moment {first.moment:.3g} N m and {second.moment:.2g} N m")  # fmt: skip
+    line = (
+        f"peak force {first.force:.3g} N and {second.force:.2g} N, "
+        f"peak moment {first.moment:.3g} N m and {second.moment:.2g} N m"
+    )
     return image((9.0, 3.2), "svg", draw), line
 
 

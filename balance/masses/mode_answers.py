@@ -67,9 +67,19 @@ class ModeAnswer:
         }
         if space is None:
             return answer | dict.fromkeys(
-                ("inputs", "idle", "orders", "kmax", "rank", "nullity", "serial", "parallel",
-                 "certainty", "reason")
-            )  # fmt: skip
+                (
+                    "inputs",
+                    "idle",
+                    "orders",
+                    "kmax",
+                    "rank",
+                    "nullity",
+                    "serial",
+                    "parallel",
+                    "certainty",
+                    "reason",
+                )
+            )
         return answer | {
             "inputs": list(space.inputs),
             "idle": list(space.idle),

@@ -100,9 +100,11 @@ def _unwritable(path: str | os.PathLike[str], error: OSError) -> FileError:
 
     reason = error.strerror or type(error).__name__
     return FileError(
-        clean(os.fsdecode(path), 1000), "", f"cannot be written ({reason})",
+        clean(os.fsdecode(path), 1000),
+        "",
+        f"cannot be written ({reason})",
         "give a path in a folder that can be written to",
-    )  # fmt: skip
+    )
 
 
 def is_stream(target: str) -> bool:

@@ -21,10 +21,14 @@ MAX_ROWS = 100_000
 COLUMN_UNITS = {
     "time": ("time",),
     "coordinate": (
-        "angle", "length", "angular velocity", "velocity", "angular acceleration",
+        "angle",
+        "length",
+        "angular velocity",
+        "velocity",
+        "angular acceleration",
         "acceleration",
     ),
-}  # fmt: skip
+}
 REMEDY = "write a line of names, then one line of numbers per sample"
 
 
@@ -168,9 +172,11 @@ def _read_lines(path: str | PathLike[str], most: int) -> list[list[str]]:
 
 
 def _split_head(
-    path: str | PathLike[str], head: str, units: Mapping[str, Sequence[str]],
+    path: str | PathLike[str],
+    head: str,
+    units: Mapping[str, Sequence[str]],
     short: Mapping[str, str],
-) -> tuple[str, tuple[str, float]]:  # fmt: skip
+) -> tuple[str, tuple[str, float]]:
     """Split ``main [deg]`` to the name of a column, and quantity and factor of its unit.
 
     Raises:

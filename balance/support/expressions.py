@@ -19,18 +19,32 @@ from numpy.typing import NDArray
 from kinematics.numerics.array_types import Array
 
 FUNCTIONS: dict[str, tuple[Callable[..., Any], int]] = {
-    "abs": (np.abs, 1), "acos": (np.arccos, 1), "asin": (np.arcsin, 1),
-    "atan2": (np.arctan2, 2), "cos": (np.cos, 1), "hypot": (np.hypot, 2),
-    "max": (np.maximum, 2), "min": (np.minimum, 2), "sin": (np.sin, 1), "sqrt": (np.sqrt, 1),
+    "abs": (np.abs, 1),
+    "acos": (np.arccos, 1),
+    "asin": (np.arcsin, 1),
+    "atan2": (np.arctan2, 2),
+    "cos": (np.cos, 1),
+    "hypot": (np.hypot, 2),
+    "max": (np.maximum, 2),
+    "min": (np.minimum, 2),
+    "sin": (np.sin, 1),
+    "sqrt": (np.sqrt, 1),
     "tan": (np.tan, 1),
-}  # fmt: skip
+}
 """Functions that an expression may use, and how many arguments each takes."""
 _OPERATIONS: dict[type[ast.AST], Callable[..., Any]] = {
-    ast.Add: operator.add, ast.Sub: operator.sub, ast.Mult: operator.mul,
-    ast.Div: operator.truediv, ast.Pow: operator.pow, ast.USub: operator.neg,
-    ast.UAdd: operator.pos, ast.Lt: operator.lt, ast.LtE: operator.le, ast.Gt: operator.gt,
+    ast.Add: operator.add,
+    ast.Sub: operator.sub,
+    ast.Mult: operator.mul,
+    ast.Div: operator.truediv,
+    ast.Pow: operator.pow,
+    ast.USub: operator.neg,
+    ast.UAdd: operator.pos,
+    ast.Lt: operator.lt,
+    ast.LtE: operator.le,
+    ast.Gt: operator.gt,
     ast.GtE: operator.ge,
-}  # fmt: skip
+}
 # Most characters of an expression, and most operations inside one another.
 LONGEST, DEEPEST = 2000, 50
 

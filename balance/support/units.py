@@ -20,14 +20,19 @@ UNITS: dict[str, dict[str, float]] = {
     "density": {"kg/m3": 1.0, "g/cm3": 1e3, "g/cc": 1e3, "kg/dm3": 1e3, "t/m3": 1e3},
     "inertia": {"kgm2": 1.0, "kgmm2": 1e-6, "kgcm2": 1e-4, "gmm2": 1e-9, "gcm2": 1e-7},
     "angular velocity": {
-        "rad/s": 1.0, "deg/s": math.pi / 180.0, "°/s": math.pi / 180.0,
-        "rpm": 2.0 * math.pi / 60.0, "1/min": 2.0 * math.pi / 60.0, "hz": 2.0 * math.pi,
-        "1/s": 2.0 * math.pi, "rev/s": 2.0 * math.pi,
+        "rad/s": 1.0,
+        "deg/s": math.pi / 180.0,
+        "°/s": math.pi / 180.0,
+        "rpm": 2.0 * math.pi / 60.0,
+        "1/min": 2.0 * math.pi / 60.0,
+        "hz": 2.0 * math.pi,
+        "1/s": 2.0 * math.pi,
+        "rev/s": 2.0 * math.pi,
     },
     "velocity": {"m/s": 1.0, "mm/s": 1e-3, "cm/s": 1e-2},
     "angular acceleration": {"rad/s2": 1.0, "deg/s2": math.pi / 180.0},
     "acceleration": {"m/s2": 1.0, "mm/s2": 1e-3},
-}  # fmt: skip
+}
 NUMBER = r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?"
 SUPERSCRIPTS = str.maketrans({"²": "2", "³": "3", "·": "", "*": "", "^": "", " ": ""})
 

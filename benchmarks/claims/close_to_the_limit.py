@@ -19,9 +19,12 @@ class CloseToTheLimit:
     """All orders of the regressor, along enough rays to make call overhead negligible."""
 
     params = (
-        ("four_bar_general", 4, 64), ("five_bar", 4, 32), ("bennett", 4, 32),
-        ("three_rsr", 2, 12), ("stewart_6ups", 2, 8),
-    )  # fmt: skip
+        ("four_bar_general", 4, 64),
+        ("five_bar", 4, 32),
+        ("bennett", 4, 32),
+        ("three_rsr", 2, 12),
+        ("stewart_6ups", 2, 8),
+    )
     claims = (
         ("time_ours", "time_in_c", 2.0),
         ("track_difference", 1e-13),

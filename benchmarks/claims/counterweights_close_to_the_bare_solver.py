@@ -44,9 +44,11 @@ class CounterweightsCloseToTheBareSolver:
     """Linkages of 13 and 30 bodies."""
 
     params = (
-        ("stewart_6ups", "force"), ("stewart_6ups", "dynamic"), ("30", "force"),
+        ("stewart_6ups", "force"),
+        ("stewart_6ups", "dynamic"),
+        ("30", "force"),
         ("30", "dynamic"),
-    )  # fmt: skip
+    )
     claims = (("time_counterweights", "time_bare", 1.5), ("track_error", 1e-10))
 
     def setup(self, model: str, balance: str) -> None:
@@ -60,8 +62,13 @@ class CounterweightsCloseToTheBareSolver:
         settings.verbose = False
         kinds = [KINDS[part.kind](part.size) for part in parts]
         self.bare = (
-            csc_matrix((q.size, q.size)), q, csc_matrix(-rows), offset, kinds, settings,
-        )  # fmt: skip
+            csc_matrix((q.size, q.size)),
+            q,
+            csc_matrix(-rows),
+            offset,
+            kinds,
+            settings,
+        )
 
     def time_counterweights(self, model: str, balance: str) -> None:
         """The public call, without the search for changes that help."""
@@ -87,7 +94,10 @@ class SmallCounterweightsTakeMilliseconds(CounterweightsCloseToTheBareSolver):
     """
 
     params = (
-        ("bennett", "force"), ("bennett", "dynamic"), ("three_rsr", "force"),
-        ("three_rsr", "dynamic"), ("eight_bar", "force"),
-    )  # fmt: skip
+        ("bennett", "force"),
+        ("bennett", "dynamic"),
+        ("three_rsr", "force"),
+        ("three_rsr", "dynamic"),
+        ("eight_bar", "force"),
+    )
     claims = (("time_counterweights", "time_bare", 4.0), ("track_error", 1e-10))

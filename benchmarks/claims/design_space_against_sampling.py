@@ -85,9 +85,12 @@ class DesignSpaceAgainstSampling:
         ours = design_space(next(self.linkages)).rank
         given = round(1e6 * self.poses_given())
         return {
-            "exact": self.exact, "ours": ours, "peer": self.found, "poses": self.count,
+            "exact": self.exact,
+            "ours": ours,
+            "peer": self.found,
+            "poses": self.count,
             "µs, poses given": given,
-        }  # fmt: skip
+        }
 
 
 class WhereFewPosesDo(DesignSpaceAgainstSampling):

@@ -102,7 +102,7 @@ def _four_bar(modes: int):
         "crank": (5.0, (0.0, -0.05, 0.0), 0.1375),
         "coupler": (1.0, (0.5, 0.5, 0.0), 1.0 / 12.0),
         "rocker": (5.0, (1.55, -0.6, 0.0), 0.6875),
-    }  # fmt: skip
+    }
     parents = {"u1": ("base", "crank"), "q2": ("crank", "coupler"), "q4": ("base", "rocker")}
     linkage = from_screws(
         [ScrewJoint(name, *parents[name], point=point) for name, point in points.items()],
@@ -112,8 +112,10 @@ def _four_bar(modes: int):
             for name, (mass, centre, moment) in bodies.items()
         },
         inputs=["u1"],
-    )  # fmt: skip
+    )
     return flexible_linkage(
-        linkage, [parse_flex_link("coupler=EI:1,rhoA:1")], {"u1": (PROFILE, False)},
+        linkage,
+        [parse_flex_link("coupler=EI:1,rhoA:1")],
+        {"u1": (PROFILE, False)},
         BeamOptions(elements=ELEMENTS, modes=modes),
-    )  # fmt: skip
+    )

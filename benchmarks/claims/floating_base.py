@@ -18,11 +18,18 @@ class FloatingBaseConservesEnergy:
     params = tuple(
         (name,)
         for name in (
-            "zero_reaction_arm", "double_pendulum_counter_rotary", "hprs", "fuga_i",
-            "four_bar_general", "five_bar", "slider_crank", "four_bar_kite_balanced",
-            "three_rsr", "rusr",
+            "zero_reaction_arm",
+            "double_pendulum_counter_rotary",
+            "hprs",
+            "fuga_i",
+            "four_bar_general",
+            "five_bar",
+            "slider_crank",
+            "four_bar_kite_balanced",
+            "three_rsr",
+            "rusr",
         )
-    )  # fmt: skip
+    )
     claims = (("time_simulation", 10.0), ("track_error", 1e-9))
     repetitions = 1
     slow = True

@@ -101,9 +101,12 @@ def _report(folder: Path) -> int:
     """Report on the robot in a folder, and return the exit code."""
     loops = ["--loops", "robot.yaml"] if (folder / "robot.yaml").exists() else []
     return subprocess.run(
-        [sys.executable, "-m", "balance", "report", "robot.urdf", *loops], cwd=folder,
-        capture_output=True, check=False, env=os.environ | {"PYTHONPATH": str(ROOT)},
-    ).returncode  # fmt: skip
+        [sys.executable, "-m", "balance", "report", "robot.urdf", *loops],
+        cwd=folder,
+        capture_output=True,
+        check=False,
+        env=os.environ | {"PYTHONPATH": str(ROOT)},
+    ).returncode
 
 
 class HostileRobots(_Refused):

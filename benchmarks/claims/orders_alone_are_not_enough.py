@@ -32,9 +32,12 @@ def _row(count: int) -> tuple[Linkage, dict[str, int]]:
     space = design_space(linkage)
     alone = {f"to order {k}": design_space(linkage, max_order=k).rank for k in ORDERS}
     return linkage, {
-        "exact": exact.rank, "kmax": exact.kmax, "ours": space.rank, "poses": space.poses,
+        "exact": exact.rank,
+        "kmax": exact.kmax,
+        "ours": space.rank,
+        "poses": space.poses,
         **alone,
-    }  # fmt: skip
+    }
 
 
 class PosesFindTheRank:

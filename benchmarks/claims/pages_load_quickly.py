@@ -36,8 +36,10 @@ class PagesLoadQuickly:
     params = (("stewart_6ups",),)
     runs = 5
     claims = (
-        ("track_script_seconds", 0.5), ("track_thread_seconds", 0.5), ("track_megabytes", 1.5),
-    )  # fmt: skip
+        ("track_script_seconds", 0.5),
+        ("track_thread_seconds", 0.5),
+        ("track_megabytes", 1.5),
+    )
 
     def setup(self, model: str) -> None:
         """Make the page."""

@@ -156,8 +156,10 @@ class ColdFourBar(_Cold):
 
     params = (("four_bar_general",),)
     claims = (
-        ("track_first", 2.5), ("track_first", "track_imports", 4), ("track_difference", 0),
-    )  # fmt: skip
+        ("track_first", 2.5),
+        ("track_first", "track_imports", 4),
+        ("track_difference", 0),
+    )
 
 
 class ColdThreeRsr(_Cold):
@@ -166,8 +168,10 @@ class ColdThreeRsr(_Cold):
     slow = True
     params = (("three_rsr",), ("three_rsr", "--motion", "u2=u3"))
     claims = (
-        ("track_first", 7), ("track_first", "track_imports", 5), ("track_difference", 0),
-    )  # fmt: skip
+        ("track_first", 7),
+        ("track_first", "track_imports", 5),
+        ("track_difference", 0),
+    )
 
 
 class ColdParallelRobots(_Cold):
@@ -177,8 +181,10 @@ class ColdParallelRobots(_Cold):
     runs = 3
     params = (("delta",), ("stewart_6ups",))
     claims = (
-        ("track_first", 20), ("track_first", "track_imports", 15), ("track_difference", 0),
-    )  # fmt: skip
+        ("track_first", 20),
+        ("track_first", "track_imports", 15),
+        ("track_difference", 0),
+    )
 
 
 def _integers(found: object) -> list[int]:

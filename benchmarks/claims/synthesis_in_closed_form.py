@@ -21,9 +21,20 @@ from balance.studies.synthesis.positions import Position
 from balance.studies.synthesis.rr_chain import chain_from_three_positions
 
 MASSES = PantographMasses(
-    l2=0.05, l3=0.05, m1=0.12, m2=0.3, m3=0.15, m4=0.024, m5=0.067, m6=0.78, s3=0.097,
-    s4=0.024, s5=0.25, inertia_1=1.6e-3, inertia_2=5e-3,
-)  # fmt: skip
+    l2=0.05,
+    l3=0.05,
+    m1=0.12,
+    m2=0.3,
+    m3=0.15,
+    m4=0.024,
+    m5=0.067,
+    m6=0.78,
+    s3=0.097,
+    s4=0.024,
+    s5=0.25,
+    inertia_1=1.6e-3,
+    inertia_2=5e-3,
+)
 TWO = (Position(0.25, 0.1, 0.0), Position(0.178, 0.013, -0.2556))
 THREE = (Position(0.0, 0.0, 0.0), Position(0.2, 0.1, 0.3), Position(0.3, 0.3, 0.6))
 COUNT = 60
@@ -122,8 +133,10 @@ class ThreePositions:
 def _miss(solution) -> float:
     """Change of the lengths of crank and rocker when the coupler goes to the positions."""
     first, worst = THREE[0], 0.0
-    pairs = ((solution.ground_pivot_a, solution.crank_pivot_b),
-             (solution.ground_pivot_d, solution.coupler_pivot_c))  # fmt: skip
+    pairs = (
+        (solution.ground_pivot_a, solution.crank_pivot_b),
+        (solution.ground_pivot_d, solution.coupler_pivot_c),
+    )
     for base, tip in pairs:
         G, W = complex(*base), complex(*tip)
         for each in THREE[1:]:

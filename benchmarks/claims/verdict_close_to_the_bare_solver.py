@@ -50,9 +50,12 @@ class VerdictCloseToTheBareSolver:
     """Spatial linkages of 3, 7, 13 and 30 bodies, with designs and without."""
 
     params = (
-        (3, "bennett"), (7, "three_rsr"), (7, "three_rsr+u2=u3"), (13, "stewart_6ups"),
+        (3, "bennett"),
+        (7, "three_rsr"),
+        (7, "three_rsr+u2=u3"),
+        (13, "stewart_6ups"),
         (30, "30"),
-    )  # fmt: skip
+    )
     claims = (("time_verdict", "time_bare", 1.5), ("track_error", 1e-9))
 
     def setup(self, bodies: int, model: str) -> None:

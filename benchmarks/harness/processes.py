@@ -23,7 +23,11 @@ def python(*words: str, cwd: Path | str = ROOT, **variables: str) -> str:
     """
     path = os.pathsep.join(filter(None, [str(ROOT), os.environ.get("PYTHONPATH")]))
     done = subprocess.run(
-        [sys.executable, *words], cwd=cwd, capture_output=True, text=True, check=True,
+        [sys.executable, *words],
+        cwd=cwd,
+        capture_output=True,
+        text=True,
+        check=True,
         env=os.environ | {"PYTHONPATH": path} | variables,
-    )  # fmt: skip
+    )
     return done.stdout

@@ -10,8 +10,11 @@ Rows = list[tuple[str, dict[str, object]]]
 def seconds(times: np.ndarray) -> str:
     """Format median, 10th and 90th percentile of times, in a suitable unit."""
     low, median, high = np.percentile(times, [10, 50, 90])
-    unit, name = next((u, n) for u, n in ((1e-6, "µs"), (1e-3, "ms"), (1.0, "s"))
-                      if median < 1e4 * u or n == "s")  # fmt: skip
+    unit, name = next(
+        (u, n)
+        for u, n in ((1e-6, "µs"), (1e-3, "ms"), (1.0, "s"))
+        if median < 1e4 * u or n == "s"
+    )
     return f"{median / unit:9.1f} {name:<2}   ({low / unit:.1f} … {high / unit:.1f})"
 
 

@@ -44,13 +44,18 @@ def _of(module: str, cases: tuple[str, ...], methods: str) -> tuple[str, ...]:
 
 
 TAYLOR, SPACES, COST = (
-    "taylor_five_bar_and_6r", "design_space_against_sampling", "cost_grows_linearly",
-)  # fmt: skip
+    "taylor_five_bar_and_6r",
+    "design_space_against_sampling",
+    "cost_grows_linearly",
+)
 FOUR = ("four_bar_general", "five_bar", "three_rsr", "four_rrr")
 KERNELS = (
-    "four_bar_general 4 64", "five_bar 4 32", "bennett 4 32", "three_rsr 2 12",
+    "four_bar_general 4 64",
+    "five_bar 4 32",
+    "bennett 4 32",
+    "three_rsr 2 12",
     "stewart_6ups 2 8",
-)  # fmt: skip
+)
 MANY = ("four_bar_general any", "four_bar_kite kites")
 MANY_POSES = "time_all_poses/time_heyoka_at_each"
 HEYOKA, DESIGN_SPACES = "time_ours/time_heyoka", "design spaces of 4R, 5R, 3-RSR, 4-RRR"

@@ -61,9 +61,15 @@ def _chain(parent, screws, ends, dependent, columns, bodies) -> Chain:
     """Make a chain without frame and mimic joints, with links that may all move."""
     n, whole = len(parent), np.int64
     return Chain(
-        frame=Frame(), joints=freeze(range(n), whole), units=freeze(np.ones(n)),
-        parent=freeze(parent, whole), screws=freeze(screws),
-        ends=freeze(np.reshape(ends, (-1, 2)), whole), mimics=freeze(np.zeros((0, n))),
-        dependent=freeze(dependent, whole), columns=freeze(columns),
-        moves=freeze(np.ones(columns.shape), np.bool_), links=freeze(range(bodies), whole),
-    )  # fmt: skip
+        frame=Frame(),
+        joints=freeze(range(n), whole),
+        units=freeze(np.ones(n)),
+        parent=freeze(parent, whole),
+        screws=freeze(screws),
+        ends=freeze(np.reshape(ends, (-1, 2)), whole),
+        mimics=freeze(np.zeros((0, n))),
+        dependent=freeze(dependent, whole),
+        columns=freeze(columns),
+        moves=freeze(np.ones(columns.shape), np.bool_),
+        links=freeze(range(bodies), whole),
+    )

@@ -53,10 +53,12 @@ class Sampling:
                 data.oMi[f].actInv(data.oMi[e]) * weld.inverse()
                 for (e, f), weld in zip(self.loops, self.welds, strict=True)
             ]
-            error = np.concatenate([
-                data.oMi[f].act(pin.log6(D)).vector
-                for (_, f), D in zip(self.loops, apart, strict=True)
-            ])  # fmt: skip
+            error = np.concatenate(
+                [
+                    data.oMi[f].act(pin.log6(D)).vector
+                    for (_, f), D in zip(self.loops, apart, strict=True)
+                ]
+            )
             if np.abs(error).max() < 1e-12:
                 break
             J = self.jacobian()[:, self.others]
@@ -69,8 +71,9 @@ class Sampling:
         zero = np.zeros((6, model.nv))
         J = [
             pin.getJointJacobian(model, data, i, pin.WORLD) if i else zero
-            for pair in self.loops for i in pair
-        ]  # fmt: skip
+            for pair in self.loops
+            for i in pair
+        ]
         return np.concatenate([a - b for a, b in zip(J[::2], J[1::2], strict=True)])
 
     def rates(self, q: np.ndarray) -> np.ndarray:
@@ -88,12 +91,18 @@ class Sampling:
         blocks, still = [], pin.Motion.Zero()
         for column in C.T:
             pin.forwardKinematics(model, data, q, column)
-            blocks.append(np.concatenate([
-                (data.oMi[i].toDualActionMatrix() @ pin.bodyRegressor(still, data.v[i]))[
-                    np.ix_(self.rows, self.columns)
-                ]
-                for i in self.bodies
-            ], axis=1))  # fmt: skip
+            blocks.append(
+                np.concatenate(
+                    [
+                        (
+                            data.oMi[i].toDualActionMatrix()
+                            @ pin.bodyRegressor(still, data.v[i])
+                        )[np.ix_(self.rows, self.columns)]
+                        for i in self.bodies
+                    ],
+                    axis=1,
+                )
+            )
         return np.concatenate(blocks)
 
     def rank(self, poses: list[tuple[np.ndarray, np.ndarray]]) -> int:

@@ -31,9 +31,11 @@ def five_bar(order: int) -> tuple[Callable, Callable]:
     whole = ca.densify(ca.horzcat(*scaled))
     flags = ["-O2" if order < HIGHEST else "-O1"]
     options = {
-        "jit": True, "compiler": "shell", "jit_temp_suffix": True,
+        "jit": True,
+        "compiler": "shell",
+        "jit_temp_suffix": True,
         "jit_options": {"flags": flags, "verbose": False},
-    }  # fmt: skip
+    }
     function = ca.Function("coefficients", [q], [whole], options)
     buffer, run = function.buffer()
     values, out = jobs.ANGLES.copy(), np.zeros(whole.numel())

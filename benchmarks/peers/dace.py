@@ -49,10 +49,16 @@ def six_r(order: int) -> tuple[Callable, Callable]:
     at, turned = _flange(np.sin, np.cos, start)
     step = 1e-20
     columns = [
-        _mismatch(np.sin, np.cos, [q + step * 1j * (i == k) for i, q in enumerate(start)],
-                  0.0, at, turned)
+        _mismatch(
+            np.sin,
+            np.cos,
+            [q + step * 1j * (i == k) for i, q in enumerate(start)],
+            0.0,
+            at,
+            turned,
+        )
         for k in range(6)
-    ]  # fmt: skip
+    ]
     J = np.linalg.inv(np.imag(columns).T / step).tolist()
 
     def run() -> list:

@@ -64,15 +64,18 @@ def peak_force(profile, duration: float, elements: int, steps: int) -> float:
         mbs.AddMarker(items.MarkerNodeCoordinate(nodeNumber=n, coordinate=c))
         for n, c in ((fixed, 0), (node, 2))
     ]
-    mbs.AddObject(items.ObjectConnectorCoordinate(
-        markerNumbers=both, offsetUserFunction=lambda mbs, t, *_: profile(t)[0]
-    ))  # fmt: skip
+    mbs.AddObject(
+        items.ObjectConnectorCoordinate(
+            markerNumbers=both, offsetUserFunction=lambda mbs, t, *_: profile(t)[0]
+        )
+    )
     force = exu.OutputVariableType.Force
     sensors = [
-        mbs.AddSensor(items.SensorObject(
-            objectNumber=mount, storeInternal=True, outputVariableType=force
-        )) for mount in mounts
-    ]  # fmt: skip
+        mbs.AddSensor(
+            items.SensorObject(objectNumber=mount, storeInternal=True, outputVariableType=force)
+        )
+        for mount in mounts
+    ]
     mbs.Assemble()
     mbs.SolveDynamic(_settings(exu, duration, steps))
     total = sum(mbs.GetSensorStoredData(sensor)[:, 1:3] for sensor in sensors)

@@ -79,8 +79,9 @@ def six_r(order: int) -> tuple[Callable, Callable]:
     hk = _heyoka()
     geometry = _frames()
     q, matrix = _jacobian(hk)
-    system = [row + [hk.par[75 + r] if r < 3 else hk.expression(0.0)]
-              for r, row in enumerate(matrix)]  # fmt: skip
+    system = [
+        row + [hk.par[75 + r] if r < 3 else hk.expression(0.0)] for r, row in enumerate(matrix)
+    ]
     numbers = hk.cfunc([e for row in system for e in row], vars=q)
     values = np.reshape(numbers(jobs.POSE, pars=geometry), (6, 7))
     rates = _eliminate(system, values)
@@ -121,8 +122,10 @@ def _jacobian(hk) -> tuple[list, list]:
             R, p = [par[3 * r : 3 * r + 3] for r in range(3)], par[9:]
         else:
             p = [p[r] + sum(R[r][c] * par[9 + c] for c in range(3)) for r in range(3)]
-            R = [[sum(R[r][k] * par[3 * k + c] for k in range(3)) for c in range(3)]
-                 for r in range(3)]  # fmt: skip
+            R = [
+                [sum(R[r][k] * par[3 * k + c] for k in range(3)) for c in range(3)]
+                for r in range(3)
+            ]
         frames.append(([row[2] for row in R], p))
         s, c = hk.sin(q[i]), hk.cos(q[i])
         R = [[row[0] * c + row[1] * s, row[1] * c - row[0] * s, row[2]] for row in R]

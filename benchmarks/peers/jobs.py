@@ -24,9 +24,15 @@ AXES = np.array(
     [[0, 0, 1], [0, -1, 0], [0, -1, 0], [1, 0, 0], [0, -1, 0], [1, 0, 0]], dtype=float
 )
 POINTS = np.array(
-    [[0, 0, 0], [0.03, 0, 0.35], [0.03, 0.05, 0.75], [0.03, 0.05, 0.8], [0.45, 0.02, 0.8],
-     [0.45, 0.02, 0.8]]
-)  # fmt: skip
+    [
+        [0, 0, 0],
+        [0.03, 0, 0.35],
+        [0.03, 0.05, 0.75],
+        [0.03, 0.05, 0.8],
+        [0.45, 0.02, 0.8],
+        [0.45, 0.02, 0.8],
+    ]
+)
 FLANGE = np.array([0.55, 0.02, 0.8])
 POSE = np.array([0.3, 0.5, -0.7, 0.4, 0.8, -0.2])
 DIRECTION = np.array([0.6, -0.5, 0.3])
@@ -97,17 +103,21 @@ def _exact_five_bar(mp) -> np.ndarray:
     rows = []
     for base, elbow in zip(BASES, ELBOWS, strict=True):
         grid = [
-            [_arm_angles(mp, elbow, TIP[0] - mp.mpf(base) + radius * a, TIP[1] + radius * b)
-             for b in circle]
+            [
+                _arm_angles(mp, elbow, TIP[0] - mp.mpf(base) + radius * a, TIP[1] + radius * b)
+                for b in circle
+            ]
             for a in circle
-        ]  # fmt: skip
+        ]
         for angle in range(2):
             lines = [[value[angle] for value in line] for line in grid]
             inner = [[_term(mp, line, circle, j) for line in lines] for j in range(HIGHEST + 1)]
-            rows.append([
-                float(mp.re(_term(mp, inner[j], circle, i) / radius ** (i + j)))
-                for i, j in exponents(HIGHEST)
-            ])  # fmt: skip
+            rows.append(
+                [
+                    float(mp.re(_term(mp, inner[j], circle, i) / radius ** (i + j)))
+                    for i, j in exponents(HIGHEST)
+                ]
+            )
     return np.array(rows)
 
 
@@ -134,11 +144,15 @@ def _exact_six_r(mp) -> np.ndarray:
     values = [
         _newton(mp, lambda q, u=radius * a: mismatch(q, u), inverse, start) for a in circle
     ]
-    return np.array([
-        [float(mp.re(_term(mp, [v[i] for v in values], circle, k) / radius**k))
-         for k in range(HIGHEST + 1)]
-        for i in range(6)
-    ])  # fmt: skip
+    return np.array(
+        [
+            [
+                float(mp.re(_term(mp, [v[i] for v in values], circle, k) / radius**k))
+                for k in range(HIGHEST + 1)
+            ]
+            for i in range(6)
+        ]
+    )
 
 
 def _flange(mp, q: list) -> tuple:

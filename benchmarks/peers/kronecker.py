@@ -24,11 +24,15 @@ def five_bar(order: int) -> tuple[Callable, Callable]:
     inverse = np.linalg.inv(jacobian())
 
     def read(q: list[Tensors]) -> np.ndarray:
-        return np.array([
-            [each[i + j][(0,) * i + (1,) * j] / (factorial(i) * factorial(j))
-             for i, j in jobs.exponents(order)]
-            for each in q
-        ])  # fmt: skip
+        return np.array(
+            [
+                [
+                    each[i + j][(0,) * i + (1,) * j] / (factorial(i) * factorial(j))
+                    for i, j in jobs.exponents(order)
+                ]
+                for each in q
+            ]
+        )
 
     return lambda: _expand(order, inverse), read
 

@@ -129,6 +129,20 @@ def both_kernels(chain: Chain, screws: np.ndarray, order: int, X: np.ndarray) ->
     )
     columns = np.ascontiguousarray(chain.columns)
     _call(
-        _library().kernels_planar, len(screws), order + 1, n, chain.parent, screws, loops,
-        chain.ends, count, chain.dependent, columns, work, bodies, chain.links, chain.moves, X,
-    )  # fmt: skip
+        _library().kernels_planar,
+        len(screws),
+        order + 1,
+        n,
+        chain.parent,
+        screws,
+        loops,
+        chain.ends,
+        count,
+        chain.dependent,
+        columns,
+        work,
+        bodies,
+        chain.links,
+        chain.moves,
+        X,
+    )

@@ -137,8 +137,9 @@ class _Poses:
         """Momentum of every parameter for unit rates; (width, rows, parameters)."""
         H, chain = self._link_poses(q), self.chain
         moved = [H[j] @ s @ _inverse(H[j]) for j, s in enumerate(self.screws)]
-        bodies = [self.parameters if b < 0 else H[b] @ self.parameters @ H[b].T
-                  for b in chain.links]  # fmt: skip
+        bodies = [
+            self.parameters if b < 0 else H[b] @ self.parameters @ H[b].T for b in chain.links
+        ]
         found = []
         for column in self.columns.T:
             rates = self._solve(column.copy(), lambda c: self._open(moved, c))

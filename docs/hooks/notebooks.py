@@ -20,8 +20,10 @@ def notebook(markdown: str) -> str:
     book = jupytext.reads(text, "md")
     book.cells = [cell for cell in book.cells if cell["source"].strip()]
     book.metadata["kernelspec"] = {
-        "name": "python3", "language": "python", "display_name": "Python 3",
-    }  # fmt: skip
+        "name": "python3",
+        "language": "python",
+        "display_name": "Python 3",
+    }
     for number, cell in enumerate(book.cells):
         cell["id"] = f"cell-{number}"
     return jupytext.writes(book, "ipynb")

@@ -40,15 +40,35 @@ def draw(table, best, figure):
     at = base == base[best]
     missing, found = at & np.isnan(mass), at & ~np.isnan(mass)
     axes = figure.subplots()
-    axes.scatter(lower[missing], upper[missing], s=14, marker="x", c="#bbbbbb", lw=0.8,
-                 label="does not fit, reach or transmit")  # fmt: skip
-    points = axes.scatter(lower[found], upper[found], s=42, marker="s", c=mass[found],
-                          cmap="viridis")  # fmt: skip
-    axes.plot(lower[best], upper[best], "o", ms=11, mfc="none", mec="#b8550a", mew=2.0, ls="",
-              label=f"least: {mass[best]:.2f} kg")  # fmt: skip
+    axes.scatter(
+        lower[missing],
+        upper[missing],
+        s=14,
+        marker="x",
+        c="#bbbbbb",
+        lw=0.8,
+        label="does not fit, reach or transmit",
+    )
+    points = axes.scatter(
+        lower[found], upper[found], s=42, marker="s", c=mass[found], cmap="viridis"
+    )
+    axes.plot(
+        lower[best],
+        upper[best],
+        "o",
+        ms=11,
+        mfc="none",
+        mec="#b8550a",
+        mew=2.0,
+        ls="",
+        label=f"least: {mass[best]:.2f} kg",
+    )
     figure.colorbar(points, ax=axes, label="balance mass, kg")
-    axes.set(xlabel="lower link, m", ylabel="upper link, m",
-             title=f"five-bars with motors {base[best]:.2g} m apart")  # fmt: skip
+    axes.set(
+        xlabel="lower link, m",
+        ylabel="upper link, m",
+        title=f"five-bars with motors {base[best]:.2g} m apart",
+    )
     axes.legend(loc="lower left", fontsize=8)
     tidy(axes)
 

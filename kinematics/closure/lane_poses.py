@@ -66,9 +66,14 @@ def lane_poses_workspace(chain: Chain) -> LanePoses:
     H = lanes(n + 1, 4)
     H[n, 0] = 1.0
     return LanePoses(
-        H, lanes(n, 3), lanes(n), lanes(n), lanes(n),
-        lanes(2), lanes(4),
-    )  # fmt: skip
+        H,
+        lanes(n, 3),
+        lanes(n),
+        lanes(n),
+        lanes(n),
+        lanes(2),
+        lanes(4),
+    )
 
 
 @kernel(reference_counting=False)

@@ -51,10 +51,13 @@ def lane_series_workspace(chain: Chain, order: int) -> LaneSeries:
     """
     n = chain.parent.size
     return LaneSeries(
-        lanes(order + 1, n, 3), lanes(order + 1, n),
-        lanes(order + 1, n, 3), lanes(n, 2), lanes(),
+        lanes(order + 1, n, 3),
+        lanes(order + 1, n),
+        lanes(order + 1, n, 3),
+        lanes(n, 2),
+        lanes(),
         loop_factor_workspace(chain.envelope, chain.dependent.size),
-    )  # fmt: skip
+    )
 
 
 @kernel(reference_counting=False)

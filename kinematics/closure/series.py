@@ -172,9 +172,12 @@ def series_workspace(chain: Chain, rays: int, order: int) -> tuple[Array, ...]:
     """
     V, C, T = _series_shapes(chain, rays, order)
     return (
-        *_make_scratch(chain, rays, order), np.zeros(V), np.zeros(C), np.zeros(T),
+        *_make_scratch(chain, rays, order),
+        np.zeros(V),
+        np.zeros(C),
+        np.zeros(T),
         np.zeros(order + 1),
-    )  # fmt: skip
+    )
 
 
 def _series_shapes(chain: Chain, rays: int, order: int) -> tuple[tuple[int, ...], ...]:

@@ -280,10 +280,11 @@ def _assemble(
     except (OpenLoopError, MobilityError) as error:
         if isinstance(error, MeetingModesError):
             error.modes = tuple(
-                mode if isinstance(mode.linkage, LinkageError)
+                mode
+                if isinstance(mode.linkage, LinkageError)
                 else mode._replace(linkage=as_meant(mode.linkage, exactly=exactly))
                 for mode in error.modes
-            )  # fmt: skip
+            )
         for notice in draft.notices:
             if notice.code in (DEGREES, ROUNDED_ANGLES):
                 error.add_note(notice.message.removeprefix(f"{clean(draft.source, 1000)}: "))

@@ -31,9 +31,11 @@ def freeze(array: object, dtype: type = np.float64) -> NDArray:
 
 
 def once(
-    made: dict[tuple[object, ...], Any], make: Callable[..., Made], owner: object,
+    made: dict[tuple[object, ...], Any],
+    make: Callable[..., Made],
+    owner: object,
     *arguments: object,
-) -> Made:  # fmt: skip
+) -> Made:
     """Return the result of a function of an object and of arguments, computed once.
 
     Args:
@@ -132,9 +134,15 @@ class Chain:
     def __post_init__(self) -> None:
         """Keep the structure of a chain that differs in its screws alone."""
         of = (
-            self.screws.shape[1], self.parent, self.ends, self.mimics, self.dependent,
-            self.columns, self.moves, self.links,
-        )  # fmt: skip
+            self.screws.shape[1],
+            self.parent,
+            self.ends,
+            self.mimics,
+            self.dependent,
+            self.columns,
+            self.moves,
+            self.links,
+        )
         if self.structure is None or any(map(operator.is_not, of, self.structure.of)):
             object.__setattr__(self, "structure", Structure(of))
 
@@ -181,9 +189,14 @@ class Chain:
     def walked(self) -> tuple[NDArray[Any], ...]:
         """The arrays that kernels of the motion read, in their order."""
         return (
-            self.parent, self.screws, self.ends, self.mimics, self.columns, self.moves,
+            self.parent,
+            self.screws,
+            self.ends,
+            self.mimics,
+            self.columns,
+            self.moves,
             self.envelope,
-        )  # fmt: skip
+        )
 
     def once(self, make: Callable[..., Made], *arguments: object) -> Made:
         """Return the result of a function of the structure, computed once.

@@ -254,9 +254,10 @@ class UnassembledLinkage:
     def __repr__(self) -> str:
         """Give two lines: the numbers of parts, and the file."""
         parts = (
-            count_noun(len(self.bodies), "body"), count_noun(len(self.joints), "joint"),
+            count_noun(len(self.bodies), "body"),
+            count_noun(len(self.joints), "joint"),
             count_noun(len(self.loops), "loop"),
-        )  # fmt: skip
+        )
         head = f"{type(self).__name__} {self.name}: {', '.join(parts)}"
         return repr_lines(head, f"from {self.source}")
 

@@ -34,6 +34,7 @@ class ModeOfMotion(NamedTuple):
         """Positions of the joints in words: ``a=0.5, b=-0.5``; small ones are left out."""
         named = (
             f"{name}={number_text(q, '.3g')}"
-            for name, q in self.positions.items() if abs(q) > NAMED_POSITION
-        )  # fmt: skip
+            for name, q in self.positions.items()
+            if abs(q) > NAMED_POSITION
+        )
         return ", ".join(named) or "the pose of the file"

@@ -28,9 +28,15 @@ class Integration:
     """
 
     def __init__(
-        self, f: Callable[[float, Array], Array], t: float, y: Array, end: float,
-        *, jacobian: Callable[[float, Array], Array] | None = None, **options: Any,
-    ) -> None:  # fmt: skip
+        self,
+        f: Callable[[float, Array], Array],
+        t: float,
+        y: Array,
+        end: float,
+        *,
+        jacobian: Callable[[float, Array], Array] | None = None,
+        **options: Any,
+    ) -> None:
         """Start at a state.
 
         Args:
@@ -44,9 +50,10 @@ class Integration:
         from scipy.integrate import DOP853, Radau
 
         self.solver = (
-            DOP853(f, t, y, end, **options) if jacobian is None
+            DOP853(f, t, y, end, **options)
+            if jacobian is None
             else Radau(f, t, y, end, jac=jacobian, **options)
-        )  # fmt: skip
+        )
         self.proposed = 0.0
 
     @property

@@ -103,8 +103,9 @@ def refused(capsys, *words):
 
 @pytest.mark.table(1)
 @pytest.mark.parametrize("name", ["robot.urdf", "link.urdf", "same.urdf", "../{}/robot.urdf"])
-@pytest.mark.parametrize(("verb", "option"),
-                         [("design", "--out"), ("report", "--write-closed")])  # fmt: skip
+@pytest.mark.parametrize(
+    ("verb", "option"), [("design", "--out"), ("report", "--write-closed")]
+)
 def test_a_model_is_not_written_over(verb, option, name, tmp_path, monkeypatch, capsys):
     """By its own path, a symbolic or a hard link, or a path from elsewhere."""
     path = model(tmp_path)
@@ -141,9 +142,14 @@ def test_what_else_is_read_is_not_written_over(tmp_path, capsys):
     beside.write_text("closed_loop: []\n", encoding="utf-8")
     assert "--out would replace" in refused(capsys, "design", path, "--out", beside)
     assert "both --html and --write-closed" in refused(
-        capsys, "report", path, "--html", tmp_path / "a.html", "--write-closed",
+        capsys,
+        "report",
+        path,
+        "--html",
         tmp_path / "a.html",
-    )  # fmt: skip
+        "--write-closed",
+        tmp_path / "a.html",
+    )
 
 
 def test_a_model_of_the_gallery_is_not_written_over(capsys):

@@ -99,9 +99,11 @@ def results_of_measurements():
     names = ("mx", "my", "mz", "fx", "fy", "fz")
     columns = dict(zip(names, -run.shaking.T, strict=True))
     found = balance.identify(
-        "four_bar_general", plan.trajectory, {"time": plan.trajectory.time, **columns},
+        "four_bar_general",
+        plan.trajectory,
+        {"time": plan.trajectory.time, **columns},
         gravity=(0.0, 0.0, 0.0),
-    )  # fmt: skip
+    )
     spread = balance.motion.shaking_tolerance("four_bar_general", mass=0.02, draws=20)
     return [
         (spread, "worst case: peak force"),

@@ -42,8 +42,10 @@ def test_functions_take_a_name_a_linkage_or_a_space():
     np.testing.assert_array_equal(masses[0], masses[2])
     levels = {balance.certify(given).certainty.level for given in (KITE, linkage, space)}
     assert len(levels) == 1
-    regressors = [balance.momentum.momentum_regressor(given, {"u1": 0.2})
-                  for given in (KITE, linkage, space)]  # fmt: skip
+    regressors = [
+        balance.momentum.momentum_regressor(given, {"u1": 0.2})
+        for given in (KITE, linkage, space)
+    ]
     np.testing.assert_array_equal(regressors[0], regressors[2])
     assert balance.explain(KITE).transfers[0].words == balance.explain(space).transfers[0].words
 
@@ -100,16 +102,23 @@ def test_pictures_are_those_of_the_path(best, tmp_path):
         assert (picture._repr_png_() is None) == (picture._repr_svg_() is not None)
 
 
-@pytest.mark.parametrize(("kind", "made_by", "least"), [
-    (WithPage, result_files._page, 9), (WithPicture, result_files._picture, 8),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("kind", "made_by", "least"),
+    [
+        (WithPage, result_files._page, 9),
+        (WithPicture, result_files._picture, 8),
+    ],
+)
 def test_every_result_with_a_page_or_a_picture_has_one(kind, made_by, least):
     """The picture of a design is that of what has none of its own: loads before and after."""
     text = inspect.getsource(made_by) + inspect.getsource(result_files._verifications)
     modules = (balance, balance.motion, balance.flexible)
     values = [getattr(module, name) for module in modules for name in module.__all__]
-    names = {value.__name__ for value in values
-             if isinstance(value, type) and issubclass(value, kind)}  # fmt: skip
+    names = {
+        value.__name__
+        for value in values
+        if isinstance(value, type) and issubclass(value, kind)
+    }
     assert len(names) >= least
     assert not [name for name in names - {"Design"} if f'"{name}"' not in text]
 
@@ -118,9 +127,10 @@ def test_every_result_with_a_page_or_a_picture_has_one(kind, made_by, least):
 def table():
     """A sweep with a drop of the rank, and geometries that do not close."""
     return balance.sweep(
-        "four_bar_kite", {"coupler.length": "0.5:2.0:4", "rocker.length": [0.9, 5.0]},
+        "four_bar_kite",
+        {"coupler.length": "0.5:2.0:4", "rocker.length": [0.9, 5.0]},
         quantities=["rank", "singular_values"],
-    )  # fmt: skip
+    )
 
 
 def test_a_sweep_has_the_page_of_a_file_of_its_results(table, tmp_path):

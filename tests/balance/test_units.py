@@ -26,11 +26,16 @@ def test_quantities(text, quantity, value):
     assert read_quantity(text, quantity) == pytest.approx(value, rel=1e-14)
 
 
-@pytest.mark.parametrize(("text", "quantities", "said"), [
-    ("2g", ("length",), "'g' is a unit of mass: write length in m, mm"),
-    ("2 furlongs", ("length",), "no unit that is known"), ("mm", ("length",), "not a number"),
-    ("2mm3", ("length", "angle"), "write length or angle in"), ("", ("mass",), "not a number"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("text", "quantities", "said"),
+    [
+        ("2g", ("length",), "'g' is a unit of mass: write length in m, mm"),
+        ("2 furlongs", ("length",), "no unit that is known"),
+        ("mm", ("length",), "not a number"),
+        ("2mm3", ("length", "angle"), "write length or angle in"),
+        ("", ("mass",), "not a number"),
+    ],
+)
 def test_what_is_no_quantity(text, quantities, said):
     with pytest.raises(UsageError, match=said):
         read_quantity(text, *quantities)
@@ -42,15 +47,27 @@ def test_units_of_all_quantities_differ():
     assert len(set(names)) == len(names)
 
 
-@pytest.mark.parametrize(("words", "plain", "units"), [
-    ("design four_bar_kite", "--density 7850 --thickness 0.01",
-     "--density 7.85g/cm3 --thickness 10mm"),
-    ("design four_bar_kite --minimise mass", "--bounds coupler=0.25:1.5",
-     "--bounds coupler=250g:1.5kg"),
-    ("report four_bar_kite", "--at u1=0.5", "--at u1=500e-3rad"),
-    ("counterweights four_bar_general --balance force --links crank,rocker",
-     "--region crank=ball(0,0,0,0.25)", "--region crank=ball(0,0,0,250mm)"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("words", "plain", "units"),
+    [
+        (
+            "design four_bar_kite",
+            "--density 7850 --thickness 0.01",
+            "--density 7.85g/cm3 --thickness 10mm",
+        ),
+        (
+            "design four_bar_kite --minimise mass",
+            "--bounds coupler=0.25:1.5",
+            "--bounds coupler=250g:1.5kg",
+        ),
+        ("report four_bar_kite", "--at u1=0.5", "--at u1=500e-3rad"),
+        (
+            "counterweights four_bar_general --balance force --links crank,rocker",
+            "--region crank=ball(0,0,0,0.25)",
+            "--region crank=ball(0,0,0,250mm)",
+        ),
+    ],
+)
 def test_commands_read_units(words, plain, units):
     """Beside the text of a region, which is that of the request."""
     answers = [asked([*words.split(), *more.split(), "--json"]) for more in (plain, units)]
@@ -64,8 +81,9 @@ def test_heads_of_columns_have_units(tmp_path):
     """A table in degrees and milliseconds, and the same in radians and seconds."""
     loads = []
     for head, angle, time in (
-        ("time,u1", 1.0, 1.0), ("time [ms],u1 [deg]", 180.0 / math.pi, 1e3),
-    ):  # fmt: skip
+        ("time,u1", 1.0, 1.0),
+        ("time [ms],u1 [deg]", 180.0 / math.pi, 1e3),
+    ):
         rows = "".join(
             f"{0.01 * k * time!r},{0.4 * math.sin(0.06 * k) ** 2 * angle!r}\n"
             for k in range(60)

@@ -20,8 +20,10 @@ Tree = ElementTree.Element
 SDF = "<joint name='{N}' type='{T}'><parent>{A}</parent><child>{B}</child>{inner}</joint>"
 POSE = "<pose{base}>{P} {R}</pose><axis><xyz{frame}>{P}</xyz></axis>"
 TEMPLATES = (
-    f"<gazebo>{SDF}</gazebo>", f"<gazebo>{SDF}{SDF}</gazebo>",
-    f"<gazebo reference='{{A}}'>{SDF}</gazebo>", f"<gazebo><model>{SDF}</model></gazebo>",
+    f"<gazebo>{SDF}</gazebo>",
+    f"<gazebo>{SDF}{SDF}</gazebo>",
+    f"<gazebo reference='{{A}}'>{SDF}</gazebo>",
+    f"<gazebo><model>{SDF}</model></gazebo>",
     "<gazebo><plugin name='DetachableJoint'><parent_link>{A}</parent_link>"
     "<child_model>{M}</child_model><child_link>{B}</child_link></plugin></gazebo>",
     "<constraint name='{N}' type='{T}'><parent link='{A}'/><parent_origin xyz='{P}' rpy='{R}'/>"
@@ -50,7 +52,7 @@ TEMPLATES = (
     "<child link='closing_x_1'/><origin xyz='{P}'/></joint><link name='closing_x_2'/>"
     "<joint name='c2' type='fixed'><parent link='{B}'/><child link='closing_x_2'/></joint>"
     "</pair-of>",
-)  # fmt: skip
+)
 DRAKE = "http://drake.mit.edu"
 
 
@@ -114,10 +116,18 @@ def _text(rng: random.Random, robot: str, links: list[str], joints: list[str]) -
     )
     first, second = rng.sample(links, 2) if rng.random() < 0.9 else (name(links), name(links))
     return rng.choice(TEMPLATES).format(
-        A=first, B=second, J=name(joints), K=name(joints), P=vector(), R=vector(),
-        X=_escaped(_number(rng)), T=_escaped(rng.choice(kinds)), inner=inner,
-        N=_escaped(rng.choice(("l", "m", "n", *NAMES[:3]))), M=rng.choice((robot, "", "box")),
-    )  # fmt: skip
+        A=first,
+        B=second,
+        J=name(joints),
+        K=name(joints),
+        P=vector(),
+        R=vector(),
+        X=_escaped(_number(rng)),
+        T=_escaped(rng.choice(kinds)),
+        inner=inner,
+        N=_escaped(rng.choice(("l", "m", "n", *NAMES[:3]))),
+        M=rng.choice((robot, "", "box")),
+    )
 
 
 def _escaped(text: str) -> str:

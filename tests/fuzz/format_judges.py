@@ -20,8 +20,12 @@ from tests.fuzz.mjcf_mutants import mjcf_mutant
 from tests.fuzz.sdf_mutants import sdf_mutant
 
 TOLD = {
-    "closing_frames", "loops_inactive", "loops_repeated", "springs_ignored", "unread_closure",
-}  # fmt: skip
+    "closing_frames",
+    "loops_inactive",
+    "loops_repeated",
+    "springs_ignored",
+    "unread_closure",
+}
 
 Read = tuple[RobotFile, UnassembledLinkage]
 
@@ -69,17 +73,21 @@ def judge_mjcf(seed: int) -> str:
         return "refused"
     robot, linkage = found
     constraints = [
-        item for section in ElementTree.fromstring(data).findall("equality") for item in section
+        item
+        for section in ElementTree.fromstring(data).findall("equality")
+        for item in section
         if item.get("active") != "false" and (item.tag != "joint" or item.get("joint2"))
-    ]  # fmt: skip
+    ]
     told = any("equalit" in text or "constraint" in text for _, text in robot.remarks)
     assert not constraints or linkage.loops or linkage.mimics or told, "silent on equalities"
     return "read"
 
 
 JUDGES: dict[str, Callable[[int], str]] = {
-    "dialects": judge_dialect, "mjcf": judge_mjcf, "sdf": judge_sdf,
-}  # fmt: skip
+    "dialects": judge_dialect,
+    "mjcf": judge_mjcf,
+    "sdf": judge_sdf,
+}
 
 
 def _read(name: str, data: bytes, options: ReadOptions | None = None) -> Read | None:
@@ -101,9 +109,10 @@ def _read(name: str, data: bytes, options: ReadOptions | None = None) -> Read | 
 def _changed(tree: Element) -> list[Element]:
     """Joints of a tree that have another line in them than their own."""
     return [
-        joint for joint in tree.every("joint")
+        joint
+        for joint in tree.every("joint")
         if any(part.span == (0, 0) for part in joint.children)
-    ]  # fmt: skip
+    ]
 
 
 def _rigid_bodies(tree: Element) -> dict[str, str]:
@@ -111,8 +120,9 @@ def _rigid_bodies(tree: Element) -> dict[str, str]:
     found = {link.name: link.name for link in tree.every("link")}
     ends = [
         [side.attributes["link"] for side in (joint.first("parent"), joint.first("child"))]
-        for joint in tree.every("joint") if joint.attributes["type"] == "fixed"
-    ]  # fmt: skip
+        for joint in tree.every("joint")
+        if joint.attributes["type"] == "fixed"
+    ]
     for _ in ends:
         for parent, child in ends:
             found[child] = found[parent]

@@ -52,26 +52,44 @@ def _results_words(rng: random.Random, folder: Path) -> tuple[list[str], str]:
     kind, path = rng.choice(("sweep", "search")), folder / "results.db"
     damages = write_mutant(rng, path, kind)
     file, column = str(path), rng.choice(COLUMNS)
-    shown = rng.choice((
-        [], [], ["--sort", column], ["--sort", column, "--descending"],
-        ["--html", str(folder / "page.html")],
-        ["--plot", f"{column},{rng.choice(COLUMNS)}", "--out", str(folder / "a.svg")],
-    ))  # fmt: skip
+    shown = rng.choice(
+        (
+            [],
+            [],
+            ["--sort", column],
+            ["--sort", column, "--descending"],
+            ["--html", str(folder / "page.html")],
+            ["--plot", f"{column},{rng.choice(COLUMNS)}", "--out", str(folder / "a.svg")],
+        )
+    )
     study = folder / "study.toml"
     study.write_text(STUDY, encoding="utf-8")
     sweep = (
-        ["sweep", "show", file, *shown], ["sweep", "show", file, *shown],
+        ["sweep", "show", file, *shown],
+        ["sweep", "show", file, *shown],
         ["sweep", "export", file, "--out", str(folder / rng.choice(("a.csv", "a.parquet")))],
         ["sweep", "run", str(study), "--out", file, "--resume", "--workers", "1"],
-    )  # fmt: skip
+    )
     page = ["--html", str(folder / "page.html")] if rng.random() < 0.1 else []
     show = ["discover", "show", file, "--members", "2", "--tried", rng.choice("001"), *page]
     search = (
-        show, show,
+        show,
+        show,
         ["discover", "export", file, "--family", "1", "--out", str(folder / "a.urdf")],
-        ["discover", "run", "--topology", SEARCH.name, "--starts", str(SEARCH.starts), "--out",
-         file, "--resume", "--workers", "0"],
-    )  # fmt: skip
+        [
+            "discover",
+            "run",
+            "--topology",
+            SEARCH.name,
+            "--starts",
+            str(SEARCH.starts),
+            "--out",
+            file,
+            "--resume",
+            "--workers",
+            "0",
+        ],
+    )
     own, other = (sweep, search) if kind == "sweep" else (search, sweep)
     return rng.choice(own if rng.random() < 0.85 else other), "; ".join(damages)
 
@@ -83,8 +101,18 @@ def _topology_words(rng: random.Random, folder: Path) -> list[str]:
     if rng.random() < 0.5:
         return ["discover", "walk", f"--topology={topology}", "--start", "0", *buildable]
     given = rng.choice((["--model", rng.choice(MODELS)], *[[f"--topology={topology}"]] * 3))
-    return ["discover", "run", *given, "--starts", "1", "--workers", "0", "--out",
-            str(folder / "search.db"), *buildable]  # fmt: skip
+    return [
+        "discover",
+        "run",
+        *given,
+        "--starts",
+        "1",
+        "--workers",
+        "0",
+        "--out",
+        str(folder / "search.db"),
+        *buildable,
+    ]
 
 
 @contextmanager

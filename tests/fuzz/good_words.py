@@ -6,21 +6,47 @@ from collections.abc import Collection
 
 # Lengths and masses of a pantograph.
 MASSES = {
-    "l2": 0.1, "l3": 0.1, "m1": 1, "m2": 1, "m3": 1, "m4": 1, "m5": 0.1, "m6": 0.5, "s3": 0.05,
-    "s4": 0, "inertia_1": 0.1, "inertia_2": 0.1,
-}  # fmt: skip
+    "l2": 0.1,
+    "l3": 0.1,
+    "m1": 1,
+    "m2": 1,
+    "m3": 1,
+    "m4": 1,
+    "m5": 0.1,
+    "m6": 0.5,
+    "s3": 0.05,
+    "s4": 0,
+    "inertia_1": 0.1,
+    "inertia_2": 0.1,
+}
 ARM = "length:0.1,EI:0.0045,rhoA:0.024,tip:0.01"
-ARMS = (ARM, f"{ARM},radius:0.01,inertia:1e-6,hub:0.01", ARM.replace("0.01", "-1"),
-        "length:0.1,EI:0.01,rhoA:0", "length:0,EI:1,rhoA:1", "tip:1", "")  # fmt: skip
+ARMS = (
+    ARM,
+    f"{ARM},radius:0.01,inertia:1e-6,hub:0.01",
+    ARM.replace("0.01", "-1"),
+    "length:0.1,EI:0.01,rhoA:0",
+    "length:0,EI:1,rhoA:1",
+    "tip:1",
+    "",
+)
 BLOCK = "pitch:0.1,mass:0.02,length:0.12,breadth:0.02"
 # A base that floats, for a short time.
 BASE = ("--base", "free", "--base-mass", "3", "--base-inertia", "1", "--duration", "0.05")
 # Commands that take no model.
 WITHOUT_MODEL = (
-    "models", "synthesize", "flex modes", "flex supports", "flex similar", "sweep run",
-    "sweep show", "sweep export", "discover run", "discover show", "discover export",
+    "models",
+    "synthesize",
+    "flex modes",
+    "flex supports",
+    "flex similar",
+    "sweep run",
+    "sweep show",
+    "sweep export",
+    "discover run",
+    "discover show",
+    "discover export",
     "discover walk",
-)  # fmt: skip
+)
 # What commands below ``flex`` and ``sweep`` need beside an option, unless that is it.
 # A short motion is quicker than random ones.
 NEEDED: dict[str, tuple[tuple[str, ...], ...]] = {
@@ -29,14 +55,19 @@ NEEDED: dict[str, tuple[tuple[str, ...], ...]] = {
     "flex supports": (("3",),),
     "flex similar": (("--arm", ARM), ("--scale", "0.5")),
     "flex simulate": (
-        ("--flex", "{link}=EI:5,rhoA:1"), ("--duration", "0.02"), ("--samples", "3"),
-        ("--elements", "3"), ("--modes", "1"),
+        ("--flex", "{link}=EI:5,rhoA:1"),
+        ("--duration", "0.02"),
+        ("--samples", "3"),
+        ("--elements", "3"),
+        ("--modes", "1"),
     ),
     "sweep run": (("{study}",), ("--workers", "1")),
     "sweep show": (("{results}",),),
     "sweep export": (("{results}",), ("--out", "{folder}/a.csv")),
     "discover run": (
-        ("--topology", "slider-crank"), ("--starts", "3"), ("--workers", "0"),
+        ("--topology", "slider-crank"),
+        ("--starts", "3"),
+        ("--workers", "0"),
         ("--out", "{folder}/a.db"),
     ),
     "discover show": (("{search}",), ("--members", "5"), ("--tried", "1")),
@@ -45,7 +76,7 @@ NEEDED: dict[str, tuple[tuple[str, ...], ...]] = {
     "quiet": (("--to", "{first}=0.05"),),
     "identify": (("--motion", "{table}"), ("--wrench", "{loads}")),
     "springs": (("--between", "{tool}@0,0,0 {link}@0.1,0.2,0"), ("--gravity", "0.6,-1.3,0.4")),
-}  # fmt: skip
+}
 
 
 def needed(verb: str, given: Collection[str]) -> list[str]:

@@ -108,6 +108,17 @@ def nest_deeply(rng, tree):
         item = ElementTree.SubElement(item, tag, count="9")
 
 
-CHANGES = (change_word, change_word, change_word, swap_value, drop_attribute, add_attribute,
-    add_attribute, add_element, copy_element, drop_element, rename_element,
-    nest_deeply)  # fmt: skip
+CHANGES = (
+    change_word,
+    change_word,
+    change_word,
+    swap_value,
+    drop_attribute,
+    add_attribute,
+    add_attribute,
+    add_element,
+    copy_element,
+    drop_element,
+    rename_element,
+    nest_deeply,
+)

@@ -55,9 +55,18 @@ def doctype(rng, data):
 
 
 TEXTS = (
-    cut, cut_out, insert, insert, repeat_span, comment_out, quote, line_ends, encode, declare,
+    cut,
+    cut_out,
+    insert,
+    insert,
+    repeat_span,
+    comment_out,
+    quote,
+    line_ends,
+    encode,
+    declare,
     doctype,
-)  # fmt: skip
+)
 
 
 def drop_line(rng, data):
@@ -66,12 +75,25 @@ def drop_line(rng, data):
 
 
 def add_line(rng, data):
-    return data + rng.choice((
-        b"colour: red\n", b"name_mot: u\n", b"name_mot: [u1, nowhere]\n", b"rotule_name: q\n",
-        b"a: &a [*a]\n", b"type: !!python/name:os.system\n", b"---\n", b"type: 3d\n",
-        b"Lidmot: [0]\n", b"closed_loop: []\n", b"name_closedloop: x\n", b"? [a]\n",
-        b"joint_name: []\njoint_type: []\n", b"type: {a: b}\n", b"type: [3d]\n",
-    ))  # fmt: skip
+    return data + rng.choice(
+        (
+            b"colour: red\n",
+            b"name_mot: u\n",
+            b"name_mot: [u1, nowhere]\n",
+            b"rotule_name: q\n",
+            b"a: &a [*a]\n",
+            b"type: !!python/name:os.system\n",
+            b"---\n",
+            b"type: 3d\n",
+            b"Lidmot: [0]\n",
+            b"closed_loop: []\n",
+            b"name_closedloop: x\n",
+            b"? [a]\n",
+            b"joint_name: []\njoint_type: []\n",
+            b"type: {a: b}\n",
+            b"type: [3d]\n",
+        )
+    )
 
 
 def change_word(rng, data):

@@ -11,9 +11,15 @@ Tree = ElementTree.Element
 Change = Callable[[random.Random, Tree], None]
 
 KINDS = (
-    "fixed", "revolute", "continuous", "prismatic", "universal", "cylindrical", "planar",
+    "fixed",
+    "revolute",
+    "continuous",
+    "prismatic",
+    "universal",
+    "cylindrical",
+    "planar",
     "spherical",
-)  # fmt: skip
+)
 ODD_TYPES = ("floating", "ball", "Revolute", "screw", "", "revolute ", "gear", "1")
 NUMBERS = ("0", "-0", "1", "-1", "0.5", "1e-3", "25.4", "1e-9", "-2.5e2", "1.5708", "3.14159",
     "1.0471975511965976", "1e6", "1e-200", "1e29", "-1e30", "+.5", "7.", "0.1E+1")  # fmt: skip
@@ -21,10 +27,18 @@ ODD_NUMBERS = ("nan", "inf", "-inf", "1e999", "${x}", "$(arg x)", "2,5", "", "x"
     "1e31", "٣", "1d0", "--1", "pi/2", "1 kg", "NaN", "1e-400", "−1", "9" * 400)  # fmt: skip
 NAMES = ("", " ", "x", "base", "a b", "naïve", "连杆", "😀", "é", "é", "a/b", "j.0", "on", "1",
     "<", "&", "'", '"', "\u202e", "\u00a0", "n" * 300, "-1", "ground", "u1")  # fmt: skip
-FOREIGN = ("<limit lower='0' upper='x'/>", "<dynamics damping='0,1'/>", "<gazebo><a/></gazebo>",
-    "<visual><geometry><mesh filename='a'/></geometry></visual>", "<sensor name='s'/>",
-    "<transmission name='t'><joint name='j'/></transmission>", "<calibration rising='?'/>",
-    "<coupling name='c'/>", "<loop_joint name='k'/>", "<note>text</note>")  # fmt: skip
+FOREIGN = (
+    "<limit lower='0' upper='x'/>",
+    "<dynamics damping='0,1'/>",
+    "<gazebo><a/></gazebo>",
+    "<visual><geometry><mesh filename='a'/></geometry></visual>",
+    "<sensor name='s'/>",
+    "<transmission name='t'><joint name='j'/></transmission>",
+    "<calibration rising='?'/>",
+    "<coupling name='c'/>",
+    "<loop_joint name='k'/>",
+    "<note>text</note>",
+)
 
 
 def _some(rng: random.Random, tree: Tree, *tags: str) -> Tree | None:
@@ -48,11 +62,17 @@ def _part(rng: random.Random, tree: Tree) -> tuple[Tree, Tree]:
 def typo(rng: random.Random, word: str) -> str:
     """A word as fingers may write it."""
     i = rng.randrange(max(len(word) - 1, 1))
-    return rng.choice((
-        word[:i] + word[i + 1 :] or "x", word[:i] + word[i + 1 : i + 2] + word[i:], word + "s",
-        word[:i] + word[i : i + 1] + word[i:], word.upper(), word.capitalize(),
-        word[:i] + word[i + 1 : i + 2] + word[i : i + 1] + word[i + 2 :],
-    ))  # fmt: skip
+    return rng.choice(
+        (
+            word[:i] + word[i + 1 :] or "x",
+            word[:i] + word[i + 1 : i + 2] + word[i:],
+            word + "s",
+            word[:i] + word[i : i + 1] + word[i:],
+            word.upper(),
+            word.capitalize(),
+            word[:i] + word[i + 1 : i + 2] + word[i : i + 1] + word[i + 2 :],
+        )
+    )
 
 
 def drop_element(rng, tree):

@@ -70,8 +70,10 @@ def question(seed: int, folder: Path, uneven: bool = False) -> Question:
     keep = rng.sample(names, rng.choice((0, 0, 1, 1, 2)) % len(names))
     free = [name for name in names if name not in keep]
     bounded = rng.sample(free, rng.choice((0, 1, 1, 2, 3)) % (len(free) + 1))
-    masses = {name: mass * (10.0 ** rng.uniform(-4, 4) if uneven else 1.0)
-              for name, mass in _bodies(model)}  # fmt: skip
+    masses = {
+        name: mass * (10.0 ** rng.uniform(-4, 4) if uneven else 1.0)
+        for name, mass in _bodies(model)
+    }
     bounds = {b: _range(rng, masses[b]) for b in bounded}
     within = rng.choice((None, 0.6, 1.0, 1.5, 1.5, 3.0))
     return Question(model, balance, tuple(keep), bounds, within)
@@ -292,8 +294,10 @@ def main() -> int:
         if wrong:
             print(f"seed {seed}: {one}: {wrong}", flush=True)
     failed = sum(count for end, count in counts.items() if end.endswith("wrong"))
-    print(f"{cases.cases} questions from seed {cases.seed} in "
-          f"{time.perf_counter() - begin:.0f} s, {failed} wrong")  # fmt: skip
+    print(
+        f"{cases.cases} questions from seed {cases.seed} in "
+        f"{time.perf_counter() - begin:.0f} s, {failed} wrong"
+    )
     print("  ".join(f"{name} ×{count}" for name, count in sorted(counts.items())))
     return 1 if failed else 0
 

@@ -45,8 +45,16 @@ LEVELS = ("estimated", "verified", "proved")
 LIMIT = 600.0
 FLEX = ("flex simulate", "flex modes", "flex simulate", "flex supports", "flex similar")
 # Models that take long are asked seldom.
-LARGE = ("delta", "stewart_6ups", "three_rsr", "three_rsr_rational", "four_bar_chain",
-         "four_rrr_parallel", "eight_bar", "scissor_three_stage")  # fmt: skip
+LARGE = (
+    "delta",
+    "stewart_6ups",
+    "three_rsr",
+    "three_rsr_rational",
+    "four_bar_chain",
+    "four_rrr_parallel",
+    "eight_bar",
+    "scissor_three_stage",
+)
 
 
 @cache
@@ -131,8 +139,9 @@ def consistent(words: list[str], found: dict[str, Any]) -> None:
             return
         assert (found["verdict"] == "feasible") == bool(found["bodies"])
         assert found["residuals"] is None or found["residuals"]["accepted"] is True
-        assert all(body["mass"] > 0.0 for body in found["bodies"] if
-                   body["name"] not in found["keep"])  # fmt: skip
+        assert all(
+            body["mass"] > 0.0 for body in found["bodies"] if body["name"] not in found["keep"]
+        )
     elif words[0] == "verify" and "undisturbed" in found:
         assert found["undisturbed"] in (None, found["residual"] <= found["tolerance"])
     elif words[0] == "verify" and found["balanced"] is not None:
@@ -141,13 +150,18 @@ def consistent(words: list[str], found: dict[str, Any]) -> None:
         assert (largest <= found["tolerance"]) == found["balanced"]
     elif words[0] == "motion":
         assert found["reached"] == (meant(words, found) == 0)
-        assert all((pose["corrected"] is None) == (pose["reason"] is not None)
-                   for pose in found["poses"])  # fmt: skip
+        assert all(
+            (pose["corrected"] is None) == (pose["reason"] is not None)
+            for pose in found["poses"]
+        )
     elif words[0] == "quiet":
         assert found["words"].startswith(found["verdict"])
         assert (found["exceeded"] is None) == (meant(words, found) == 0)
-        kept = [law["figures"]["value"] for law in found["laws"]
-                if law["exceeded"] is None and law["figures"]]  # fmt: skip
+        kept = [
+            law["figures"]["value"]
+            for law in found["laws"]
+            if law["exceeded"] is None and law["figures"]
+        ]
         least = min(kept, default=math.inf)
         assert found["exceeded"] or found["frequencies"] or found["after"]["value"] <= least
     elif words[0] == "report":
@@ -188,9 +202,21 @@ def check(words: list[str], done: Outcome) -> str:
 def request(seed: int, folder: Path) -> list[str]:
     """The words of one request; everything follows from the seed."""
     rng = random.Random(seed)
-    verb = rng.choice(("report", "report", "verify", "design", "counterweights", "reduce",
-                       "motion", "motion", "remedies", "paths",
-                       *["models"] * (rng.random() < 0.1)))  # fmt: skip
+    verb = rng.choice(
+        (
+            "report",
+            "report",
+            "verify",
+            "design",
+            "counterweights",
+            "reduce",
+            "motion",
+            "motion",
+            "remedies",
+            "paths",
+            *["models"] * (rng.random() < 0.1),
+        )
+    )
     # Chosen by the seed, so that the other requests stay as they were.
     verb = "synthesize" if seed % 13 == 5 else verb
     verb = FLEX[seed // 17 % len(FLEX)] if seed % 17 == 3 else verb
@@ -293,12 +319,13 @@ def run_from_command_line(
 def main() -> int:
     """Run cases from the command line."""
     return run_from_command_line(
-        __doc__, 500,
+        __doc__,
+        500,
         lambda seeds: (
             (seed, end, wrong and f"balance {shlex.join(words)!r}\n  {wrong}")
             for seed, words, end, wrong in run(seeds)
         ),
-    )  # fmt: skip
+    )
 
 
 if __name__ == "__main__":

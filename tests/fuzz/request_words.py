@@ -27,8 +27,20 @@ NUMBERS = (
     "12345"
 ).split()
 ODD = (
-    "", " ", "=", ",", "a=b=c", "ключ", "ghost", "l\u0000x", "\udcff", "x\ny", "🙂", "--", "*",
-)  # fmt: skip
+    "",
+    " ",
+    "=",
+    ",",
+    "a=b=c",
+    "ключ",
+    "ghost",
+    "l\u0000x",
+    "\udcff",
+    "x\ny",
+    "🙂",
+    "--",
+    "*",
+)
 FILES = ("page", "out", "page.html", "a b.urdf", "ä.svg", "p.PNG", "no/such/folder/x.svg")
 
 
@@ -103,11 +115,21 @@ def _relation(rng: random.Random, place: Place) -> str:
 def _requirement(rng: random.Random, place: Place) -> str:
     name = _one(rng, place.names.inputs, 0.05)
     kinds = (
-        "force", "gravity", "force x,y", "moment about 0,0,{n}", "moment about com",
-        "dynamic at {a}={n}", "dynamic along {b}", "dynamic along {a}={a}**2", "force;gravity",
-        "dynamic up to order 1 about {a}={n}", "dynamic {n}", "moment along {a}", ";",
+        "force",
+        "gravity",
+        "force x,y",
+        "moment about 0,0,{n}",
+        "moment about com",
+        "dynamic at {a}={n}",
+        "dynamic along {b}",
+        "dynamic along {a}={a}**2",
+        "force;gravity",
+        "dynamic up to order 1 about {a}={n}",
+        "dynamic {n}",
+        "moment along {a}",
+        ";",
         "decoupled",
-    )  # fmt: skip
+    )
     return rng.choice(kinds).format(a=name, b=_relation(rng, place), n=_number(rng))
 
 
@@ -125,9 +147,15 @@ def _density(rng: random.Random, place: Place) -> str:
 def _region(rng: random.Random, place: Place) -> str:
     """A region of a link, good or bad."""
     kinds = (
-        "ball({0},{1},{2},{3})", "box({0}:{1},{2}:{3},{4}:{5})", "ellipsoid({0},{1},0,{3},1,1)",
-        "cylinder(0,0,0,{0},{1},1,{2},{3})", "collision", "ball({0})", "cube(1)", "",
-    )  # fmt: skip
+        "ball({0},{1},{2},{3})",
+        "box({0}:{1},{2}:{3},{4}:{5})",
+        "ellipsoid({0},{1},0,{3},1,1)",
+        "cylinder(0,0,0,{0},{1},1,{2},{3})",
+        "collision",
+        "ball({0})",
+        "cube(1)",
+        "",
+    )
     numbers = [_number(rng, 0.05) for _ in range(6)]
     return f"{_one(rng, place.names.links, 0.05)}={rng.choice(kinds).format(*numbers)}"
 
@@ -136,10 +164,15 @@ def _spring(rng: random.Random, place: Place) -> str:
     """A spring between two links, good or bad."""
     first, second = (_one(rng, ("base", *place.names.links), 0.05) for _ in range(2))
     kinds = (
-        "{a},{b}", "{a}@0,0,{0} {b}@{1},{2},0", "{a}@0:{0},0,0 {b}",
-        "{a}@{0},0,0 {b}@0,{1},0 k={2}", "{a}@0,0 {b}", "{a} {b} k=",
-        "{a}@0:1,0,0 {b}@0:1,0,0", "",
-    )  # fmt: skip
+        "{a},{b}",
+        "{a}@0,0,{0} {b}@{1},{2},0",
+        "{a}@0:{0},0,0 {b}",
+        "{a}@{0},0,0 {b}@0,{1},0 k={2}",
+        "{a}@0,0 {b}",
+        "{a} {b} k=",
+        "{a}@0:1,0,0 {b}@0:1,0,0",
+        "",
+    )
     numbers = [_number(rng, 0.05) for _ in range(3)]
     return rng.choice(kinds).format(*numbers, a=first, b=second)
 
@@ -195,8 +228,10 @@ def _loads(rng: random.Random, place: Place) -> str:
     if rng.random() < 0.1:
         names[-1] = _one(rng, ("ghost", "fx [Nm]", "fx", ""))
     step = rng.choice((0.002, 0.002, 0.002, 0.0, 1.0))
-    rows = [[f"{k * step:.6g}", *(f"{rng.gauss(0.0, 1.0):.4f}" for _ in names[1:])]
-            for k in range(rng.choice((0, 5, 40, 40, 40)))]  # fmt: skip
+    rows = [
+        [f"{k * step:.6g}", *(f"{rng.gauss(0.0, 1.0):.4f}" for _ in names[1:])]
+        for k in range(rng.choice((0, 5, 40, 40, 40)))
+    ]
     if rows and rng.random() < 0.15:
         rng.choice(rows)[-1] = rng.choice((*NUMBERS, *ODD[:4]))
     text = "\n".join(",".join(row) for row in (names, *rows))
@@ -233,8 +268,10 @@ def _directions(rng: random.Random, place: Place) -> str:
 
 def _positions(rng: random.Random, place: Place) -> str:
     """Positions of a tool, mostly two."""
-    rows = [",".join([_number(rng, 0.02), _number(rng, 0.02), f"{rng.uniform(-90, 90):.4g}"])
-            for _ in range(rng.choice((1, 2, 2, 2, 2, 3)))]  # fmt: skip
+    rows = [
+        ",".join([_number(rng, 0.02), _number(rng, 0.02), f"{rng.uniform(-90, 90):.4g}"])
+        for _ in range(rng.choice((1, 2, 2, 2, 2, 3)))
+    ]
     return "; ".join(rows) if rng.random() < 0.95 else rng.choice(ODD)
 
 
@@ -254,17 +291,40 @@ def _masses(rng: random.Random, place: Place) -> str:
 
 def _bends(rng: random.Random) -> str:
     """How a link bends, good or bad."""
-    return rng.choice((
-        "EI:5,rhoA:1", "EI:0.1,rhoA:0.1", "EI:50,rhoA:1,supports:2", "EI:1,rhoA:1,length:3",
-        "rect(0.02,0.01),aluminium", "EI:-1,rhoA:1", "EI:nan,rhoA:1", "EI:1", "rect(1)", "",
-        "EI:1,rhoA:1,supports:3", "rect(0.1,0.1),wood", "EI:1,rhoA:0", "EI:9,rhoA:1,length:0.1",
-    ))  # fmt: skip
+    return rng.choice(
+        (
+            "EI:5,rhoA:1",
+            "EI:0.1,rhoA:0.1",
+            "EI:50,rhoA:1,supports:2",
+            "EI:1,rhoA:1,length:3",
+            "rect(0.02,0.01),aluminium",
+            "EI:-1,rhoA:1",
+            "EI:nan,rhoA:1",
+            "EI:1",
+            "rect(1)",
+            "",
+            "EI:1,rhoA:1,supports:3",
+            "rect(0.1,0.1),wood",
+            "EI:1,rhoA:0",
+            "EI:9,rhoA:1,length:0.1",
+        )
+    )
 
 
 def _drive(rng: random.Random) -> str:
     """The motion or moment of an input, good or bad."""
-    return rng.choice(("spin:1,0.1", "speed:1", "moment:0.1,0.1", "spin:1", "spin:1,0", "turn",
-                       "speed:nan", "moment:1,-1"))  # fmt: skip
+    return rng.choice(
+        (
+            "spin:1,0.1",
+            "speed:1",
+            "moment:0.1,0.1",
+            "spin:1",
+            "spin:1,0",
+            "turn",
+            "speed:nan",
+            "moment:1,-1",
+        )
+    )
 
 
 def _of(*known: str) -> Maker:

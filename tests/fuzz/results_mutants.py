@@ -78,9 +78,11 @@ def _cell_value(rng: random.Random) -> Any:
         return str(value)
     if isinstance(value, str) and rng.random() < 0.2:
         return value.encode()
-    return value if isinstance(value, int | float | str) or value is None else json.dumps(
-        value, default=str
-    )  # fmt: skip
+    return (
+        value
+        if isinstance(value, int | float | str) or value is None
+        else json.dumps(value, default=str)
+    )
 
 
 def _columns_of(connection: sqlite3.Connection, table: str) -> list[str]:
@@ -128,13 +130,18 @@ def change_table(rng: random.Random, connection: sqlite3.Connection) -> str:
     """Drop or rename a table or a column, or add one."""
     table = rng.choice(TABLES)
     column = rng.choice(_columns_of(connection, table))
-    statement = rng.choice((
-        "DROP TABLE {table}", "ALTER TABLE {table} RENAME TO other",
-        'ALTER TABLE {table} DROP COLUMN "{column}"',
-        'ALTER TABLE {table} RENAME COLUMN "{column}" TO other',
-        "ALTER TABLE {table} ADD COLUMN other", "DELETE FROM {table}",
-        "CREATE TABLE other (x)", "CREATE VIEW other AS SELECT * FROM {table}",
-    )).format(table=table, column=column)  # fmt: skip
+    statement = rng.choice(
+        (
+            "DROP TABLE {table}",
+            "ALTER TABLE {table} RENAME TO other",
+            'ALTER TABLE {table} DROP COLUMN "{column}"',
+            'ALTER TABLE {table} RENAME COLUMN "{column}" TO other',
+            "ALTER TABLE {table} ADD COLUMN other",
+            "DELETE FROM {table}",
+            "CREATE TABLE other (x)",
+            "CREATE VIEW other AS SELECT * FROM {table}",
+        )
+    ).format(table=table, column=column)
     connection.execute(statement)
     return statement
 
@@ -163,6 +170,13 @@ def change_header(rng: random.Random, connection: sqlite3.Connection) -> str:
 
 
 DAMAGES = (
-    change_cell, change_cell, change_cell, change_json, change_json, change_json, change_table,
-    change_rows, change_header,
-)  # fmt: skip
+    change_cell,
+    change_cell,
+    change_cell,
+    change_json,
+    change_json,
+    change_json,
+    change_table,
+    change_rows,
+    change_header,
+)

@@ -16,16 +16,41 @@ from tests.support.sdf_text import STYLES, sdf_of
 
 TEXTS = ("pose", "xyz", "mass", "ixx", "multiplier", "offset", "screw_thread_pitch")
 REFERENCES = ("relative_to", "expressed_in", "attached_to")
-KINDS = ("revolute", "continuous", "prismatic", "fixed", "ball", "universal", "screw",
-         "revolute2", "gearbox", "Revolute", "")  # fmt: skip
-FOREIGN = ("<model name='n'/>", "<include><uri>model://x</uri></include>", "<gripper/>",
-    "<plugin filename='libmimic.so'/>", "<static>true</static>", "<static>x</static>",
-    "<frame name='f' attached_to='f'/>", "<pose>1 2</pose>",
+KINDS = (
+    "revolute",
+    "continuous",
+    "prismatic",
+    "fixed",
+    "ball",
+    "universal",
+    "screw",
+    "revolute2",
+    "gearbox",
+    "Revolute",
+    "",
+)
+FOREIGN = (
+    "<model name='n'/>",
+    "<include><uri>model://x</uri></include>",
+    "<gripper/>",
+    "<plugin filename='libmimic.so'/>",
+    "<static>true</static>",
+    "<static>x</static>",
+    "<frame name='f' attached_to='f'/>",
+    "<pose>1 2</pose>",
     "<pose degrees='1'>0 0 0 90 0 0</pose>",
-    "<thread_pitch>0</thread_pitch>", "<axis2><xyz>0 1 0</xyz></axis2>", "<inertial/>",
-    "<inertial auto='true'/>", "<a><link name='hidden'/></a>", "<mimic joint='x'/>",
-    "<use_parent_model_frame>true</use_parent_model_frame>", "<limit><lower>x</lower></limit>",
-    "<frame name='world'/>", "<link name='world'/>", "<frame name='__model__'/>")  # fmt: skip
+    "<thread_pitch>0</thread_pitch>",
+    "<axis2><xyz>0 1 0</xyz></axis2>",
+    "<inertial/>",
+    "<inertial auto='true'/>",
+    "<a><link name='hidden'/></a>",
+    "<mimic joint='x'/>",
+    "<use_parent_model_frame>true</use_parent_model_frame>",
+    "<limit><lower>x</lower></limit>",
+    "<frame name='world'/>",
+    "<link name='world'/>",
+    "<frame name='__model__'/>",
+)
 
 
 @cache

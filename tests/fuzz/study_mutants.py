@@ -100,7 +100,7 @@ def random_topology(rng: random.Random) -> str:
                 "0-1",
                 "space: S0-1 1-2",
                 f"0-1 1-{'9' * 5000}",
-            )  # fmt: skip
+            )
         )
     if rng.random() < 0.4:
         name = rng.choice(list(TOPOLOGIES))
@@ -114,9 +114,22 @@ def random_topology(rng: random.Random) -> str:
         space = rng.choice(("plane", "plane", "plane", "sphere", "space", "hyper"))
     if pairs and rng.random() < 0.4:
         k = rng.randrange(len(pairs))
-        pairs[k] = rng.choice((pairs[0], "", "0-1", "P0-1", "0-99", "x", "1-", "R1-1", "٣-1",
-                               f"U{pairs[k][1:]}", f"P{pairs[k].lstrip('RPUS')}",
-                               f"0-{10**25}"))  # fmt: skip
+        pairs[k] = rng.choice(
+            (
+                pairs[0],
+                "",
+                "0-1",
+                "P0-1",
+                "0-99",
+                "x",
+                "1-",
+                "R1-1",
+                "٣-1",
+                f"U{pairs[k][1:]}",
+                f"P{pairs[k].lstrip('RPUS')}",
+                f"0-{10**25}",
+            )
+        )
     return " ".join(
         [*([f"{space}:"] if space != "plane" or rng.random() < 0.1 else []), *pairs]
     )

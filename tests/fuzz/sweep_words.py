@@ -50,8 +50,15 @@ def sweep_words(rng: random.Random, folder: Path, odd: Sequence[str]) -> list[st
     """A study, and a request for it or for a file of results that may not be there."""
     study, file = folder / rng.choice(("study.toml", "ä b.toml")), folder / "study.db"
     end = rng.choice(("0.9", "1.2", "nan", "-1", "1e400"))
-    ranges = rng.choice((f'"0.8:{end}:{rng.choice((1, 3, 0, 10**13))}"', "[0.8, 0.9]",
-                         "{uniform = [0.8, 1]}", f"[{end}]", '"x"'))  # fmt: skip
+    ranges = rng.choice(
+        (
+            f'"0.8:{end}:{rng.choice((1, 3, 0, 10**13))}"',
+            "[0.8, 0.9]",
+            "{uniform = [0.8, 1]}",
+            f"[{end}]",
+            '"x"',
+        )
+    )
     path = rng.choice(("rocker.length", "q4.origin.x", "ghost.length", "coupler.length"))
     lines = ["[model]", 'file = "four_bar_kite"', "[parameters]", f'"{path}" = {ranges}']
     lines += ["[sampling]", "count = 3"] * ("uniform" in ranges)
@@ -62,9 +69,16 @@ def sweep_words(rng: random.Random, folder: Path, odd: Sequence[str]) -> list[st
     run += ["--resume"] * (rng.random() < 0.5)
     column = rng.choice(("rank", "row", "reason", path, "ghost", ""))
     show = ["show", str(rng.choice((file, study, folder)))]
-    show += rng.choice(([], ["--sort", column], ["--descending"], ["--count", "x"],
-                        ["--plot", f"{column},rank", "--out", str(folder / "a.svg")],
-                        ["--html", str(folder / "page.html")]))  # fmt: skip
+    show += rng.choice(
+        (
+            [],
+            ["--sort", column],
+            ["--descending"],
+            ["--count", "x"],
+            ["--plot", f"{column},rank", "--out", str(folder / "a.svg")],
+            ["--html", str(folder / "page.html")],
+        )
+    )
     out = folder / rng.choice(("a.csv", "a.parquet", "a.xls", "no/a.csv"))
     words = rng.choice((run, run, show, ["export", str(file), "--out", str(out)]))
     if words is not run and rng.random() < 0.5:

@@ -28,11 +28,18 @@ from tests.independent.checker_form import CHAIN, PIVOT, TRANSFER
 from tests.support.proofs import accepted, proof_of, sealed
 
 MODELS = (
-    ("four_bar_general", "dynamic"), ("slider_crank", "force"), ("rusr", "dynamic"),
-    ("five_bar", "dynamic"), ("four_bar_spherical", "dynamic"), ("hprs", "force"),
-    ("three_rrr", "dynamic"), ("six_bar_watt", "dynamic"), ("three_rsr_rational", "force"),
-    ("eight_bar", "dynamic"), ("four_rrr_parallel", "dynamic"),
-)  # fmt: skip
+    ("four_bar_general", "dynamic"),
+    ("slider_crank", "force"),
+    ("rusr", "dynamic"),
+    ("five_bar", "dynamic"),
+    ("four_bar_spherical", "dynamic"),
+    ("hprs", "force"),
+    ("three_rrr", "dynamic"),
+    ("six_bar_watt", "dynamic"),
+    ("three_rsr_rational", "force"),
+    ("eight_bar", "dynamic"),
+    ("four_rrr_parallel", "dynamic"),
+)
 # Never a whole number, or never one that may be there.
 NO_WHOLE = (None, True, 1.0, "1", [1], {}, -1000, 2**40)
 NO_TEXT = (

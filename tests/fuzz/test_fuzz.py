@@ -82,10 +82,14 @@ def test_the_comparison_sees_a_difference(case):
 @pytest.mark.parametrize(
     ("old", "new"),
     [
-        ("<axis ", "<Axis "), ("<origin ", "<orgin "), ("xyz=", "xzy="),
-        ("<loop ", "<lop "), ("</robot>", "<joint/></robot>"), ("<robot", "<robots"),
+        ("<axis ", "<Axis "),
+        ("<origin ", "<orgin "),
+        ("xyz=", "xzy="),
+        ("<loop ", "<lop "),
+        ("</robot>", "<joint/></robot>"),
+        ("<robot", "<robots"),
     ],
-)  # fmt: skip
+)
 def test_the_second_reader_is_strict(old, new):
     text = gallery()["bennett"].read_text(encoding="utf-8")
     assert old in text

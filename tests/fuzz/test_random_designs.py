@@ -28,8 +28,9 @@ INERTIAL = (
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("seeds", "uneven"), [(range(40_000, 40_030), False),
-                                               (range(50_000, 50_010), True)])  # fmt: skip
+@pytest.mark.parametrize(
+    ("seeds", "uneven"), [(range(40_000, 40_030), False), (range(50_000, 50_010), True)]
+)
 def test_random_designs(seeds, uneven):
     """A sample of ``python -m tests.fuzz.random_designs --cases 1500``."""
     ends = set()
@@ -78,8 +79,12 @@ def test_the_check_of_designs_can_fail():
 
 def sliding_loop(folder):
     """A planar linkage with a body on a slide whose force nothing can balance."""
-    bodies = [("L1", "-0.066 -0.188 -0.165", 1.072), ("L2", "0.159 -0.025 -0.076", 0.652),
-              ("L3", "0.299 0.180 0", 0.643), ("L4", "0.224 -0.259 0", 1.602)]  # fmt: skip
+    bodies = [
+        ("L1", "-0.066 -0.188 -0.165", 1.072),
+        ("L2", "0.159 -0.025 -0.076", 0.652),
+        ("L3", "0.299 0.180 0", 0.643),
+        ("L4", "0.224 -0.259 0", 1.602),
+    ]
     links = "".join(
         f'<link name="{name}">{INERTIAL.format(com, mass)}</link>' for name, com, mass in bodies
     )
@@ -91,7 +96,7 @@ def sliding_loop(folder):
             ("j4", "continuous", "base", "L3", (0.26, 1.68, 0), (0, 0, 1)),
             ("j5", "prismatic", "L2", "L4", (-4.97, -0.04, 0), (1, 0, 0)),
         )
-    )  # fmt: skip
+    )
     loop = (
         '<loop name="loop1" type="revolute"><predecessor link="L2"><origin xyz="-2.5 0 0"/>'
         '</predecessor><successor link="L3"><origin xyz="-0.26 -1.68 0"/></successor>'
@@ -103,10 +108,17 @@ def sliding_loop(folder):
     return path
 
 
-@pytest.mark.parametrize("bounds", [
-    {}, {"L3": (0.1, 2.0), "L4": (0.0, 1.0)}, {"L4": (0.0, np.inf)}, {"L4": (0.2, 1.0)},
-    {"L4": (0.3, 0.3)}, {"L4": (0.0, 1e-9)},
-])  # fmt: skip
+@pytest.mark.parametrize(
+    "bounds",
+    [
+        {},
+        {"L3": (0.1, 2.0), "L4": (0.0, 1.0)},
+        {"L4": (0.0, np.inf)},
+        {"L4": (0.2, 1.0)},
+        {"L4": (0.3, 0.3)},
+        {"L4": (0.0, 1e-9)},
+    ],
+)
 @pytest.mark.parametrize("keep", [(), ("L1",)])
 def test_a_bound_that_says_nothing_takes_nothing(keep, bounds, tmp_path):
     """The slide's body has no mass in any balanced distribution, whatever its bounds."""

@@ -42,10 +42,13 @@ def claims() -> dict[str, float]:
 
 
 @pytest.mark.bench
-@pytest.mark.parametrize("name", [
-    pytest.param(name, marks=OF_EXUDYN) if name == "flexible_four_bar_is_quick" else name
-    for name in runner.CLAIMS
-])  # fmt: skip
+@pytest.mark.parametrize(
+    "name",
+    [
+        pytest.param(name, marks=OF_EXUDYN) if name == "flexible_four_bar_is_quick" else name
+        for name in runner.CLAIMS
+    ],
+)
 def test_every_method_runs_for_its_first_parameters(name):
     """Those that take long run with ``ALL_CASES=1`` only."""
     left_out = []
@@ -199,8 +202,11 @@ def test_tables_in_markdown():
     """In a process of its own, as the documents have it."""
     done = subprocess.run(
         [sys.executable, "-m", "benchmarks", "--markdown", *RUN],
-        cwd=ROOT, capture_output=True, text=True, check=False,
-    )  # fmt: skip
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
     lines = done.stdout.splitlines()
     assert "### kernel_costs_less_than_a_qr" in lines and "| case | what | value |" in lines
     assert {line.count("|") for line in lines if line.startswith("|")} == {4}

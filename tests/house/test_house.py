@@ -38,13 +38,28 @@ FILE_LINES, FUNCTION_LINES = 500, 60
 
 # Slow to load, or not installed everywhere: only the functions that use them import them.
 LAZY = {
-    "clarabel", "distributed", "example_robot_data", "ezdxf", "manifold3d", "matplotlib",
-    "mujoco", "pinocchio", "pyarrow", "rich", "scipy", "trimesh", "yourdfpy",
-}  # fmt: skip
+    "clarabel",
+    "distributed",
+    "example_robot_data",
+    "ezdxf",
+    "manifold3d",
+    "matplotlib",
+    "mujoco",
+    "pinocchio",
+    "pyarrow",
+    "rich",
+    "scipy",
+    "trimesh",
+    "yourdfpy",
+}
 NOT_FOR_REPORT = (
-    "pinocchio", "trimesh", "matplotlib", "clarabel", "balance.motion.flexible",
+    "pinocchio",
+    "trimesh",
+    "matplotlib",
+    "clarabel",
+    "balance.motion.flexible",
     "balance.motion.quiet",
-)  # fmt: skip
+)
 
 
 def functions(path: Path) -> Iterator[ast.FunctionDef | ast.AsyncFunctionDef]:
@@ -186,10 +201,11 @@ def test_numba_is_behind_two_modules():
 @pytest.mark.slow
 def test_only_the_command_line_speaks():
     allowed = {
-        "balance/app/cli/main.py": True, "balance/__main__.py": "SystemExit",
+        "balance/app/cli/main.py": True,
+        "balance/__main__.py": "SystemExit",
         # A worker whose parent has ended, amid its work.
         "balance/studies/runs/parent_process.py": "os._exit(1)",
-    }  # fmt: skip
+    }
     wrong = [
         f"{label(path)}:{node.lineno}: {ast.unparse(node)}"
         for path in PRODUCT

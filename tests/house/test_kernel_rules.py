@@ -20,10 +20,22 @@ from tests.support.source_files import PRODUCT, ROOT, tree
 NUMBA = ROOT / "kinematics" / "numerics" / "compiled" / "numba_compiler.py"
 # Private names that Numba has for the cache, the compiler and the types of its objects.
 KNOWN = {
-    "_cache", "_cache_file", "_cache_path", "_compile_for_args", "_compiler", "_data_name",
-    "_impl", "_insert", "_load_data", "_nrt", "_numba_type_", "_rebuild", "_reduce",
-    "_save_data", "_source_stamp",
-}  # fmt: skip
+    "_cache",
+    "_cache_file",
+    "_cache_path",
+    "_compile_for_args",
+    "_compiler",
+    "_data_name",
+    "_impl",
+    "_insert",
+    "_load_data",
+    "_nrt",
+    "_numba_type_",
+    "_rebuild",
+    "_reduce",
+    "_save_data",
+    "_source_stamp",
+}
 HEAD = "import numpy as np\nfrom kinematics.numerics.compiled.jit import kernel\n"
 # Kernels that are refused, and what the message says of them.
 REFUSED = {

@@ -20,9 +20,21 @@ def files_with_the_mark() -> list[Path]:
 
 def test_sweeps_and_searches_uncompiled():
     done = subprocess.run(
-        [sys.executable, "-m", "pytest", "-n", "0", "-m", "lanes", "--part",
-         *map(str, files_with_the_mark())],
-        cwd=ROOT, env=os.environ | {"BALANCE_COMPILE": "never"}, capture_output=True, text=True,
-    )  # fmt: skip
+        [
+            sys.executable,
+            "-m",
+            "pytest",
+            "-n",
+            "0",
+            "-m",
+            "lanes",
+            "--part",
+            *map(str, files_with_the_mark()),
+        ],
+        cwd=ROOT,
+        env=os.environ | {"BALANCE_COMPILE": "never"},
+        capture_output=True,
+        text=True,
+    )
     assert done.returncode == 0, done.stdout[-4000:]
     assert int(re.search(r"(\d+) passed", done.stdout)[1]) > 50

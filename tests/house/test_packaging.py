@@ -293,9 +293,12 @@ def test_text_is_read_in_one_encoding():
 def test_the_wheel_holds_what_it_needs_and_no_more(tmp_path):
     code = "import sys; from hatchling.build import build_wheel; build_wheel(sys.argv[1])"
     done = subprocess.run(
-        [sys.executable, "-c", code, str(tmp_path)], cwd=ROOT, capture_output=True, text=True,
+        [sys.executable, "-c", code, str(tmp_path)],
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
         check=False,
-    )  # fmt: skip
+    )
     assert done.returncode == 0, done.stderr
     [path] = tmp_path.glob("*.whl")
     with zipfile.ZipFile(path) as wheel:

@@ -44,10 +44,23 @@ def test_the_options_of_the_documents_are_those_of_the_commands(capsys):
     files = ([verb, k] for verb in ("sweep", "discover") for k in ("run", "show", "export"))
     files = [*files, ["discover", "walk"]]
     for verb in (
-        ["report"], ["verify"], ["identify"], ["design"], ["counterweights"], ["reduce"],
-        ["remedies"], ["springs"],
-        *flex, ["motion"], ["paths"], ["quiet"], *files, ["synthesize"], ["formulas"], [],
-    ):  # fmt: skip
+        ["report"],
+        ["verify"],
+        ["identify"],
+        ["design"],
+        ["counterweights"],
+        ["reduce"],
+        ["remedies"],
+        ["springs"],
+        *flex,
+        ["motion"],
+        ["paths"],
+        ["quiet"],
+        *files,
+        ["synthesize"],
+        ["formulas"],
+        [],
+    ):
         assert main([*verb, "--help"]) == 0
     known = set(re.findall(r"--[a-z][a-z-]*", capsys.readouterr().out))
     shown = set(re.findall(r"--[a-z][a-z-]*", section))

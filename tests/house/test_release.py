@@ -59,9 +59,12 @@ def test_archives_are_the_same_each_time(tmp_path):
     for name in ("first", "second"):  # copies have dates of their own
         copy = shutil.copytree(ROOT, tmp_path / name, ignore=PASSING, copy_function=shutil.copy)
         done = subprocess.run(
-            [sys.executable, "-c", BUILD, str(tmp_path / f"dist_{name}")], cwd=copy,
-            capture_output=True, text=True, check=False,
-        )  # fmt: skip
+            [sys.executable, "-c", BUILD, str(tmp_path / f"dist_{name}")],
+            cwd=copy,
+            capture_output=True,
+            text=True,
+            check=False,
+        )
         assert done.returncode == 0, done.stderr
         archives = sorted((tmp_path / f"dist_{name}").iterdir())
         hashes.append([(path.name, sha256(path.read_bytes()).digest()) for path in archives])

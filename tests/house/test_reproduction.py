@@ -188,9 +188,16 @@ def test_leg_by_leg_is_the_serial_space(tmp_path):
 
 @pytest.mark.parametrize(
     ("geometry", "rank"),
-    [(GENERAL, 10), (PAIR, 8), (CROSSED, 6), (SIDE_BY_SIDE, 6), ("four_rrr", 10),
-     ("four_rrr_pair", 8), ("four_rrr_parallel", 6)],
-)  # fmt: skip
+    [
+        (GENERAL, 10),
+        (PAIR, 8),
+        (CROSSED, 6),
+        (SIDE_BY_SIDE, 6),
+        ("four_rrr", 10),
+        ("four_rrr_pair", 8),
+        ("four_rrr_parallel", 6),
+    ],
+)
 def test_conditions_without_rotation_of_the_platform(geometry, rank, tmp_path):
     """[W] Figs. 5a and 5b, and geometries between: 10, 8 and 6 conditions."""
     named = isinstance(geometry, str)

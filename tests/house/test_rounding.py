@@ -50,8 +50,10 @@ def test_sums_of_products_keep_the_bound_of_their_error(name, seed):
     words = ("ij,jk->ik",) if name == "np.einsum" else ()
     change, plain = function(name)
     result = change(*words, a, b)
-    errors = [[abs(float(Fraction(x) - y)) for x, y in zip(*rows, strict=True)]
-              for rows in zip(result, exact_product(a, b), strict=True)]  # fmt: skip
+    errors = [
+        [abs(float(Fraction(x) - y)) for x, y in zip(*rows, strict=True)]
+        for rows in zip(result, exact_product(a, b), strict=True)
+    ]
     assert np.all(errors <= 9 * UNIT / 2 * (np.abs(a) @ np.abs(b)))
     assert np.any(result != plain(*words, a, b))
     assert np.array_equal(result, change(*words, a.copy(), b.copy()))

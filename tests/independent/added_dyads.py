@@ -61,7 +61,7 @@ def four_bar(a: complex, b: complex, d: complex) -> Linkage:
         ScrewJoint("u1", "base", "crank"),
         ScrewJoint("q2", "crank", "coupler", point=points[0]),
         ScrewJoint("q4", "base", "rocker", point=points[2]),
-    ]  # fmt: skip
+    ]
     loop = ScrewJoint("q3", "coupler", "rocker", point=points[1])
     return from_screws(joints, [loop], inputs=["u1"], name="four_bar")
 
@@ -147,8 +147,10 @@ def main(arguments: list[str] | None = None) -> Counter[str]:
         counts[member.words] += 1
         counts[member.certainty] += 1
         worst = max(worst, member.residual)
-        print(f"{case:4} {text}  {member.words}, {member.residual:.1e}, {member.certainty}",
-              flush=True)  # fmt: skip
+        print(
+            f"{case:4} {text}  {member.words}, {member.residual:.1e}, {member.certainty}",
+            flush=True,
+        )
         if options.out is not None:
             (options.out / f"four_bar_{case:03}.urdf").write_bytes(member.urdf)
     print(dict(counts), f"worst residual {worst:.1e}, {time.time() - start:.0f} s")

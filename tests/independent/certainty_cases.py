@@ -72,9 +72,13 @@ def _rounded(rng, linkage: Linkage, digits: int, oblique: bool, *others: Linkage
     text = turned_text(linkage, rng, digits, oblique, frames)
     plane = "any plane" if oblique else "given plane"
     return Case(
-        text, linkage.options, (linkage, *others), f"{digits} digits, {frames}, {plane}",
-        digits >= FEWEST, rounded=True,
-    )  # fmt: skip
+        text,
+        linkage.options,
+        (linkage, *others),
+        f"{digits} digits, {frames}, {plane}",
+        digits >= FEWEST,
+        rounded=True,
+    )
 
 
 def _six_bar(rng) -> tuple[Joint, ...]:
@@ -127,10 +131,15 @@ def _turned(rng) -> Case:
         found = Linkage(spatial.general(rng)[0], spatial=True)
     elif kind == 3:
         joints = [
-            Joint(str(rng.choice(["R", "P"], p=[0.8, 0.2])), k, k + 1, spatial._point(rng),
-                  spatial._axis(rng))
+            Joint(
+                str(rng.choice(["R", "P"], p=[0.8, 0.2])),
+                k,
+                k + 1,
+                spatial._point(rng),
+                spatial._axis(rng),
+            )
             for k in range(int(rng.integers(2, 6)))
-        ]  # fmt: skip
+        ]
         found = Linkage(tuple(joints), spatial=True)
     else:
         found = related(rng)
@@ -165,8 +174,10 @@ def _coupled(rng) -> Case:
 HARD: dict[str, Callable] = {
     "related": lambda rng: _exact(related(rng)),
     "yokes": lambda rng: _exact(yokes(rng), orders=ORDERS_OF_YOKES),
-    "turned": _turned, "oblique": _oblique, "coupled": _coupled,
-}  # fmt: skip
+    "turned": _turned,
+    "oblique": _oblique,
+    "coupled": _coupled,
+}
 
 FAMILIES = (*HARD, *ORDINARY)
 

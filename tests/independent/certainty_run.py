@@ -33,9 +33,20 @@ from tests.support.time_limit import time_limit
 # Seconds on the clock after which a case hangs, on a machine that others use too.
 LIMIT = 1800
 COLUMNS = (
-    "cases", "regular", "right", "proved", "verified", "share", "sure, wrong",
-    "exit 0, wrong", "exit 4, wrong", "exit 4", "refused", "crash", "s",
-)  # fmt: skip
+    "cases",
+    "regular",
+    "right",
+    "proved",
+    "verified",
+    "share",
+    "sure, wrong",
+    "exit 0, wrong",
+    "exit 4, wrong",
+    "exit 4",
+    "refused",
+    "crash",
+    "s",
+)
 # Outcomes, the best first: a file with two readings is judged by the better.
 OUTCOMES = ("right", "moved", "irregular", "open", "refused", "shaky", "wrong", "crash")
 
@@ -58,10 +69,15 @@ def judge_case(family: str, seed: int, folder: Path) -> dict:
         outcome, detail = _judged(case, answer, seed + 1, 3)
     level = level_of(answer)
     return {
-        "family": family, "seed": seed, "outcome": outcome, "level": level,
-        "code": answer.code, "note": case.note, "detail": detail,
+        "family": family,
+        "seed": seed,
+        "outcome": outcome,
+        "level": level,
+        "code": answer.code,
+        "note": case.note,
+        "detail": detail,
         "seconds": [round(middle - begin, 3), round(time.process_time() - middle, 3)],
-    }  # fmt: skip
+    }
 
 
 def _judged(case: Case, answer: Answer, seed: int, effort: int) -> tuple[str, str]:
@@ -84,14 +100,21 @@ def _counted(line: dict) -> Counter:
     outcome, level, code = line["outcome"], line["level"], line["code"]
     wrong = outcome in ("wrong", "shaky")
     sure = wrong and level in SURE
-    return Counter({
-        "cases": 1, "s": sum(line["seconds"]), "exit 4": code == 4,
-        "regular": outcome in ("right", "moved", "wrong", "refused"),
-        "right": outcome in ("right", "moved"), "refused": outcome == "refused",
-        level: outcome in ("right", "moved") and level in SURE,
-        "sure, wrong": sure, "exit 0, wrong": wrong and not sure and code == 0,
-        "exit 4, wrong": wrong and not sure and code == 4, "crash": outcome == "crash",
-    })  # fmt: skip
+    return Counter(
+        {
+            "cases": 1,
+            "s": sum(line["seconds"]),
+            "exit 4": code == 4,
+            "regular": outcome in ("right", "moved", "wrong", "refused"),
+            "right": outcome in ("right", "moved"),
+            "refused": outcome == "refused",
+            level: outcome in ("right", "moved") and level in SURE,
+            "sure, wrong": sure,
+            "exit 0, wrong": wrong and not sure and code == 0,
+            "exit 4, wrong": wrong and not sure and code == 4,
+            "crash": outcome == "crash",
+        }
+    )
 
 
 def table(lines: Iterable[dict]) -> list[str]:
@@ -129,9 +152,10 @@ def _fails(line: dict) -> bool:
 def _reasons(lines: list[dict]) -> list[str]:
     """Why answers are neither proved nor verified, the most frequent reasons first."""
     counts = Counter(
-        (x["family"], x["outcome"], x["code"], x["detail"][:120]) for x in lines
+        (x["family"], x["outcome"], x["code"], x["detail"][:120])
+        for x in lines
         if x["level"] not in SURE and x["outcome"] not in ("irregular", "open")
-    )  # fmt: skip
+    )
     return [f"{n:5} {' '.join(map(str, key))}" for key, n in counts.most_common(20)]
 
 
@@ -149,9 +173,10 @@ def main(words: list[str] | None = None) -> int:
         lines = [json.loads(x) for x in options.table.read_text().splitlines()]
     done = {(line["family"], line["seed"]) for line in lines}
     wanted = [
-        (family, seed) for seed in range(options.seed, options.seed + options.count)
+        (family, seed)
+        for seed in range(options.seed, options.seed + options.count)
         for family in options.family
-    ]  # fmt: skip
+    ]
     begin, last = time.perf_counter(), 0.0
     with tempfile.TemporaryDirectory() as folder:
         for n, (family, seed) in enumerate(wanted, 1):

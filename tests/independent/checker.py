@@ -235,11 +235,12 @@ def closed(twists, by):
     """A basis of the smallest span that contains twists, and its brackets with others."""
     span = list(echelon(twists).values())
     more = [
-        np.concatenate([
-            np.cross(s[:3], t[:3]), np.cross(s[:3], t[3:]) + np.cross(s[3:], t[:3])
-        ])
-        for s in by for t in span
-    ]  # fmt: skip
+        np.concatenate(
+            [np.cross(s[:3], t[:3]), np.cross(s[:3], t[3:]) + np.cross(s[3:], t[:3])]
+        )
+        for s in by
+        for t in span
+    ]
     wider = echelon([*span, *more]).values()
     return closed(wider, by) if len(wider) > len(span) else span
 

@@ -90,9 +90,12 @@ def _chain(chain):
     need(_list(chain["columns"], "columns"), "columns", "not one per joint")
     width = len(_list(chain["columns"][0], "columns"))
     shapes = {
-        "screws": (joints, 6), "columns": (joints, width), "mimics": (None, joints),
-        "rows": (None, 6), "parameters": (None, 10),
-    }  # fmt: skip
+        "screws": (joints, 6),
+        "columns": (joints, width),
+        "mimics": (None, joints),
+        "rows": (None, 6),
+        "parameters": (None, 10),
+    }
     for name, (count, length) in shapes.items():
         for row in _list(chain[name], name, count):
             _rationals(row, length, name)

@@ -41,9 +41,11 @@ def random_region(rng: random.Random, scale: float = 1.0) -> str:
     x, y, z = (round(rng.uniform(-0.6, 0.6), 3) for _ in range(3))
     a, b, c = (round(scale * rng.uniform(0.1, 0.8), 3) for _ in range(3))
     u, v, w = (round(rng.uniform(-1.0, 1.0), 3) for _ in range(3))
-    return rng.choice((
-        f"ball({x},{y},{z},{a})",
-        f"box({x - a}:{x + a},{y - b}:{y + b},{z - c}:{z + c})",
-        f"cylinder({x},{y},{z},{u},{v},{w},{a},{b})",
-        f"ellipsoid({x},{y},{z},{a},{b},{c},{u},{v},{w})",
-    ))  # fmt: skip
+    return rng.choice(
+        (
+            f"ball({x},{y},{z},{a})",
+            f"box({x - a}:{x + a},{y - b}:{y + b},{z - c}:{z + c})",
+            f"cylinder({x},{y},{z},{u},{v},{w},{a},{b})",
+            f"ellipsoid({x},{y},{z},{a},{b},{c},{u},{v},{w})",
+        )
+    )

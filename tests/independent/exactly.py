@@ -86,10 +86,12 @@ class Planar4R:
                 turned = [self._across(c[i][a], s[i][a], self.arms[i]) for a in range(k + 1)]
                 known = rates[i] + [Fraction(0)] * (k + 1 - len(rates[i]))
                 sides.append(sum(known[a] * turned[k - a] for a in range(k + 1)))
-            A = np.array([
-                self._across(Fraction(1), Fraction(0), self.arms[1]),
-                -self._across(Fraction(1), Fraction(0), self.arms[2]),
-            ]).T  # fmt: skip
+            A = np.array(
+                [
+                    self._across(Fraction(1), Fraction(0), self.arms[1]),
+                    -self._across(Fraction(1), Fraction(0), self.arms[2]),
+                ]
+            ).T
             found = solved(A, (sides[2] - sides[0] - sides[1]).tolist())
             rates[1].append(found[0])
             rates[2].append(found[1])
@@ -142,10 +144,15 @@ class Planar4R:
 def hat(t):
     """The 4×4 matrix of a twist."""
     zero = Fraction(0)
-    return np.array([
-        [zero, -t[2], t[1], t[3]], [t[2], zero, -t[0], t[4]], [-t[1], t[0], zero, t[5]],
-        [zero] * 4,
-    ], dtype=object)  # fmt: skip
+    return np.array(
+        [
+            [zero, -t[2], t[1], t[3]],
+            [t[2], zero, -t[0], t[4]],
+            [-t[1], t[0], zero, t[5]],
+            [zero] * 4,
+        ],
+        dtype=object,
+    )
 
 
 def vee(M):
@@ -182,10 +189,12 @@ class Series:
             self.C[j].append([x if k == 0 else Fraction(0) for x in chain.columns[j]])
         self._twists(k)
         if chain.ends:
-            A = np.concatenate([
-                np.array([self._sign(j, *ends) * self.S[j][0] for j in chain.dependent]).T
-                for ends in chain.ends
-            ])  # fmt: skip
+            A = np.concatenate(
+                [
+                    np.array([self._sign(j, *ends) * self.S[j][0] for j in chain.dependent]).T
+                    for ends in chain.ends
+                ]
+            )
             for w in range(width):
                 gap = [-self._twist(e, k)[w] + self._twist(f, k)[w] for e, f in chain.ends]
                 found = solved(A, np.concatenate(gap).tolist())

@@ -14,11 +14,16 @@ from tests.independent.plain_linkage import Linkage, edges
 from tests.independent.true_ranks import independent
 
 FAMILIES = {
-    "grid": planar.grid, "single": planar.single, "small_loop": planar.small_loop,
-    "mimic": planar.mimic, "embedded": spatial.embedded,
-    "overconstrained": spatial.overconstrained, "tilted_loop": spatial.tilted_loop,
-    "tilted_arm": spatial.tilted_arm, "general": spatial.general,
-}  # fmt: skip
+    "grid": planar.grid,
+    "single": planar.single,
+    "small_loop": planar.small_loop,
+    "mimic": planar.mimic,
+    "embedded": spatial.embedded,
+    "overconstrained": spatial.overconstrained,
+    "tilted_loop": spatial.tilted_loop,
+    "tilted_arm": spatial.tilted_arm,
+    "general": spatial.general,
+}
 # Planar by nature: ten parameters per body are asked for now and then, not always.
 PLANAR = ("grid", "single", "small_loop", "mimic")
 # With a link or two without mass at times.
@@ -32,10 +37,12 @@ def linkage(family: str, seed: int) -> Linkage:
     rng = np.random.default_rng([seed, zlib.crc32(family.encode())])
     joints, mimics = FAMILIES[family](rng)
     found = Linkage(
-        joints, mimics, force=bool(rng.random() < 0.2),
+        joints,
+        mimics,
+        force=bool(rng.random() < 0.2),
         spatial=family not in PLANAR or bool(rng.random() < 0.1),
         as_written=family not in NOMINAL or bool(rng.random() < 0.5),
-    )  # fmt: skip
+    )
     restrict = rng.random() < 0.35
     names = [edge.name for edge in edges(found) if "." not in edge.name]
     last = tuple(str(x) for x in rng.permutation(names))
@@ -51,8 +58,10 @@ def linkage(family: str, seed: int) -> Linkage:
 def _restricted(rng, found: Linkage, free: tuple[str, ...]) -> Linkage:
     """The linkage with named inputs, and relations that leave at least one of them free."""
     screws = {edge.name: edge.screw for edge in edges(found)}
-    squares = {name: sum(x * x for x in s[:3]) or sum(x * x for x in s[3:])
-               for name, s in screws.items()}  # fmt: skip
+    squares = {
+        name: sum(x * x for x in s[:3]) or sum(x * x for x in s[3:])
+        for name, s in screws.items()
+    }
     rows = []
     for _ in range(int(rng.integers(0, len(free)))):
         row = [Fraction(0)] * len(free)

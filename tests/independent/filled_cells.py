@@ -79,8 +79,10 @@ def _solve(A, target, cap, slack, owners):
         limit = np.array([-(owner == b).astype(float) for b in slack_owner])
         answer = linprog(
             np.append(np.ones(n), np.zeros(k)),
-            A_ub=np.block([[limit, np.eye(k)], [limit, -np.eye(k)]]), b_ub=np.zeros(2 * k),
-            A_eq=np.hstack([A, slack]), b_eq=target,
+            A_ub=np.block([[limit, np.eye(k)], [limit, -np.eye(k)]]),
+            b_ub=np.zeros(2 * k),
+            A_eq=np.hstack([A, slack]),
+            b_eq=target,
             bounds=[*zip(0 * cap, cap, strict=True), *[(None, None)] * k],
-        )  # fmt: skip
+        )
     return answer.fun if answer.status == 0 else np.inf

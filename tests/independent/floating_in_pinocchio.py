@@ -57,8 +57,9 @@ class FloatingModel:
         if not self.planar:
             return self.model.addJoint(0, pin.JointModelFreeFlyer(), place, "base")
         root = 0
-        for k, make in enumerate((pin.JointModelPrismaticUnaligned,) * 2
-                                 + (pin.JointModelRevoluteUnaligned,)):  # fmt: skip
+        for k, make in enumerate(
+            (pin.JointModelPrismaticUnaligned,) * 2 + (pin.JointModelRevoluteUnaligned,)
+        ):
             root = self.model.addJoint(root, make(self.axes[k]), place, f"base{k}")
             place = pin.SE3.Identity()
         return root
@@ -139,9 +140,14 @@ class FloatingModel:
         return np.concatenate([moved, 0.5 * spin, v[6:], a])
 
     def run(
-        self, times: np.ndarray, q: np.ndarray, qd: np.ndarray, twist: np.ndarray, path: Any,
+        self,
+        times: np.ndarray,
+        q: np.ndarray,
+        qd: np.ndarray,
+        twist: np.ndarray,
+        path: Any,
         torques: np.ndarray,
-    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:  # fmt: skip
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Rotations (N, 3, 3) and displacements (N, 3) of the base, and joints (N, n).
 
         ``twist``: angular velocity and velocity of the centre of mass at the start.
@@ -155,9 +161,15 @@ class FloatingModel:
         else:
             rates[:6] = [*twist[3:], *twist[:3]]
         found = solve_ivp(
-            self.rate, (times[0], times[-1]), np.concatenate([*own, start[first:], rates]),
-            method="DOP853", t_eval=times, rtol=1e-12, atol=1e-13, args=(path, torques),
-        ).y.T  # fmt: skip
+            self.rate,
+            (times[0], times[-1]),
+            np.concatenate([*own, start[first:], rates]),
+            method="DOP853",
+            t_eval=times,
+            rtol=1e-12,
+            atol=1e-13,
+            args=(path, torques),
+        ).y.T
         joints = found[:, self.places + self.model.nq - self.count]
         if self.planar:
             turned = Rotation.from_rotvec(np.outer(found[:, 2], self.axes[2]))

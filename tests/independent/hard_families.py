@@ -24,10 +24,21 @@ from tests.independent.true_ranks import independent
 
 Z = AXES[2]
 # Directions whose lengths are irrational, and some whose are not.
-OBLIQUE = [vector(*x) for x in (
-    (1, 1, 0), (1, 1, 1), (0, 1, 2), (1, 2, 3), (1, -1, 0), (2, 2, 0), (1, 0, 3),
-    ("0.3", "0.4", 1), (3, 4, 0), (0, 0, 1),
-)]  # fmt: skip
+OBLIQUE = [
+    vector(*x)
+    for x in (
+        (1, 1, 0),
+        (1, 1, 1),
+        (0, 1, 2),
+        (1, 2, 3),
+        (1, -1, 0),
+        (2, 2, 0),
+        (1, 0, 3),
+        ("0.3", "0.4", 1),
+        (3, 4, 0),
+        (0, 0, 1),
+    )
+]
 RATIOS = [Fraction(x) for x in ("1", "1", "-1", "2", "0.5", "-3", "0.3", "1.7")]
 # Those whose inverses are short decimals too.
 INVERTIBLE = [Fraction(x) for x in ("1", "1", "-1", "2", "-0.5", "1.6", "-0.04")]
@@ -62,9 +73,14 @@ def related(rng) -> Linkage:
         links = max((joint.after for joint in joints), default=0)
         kind = _choose(rng, "RRRP")
         joints.append(
-            Joint(kind, int(rng.integers(0, links + 1)), links + 1, _place(rng),
-                  _choose(rng, OBLIQUE))
-        )  # fmt: skip
+            Joint(
+                kind,
+                int(rng.integers(0, links + 1)),
+                links + 1,
+                _place(rng),
+                _choose(rng, OBLIQUE),
+            )
+        )
         at = len(joints) - 1
         if sources and rng.random() < 0.65:
             mimics.append(Mimic(at, _choose(rng, sources), _choose(rng, RATIOS)))
@@ -75,9 +91,12 @@ def related(rng) -> Linkage:
     place = {old: new for new, old in enumerate(order)}
     mimics = [m._replace(joint=place[m.joint], source=place[m.source]) for m in mimics]
     linkage = Linkage(
-        tuple(joints[k] for k in order), tuple(mimics), spatial=True,
-        force=bool(rng.random() < 0.15), as_written=bool(rng.random() < 0.5),
-    )  # fmt: skip
+        tuple(joints[k] for k in order),
+        tuple(mimics),
+        spatial=True,
+        force=bool(rng.random() < 0.15),
+        as_written=bool(rng.random() < 0.5),
+    )
     return _told(rng, linkage) if rng.random() < 0.6 else linkage
 
 
@@ -96,9 +115,14 @@ def _told(rng, linkage: Linkage) -> Linkage:
 
 
 def add_yoke(
-    joints: list[Joint], mimics: list[Mimic], source: int, ratio: Fraction, place: Vector,
-    pin: Vector, welded: bool,
-) -> int:  # fmt: skip
+    joints: list[Joint],
+    mimics: list[Mimic],
+    source: int,
+    ratio: Fraction,
+    place: Vector,
+    pin: Vector,
+    welded: bool,
+) -> int:
     """Add a yoke whose crank follows a joint; return its slide.
 
     At a pin (r, 0, 0) it is at a dead centre: the slide moves with the square of the angle.
@@ -133,9 +157,14 @@ def yokes(rng) -> Linkage:
             else (radius,) + (radius * 0,) * 2
         )
         source = add_yoke(
-            joints, mimics, source, _choose(rng, RATIOS[:5]), vector(0, 3 * k + 3, 0), pin,
+            joints,
+            mimics,
+            source,
+            _choose(rng, RATIOS[:5]),
+            vector(0, 3 * k + 3, 0),
+            pin,
             welded and k == count - 1,
-        )  # fmt: skip
+        )
     if not welded and rng.random() < 0.5:
         mimics.append(Mimic(len(joints), source, _choose(rng, RATIOS)))
         links = max(joint.after for joint in joints)
@@ -150,9 +179,11 @@ def yokes(rng) -> Linkage:
     bare = tuple(k for k in range(1, links + 1) if k not in massive)
     planar = all(joint.axis == Z or joint.kind == "P" for joint in joints)
     return Linkage(
-        *loops_last(joints, mimics), bare=bare, spatial=not planar or bool(rng.random() < 0.2),
+        *loops_last(joints, mimics),
+        bare=bare,
+        spatial=not planar or bool(rng.random() < 0.2),
         as_written=bool(rng.random() < 0.5),
-    )  # fmt: skip
+    )
 
 
 def loops_last(joints: list[Joint], mimics: list[Mimic]):
@@ -186,7 +217,7 @@ def coupled(rng) -> tuple[Linkage, Linkage, int]:
     return tuple(
         Linkage(*_coupled(points, how, where, ratio), spatial=spatial, as_written=as_written)
         for points in (moved, loops)
-    ) + (power,)  # fmt: skip
+    ) + (power,)
 
 
 def _coupled(loops, how, where, ratio):

@@ -23,8 +23,14 @@ from tests.independent.measured_loads import Arm, load_regressor
 from tests.support.laws import point_masses, sums
 
 # Machines: open chains and closed loops, in the plane and in space.
-MACHINES = ("hprs", "double_pendulum_counter_rotary", "four_bar_general", "five_bar", "rusr",
-            "three_rsr")  # fmt: skip
+MACHINES = (
+    "hprs",
+    "double_pendulum_counter_rotary",
+    "four_bar_general",
+    "five_bar",
+    "rusr",
+    "three_rsr",
+)
 GRAVITY = np.array([0.3, -0.8, -9.7])
 NOISE = 0.01
 # Decimals of the positions of the inputs, rad and m.
@@ -137,8 +143,14 @@ def write_run(
         ("loads.csv", moving.channels, loads, 12),
     ):
         table = np.column_stack([moving.time, columns])
-        np.savetxt(folder / file, table, f"%.{decimals}f", ",", comments="",
-                   header=",".join(["time", *names]))  # fmt: skip
+        np.savetxt(
+            folder / file,
+            table,
+            f"%.{decimals}f",
+            ",",
+            comments="",
+            header=",".join(["time", *names]),
+        )
     return truth
 
 
@@ -150,9 +162,11 @@ def coverage(name: str, runs: int, moving: Machine | None = None) -> Coverage:
         for run in range(runs):
             truth = write_run(moving, np.random.default_rng([7, run]), Path(folder))
             found = balance.identify(
-                moving.linkage, Path(folder) / "motion.csv", Path(folder) / "loads.csv",
+                moving.linkage,
+                Path(folder) / "motion.csv",
+                Path(folder) / "loads.csv",
                 gravity=GRAVITY,
-            )  # fmt: skip
+            )
             assert found.complete, found.words
             off = deviations(found, truth)
             counts.append(np.abs(off) <= 3.0)
@@ -160,24 +174,32 @@ def coverage(name: str, runs: int, moving: Machine | None = None) -> Coverage:
             shaking.append(shaking_within(found, truth))
     within = np.array(counts)
     return Coverage(
-        name, within.shape[1], runs, float(within.mean()), float(within.all(axis=1).mean()),
-        float(np.mean(errors)), float(np.mean(shaking)),
-    )  # fmt: skip
+        name,
+        within.shape[1],
+        runs,
+        float(within.mean()),
+        float(within.all(axis=1).mean()),
+        float(np.mean(errors)),
+        float(np.mean(shaking)),
+    )
 
 
 def deviations(found: Identification, truth: Any) -> Any:
     """Errors of the combinations over their standard errors."""
-    return np.array([
-        (item.value - true_value(item, truth, found)) / item.error
-        for item in found.combinations
-    ])  # fmt: skip
+    return np.array(
+        [
+            (item.value - true_value(item, truth, found)) / item.error
+            for item in found.combinations
+        ]
+    )
 
 
 def true_value(item: Any, truth: Any, found: Identification) -> float:
     """A combination of the true parameters, from its terms in the frames of the links."""
     parameters = link_parameters(found, truth)
-    return float(sum(factor * parameters[link][label]
-                     for label, link, factor in item.combination.terms))  # fmt: skip
+    return float(
+        sum(factor * parameters[link][label] for label, link, factor in item.combination.terms)
+    )
 
 
 def link_parameters(found: Identification, truth: Any) -> dict[str, dict[str, float]]:
@@ -203,9 +225,17 @@ def link_parameters(found: Identification, truth: Any) -> dict[str, dict[str, fl
         E = axes @ (E + m * (r @ r * np.eye(3) - np.outer(r, r))) @ axes.T
         local = axes @ (mc - m * r)
         labels[body.name] = {
-            "m": m, "mcx": local[0], "mcy": local[1], "mcz": local[2], "Exx": E[0, 0],
-            "Eyy": E[1, 1], "Ezz": E[2, 2], "Exy": E[0, 1], "Exz": E[0, 2], "Eyz": E[1, 2],
-        }  # fmt: skip
+            "m": m,
+            "mcx": local[0],
+            "mcy": local[1],
+            "mcz": local[2],
+            "Exx": E[0, 0],
+            "Eyy": E[1, 1],
+            "Ezz": E[2, 2],
+            "Exy": E[0, 1],
+            "Exz": E[0, 2],
+            "Eyz": E[1, 2],
+        }
     return labels
 
 
@@ -223,16 +253,23 @@ def main() -> None:
     parser.add_argument("--runs", type=int, default=200)
     parser.add_argument("machines", nargs="*", default=MACHINES)
     chosen = parser.parse_args()
-    head = ("combinations", "values within 3 sigma", "runs with all", "mean square",
-            "force within 3 sigma")  # fmt: skip
+    head = (
+        "combinations",
+        "values within 3 sigma",
+        "runs with all",
+        "mean square",
+        "force within 3 sigma",
+    )
     print(f"{'machine':32}", *(f"{word:>22}" for word in head))
     for name in chosen.machines:
         found = coverage(name, chosen.runs)
         shown = (
-            f"{found.combinations}", f"{100 * found.within:.1f} %",
-            f"{100 * found.every:.1f} %", f"{found.squares:.3f}",
+            f"{found.combinations}",
+            f"{100 * found.within:.1f} %",
+            f"{100 * found.every:.1f} %",
+            f"{found.squares:.3f}",
             f"{100 * found.shaking:.1f} %",
-        )  # fmt: skip
+        )
         print(f"{name:32}", *(f"{word:>22}" for word in shown), flush=True)
 
 

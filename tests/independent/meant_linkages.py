@@ -55,8 +55,10 @@ def dot(a, b):
 def cross(a, b):
     """Vector product."""
     return (
-        a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0],
-    )  # fmt: skip
+        a[1] * b[2] - a[2] * b[1],
+        a[2] * b[0] - a[0] * b[2],
+        a[0] * b[1] - a[1] * b[0],
+    )
 
 
 def unit(a):
@@ -133,17 +135,20 @@ def _four_bar(rng, a, b, c, d):
         A = _polar(a, _uniform(rng, 0, 6.28))
         B = max(
             (x for x in (_circles(A, b, C, c, sign) for sign in (1, -1)) if x is not None),
-            key=lambda x: dot(x, x), default=None,
-        )  # fmt: skip
+            key=lambda x: dot(x, x),
+            default=None,
+        )
         if B is not None:
             return origin, A, B, C
 
 
 def _pins(origin, A, B, C):
     return (
-        MeantJoint("continuous", 0, 1, origin, Z), MeantJoint("continuous", 1, 2, A, Z),
-        MeantJoint("continuous", 0, 3, C, Z), MeantJoint("revolute", 2, 3, B, Z, True),
-    )  # fmt: skip
+        MeantJoint("continuous", 0, 1, origin, Z),
+        MeantJoint("continuous", 1, 2, A, Z),
+        MeantJoint("continuous", 0, 3, C, Z),
+        MeantJoint("revolute", 2, 3, B, Z, True),
+    )
 
 
 def _two(rng):
@@ -216,10 +221,12 @@ def pantograph(rng, off):
     Q = add(add(K, M), P, -1)
     Q = add(Q, (off, 0, 0))
     return (
-        MeantJoint("continuous", 0, 1, origin, Z), MeantJoint("continuous", 1, 2, P, Z),
-        MeantJoint("continuous", 1, 3, K, Z), MeantJoint("continuous", 3, 4, Q, Z),
+        MeantJoint("continuous", 0, 1, origin, Z),
+        MeantJoint("continuous", 1, 2, P, Z),
+        MeantJoint("continuous", 1, 3, K, Z),
+        MeantJoint("continuous", 3, 4, Q, Z),
         MeantJoint("revolute", 4, 2, M, Z, True),
-    )  # fmt: skip
+    )
 
 
 def bennett(rng, off):
@@ -232,8 +239,11 @@ def bennett(rng, off):
     R = tuple(tuple(mpf(y) for y in row) for row in R)
     axes = []
     for angle, twist, length in (
-        (theta, alpha, a), (other, beta, b), (-theta, alpha, a), (-other, beta, b),
-    ):  # fmt: skip
+        (theta, alpha, a),
+        (other, beta, b),
+        (-theta, alpha, a),
+        (-other, beta, b),
+    ):
         axes.append((x, tuple(row[2] for row in R)))
         R = times(R, about(Z, angle))
         x = add(x, tuple(row[0] for row in R), length)
@@ -241,18 +251,22 @@ def bennett(rng, off):
     (p1, n1), (p2, n2), (p3, n3), (p4, n4) = axes
     p3 = add(p3, (off, 0, 0))
     return (
-        MeantJoint("continuous", 0, 1, p1, n1), MeantJoint("continuous", 1, 2, p2, n2),
-        MeantJoint("continuous", 0, 3, p4, n4), MeantJoint("revolute", 2, 3, p3, n3, True),
-    )  # fmt: skip
+        MeantJoint("continuous", 0, 1, p1, n1),
+        MeantJoint("continuous", 1, 2, p2, n2),
+        MeantJoint("continuous", 0, 3, p4, n4),
+        MeantJoint("revolute", 2, 3, p3, n3, True),
+    )
 
 
 def _spherical(axes):
     o = _vector(0, 0, 0)
     a, b, c, d = axes
     return (
-        MeantJoint("continuous", 0, 1, o, a), MeantJoint("continuous", 1, 2, o, b),
-        MeantJoint("continuous", 0, 3, o, d), MeantJoint("revolute", 2, 3, o, c, True),
-    )  # fmt: skip
+        MeantJoint("continuous", 0, 1, o, a),
+        MeantJoint("continuous", 1, 2, o, b),
+        MeantJoint("continuous", 0, 3, o, d),
+        MeantJoint("revolute", 2, 3, o, c, True),
+    )
 
 
 def _directions(rng, count):
@@ -279,10 +293,15 @@ def spherical_opposite(rng, off):
 
 
 FAMILIES: dict[str, Callable] = {
-    "kite": kite, "parallelogram": parallelogram, "antiparallelogram": antiparallelogram,
-    "slider_crank": slider_crank, "pantograph": pantograph, "bennett": bennett,
-    "spherical_kite": spherical_kite, "spherical_opposite": spherical_opposite,
-}  # fmt: skip
+    "kite": kite,
+    "parallelogram": parallelogram,
+    "antiparallelogram": antiparallelogram,
+    "slider_crank": slider_crank,
+    "pantograph": pantograph,
+    "bennett": bennett,
+    "spherical_kite": spherical_kite,
+    "spherical_opposite": spherical_opposite,
+}
 
 
 def meant_linkage(family: str, seed: int, off: float = 0.0) -> MeantLinkage:

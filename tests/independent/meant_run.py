@@ -52,10 +52,11 @@ def _judge(family: str, off: float, path: Path) -> tuple[str, str]:
     # Where modes meet inside the digits, all are listed, the one that is meant among them.
     answers = report.get("modes", [report])
     same = [
-        item["certainty"] for item in answers
+        item["certainty"]
+        for item in answers
         if (item["mobility"], tuple(order["rank"] for order in item["orders"]))
         == (mobility, ranks)
-    ]  # fmt: skip
+    ]
     verdict, level = ("right", same[0]) if same else ("wrong", answers[0]["certainty"])
     return (verdict if code == 0 else f"exit {code}, {verdict}"), level
 
@@ -93,8 +94,9 @@ def _run() -> None:
                             print(f"# {family} {seed} {digits} {off:g}: {verdict}", flush=True)
                     print(
                         f"{family:20} off {off:<6g} {digits:2} digits: "
-                        f"{dict(counts)}, {dict(levels)}", flush=True,
-                    )  # fmt: skip
+                        f"{dict(counts)}, {dict(levels)}",
+                        flush=True,
+                    )
                 if choices.design:
                     verdicts = Counter("; ".join(sorted(x)) for x in designs.values())
                     print(f"{family:20} off {off:<6g} design: {dict(verdicts)}", flush=True)

@@ -60,12 +60,14 @@ class Model:
     def entries(self, row):
         """A functional of ten parameters as one of the entries of a matrix (k, k)."""
         m, x, y, w, xx, yy, zz, xy, xz, yz = row
-        G = np.array([
-            [yy + zz, -xy / 2, -xz / 2, x / 2],
-            [-xy / 2, xx + zz, -yz / 2, y / 2],
-            [-xz / 2, -yz / 2, xx + yy, w / 2],
-            [x / 2, y / 2, w / 2, m],
-        ])  # fmt: skip
+        G = np.array(
+            [
+                [yy + zz, -xy / 2, -xz / 2, x / 2],
+                [-xy / 2, xx + zz, -yz / 2, y / 2],
+                [-xz / 2, -yz / 2, xx + yy, w / 2],
+                [x / 2, y / 2, w / 2, m],
+            ]
+        )
         return self.H.T @ G @ self.H
 
     def margin(self):

@@ -27,10 +27,23 @@ from tests.independent.families import linkage as generated
 from tests.independent.plain_linkage import urdf
 
 MODELS = (
-    "five_bar", "four_bar_general", "three_rrr", "six_bar_watt", "rusr", "slider_crank",
-    "four_bar_kite", "two_rrr", "five_bar", "four_bar_antiparallelogram", "four_bar_spherical",
-    "six_bar_stephenson", "three_rrr", "delta", "pantograph", "four_rrr_parallel",
-)  # fmt: skip
+    "five_bar",
+    "four_bar_general",
+    "three_rrr",
+    "six_bar_watt",
+    "rusr",
+    "slider_crank",
+    "four_bar_kite",
+    "two_rrr",
+    "five_bar",
+    "four_bar_antiparallelogram",
+    "four_bar_spherical",
+    "six_bar_stephenson",
+    "three_rrr",
+    "delta",
+    "pantograph",
+    "four_rrr_parallel",
+)
 FAMILIES = ("grid", "single", "small_loop", "general", "embedded")
 # How many of the closed poses are followed to the least motion.
 FINALISTS = 10
@@ -273,17 +286,22 @@ def main() -> int:
             if len(found) % 20 == 0:
                 print(f"{len(found)} cases", file=sys.stderr, flush=True)
             if not case.right:
-                print(f"{case.name}: {case.taken:.4f} taken, {case.followed:.4f} followed, "
-                      f"{case.nearest:.4f} nearest of {case.branches}", flush=True)  # fmt: skip
+                print(
+                    f"{case.name}: {case.taken:.4f} taken, {case.followed:.4f} followed, "
+                    f"{case.nearest:.4f} nearest of {case.branches}",
+                    flush=True,
+                )
             if len(found) == options.cases:
                 break
     right = sum(case.right for case in found)
     excess = np.array([case.taken / case.nearest for case in found])
     least = sum(case.least for case in found)
-    print(f"{right} of {len(found)} took the nearest branch ({least} within 15 % of the least "
-          f"motion) of {min(c.branches for c in found)} to "
-          f"{max(c.branches for c in found)} poses; motion over the least: median "
-          f"{np.median(excess):.3f}, largest {excess.max():.3f}")  # fmt: skip
+    print(
+        f"{right} of {len(found)} took the nearest branch ({least} within 15 % of the least "
+        f"motion) of {min(c.branches for c in found)} to "
+        f"{max(c.branches for c in found)} poses; motion over the least: median "
+        f"{np.median(excess):.3f}, largest {excess.max():.3f}"
+    )
     return int(right < len(found))
 
 

@@ -16,10 +16,20 @@ from typing import NamedTuple
 Vector = tuple[Fraction, ...]
 
 # Turns and slides of a joint about or along its axes: the first, the second, their product.
-STEPS = {"R": ("turn 0",), "P": ("slide 0",), "U": ("turn 0", "turn 1"),
-         "S": ("turn 0", "turn 1", "turn 2"), "C": ("turn 0", "slide 0")}  # fmt: skip
-TYPES = {"R": "continuous", "P": "prismatic", "U": "universal", "S": "spherical",
-         "C": "cylindrical"}  # fmt: skip
+STEPS = {
+    "R": ("turn 0",),
+    "P": ("slide 0",),
+    "U": ("turn 0", "turn 1"),
+    "S": ("turn 0", "turn 1", "turn 2"),
+    "C": ("turn 0", "slide 0"),
+}
+TYPES = {
+    "R": "continuous",
+    "P": "prismatic",
+    "U": "universal",
+    "S": "spherical",
+    "C": "cylindrical",
+}
 
 
 def vector(*entries: object) -> Vector:
@@ -106,8 +116,10 @@ class Linkage:
         for row in self.relations:
             terms = [(f, name) for f, name in zip(row, self.inputs, strict=True) if f]
             (first, left), *rest = terms
-            right = "".join(f"{'+' if -f / first > 0 else '-'}{_text(abs(f / first))}*{name}"
-                            for f, name in rest)  # fmt: skip
+            right = "".join(
+                f"{'+' if -f / first > 0 else '-'}{_text(abs(f / first))}*{name}"
+                for f, name in rest
+            )
             words += ["--motion", f"{left}={right.removeprefix('+') or '0'}"]
         return words
 

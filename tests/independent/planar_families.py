@@ -105,15 +105,26 @@ def nudged(rng, points: list[Vector]) -> list[Vector]:
 
 def single(rng):
     """One loop, special, nearly so or general."""
-    kind = str(rng.choice(
-        ["general", "parallelogram", "rhombus", "kite", "antiparallelogram", "five", "slider"],
-        p=[0.08, 0.2, 0.12, 0.2, 0.2, 0.1, 0.1],
-    ))  # fmt: skip
+    kind = str(
+        rng.choice(
+            [
+                "general",
+                "parallelogram",
+                "rhombus",
+                "kite",
+                "antiparallelogram",
+                "five",
+                "slider",
+            ],
+            p=[0.08, 0.2, 0.12, 0.2, 0.2, 0.1, 0.1],
+        )
+    )
     if kind == "five":
         points = [_decimals(rng, 1) for _ in range(5)]
         if rng.random() < 0.6:
-            points[3] = tuple(p + q - r for p, q, r in zip(points[2], points[0], points[1],
-                                                           strict=True))  # fmt: skip
+            points[3] = tuple(
+                p + q - r for p, q, r in zip(points[2], points[0], points[1], strict=True)
+            )
         return ring(nudged(rng, points)), ()
     if kind == "slider":
         x, y, h = (Fraction(int(k), 10) for k in rng.integers(1, 20, 3))
@@ -122,8 +133,11 @@ def single(rng):
         points = nudged(rng, points)
         turn = int(rng.integers(4))
         kinds, axes = "RRRP", [Z, Z, Z, AXES[0]]
-        return ring(points[turn:] + points[:turn], kinds[turn:] + kinds[:turn],
-                    axes[turn:] + axes[:turn]), ()  # fmt: skip
+        return ring(
+            points[turn:] + points[:turn],
+            kinds[turn:] + kinds[:turn],
+            axes[turn:] + axes[:turn],
+        ), ()
     return ring(nudged(rng, corners(rng, kind))), ()
 
 
@@ -166,10 +180,17 @@ def mimic(rng):
         joints = []
         for _ in range(int(rng.integers(2, 5))):
             before, turn = int(rng.integers(0, len(joints) + 1)), rng.random() < 0.75
-            chained(joints, before, -1, "R" if turn else "P", [vector(*rng.integers(-2, 3, 3))],
-                    [AXES[rng.integers(3)]])  # fmt: skip
-        return tuple(joints), (Mimic(len(joints) - 1, int(rng.integers(len(joints) - 1)),
-                                     ratio),)  # fmt: skip
+            chained(
+                joints,
+                before,
+                -1,
+                "R" if turn else "P",
+                [vector(*rng.integers(-2, 3, 3))],
+                [AXES[rng.integers(3)]],
+            )
+        return tuple(joints), (
+            Mimic(len(joints) - 1, int(rng.integers(len(joints) - 1)), ratio),
+        )
     joints = list(ring(corners(rng, str(rng.choice(["general", "parallelogram", "kite"])))))
     chained(joints, int(rng.integers(0, 4)), -1, "R", [_decimals(rng, 1)], [Z])
     return tuple(joints), (Mimic(len(joints) - 1, int(rng.integers(0, 3)), ratio),)

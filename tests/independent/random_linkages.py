@@ -21,9 +21,23 @@ from tests.independent.plain_linkage import urdf
 from tests.independent.true_ranks import truth
 
 COLUMNS = (
-    "cases", "regular", "right", "moved", "proved", "verified", "estimated", "sure, wrong",
-    "exit 0, wrong", "exit 4, wrong", "exit 4", "refused", "irregular", "shaky", "crash", "s",
-)  # fmt: skip
+    "cases",
+    "regular",
+    "right",
+    "moved",
+    "proved",
+    "verified",
+    "estimated",
+    "sure, wrong",
+    "exit 0, wrong",
+    "exit 4, wrong",
+    "exit 4",
+    "refused",
+    "irregular",
+    "shaky",
+    "crash",
+    "s",
+)
 
 
 def cases(count: int, seed: int, family: str | None = None) -> list[tuple[str, int]]:
@@ -41,13 +55,19 @@ def _counted(verdict: Verdict) -> Counter:
     regular = verdict.outcome in ("right", "moved", "wrong", "refused")
     wrong = verdict.outcome == "wrong"
     sure = wrong and verdict.level in SURE
-    return Counter({
-        "cases": 1, "regular": regular, "s": sum(verdict.seconds),
-        verdict.outcome: verdict.outcome in COLUMNS,
-        verdict.level or "none": verdict.outcome in ("right", "moved", "wrong"),
-        "sure, wrong": sure, "exit 0, wrong": wrong and not sure and verdict.code == 0,
-        "exit 4, wrong": wrong and not sure and verdict.code == 4, "exit 4": verdict.code == 4,
-    })  # fmt: skip
+    return Counter(
+        {
+            "cases": 1,
+            "regular": regular,
+            "s": sum(verdict.seconds),
+            verdict.outcome: verdict.outcome in COLUMNS,
+            verdict.level or "none": verdict.outcome in ("right", "moved", "wrong"),
+            "sure, wrong": sure,
+            "exit 0, wrong": wrong and not sure and verdict.code == 0,
+            "exit 4, wrong": wrong and not sure and verdict.code == 4,
+            "exit 4": verdict.code == 4,
+        }
+    )
 
 
 def _show(verdicts: list[Verdict]) -> None:
@@ -59,17 +79,22 @@ def _show(verdicts: list[Verdict]) -> None:
     table["all"] = table.pop("all")
     print(f"{'':16}" + "".join(f"{name:>{max(7, len(name) + 2)}}" for name in COLUMNS))
     for row, counts in table.items():
-        print(f"{row:16}" + "".join(
-            f"{counts[name]:>{max(7, len(name) + 2)}.0f}" for name in COLUMNS))  # fmt: skip
+        print(
+            f"{row:16}"
+            + "".join(f"{counts[name]:>{max(7, len(name) + 2)}.0f}" for name in COLUMNS)
+        )
     whole = table["all"]
     share = sum(whole[level] for level in SURE) / max(whole["regular"], 1)
-    print(f"proved or verified: {share:.1%} of the regular; "
-          f"{whole['s'] / whole['cases']:.2f} s a case, of which the truth "
-          f"{sum(v.seconds[0] for v in verdicts) / len(verdicts):.2f} s")  # fmt: skip
+    print(
+        f"proved or verified: {share:.1%} of the regular; "
+        f"{whole['s'] / whole['cases']:.2f} s a case, of which the truth "
+        f"{sum(v.seconds[0] for v in verdicts) / len(verdicts):.2f} s"
+    )
     reasons = Counter(
-        (v.outcome, v.level, v.detail) for v in verdicts
+        (v.outcome, v.level, v.detail)
+        for v in verdicts
         if v.outcome in ("refused", "irregular", "shaky") or v.level == "estimated"
-    )  # fmt: skip
+    )
     for (outcome, level, detail), count in reasons.most_common(25):
         print(f"{count:6} {outcome} {level}: {detail[:150]}")
 
@@ -109,8 +134,11 @@ def main() -> int:
             if verdict.failed or verdict.outcome == "shaky":
                 print(_told(verdict), flush=True)
             if n % 100 == 0:
-                print(f"{n} of {len(wanted)}, {time.perf_counter() - begin:.0f} s",
-                      file=sys.stderr, flush=True)  # fmt: skip
+                print(
+                    f"{n} of {len(wanted)}, {time.perf_counter() - begin:.0f} s",
+                    file=sys.stderr,
+                    flush=True,
+                )
     _show(verdicts)
     return 1 if any(verdict.failed for verdict in verdicts) else 0
 

@@ -35,10 +35,16 @@ RANK = 1e-9
 CLOSED = 1e-11
 # Directions along which the links of a joint may move against each other: turns, slides.
 FREE = {
-    "revolute": (1, 0), "continuous": (1, 0), "prismatic": (0, 1), "fixed": (0, 0),
-    "floating": (3, 3), "free": (3, 3), "ball": (3, 0), "spherical": (3, 0),
+    "revolute": (1, 0),
+    "continuous": (1, 0),
+    "prismatic": (0, 1),
+    "fixed": (0, 0),
+    "floating": (3, 3),
+    "free": (3, 3),
+    "ball": (3, 0),
+    "spherical": (3, 0),
     "planar": (1, 2),
-}  # fmt: skip
+}
 
 
 def pose_of(words):
@@ -384,8 +390,13 @@ def report(path):
     if code == 3 and "--fix-base" in err + out:
         fixed = True
         code, took, size, out, err = run([*command, "--fix-base"])
-    record = {"file": str(path), "code": code, "seconds": round(took, 1),
-              "megabytes": round(size), "fixed_base": fixed}  # fmt: skip
+    record = {
+        "file": str(path),
+        "code": code,
+        "seconds": round(took, 1),
+        "megabytes": round(size),
+        "fixed_base": fixed,
+    }
     if code in (0, 1, 4):
         answer = json.loads(out)
         answer = min(answer.get("modes", [answer]), key=lambda mode: mode["mobility"]) | answer
@@ -421,10 +432,11 @@ def robot_files(folders):
     files = [path for path in folders if path.is_file()]
     for folder in folders:
         files += sorted(
-            path for path in folder.rglob("*")
+            path
+            for path in folder.rglob("*")
             if path.name.lower().endswith((".urdf", ".sdf", ".urdf.xacro"))
             or (path.suffix == ".xml" and "<mujoco" in path.read_text(errors="replace"))
-        )  # fmt: skip
+        )
     return files
 
 

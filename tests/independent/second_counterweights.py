@@ -40,8 +40,18 @@ def point_parameters(space, points):
             columns.append((flat**2).sum(axis=1, keepdims=True))
         return np.hstack(columns)
     a, b, c = x.T
-    return np.column_stack([np.ones(len(x)), x, b * b + c * c, a * a + c * c, a * a + b * b,
-                            -a * b, -a * c, -b * c])  # fmt: skip
+    return np.column_stack(
+        [
+            np.ones(len(x)),
+            x,
+            b * b + c * c,
+            a * a + c * c,
+            a * a + b * b,
+            -a * b,
+            -a * c,
+            -b * c,
+        ]
+    )
 
 
 def given_parameters(space):

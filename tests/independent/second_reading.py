@@ -91,12 +91,14 @@ def _pose(origin: Tree | None) -> np.ndarray:
     r, p, y = _vector(origin, "rpy", "0 0 0")
     (cr, sr), (cp, sp), (cy, sy) = ((math.cos(a), math.sin(a)) for a in (r, p, y))
     x = _vector(origin, "xyz", "0 0 0")
-    return np.array([
-        [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr, x[0]],
-        [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr, x[1]],
-        [-sp, cp * sr, cp * cr, x[2]],
-        [0, 0, 0, 1],
-    ])  # fmt: skip
+    return np.array(
+        [
+            [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr, x[0]],
+            [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr, x[1]],
+            [-sp, cp * sr, cp * cr, x[2]],
+            [0, 0, 0, 1],
+        ]
+    )
 
 
 def _unit(a: np.ndarray) -> np.ndarray:

@@ -54,8 +54,11 @@ def second_opinion(one, rows, mechanism, forms) -> str:
         cp.Problem(cp.Maximize(t), [*limits, total <= 1.0]),
         cp.Problem(cp.Minimize(total), [*limits, t == 1.0]),
     )
-    said = [_settled(problem, margin, solver) for problem in problems
-            for solver in ("CLARABEL", "SCS")]  # fmt: skip
+    said = [
+        _settled(problem, margin, solver)
+        for problem in problems
+        for solver in ("CLARABEL", "SCS")
+    ]
     return min(said)
 
 

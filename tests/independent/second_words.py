@@ -7,9 +7,16 @@ from xml.etree import ElementTree
 Tree = ElementTree.Element
 
 FREEDOMS = {
-    "fixed": "", "revolute": "R", "continuous": "R", "prismatic": "P", "universal": "RR",
-    "cylindrical": "RP", "planar": "PPR", "spherical": "RRR", "floating": "PPPRRR",
-}  # fmt: skip
+    "fixed": "",
+    "revolute": "R",
+    "continuous": "R",
+    "prismatic": "P",
+    "universal": "RR",
+    "cylindrical": "RP",
+    "planar": "PPR",
+    "spherical": "RRR",
+    "floating": "PPPRRR",
+}
 # What each element may hold, and its attributes.
 PARTS = {
     "robot": ("link joint loop", "name version"),
@@ -20,13 +27,18 @@ PARTS = {
         "name type independent",
     ),
     "loop": ("predecessor successor axis axis2", "name type independent"),
-    "predecessor": ("origin", "link"), "successor": ("origin", "link"),
-    "parent": ("", "link"), "child": ("", "link"), "origin": ("", "xyz rpy"),
-    "axis": ("", "xyz"), "axis2": ("", "xyz"), "mass": ("", "value"),
+    "predecessor": ("origin", "link"),
+    "successor": ("origin", "link"),
+    "parent": ("", "link"),
+    "child": ("", "link"),
+    "origin": ("", "xyz rpy"),
+    "axis": ("", "xyz"),
+    "axis2": ("", "xyz"),
+    "mass": ("", "value"),
     "inertia": ("", "ixx ixy ixz iyy iyz izz iyx izx izy"),
     "mimic": ("", "joint multiplier offset"),
     "screw_thread_pitch": ("", "value"),
-}  # fmt: skip
+}
 SEVERAL = {"link", "joint", "loop"}
 # Without a meaning for masses and joints, wherever they are.
 FOREIGN = set(

@@ -25,7 +25,7 @@ def beside(root: Tree, yaml: bytes) -> list[str]:
     keys = {key: value for key, value in keys.items() if value not in ("", "~", "null")}
     joints = {joint.get("name", ""): joint for joint in root.findall("joint")}
     _retyped(keys, joints)
-    after = {name: j.find("child").get("link") for name, j in joints.items()}  # fmt: skip
+    after = {name: j.find("child").get("link") for name, j in joints.items()}
     after |= {link.get("name", ""): link.get("name", "") for link in root.findall("link")}
     pairs = keys.get("closed_loop", [])
     for pair, kind in zip(pairs, _listed(keys.get("type", "6d"), len(pairs)), strict=True):

@@ -123,8 +123,11 @@ class _Run:
         self.ray, self.bodies, self.planar = ray, bodies, planar
         self.s = [[_screw(joint) for joint in joints]]
         self.C, self.V, self.T = [], [], []
-        self.P = {(b, i): [P] for b, i in product(bodies, range(len(_basis(planar))))
-                  for P in [_basis(planar)[i]]}  # fmt: skip
+        self.P = {
+            (b, i): [P]
+            for b, i in product(bodies, range(len(_basis(planar))))
+            for P in [_basis(planar)[i]]
+        }
 
     def extend(self, k):
         """Rows of the conditions of order k; None if the loop does not close."""
@@ -188,9 +191,18 @@ class _Run:
 
     def _rows(self, k):
         """Momentum of unit parameters at order k."""
-        places = [(0, 1), (0, 3), (1, 3)] if self.planar else [
-            (0, 1), (0, 2), (1, 2), (0, 3), (1, 3), (2, 3),
-        ]  # fmt: skip
+        places = (
+            [(0, 1), (0, 3), (1, 3)]
+            if self.planar
+            else [
+                (0, 1),
+                (0, 2),
+                (1, 2),
+                (0, 3),
+                (1, 3),
+                (2, 3),
+            ]
+        )
         rows = []
         for column in range(len(self.free)):
             momenta = []

@@ -9,10 +9,11 @@ from tests.independent.planar_families import chained, corners, grid, nudged, ri
 
 # Right-handed axes at right angles, of one length, in whole numbers.
 FRAMES = (
-    AXES, (AXES[1], AXES[2], AXES[0]),
+    AXES,
+    (AXES[1], AXES[2], AXES[0]),
     (vector(1, 2, 2), vector(2, 1, -2), vector(-2, 2, -1)),
     (vector(2, 3, 6), vector(3, -6, 2), vector(6, 2, -3)),
-)  # fmt: skip
+)
 # Tangents of quarter angles: cosines and sines of all are short decimals or near to it.
 HALVES = [Fraction(a, b) for a, b in ((1, 2), (1, 3), (2, 1), (3, 1), (3, 4), (4, 3), (1, 7))]
 
@@ -86,8 +87,12 @@ def _bennett(rng) -> tuple[Joint, ...]:
     # Each joint turns about z by its angle, then comes the link: along x, and tilted about x.
     frame, axes, points = AXES, [], []
     place = vector(0, 0, 0)
-    for length, twist, turn in ((a, ta, first), (b, tb, second), (a, ta, -first),
-                                (b, tb, -second)):  # fmt: skip
+    for length, twist, turn in (
+        (a, ta, first),
+        (b, tb, second),
+        (a, ta, -first),
+        (b, tb, -second),
+    ):
         points.append(place)
         axes.append(frame[2])
         c, s = _sine(turn)
@@ -95,8 +100,11 @@ def _bennett(rng) -> tuple[Joint, ...]:
         y = _combined(frame, -s, c, Fraction(0))
         place = tuple(p + length * e for p, e in zip(place, x, strict=True))
         c, s = _sine(twist)
-        frame = (x, _combined((x, y, frame[2]), Fraction(0), c, s),
-                 _combined((x, y, frame[2]), Fraction(0), -s, c))  # fmt: skip
+        frame = (
+            x,
+            _combined((x, y, frame[2]), Fraction(0), c, s),
+            _combined((x, y, frame[2]), Fraction(0), -s, c),
+        )
     assert not any(place) and frame[2] == AXES[2], "not a closed loop"
     return ring(_whole(points), "RRRR", [_whole([axis])[0] for axis in axes])
 
@@ -142,8 +150,10 @@ def _spherical(rng) -> tuple[Joint, ...]:
     """Four or five axes through one point."""
     centre, count = _point(rng), int(rng.choice([4, 4, 4, 5]))
     axes = [_axis(rng) for _ in range(count)]
-    points = [tuple(c + int(k) * x for c, x in zip(centre, axis, strict=True))
-              for k, axis in zip(rng.integers(-1, 2, count), axes, strict=True)]  # fmt: skip
+    points = [
+        tuple(c + int(k) * x for c, x in zip(centre, axis, strict=True))
+        for k, axis in zip(rng.integers(-1, 2, count), axes, strict=True)
+    ]
     return ring(points, "R" * count, axes)
 
 
@@ -158,8 +168,14 @@ def tilted_loop(rng):
     axes = [_tilted(rng, z, power) for _ in range(4)]
     joints = list(ring(points, kinds, axes))
     if rng.random() < 0.25:
-        chained(joints, 0, joints[-1].before, "RSS", [_point(rng) for _ in range(3)],
-                [_tilted(rng, z, power)] * 3)  # fmt: skip
+        chained(
+            joints,
+            0,
+            joints[-1].before,
+            "RSS",
+            [_point(rng) for _ in range(3)],
+            [_tilted(rng, z, power)] * 3,
+        )
     return tuple(joints), ()
 
 

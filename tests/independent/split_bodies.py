@@ -145,12 +145,17 @@ def _opened(graph: Graph, way, selection, p: int, rng) -> np.ndarray:
     while idle < 2:
         steps, rates = rng.integers(1, p, (2, len(joints)))
         M = free_momentum(
-            below, above, graph.screws[joints], steps, rates, selection.pairs, selection.rows,
-            size, p,
-        )  # fmt: skip
-        before, rank = rank, absorb(
-            basis, pivots, rank, M[:, where].reshape(len(M), -1), p
-        )  # fmt: skip
+            below,
+            above,
+            graph.screws[joints],
+            steps,
+            rates,
+            selection.pairs,
+            selection.rows,
+            size,
+            p,
+        )
+        before, rank = rank, absorb(basis, pivots, rank, M[:, where].reshape(len(M), -1), p)
         idle = idle + 1 if rank == before else 0
     free = np.setdiff1d(np.arange(columns), pivots[:rank])
     null = np.zeros((free.size, columns), np.int64)

@@ -22,9 +22,12 @@ from tests.support.covering import number_of_cases
 HARD = ("related", "yokes", "turned", "oblique", "coupled")
 # Quick ones of each family: levels, structures, numbers of digits, readings.
 SAMPLE = {
-    "related": (2, 6, 102, 127), "yokes": (4, 14, 17, 113), "turned": (3, 8, 131, 30057),
-    "oblique": (4, 8, 106, 115), "coupled": (14, 17, 118, 127),
-}  # fmt: skip
+    "related": (2, 6, 102, 127),
+    "yokes": (4, 14, 17, 113),
+    "turned": (3, 8, 131, 30057),
+    "oblique": (4, 8, 106, 115),
+    "coupled": (14, 17, 118, 127),
+}
 
 
 @pytest.mark.slow
@@ -42,16 +45,19 @@ def test_a_special_geometry_below_the_digits_is_no_proof(tmp_path):
     assert (line["code"], line["level"]) == (4, "estimated"), line
 
 
-@pytest.mark.parametrize(("family", "seed"), [
-    # A Bennett linkage in exact decimals, as written.
-    ("overconstrained", 40012),
-    # Two pins of a dyad that coincide up to fifteen digits.
-    ("oblique", 40504),
-    # An arm of four joints, rounded to five digits: its axes have length one to five digits.
-    ("turned", 40246),
-    # A parallelogram of a millionth of its arm, at another pose than that of the file.
-    ("small_loop", 50282),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("family", "seed"),
+    [
+        # A Bennett linkage in exact decimals, as written.
+        ("overconstrained", 40012),
+        # Two pins of a dyad that coincide up to fifteen digits.
+        ("oblique", 40504),
+        # An arm of four joints, rounded to five digits: its axes have length one to five digits.
+        ("turned", 40246),
+        # A parallelogram of a millionth of its arm, at another pose than that of the file.
+        ("small_loop", 50282),
+    ],
+)
 def test_special_places_are_read(family, seed, tmp_path):
     line = judge_case(family, seed, tmp_path)
     assert line["outcome"] in ("right", "moved") and line["code"] == 0, line
@@ -59,12 +65,15 @@ def test_special_places_are_read(family, seed, tmp_path):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("family", "seed"), [
-    # A ball whose centre lies on the axis of a crank, up to fourteen digits.
-    ("turned", 40557),
-    # Slides of four loops, at a special pose up to nine digits.
-    ("oblique", 50216),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("family", "seed"),
+    [
+        # A ball whose centre lies on the axis of a crank, up to fourteen digits.
+        ("turned", 40557),
+        # Slides of four loops, at a special pose up to nine digits.
+        ("oblique", 50216),
+    ],
+)
 def test_conditions_that_floating_point_does_not_see_are_no_proof(family, seed, tmp_path):
     line = judge_case(family, seed, tmp_path)
     assert (line["code"], line["level"]) == (4, "estimated"), line
@@ -103,11 +112,15 @@ def test_the_table_counts_what_is_wrong():
     lines = [
         common | {"outcome": outcome, "level": level, "code": code}
         for outcome, level, code in (
-            ("right", "proved", 0), ("right", "estimated", 0), ("wrong", "verified", 0),
-            ("wrong", "estimated", 0), ("wrong", "estimated", 4), ("irregular", "", 3),
+            ("right", "proved", 0),
+            ("right", "estimated", 0),
+            ("wrong", "verified", 0),
+            ("wrong", "estimated", 0),
+            ("wrong", "estimated", 4),
+            ("irregular", "", 3),
             ("crash", "", 70),
         )
-    ]  # fmt: skip
+    ]
     row = table(lines)[1].split()
     assert row == ["grid", "7", "5", "2", "1", "0", "20.0%", "1", "1", "1", "1", "0", "1", "21"]
 
@@ -152,7 +165,10 @@ def test_a_motion_between_axes_of_irrational_ratio():
     bare = tuple(k for k in range(2, links + 1) if k != 6)
     names = [f"j{k}" for k in (0, 7, 8)]
     linkage = Linkage(
-        *loops_last(joints, mimics), bare=bare, spatial=True, inputs=tuple(names),
+        *loops_last(joints, mimics),
+        bare=bare,
+        spatial=True,
+        inputs=tuple(names),
         relations=(vector(0, 1, -1),),
-    )  # fmt: skip
+    )
     assert truth(linkage, orders=40).ranks == (11, 15, 16, 19)

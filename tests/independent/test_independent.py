@@ -47,10 +47,13 @@ def three_rsr(**options):
         out = [-1, -1, -1]
         out[k] = 2
         across = vector(*((0, 1, -1)[i - k] for i in range(3)))
-        places.append([
-            vector(*(3 * x for x in out)), tuple(Fraction(18 * x + 5, 5) for x in out),
-            vector(*(3 * x + 2 for x in out)),
-        ])  # fmt: skip
+        places.append(
+            [
+                vector(*(3 * x for x in out)),
+                tuple(Fraction(18 * x + 5, 5) for x in out),
+                vector(*(3 * x + 2 for x in out)),
+            ]
+        )
         axes.append([across, Z, across])
     legs = spoked(3, "RSR", places, axes, **options)
     # In a symmetric motion the elbow of the first leg turns about one axis only.
@@ -67,9 +70,17 @@ def four_rrr():
 
 def sarrus():
     """Two chains of three parallel axes at right angles to each other."""
-    points = [vector(*p) for p in (
-        (1, 0, 0), ("1.3", 0, "0.4"), (1, 0, "0.8"), (0, 1, "0.8"), (0, "1.3", "0.4"), (0, 1, 0)
-    )]  # fmt: skip
+    points = [
+        vector(*p)
+        for p in (
+            (1, 0, 0),
+            ("1.3", 0, "0.4"),
+            (1, 0, "0.8"),
+            (0, 1, "0.8"),
+            (0, "1.3", "0.4"),
+            (0, 1, 0),
+        )
+    ]
     return Linkage(ring(points, "R" * 6, [AXES[1]] * 3 + [AXES[0]] * 3))
 
 
@@ -87,24 +98,36 @@ KNOWN = {
     "parallelogram": (Linkage(ring(PARALLELOGRAM)), 1, (3, 4, 5), 4, 3),
     "five bars": (Linkage(ring([*GENERAL, vector(-1, "0.3", 0)])), 2, (6, 11), 5, 0),
     "five bars, force": (
-        Linkage(ring([*GENERAL, vector(-1, "0.3", 0)]), force=True), 2, (4, 6), 5, 1
+        Linkage(ring([*GENERAL, vector(-1, "0.3", 0)]), force=True),
+        2,
+        (4, 6),
+        5,
+        1,
     ),
     "slider-crank": (slider_crank(), 1, (3, 6), 5, 1),
     "Bennett": (Linkage(_bennett(np.random.default_rng(0))), 1, (6, 10, 13), 16, 1),
     "3-RSR": (three_rsr(), 3, (15, 39, 43), 27, 0),
     "3-RSR, u2 = u3": (
-        three_rsr(inputs=("j0", "j3", "j6"), relations=(vector(0, 1, -1),)), 3,
-        (11, 28, 33, 34, 35), 33, 2,
+        three_rsr(inputs=("j0", "j3", "j6"), relations=(vector(0, 1, -1),)),
+        3,
+        (11, 28, 33, 34, 35),
+        33,
+        2,
     ),
     "4-RRR, force": (four_rrr(), 3, (6, 12), None, None),
-}  # fmt: skip
+}
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("name", "seed"), [
-    (name, seed) for k, name in enumerate(KNOWN) for seed in (0, 1)
-    if ALL_CASES or seed == k % 2
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("name", "seed"),
+    [
+        (name, seed)
+        for k, name in enumerate(KNOWN)
+        for seed in (0, 1)
+        if ALL_CASES or seed == k % 2
+    ],
+)
 def test_known_figures(name, seed):
     """By one of two primes in turn, or by both."""
     case, mobility, ranks, serial, parallel = KNOWN[name]
@@ -168,9 +191,13 @@ def test_the_oracle_shares_no_code_with_the_product():
     those of the product, or count how often a remedy of the product helps.
     """
     comparing = {
-        "added_dyads.py", "nearest_closed.py", "counterweight_files.py",
-        "counterweight_requests.py", "second_counterweights.py", "test_robot_folder.py",
-    }  # fmt: skip
+        "added_dyads.py",
+        "nearest_closed.py",
+        "counterweight_files.py",
+        "counterweight_requests.py",
+        "second_counterweights.py",
+        "test_robot_folder.py",
+    }
     for path in sorted(Path(__file__).parent.glob("*.py")):
         if path.name in comparing:
             continue
@@ -211,11 +238,16 @@ def test_files_say_exactly_what_is_meant(family):
 
 # A few seeds of each family.
 SAMPLE = {
-    "grid": (1, 3, 4, 5, 9), "single": (0, 1, 2, 3, 4), "small_loop": (0, 1, 2, 3, 30062),
-    "mimic": (0, 1, 2, 3, 4), "embedded": (0, 3, 4, 5, 6),
-    "overconstrained": (0, 1, 2, 3, 4), "tilted_loop": (1, 3, 4, 8, 9),
-    "tilted_arm": (0, 1, 2, 3, 5), "general": (0, 1, 2, 3, 5),
-}  # fmt: skip
+    "grid": (1, 3, 4, 5, 9),
+    "single": (0, 1, 2, 3, 4),
+    "small_loop": (0, 1, 2, 3, 30062),
+    "mimic": (0, 1, 2, 3, 4),
+    "embedded": (0, 3, 4, 5, 6),
+    "overconstrained": (0, 1, 2, 3, 4),
+    "tilted_loop": (1, 3, 4, 8, 9),
+    "tilted_arm": (0, 1, 2, 3, 5),
+    "general": (0, 1, 2, 3, 5),
+}
 
 
 @pytest.mark.table
@@ -230,13 +262,24 @@ def test_the_product_agrees(family, seed, tmp_path):
 def test_every_difference_is_seen():
     """An answer that is off by one anywhere is wrong."""
     true = truth(Linkage(ring(KITE)))
-    orders = [{"order": k, "rank": rank, "nullity": 12 - rank} for k, rank in
-              enumerate(true.ranks)]  # fmt: skip
+    orders = [
+        {"order": k, "rank": rank, "nullity": 12 - rank} for k, rank in enumerate(true.ranks)
+    ]
     report = {
-        "algebra": "planar", "mobility": 1, "parameters": 12, "rank": 7, "nullity": 5,
-        "serial": 4, "parallel": 1, "kmax": 2, "orders": orders, "certainty": "verified",
-        "evidence": {"reason": "", "doubts": []}, "warnings": [], "idle": [],
-    }  # fmt: skip
+        "algebra": "planar",
+        "mobility": 1,
+        "parameters": 12,
+        "rank": 7,
+        "nullity": 5,
+        "serial": 4,
+        "parallel": 1,
+        "kmax": 2,
+        "orders": orders,
+        "certainty": "verified",
+        "evidence": {"reason": "", "doubts": []},
+        "warnings": [],
+        "idle": [],
+    }
     assert compare(true, Answer(0, report, ""))[0] == "right"
     numbers = "mobility", "parameters", "rank", "nullity", "serial", "parallel", "kmax"
     wrong = [{**report, name: report[name] + 1} for name in numbers]

@@ -68,9 +68,14 @@ def test_design_space_has_its_size(figure: Figure):
 def test_rank_grows_order_by_order(figure: Figure):
     """The conditions up to each order have the rank of the table, and then two plateaus."""
     decisions = ranks_by_order(
-        load(figure.model), figure.kmax + 2, figure.motion, figure.balance, figure.spatial,
-        radius=figure.radius, samples=figure.samples,
-    )  # fmt: skip
+        load(figure.model),
+        figure.kmax + 2,
+        figure.motion,
+        figure.balance,
+        figure.spatial,
+        radius=figure.radius,
+        samples=figure.samples,
+    )
     for decision, rank in zip(decisions, (*figure.ranks, *figure.ranks[-1:] * 2), strict=True):
         check(decision, rank)
 

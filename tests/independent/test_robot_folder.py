@@ -69,9 +69,15 @@ def test_a_pose_that_is_singular():
 
 @pytest.mark.parametrize(
     ("code", "seconds", "other", "verdict"),
-    [(0, 1, 3, "right"), (0, 1, 2, "differs"), (4, 1, 2, "unsure"), (3, 1, None, "refused"),
-     (70, 1, None, "crashed"), (0, 21, 3, "slow")],
-)  # fmt: skip
+    [
+        (0, 1, 3, "right"),
+        (0, 1, 2, "differs"),
+        (4, 1, 2, "unsure"),
+        (3, 1, None, "refused"),
+        (70, 1, None, "crashed"),
+        (0, 21, 3, "slow"),
+    ],
+)
 def test_verdicts(code, seconds, other, verdict):
     record = {"code": code, "seconds": seconds, "megabytes": 100, "other": other, "mobility": 3}
     assert judge(record) == verdict

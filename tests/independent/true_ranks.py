@@ -80,11 +80,14 @@ class _Scene:
         ).T.copy()
         self.screws = self._unit_screws()
         self.signs = self._loops()
-        A = np.concatenate([
-            (self.signs[:, :, None] * self.screws % p).transpose(0, 2, 1).reshape(
-                6 * len(self.signs), len(self.edges)),
-            self._mimics(),
-        ])  # fmt: skip
+        A = np.concatenate(
+            [
+                (self.signs[:, :, None] * self.screws % p)
+                .transpose(0, 2, 1)
+                .reshape(6 * len(self.signs), len(self.edges)),
+                self._mimics(),
+            ]
+        )
         # Columns that come last stay independent.
         names = [e.name for e in self.edges]
         last = [names.index(name) for name in first or linkage.inputs]
@@ -157,9 +160,18 @@ class _Scene:
     def move(self, start: np.ndarray, ray: np.ndarray, order: int):
         """Points, twists, rates, and the number of orders that close; see `motion`."""
         return motion(
-            self.before, self.after, self.screws, self.signs, self.form, self.T, self.pivots,
-            start, ray, order, self.p,
-        )  # fmt: skip
+            self.before,
+            self.after,
+            self.screws,
+            self.signs,
+            self.form,
+            self.T,
+            self.pivots,
+            start,
+            ray,
+            order,
+            self.p,
+        )
 
 
 def independent(linkage: Linkage, last: tuple[str, ...]) -> tuple[tuple[str, ...], bool]:
@@ -175,10 +187,12 @@ def independent(linkage: Linkage, last: tuple[str, ...]) -> tuple[tuple[str, ...
 def _related(linkage: Linkage) -> set[str]:
     """Names of the freedoms whose rates relations compare."""
     names = {f"j{x}" for mimic in linkage.mimics for x in (mimic.joint, mimic.source)}
-    return names.union(*(
-        {name for name, factor in zip(linkage.inputs, row, strict=True) if factor}
-        for row in linkage.relations
-    ))  # fmt: skip
+    return names.union(
+        *(
+            {name for name, factor in zip(linkage.inputs, row, strict=True) if factor}
+            for row in linkage.relations
+        )
+    )
 
 
 def _prime(linkage: Linkage, seed: int) -> int:
@@ -232,10 +246,16 @@ def truth(linkage: Linkage, seed: int = 0, effort: int = 1, orders: int = CLOSED
         found = serial(graph, selection, scene.p, size - ranks[-1], seed + 1, 3 * effort)
     certain = ranks[-1] + found.dimension == size
     return Truth(
-        mobility, True, planar is not None, size, ranks[: kmax + 1], found.dimension, certain,
+        mobility,
+        True,
+        planar is not None,
+        size,
+        ranks[: kmax + 1],
+        found.dimension,
+        certain,
         found.complete,
         tuple(edge.name for edge, still in zip(scene.edges, idle, strict=True) if still),
-    )  # fmt: skip
+    )
 
 
 class _Rays:
@@ -274,9 +294,13 @@ class _Rays:
             bodies = self.scene.linkage.bodies
             X, V, _, _ = self._ray(len(self.rows), order)
             M = momentum(
-                X[bodies], V[bodies], selection.pairs, selection.rows,
-                selection.parameters, self.scene.p,
-            )  # fmt: skip
+                X[bodies],
+                V[bodies],
+                selection.pairs,
+                selection.rows,
+                selection.parameters,
+                self.scene.p,
+            )
             self.rows.append(M.reshape(len(M), -1, len(bodies) * selection.parameters))
         return self.rows[number][k]
 

@@ -103,8 +103,9 @@ class _Writer:
         self.poses[joint.after] = F, point
         follows = "".join(
             f'<mimic joint="j{mimic.source}" multiplier="{float(mimic.ratio)!r}"/>'
-            for mimic in self.linkage.mimics if mimic.joint == number
-        )  # fmt: skip
+            for mimic in self.linkage.mimics
+            if mimic.joint == number
+        )
         return (
             f'<joint name="{name}" type="{kind}"{mark}>{near}<parent link="L{joint.before}"/>'
             f'<child link="L{joint.after}"/>{axis}{follows}</joint>'

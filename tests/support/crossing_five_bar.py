@@ -50,9 +50,12 @@ def crossing_five_bar(x: float, distance: float, degrees: float) -> FiveBar:
     part = distance / LOWER * np.exp(1j * np.radians(degrees))
     lower = [o + sign * part * (end - o) for o, sign in zip(elbows, (1, -1), strict=True)]
     arms, inertias = zip(
-        *(_upper_arm(pivots[k], elbows[k], elbows[1 - k], end, lower[k], lower[1 - k])
-          for k in (0, 1)), strict=True,
-    )  # fmt: skip
+        *(
+            _upper_arm(pivots[k], elbows[k], elbows[1 - k], end, lower[k], lower[1 - k])
+            for k in (0, 1)
+        ),
+        strict=True,
+    )
     bodies = {}
     for k, side in enumerate(("left", "right")):
         for name, mass, c, g in (
@@ -66,9 +69,11 @@ def crossing_five_bar(x: float, distance: float, degrees: float) -> FiveBar:
             )
     turn = [np.angle(arms[k] / (elbows[k] - pivots[k])) for k in (0, 1)]
     return FiveBar(
-        _linkage([*pivots, *elbows, end], bodies), np.abs(arms), np.abs(np.degrees(turn)),
+        _linkage([*pivots, *elbows, end], bodies),
+        np.abs(arms),
+        np.abs(np.degrees(turn)),
         np.array(inertias),
-    )  # fmt: skip
+    )
 
 
 def _upper_arm(
@@ -87,8 +92,10 @@ def _upper_arm(
     rate = 1j * (elbow - pivot)
     a, b = 1j * (end - elbow), -1j * (end - other)
     turns = np.linalg.solve([[a.real, b.real], [a.imag, b.imag]], [-rate.real, -rate.imag])
-    moving = [(turns[0], near, rate + 1j * turns[0] * (near - elbow)),
-              (turns[1], far, 1j * turns[1] * (far - other))]  # fmt: skip
+    moving = [
+        (turns[0], near, rate + 1j * turns[0] * (near - elbow)),
+        (turns[1], far, 1j * turns[1] * (far - other)),
+    ]
     p = LOWER_MASS * sum(v for _, _, v in moving)
     moment = sum(
         LOWER_INERTIA * w + LOWER_MASS * (c.conjugate() * v).imag for w, c, v in moving

@@ -12,9 +12,13 @@ import distributed
 
 if __name__ == "__main__":
     with distributed.LocalCluster(
-        n_workers=1, threads_per_worker=1, processes=False, protocol="tcp",
-        dashboard_address=None, scheduler_kwargs={"dashboard_address": ":0"},
+        n_workers=1,
+        threads_per_worker=1,
+        processes=False,
+        protocol="tcp",
+        dashboard_address=None,
+        scheduler_kwargs={"dashboard_address": ":0"},
         silence_logs=logging.CRITICAL,
-    ) as cluster:  # fmt: skip
+    ) as cluster:
         print(cluster.scheduler_address, flush=True)
         sys.stdin.read()

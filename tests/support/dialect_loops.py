@@ -27,8 +27,9 @@ def constraint(kind="revolute", axes=AXES, rpy=("0 0 0", "0 3.141592653589793 0"
     """The element that was proposed to urdfdom."""
     lines = [
         f'<{role}_axis xyz="{axis}"/>'
-        for role, axis in zip(("parent", "child"), axes, strict=True) if axis
-    ]  # fmt: skip
+        for role, axis in zip(("parent", "child"), axes, strict=True)
+        if axis
+    ]
     return (
         f'<constraint name="l" type="{kind}"><parent link="b"/>'
         f'<parent_origin xyz="{ON_B}" rpy="{rpy[0]}"/><child link="c"/>'

@@ -137,9 +137,15 @@ DESIGNS = {
 
 # Rows, as words, for which the masses of the file are balanced.
 BALANCED = {
-    "double_pendulum_counter_rotary", "double_pendulum_duplicates",
-    "four_bar_added_antiparallelogram", "four_bar_added_slider_crank",
-    "principal_vector_linkage-u1=-u3-u2=-u3", "principal_vector_linkage_slider",
-    "slider_pantograph", "three_four_bars_platform", "three_rsr-spatial-u2=u3",
-    "two_rrr_bisector", "zero_reaction_arm-u3=-12*u1-4*u2",
-}  # fmt: skip
+    "double_pendulum_counter_rotary",
+    "double_pendulum_duplicates",
+    "four_bar_added_antiparallelogram",
+    "four_bar_added_slider_crank",
+    "principal_vector_linkage-u1=-u3-u2=-u3",
+    "principal_vector_linkage_slider",
+    "slider_pantograph",
+    "three_four_bars_platform",
+    "three_rsr-spatial-u2=u3",
+    "two_rrr_bisector",
+    "zero_reaction_arm-u3=-12*u1-4*u2",
+}

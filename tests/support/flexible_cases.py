@@ -32,23 +32,25 @@ def four_bar_text(mass, beside=(1.5, -0.5)):
         )
 
     mimic = '<mimic joint="{}" multiplier="-1"/></joint>'
-    return "\n".join([
-        '<robot name="four_bar_with_wheels"><link name="base"/>',
-        link("crank", 5 * mass, [float(x) for x in -SHARE * crank], 1e-9),
-        link("coupler", mass, [0.5, 0.0], mass**3 / 12.0),
-        link("rocker", 5 * mass, [float(x) for x in -SHARE * rocker], 1e-9),
-        link("wheel1", 1e-9, [0.0, 0.0], 0.1375 * mass),
-        link("wheel3", 1e-9, [0.0, 0.0], 0.6875 * mass),
-        joint("u1", "base", "crank", [0.0, 0.0], ' independent="true"') + "</joint>",
-        joint("q2", "crank", "coupler", [0.0, 0.5]) + "</joint>",
-        joint("q4", "base", "rocker", [float(x) for x in pivot]) + "</joint>",
-        joint("w1", "base", "wheel1", [0.0, 0.0]) + mimic.format("u1"),
-        joint("w3", "base", "wheel3", [float(x) for x in pivot]) + mimic.format("q4"),
-        '<loop name="q3" type="revolute"><predecessor link="coupler">'
-        '<origin xyz="1.0 0 0"/></predecessor><successor link="rocker">'
-        f'<origin xyz="{float(rocker[0])!r} {float(rocker[1])!r} 0"/></successor>'
-        '<axis xyz="0 0 1"/></loop></robot>',
-    ])  # fmt: skip
+    return "\n".join(
+        [
+            '<robot name="four_bar_with_wheels"><link name="base"/>',
+            link("crank", 5 * mass, [float(x) for x in -SHARE * crank], 1e-9),
+            link("coupler", mass, [0.5, 0.0], mass**3 / 12.0),
+            link("rocker", 5 * mass, [float(x) for x in -SHARE * rocker], 1e-9),
+            link("wheel1", 1e-9, [0.0, 0.0], 0.1375 * mass),
+            link("wheel3", 1e-9, [0.0, 0.0], 0.6875 * mass),
+            joint("u1", "base", "crank", [0.0, 0.0], ' independent="true"') + "</joint>",
+            joint("q2", "crank", "coupler", [0.0, 0.5]) + "</joint>",
+            joint("q4", "base", "rocker", [float(x) for x in pivot]) + "</joint>",
+            joint("w1", "base", "wheel1", [0.0, 0.0]) + mimic.format("u1"),
+            joint("w3", "base", "wheel3", [float(x) for x in pivot]) + mimic.format("q4"),
+            '<loop name="q3" type="revolute"><predecessor link="coupler">'
+            '<origin xyz="1.0 0 0"/></predecessor><successor link="rocker">'
+            f'<origin xyz="{float(rocker[0])!r} {float(rocker[1])!r} 0"/></successor>'
+            '<axis xyz="0 0 1"/></loop></robot>',
+        ]
+    )
 
 
 def steel_arms(classical):

@@ -175,8 +175,11 @@ def leg_by_leg(points: tuple[np.ndarray, np.ndarray, np.ndarray]) -> np.ndarray:
         share = np.eye(4)[i - 1]
         none = np.zeros(4)
         terms: list[tuple[np.ndarray, np.ndarray]] = [
-            (q1, none), (q2, none), (p1 + l1 * m2, l1 * share), (p2, l2 * share)
-        ]  # fmt: skip
+            (q1, none),
+            (q2, none),
+            (p1 + l1 * m2, l1 * share),
+            (p2, l2 * share),
+        ]
         rows += [np.append(row[:24], tail) for row, tail in terms]
     return np.array(rows)
 

@@ -83,10 +83,16 @@ def positions(end, x):
 
     def turned(point):
         first, second = angles(point)
-        return np.stack([
-            first[..., 0], second[..., 0] - first[..., 0], first[..., 1],
-            second[..., 1] - first[..., 1], second[..., 1] - second[..., 0],
-        ], axis=-1)  # fmt: skip
+        return np.stack(
+            [
+                first[..., 0],
+                second[..., 0] - first[..., 0],
+                first[..., 1],
+                second[..., 1] - first[..., 1],
+                second[..., 1] - second[..., 0],
+            ],
+            axis=-1,
+        )
 
     return np.angle(np.exp(1j * (turned(end) - turned(np.array([x, 0.0])))))
 

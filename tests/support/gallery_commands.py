@@ -13,9 +13,18 @@ ROOT = Path(__file__).parents[2]
 DATA = ROOT / "tests" / "data"
 FOLDERS = ("near_special", "digits", "dialects")
 # Linkages of which each command takes seconds: of these, only the cheap ones run.
-LARGE = ("delta", "stewart_6ups", "three_rsr", "three_rsr_rational", "four_bar_chain",
-         "scissor_three_stage", "four_rrr_parallel", "eight_bar", "rusr",
-         "three_four_bars_platform")  # fmt: skip
+LARGE = (
+    "delta",
+    "stewart_6ups",
+    "three_rsr",
+    "three_rsr_rational",
+    "four_bar_chain",
+    "scissor_three_stage",
+    "four_rrr_parallel",
+    "eight_bar",
+    "rusr",
+    "three_four_bars_platform",
+)
 CHEAP = (
     "report {model}",
     "report {model} --balance force",
@@ -36,7 +45,8 @@ EVERY = (
 # that is printed depends on rounding.
 UNDETERMINED = {"design sarrus --balance force --minimise mass"}
 # Commands that take no linkage, or options of their own.
-OTHER = tuple("""
+OTHER = tuple(
+    """
 report three_rsr --motion u2=u3
 report four_bar_kite --exact
 report four_rrr --inputs a1,b1,c1 --balance force --motion c1=-a1-b1
@@ -78,7 +88,8 @@ synthesize --positions "0.3,0.1,11; 0.1,0.4,-40; -0.1,0.5,-70" --kind four-bar
 springs four_bar_general --between base,crank --between base,rocker --gravity 0,-9.81,0
 springs five_bar --between base,left_lower --gravity 0,-9.81,0
 models
-""".strip().splitlines())  # fmt: skip
+""".strip().splitlines()
+)
 
 # Some of all these, for each kind of answer that needs no kernels of sweeps.
 SAMPLE = (

@@ -57,10 +57,22 @@ def run_commands(
     options += ["--variant", variant] if variant else []
     with tempfile.TemporaryDirectory() as folder:
         done = subprocess.run(
-            [sys.executable, "-m", "tests.support.gallery_run", "--folder", folder,
-             "--commands", "-", *options],
-            cwd=ROOT, input="\n".join(commands), text=True, stdout=subprocess.PIPE, check=True,
-        )  # fmt: skip
+            [
+                sys.executable,
+                "-m",
+                "tests.support.gallery_run",
+                "--folder",
+                folder,
+                "--commands",
+                "-",
+                *options,
+            ],
+            cwd=ROOT,
+            input="\n".join(commands),
+            text=True,
+            stdout=subprocess.PIPE,
+            check=True,
+        )
     records = map(json.loads, done.stdout.splitlines())
     return {command: Printed(*printed) for command, printed in records}
 

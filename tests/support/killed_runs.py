@@ -16,9 +16,14 @@ from tests.support.waiting import HANGS, wait_until_true
 
 
 def kill_and_resume(
-    module: str, words: Sequence[str], covered: Callable[[], int], rows: int, kills: int,
-    seed: int, environment: dict[str, str],
-) -> list[int]:  # fmt: skip
+    module: str,
+    words: Sequence[str],
+    covered: Callable[[], int],
+    rows: int,
+    kills: int,
+    seed: int,
+    environment: dict[str, str],
+) -> list[int]:
     """Start a run, kill it by SIGKILL, and start it again; let the last run end.
 
     The moments are random, and such that all kills happen while rows are left: a run is killed
@@ -54,8 +59,11 @@ def kill_and_resume(
 
 
 def start_held(
-    rows: int, module: str, words: Sequence[str], environment: dict[str, str],
-) -> subprocess.Popen:  # fmt: skip
+    rows: int,
+    module: str,
+    words: Sequence[str],
+    environment: dict[str, str],
+) -> subprocess.Popen:
     """Start a run that waits once its file covers some rows, until its standard input ends.
 
     Args:
@@ -66,12 +74,17 @@ def start_held(
         environment: variables of the run.
     """
     return subprocess.Popen(
-        [sys.executable, "-m", module, str(rows), *words], env=os.environ | environment,
-        stdin=subprocess.PIPE, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True,
+        [sys.executable, "-m", module, str(rows), *words],
+        env=os.environ | environment,
+        stdin=subprocess.PIPE,
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.PIPE,
+        text=True,
         # A shell starts what runs in the background with interrupts ignored; Ctrl-C goes to
         # all processes of a session.
-        start_new_session=True, preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
-    )  # fmt: skip
+        start_new_session=True,
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
+    )
 
 
 def paths_of(root: Path) -> dict[str, str]:

@@ -150,9 +150,10 @@ def placed(H) -> Callable[[ElementTree.Element], None]:
     def change(robot):
         children = {j.find("child").get("link") for j in robot.findall("joint")}
         root = next(
-            link.get("name") for link in robot.findall("link")
+            link.get("name")
+            for link in robot.findall("link")
             if link.get("name") not in children
-        )  # fmt: skip
+        )
         ElementTree.SubElement(robot, "link", name="new_root")
         joint = ElementTree.SubElement(robot, "joint", name="new_joint", type="fixed")
         ElementTree.SubElement(joint, "origin", xyz=words(H[:3, 3]), rpy=rpy(H[:3, :3]))

@@ -15,9 +15,13 @@ SECONDS = 300
 def run_limited(code: str, *words: str) -> subprocess.CompletedProcess[str]:
     """Run Python code with the words as ``sys.argv[1:]``; it has to end with exit code 0."""
     return subprocess.run(
-        [sys.executable, "-c", code, *words], capture_output=True, text=True, check=True,
-        env={**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}, preexec_fn=_set_limits,
-    )  # fmt: skip
+        [sys.executable, "-c", code, *words],
+        capture_output=True,
+        text=True,
+        check=True,
+        env={**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)},
+        preexec_fn=_set_limits,
+    )
 
 
 def _set_limits() -> None:

@@ -54,8 +54,14 @@ class FlatLinkage(NamedTuple):
 
 def four_bar(a, b, c, d):
     """A four-bar with its pins A, B, C, D on a line, A and D on the ground."""
-    return FlatLinkage((("a", "g", "crank", a), ("b", "crank", "coupler", b),
-                        ("d", "g", "rocker", d), ("c", "coupler", "rocker", c)))  # fmt: skip
+    return FlatLinkage(
+        (
+            ("a", "g", "crank", a),
+            ("b", "crank", "coupler", b),
+            ("d", "g", "rocker", d),
+            ("c", "coupler", "rocker", c),
+        )
+    )
 
 
 FLAT = {
@@ -68,25 +74,38 @@ FLAT = {
     # Longest and shortest bar are as long as the other two: 2 + 5 = 4 + 3.
     "change point": four_bar(0, 2, 7, 4),
     # B and D have one distance from A, from C, and from E.
-    "two kites": FlatLinkage((
-        ("a", "g", "ab", 0), ("b1", "ab", "bc", 1), ("d1", "g", "dc", 1),
-        ("c", "bc", "dc", 2.5), ("b2", "ab", "be", 1), ("d2", "g", "de", 1),
-        ("e", "be", "de", 3),
-    )),
-    "five-bar": FlatLinkage((
-        ("a", "g", "l1", 0), ("b", "l1", "l2", 1), ("e", "g", "l4", 4), ("d", "l4", "l3", 2.7),
-        ("c", "l2", "l3", 3.1),
-    )),
-}  # fmt: skip
+    "two kites": FlatLinkage(
+        (
+            ("a", "g", "ab", 0),
+            ("b1", "ab", "bc", 1),
+            ("d1", "g", "dc", 1),
+            ("c", "bc", "dc", 2.5),
+            ("b2", "ab", "be", 1),
+            ("d2", "g", "de", 1),
+            ("e", "be", "de", 3),
+        )
+    ),
+    "five-bar": FlatLinkage(
+        (
+            ("a", "g", "l1", 0),
+            ("b", "l1", "l2", 1),
+            ("e", "g", "l4", 4),
+            ("d", "l4", "l3", 2.7),
+            ("c", "l2", "l3", 3.1),
+        )
+    ),
+}
 
 
 def parallel_cells(count):
     """Cranks of one length, side by side: each cell is a parallelogram or crosses."""
     pins = [("a0", "g", "bar0", 0.0)]
     for i in range(count):
-        pins += [(f"a{i + 1}", "g", f"bar{i + 1}", i + 1.0),
-                 (f"b{i}", f"bar{i}", f"rod{i}", i + 0.5),
-                 (f"c{i}", f"rod{i}", f"bar{i + 1}", i + 1.5)]  # fmt: skip
+        pins += [
+            (f"a{i + 1}", "g", f"bar{i + 1}", i + 1.0),
+            (f"b{i}", f"bar{i}", f"rod{i}", i + 0.5),
+            (f"c{i}", f"rod{i}", f"bar{i + 1}", i + 1.5),
+        ]
     return FlatLinkage(tuple(pins))
 
 
@@ -122,7 +141,9 @@ def folded_sarrus(folder):
     X, here = (1.0, 0.0, 0.0), along([0, 0, 0.5])
     names = ("r_low", "r_high", "s_low", "s_high", "platform")
     return saved(
-        folder, link("g"), *(link(name, **MASS) for name in names),
+        folder,
+        link("g"),
+        *(link(name, **MASS) for name in names),
         joint("r1", "continuous", "g", "r_low", along([0, 0, 0]), Z),
         joint("r2", "continuous", "r_low", "r_high", along([1, 0, 0]), Z),
         joint("r3", "continuous", "r_high", "platform", along([-1, 0, 0]), Z),
@@ -130,7 +151,7 @@ def folded_sarrus(folder):
         joint("s2", "continuous", "s_low", "s_high", along([0, 0, 1.5]), X),
         loop("s3", "revolute", ("s_high", "platform"), (along([0, 0, -1.5]), here), X),
         name="folded_sarrus",
-    )  # fmt: skip
+    )
 
 
 def limit_pose(folder):
@@ -140,7 +161,9 @@ def limit_pose(folder):
     """
     names = ("rocker", "coupler", "slider", "crank", "rod")
     return saved(
-        folder, link("g"), *(link(name, **MASS) for name in names),
+        folder,
+        link("g"),
+        *(link(name, **MASS) for name in names),
         joint("a", "continuous", "g", "rocker", along([0, 0, 0]), Z),
         joint("b", "continuous", "rocker", "coupler", along([0, 1, 0]), Z),
         joint("s", "prismatic", "g", "slider", along([0, 0, 0]), [1, 0, 0], more=SLIDE),
@@ -149,19 +172,21 @@ def limit_pose(folder):
         joint("e", "continuous", "crank", "rod", along([1, 0, 0]), Z),
         loop("f", "revolute", ("rod", "rocker"), (along([2, 0, 0]), along([0, 2, 0])), Z),
         name="limit_pose",
-    )  # fmt: skip
+    )
 
 
 def slider_crank(folder):
     """Crank and coupler of one length, folded on each other across the slide."""
     return saved(
-        folder, link("g"), *(link(name, **MASS) for name in ("crank", "coupler", "slider")),
+        folder,
+        link("g"),
+        *(link(name, **MASS) for name in ("crank", "coupler", "slider")),
         joint("a", "continuous", "g", "crank", along([0, 0, 0]), Z),
         joint("b", "continuous", "crank", "coupler", along([0, 1, 0]), Z),
         joint("s", "prismatic", "g", "slider", along([0, 0, 0]), [1, 0, 0], more=SLIDE),
         loop("c", "revolute", ("coupler", "slider"), (along([0, -1, 0]), along([0, 0, 0])), Z),
         name="slider_crank",
-    )  # fmt: skip
+    )
 
 
 def spherical(folder, angles, name):
@@ -169,12 +194,15 @@ def spherical(folder, angles, name):
     a, b, c, d = ([float(np.cos(x)), float(np.sin(x)), 0.0] for x in angles)
     here = along([0, 0, 0])
     return saved(
-        folder, link("g"), *(link(each, **MASS) for each in ("crank", "coupler", "rocker")),
+        folder,
+        link("g"),
+        *(link(each, **MASS) for each in ("crank", "coupler", "rocker")),
         joint("a", "continuous", "g", "crank", here, a),
         joint("b", "continuous", "crank", "coupler", here, b),
         joint("d", "continuous", "g", "rocker", here, d),
-        loop("c", "revolute", ("coupler", "rocker"), (here, here), c), name=name,
-    )  # fmt: skip
+        loop("c", "revolute", ("coupler", "rocker"), (here, here), c),
+        name=name,
+    )
 
 
 def three_upu(folder, height=2.0):
@@ -189,9 +217,12 @@ def three_upu(folder, height=2.0):
         elements += [link(names[3])]
         kinds = ("a", "b", "s", "c")
         for kind, (one, other), place, axis in zip(
-            kinds, pairwise(["base", *names]), (foot, 0 * up, 0 * up, up),
-            (outer, inner, up / height, inner), strict=True,
-        ):  # fmt: skip
+            kinds,
+            pairwise(["base", *names]),
+            (foot, 0 * up, 0 * up, up),
+            (outer, inner, up / height, inner),
+            strict=True,
+        ):
             name, type_of, more = f"{kind}{k}", "continuous", ""
             if kind == "s":
                 type_of, more = "prismatic", SLIDE

@@ -144,9 +144,10 @@ class _Writer:
             back = R.inv()
             moved = [
                 m._replace(point=back.apply(m.point - d), axis=back.apply(m.axis))
-                if R.magnitude() or d.any() else m
+                if R.magnitude() or d.any()
+                else m
                 for m in moved
-            ]  # fmt: skip
+            ]
             passed = [(link, back * Q, back.apply(p - d)) for link, Q, p in passed]
             at, turn = at + turn.apply(d) if d.any() else at, turn * R
         for link, Q, p in passed:
@@ -255,8 +256,17 @@ def random_tree(seed: int, balls: bool = True) -> str:
             rng.choice(holders), "body", pos=numbers(3), quat=numbers(4)
         )
         holders.append(body)
-        kinds = rng.choice((["hinge"], ["slide"], ["hinge", "slide"], ["slide", "hinge"],
-                            ["ball"], ["hinge", "hinge"], ["slide", "ball"]))  # fmt: skip
+        kinds = rng.choice(
+            (
+                ["hinge"],
+                ["slide"],
+                ["hinge", "slide"],
+                ["slide", "hinge"],
+                ["ball"],
+                ["hinge", "hinge"],
+                ["slide", "ball"],
+            )
+        )
         for kind in kinds:
             if kind == "ball" and not balls:
                 kind = "hinge"
@@ -273,7 +283,11 @@ def random_tree(seed: int, balls: bool = True) -> str:
             ElementTree.SubElement(body, "geom", type="box", size=size, pos=numbers(3))
         else:
             ElementTree.SubElement(
-                body, "inertial", pos=numbers(3), quat=numbers(4), mass=numbers(1, 0.1),
+                body,
+                "inertial",
+                pos=numbers(3),
+                quat=numbers(4),
+                mass=numbers(1, 0.1),
                 diaginertia="0.3 0.4 0.5",
-            )  # fmt: skip
+            )
     return ElementTree.tostring(root, encoding="unicode")

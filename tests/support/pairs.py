@@ -20,8 +20,14 @@ from tests.support.laws import point_masses, sums, unit_vector
 
 PITCHES = ("zero", "finite", "infinite")
 # Pitch of the twist, pitch of the momentum; in the others no body has the momentum.
-POSSIBLE = [("finite", "finite"), ("finite", "zero"), ("zero", "finite"), ("zero", "zero"),
-            ("zero", "infinite"), ("infinite", "zero")]  # fmt: skip
+POSSIBLE = [
+    ("finite", "finite"),
+    ("finite", "zero"),
+    ("zero", "finite"),
+    ("zero", "zero"),
+    ("zero", "infinite"),
+    ("infinite", "zero"),
+]
 IMPOSSIBLE = [(t, h) for t in PITCHES for h in PITCHES if (t, h) not in POSSIBLE]
 
 
@@ -88,8 +94,14 @@ def second_moments(z):
     """``∫ [x; 1][x; 1]ᵀ dm`` (4, 4), entry by entry."""
     m, x, y, w, xx, yy, ww, xy, xw, yw = z
     half = 0.5 * (xx + yy + ww)
-    return np.array([[half - xx, -xy, -xw, x], [-xy, half - yy, -yw, y],
-                     [-xw, -yw, half - ww, w], [x, y, w, m]])  # fmt: skip
+    return np.array(
+        [
+            [half - xx, -xy, -xw, x],
+            [-xy, half - yy, -yw, y],
+            [-xw, -yw, half - ww, w],
+            [x, y, w, m],
+        ]
+    )
 
 
 def momentum(t, z, step=1e-3):
@@ -157,9 +169,10 @@ def linkage_of(pairs):
     """One linkage of pairs; bodies a have a mass of 1 kg and are otherwise anything."""
     joints, bodies = [], {}
     for k, one in enumerate(pairs):
-        joints += [ScrewJoint(f"u{k}", "base", f"a{k}", screw=one.a),
-                   ScrewJoint(f"q{k}", "base", f"b{k}", screw=one.b,
-                              mimic=(f"u{k}", one.ratio))]  # fmt: skip
+        joints += [
+            ScrewJoint(f"u{k}", "base", f"a{k}", screw=one.a),
+            ScrewJoint(f"q{k}", "base", f"b{k}", screw=one.b, mimic=(f"u{k}", one.ratio)),
+        ]
         bodies[f"a{k}"] = (1.0, np.zeros(3), np.eye(3))
         bodies[f"b{k}"] = tuple(mass_properties(one.z))
     return from_screws(joints, bodies=bodies, inputs=[f"u{k}" for k in range(len(pairs))])

@@ -20,9 +20,20 @@ from balance.studies.synthesis.positions import Position
 
 # [B] table 1, with I2 + I4 + I5 = 5e-3 kg m² and R = 0.326 of the issue: chosen, not printed.
 TABLE = PantographMasses(
-    l2=0.05, l3=0.05, m1=0.11873, m2=0.30377, m3=0.14989, m4=0.02422, m5=0.06722, m6=0.78468,
-    s3=0.09694, s4=0.02448, s5=0.25, inertia_1=0.326 * 5e-3, inertia_2=5e-3,
-)  # fmt: skip
+    l2=0.05,
+    l3=0.05,
+    m1=0.11873,
+    m2=0.30377,
+    m3=0.14989,
+    m4=0.02422,
+    m5=0.06722,
+    m6=0.78468,
+    s3=0.09694,
+    s4=0.02448,
+    s5=0.25,
+    inertia_1=0.326 * 5e-3,
+    inertia_2=5e-3,
+)
 S2 = 0.10054
 
 
@@ -45,10 +56,13 @@ def random_triple(seed):
         fixed = complex(*rng.uniform(-1.0, 1.0, 2))
         angle, l1, reach = rng.uniform(-3.0, 3.0), rng.uniform(0.4, 1.0), rng.uniform(0.3, 1.0)
         masses = replace(
-            default_masses(1.0, 0.5), m6=rng.uniform(0.5, 3.0), s4=rng.uniform(0.0, 0.3),
-            s3=rng.uniform(0.0, 0.3), inertia_1=rng.uniform(0.1, 2.0),
+            default_masses(1.0, 0.5),
+            m6=rng.uniform(0.5, 3.0),
+            s4=rng.uniform(0.0, 0.3),
+            s3=rng.uniform(0.0, 0.3),
+            inertia_1=rng.uniform(0.1, 2.0),
             inertia_2=rng.uniform(0.1, 2.0),
-        )  # fmt: skip
+        )
         inertias = reduced_inertias(masses, l1, reach)
         if float(inertias.second) < 1.2 * abs(float(inertias.coupling)):
             continue

@@ -177,8 +177,11 @@ def _shuffled(words: str, arrays: list[np.ndarray]) -> list[np.ndarray]:
         for labels, array in zip(inputs.split(","), arrays, strict=True)
     ]
     for label in sorted(set(inputs) - set(output) - set(",.")):
-        lengths = {array.shape[k] for where, array in zip(axes, arrays, strict=True)
-                   for k in where.get(label, ())}  # fmt: skip
+        lengths = {
+            array.shape[k]
+            for where, array in zip(axes, arrays, strict=True)
+            for k in where.get(label, ())
+        }
         if lengths == {1} or len(lengths) > 1:
             continue
         order = rounding.order(lengths.pop())
@@ -268,7 +271,7 @@ MODELS = {
         "math.sin math.cos math.tan math.asin math.acos math.atan math.atan2 math.exp "
         "math.log math.log10 math.hypot"
     ),
-}  # fmt: skip
+}
 # The model of every function that is perturbed, by the name that sources call it by.
 PERTURBED = {name: model for model, names in MODELS.items() for name in names.split()}
 

@@ -92,8 +92,9 @@ def about(mechanism, order, goal, select, rng):
             rates = velocities(mechanism, q, np.eye(count).astype(complex))
             blocks.append(selected(mechanism, q, rates, select))
         for k in range(order + 1):
-            yield np.mean([b * (t / RADIUS) ** -k for b, t in zip(blocks, circle, strict=True)],
-                          axis=0).real  # fmt: skip
+            yield np.mean(
+                [b * (t / RADIUS) ** -k for b, t in zip(blocks, circle, strict=True)], axis=0
+            ).real
 
 
 def _in_the_plane(width):

@@ -17,8 +17,18 @@ from tests.support.urdf_text import pose_of, words
 
 Tree = ElementTree.Element
 TYPES = {"spherical": "ball"}
-STYLES = ("model", "parent", "frames", "model_axes", "joint_poses", "degrees", "quaternions",
-          "reversed", "old", "world")  # fmt: skip
+STYLES = (
+    "model",
+    "parent",
+    "frames",
+    "model_axes",
+    "joint_poses",
+    "degrees",
+    "quaternions",
+    "reversed",
+    "old",
+    "world",
+)
 # Joint types that SDF does not have.
 FOREIGN = ("planar", "cylindrical")
 
@@ -160,9 +170,11 @@ class Writer:
         if flip:
             parent, child = child, parent
         made = self.item(
-            self.model, "joint", name=joint.get("name"),
+            self.model,
+            "joint",
+            name=joint.get("name"),
             type="screw" if screw is not None else TYPES.get(kind, kind),
-        )  # fmt: skip
+        )
         self.item(made, "parent", parent)
         self.item(made, "child", child)
         if screw is not None:

@@ -17,11 +17,14 @@ def loop_of(points, axes, base, rng):
     count = len(points)
     edges = [
         axis_edge(
-            "revolute", axes[i] / np.linalg.norm(axes[i]), points[i],
-            ((i - 1 - base) % count, (i - base) % count), f"j{i}",
+            "revolute",
+            axes[i] / np.linalg.norm(axes[i]),
+            points[i],
+            ((i - 1 - base) % count, (i - base) % count),
+            f"j{i}",
         )
         for i in range(count)
-    ]  # fmt: skip
+    ]
     return assemble(linked(edges, range(1, count), rng))
 
 
@@ -86,12 +89,14 @@ def units(space):
 def matrix(z):
     """``[[S, mc], [mcᵀ, m]]`` of parameters (10,), entry by entry."""
     m, x, y, w, xx, yy, zz, xy, xz, yz = z
-    return np.array([
-        [(yy + zz - xx) / 2, -xy, -xz, x],
-        [-xy, (xx + zz - yy) / 2, -yz, y],
-        [-xz, -yz, (xx + yy - zz) / 2, w],
-        [x, y, w, m],
-    ])  # fmt: skip
+    return np.array(
+        [
+            [(yy + zz - xx) / 2, -xy, -xz, x],
+            [-xy, (xx + zz - yy) / 2, -yz, y],
+            [-xz, -yz, (xx + yy - zz) / 2, w],
+            [x, y, w, m],
+        ]
+    )
 
 
 def functional(space, certificate):

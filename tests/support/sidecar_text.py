@@ -25,17 +25,20 @@ def bench(extra="", ends=APART, spins=()):
     ]
     last = joint("ja", "fixed", names[-2], "tip_a", EYE if spins else ends[0])
     return (
-        '<robot name="r">' + link("base")
+        '<robot name="r">'
+        + link("base")
         + "".join(link(name, **UNIT_INERTIA) for name in NAMES[1:])
         + "".join(link(f"spin{k}") for k in range(len(spins)))
         + "".join(frames)
         + joint("j1", "revolute", "base", "crank", about([0, 0, 1], 1.1), [0, 0, 1])
         + joint("j2", "revolute", "crank", "coupler", along([1, 0, 0]), [0, 0, 1])
         + joint("j3", "revolute", "base", "rocker", along([2, 0, 0]), [0, 0, 1])
-        + "".join(chain) + last
+        + "".join(chain)
+        + last
         + joint("jb", "fixed", "rocker", "tip_b", ends[1])
-        + extra + "</robot>"
-    )  # fmt: skip
+        + extra
+        + "</robot>"
+    )
 
 
 def written(folder, text, yaml=None, name="robot.yaml"):

@@ -36,8 +36,11 @@ def _arm(rng: random.Random) -> list[str]:
         if flat and kind == "prismatic":
             axis = (1.0, rng.choice((0.0, 0.5)), 0.0)
         where = (_length(rng), _length(rng), 0.0 if flat else _length(rng))
-        parts.append(_body(rng, k, "base" if k == 1 else f"L{k - 1}", kind, where,
-                           axis if any(axis) else Z))  # fmt: skip
+        parts.append(
+            _body(
+                rng, k, "base" if k == 1 else f"L{k - 1}", kind, where, axis if any(axis) else Z
+            )
+        )
     return parts
 
 
@@ -56,10 +59,16 @@ def _loop(rng: random.Random, kind: str) -> list[str]:
     for k in range(1, count):
         (x, y), (u, v) = corners[k - 1], corners[k - 2] if k > 1 else (0.0, 0.0)
         slides = kind == "slider" and k == 2
-        parts.append(_body(rng, k, "base" if k == 1 else f"L{k - 1}",
-                           "prismatic" if slides else "continuous",
-                           (round(x - u, 4), round(y - v, 4), 0.0),
-                           (1.0, 0.0, 0.0) if slides else Z))  # fmt: skip
+        parts.append(
+            _body(
+                rng,
+                k,
+                "base" if k == 1 else f"L{k - 1}",
+                "prismatic" if slides else "continuous",
+                (round(x - u, 4), round(y - v, 4), 0.0),
+                (1.0, 0.0, 0.0) if slides else Z,
+            )
+        )
     x, y = corners[-1]
     parts.append(_body(rng, count, "base", "continuous", (x, y, 0.0), Z))
     # The last joint joins the ends of both sides.

@@ -86,9 +86,10 @@ def small_loop(name, size, arm=1, lift=0, turn=""):
         f'<{role} link="{side}"><origin xyz="{scaled(end)}"/></{role}>'
         for (role, side), end in zip(roles, ends, strict=True)
     )
-    centres = [tuple(map(Decimal, c.split())) for c in (
-        "-0.2 0.2 0.1", "-0.1 0 0.2", "0.1 0.2 0.3", "-0.3 0.2 -0.1"
-    )]  # fmt: skip
+    centres = [
+        tuple(map(Decimal, c.split()))
+        for c in ("-0.2 0.2 0.1", "-0.1 0 0.2", "0.1 0.2 0.3", "-0.3 0.2 -0.1")
+    ]
     parts = [link(k + 1, c, s if k else Decimal(arm)) for k, c in enumerate(centres)]
     parts += [
         '<link name="base"/>',

@@ -63,9 +63,14 @@ def make_packages(site: Path) -> Path:
 def run(folder: Path, code: str, **environment: str) -> tuple[list[str], list[str]]:
     """Lines that a new process prints, and lines of its standard error."""
     done = subprocess.run(
-        [sys.executable, "-c", code], cwd=folder, capture_output=True, text=True, check=False,
-        env=clean() | environment, timeout=HANGS,
-    )  # fmt: skip
+        [sys.executable, "-c", code],
+        cwd=folder,
+        capture_output=True,
+        text=True,
+        check=False,
+        env=clean() | environment,
+        timeout=HANGS,
+    )
     assert done.returncode == 0, done.stderr
     return done.stdout.split(), done.stderr.splitlines()
 

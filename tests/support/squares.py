@@ -16,9 +16,11 @@ from kinematics.errors import LinkageError
 from tests.support.waiting import HANGS
 
 COLUMNS = (
-    Column("number", "integer"), Column("Number", "real", "m"), Column("words", "text"),
+    Column("number", "integer"),
+    Column("Number", "real", "m"),
+    Column("words", "text"),
     Column('odd "name"', "real"),
-)  # fmt: skip
+)
 
 
 @dataclass(frozen=True)

@@ -44,9 +44,13 @@ class Topology(NamedTuple):
             relations[path] = f"(1-s)*({value!r} + {size!r}*v{k}) + s*({special or value})"
         linkage = kinematics.load(Document("model", self.text.encode()))
         return balance.sweep(
-            linkage, parameters, relations=relations, samples=max(1, rows // 50), seed=seed,
+            linkage,
+            parameters,
+            relations=relations,
+            samples=max(1, rows // 50),
+            seed=seed,
             **options,
-        )  # fmt: skip
+        )
 
     def linkage(self, table: balance.SweepTable, row: int) -> kinematics.Linkage:
         """Read the file into which the numbers of a row are written."""
@@ -77,13 +81,16 @@ def write_numbers(text: str, values: Mapping[str, float]) -> str:
 def _lengthen(robot: ElementTree.Element, link: str, length: float) -> None:
     """Put the only further joint of a link at a distance from its frame."""
     joints = [
-        x for x in robot.iter("joint")
+        x
+        for x in robot.iter("joint")
         if (parent := x.find("parent")) is not None and parent.get("link") == link
-    ]  # fmt: skip
+    ]
     sides = [
-        x for loop in robot.iter("loop") for x in loop
+        x
+        for loop in robot.iter("loop")
+        for x in loop
         if x.tag in ("predecessor", "successor") and x.get("link") == link
-    ]  # fmt: skip
+    ]
     first, *others = [part.find("origin") for part in (*joints, *sides)]
     far = first if not others else others[0]
     start = np.zeros(3) if not others else _vector(first)
@@ -106,48 +113,66 @@ def _four_bars() -> dict[str, Topology]:
     anti = gallery_text("four_bar_antiparallelogram")
     kite = gallery_text("four_bar_kite")
     return {
-        "four-bar": Topology(gallery_text("four_bar_general"), {
-            "q2.origin.x": (0.1, 0.05, "0.1 + 0.05*v0"),
-            "q2.origin.y": (0.3, 0.05, "0.3 + 0.05*v1"),
-            "q4.origin.x": (1.1, 0.1, "1.1 + 0.1*v2"),
-            "q3.predecessor.origin.x": (0.8, 0.1, "1.1 + 0.1*v2"),
-            "q3.predecessor.origin.y": (0.4, 0.1, "0"),
-            "q3.successor.origin.x": (-0.2, 0.1, "0.1 + 0.05*v0"),
-            "q3.successor.origin.y": (0.7, 0.1, "0.3 + 0.05*v1"),
-        }, 5),
-        "kite": Topology(kite, {
-            "crank.length": (0.67, 0.05, "0.67 + 0.05*v0"),
-            "coupler.length": (0.69, 0.05, "0.67 + 0.05*v0"),
-            "q4.origin.x": (1.0, 0.05, "1 + 0.05*v2"),
-            "rocker.length": (1.02, 0.05, "1 + 0.05*v2"),
-        }, 7),
-        "antiparallelogram": Topology(anti, {
-            "crank.length": (0.5, 0.05, "0.5 + 0.05*v0"),
-            "rocker.length": (0.52, 0.05, "0.5 + 0.05*v0"),
-            "q4.origin.x": (1.0, 0.05, "1 + 0.05*v2"),
-            "coupler.length": (1.02, 0.05, "1 + 0.05*v2"),
-        }, 7),
-    }  # fmt: skip
+        "four-bar": Topology(
+            gallery_text("four_bar_general"),
+            {
+                "q2.origin.x": (0.1, 0.05, "0.1 + 0.05*v0"),
+                "q2.origin.y": (0.3, 0.05, "0.3 + 0.05*v1"),
+                "q4.origin.x": (1.1, 0.1, "1.1 + 0.1*v2"),
+                "q3.predecessor.origin.x": (0.8, 0.1, "1.1 + 0.1*v2"),
+                "q3.predecessor.origin.y": (0.4, 0.1, "0"),
+                "q3.successor.origin.x": (-0.2, 0.1, "0.1 + 0.05*v0"),
+                "q3.successor.origin.y": (0.7, 0.1, "0.3 + 0.05*v1"),
+            },
+            5,
+        ),
+        "kite": Topology(
+            kite,
+            {
+                "crank.length": (0.67, 0.05, "0.67 + 0.05*v0"),
+                "coupler.length": (0.69, 0.05, "0.67 + 0.05*v0"),
+                "q4.origin.x": (1.0, 0.05, "1 + 0.05*v2"),
+                "rocker.length": (1.02, 0.05, "1 + 0.05*v2"),
+            },
+            7,
+        ),
+        "antiparallelogram": Topology(
+            anti,
+            {
+                "crank.length": (0.5, 0.05, "0.5 + 0.05*v0"),
+                "rocker.length": (0.52, 0.05, "0.5 + 0.05*v0"),
+                "q4.origin.x": (1.0, 0.05, "1 + 0.05*v2"),
+                "coupler.length": (1.02, 0.05, "1 + 0.05*v2"),
+            },
+            7,
+        ),
+    }
 
 
 def _planar() -> dict[str, Topology]:
     five = {"left_lower": 0.63, "left_upper": 0.86, "right_lower": 0.5, "right_upper": 0.92}
     legs = {
-        "b1.origin.x": (0.1, 0.1, "0.1 + 0.1*v0"), "b1.origin.y": (0.5, 0.1, "0.5 + 0.1*v1"),
-        "c1.origin.x": (1.2, 0.1, "1.2 + 0.1*v2"), "c1.origin.y": (-0.1, 0.1, "-0.1 + 0.1*v3"),
-        "a2.origin.x": (0.8, 0.1, ""), "b3.origin.y": (0.4, 0.1, ""),
-        "a4.origin.x": (-0.7, 0.1, ""), "b4.origin.x": (1.0, 0.1, ""),
+        "b1.origin.x": (0.1, 0.1, "0.1 + 0.1*v0"),
+        "b1.origin.y": (0.5, 0.1, "0.5 + 0.1*v1"),
+        "c1.origin.x": (1.2, 0.1, "1.2 + 0.1*v2"),
+        "c1.origin.y": (-0.1, 0.1, "-0.1 + 0.1*v3"),
+        "a2.origin.x": (0.8, 0.1, ""),
+        "b3.origin.y": (0.4, 0.1, ""),
+        "a4.origin.x": (-0.7, 0.1, ""),
+        "b4.origin.x": (1.0, 0.1, ""),
         "c3.successor.origin.x": (-0.8, 0.1, ""),
-    }  # fmt: skip
+    }
     watt = {
-        "a.origin.x": (0.2, 0.05, "0.2 + 0.05*v0"), "a.origin.y": (0.5, 0.05, "0.5 + 0.05*v1"),
-        "o4.origin.x": (1.1, 0.05, "1.1 + 0.05*v2"), "o4.origin.y": (-0.1, 0.05, "0"),
+        "a.origin.x": (0.2, 0.05, "0.2 + 0.05*v0"),
+        "a.origin.y": (0.5, 0.05, "0.5 + 0.05*v1"),
+        "o4.origin.x": (1.1, 0.05, "1.1 + 0.05*v2"),
+        "o4.origin.y": (-0.1, 0.05, "0"),
         "b.predecessor.origin.x": (0.7, 0.05, "1.1 + 0.05*v2"),
         "b.predecessor.origin.y": (0.3, 0.05, "0"),
         "b.successor.origin.x": (-0.2, 0.05, "0.2 + 0.05*v0"),
         "b.successor.origin.y": (0.9, 0.05, "0.5 + 0.05*v1"),
         "c.origin.y": (0.8, 0.05, ""),
-    }  # fmt: skip
+    }
     stephenson = dict(watt) | {
         "c.origin.y": (0.9, 0.05, ""),
         "b.predecessor.origin.x": (0.8, 0.05, "1.1 + 0.05*v2"),
@@ -156,18 +181,24 @@ def _planar() -> dict[str, Topology]:
         "b.successor.origin.y": (1.0, 0.05, "0.5 + 0.05*v1"),
     }
     return {
-        "slider-crank": Topology(gallery_text("slider_crank"), {
-            "crank.length": (0.5, 0.1, "0.5 + 0.1*v0"),
-            "coupler.length": (0.55, 0.1, "0.5 + 0.1*v0"),
-            "q4.origin.y": (0.02, 0.02, "0"),
-        }, 6),
-        "5R": Topology(gallery_text("five_bar"), {
-            f"{link}.length": (size, 0.05, "0.75 + 0.05*v0") for link, size in five.items()
-        } | {"u2.origin.y": (0.1, 0.1, "0")}),
+        "slider-crank": Topology(
+            gallery_text("slider_crank"),
+            {
+                "crank.length": (0.5, 0.1, "0.5 + 0.1*v0"),
+                "coupler.length": (0.55, 0.1, "0.5 + 0.1*v0"),
+                "q4.origin.y": (0.02, 0.02, "0"),
+            },
+            6,
+        ),
+        "5R": Topology(
+            gallery_text("five_bar"),
+            {f"{link}.length": (size, 0.05, "0.75 + 0.05*v0") for link, size in five.items()}
+            | {"u2.origin.y": (0.1, 0.1, "0")},
+        ),
         "4-RRR": Topology(gallery_text("four_rrr"), legs),
         "Watt": Topology(gallery_text("six_bar_watt"), watt),
         "Stephenson": Topology(gallery_text("six_bar_stephenson"), stephenson),
-    }  # fmt: skip
+    }
 
 
 def bennett_text(angle: float) -> str:
@@ -206,28 +237,38 @@ def bennett_text(angle: float) -> str:
 def topologies() -> dict[str, Topology]:
     """Give eight topologies and more, by name."""
     rsr = {
-        "u1.origin.x": (3.0, 0.05, ""), "u2.origin.y": (2.59807621135331595, 0.05, ""),
-        "elbow1_y.origin.x": (0.6, 0.05, ""), "platform1.origin.z": (0.8, 0.05, ""),
-        "platform2.origin.x": (-4.5, 0.05, ""), "elbow2.predecessor.origin.z": (0.8, 0.05, ""),
+        "u1.origin.x": (3.0, 0.05, ""),
+        "u2.origin.y": (2.59807621135331595, 0.05, ""),
+        "elbow1_y.origin.x": (0.6, 0.05, ""),
+        "platform1.origin.z": (0.8, 0.05, ""),
+        "platform2.origin.x": (-4.5, 0.05, ""),
+        "elbow2.predecessor.origin.z": (0.8, 0.05, ""),
         "elbow3.successor.origin.z": (-0.8, 0.05, ""),
-    }  # fmt: skip
+    }
     gears = {
-        "u2.origin.x": (0.6, 0.1, ""), "gear1.origin.x": (-0.3, 0.1, ""),
+        "u2.origin.x": (0.6, 0.1, ""),
+        "gear1.origin.x": (-0.3, 0.1, ""),
         "gear2.origin.y": (0.07, 0.05, ""),
-    }  # fmt: skip
+    }
     a, b, alpha = "(0.5 + 0.05*v0)", "(0.8 + 0.05*v1)", "(0.4 + 0.05*v2)"
     beta = f"asin({b}*sin({alpha})/{a})"
     bennett = {
-        "far.origin.x": (0.5, 0.05, a), "back.origin.x": (-0.8, 0.05, f"-{b}"),
-        "far.origin.roll": (0.4, 0.05, alpha), "back.origin.roll": (-0.67, 0.05, f"-{beta}"),
+        "far.origin.x": (0.5, 0.05, a),
+        "back.origin.x": (-0.8, 0.05, f"-{b}"),
+        "far.origin.roll": (0.4, 0.05, alpha),
+        "back.origin.roll": (-0.67, 0.05, f"-{beta}"),
         "q3.predecessor.origin.x": (0.8, 0.05, b),
         "q3.successor.origin.x": (-0.5, 0.05, f"-{a}"),
         "q3.predecessor.origin.roll": (0.67, 0.05, beta),
         "q3.successor.origin.roll": (-0.4, 0.05, f"-{alpha}"),
-    }  # fmt: skip
+    }
     pendulum = gallery_text("double_pendulum_counter_rotary")
-    return _four_bars() | _planar() | {
-        "Bennett": Topology(bennett_text(1.1), bennett, 13),
-        "3-RSR": Topology(gallery_text("three_rsr"), rsr, 43),
-        "gears": Topology(pendulum, gears),
-    }  # fmt: skip
+    return (
+        _four_bars()
+        | _planar()
+        | {
+            "Bennett": Topology(bennett_text(1.1), bennett, 13),
+            "3-RSR": Topology(gallery_text("three_rsr"), rsr, 43),
+            "gears": Topology(pendulum, gears),
+        }
+    )

@@ -102,9 +102,13 @@ def _unit(a: tuple) -> tuple:
 
 
 def platform_text(
-    kind: str, size: str = "1", style: str = "vectors", start: float = 0.0, base: str = "",
+    kind: str,
+    size: str = "1",
+    style: str = "vectors",
+    start: float = 0.0,
+    base: str = "",
     turn: tuple | None = None,
-) -> str:  # fmt: skip
+) -> str:
     """Write a platform as URDF.
 
     Args:

@@ -10,9 +10,13 @@ from tests.support.urdf_text import INERTIAL
 
 # Bars of a leg: parent, the way to its joint in the frame of the parent, along x and z.
 BARS = {
-    "j": ("crank", None), "k": ("j", (0.0, 0.0)), "c": ("k", (0.0, 0.619)),
-    "g": ("k", (0.0, 0.619)), "b": ("j", (0.0, 0.5)), "f": ("b", (0.0, 0.558)),
-}  # fmt: skip
+    "j": ("crank", None),
+    "k": ("j", (0.0, 0.0)),
+    "c": ("k", (0.0, 0.619)),
+    "g": ("k", (0.0, 0.619)),
+    "b": ("j", (0.0, 0.5)),
+    "f": ("b", (0.0, 0.558)),
+}
 # Points of two bars that coincide, along x and z of their frames; the last of the crossbar.
 BALLS = (
     ("f", (0.0, 0.394), "g", (0.3624, -0.0582)),

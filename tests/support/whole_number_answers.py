@@ -8,10 +8,21 @@ from balance import certify, design_space
 from tests.support.urdf_text import INERTIAL
 
 MODELS = (
-    "four_bar_general", "four_bar_antiparallelogram", "four_bar_parallelogram", "five_bar",
-    "slider_crank", "rusr", "four_bar_spherical", "hprs", "pantograph", "bennett",
-    "six_bar_watt", "two_rrr", "three_rsr", "sarrus",
-)  # fmt: skip
+    "four_bar_general",
+    "four_bar_antiparallelogram",
+    "four_bar_parallelogram",
+    "five_bar",
+    "slider_crank",
+    "rusr",
+    "four_bar_spherical",
+    "hprs",
+    "pantograph",
+    "bennett",
+    "six_bar_watt",
+    "two_rrr",
+    "three_rsr",
+    "sarrus",
+)
 # A parallelogram that is open at the pose of the file: exact arithmetic does not apply, and
 # there is a parallel part.
 OPEN = f"""<robot name="open"><link name="base"/><link name="crank">{INERTIAL}</link>
@@ -37,9 +48,15 @@ def answers():
             space = design_space(kinematics.load(model))
             certainty = certify(space).certainty
             found[Path(model).stem] = [
-                [order.rank for order in space.orders], space.rank, space.nullity,
-                space.serial_nullity, space.kmax, space.poses, certainty.level, certainty.poses,
-            ]  # fmt: skip
+                [order.rank for order in space.orders],
+                space.rank,
+                space.nullity,
+                space.serial_nullity,
+                space.kmax,
+                space.poses,
+                certainty.level,
+                certainty.poses,
+            ]
             if model != path:
                 # Positions that Newton's method finds differ by the last digit, so that exact
                 # arithmetic bounds the ranks of another linkage.

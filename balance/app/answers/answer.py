@@ -107,10 +107,12 @@ def joined_facts(facts: Sequence[Pairs]) -> list[tuple[str, ...]]:
                 labels.insert(after + 1, label)
             after = labels.index(label)
     return [
-        (label, *("; ".join(v for name, v in pairs if name == label) or MISSING
-                  for pairs in facts))
+        (
+            label,
+            *("; ".join(v for name, v in pairs if name == label) or MISSING for pairs in facts),
+        )
         for label in labels
-    ]  # fmt: skip
+    ]
 
 
 def side_by_side(facts: Sequence[Pairs]) -> AnswerBody:

@@ -22,8 +22,15 @@ MAX_ERROR_LENGTH = 20_000
 NAMED_ALONE = "reading of the file (see balance report --help)"
 # Groups of options, in the order of the help; before them, words without a group.
 GROUPS = (
-    "model", NAMED_ALONE, "motion", "base", "matter", "formulas", "check", "output",
-)  # fmt: skip
+    "model",
+    NAMED_ALONE,
+    "motion",
+    "base",
+    "matter",
+    "formulas",
+    "check",
+    "output",
+)
 # Where the texts of options begin in the help.
 HELP_COLUMN = 28
 
@@ -64,8 +71,14 @@ class HelpText(argparse.RawDescriptionHelpFormatter):
         """Write the words that a command needs, in one line; with a prefix, it is a name."""
         needed = [action for action in actions if action.required]
         named = [action for action in needed if action.option_strings]
-        words = [self._prog, *(self._format_args(action, action.dest) for action in needed
-                               if not action.option_strings)]  # fmt: skip
+        words = [
+            self._prog,
+            *(
+                self._format_args(action, action.dest)
+                for action in needed
+                if not action.option_strings
+            ),
+        ]
         words += [self._format_action_invocation(action) for action in named]
         line = " ".join(words)
         return f"usage: {line} [options]\n" if prefix is None else f"{line}\n"
@@ -121,8 +134,9 @@ class Parser(argparse.ArgumentParser):
         Returns:
             The values, and no words: all are taken.
         """
-        for name in (word[:-3] for word in args if word.startswith("--")
-                     and word.endswith("=--")):  # fmt: skip
+        for name in (
+            word[:-3] for word in args if word.startswith("--") and word.endswith("=--")
+        ):
             self.error(f"argument {name}: expected one argument")
         values, extra = super().parse_known_args(args, namespace)
         if extra:

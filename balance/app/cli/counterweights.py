@@ -56,24 +56,33 @@ def add_counterweights(parser: Parser) -> None:
     add_requirement_options(parser)
     parser.set_defaults(run=_run)
     parser.group("motion").add_argument(
-        "--max-order", type=whole_number(0, 50, "an order"), metavar="K",
+        "--max-order",
+        type=whole_number(0, 50, "an order"),
+        metavar="K",
         help="only the conditions of orders 0 to K count",
-    )  # fmt: skip
+    )
     add_motion_source(parser.group("motion"), "none")
     add_matter_options(parser, "links that may get matter", required=True)
     parser.group("matter").add_argument(
-        "--minimise", choices=OBJECTIVES, default="mass", metavar="WHAT",
+        "--minimise",
+        choices=OBJECTIVES,
+        default="mass",
+        metavar="WHAT",
         help="mass (default), inertia, or rotor (of the inputs)",
-    )  # fmt: skip
+    )
     parser.group("matter").add_argument(
-        "--price-of-mass", type=finite_number, metavar="X",
+        "--price-of-mass",
+        type=finite_number,
+        metavar="X",
         help="X length² for inertia, rotor (0.01)",
-    )  # fmt: skip
+    )
     add_density_options(parser, "matter", "plates on a planar linkage")
     parser.group("matter").add_argument(
-        "--shape", type=_shape, metavar="KIND=METRES",
+        "--shape",
+        type=_shape,
+        metavar="KIND=METRES",
         help="disc, block (thickness) or cylinder (radius)",
-    )  # fmt: skip
+    )
     add_out_option(parser)
     add_merge_option(parser)
     add_parts_option(parser)
@@ -106,17 +115,23 @@ def _run(arguments: argparse.Namespace) -> Answer:
     with spinner("finding the least matter that balances"):
         space = certified_space(arguments)
         matter = counterweights(
-            space, arguments.links, dict(arguments.region), arguments.minimise,
-            density=densities_of(arguments, arguments.links), thickness=arguments.thickness,
+            space,
+            arguments.links,
+            dict(arguments.region),
+            arguments.minimise,
+            density=densities_of(arguments, arguments.links),
+            thickness=arguments.thickness,
             price_of_mass=IDLE_MASS_PRICE if given is None else given,
             shape=arguments.shape,
-        )  # fmt: skip
+        )
         matter, told = _with_loads(arguments, matter)
     parts = make_parts(arguments, matter)
     notices = (
-        *space.warnings, *distant_regions(space, dict(arguments.region)), *told,
+        *space.warnings,
+        *distant_regions(space, dict(arguments.region)),
+        *told,
         *rough_parts(parts),
-    )  # fmt: skip
+    )
     return Answer(
         verdict_code(matter.verdict),
         matter.to_dict,

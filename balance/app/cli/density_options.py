@@ -10,9 +10,13 @@ from balance.app.cli.number_arguments import positive_quantity
 
 # Densities of materials, kg/m³.
 MATERIALS = {
-    "steel": 7850.0, "aluminium": 2700.0, "brass": 8500.0, "titanium": 4430.0,
-    "tungsten": 19300.0, "lead": 11340.0,
-}  # fmt: skip
+    "steel": 7850.0,
+    "aluminium": 2700.0,
+    "brass": 8500.0,
+    "titanium": 4430.0,
+    "tungsten": 19300.0,
+    "lead": 11340.0,
+}
 
 
 def add_density_options(parser: Parser, group: str, whose: str) -> None:
@@ -24,9 +28,13 @@ def add_density_options(parser: Parser, group: str, whose: str) -> None:
         whose: what has the thickness.
     """
     parser.group(group).add_argument(
-        "--density", action="append", type=_density, default=[], metavar="[L=]KG/M3",
+        "--density",
+        action="append",
+        type=_density,
+        default=[],
+        metavar="[L=]KG/M3",
         help="largest density: 7850, 7.85g/cm3, steel; repeatable",
-    )  # fmt: skip
+    )
     parser.group(group).add_argument(
         "--thickness",
         type=positive_quantity("length"),

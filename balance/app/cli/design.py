@@ -42,9 +42,11 @@ def add_design(parser: Parser) -> None:
     add_requirement_options(parser)
     parser.set_defaults(run=_run)
     parser.group("motion").add_argument(
-        "--max-order", type=whole_number(0, 50, "an order"), metavar="K",
+        "--max-order",
+        type=whole_number(0, 50, "an order"),
+        metavar="K",
         help="only orders 0 to K; 0: at the reference pose alone",
-    )  # fmt: skip
+    )
     _add_mass_options(parser)
     add_out_option(parser)
     add_page_option(parser, "with the masses before and after")
@@ -59,17 +61,26 @@ def _add_mass_options(parser: Parser) -> None:
     """Add the options for the masses that links may have."""
     group = parser.group("matter")
     group.add_argument(
-        "--minimise", choices=OBJECTIVES, metavar="WHAT",
+        "--minimise",
+        choices=OBJECTIVES,
+        metavar="WHAT",
         help="mass, inertia, rotor (of the inputs), change",
-    )  # fmt: skip
+    )
     group.add_argument(
-        "--keep", action="append", default=[], metavar="L",
+        "--keep",
+        action="append",
+        default=[],
+        metavar="L",
         help="link that stays as in the file; repeatable",
-    )  # fmt: skip
+    )
     group.add_argument(
-        "--bounds", action="append", type=_bounds, default=[], metavar="L=LO:HI",
+        "--bounds",
+        action="append",
+        type=_bounds,
+        default=[],
+        metavar="L=LO:HI",
         help="least and largest mass of a link, kg; repeatable",
-    )  # fmt: skip
+    )
     add_density_options(parser, "matter", "planar links")
     group.add_argument(
         "--anywhere", action="store_true", help="masses may lie far from their links"
@@ -86,9 +97,10 @@ def _run(arguments: argparse.Namespace) -> Answer:
 
     # For one pose, the conditions there are all there are.
     notices = tuple(
-        notice for notice in space.warnings
+        notice
+        for notice in space.warnings
         if arguments.max_order != 0 or notice.code != "not_settled"
-    )  # fmt: skip
+    )
     remark = describe_written(arguments, design.z is not None)
     if arguments.out and design.z is not None:
         remark += f"; to {_checked_claim(arguments)}: {_verify_command(arguments, design)}"
@@ -118,10 +130,15 @@ def _design(arguments: argparse.Namespace, space: DesignSpace) -> Design:
     within = None if arguments.anywhere else BALL_RADIUS
     free = [name for name in space.bodies if name not in arguments.keep]
     return design(
-        space, arguments.minimise, keep=arguments.keep, bounds=limits, within=within,
-        one_pose=arguments.max_order == 0, density=densities_of(arguments, free),
+        space,
+        arguments.minimise,
+        keep=arguments.keep,
+        bounds=limits,
+        within=within,
+        one_pose=arguments.max_order == 0,
+        density=densities_of(arguments, free),
         thickness=arguments.thickness,
-    )  # fmt: skip
+    )
 
 
 def _files(design: Design) -> Files:

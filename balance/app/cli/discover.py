@@ -56,45 +56,59 @@ def _add_run(kinds: Verbs) -> None:
     )
     where = parser.add_mutually_exclusive_group(required=True)
     where.add_argument(
-        "--model", metavar="MODEL",
+        "--model",
+        metavar="MODEL",
         help="take the topology of this model, begin with its geometry, and go on from "
         "random changes of it; a path, or a name from 'balance models'",
-    )  # fmt: skip
+    )
     where.add_argument(
-        "--topology", metavar="NAME",
+        "--topology",
+        metavar="NAME",
         help="four-bar, slider-crank, geared-five-bar, watt1, watt2, stephenson1, stephenson2, "
         "stephenson3, spherical-four-bar, r-u-s-r, 3-rsr, or the pairs of links that joints "
         'connect, as "0-1 1-2 2-3 P0-3", where 0 is the ground and P a sliding joint',
-    )  # fmt: skip
+    )
     parser.add_argument(
-        "--buildable", action="store_true",
+        "--buildable",
+        action="store_true",
         help="walk to geometries that balance with masses that can be built",
-    )  # fmt: skip
+    )
     parser.add_argument(
-        "--starts", type=whole_number(1, MAX_STARTS), default=STARTS, metavar="N",
+        "--starts",
+        type=whole_number(1, MAX_STARTS),
+        default=STARTS,
+        metavar="N",
         help=f"number of walks (default {STARTS})",
-    )  # fmt: skip
+    )
     parser.add_argument(
-        "--seed", type=whole_number(0, MAX_SEED), default=1, metavar="N",
+        "--seed",
+        type=whole_number(0, MAX_SEED),
+        default=1,
+        metavar="N",
         help="seed of the starts (default 1)",
-    )  # fmt: skip
+    )
     parser.add_argument(
-        "--seconds", type=positive_number, metavar="S",
+        "--seconds",
+        type=positive_number,
+        metavar="S",
         help="stop after this time; --resume goes on from there",
-    )  # fmt: skip
+    )
     parser.add_argument(
         "--out",
         metavar="FILE.db",
         help="file of the results (default: NAME.db)",
     )
     parser.add_argument(
-        "--resume", action="store_true",
+        "--resume",
+        action="store_true",
         help="go on with a file that this search has begun; begin it, if there is none",
-    )  # fmt: skip
+    )
     parser.add_argument(
-        "--workers", type=whole_number(0, MAX_WORKERS), metavar="N",
+        "--workers",
+        type=whole_number(0, MAX_WORKERS),
+        metavar="N",
         help="processes on this machine (default: one per core; 0: this process alone)",
-    )  # fmt: skip
+    )
     add_json_option(parser, _compute)
 
 
@@ -126,8 +140,10 @@ def _compute(arguments: argparse.Namespace) -> Answer:
         if ended == "time":
             logger.warning(
                 "time is up after %d of %d walks, with %s; --resume goes on from there",
-                file.computed()[0], file.rows, count_noun(len(search.families), "family"),
-            )  # fmt: skip
+                file.computed()[0],
+                file.rows,
+                count_noun(len(search.families), "family"),
+            )
         data = search_data(file, search, monotonic() - begin)
     code = DONE if data["families"] else NEGATIVE
     return Answer(code, lambda: data, lambda: search_body(data, job.topology))
@@ -166,11 +182,14 @@ def _walk_all(arguments: argparse.Namespace, job: DiscoveryJob, file: ResultsFil
     tally = FamilyTally(file)
     with progress_bar("walks", True) as advance:
         return run_chunks(
-            job, file, workers=arguments.workers, deadline=deadline,
+            job,
+            file,
+            workers=arguments.workers,
+            deadline=deadline,
             progress=lambda done, total: advance(
                 done, total, f"{count_noun(tally.count(), 'family')} so far"
             ),
-        ).ended  # fmt: skip
+        ).ended
 
 
 def _add_show(kinds: Verbs) -> None:
@@ -183,13 +202,19 @@ def _add_show(kinds: Verbs) -> None:
     )
     parser.add_argument("results", metavar="FILE.db", help="file of the results")
     parser.add_argument(
-        "--members", type=whole_number(1, MAX_MEMBERS), default=MEMBERS, metavar="N",
+        "--members",
+        type=whole_number(1, MAX_MEMBERS),
+        default=MEMBERS,
+        metavar="N",
         help=f"random members of each family to decide (default {MEMBERS})",
-    )  # fmt: skip
+    )
     parser.add_argument(
-        "--tried", type=whole_number(0, MAX_MEMBERS), default=TRIED, metavar="N",
+        "--tried",
+        type=whole_number(0, MAX_MEMBERS),
+        default=TRIED,
+        metavar="N",
         help=f"random members of each family to look for masses for (default {TRIED})",
-    )  # fmt: skip
+    )
     add_page_option(parser, "with a table of the families and a moving member of each")
     add_json_option(parser, _show)
 
@@ -223,9 +248,11 @@ def _show(arguments: argparse.Namespace) -> Answer:
         return {"html": partial(families_page, search.job, data, examined)}
 
     return Answer(
-        DONE if search.families else NEGATIVE, lambda: data,
-        lambda: search_body(data, search.job.topology), files=files,
-    )  # fmt: skip
+        DONE if search.families else NEGATIVE,
+        lambda: data,
+        lambda: search_body(data, search.job.topology),
+        files=files,
+    )
 
 
 def _add_export(kinds: Verbs) -> None:
@@ -240,9 +267,12 @@ def _add_export(kinds: Verbs) -> None:
     )
     parser.add_argument("results", metavar="FILE.db", help="file of the results")
     parser.add_argument(
-        "--family", type=whole_number(1, MAX_MEMBERS), required=True, metavar="N",
+        "--family",
+        type=whole_number(1, MAX_MEMBERS),
+        required=True,
+        metavar="N",
         help="number of the family, as shown by 'balance discover show'",
-    )  # fmt: skip
+    )
     parser.add_argument("--out", required=True, metavar="FILE.urdf", help="the file to write")
     add_json_option(parser, _export)
 
@@ -288,22 +318,30 @@ def add_walk(kinds: Verbs) -> None:
         "at a special geometry, 1 if not.",
     )
     parser.add_argument(
-        "--topology", required=True, metavar="NAME",
+        "--topology",
+        required=True,
+        metavar="NAME",
         help="the topology, as for 'balance discover run'",
-    )  # fmt: skip
+    )
     parser.add_argument(
-        "--buildable", action="store_true",
+        "--buildable",
+        action="store_true",
         help="a walk of a search for geometries that balance with masses that can be built",
-    )  # fmt: skip
+    )
     parser.add_argument(
-        "--seed", type=whole_number(0, MAX_SEED), default=1, metavar="N",
+        "--seed",
+        type=whole_number(0, MAX_SEED),
+        default=1,
+        metavar="N",
         help="seed of the search (default 1)",
-    )  # fmt: skip
+    )
     parser.add_argument(
-        "--start", type=whole_number(0, MAX_START), metavar="N",
+        "--start",
+        type=whole_number(0, MAX_START),
+        metavar="N",
         help="number of the start, from 0 (default: the first that ends at a special geometry, "
         f"of {TRIED})",
-    )  # fmt: skip
+    )
     add_page_option(parser, "on which the linkage deforms while its singular value falls")
     add_json_option(parser, _walk)
 

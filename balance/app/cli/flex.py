@@ -59,27 +59,42 @@ def _add_modes(kinds: Verbs) -> None:
     """Add ``flex modes``."""
     parser = kinds.add_parser("modes", help="modes of a beam, free or on supports")
     parser.add_argument(
-        "--count", type=whole_number(1, 500), default=12, metavar="N",
+        "--count",
+        type=whole_number(1, 500),
+        default=12,
+        metavar="N",
         help="number of modes (default 12)",
-    )  # fmt: skip
+    )
     parser.add_argument(
-        "--beam", type=beam_of, metavar="length:…,EI:…,rhoA:…",
+        "--beam",
+        type=beam_of,
+        metavar="length:…,EI:…,rhoA:…",
         help="a beam in SI units (default: a free beam without dimensions)",
-    )  # fmt: skip
+    )
     parser.add_argument(
-        "--pin", type=support_position, action="append", default=[], metavar="S[+S…]",
+        "--pin",
+        type=support_position,
+        action="append",
+        default=[],
+        metavar="S[+S…]",
         help="a pin at S metres along the beam, or a whippletree at several points with "
         "weights (0.1*0.5+0.3*0.5); repeatable",
-    )  # fmt: skip
+    )
     parser.add_argument(
-        "--clamp", type=finite_number, action="append", default=[], metavar="S",
+        "--clamp",
+        type=finite_number,
+        action="append",
+        default=[],
+        metavar="S",
         help="a clamp at S metres along the beam; repeatable",
-    )  # fmt: skip
+    )
     parser.add_argument(
-        "--tip", type=tip_of, metavar="MASS[,INERTIA[,OFFSET]]",
+        "--tip",
+        type=tip_of,
+        metavar="MASS[,INERTIA[,OFFSET]]",
         help="a rigid body fixed to the far end of the beam: kg, kg m² about its centre of "
         "mass, and metres from the end to that centre",
-    )  # fmt: skip
+    )
     add_json_option(parser, _modes)
     add_picture_option(parser, kinds="")
 
@@ -108,9 +123,11 @@ def _modes(arguments: argparse.Namespace) -> Answer:
         return {"plot": partial(supported_modes_picture, modes, kind_of(arguments.plot))}
 
     return Answer(
-        DONE, lambda: supported_modes_data(modes), lambda: [supported_modes_table(modes)],
+        DONE,
+        lambda: supported_modes_data(modes),
+        lambda: [supported_modes_table(modes)],
         files=files,
-    )  # fmt: skip
+    )
 
 
 def _free_modes(modes: Sequence[FreeMode], kind: str) -> Answer:
@@ -162,15 +179,22 @@ def _add_simulate(kinds: Verbs) -> None:
     parser = kinds.add_parser("simulate", help="a planar linkage of which named links bend")
     add_model_options(parser, unused=("--motion", "--balance", "--spatial"))
     parser.add_argument(
-        "--flex", action="append", required=True, metavar="LINK=…",
+        "--flex",
+        action="append",
+        required=True,
+        metavar="LINK=…",
         help="a link that bends: LINK=EI:…,rhoA:… in SI units, or LINK=rect(WIDTH,THICKNESS),"
         "steel; further items: EA:, GA:, rhoI:, length:, supports:, timoshenko; repeatable",
-    )  # fmt: skip
+    )
     parser.add_argument(
-        "--drive", type=drive_of, action="append", default=[], metavar="JOINT=spin:SPEED,RISE",
+        "--drive",
+        type=drive_of,
+        action="append",
+        default=[],
+        metavar="JOINT=spin:SPEED,RISE",
         help="an input: spin:SPEED,RISE, speed:SPEED, or moment:VALUE,RISE, in SI units "
         "(default: the first input spins up to 1 rad/s in 1 s); other inputs stay; repeatable",
-    )  # fmt: skip
+    )
     for name, kind, default, metavar, text in (
         ("--duration", positive_number, 5.0, "SECONDS", "duration (default 5)"),
         ("--elements", whole_number(1, 400), None, "N",
@@ -187,9 +211,10 @@ def _add_simulate(kinds: Verbs) -> None:
         "--linear", action="store_true", help="leave out centrifugal and axial stiffening"
     )
     parser.add_argument(
-        "--from-rest", action="store_true",
+        "--from-rest",
+        action="store_true",
         help="start with all bodies at rest under an input at speed, which hits them",
-    )  # fmt: skip
+    )
     add_about(parser.group("motion"), "the centre of mass at the start")
     add_picture_option(parser, "write a picture of the shaking", "")
     add_table_option(
@@ -209,16 +234,26 @@ def _simulate(arguments: argparse.Namespace) -> Answer:
     linkage = load_model(arguments, arguments.angles)
     with progress_bar("instants") as advance:
         run = simulate_flexible(
-            linkage, flex, dict(arguments.drive), arguments.duration,
-            samples=arguments.samples, elements=arguments.elements, modes=arguments.modes,
-            damping=arguments.damping, geometric=not arguments.linear,
-            from_rest=arguments.from_rest, about=arguments.about, progress=advance,
-        )  # fmt: skip
+            linkage,
+            flex,
+            dict(arguments.drive),
+            arguments.duration,
+            samples=arguments.samples,
+            elements=arguments.elements,
+            modes=arguments.modes,
+            damping=arguments.damping,
+            geometric=not arguments.linear,
+            from_rest=arguments.from_rest,
+            about=arguments.about,
+            progress=advance,
+        )
     return Answer(
-        DONE, run.to_dict,
+        DONE,
+        run.to_dict,
         lambda: [Facts(flexible_motion_facts(run.flexible, run.motion))],
-        run.notices, files=lambda: _simulation_files(run, kind_of(arguments.plot)),
-    )  # fmt: skip
+        run.notices,
+        files=lambda: _simulation_files(run, kind_of(arguments.plot)),
+    )
 
 
 def _simulation_files(simulation: FlexibleSimulation, kind: str) -> Files:
@@ -239,35 +274,48 @@ def _add_similar(kinds: Verbs) -> None:
     """Add ``flex similar``."""
     parser = kinds.add_parser("similar", help="the counter-arm that bends like a given arm")
     parser.add_argument(
-        "--arm", type=arm_of, required=True, metavar="length:…,EI:…",
+        "--arm",
+        type=arm_of,
+        required=True,
+        metavar="length:…,EI:…",
         help=f"the arm to balance, in SI units: {ITEMS}; tip, radius and inertia are of the "
         "body at its tip",
-    )  # fmt: skip
+    )
     other = parser.add_mutually_exclusive_group(required=True)
     other.add_argument(
         "--scale", type=positive_number, metavar="F", help="length over that of the arm"
     )
     other.add_argument(
-        "--against", dest="other_arm", type=arm_of, metavar="length:…,EI:…",
+        "--against",
+        dest="other_arm",
+        type=arm_of,
+        metavar="length:…,EI:…",
         help="a counter-arm to compare",
-    )  # fmt: skip
+    )
     parser.add_argument(
-        "--spin", type=spin_numbers, metavar="SPEED,RISE[,DURATION]",
+        "--spin",
+        type=spin_numbers,
+        metavar="SPEED,RISE[,DURATION]",
         help="simulate both on one hub that reaches SPEED (rad/s) in RISE seconds",
-    )  # fmt: skip
+    )
     parser.add_argument(
-        "--translator", type=translator_numbers, metavar="pitch:…,mass:…,length:…,breadth:…",
+        "--translator",
+        type=translator_numbers,
+        metavar="pitch:…,mass:…,length:…,breadth:…",
         help="simulate a block that two such arms move, on hubs at a pitch, and a similar "
         "block on the counter-arms; hubmass: mass of a hub. SI units",
-    )  # fmt: skip
+    )
     parser.add_argument(
-        "--moment", type=moment_numbers, metavar="VALUE,RISE[,DURATION]",
+        "--moment",
+        type=moment_numbers,
+        metavar="VALUE,RISE[,DURATION]",
         help="moment on the translator that reaches VALUE (N m) in RISE seconds",
-    )  # fmt: skip
+    )
     parser.add_argument(
-        "--both-hubs", action="store_true",
+        "--both-hubs",
+        action="store_true",
         help="the moment drives both hubs, by half on each; otherwise the lower one",
-    )  # fmt: skip
+    )
     add_json_option(parser, _similar)
     add_picture_option(parser, kinds="")
 
@@ -336,9 +384,13 @@ def _translate(arguments: argparse.Namespace, first: Arm, second: Arm) -> Transl
     given = arguments.translator
     value, rise, *more = arguments.moment
     translator = Translator(
-        Block(given["mass"], given["length"], given["breadth"]), given["pitch"],
-        given.get("hubmass", 0.0), value, rise, arguments.both_hubs,
-    )  # fmt: skip
+        Block(given["mass"], given["length"], given["breadth"]),
+        given["pitch"],
+        given.get("hubmass", 0.0),
+        value,
+        rise,
+        arguments.both_hubs,
+    )
     with progress_bar("instants") as advance:
         return simulate_translator(
             translator, (first, second), more[0] if more else 10.0 * rise, progress=advance

@@ -16,10 +16,17 @@ if TYPE_CHECKING:
 
 
 ARM_NUMBERS = {
-    "length": "length", "EI": "bending", "rhoA": "line_mass", "EA": "axial", "GA": "shear",
-    "rhoI": "rotary", "tip": "tip_mass", "radius": "tip_radius", "inertia": "tip_inertia",
+    "length": "length",
+    "EI": "bending",
+    "rhoA": "line_mass",
+    "EA": "axial",
+    "GA": "shear",
+    "rhoI": "rotary",
+    "tip": "tip_mass",
+    "radius": "tip_radius",
+    "inertia": "tip_inertia",
     "hub": "hub_radius",
-}  # fmt: skip
+}
 
 
 def support_position(text: str) -> tuple[tuple[float, ...], tuple[float, ...]]:

@@ -31,43 +31,65 @@ MAX_NUMBER = 1e12
 _size = partial(number_between, 1.0 / MAX_NUMBER, MAX_NUMBER)
 # Options that need a base.
 OWN = (
-    "base_mass", "base_inertia", "base_com", "stiffness", "initial", "torque", "duration",
-)  # fmt: skip
+    "base_mass",
+    "base_inertia",
+    "base_com",
+    "stiffness",
+    "initial",
+    "torque",
+    "duration",
+)
 
 
 def add_base_options(group: argparse._ArgumentGroup) -> None:
     """Add the options of a base to the command ``verify``."""
     group.add_argument(
-        "--base", choices=("fixed", "free", "spring"), default="fixed",
-        metavar="free|spring", help="simulate a base that floats, or on springs",
-    )  # fmt: skip
+        "--base",
+        choices=("fixed", "free", "spring"),
+        default="fixed",
+        metavar="free|spring",
+        help="simulate a base that floats, or on springs",
+    )
     group.add_argument(
         "--base-mass", type=_size("mass"), metavar="KG", help="mass of that base"
     )
     group.add_argument(
-        "--base-inertia", type=_inertia, metavar="I|IX,IY,IZ",
+        "--base-inertia",
+        type=_inertia,
+        metavar="I|IX,IY,IZ",
         help="its moment of inertia, or three, kg m²",
-    )  # fmt: skip
+    )
     group.add_argument(
-        "--base-com", type=point, metavar="X,Y,Z",
+        "--base-com",
+        type=point,
+        metavar="X,Y,Z",
         help="its centre of mass, metres (default 0,0,0)",
-    )  # fmt: skip
+    )
     group.add_argument(
-        "--stiffness", type=_stiffness, action="append", metavar="1e4Nm/rad",
+        "--stiffness",
+        type=_stiffness,
+        action="append",
+        metavar="1e4Nm/rad",
         help="of its springs: 1e4Nm/rad, 2e5N/m; repeatable",
-    )  # fmt: skip
+    )
     group.add_argument(
-        "--initial", type=_velocities, metavar="wz=10,…",
+        "--initial",
+        type=_velocities,
+        metavar="wz=10,…",
         help="velocities at the start, rad/s and m/s",
-    )  # fmt: skip
+    )
     group.add_argument(
-        "--torque", type=_torques, metavar="J1=VALUE,…",
+        "--torque",
+        type=_torques,
+        metavar="J1=VALUE,…",
         help="constant torques on inputs that move freely",
-    )  # fmt: skip
+    )
     group.add_argument(
-        "--duration", type=_size("time"), metavar="S",
+        "--duration",
+        type=_size("time"),
+        metavar="S",
         help="duration, seconds (default: of the table, or 10)",
-    )  # fmt: skip
+    )
 
 
 def check_base_options(arguments: argparse.Namespace) -> None:
@@ -103,11 +125,12 @@ def run_floating_base(arguments: argparse.Namespace) -> Answer:
 
     code = DONE if results[0].undisturbed else NEGATIVE
     return Answer(
-        code if results[0].agreed else UNDECIDED, lambda: data_against(*results),
+        code if results[0].agreed else UNDECIDED,
+        lambda: data_against(*results),
         lambda: floating_base_body(results),
         [notice for result in results for notice in result.notices],
         files=lambda: _files(results, kind_of(arguments.plot)),
-    )  # fmt: skip
+    )
 
 
 def _simulate(
@@ -148,18 +171,23 @@ def _base(arguments: argparse.Namespace) -> FloatingBase:
     from balance.motion.floating_base.base import FloatingBase
 
     return FloatingBase(
-        arguments.base_mass, arguments.base_inertia, arguments.base_com or (0.0, 0.0, 0.0),
+        arguments.base_mass,
+        arguments.base_inertia,
+        arguments.base_com or (0.0, 0.0, 0.0),
         **dict(arguments.stiffness or ()),
-    )  # fmt: skip
+    )
 
 
 def _options(arguments: argparse.Namespace) -> dict[str, Any]:
     """Return the keyword arguments of `simulate_floating_base` from the options."""
     options = {
-        "torques": arguments.torque, "initial": arguments.initial, "motion": arguments.motion,
-        "duration": arguments.duration, "seed": arguments.seed or 0,
+        "torques": arguments.torque,
+        "initial": arguments.initial,
+        "motion": arguments.motion,
+        "duration": arguments.duration,
+        "seed": arguments.seed or 0,
         "spatial": arguments.spatial,
-    }  # fmt: skip
+    }
     if arguments.tolerance is not None:
         options["tolerance"] = arguments.tolerance
     return options

@@ -27,24 +27,34 @@ def add_formulas(parser: Parser) -> None:
     parser.set_defaults(run=_run)
     group = parser.group("formulas")
     group.add_argument(
-        "--where", action="append", default=[], metavar="RELATION",
+        "--where",
+        action="append",
+        default=[],
+        metavar="RELATION",
         help="relation between distances of joints, by the letters that are printed: AB=CD, "
         "AB=2*CD; repeatable. Those of the model are used where they lower the rank",
-    )  # fmt: skip
+    )
     group.add_argument(
-        "--solve", type=_words, default=[], metavar="P1,P2",
+        "--solve",
+        type=_words,
+        default=[],
+        metavar="P1,P2",
         help="parameters to solve for, such as s_crank (default: those that leave the fewest "
         "terms)",
-    )  # fmt: skip
+    )
     group.add_argument(
-        "--notation", choices=("text", "latex", "python", "sympy"), default="text",
+        "--notation",
+        choices=("text", "latex", "python", "sympy"),
+        default="text",
         help="text with a table of the dimensions (default), an align* environment of LaTeX, a "
         "Python function, or SymPy expressions",
-    )  # fmt: skip
+    )
     group.add_argument(
-        "--seconds", type=positive_number, metavar="S",
+        "--seconds",
+        type=positive_number,
+        metavar="S",
         help="return what is known after this time",
-    )  # fmt: skip
+    )
 
 
 def _run(arguments: argparse.Namespace) -> Answer:
@@ -58,15 +68,19 @@ def _run(arguments: argparse.Namespace) -> Answer:
     from balance.space.formulas.derive import formulas
 
     answer = formulas(
-        linkage, arguments.balance, where=arguments.where, solve=arguments.solve,
+        linkage,
+        arguments.balance,
+        where=arguments.where,
+        solve=arguments.solve,
         seconds=arguments.seconds,
-    )  # fmt: skip
+    )
     expressions = answer.sympy() if arguments.notation == "sympy" else []
     return Answer(
-        DONE if answer.confirmed else UNDECIDED, answer.to_dict,
+        DONE if answer.confirmed else UNDECIDED,
+        answer.to_dict,
         lambda: [*map(str, expressions)] or formulas_body(answer, arguments.notation),
         remark=_remark(answer),
-    )  # fmt: skip
+    )
 
 
 def _remark(answer: Formulas) -> str:

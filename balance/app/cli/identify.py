@@ -59,13 +59,16 @@ def _add_measured_options(group: argparse._ArgumentGroup) -> None:
         "--motion", dest="measured", metavar="FILE.csv", help="motion: time and the inputs"
     )
     group.add_argument(
-        "--wrench", metavar="FILE.csv",
+        "--wrench",
+        metavar="FILE.csv",
         help="time, some of fx,fy,fz,mx,my,mz and of the inputs",
-    )  # fmt: skip
+    )
     group.add_argument(
-        "--gravity", type=point, metavar="X,Y,Z",
+        "--gravity",
+        type=point,
+        metavar="X,Y,Z",
         help="acceleration of gravity (0,0,-9.81)",
-    )  # fmt: skip
+    )
     add_about(group, "the origin")
     group.add_argument(
         "--on-linkage", action="store_true", help="the wrench acts on the linkage, not the base"
@@ -77,9 +80,11 @@ def _add_measured_options(group: argparse._ArgumentGroup) -> None:
         "--friction", action="store_true", help="drives have viscous and dry friction"
     )
     group.add_argument(
-        "--prior", type=number_between(1e-6, 1e6), metavar="P",
+        "--prior",
+        type=number_between(1e-6, 1e6),
+        metavar="P",
         help="relative error of the masses of the file (0.3)",
-    )  # fmt: skip
+    )
 
 
 def _add_planned_options(group: argparse._ArgumentGroup) -> None:
@@ -114,18 +119,25 @@ def _run(arguments: argparse.Namespace) -> Answer:
         from balance.app.answers.text.identification import plan_body
 
         return Answer(
-            DONE, plan.to_dict, lambda: plan_body(plan), plan.notices,
-            describe_written(arguments, True), lambda: _plan_files(arguments, plan),
-        )  # fmt: skip
+            DONE,
+            plan.to_dict,
+            lambda: plan_body(plan),
+            plan.notices,
+            describe_written(arguments, True),
+            lambda: _plan_files(arguments, plan),
+        )
     with spinner("identifying masses"):
         answer = _identify(arguments)
     from balance.app.answers.text.identification import identification_body
 
     return Answer(
-        DONE if answer.complete else NEGATIVE, answer.to_dict,
-        lambda: identification_body(answer), answer.notices,
-        describe_written(arguments, True), lambda: _files(arguments, answer),
-    )  # fmt: skip
+        DONE if answer.complete else NEGATIVE,
+        answer.to_dict,
+        lambda: identification_body(answer),
+        answer.notices,
+        describe_written(arguments, True),
+        lambda: _files(arguments, answer),
+    )
 
 
 def _refuse_exclusive_options(arguments: argparse.Namespace) -> None:
@@ -149,12 +161,18 @@ def _identify(arguments: argparse.Namespace) -> Identification:
     from balance.masses.identification.identify import PRIOR, identify
 
     return identify(
-        linkage, arguments.measured, arguments.wrench, about=arguments.about,
+        linkage,
+        arguments.measured,
+        arguments.wrench,
+        about=arguments.about,
         gravity=GRAVITY if arguments.gravity is None else arguments.gravity,
-        on_linkage=arguments.on_linkage, offset=arguments.offset, friction=arguments.friction,
+        on_linkage=arguments.on_linkage,
+        offset=arguments.offset,
+        friction=arguments.friction,
         prior=PRIOR if arguments.prior is None else arguments.prior,
-        balance=arguments.balance, spatial=arguments.spatial,
-    )  # fmt: skip
+        balance=arguments.balance,
+        spatial=arguments.spatial,
+    )
 
 
 def _plan(arguments: argparse.Namespace) -> ExcitingMotion:
@@ -166,10 +184,14 @@ def _plan(arguments: argparse.Namespace) -> ExcitingMotion:
     options: dict[str, Any] = {name: x for name, x in chosen.items() if x is not None}
     with progress_bar("motions") as advance:
         return exciting_motion(
-            linkage, velocity=limits_by_name(linkage, arguments.max_velocity or ()),
+            linkage,
+            velocity=limits_by_name(linkage, arguments.max_velocity or ()),
             acceleration=limits_by_name(linkage, arguments.max_acceleration or ()),
-            balance=arguments.balance, spatial=arguments.spatial, progress=advance, **options,
-        )  # fmt: skip
+            balance=arguments.balance,
+            spatial=arguments.spatial,
+            progress=advance,
+            **options,
+        )
 
 
 def _files(arguments: argparse.Namespace, answer: Identification) -> Files:

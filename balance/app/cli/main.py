@@ -256,10 +256,12 @@ def command_parser(words: Collection[str]) -> argparse.ArgumentParser:
     )
     parser.add_argument("--version", action=_Version, nargs=0, help="show the version and exit")
     parser.add_argument(
-        "--completion", action=_Completion, choices=SHELLS,
-        metavar="SHELL", help="print a script with which a shell completes words, and exit: "
-        "bash, zsh or fish",
-    )  # fmt: skip
+        "--completion",
+        action=_Completion,
+        choices=SHELLS,
+        metavar="SHELL",
+        help="print a script with which a shell completes words, and exit: bash, zsh or fish",
+    )
     verbs = parser.add_subparsers(
         title="commands", metavar="command", prog=parser.prog, required=True
     )

@@ -19,21 +19,31 @@ def add_matter_options(parser: Parser, purpose: str, required: bool = False) -> 
     """
     group = parser.group("matter")
     group.add_argument(
-        "--links", action=_AddNames, type=_link_names, default=[], metavar="L1,L2",
-        required=required, help=f"{purpose}; repeatable",
-    )  # fmt: skip
+        "--links",
+        action=_AddNames,
+        type=_link_names,
+        default=[],
+        metavar="L1,L2",
+        required=required,
+        help=f"{purpose}; repeatable",
+    )
     group.add_argument(
-        "--region", action="append", type=_link_region, default=[], metavar="L=SHAPE",
+        "--region",
+        action="append",
+        type=_link_region,
+        default=[],
+        metavar="L=SHAPE",
         help="ball(x,y,z,r), box, cylinder, ellipsoid, collision",
-    )  # fmt: skip
+    )
 
 
 def add_merge_option(parser: Parser) -> None:
     """Add the option for what the file of ``--out`` does with the matter."""
     parser.group("output").add_argument(
-        "--merge", action="store_true",
+        "--merge",
+        action="store_true",
         help="with --out: add to the links' own masses",
-    )  # fmt: skip
+    )
 
 
 def check_matter_options(arguments: argparse.Namespace) -> None:

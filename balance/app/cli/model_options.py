@@ -38,9 +38,10 @@ def add_model_options(
     output = parser.group("output")
     output.add_argument("--json", action="store_true", help="print one JSON object")
     output.add_argument(
-        "--overwrite", action="store_true",
+        "--overwrite",
+        action="store_true",
         help="let a written file replace one that is read",
-    )  # fmt: skip
+    )
     # Options that exclude each other are usage errors.
     parser.set_defaults(refuse=parser.error)
 
@@ -55,22 +56,35 @@ def _add_reading_options(group: argparse._ArgumentGroup) -> None:
     )
     group.add_argument("--ground", metavar="LINK", help="which loose link is the ground")
     group.add_argument(
-        "--bodies", choices=("given", "all"), default="given", metavar="given|all",
+        "--bodies",
+        choices=("given", "all"),
+        default="given",
+        metavar="given|all",
         help="all: links without mass carry parameters too",
-    )  # fmt: skip
+    )
     group.add_argument(
-        "--massless", type=_names, default=[], metavar="L1,L2",
+        "--massless",
+        type=_names,
+        default=[],
+        metavar="L1,L2",
         help="links that carry no parameters",
-    )  # fmt: skip
+    )
     reading = group.add_mutually_exclusive_group()
     reading.add_argument(
-        "--nominal", dest="angles", action="store_const", const="nominal", default="nominal",
+        "--nominal",
+        dest="angles",
+        action="store_const",
+        const="nominal",
+        default="nominal",
         help="read 1.5708 as π/2 (the default)",
-    )  # fmt: skip
+    )
     reading.add_argument(
-        "--as-written", dest="angles", action="store_const", const="as_written",
+        "--as-written",
+        dest="angles",
+        action="store_const",
+        const="as_written",
         help="read all angles and axes by their digits",
-    )  # fmt: skip
+    )
 
 
 def _add_pose_options(group: argparse._ArgumentGroup) -> None:
@@ -79,13 +93,17 @@ def _add_pose_options(group: argparse._ArgumentGroup) -> None:
         "--inputs", type=_names, metavar="J1,J2", help="joints that are the inputs"
     )
     group.add_argument(
-        "--at", type=parse_coordinates, metavar="J1=VALUE,…",
+        "--at",
+        type=parse_coordinates,
+        metavar="J1=VALUE,…",
         help="another reference pose: u1=0.3, or u1=30deg",
-    )  # fmt: skip
+    )
     group.add_argument(
-        "--mode", type=whole_number(1, 99, "a mode"), metavar="N",
+        "--mode",
+        type=whole_number(1, 99, "a mode"),
+        metavar="N",
         help="mode of motion, where several meet",
-    )  # fmt: skip
+    )
 
 
 def _add_restrictions(parser: Parser, unused: Collection[str]) -> None:
@@ -93,17 +111,20 @@ def _add_restrictions(parser: Parser, unused: Collection[str]) -> None:
     parser.set_defaults(motion=None, balance="dynamic", spatial=False)
     options: dict[str, dict[str, Any]] = {
         "--motion": {
-            "action": "append", "metavar": "RELATION",
+            "action": "append",
+            "metavar": "RELATION",
             "help": "relation of inputs: j4=-2*j7, j3=0; repeatable",
         },
         "--balance": {
-            "choices": ("dynamic", "force"), "metavar": "dynamic|force",
+            "choices": ("dynamic", "force"),
+            "metavar": "dynamic|force",
             "help": "force: without moments (default dynamic)",
         },
         "--spatial": {
-            "action": "store_true", "help": "ten parameters a body, in the plane too",
+            "action": "store_true",
+            "help": "ten parameters a body, in the plane too",
         },
-    }  # fmt: skip
+    }
     for name, option in options.items():
         if name not in unused:
             parser.group("motion").add_argument(name, **option)
@@ -146,10 +167,17 @@ def load_model(arguments: argparse.Namespace, angles: str, other: str = "") -> L
     from kinematics.loading.model_gallery import load
 
     linkage = load(
-        other or arguments.model, None if other else arguments.loops, arguments.inputs,
-        fix_base=arguments.fix_base, bodies=arguments.bodies, massless=arguments.massless,
-        angles=angles, at=arguments.at, mode=arguments.mode, ground=arguments.ground,
-    )  # fmt: skip
+        other or arguments.model,
+        None if other else arguments.loops,
+        arguments.inputs,
+        fix_base=arguments.fix_base,
+        bodies=arguments.bodies,
+        massless=arguments.massless,
+        angles=angles,
+        at=arguments.at,
+        mode=arguments.mode,
+        ground=arguments.ground,
+    )
     for value in vars(arguments).values():
         for positions in value if isinstance(value, list) else [value]:
             if isinstance(positions, Coordinates):
@@ -183,8 +211,11 @@ def check_units(linkage: Linkage, positions: Mapping[str, float]) -> None:
         if abs(value) > MORE_THAN_A_TURN and not slides and not isinstance(value, UnitNumber):
             logging.warning(
                 "degrees: %s=%g are radians, more than a turn: for degrees write %s=%gdeg",
-                name, value, name, value,
-            )  # fmt: skip
+                name,
+                value,
+                name,
+                value,
+            )
 
 
 def _names(text: str) -> list[str]:

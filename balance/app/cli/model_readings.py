@@ -57,13 +57,18 @@ def certified_space(arguments: argparse.Namespace) -> CertifiedSpace:
             from balance.support.options import GRAVITY
 
             return require(
-                linkage, arguments.require, spatial=arguments.spatial,
+                linkage,
+                arguments.require,
+                spatial=arguments.spatial,
                 gravity=arguments.gravity or GRAVITY,
-            )  # fmt: skip
+            )
         space = design_space(
-            linkage, arguments.motion, arguments.balance, arguments.max_order,
+            linkage,
+            arguments.motion,
+            arguments.balance,
+            arguments.max_order,
             spatial=arguments.spatial,
-        )  # fmt: skip
+        )
         return compare_branches(certify(space))
 
     return solve_model(arguments, certify_linkage)
@@ -143,10 +148,11 @@ def _tell_both(solution: Solution, first: _Reading, other: _Reading, there: str)
     if here == there:
         text = f"either way: {here}"
     notices = [
-        notice._replace(message=f"{notice.message}; {text}") if notice.code == ROUNDED_ANGLES
+        notice._replace(message=f"{notice.message}; {text}")
+        if notice.code == ROUNDED_ANGLES
         else notice
         for notice in solution.notices
-    ]  # fmt: skip
+    ]
     return replace(solution, notices=tuple(notices))
 
 

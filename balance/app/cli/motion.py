@@ -56,34 +56,44 @@ def add_motion(parser: Parser) -> None:
     add_model_options(parser, unused=("--balance", "--spatial"))
     group = parser.group("motion")
     group.add_argument(
-        "--tool", metavar="LINK",
+        "--tool",
+        metavar="LINK",
         help="inverse kinematics: the inputs are displacements of this link, named by --along",
-    )  # fmt: skip
+    )
     group.add_argument(
-        "--along", metavar="X,Y,…",
+        "--along",
+        metavar="X,Y,…",
         help="directions of the tool: some of x, y, z, rx, ry, rz; others are held as far as "
         "that leaves these free",
-    )  # fmt: skip
+    )
     group.add_argument(
-        "--point", type=point, metavar="X,Y,Z",
+        "--point",
+        type=point,
+        metavar="X,Y,Z",
         help="point of the tool that moves along these directions and about which it turns, in "
         "metres, in the frame of the link (default: the origin of that frame)",
-    )  # fmt: skip
+    )
     group.add_argument(
-        "--order", type=whole_number(1, MAX_ORDER, "an order"), default=ORDER, metavar="K",
+        "--order",
+        type=whole_number(1, MAX_ORDER, "an order"),
+        default=ORDER,
+        metavar="K",
         help=f"order of the expansion (default {ORDER})",
-    )  # fmt: skip
+    )
     where = group.add_mutually_exclusive_group()
     where.add_argument(
-        "--to", type=_target, metavar="VALUES",
+        "--to",
+        type=_target,
+        metavar="VALUES",
         help="pose to predict: displacements of the inputs from the reference pose, SI units, "
         "by name (u1=0.3,u2=-0.1; inputs not named follow or stay), those of the tool also by "
         "their directions (x=0.02), or all in order (--to=-0.1,0.3)",
-    )  # fmt: skip
+    )
     where.add_argument(
-        "--path", metavar="FILE.csv",
+        "--path",
+        metavar="FILE.csv",
         help="poses to predict, one in a row: a column for each input, by its name",
-    )  # fmt: skip
+    )
     add_picture_option(parser, "write a picture of the error of every order against distance")
     add_page_option(parser, "with these curves")
     parser.set_defaults(run=_run, bodies="all")  # a file need not have masses

@@ -23,13 +23,20 @@ def add_motion_source(group: argparse._ArgumentGroup, otherwise: str) -> None:
         otherwise: the motions without them, for the help.
     """
     group.add_argument(
-        "--csv", action="append", default=[], metavar="FILE",
+        "--csv",
+        action="append",
+        default=[],
+        metavar="FILE",
         help=f"motion that counts; repeatable (default: {otherwise})",
-    )  # fmt: skip
+    )
     group.add_argument(
-        "--tool-path", action="append", default=[], type=_tool_path, metavar="LINK=FILE",
+        "--tool-path",
+        action="append",
+        default=[],
+        type=_tool_path,
+        metavar="LINK=FILE",
         help="that of a link: time,x,y,…; LINK@X,Y,Z of its point",
-    )  # fmt: skip
+    )
     add_speed(group, "one turn of the crank at this speed")
 
 
@@ -43,9 +50,11 @@ def add_other_motion(group: argparse._ActionsContainer) -> None:
         "--csv", metavar="FILE", help="motion to use instead: time and the inputs"
     )
     group.add_argument(
-        "--tool-path", type=_tool_path, metavar="LINK=FILE",
+        "--tool-path",
+        type=_tool_path,
+        metavar="LINK=FILE",
         help="or that of a link: time,x,y,…; LINK@X,Y,Z of its point",
-    )  # fmt: skip
+    )
     add_speed(group, "one turn of the crank at this speed instead")
 
 

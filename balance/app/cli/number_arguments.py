@@ -21,9 +21,11 @@ def add_about(group: argparse._ArgumentGroup, default: str) -> None:
         default: the point without the option, in words.
     """
     group.add_argument(
-        "--about", type=point, metavar="X,Y,Z",
+        "--about",
+        type=point,
+        metavar="X,Y,Z",
         help=f"point of moments, m (default: {default})",
-    )  # fmt: skip
+    )
 
 
 def whole_number(lowest: int, highest: int, what: str = "a number") -> Callable[[str], int]:

@@ -18,18 +18,31 @@ if TYPE_CHECKING:
 
 # Options of all commands that name output files.
 OUTPUTS = {
-    "write_closed": "--write-closed", "out": "--out", "motion_table": "--csv",
-    "plot": "--plot", "html": "--html", "table": "--table", "slot": "--slot",
+    "write_closed": "--write-closed",
+    "out": "--out",
+    "motion_table": "--csv",
+    "plot": "--plot",
+    "html": "--html",
+    "table": "--table",
+    "slot": "--slot",
     "parts": "--parts",
-}  # fmt: skip
+}
 # End of the name of a table that is a workbook.
 WORKBOOK = ".xlsx"
 # Options that name models.
 MODELS = ("model", "against")
 # Options that name other input files.
 INPUTS = (
-    "loops", "csv", "tool_path", "path", "masses", "study", "results", "measured", "wrench",
-)  # fmt: skip
+    "loops",
+    "csv",
+    "tool_path",
+    "path",
+    "masses",
+    "study",
+    "results",
+    "measured",
+    "wrench",
+)
 
 
 def add_out_option(parser: Parser) -> None:
@@ -68,9 +81,10 @@ def add_picture_option(
 def add_meshes_option(parser: Parser) -> None:
     """Add the option that leaves the shapes of the file out of a page."""
     parser.group("output").add_argument(
-        "--no-meshes", action="store_true",
+        "--no-meshes",
+        action="store_true",
         help="leave the shapes of the file out of the page",
-    )  # fmt: skip
+    )
 
 
 def add_table_option(group: argparse._ActionsContainer, purpose: str) -> None:
@@ -249,6 +263,8 @@ def _make_folder(folder: str) -> None:
         os.mkdir(folder)
     except OSError as error:
         raise FileError(
-            clean(folder, 1000), "", f"cannot be made ({error.strerror})",
+            clean(folder, 1000),
+            "",
+            f"cannot be made ({error.strerror})",
             "give a folder inside one that can be written to",
-        ) from None  # fmt: skip
+        ) from None

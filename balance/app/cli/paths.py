@@ -39,14 +39,19 @@ def add_paths(parser: Parser) -> None:
     _add_base_options(parser.group("base"))
     output = parser.group("output")
     output.add_argument(
-        "--which", type=whole_number(1, MAX_LINE, "the number of a path"), default=1,
-        metavar="K", help="number of the path that --csv writes (default 1)",
-    )  # fmt: skip
+        "--which",
+        type=whole_number(1, MAX_LINE, "the number of a path"),
+        default=1,
+        metavar="K",
+        help="number of the path that --csv writes (default 1)",
+    )
     output.add_argument(
-        "--csv", dest="motion_table", metavar="FILE",
+        "--csv",
+        dest="motion_table",
+        metavar="FILE",
         help="write a motion along the path in 1 s, ever faster: time and the inputs, as "
         "'balance verify --csv' reads it",
-    )  # fmt: skip
+    )
     add_picture_option(parser, "write a picture of the paths and of the momentum along them")
     add_page_option(parser, "on which the linkage runs along the paths")
 
@@ -54,41 +59,61 @@ def add_paths(parser: Parser) -> None:
 def _add_path_options(group: argparse._ArgumentGroup) -> None:
     """Add the options of starts and lengths."""
     group.add_argument(
-        "--from", dest="starts", action="append", type=parse_coordinates, metavar="U1=VALUE,…",
+        "--from",
+        dest="starts",
+        action="append",
+        type=parse_coordinates,
+        metavar="U1=VALUE,…",
         help="pose from which to start: displacements of inputs from the reference pose, "
         "radians and metres; repeatable (default: the reference pose)",
-    )  # fmt: skip
+    )
     group.add_argument(
-        "--line", type=whole_number(1, MAX_LINE), default=0, metavar="N",
+        "--line",
+        type=whole_number(1, MAX_LINE),
+        default=0,
+        metavar="N",
         help="start also from N poses on the straight line between each two of --from",
-    )  # fmt: skip
+    )
     group.add_argument(
-        "--length", type=_SIZE, default=1.0, metavar="L",
+        "--length",
+        type=_SIZE,
+        default=1.0,
+        metavar="L",
         help="arc length of a path to either side of its start, in all joints, radians and "
         "characteristic lengths (default 1)",
-    )  # fmt: skip
+    )
     group.add_argument(
-        "--step", type=_SIZE, metavar="S",
+        "--step",
+        type=_SIZE,
+        metavar="S",
         help="arc length between samples (default 0.005)",
-    )  # fmt: skip
+    )
     part = group.add_mutually_exclusive_group()
     part.add_argument(
-        "--moment-only", dest="kept", action="store_const", const="moment",
+        "--moment-only",
+        dest="kept",
+        action="store_const",
+        const="moment",
         help="paths without shaking moment about a point, whatever the force",
-    )  # fmt: skip
+    )
     part.add_argument(
-        "--force-only", dest="kept", action="store_const", const="force",
+        "--force-only",
+        dest="kept",
+        action="store_const",
+        const="force",
         help="paths without shaking force, whatever the moment (as --balance force)",
-    )  # fmt: skip
+    )
     add_about(group, "the inertial origin")
 
 
 def _add_base_options(group: argparse._ArgumentGroup) -> None:
     """Add the options of a base that floats."""
     group.add_argument(
-        "--base", choices=("fixed", "free"), default="fixed",
+        "--base",
+        choices=("fixed", "free"),
+        default="fixed",
         help="free: the base floats and has a mass of its own",
-    )  # fmt: skip
+    )
     group.add_argument(
         "--base-mass",
         type=number_between(1e-9, 1e9, "mass"),
@@ -96,13 +121,16 @@ def _add_base_options(group: argparse._ArgumentGroup) -> None:
         help="mass of a base that floats",
     )
     group.add_argument(
-        "--base-com", type=point, metavar="X,Y,Z",
+        "--base-com",
+        type=point,
+        metavar="X,Y,Z",
         help="its centre of mass, metres, in the inertial frame (default 0,0,0)",
-    )  # fmt: skip
+    )
     group.add_argument(
-        "--attitude", action="store_true",
+        "--attitude",
+        action="store_true",
         help="a base that floats may move, but not turn",
-    )  # fmt: skip
+    )
 
 
 def _run(arguments: argparse.Namespace) -> Answer:
@@ -120,9 +148,12 @@ def _run(arguments: argparse.Namespace) -> Answer:
     from balance.app.answers.text.paths import paths_body
 
     return Answer(
-        DONE if solution.found else NEGATIVE, solution.to_dict, lambda: paths_body(solution),
-        solution.notices, files=lambda: _files(arguments, solution),
-    )  # fmt: skip
+        DONE if solution.found else NEGATIVE,
+        solution.to_dict,
+        lambda: paths_body(solution),
+        solution.notices,
+        files=lambda: _files(arguments, solution),
+    )
 
 
 def _refuse_exclusive_options(arguments: argparse.Namespace) -> None:
@@ -158,10 +189,17 @@ def _find(
     if arguments.balance == "force":
         kept = "force"
     return find_paths(
-        linkage, arguments.starts or (),
-        kept=kept, base=_base(arguments), about=arguments.about, motion=arguments.motion,
-        length=arguments.length, step=arguments.step, line=arguments.line, progress=advance,
-    )  # fmt: skip
+        linkage,
+        arguments.starts or (),
+        kept=kept,
+        base=_base(arguments),
+        about=arguments.about,
+        motion=arguments.motion,
+        length=arguments.length,
+        step=arguments.step,
+        line=arguments.line,
+        progress=advance,
+    )
 
 
 def _base(arguments: argparse.Namespace) -> FloatingBase | None:

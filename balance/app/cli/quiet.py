@@ -28,10 +28,11 @@ if TYPE_CHECKING:
 
 # Limits of inputs: their options, and what they bound.
 LIMITS = {
-    "velocity": "speed, rad/s (sliding: m/s)", "acceleration": "acceleration, rad/s² or m/s²",
+    "velocity": "speed, rad/s (sliding: m/s)",
+    "acceleration": "acceleration, rad/s² or m/s²",
     "jerk": "jerk, rad/s³ or m/s³; accelerations then vanish at both ends",
     "torque": "torque with gravity, N m (sliding: N)",
-}  # fmt: skip
+}
 
 _LENGTH = number_between(1e-9, 1e9)
 
@@ -55,67 +56,91 @@ def add_quiet(parser: Parser) -> None:
     _add_objective_options(group)
     _add_limit_options(group)
     parser.group("output").add_argument(
-        "--csv", dest="motion_table", metavar="FILE",
+        "--csv",
+        dest="motion_table",
+        metavar="FILE",
         help="write the motion: time and the inputs, their velocities and accelerations, as "
         "'balance verify --csv' reads it",
-    )  # fmt: skip
+    )
     add_picture_option(parser, "write a picture of the shaking and of the inputs over time")
 
 
 def _add_motion_options(group: argparse._ArgumentGroup) -> None:
     """Add the options of poses, path and duration."""
     group.add_argument(
-        "--from", dest="start", type=parse_coordinates, default={}, metavar="U1=VALUE,…",
+        "--from",
+        dest="start",
+        type=parse_coordinates,
+        default={},
+        metavar="U1=VALUE,…",
         help="pose to start from: displacements of inputs from the reference pose, radians and "
         "metres (default: the reference pose)",
-    )  # fmt: skip
+    )
     group.add_argument(
-        "--to", dest="end", type=parse_coordinates, metavar="U1=VALUE,…",
+        "--to",
+        dest="end",
+        type=parse_coordinates,
+        metavar="U1=VALUE,…",
         help="pose to reach; inputs that are not named stay",
-    )  # fmt: skip
+    )
     group.add_argument(
-        "--duration", type=number_between(1e-6, 1e6), metavar="S",
+        "--duration",
+        type=number_between(1e-6, 1e6),
+        metavar="S",
         help="duration of the motion, seconds (default 1)",
-    )  # fmt: skip
+    )
     way = group.add_mutually_exclusive_group()
     way.add_argument(
-        "--straight", action="store_true",
+        "--straight",
+        action="store_true",
         help="keep to the straight line of the inputs, and choose the timing alone",
-    )  # fmt: skip
+    )
     way.add_argument(
-        "--path", metavar="FILE.csv",
+        "--path",
+        metavar="FILE.csv",
         help="keep to the path through the poses of a table, one in a row: a column for each "
         "input, by its name; and choose the timing alone",
-    )  # fmt: skip
+    )
     group.add_argument(
-        "--front", type=whole_number(2, 100), metavar="N",
+        "--front",
+        type=whole_number(2, 100),
+        metavar="N",
         help="with --straight or --path: print the least shaking for N durations, too, from "
         "the shortest within the limits up to that of --duration",
-    )  # fmt: skip
+    )
 
 
 def _add_objective_options(group: argparse._ArgumentGroup) -> None:
     """Add the options of what is minimised."""
     group.add_argument(
-        "--shaking", choices=("force", "moment", "both"), default="force",
+        "--shaking",
+        choices=("force", "moment", "both"),
+        default="force",
         help="what to minimise: the shaking force, the moment about a point, or both (default "
         "force)",
-    )  # fmt: skip
+    )
     group.add_argument(
-        "--measure", choices=("rms", "peak"), default="rms",
+        "--measure",
+        choices=("rms", "peak"),
+        default="rms",
         help="of it, the root mean square over time or the peak (default rms)",
-    )  # fmt: skip
+    )
     group.add_argument(
-        "--weight-moment", type=_LENGTH, metavar="METRES",
+        "--weight-moment",
+        type=_LENGTH,
+        metavar="METRES",
         help="with --shaking both: length by which moments are divided (default: the "
         "characteristic length of the linkage)",
-    )  # fmt: skip
+    )
     add_about(group, "the middle of the mechanism")
     group.add_argument(
-        "--natural-frequency", action="append", type=number_between(1e-6, 1e6), default=[],
+        "--natural-frequency",
+        action="append",
+        type=number_between(1e-6, 1e6),
+        default=[],
         metavar="HZ",
         help="natural frequency of the base that the motion does not excite; repeatable",
-    )  # fmt: skip
+    )
 
 
 def _add_limit_options(group: argparse._ArgumentGroup) -> None:
@@ -123,13 +148,17 @@ def _add_limit_options(group: argparse._ArgumentGroup) -> None:
     for kind, what in LIMITS.items():
         add_limit(group, kind, f"largest {what}; of all inputs or of one, repeatable")
     group.add_argument(
-        "--ignore-limits", action="store_true",
+        "--ignore-limits",
+        action="store_true",
         help="do not read the limits of positions, speeds and torques in the file",
-    )  # fmt: skip
+    )
     group.add_argument(
-        "--gravity", type=point, default=GRAVITY, metavar="X,Y,Z",
+        "--gravity",
+        type=point,
+        default=GRAVITY,
+        metavar="X,Y,Z",
         help="acceleration of gravity for torques, m/s², inertial frame (default 0,0,-9.81)",
-    )  # fmt: skip
+    )
 
 
 def add_limit(group: argparse._ArgumentGroup, kind: str, purpose: str) -> None:
@@ -140,9 +169,13 @@ def add_limit(group: argparse._ArgumentGroup, kind: str, purpose: str) -> None:
         purpose: the help of the option.
     """
     group.add_argument(
-        f"--max-{kind}", action="append", type=_limit, default=[], metavar="[J=]VALUE",
+        f"--max-{kind}",
+        action="append",
+        type=_limit,
+        default=[],
+        metavar="[J=]VALUE",
         help=purpose,
-    )  # fmt: skip
+    )
 
 
 def _limit(text: str) -> tuple[str, float]:
@@ -166,9 +199,12 @@ def _run(arguments: argparse.Namespace) -> Answer:
     from balance.app.answers.text.quiet import quiet_body
 
     return Answer(
-        DONE if plan.found else NEGATIVE, plan.to_dict, lambda: quiet_body(plan), plan.notices,
+        DONE if plan.found else NEGATIVE,
+        plan.to_dict,
+        lambda: quiet_body(plan),
+        plan.notices,
         files=lambda: _files(arguments, plan),
-    )  # fmt: skip
+    )
 
 
 def _refuse_exclusive_options(arguments: argparse.Namespace) -> None:
@@ -197,17 +233,24 @@ def _plan(arguments: argparse.Namespace, linkage: Linkage) -> QuietMotion:
 
     duration = 1.0 if arguments.duration is None else arguments.duration
     options: dict[str, Any] = {
-        "minimise": arguments.shaking, "measure": arguments.measure, "about": arguments.about,
-        "weight_moment": arguments.weight_moment, "file_limits": not arguments.ignore_limits,
+        "minimise": arguments.shaking,
+        "measure": arguments.measure,
+        "about": arguments.about,
+        "weight_moment": arguments.weight_moment,
+        "file_limits": not arguments.ignore_limits,
         "gravity": arguments.gravity,
-    }  # fmt: skip
+    }
     for kind in LIMITS:
         options[kind] = limits_by_name(linkage, getattr(arguments, f"max_{kind}"))
     if not arguments.straight and arguments.path is None:
         return quiet_motion(
-            linkage, arguments.start, arguments.end, duration,
-            frequencies=arguments.natural_frequency, **options,
-        )  # fmt: skip
+            linkage,
+            arguments.start,
+            arguments.end,
+            duration,
+            frequencies=arguments.natural_frequency,
+            **options,
+        )
     del options["jerk"]
     front = arguments.front or 0
     if arguments.path is not None:

@@ -85,26 +85,39 @@ def _add_least_options(parser: Parser) -> None:
         "--budget", type=finite_quantity("mass"), metavar="KG", help="most mass to add"
     )
     group.add_argument(
-        "--pareto", type=whole_number(2, 1000), metavar="N",
+        "--pareto",
+        type=whole_number(2, 1000),
+        metavar="N",
         help="N designs from nothing to the least shaking",
-    )  # fmt: skip
+    )
     group.add_argument(
-        "--weight-moment", type=finite_quantity("length"), metavar="METRES",
+        "--weight-moment",
+        type=finite_quantity("length"),
+        metavar="METRES",
         help="so many N m count as 1 N (default: its length)",
-    )  # fmt: skip
+    )
     group.add_argument(
-        "--max-bearing", action="append", type=_cap("force"), default=[], metavar="JOINT=N",
+        "--max-bearing",
+        action="append",
+        type=_cap("force"),
+        default=[],
+        metavar="JOINT=N",
         help="largest force in a joint; repeatable",
-    )  # fmt: skip
+    )
     group.add_argument(
-        "--max-torque", action="append", type=_cap("torque", "force"), default=[],
+        "--max-torque",
+        action="append",
+        type=_cap("torque", "force"),
+        default=[],
         metavar="JOINT=NM",
         help="largest drive torque of an input; repeatable",
-    )  # fmt: skip
+    )
     group.add_argument(
-        "--frame", type=_frame, metavar="M,I,K,D",
+        "--frame",
+        type=_frame,
+        metavar="M,I,K,D",
         help="least vibration of a frame: kg,kg m²,N/m,N s/m",
-    )  # fmt: skip
+    )
 
 
 def _check_options(arguments: argparse.Namespace) -> None:
@@ -121,8 +134,9 @@ def _check_options(arguments: argparse.Namespace) -> None:
     if arguments.about is not None and arguments.frame is not None:
         arguments.refuse("--about: not with --frame, which turns about the middle")
     for flag, caps in (
-        ("--max-bearing", arguments.max_bearing), ("--max-torque", arguments.max_torque)
-    ):  # fmt: skip
+        ("--max-bearing", arguments.max_bearing),
+        ("--max-torque", arguments.max_torque),
+    ):
         names = [name for name, _ in caps]
         if len(set(names)) < len(names):
             arguments.refuse(f"{flag}: one joint has two caps")
@@ -144,11 +158,13 @@ def _run(arguments: argparse.Namespace) -> Answer:
     parts = make_parts(arguments, best)
     far = distant_regions(best.space, dict(arguments.region))
     return Answer(
-        verdict_code(best.verdict), front.to_dict, lambda: partial_body(front),
+        verdict_code(best.verdict),
+        front.to_dict,
+        lambda: partial_body(front),
         (*front.notices, *far, *rough_parts(parts)),
         describe_written(arguments, best.z is not None),
         lambda: _files(arguments, front, parts),
-    )  # fmt: skip
+    )
 
 
 def _front(arguments: argparse.Namespace) -> ParetoFront:
@@ -161,13 +177,17 @@ def _front(arguments: argparse.Namespace) -> ParetoFront:
     space = design_space(linkage, arguments.motion, arguments.balance, 0)
     with progress_bar("motions and designs") as advance:
         options = {
-            "regions": dict(arguments.region), "motions": motions_of(arguments, linkage),
-            "weight_moment": arguments.weight_moment, "frame": arguments.frame,
+            "regions": dict(arguments.region),
+            "motions": motions_of(arguments, linkage),
+            "weight_moment": arguments.weight_moment,
+            "frame": arguments.frame,
             "max_bearing": dict(arguments.max_bearing),
-            "max_torque": dict(arguments.max_torque), "progress": advance,
-            "about": arguments.about, "thickness": arguments.thickness,
+            "max_torque": dict(arguments.max_torque),
+            "progress": advance,
+            "about": arguments.about,
+            "thickness": arguments.thickness,
             "density": densities_of(arguments, arguments.links),
-        }  # fmt: skip
+        }
         if arguments.pareto is None:
             return single(space, arguments.links, arguments.budget, **options)
         return pareto(space, arguments.links, arguments.pareto, arguments.budget, **options)

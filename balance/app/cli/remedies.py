@@ -46,20 +46,29 @@ def add_remedies(parser: Parser) -> None:
         "--only", type=_remedies, default=[], metavar="R1,R2", help="only these remedies"
     )
     group.add_argument(
-        "--gear", type=positive_number, default=1.0, metavar="N",
+        "--gear",
+        type=positive_number,
+        default=1.0,
+        metavar="N",
         help="turns of a counter-rotor a turn (default 1)",
-    )  # fmt: skip
+    )
     group.add_argument(
-        "--rotor-radius", type=positive_quantity("length"), metavar="METRES",
+        "--rotor-radius",
+        type=positive_quantity("length"),
+        metavar="METRES",
         help="of rotors and wheels (default: chosen by size)",
-    )  # fmt: skip
+    )
     group.add_argument(
-        "--budget", type=positive_quantity("mass"), metavar="KG",
+        "--budget",
+        type=positive_quantity("mass"),
+        metavar="KG",
         help="of partial balance (default: mass of the links)",
-    )  # fmt: skip
+    )
     parser.group("output").add_argument(
-        "--out", metavar="DIR", help="folder for the files of the remedies that help",
-    )  # fmt: skip
+        "--out",
+        metavar="DIR",
+        help="folder for the files of the remedies that help",
+    )
     add_picture_option(parser, "draw added mass against input inertia")
     add_page_option(parser, "with added mass against input inertia")
 
@@ -83,11 +92,13 @@ def _run(arguments: argparse.Namespace) -> Answer:
     helps = any(applied.helps for applied in comparison.results)
     undrawn = arguments.plot if arguments.plot and not helps else ""
     return Answer(
-        verdict_code(comparison.verdict), comparison.to_dict, lambda: remedies_body(comparison),
+        verdict_code(comparison.verdict),
+        comparison.to_dict,
+        lambda: remedies_body(comparison),
         comparison.request.space.warnings,
         f"not written, for no remedy helps: {undrawn}" if undrawn else "",
         lambda: _files(arguments, comparison),
-    )  # fmt: skip
+    )
 
 
 def _files(arguments: argparse.Namespace, comparison: RemedyComparison) -> Files:
@@ -114,10 +125,18 @@ def _request(
     from balance.masses.remedies.request import RemedyRequest
 
     return RemedyRequest(
-        linkage, tuple(arguments.motion or ()), arguments.balance, tuple(arguments.links),
-        dict(arguments.region), arguments.gear, arguments.rotor_radius, arguments.budget,
-        spatial=arguments.spatial, angles=arguments.angles, progress=advance,
-    )  # fmt: skip
+        linkage,
+        tuple(arguments.motion or ()),
+        arguments.balance,
+        tuple(arguments.links),
+        dict(arguments.region),
+        arguments.gear,
+        arguments.rotor_radius,
+        arguments.budget,
+        spatial=arguments.spatial,
+        angles=arguments.angles,
+        progress=advance,
+    )
 
 
 def _remedies(text: str) -> list[str]:

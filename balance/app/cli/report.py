@@ -64,9 +64,11 @@ def add_report(parser: Parser) -> None:
     add_other_models(parser)
     parser.set_defaults(run=_run)
     parser.group("motion").add_argument(
-        "--max-order", type=whole_number(0, 50, "an order"), metavar="K",
+        "--max-order",
+        type=whole_number(0, 50, "an order"),
+        metavar="K",
         help="the orders 0 to K, instead of as many as needed",
-    )  # fmt: skip
+    )
     _add_question_options(parser.group("check"))
     add_page_option(parser, "with the moving linkage")
     add_meshes_option(parser)
@@ -89,16 +91,19 @@ def _add_question_options(group: argparse._ArgumentGroup) -> None:
         "--decoupled", action="store_true", help="is the inertia on the base constant too?"
     )
     group.add_argument(
-        "--pure-inertia", action="store_true",
+        "--pure-inertia",
+        action="store_true",
         help="move the point masses of a planar linkage away",
-    )  # fmt: skip
+    )
     group.add_argument(
         "--exact", action="store_true", help="also by exact arithmetic, from the decimals"
     )
     group.add_argument(
-        "--certainty", choices=("proved", "verified"), metavar="LEVEL",
+        "--certainty",
+        choices=("proved", "verified"),
+        metavar="LEVEL",
         help="exit with 4 if less certain: proved, verified",
-    )  # fmt: skip
+    )
 
 
 def _run(arguments: argparse.Namespace) -> Answer:
@@ -127,9 +132,13 @@ def _run(arguments: argparse.Namespace) -> Answer:
 
     shown = report if arguments.explain else report._replace(explanation=None)
     return Answer(
-        code, lambda: report_data(shown), lambda: report_body(shown), notices, files=files,
+        code,
+        lambda: report_data(shown),
+        lambda: report_body(shown),
+        notices,
+        files=files,
         styled=True,
-    )  # fmt: skip
+    )
 
 
 def _run_several(arguments: argparse.Namespace) -> Answer:
@@ -171,21 +180,26 @@ def _answer_modes(error: MeetingModesError, arguments: argparse.Namespace) -> An
     from kinematics.model.linkage import Notice
 
     options = {
-        "motion": arguments.motion, "balance": arguments.balance,
-        "max_order": arguments.max_order, "spatial": arguments.spatial,
-    }  # fmt: skip
+        "motion": arguments.motion,
+        "balance": arguments.balance,
+        "max_order": arguments.max_order,
+        "spatial": arguments.spatial,
+    }
     answers = answer_modes(error.modes, options, error.doubt)
     missing = [
         notice._replace(message=f"mode {each.mode.number}: {notice.message}")
-        for each in answers.modes if each.space is not None
+        for each in answers.modes
+        if each.space is not None
         for notice in _missing_certainty(each.space, arguments)
-    ]  # fmt: skip
+    ]
     sure = answers.sure and not missing
     readings = [Notice(ROUNDED_ANGLES, note) for note in getattr(error, "__notes__", ())]
     return Answer(
-        DONE if sure else UNDECIDED, answers.to_dict, lambda: modes_body(answers),
+        DONE if sure else UNDECIDED,
+        answers.to_dict,
+        lambda: modes_body(answers),
         (*readings, *_warnings_of_modes(answers), *missing),
-    )  # fmt: skip
+    )
 
 
 def _warnings_of_modes(answers: ModeAnswers) -> list[Notice]:
@@ -194,11 +208,13 @@ def _warnings_of_modes(answers: ModeAnswers) -> list[Notice]:
     common = [set(space.warnings) for space in spaces.values()]
     shared = set.intersection(*common) if common else set()
     listed = dict.fromkeys(
-        notice if notice in shared
+        notice
+        if notice in shared
         else notice._replace(message=f"mode {number}: {notice.message}")
         for number, space in spaces.items()
-        for notice in space.warnings if notice.code != MODE_NOTICE
-    )  # fmt: skip
+        for notice in space.warnings
+        if notice.code != MODE_NOTICE
+    )
     return list(listed)
 
 

@@ -13,9 +13,12 @@ def add_requirement_options(parser: Parser) -> None:
     """Add the options of requirements to a command on design spaces."""
     group = parser.group("motion")
     group.add_argument(
-        "--require", action="append", default=[], metavar="TEXT",
+        "--require",
+        action="append",
+        default=[],
+        metavar="TEXT",
         help="instead: 'force; dynamic at u1=0.3'; repeatable",
-    )  # fmt: skip
+    )
     group.add_argument(
         "--gravity", type=point, metavar="X,Y,Z", help="for --require gravity (0,0,-9.81)"
     )

@@ -66,5 +66,6 @@ def named_notices(answers: Iterable[tuple[Linkage, Sequence[Notice]]]) -> list[N
     """
     return [
         notice._replace(message=f"{linkage.name}: {notice.message}")
-        for linkage, notices in answers for notice in notices
-    ]  # fmt: skip
+        for linkage, notices in answers
+        for notice in notices
+    ]

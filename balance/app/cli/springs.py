@@ -38,23 +38,36 @@ def add_springs(parser: Parser) -> None:
     parser.set_defaults(run=_run)
     group = parser.group("matter")
     group.add_argument(
-        "--between", action="append", default=[], metavar="SPRING",
+        "--between",
+        action="append",
+        default=[],
+        metavar="SPRING",
         help="'A,B' or 'A@X,Y,Z B@X,Y,Z k=K': links, points in their frames (m), stiffness "
         "(N/m); a number may be a range low:high; repeatable",
-    )  # fmt: skip
+    )
     group.add_argument(
-        "--catalogue", type=_stiffnesses, default=[], metavar="K1,K2",
+        "--catalogue",
+        type=_stiffnesses,
+        default=[],
+        metavar="K1,K2",
         help="stiffnesses that can be had, N/m (default: any)",
-    )  # fmt: skip
+    )
     motion = parser.group("motion")
     motion.add_argument(
-        "--gravity", type=point, default=GRAVITY, metavar="X,Y,Z",
+        "--gravity",
+        type=point,
+        default=GRAVITY,
+        metavar="X,Y,Z",
         help="acceleration of gravity, inertial frame (0,0,-9.81)",
-    )  # fmt: skip
+    )
     motion.add_argument(
-        "--range", action="append", type=_range, default=[], metavar="J=LOW:HIGH",
+        "--range",
+        action="append",
+        type=_range,
+        default=[],
+        metavar="J=LOW:HIGH",
         help="workspace of an input (default: its limits, or 1 rad or length each way)",
-    )  # fmt: skip
+    )
     add_picture_option(parser, "write a picture of the torques without and with the springs")
 
 
@@ -72,23 +85,30 @@ def _run(arguments: argparse.Namespace) -> Answer:
     from balance.app.answers.text.springs import springs_body
 
     return Answer(
-        verdict_code(answer.verdict), answer.to_dict, lambda: springs_body(answer),
-        answer.notices, files=lambda: _files(arguments, answer),
-    )  # fmt: skip
+        verdict_code(answer.verdict),
+        answer.to_dict,
+        lambda: springs_body(answer),
+        answer.notices,
+        files=lambda: _files(arguments, answer),
+    )
 
 
 def _find(arguments: argparse.Namespace) -> SpringBalance:
     """Load the linkage, and find its springs."""
-    low, high = (Coordinates((name, values[k]) for name, values in arguments.range)
-                 for k in range(2))  # fmt: skip
+    low, high = (
+        Coordinates((name, values[k]) for name, values in arguments.range) for k in range(2)
+    )
     arguments.lowest, arguments.highest = low, high
     linkage = load_model(arguments, arguments.angles)
     from balance.masses.springs.find_springs import springs
 
     return springs(
-        linkage, arguments.between, gravity=arguments.gravity, catalogue=arguments.catalogue,
+        linkage,
+        arguments.between,
+        gravity=arguments.gravity,
+        catalogue=arguments.catalogue,
         ranges=dict(arguments.range),
-    )  # fmt: skip
+    )
 
 
 def _files(arguments: argparse.Namespace, answer: SpringBalance) -> Files:

@@ -51,22 +51,27 @@ def _add_run(kinds: Verbs) -> None:
     )
     parser.add_argument("study", metavar="STUDY.toml", help="the study")
     parser.add_argument(
-        "--out", metavar="FILE.db",
+        "--out",
+        metavar="FILE.db",
         help="file of the results (default: that of the study, with .db at its end)",
-    )  # fmt: skip
+    )
     parser.add_argument(
-        "--resume", action="store_true",
+        "--resume",
+        action="store_true",
         help="go on with a file that this study has begun; begin it, if there is none",
-    )  # fmt: skip
+    )
     parser.add_argument(
-        "--workers", type=whole_number(1, MAX_WORKERS), metavar="N",
+        "--workers",
+        type=whole_number(1, MAX_WORKERS),
+        metavar="N",
         help="processes on this machine (default: one per core)",
-    )  # fmt: skip
+    )
     parser.add_argument(
-        "--dask", metavar="ADDRESS",
+        "--dask",
+        metavar="ADDRESS",
         help="compute on the Dask cluster with this scheduler, such as tcp://host:8786; "
         "'local' starts one on this machine",
-    )  # fmt: skip
+    )
     parser.add_argument(
         "--yes", action="store_true", help="allow more than 100 million geometries"
     )
@@ -122,9 +127,12 @@ def _add_export(kinds: Verbs) -> None:
     parser = kinds.add_parser("export", help="write all results as CSV or Parquet")
     parser.add_argument("results", metavar="FILE.db", help="file of the results")
     parser.add_argument(
-        "--out", metavar="FILE.csv|.parquet", type=_export_path, required=True,
+        "--out",
+        metavar="FILE.csv|.parquet",
+        type=_export_path,
+        required=True,
         help="the file to write",
-    )  # fmt: skip
+    )
     add_json_option(parser, _export)
 
 
@@ -170,14 +178,20 @@ def add_show(kinds: Verbs) -> None:
         "--descending", action="store_true", help="with --sort: the largest first"
     )
     parser.add_argument(
-        "--count", type=whole_number(1, MAX_ROWS), default=ROWS, metavar="N",
+        "--count",
+        type=whole_number(1, MAX_ROWS),
+        default=ROWS,
+        metavar="N",
         help=f"rows of the table (default {ROWS})",
-    )  # fmt: skip
+    )
     parser.add_argument(
-        "--plot", dest="axes", type=_axes, metavar="X,Y[,COLOUR]",
+        "--plot",
+        dest="axes",
+        type=_axes,
+        metavar="X,Y[,COLOUR]",
         help="draw columns over each other, into the file of --out: a map if X and Y form a "
         "grid, points if not; drops of the rank are marked",
-    )  # fmt: skip
+    )
     parser.add_argument(
         "--out", type=picture_path, metavar="FILE.png|.svg", help="with --plot: the picture"
     )

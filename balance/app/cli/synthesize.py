@@ -36,10 +36,13 @@ def add_synthesize(parser: Parser) -> None:
         "there is none, 4 if none could be confirmed."
     )
     parser.add_argument(
-        "--positions", type=_positions, required=True, metavar='"x,y,deg; …"',
+        "--positions",
+        type=_positions,
+        required=True,
+        metavar='"x,y,deg; …"',
         help="two or three positions of the tool, or more for --kind four-bar: metres, and "
         "degrees from the x-axis; it turns by the difference of the angles as they are written",
-    )  # fmt: skip
+    )
     _add_method_options(parser)
     parser.add_argument(
         "--out", metavar="FILE.urdf", help="write the best mechanism as a URDF file"
@@ -48,56 +51,74 @@ def add_synthesize(parser: Parser) -> None:
         parser, "write its motion in the nonlinear case, for 'balance verify --csv'"
     )
     parser.add_argument(
-        "--slot", type=_slot_path, metavar="FILE.csv|.svg|.dxf",
+        "--slot",
+        type=_slot_path,
+        metavar="FILE.csv|.svg|.dxf",
         help="write the slot in the base that makes a pin of it move so, in the nonlinear case",
-    )  # fmt: skip
+    )
     add_picture_option(parser)
     add_page_option(parser, "with the mechanism and the map")
     add_json_option(parser, _run)
     parser.group("output").add_argument(
-        "--overwrite", action="store_true",
+        "--overwrite",
+        action="store_true",
         help="let a written file replace one that is read",
-    )  # fmt: skip
+    )
 
 
 def _add_method_options(parser: argparse.ArgumentParser) -> None:
     """Add the options that choose the kind of mechanism and its pivots."""
     parser.add_argument(
-        "--kind", choices=("pantograph", "four-bar"), default="pantograph",
+        "--kind",
+        choices=("pantograph", "four-bar"),
+        default="pantograph",
         help="pantograph (default), or a kite or antiparallelogram whose coupler is the tool",
-    )  # fmt: skip
+    )
     case = parser.add_mutually_exclusive_group()
     case.add_argument(
-        "--ratio", type=finite_number, metavar="K",
+        "--ratio",
+        type=finite_number,
+        metavar="K",
         help="turn of the first link over that of the tool, constant and negative (default -1)",
-    )  # fmt: skip
+    )
     case.add_argument(
-        "--nonlinear", action="store_true",
+        "--nonlinear",
+        action="store_true",
         help="let the ratio vary: the masses are kept, and pivots are searched that fit them",
-    )  # fmt: skip
+    )
     pivot = parser.add_mutually_exclusive_group()
     pivot.add_argument(
-        "--fixed", type=_point, metavar="X,Y",
+        "--fixed",
+        type=_point,
+        metavar="X,Y",
         help="pivot on the base, for two positions (--fixed=-0.1,0.2 with a minus)",
-    )  # fmt: skip
+    )
     pivot.add_argument(
-        "--moving", type=_point, metavar="X,Y",
+        "--moving",
+        type=_point,
+        metavar="X,Y",
         help="pivot on the tool at the first position, for two positions",
-    )  # fmt: skip
+    )
     parser.add_argument(
-        "--within", type=positive_quantity("length"), default=0.0, metavar="LENGTH",
+        "--within",
+        type=positive_quantity("length"),
+        default=0.0,
+        metavar="LENGTH",
         help="how far a four-bar may miss four or more positions, such as 2mm (default: it "
         "meets them)",
-    )  # fmt: skip
+    )
     parser.add_argument(
-        "--masses", metavar="FILE.json",
+        "--masses",
+        metavar="FILE.json",
         help="lengths and masses of the pantograph (default: in proportion to it)",
-    )  # fmt: skip
+    )
     parser.add_argument(
-        "--window", type=_numbers, metavar="X0,X1[,Y0,Y1]",
+        "--window",
+        type=_numbers,
+        metavar="X0,X1[,Y0,Y1]",
         help="where pivots are searched in the nonlinear case: x of the free pivot from and to "
         "for two positions, x and y of the moving pivot for three",
-    )  # fmt: skip
+    )
 
 
 def _run(arguments: argparse.Namespace) -> Answer:
@@ -115,9 +136,11 @@ def _run(arguments: argparse.Namespace) -> Answer:
     from balance.app.answers.text.synthesis import synthesis_body
 
     return Answer(
-        verdict_code(synthesis.verdict), synthesis.to_dict, lambda: synthesis_body(synthesis),
+        verdict_code(synthesis.verdict),
+        synthesis.to_dict,
+        lambda: synthesis_body(synthesis),
         files=lambda: _files(synthesis, kind_of(arguments.plot), kind_of(arguments.slot)),
-    )  # fmt: skip
+    )
 
 
 def _synthesize(
@@ -129,10 +152,17 @@ def _synthesize(
 
     masses = None if arguments.masses is None else read_masses(arguments.masses)
     return synthesize(
-        arguments.positions, arguments.ratio, nonlinear=arguments.nonlinear,
-        kind=arguments.kind, fixed=arguments.fixed, moving=arguments.moving, masses=masses,
-        window=arguments.window, within=arguments.within, progress=advance,
-    )  # fmt: skip
+        arguments.positions,
+        arguments.ratio,
+        nonlinear=arguments.nonlinear,
+        kind=arguments.kind,
+        fixed=arguments.fixed,
+        moving=arguments.moving,
+        masses=masses,
+        window=arguments.window,
+        within=arguments.within,
+        progress=advance,
+    )
 
 
 def _files(synthesis: Synthesis, kind: str, slot_kind: str) -> Files:

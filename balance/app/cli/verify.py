@@ -62,10 +62,12 @@ def add_verify(parser: Parser) -> None:
     add_base_options(parser.group("base"))
     check = parser.group("check")
     check.add_argument(
-        "--tolerance", type=_tolerance, metavar="T",
+        "--tolerance",
+        type=_tolerance,
+        metavar="T",
         help="part of the bodies' inertia forces that counts as balanced (default 1e-9); or "
         "what is made how well, mass=2%%,length=0.1mm,com=1mm: worst case and spread",
-    )  # fmt: skip
+    )
     check.add_argument(
         "--against", metavar="MODEL", help="the linkage before, on the same motions"
     )
@@ -84,9 +86,11 @@ def add_verify(parser: Parser) -> None:
 def _add_motion_options(group: argparse._ArgumentGroup) -> None:
     """Add the options for the motion of the inputs."""
     group.add_argument(
-        "--trajectories", type=whole_number(1, 10_000), metavar="N",
+        "--trajectories",
+        type=whole_number(1, 10_000),
+        metavar="N",
         help=f"number of random motions (default {TRAJECTORIES})",
-    )  # fmt: skip
+    )
     group.add_argument(
         "--seed", type=_seed, metavar="S", help="seed of the random motions (default 0)"
     )
@@ -110,17 +114,20 @@ def _run(arguments: argparse.Namespace) -> Answer:
         return _with_tolerances(arguments, results[0], files)
     if not arguments.others:
         return Answer(
-            _code(results[0]), lambda: _data(results),
+            _code(results[0]),
+            lambda: _data(results),
             lambda: verification_body(results),
             [notice for result in results for notice in result.notices],
-            _speed_remark(arguments, results[0].linkage), files,
-        )  # fmt: skip
+            _speed_remark(arguments, results[0].linkage),
+            files,
+        )
     return Answer(
         max(map(_code, results)),
         lambda: compared("verify", [_data([result]) for result in results]),
         lambda: side_by_side(list(map(verification_facts, results))),
-        named_notices((result.linkage, result.notices) for result in results), files=files,
-    )  # fmt: skip
+        named_notices((result.linkage, result.notices) for result in results),
+        files=files,
+    )
 
 
 def _with_tolerances(
@@ -132,14 +139,20 @@ def _with_tolerances(
     from balance.motion.manufacture.analyse import shaking_tolerance
 
     spread = shaking_tolerance(
-        result.linkage, along=[run.trajectory for run in result.runs], about=result.point,
-        seed=arguments.seed or 0, **arguments.tolerance,
-    )  # fmt: skip
+        result.linkage,
+        along=[run.trajectory for run in result.runs],
+        about=result.point,
+        seed=arguments.seed or 0,
+        **arguments.tolerance,
+    )
     return Answer(
-        _code(result), lambda: _data([result]) | {"tolerances": spread.to_dict()},
+        _code(result),
+        lambda: _data([result]) | {"tolerances": spread.to_dict()},
         lambda: [*verification_body([result]), "", *tolerance_body(spread)],
-        result.notices, _speed_remark(arguments, result.linkage), files,
-    )  # fmt: skip
+        result.notices,
+        _speed_remark(arguments, result.linkage),
+        files,
+    )
 
 
 def _data(results: Sequence[Verification]) -> dict[str, object]:
@@ -152,9 +165,12 @@ def _data(results: Sequence[Verification]) -> dict[str, object]:
 def _speed_remark(arguments: argparse.Namespace, linkage: Linkage) -> str:
     """Ask for the speed of a crank that random motions swing to and fro."""
     chosen = (
-        arguments.trajectories, arguments.seed, arguments.csv, arguments.tool_path,
+        arguments.trajectories,
+        arguments.seed,
+        arguments.csv,
+        arguments.tool_path,
         arguments.speed,
-    )  # fmt: skip
+    )
     kinds = [joint.kind for joint in linkage.joints if joint.name in linkage.inputs]
     if kinds != ["revolute"] or any(option is not None for option in chosen):
         return ""
@@ -231,11 +247,14 @@ def _options(arguments: argparse.Namespace) -> dict[str, Any]:
     """Return the keyword arguments of `verify` from the options."""
     crank, speed = arguments.speed or (None, None)
     options = {
-        "motion": arguments.motion, "balance": arguments.balance,
+        "motion": arguments.motion,
+        "balance": arguments.balance,
         "trajectories": arguments.trajectories or TRAJECTORIES,
-        "seed": arguments.seed or 0, "speed": speed, "crank": crank,
+        "seed": arguments.seed or 0,
+        "speed": speed,
+        "crank": crank,
         "about": arguments.about,
-    }  # fmt: skip
+    }
     if isinstance(arguments.tolerance, float):
         options["tolerance"] = arguments.tolerance
     return options

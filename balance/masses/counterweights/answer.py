@@ -74,9 +74,12 @@ def _chain_dict(space: DesignSpace) -> dict[str, object]:
     frame, count = space.chain.frame, len(space.scaled_basis) // len(space.bodies)
     names = PLANAR_LABELS if space.planar else LABELS
     return {
-        "bodies": list(space.bodies), "parameters": list(names[:count]),
-        "origin": frame.origin.tolist(), "axes": frame.R.tolist(), "length": frame.length,
-    }  # fmt: skip
+        "bodies": list(space.bodies),
+        "parameters": list(names[:count]),
+        "origin": frame.origin.tolist(),
+        "axes": frame.R.tolist(),
+        "length": frame.length,
+    }
 
 
 @dataclass(frozen=True, eq=False)
@@ -214,7 +217,9 @@ class Counterweights(WithPage, WithPicture):
             "chain": _chain_dict(space),
             "regions": {
                 name: {
-                    "text": region.text, "kind": region.kind, "default": name in self.chosen,
+                    "text": region.text,
+                    "kind": region.kind,
+                    "default": name in self.chosen,
                     "place": region.place.tolist(),
                 }
                 for name, region in self.regions.items()
@@ -233,4 +238,4 @@ class Counterweights(WithPage, WithPicture):
             "words": self.words,
             "along": self.along.to_dict() if self.along else None,
             "sentence": self.sentence,
-        }  # fmt: skip
+        }

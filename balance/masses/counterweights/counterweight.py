@@ -133,9 +133,11 @@ def counterweight_of(link: str, region: Region, lumps: Lumps, unit: float) -> Co
     if len(masses) > 1:
         p = homogeneous(points)
         mass, com, inertia = mass_properties(from_pseudo_inertia((masses * p.T) @ p))
-    listed = tuple(
-        Lump(float(m), freeze(x)) for m, x in zip(masses, points, strict=True)
-    ) if len(masses) <= MOST_LUMPS else ()  # fmt: skip
+    listed = (
+        tuple(Lump(float(m), freeze(x)) for m, x in zip(masses, points, strict=True))
+        if len(masses) <= MOST_LUMPS
+        else ()
+    )
     return Counterweight(link, mass, freeze(com), freeze(inertia), listed, region)
 
 
@@ -153,6 +155,12 @@ def filled_counterweight(link: str, stock: Stock, form: Array, moments: Array) -
     back = np.linalg.inv(place)
     Q = back.T @ stock.effective_form(form) @ back
     return Counterweight(
-        link, mass, freeze(com), freeze(inertia), (), stock.region,
-        freeze(Q / np.abs(Q).max()), stock.density,
-    )  # fmt: skip
+        link,
+        mass,
+        freeze(com),
+        freeze(inertia),
+        (),
+        stock.region,
+        freeze(Q / np.abs(Q).max()),
+        stock.density,
+    )

@@ -41,12 +41,18 @@ MassOf = Callable[[Mapping[int, Region]], float | None]
 
 
 def counterweights(
-    space: DesignSpace | LinkageLike, links: Sequence[str],
-    regions: Mapping[str, Region | str] | None = None, minimise: AddedObjective = "mass",
-    *, density: float | Mapping[str, float] | None = None, thickness: float | None = None,
-    price_of_mass: float = IDLE_MASS_PRICE, shape: str | None = None,
-    motions: Motions | None = None, relax: bool = True,
-) -> Counterweights:  # fmt: skip
+    space: DesignSpace | LinkageLike,
+    links: Sequence[str],
+    regions: Mapping[str, Region | str] | None = None,
+    minimise: AddedObjective = "mass",
+    *,
+    density: float | Mapping[str, float] | None = None,
+    thickness: float | None = None,
+    price_of_mass: float = IDLE_MASS_PRICE,
+    shape: str | None = None,
+    motions: Motions | None = None,
+    relax: bool = True,
+) -> Counterweights:
     """Compute the least matter that balances a linkage when added to some of its links.
 
     The masses in the file stay. Added matter is any measure inside a region of each link's
@@ -146,9 +152,12 @@ def counterweights(
 
 
 def _wanted_shape(
-    space: DesignSpace, shape: str | None, minimise: AddedObjective,
-    density: float | Mapping[str, float] | None, thickness: float | None,
-) -> WeightShape | None:  # fmt: skip
+    space: DesignSpace,
+    shape: str | None,
+    minimise: AddedObjective,
+    density: float | Mapping[str, float] | None,
+    thickness: float | None,
+) -> WeightShape | None:
     """Read a shape, and check that what else is asked for goes with it."""
     if shape is None:
         return None

@@ -43,9 +43,11 @@ from kinematics.wording import number_text
 
 
 def decide(
-    space: DesignSpace, regions: Mapping[int, Region], minimise: AddedObjective = "mass",
+    space: DesignSpace,
+    regions: Mapping[int, Region],
+    minimise: AddedObjective = "mass",
     price: float = IDLE_MASS_PRICE,
-) -> Counterweights:  # fmt: skip
+) -> Counterweights:
     """Decide whether matter in some regions balances a linkage, and minimise it.
 
     The density of the matter has no limit: it is point masses.
@@ -59,9 +61,22 @@ def decide(
     names = {space.bodies[b]: region for b, region in regions.items()}
     given_mass = float(given_parameters(space)[:, 0].sum())
     blank = Counterweights(
-        space, "undecided", minimise, None, None, names, (), (), None, None, None, None, (),
-        given_mass, "undecided: neither an answer nor a certificate stands up to its check",
-    )  # fmt: skip
+        space,
+        "undecided",
+        minimise,
+        None,
+        None,
+        names,
+        (),
+        (),
+        None,
+        None,
+        None,
+        None,
+        (),
+        given_mass,
+        "undecided: neither an answer nor a certificate stands up to its check",
+    )
     program = build_added_program(space, regions, minimise, price)
     blank = replace(blank, price=program.idle * space.length**2)
     if space.as_given.balanced:
@@ -87,10 +102,14 @@ def _keep_given_masses(blank: Counterweights, program: AddedProgram) -> Counterw
     z = given_parameters(space)
     value, _ = added_objective(program, [np.zeros((4, 4)) for _ in program.regions])
     return replace(
-        blank, verdict="feasible", value=value, z=freeze(z), gap=0.0,
+        blank,
+        verdict="feasible",
+        value=value,
+        z=freeze(z),
+        gap=0.0,
         residual=balance_residual(space, z),
         words="feasible: the masses in the file are balanced, and nothing is added",
-    )  # fmt: skip
+    )
 
 
 def _left_over(program: AddedProgram) -> bool:
@@ -148,11 +167,16 @@ def _balanced(
     )
     total = sum(weight.mass for weight in weights)
     return replace(
-        blank, verdict="feasible", value=value, z=freeze(z), residual=residual,
-        weights=weights, gap=max(0.0, priced - bound) / priced if priced > 0.0 else 0.0,
+        blank,
+        verdict="feasible",
+        value=value,
+        z=freeze(z),
+        residual=residual,
+        weights=weights,
+        gap=max(0.0, priced - bound) / priced if priced > 0.0 else 0.0,
         words=f"feasible: {number_text(total)} kg added to "
-              f"{number_text(blank.given_mass)} kg balance it",
-    )  # fmt: skip
+        f"{number_text(blank.given_mass)} kg balance it",
+    )
 
 
 def with_moments(program: AddedProgram, moments: Array) -> Array:

@@ -23,7 +23,10 @@ def with_loads(
     space = counterweights.space
     assert counterweights.z is not None
     along = compare_masses(
-        space.linkage, counterweights.z, motions=motions, motion=space.motion,
+        space.linkage,
+        counterweights.z,
+        motions=motions,
+        motion=space.motion,
         balance=space.balance,
-    )  # fmt: skip
+    )
     return replace(counterweights, along=along)

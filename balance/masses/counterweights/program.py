@@ -111,9 +111,11 @@ class AddedSolution(NamedTuple):
 
 
 def build_added_program(
-    space: DesignSpace, regions: Mapping[int, Region], minimise: AddedObjective,
+    space: DesignSpace,
+    regions: Mapping[int, Region],
+    minimise: AddedObjective,
     price: float = IDLE_MASS_PRICE,
-) -> AddedProgram:  # fmt: skip
+) -> AddedProgram:
     """Build the program of counterweights.
 
     Args:
@@ -136,9 +138,20 @@ def build_added_program(
     # Twice, because what is left may be much smaller than r.
     remainder = conditions.T @ project_out(project_out(r, U[:, :rank]), U[:, :rank])
     return AddedProgram(
-        space, regions, unit, rows, r @ kept, conditions.T @ kept, remainder, given, cost,
-        inertia, scale, constant, 0.0 if minimise == "mass" else price,
-    )  # fmt: skip
+        space,
+        regions,
+        unit,
+        rows,
+        r @ kept,
+        conditions.T @ kept,
+        remainder,
+        given,
+        cost,
+        inertia,
+        scale,
+        constant,
+        0.0 if minimise == "mass" else price,
+    )
 
 
 def solve_added(program: AddedProgram) -> AddedSolution:
@@ -166,9 +179,11 @@ def _least_errors(program: AddedProgram, cones: tuple[MomentCone, ...]) -> Added
     more[:rank, count:] = np.hstack([np.eye(rank), -np.eye(rank)])
     more[len(rows) :, count:] = np.eye(2 * rank)
     solution = solve_conic(
-        np.append(q, np.ones(2 * rank)), more, np.append(offset, np.zeros(2 * rank)),
+        np.append(q, np.ones(2 * rank)),
+        more,
+        np.append(offset, np.zeros(2 * rank)),
         [*parts, ConstraintBlock("nonnegative", 2 * rank)],
-    )  # fmt: skip
+    )
     dual = solution.dual[:rank]
     forms = -np.einsum("r,lrj->lj", dual, program.rows) @ TRIANGLES[4].T
     none = np.zeros((len(cones), 4, 4))
@@ -260,10 +275,9 @@ def _solve(program: AddedProgram, cones: tuple[MomentCone, ...]) -> AddedSolutio
     q, rows, offset, parts = conic_arguments(program, cones)
     solution = solve_conic(q, rows, offset, parts)
     at, rank = np.cumsum([0, *(len(cone.matrices) for cone in cones)]), program.target.size
-    moments = np.array([
-        cone.matrices.T @ solution.x[at[k] : at[k + 1]]
-        for k, cone in enumerate(cones)
-    ])  # fmt: skip
+    moments = np.array(
+        [cone.matrices.T @ solution.x[at[k] : at[k + 1]] for k, cone in enumerate(cones)]
+    )
     dual = solution.dual[:rank]
     flat = -np.einsum("r,lrj->lj", dual, program.rows)
     if not solution.infeasible:
@@ -293,9 +307,13 @@ def orthonormal_conditions(basis: Array) -> Array:
 
 
 def _objective(
-    space: DesignSpace, regions: Mapping[int, Region], minimise: AddedObjective, price: float,
-    file: Array, unit: float,
-) -> tuple[Array, tuple[Array, Array], float, float]:  # fmt: skip
+    space: DesignSpace,
+    regions: Mapping[int, Region],
+    minimise: AddedObjective,
+    price: float,
+    file: Array,
+    unit: float,
+) -> tuple[Array, tuple[Array, Array], float, float]:
     """Compute ``cost``, ``inertia``, ``scale`` and ``constant`` of the program."""
     empty, S = np.empty(0), symmetric_basis()
     cost = np.zeros((len(regions), 10))

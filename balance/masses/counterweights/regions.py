@@ -300,7 +300,11 @@ def _polytope(kind: Kind, place: Array, text: str, points: Array) -> Region:
     number = np.full(len(points), -1)
     number[hull.vertices] = np.arange(hull.vertices.size)
     return Region(
-        kind, place, text, freeze(points[hull.vertices]),
-        number[hull.simplices].astype(np.int64), freeze(hull.equations[:, :3]),
+        kind,
+        place,
+        text,
+        freeze(points[hull.vertices]),
+        number[hull.simplices].astype(np.int64),
+        freeze(hull.equations[:, :3]),
         freeze(-hull.equations[:, 3]),
-    )  # fmt: skip
+    )

@@ -61,9 +61,11 @@ def counterweights_file(
 
 
 def with_counterweights(
-    answer: WithCounterweights, *, merge: bool | Collection[str] = False,
+    answer: WithCounterweights,
+    *,
+    merge: bool | Collection[str] = False,
     meshes: Mapping[str, str] | None = None,
-) -> bytes:  # fmt: skip
+) -> bytes:
     """Return the linkage's URDF file with counterweights.
 
     Each lump is a link of its own on a fixed joint, without inertia about its centre. A
@@ -96,9 +98,10 @@ def with_counterweights(
         data, root = read_source(linkage, "link", "to which links could be added")
     names = {item.name for tag in ("link", "joint") for item in root.every(tag)}
     elements = [
-        element for weight in apart
+        element
+        for weight in apart
         for element in _own_links(weight, names, meshes.get(weight.link), weight.link in merged)
-    ]  # fmt: skip
+    ]
     return _append(data, root, elements) if elements else data
 
 
@@ -152,8 +155,9 @@ def _own_links(
         yield Element("link", link.attributes, (*link.children, *_shapes(weight, mesh)))
         ends = (
             make_elements.origin(pose),
-            Element("parent", {"link": weight.link}), Element("child", {"link": name}),
-        )  # fmt: skip
+            Element("parent", {"link": weight.link}),
+            Element("child", {"link": name}),
+        )
         yield Element("joint", {"name": f"{name}_joint", "type": "fixed"}, ends)
 
 

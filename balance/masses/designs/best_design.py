@@ -179,8 +179,11 @@ class Design(WithPage, WithPicture):
         """
         if self.z is None:
             raise UsageError(f"{self.space.linkage.name}: no masses to write: {self.words}")
-        elements = {body.name: body.urdf for body in self.bodies
-                    if body.name not in self.keep and body.urdf}  # fmt: skip
+        elements = {
+            body.name: body.urdf
+            for body in self.bodies
+            if body.name not in self.keep and body.urdf
+        }
         return write_file(path, replace_inertials(self.space.linkage, elements))
 
     def to_dict(self) -> dict[str, object]:
@@ -255,12 +258,16 @@ def _directions(solid: Solid) -> Array:
 
 
 def design(
-    space: DesignSpace | LinkageLike, minimise: Objective | None = None, *,
+    space: DesignSpace | LinkageLike,
+    minimise: Objective | None = None,
+    *,
     keep: Sequence[str] = (),
     bounds: Mapping[str, tuple[float, float]] | None = None,
-    within: float | None = BALL_RADIUS, one_pose: bool = False,
-    density: float | Mapping[str, float] | None = None, thickness: float | None = None,
-) -> Design:  # fmt: skip
+    within: float | None = BALL_RADIUS,
+    one_pose: bool = False,
+    density: float | Mapping[str, float] | None = None,
+    thickness: float | None = None,
+) -> Design:
     """Compute the best balanced mass distribution, or a certificate that there is none.
 
     The design minimises the objective over all y with ``P_b(y) ≻ 0`` for every body b, where
@@ -338,9 +345,13 @@ def design(
 
 
 def _widest_margin(
-    space: DesignSpace, keep: tuple[str, ...], bounds: Mapping[str, tuple[float, float]],
-    within: float | None, one_pose: bool, material: Material,
-) -> tuple[Design, Constraints]:  # fmt: skip
+    space: DesignSpace,
+    keep: tuple[str, ...],
+    bounds: Mapping[str, tuple[float, float]],
+    within: float | None,
+    one_pose: bool,
+    material: Material,
+) -> tuple[Design, Constraints]:
     """Compute the design of the largest margin, and its constraints; the space may widen."""
     constraints = constraints_of(space, keep, bounds, within)
     if space.planar and space.balance == "dynamic" and _leaves_plane(space, constraints):
@@ -348,19 +359,36 @@ def _widest_margin(
     constraints = constraints_of(space, keep, bounds, within, *material)
     answer = decide_feasibility(space, constraints, trusted=one_pose)
     return Design(
-        space, answer.verdict, None, None, keep, bounds, within, answer.z,
-        answer.certificate, answer.multipliers, answer.margin, answer.residuals, answer.words,
+        space,
+        answer.verdict,
+        None,
+        None,
+        keep,
+        bounds,
+        within,
+        answer.z,
+        answer.certificate,
+        answer.multipliers,
+        answer.margin,
+        answer.residuals,
+        answer.words,
         density={space.bodies[b]: it.density for b, it in constraints.densities.items()},
         thickness=material[1],
-    ), constraints  # fmt: skip
+    ), constraints
 
 
 def _with_answer_anywhere(answer: Design, constraints: Constraints, one_pose: bool) -> Design:
     """Add the answer without balls to one without a design within them."""
     without_balls = design(
-        answer.space, answer.minimise, keep=answer.keep, bounds=answer.bounds, within=None,
-        one_pose=one_pose, density=answer.density or None, thickness=answer.thickness,
-    )  # fmt: skip
+        answer.space,
+        answer.minimise,
+        keep=answer.keep,
+        bounds=answer.bounds,
+        within=None,
+        one_pose=one_pose,
+        density=answer.density or None,
+        thickness=answer.thickness,
+    )
     without_balls = replace(without_balls, words=without_balls.words.removesuffix(ONE_POSE))
     if without_balls.verdict == "infeasible":
         return replace(without_balls, within=answer.within)
@@ -381,9 +409,13 @@ def _contradiction(answer: Design, space: RequiredSpace) -> str:
     def excluded(*chosen: int) -> bool:
         some = space_of(space.common, [space.regions[k] for k in chosen])
         constraints = constraints_of(
-            some, answer.keep, answer.bounds, answer.within, answer.density or None,
+            some,
+            answer.keep,
+            answer.bounds,
+            answer.within,
+            answer.density or None,
             answer.thickness,
-        )  # fmt: skip
+        )
         return decide_feasibility(some, constraints).verdict == "infeasible"
 
     alone = next((k for k in range(count) if excluded(k)), None)
@@ -421,9 +453,14 @@ def _minimise(answer: Design, constraints: Constraints) -> Design:
         if check.accepted:
             margin = program.cone.least(best.P).min() / np.trace(P, axis1=1, axis2=2).sum()
             return replace(
-                answer, z=z, value=best.value, margin=float(margin), residuals=check,
-                floor=best.floor, words=f"feasible: the design of the least {wanted}",
-            )  # fmt: skip
+                answer,
+                z=z,
+                value=best.value,
+                margin=float(margin),
+                residuals=check,
+                floor=best.floor,
+                words=f"feasible: the design of the least {wanted}",
+            )
     text = (
         f"undecided: there are designs, but the one of the least {wanted} was not found; ask "
         "for no objective to see one"

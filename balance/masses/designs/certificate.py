@@ -95,10 +95,11 @@ class CertificateCheck(NamedTuple):
 
 
 def check_certificate(
-    space: DesignSpace | LinkageLike, certificate: Sequence[Array],
+    space: DesignSpace | LinkageLike,
+    certificate: Sequence[Array],
     constraints: Constraints | None = None,
     multipliers: ArrayLike | None = None,
-) -> CertificateCheck:  # fmt: skip
+) -> CertificateCheck:
     """Check a certificate of infeasibility in plain NumPy, without the solver.
 
     With the residual r of orthogonality, and no eigenvalue below -δ, the margin of any design

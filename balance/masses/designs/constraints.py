@@ -123,10 +123,13 @@ def unknown_body(space: DesignSpace, name: str) -> BodyError:
 
 
 def constraints_of(
-    space: DesignSpace, keep: Sequence[str], bounds: Mapping[str, tuple[float, float]],
-    within: float | None = None, density: float | Mapping[str, float] | None = None,
+    space: DesignSpace,
+    keep: Sequence[str],
+    bounds: Mapping[str, tuple[float, float]],
+    within: float | None = None,
+    density: float | Mapping[str, float] | None = None,
     thickness: float | None = None,
-) -> Constraints:  # fmt: skip
+) -> Constraints:
     """Build the constraints from names of bodies.
 
     Args:
@@ -193,8 +196,10 @@ def _density_limits(
         LinkageError: the thickness is missing, or there is one without a density, or in space.
         ValueError: a density or the thickness is not positive and finite.
     """
-    for what, value in (*(("density", value) for value in limits.values()),
-                        ("thickness", thickness)):  # fmt: skip
+    for what, value in (
+        *(("density", value) for value in limits.values()),
+        ("thickness", thickness),
+    ):
         if value is not None and not 0.0 < value < inf:
             unit = "kg/m³" if what == "density" else "m"
             raise ValueError(f"{what} = {value}: give a number above 0, in {unit}")
@@ -228,9 +233,21 @@ def build_program(space: DesignSpace, constraints: Constraints) -> Program:
     if not constraints.sized:
         n = cone.blocks.shape[1]
         return Program(
-            cone, free, False, _ball_rows(cone, free, balls), (), balls, _traces(cone), unit,
-            cone, np.eye(n), np.empty((0, n)), (), np.empty(0), densities,
-        )  # fmt: skip
+            cone,
+            free,
+            False,
+            _ball_rows(cone, free, balls),
+            (),
+            balls,
+            _traces(cone),
+            unit,
+            cone,
+            np.eye(n),
+            np.empty((0, n)),
+            (),
+            np.empty(0),
+            densities,
+        )
     file = matrices_of(space, given_parameters(space))
     fixed_masses = tuple(b for b, (low, high) in constraints.bounds.items() if low == high)
     fixed, values = _fixed_rows(cone, file, constraints, fixed_masses)
@@ -242,9 +259,21 @@ def build_program(space: DesignSpace, constraints: Constraints) -> Program:
     lines = np.concatenate([[tau], *rows, _ball_rows(free_cone, free, balls)])
     kept = np.trace(file[list(constraints.keep)], axis1=1, axis2=2).sum() / unit
     return Program(
-        free_cone, free, True, lines, limits, balls, _traces(free_cone) + kept * tau, unit,
-        cone, embed, fixed, fixed_masses, residual, densities,
-    )  # fmt: skip
+        free_cone,
+        free,
+        True,
+        lines,
+        limits,
+        balls,
+        _traces(free_cone) + kept * tau,
+        unit,
+        cone,
+        embed,
+        fixed,
+        fixed_masses,
+        residual,
+        densities,
+    )
 
 
 def _bound_rows(

@@ -67,9 +67,12 @@ class DensityRows(NamedTuple):
 
 
 def density_rows(
-    blocks: Array, references: Array, unit: UnitOfMass, kappas: Sequence[float],
+    blocks: Array,
+    references: Array,
+    unit: UnitOfMass,
+    kappas: Sequence[float],
     constant: Array | None = None,
-) -> DensityRows:  # fmt: skip
+) -> DensityRows:
     """Build the cones of bodies whose density is limited.
 
     Args:

@@ -200,16 +200,21 @@ def _density_candidates(
     """
     cone, size = program.cone.with_all_moments(), program.traces.size
     reference = P[list(program.free)] / program.unit
-    wide = program._replace(cone=cone, lines=widen(program.lines, cone.blocks.shape[1]),
-                            traces=widen(program.traces, cone.blocks.shape[1]))  # fmt: skip
+    wide = program._replace(
+        cone=cone,
+        lines=widen(program.lines, cone.blocks.shape[1]),
+        traces=widen(program.traces, cone.blocks.shape[1]),
+    )
     # The unit of mass at which ``P_b ⪰ 1``, as the program asks.
     tau = max(1.0, 1.0 / float(np.linalg.eigvalsh(reference)[:, 0].min()))
     limited = sorted(program.densities)
     unit = UnitOfMass(np.eye(cone.blocks.shape[1])[size - 1], 0.0, tau)
     limits = density_rows(
-        cone.blocks[limited], tau * reference[limited], unit,
+        cone.blocks[limited],
+        tau * reference[limited],
+        unit,
         [program.densities[b] for b in limited],
-    )  # fmt: skip
+    )
     q, rows, offset, parts = least_traces(wide)
     split = len(rows)
     rows = np.concatenate([widen(rows, limits.rows.shape[1]), limits.rows])
@@ -298,9 +303,15 @@ def _proof(
     )
     text = describe_conflict(space, proof.matrices, next(enough, constraints))
     return Feasibility(
-        "infeasible", None, None, tuple(freeze(proof.matrices)), freeze(proof.multipliers),
-        0.0, check, text,
-    )  # fmt: skip
+        "infeasible",
+        None,
+        None,
+        tuple(freeze(proof.matrices)),
+        freeze(proof.multipliers),
+        0.0,
+        check,
+        text,
+    )
 
 
 def _undecided(why: str) -> Feasibility:

@@ -129,6 +129,9 @@ def joint_points(space: DesignSpace, body: Body) -> list[Array]:
     """
     joints, link = space.linkage.joints, body.link
     ends = {loop.end for loop in space.linkage.loops if loop.successor == link}
-    others = [joint.point for j, joint in enumerate(joints)
-              if joint.parent == link or (j in ends and joint.in_loop)]  # fmt: skip
+    others = [
+        joint.point
+        for j, joint in enumerate(joints)
+        if joint.parent == link or (j in ends and joint.in_loop)
+    ]
     return [joints[link].point, *others]

@@ -61,9 +61,14 @@ def file_distance(P: Array, file: Array) -> float:
 
 
 def minimise_distance(
-    blocks: Array, constant: Array, file: Array, lines: Array, offset: Array, start: Array,
+    blocks: Array,
+    constant: Array,
+    file: Array,
+    lines: Array,
+    offset: Array,
+    start: Array,
     densities: Mapping[int, float] | None = None,
-) -> Array | None:  # fmt: skip
+) -> Array | None:
     """Minimise the distance over ``P_b = constant_b + blocks_b · v``, ``lines v + offset ≥ 0``.
 
     Args:
@@ -96,9 +101,11 @@ def minimise_distance(
 
 
 def limit_rows(
-    blocks: Array, references: Array, densities: Mapping[int, float],
+    blocks: Array,
+    references: Array,
+    densities: Mapping[int, float],
     constant: Array | None = None,
-) -> DensityRows:  # fmt: skip
+) -> DensityRows:
     """Build the cones of limits of density for ``P_b = constant_b + blocks_b · v``.
 
     Args:
@@ -109,15 +116,22 @@ def limit_rows(
     """
     limited = sorted(densities)
     return density_rows(
-        blocks[limited], references[limited], UnitOfMass(np.zeros(blocks.shape[1]), 1.0),
-        [densities[b] for b in limited], None if constant is None else constant[limited],
-    )  # fmt: skip
+        blocks[limited],
+        references[limited],
+        UnitOfMass(np.zeros(blocks.shape[1]), 1.0),
+        [densities[b] for b in limited],
+        None if constant is None else constant[limited],
+    )
 
 
 def _take_newton_steps(
-    blocks: Array, fixed: Array, lines: Array, offset: Array, start: Array,
+    blocks: Array,
+    fixed: Array,
+    lines: Array,
+    offset: Array,
+    start: Array,
     limits_at: Callable[[Array], DensityRows | None],
-) -> Array | None:  # fmt: skip
+) -> Array | None:
     """Minimise the distance from the identity; see `minimise_distance`.
 
     Args:

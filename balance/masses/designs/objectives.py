@@ -160,9 +160,13 @@ def _least_change(program: Program, cone: Cone, file: Array, start: Array) -> Op
         unit = program.traces.size - 1
         moves[unit], constant[unit] = False, start[unit]
     problem = (
-        cone.blocks[:, moves], cone.sums_at(constant), file, lines[:, moves], lines @ constant,
+        cone.blocks[:, moves],
+        cone.sums_at(constant),
+        file,
+        lines[:, moves],
+        lines @ constant,
         start[moves],
-    )  # fmt: skip
+    )
     for densities in ({}, program.densities):
         v = minimise_distance(*problem, densities)
         if v is None:
@@ -175,9 +179,13 @@ def _least_change(program: Program, cone: Cone, file: Array, start: Array) -> Op
 
 
 def _solve(
-    program: Program, cone: Cone, goal: _Goal, lower: Array, trace_limit: float,
+    program: Program,
+    cone: Cone,
+    goal: _Goal,
+    lower: Array,
+    trace_limit: float,
     limits: DensityRows | None = None,
-) -> Array | None:  # fmt: skip
+) -> Array | None:
     """Minimise an objective with ``P_b ⪰ lower_b`` and traces up to ``trace_limit``.
 
     Args:
@@ -220,10 +228,11 @@ def _check_definite(space: DesignSpace, free: tuple[int, ...], P: Array) -> None
     for b, matrix in zip(free, P, strict=True):
         if np.linalg.eigvalsh(matrix)[0] <= PSEUDO_INERTIA_SINGULAR * np.trace(matrix):
             raise BodyError(
-                space.source, space.bodies[b],
+                space.source,
+                space.bodies[b],
                 "has a singular mass distribution in the file, from which no change can be "
                 "measured; give it mass and extent in every direction, or keep it",
-            )  # fmt: skip
+            )
 
 
 def _goal(

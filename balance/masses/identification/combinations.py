@@ -98,8 +98,9 @@ def relevant_combinations(space: DesignSpace, excited: Array) -> Relevant:
     whole = np.linalg.qr(combined.T)[0]
     inside = singular_value_decomposition(excited.T @ whole)
     # Cosines of the angles between both: 1 for what is in both.
-    sines = np.linalg.norm(whole @ inside[2].T - excited @ (excited.T @ whole @ inside[2].T),
-                           axis=0)  # fmt: skip
+    sines = np.linalg.norm(
+        whole @ inside[2].T - excited @ (excited.T @ whole @ inside[2].T), axis=0
+    )
     kept = inside[2][sines <= EXCITED_OUTSIDE]
     directions = whole @ kept.T
     everything = _eliminated(space, null, scaled)
@@ -113,8 +114,9 @@ def relevant_combinations(space: DesignSpace, excited: Array) -> Relevant:
         known = complement(complement(np.linalg.qr(W.T)[0])).T
         some = _eliminated(space, complement(first_basis(known).T), scaled)
         chosen = [item._replace(determined=True) for item in some]
-    rest = _independent([item.row for item in everything], directions,
-                        len(everything) - len(kept))  # fmt: skip
+    rest = _independent(
+        [item.row for item in everything], directions, len(everything) - len(kept)
+    )
     return Relevant((*chosen, *(everything[k] for k in rest)), directions, len(everything))
 
 
@@ -167,8 +169,10 @@ def _eliminated(space: DesignSpace, null: Array, scaled: Array) -> list[Combinat
     count, size = len(labels), len(labels) * len(bodies)
     order = [
         b * count + labels.index(label)
-        for label in ELIMINATED_FIRST if label in labels for b in reversed(range(len(bodies)))
-    ]  # fmt: skip
+        for label in ELIMINATED_FIRST
+        if label in labels
+        for b in reversed(range(len(bodies)))
+    ]
     out = sorted(_pivot_rows(null, order))
     kept = [k for k in range(size) if k not in out]
     factors = np.zeros((len(kept), size))

@@ -173,19 +173,29 @@ class ExcitingMotion:
                 for name, a, b, c in zip(inputs, *peaks, strict=True)
             },
             "motion": {
-                "time": time.tolist(), "position": u.tolist(), "velocity": ud.tolist(),
+                "time": time.tolist(),
+                "position": u.tolist(),
+                "velocity": ud.tolist(),
                 "acceleration": udd.tolist(),
             },
             "warnings": [notice._asdict() for notice in self.notices],
-        }  # fmt: skip
+        }
 
 
 def exciting_motion(
-    linkage: LinkageLike, duration: float = 5.0, *, harmonics: int = 4,
-    velocity: Limit = None, acceleration: Limit = None, file_limits: bool = True,
-    seed: int = 0, tries: int = TRIES, balance: Balance = "dynamic", spatial: bool = False,
+    linkage: LinkageLike,
+    duration: float = 5.0,
+    *,
+    harmonics: int = 4,
+    velocity: Limit = None,
+    acceleration: Limit = None,
+    file_limits: bool = True,
+    seed: int = 0,
+    tries: int = TRIES,
+    balance: Balance = "dynamic",
+    spatial: bool = False,
     progress: Callable[[int, int], None] | None = None,
-) -> ExcitingMotion:  # fmt: skip
+) -> ExcitingMotion:
     """Plan a motion that excites the parameters on which balance depends.
 
     It starts and ends at rest at the reference pose. Limits of speed and acceleration scale
@@ -250,9 +260,17 @@ def exciting_motion(
         best = search.improved(best, tries, progress)
     path, trajectory = search.followed(best, SAMPLES)
     return ExcitingMotion(
-        space, path, duration, harmonics, limits, search.excitation(trajectory), random,
-        search.tries, seed, trajectory,
-    )  # fmt: skip
+        space,
+        path,
+        duration,
+        harmonics,
+        limits,
+        search.excitation(trajectory),
+        random,
+        search.tries,
+        seed,
+        trajectory,
+    )
 
 
 class _Search:
@@ -264,9 +282,13 @@ class _Search:
     """
 
     def __init__(
-        self, space: DesignSpace, duration: float, harmonics: int, limits: InputLimits,
+        self,
+        space: DesignSpace,
+        duration: float,
+        harmonics: int,
+        limits: InputLimits,
         file_limits: bool,
-    ) -> None:  # fmt: skip
+    ) -> None:
         """Find out which directions of the parameters motions can excite."""
         self._space, self._linkage = space, space.linkage
         self._duration, self._harmonics, self._limits = duration, harmonics, limits

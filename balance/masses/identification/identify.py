@@ -55,11 +55,19 @@ MOST_NUMBERS = 30_000_000
 
 
 def identify(
-    linkage: LinkageLike, motion: Trajectory | str | PathLike[str], loads: LoadTable, *,
-    gravity: ArrayLike = GRAVITY, about: ArrayLike | None = None, on_linkage: bool = False,
-    offset: bool = False, friction: bool = False, prior: float = PRIOR,
-    balance: Balance = "dynamic", spatial: bool = False,
-) -> Identification:  # fmt: skip
+    linkage: LinkageLike,
+    motion: Trajectory | str | PathLike[str],
+    loads: LoadTable,
+    *,
+    gravity: ArrayLike = GRAVITY,
+    about: ArrayLike | None = None,
+    on_linkage: bool = False,
+    offset: bool = False,
+    friction: bool = False,
+    prior: float = PRIOR,
+    balance: Balance = "dynamic",
+    spatial: bool = False,
+) -> Identification:
     """Identify the masses of a linkage, as far as balance depends on them, from measurements.
 
     The wrench of the base on the linkage is ``ḣ - g``, linear in the inertial parameters, and
@@ -156,9 +164,12 @@ Sensors = list[tuple[tuple[str, ...], Array]]
 
 
 def _sensor_columns(
-    linkage: Linkage, trajectory: Trajectory, measured: Measurements, offset: bool,
+    linkage: Linkage,
+    trajectory: Trajectory,
+    measured: Measurements,
+    offset: bool,
     friction: bool,
-) -> Sensors:  # fmt: skip
+) -> Sensors:
     """List names and columns (N, count) of the parameters of each channel's own sensor."""
     sensors: Sensors = []
     count = len(measured.time)
@@ -177,9 +188,17 @@ def _sensor_columns(
 
 
 def _answer(
-    space: DesignSpace, trajectory: Trajectory, measured: Measurements, rows: LoadRows,
-    Y: Array, fit: LeastSquares, sensors: Sensors, gravity: Array, point: Array, prior: float,
-) -> Identification:  # fmt: skip
+    space: DesignSpace,
+    trajectory: Trajectory,
+    measured: Measurements,
+    rows: LoadRows,
+    Y: Array,
+    fit: LeastSquares,
+    sensors: Sensors,
+    gravity: Array,
+    point: Array,
+    prior: float,
+) -> Identification:
     """Collect the result of a fit."""
     linkage = space.linkage
     chain = input_chain(linkage)
@@ -189,10 +208,11 @@ def _answer(
     for body, P in zip(linkage.bodies, matter, strict=True):
         if not np.trace(P) > 0.0:
             raise BodyError(
-                linkage.source, body.name,
+                linkage.source,
+                body.name,
                 "has no mass in the file, near which the likeliest one could be: give it an "
                 "<inertial>, or name it by massless",
-            )  # fmt: skip
+            )
     likely = likeliest_masses(fit, matter, prior)
     if likely is None:
         raise LinkageError(
@@ -257,9 +277,11 @@ def _masses(
 
 
 def _shaking(
-    rows: LoadRows, x: Array, fit: LeastSquares | None = None,
+    rows: LoadRows,
+    x: Array,
+    fit: LeastSquares | None = None,
     likely: LikeliestMasses | None = None,
-) -> ShakingOf:  # fmt: skip
+) -> ShakingOf:
     """Compute root mean squares of the shaking, their standard errors, and shares.
 
     What the loads determine is taken from them alone; else from the likeliest masses.

@@ -80,9 +80,10 @@ def load_rows(
     drives *= (length**2 / units)[:, None, None]
     flat = len(shaking), 6, 10 * bodies
     return LoadRows(
-        _to_si(shaking.reshape(flat), chain, about), _to_si(weight.reshape(flat), chain, about),
+        _to_si(shaking.reshape(flat), chain, about),
+        _to_si(weight.reshape(flat), chain, about),
         drives.reshape(len(drives), units.size, 10 * bodies),
-    )  # fmt: skip
+    )
 
 
 def _one_sample(

@@ -105,10 +105,12 @@ def _quantities(linkage: Linkage) -> dict[str, tuple[str, ...]]:
     drives = {
         name: ("force",) if kinds[name] == "prismatic" else ("torque",)
         for name in linkage.inputs
-    }  # fmt: skip
+    }
     return {
-        **dict.fromkeys(FORCES, ("force",)), **dict.fromkeys(MOMENTS, ("torque",)), **drives
-    }  # fmt: skip
+        **dict.fromkeys(FORCES, ("force",)),
+        **dict.fromkeys(MOMENTS, ("torque",)),
+        **drives,
+    }
 
 
 def _columns(

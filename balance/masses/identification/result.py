@@ -188,8 +188,9 @@ class Identification(WithPicture):
     @property
     def furthest(self) -> float:
         """Largest difference of the file from what was measured, in standard errors."""
-        return max((abs(item.off) for item in self.combinations if item.off is not None),
-                   default=0.0)  # fmt: skip
+        return max(
+            (abs(item.off) for item in self.combinations if item.off is not None), default=0.0
+        )
 
     @property
     def words(self) -> str:
@@ -232,8 +233,10 @@ class Identification(WithPicture):
 
     def _repr_html_(self) -> str:
         """Table of the same facts, for notebooks."""
-        rows = ((item.combination.words, repr(item).rpartition(" = ")[2])
-                for item in self.combinations)  # fmt: skip
+        rows = (
+            (item.combination.words, repr(item).rpartition(" = ")[2])
+            for item in self.combinations
+        )
         title = f"Identification of {self.space.linkage.name}"
         return html_facts(title, ("verdict", self.words), *rows)
 
@@ -290,6 +293,9 @@ def _combination_data(item: Identified) -> dict[str, object]:
         ],
         "unit": item.combination.unit,
         "determined": item.combination.determined,
-        "file": item.file, "value": item.value, "error": item.error,
-        "likeliest": item.likeliest, "off": item.off,
-    }  # fmt: skip
+        "file": item.file,
+        "value": item.value,
+        "error": item.error,
+        "likeliest": item.likeliest,
+        "off": item.off,
+    }

@@ -43,14 +43,20 @@ UNLIMITED = 100.0
 
 
 def partial(
-    space: DesignSpace | LinkageLike, links: Sequence[str], budget: float, *,
+    space: DesignSpace | LinkageLike,
+    links: Sequence[str],
+    budget: float,
+    *,
     regions: Mapping[str, Region | str] | None = None,
-    motions: Motions | None = None, weight_moment: float | None = None,
+    motions: Motions | None = None,
+    weight_moment: float | None = None,
     max_bearing: Mapping[str, float] | None = None,
-    max_torque: Mapping[str, float] | None = None, frame: ElasticFrame | None = None,
-    about: ArrayLike | None = None, density: float | Mapping[str, float] | None = None,
+    max_torque: Mapping[str, float] | None = None,
+    frame: ElasticFrame | None = None,
+    about: ArrayLike | None = None,
+    density: float | Mapping[str, float] | None = None,
     thickness: float | None = None,
-) -> PartialBalance:  # fmt: skip
+) -> PartialBalance:
     """Compute the matter within a budget that lets a linkage shake least along motions.
 
     It minimises the root of the mean over the motions of ``|F|² + |M|²/ℓ²``, with the shaking
@@ -99,22 +105,37 @@ def partial(
         ('optimal', True)
     """
     return single(
-        space, links, budget, regions=regions, motions=motions, frame=frame,
-        weight_moment=weight_moment, max_bearing=max_bearing, max_torque=max_torque,
-        about=about, density=density, thickness=thickness,
-    ).designs[0]  # fmt: skip
+        space,
+        links,
+        budget,
+        regions=regions,
+        motions=motions,
+        frame=frame,
+        weight_moment=weight_moment,
+        max_bearing=max_bearing,
+        max_torque=max_torque,
+        about=about,
+        density=density,
+        thickness=thickness,
+    ).designs[0]
 
 
 def single(
-    space: DesignSpace | LinkageLike, links: Sequence[str], budget: float, *,
+    space: DesignSpace | LinkageLike,
+    links: Sequence[str],
+    budget: float,
+    *,
     regions: Mapping[str, Region | str] | None = None,
-    motions: Motions | None = None, weight_moment: float | None = None,
+    motions: Motions | None = None,
+    weight_moment: float | None = None,
     max_bearing: Mapping[str, float] | None = None,
-    max_torque: Mapping[str, float] | None = None, frame: ElasticFrame | None = None,
-    about: ArrayLike | None = None, density: float | Mapping[str, float] | None = None,
+    max_torque: Mapping[str, float] | None = None,
+    frame: ElasticFrame | None = None,
+    about: ArrayLike | None = None,
+    density: float | Mapping[str, float] | None = None,
     thickness: float | None = None,
     progress: Callable[[int, int], None] | None = None,
-) -> ParetoFront:  # fmt: skip
+) -> ParetoFront:
     """Compute what `partial` does, as a front of one design.
 
     Args:
@@ -133,24 +154,40 @@ def single(
     """
     check_budget(budget)
     problem = build_problem(
-        _space_of(space), links, regions or {}, motions, weight_moment, max_bearing or {},
-        max_torque or {}, frame, progress, about, density, thickness,
-    )  # fmt: skip
+        _space_of(space),
+        links,
+        regions or {},
+        motions,
+        weight_moment,
+        max_bearing or {},
+        max_torque or {},
+        frame,
+        progress,
+        about,
+        density,
+        thickness,
+    )
     designs = _describe(problem, [budget], [problem.solve(budget)])
     return designs[0].front
 
 
 def pareto(
-    space: DesignSpace | LinkageLike, links: Sequence[str], n: int = 12,
-    budget: float | None = None, *,
+    space: DesignSpace | LinkageLike,
+    links: Sequence[str],
+    n: int = 12,
+    budget: float | None = None,
+    *,
     regions: Mapping[str, Region | str] | None = None,
-    motions: Motions | None = None, weight_moment: float | None = None,
+    motions: Motions | None = None,
+    weight_moment: float | None = None,
     max_bearing: Mapping[str, float] | None = None,
-    max_torque: Mapping[str, float] | None = None, frame: ElasticFrame | None = None,
-    about: ArrayLike | None = None, density: float | Mapping[str, float] | None = None,
+    max_torque: Mapping[str, float] | None = None,
+    frame: ElasticFrame | None = None,
+    about: ArrayLike | None = None,
+    density: float | Mapping[str, float] | None = None,
     thickness: float | None = None,
     progress: Callable[[int, int], None] | None = None,
-) -> ParetoFront:  # fmt: skip
+) -> ParetoFront:
     """Compute designs between nothing added and the least shaking.
 
     The motions are computed and factorised once; see `partial`. Budgets are equally spaced
@@ -201,9 +238,19 @@ def pareto(
             progress(done, count + n)
 
     problem = build_problem(
-        computed_space, links, regions or {}, motions, weight_moment, max_bearing or {},
-        max_torque or {}, frame, advance, about, density, thickness,
-    )  # fmt: skip
+        computed_space,
+        links,
+        regions or {},
+        motions,
+        weight_moment,
+        max_bearing or {},
+        max_torque or {},
+        frame,
+        advance,
+        about,
+        density,
+        thickness,
+    )
     most = UNLIMITED * given if budget is None else budget
     end = problem.solve(most)
     if isinstance(end, LeastShaking):
@@ -220,24 +267,29 @@ def pareto(
 
 
 def _describe(
-    problem: ShakingProblem, budgets: Sequence[float],
+    problem: ShakingProblem,
+    budgets: Sequence[float],
     answers: Sequence[LeastShaking | CapsConflict],
-) -> tuple[PartialBalance, ...]:  # fmt: skip
+) -> tuple[PartialBalance, ...]:
     """Describe the answers to budgets, and compute what the designs do along the motions."""
     minimisers = [answer.s for answer in answers if isinstance(answer, LeastShaking)]
     given, *figures = problem.figures([np.zeros(problem.matter.count), *minimisers])
     remaining = iter(figures)
     return tuple(
-        _conflict(problem, budget, given, answer) if isinstance(answer, CapsConflict)
+        _conflict(problem, budget, given, answer)
+        if isinstance(answer, CapsConflict)
         else _result(problem, budget, given, next(remaining), answer)
         for budget, answer in zip(budgets, answers, strict=True)
-    )  # fmt: skip
+    )
 
 
 def _result(
-    problem: ShakingProblem, budget: float, given: ShakingFigures, figures: ShakingFigures,
+    problem: ShakingProblem,
+    budget: float,
+    given: ShakingFigures,
+    figures: ShakingFigures,
     best: LeastShaking,
-) -> PartialBalance:  # fmt: skip
+) -> PartialBalance:
     """Describe a minimiser."""
     gap = (best.value - best.bound) / problem.program.scale
     if problem.program.stocks:
@@ -264,9 +316,20 @@ def _result(
         )
     z = freeze(problem.matter.parameters(best.s))
     return PartialBalance(
-        problem.space, budget, verdict, text, given, figures, best.bound, weights, z,
-        problem.motions, problem.point, problem.weight_moment, problem.frame,
-    )  # fmt: skip
+        problem.space,
+        budget,
+        verdict,
+        text,
+        given,
+        figures,
+        best.bound,
+        weights,
+        z,
+        problem.motions,
+        problem.point,
+        problem.weight_moment,
+        problem.frame,
+    )
 
 
 def _conflict(
@@ -281,9 +344,20 @@ def _conflict(
         "infeasible" if conflict.proved else "undecided"
     )
     return PartialBalance(
-        problem.space, budget, verdict, text, given, None, 0.0, (), None, problem.motions,
-        problem.point, problem.weight_moment, problem.frame,
-    )  # fmt: skip
+        problem.space,
+        budget,
+        verdict,
+        text,
+        given,
+        None,
+        0.0,
+        (),
+        None,
+        problem.motions,
+        problem.point,
+        problem.weight_moment,
+        problem.frame,
+    )
 
 
 def _space_of(space: DesignSpace | LinkageLike) -> DesignSpace:

@@ -133,9 +133,12 @@ def _respond(frame: ElasticFrame, steps: Array, powers: Array, periodic: bool) -
 
 
 def _periodic_part(
-    frame: ElasticFrame, steps: Array, transitions: dict[float, tuple[Array, Array]],
-    whole: Array, end: Array,
-) -> Array:  # fmt: skip
+    frame: ElasticFrame,
+    steps: Array,
+    transitions: dict[float, tuple[Array, Array]],
+    whole: Array,
+    end: Array,
+) -> Array:
     """Compute the free vibration that makes a forced one periodic (N, 2, columns)."""
     if np.linalg.cond(np.eye(2) - whole) > 1.0 / MOTION_JOINS:
         raise UsageError(

@@ -208,9 +208,10 @@ class _Work:
         ]
         whole = sum(sizes)
         names = tuple(
-            cap.name for cap, size in zip(self.program.caps, sizes, strict=True)
+            cap.name
+            for cap, size in zip(self.program.caps, sizes, strict=True)
             if size > LEAST_SHAKING_GAP * whole
-        )  # fmt: skip
+        )
         return CapsConflict(
             not self.u.any() and self.bound() > LEAST_SHAKING_GAP * whole, names
         )

@@ -109,9 +109,13 @@ class LeastViolation:
 
 
 def least_violation(
-    space: RequiredSpace, links: Sequence[str], budget: float, *,
-    regions: Mapping[str, Region | str] | None = None, weights: Sequence[float] | None = None,
-) -> LeastViolation:  # fmt: skip
+    space: RequiredSpace,
+    links: Sequence[str],
+    budget: float,
+    *,
+    regions: Mapping[str, Region | str] | None = None,
+    weights: Sequence[float] | None = None,
+) -> LeastViolation:
     """Compute the matter within a budget that leaves the least of several requirements unmet.
 
     The masses in the file stay; matter is added inside regions of links, as in
@@ -149,23 +153,31 @@ def least_violation(
     blocks = _relative_rows(spatial, matter)
     factors = _checked_weights(weights, len(blocks))
     rows = [np.sqrt(w) * block.sum(axis=1) for w, block in zip(factors, blocks, strict=True)]
-    alone = [np.sqrt(w) * np.linalg.norm(block[..., -1], axis=0).sum()
-             for w, block in zip(factors, blocks, strict=True)]  # fmt: skip
+    alone = [
+        np.sqrt(w) * np.linalg.norm(block[..., -1], axis=0).sum()
+        for w, block in zip(factors, blocks, strict=True)
+    ]
     program = ShakingProgram(matter, quadratic_factor(rows), float(np.linalg.norm(alone)))
     best = least_shaking(program, budget)
     assert isinstance(best, LeastShaking)
     gap = (best.value - best.bound) / program.scale
     points = np.stack([np.zeros(matter.count), best.s])
-    sizes = [[float(np.linalg.norm(block.sum(axis=1) @ np.append(s, 1.0))) for s in points]
-             for block in blocks]  # fmt: skip
+    sizes = [
+        [float(np.linalg.norm(block.sum(axis=1) @ np.append(s, 1.0))) for s in points]
+        for block in blocks
+    ]
     violations = tuple(
         Violation(item.text, w, before, after)
         for item, w, (before, after) in zip(space.requirements, factors, sizes, strict=True)
     )
     return LeastViolation(
-        space, "optimal" if gap <= SHAKING_GAP_PROVED else "undecided", violations, best.bound,
-        counterweights_at(space, matter, best.s), freeze(matter.parameters(best.s)),
-    )  # fmt: skip
+        space,
+        "optimal" if gap <= SHAKING_GAP_PROVED else "undecided",
+        violations,
+        best.bound,
+        counterweights_at(space, matter, best.s),
+        freeze(matter.parameters(best.s)),
+    )
 
 
 def _relative_rows(space: RequiredSpace, matter: AddedParameters) -> list[Array]:

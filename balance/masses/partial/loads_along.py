@@ -15,6 +15,9 @@ def loads_of(design: PartialBalance) -> BeforeAfter:
     assert design.z is not None
     space = design.space
     return compare_masses(
-        space.linkage, design.z, motions=design.motions, balance=space.balance,
+        space.linkage,
+        design.z,
+        motions=design.motions,
+        balance=space.balance,
         about=design.point,
-    )  # fmt: skip
+    )

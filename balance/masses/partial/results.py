@@ -90,11 +90,13 @@ class PartialBalance(WithPage, WithPicture):
             return f"{self.words[0].upper()}{self.words[1:]}."
         loads = [
             f"{name} {self._change(part, unit)}"
-            for name, part, unit in (("Shaking force", "force", "N rms"),
-                                     ("moment", "moment", "N m rms"),
-                                     ("vibration", "vibration", "m rms"))
+            for name, part, unit in (
+                ("Shaking force", "force", "N rms"),
+                ("moment", "moment", "N m rms"),
+                ("vibration", "vibration", "m rms"),
+            )
             if getattr(self.given, part) is not None
-        ]  # fmt: skip
+        ]
         return f"{', '.join(loads)}, {mass_added_text(self.mass)}."
 
     def _change(self, part: str, unit: str) -> str:
@@ -151,12 +153,15 @@ class PartialBalance(WithPage, WithPicture):
     def to_dict(self) -> dict[str, object]:
         """Return a design as plain data for JSON."""
         return {
-            "budget": self.budget, "verdict": self.verdict, "words": self.words,
-            "mass": self.mass, "bound": self.bound,
+            "budget": self.budget,
+            "verdict": self.verdict,
+            "words": self.words,
+            "mass": self.mass,
+            "bound": self.bound,
             "found": self.found._asdict() if self.found else None,
             "weights": [weight.to_dict() for weight in self.weights],
             "sentence": self.sentence,
-        }  # fmt: skip
+        }
 
 
 @dataclass(frozen=True, eq=False)
@@ -207,7 +212,8 @@ class ParetoFront(WithPage, WithPicture):
         parts = (
             f"+{number_text(design.mass)} kg: {number_text(design.share)} of the "
             f"{self.objective} in the file"
-            for design in self.designs if design.found is not None
-        )  # fmt: skip
+            for design in self.designs
+            if design.found is not None
+        )
         name = self.designs[0].space.linkage.name
         return repr_lines(f"ParetoFront of {name}, {len(self.designs)} designs", *parts)

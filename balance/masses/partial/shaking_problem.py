@@ -109,8 +109,11 @@ class ShakingProblem:
         where the solver finds nothing better.
         """
         s = np.zeros(self.matter.count)
-        over = [cap.name for cap in self.program.caps
-                if cap.sizes(s).max() > cap.most * (1.0 + CAP_EXCEEDED)]  # fmt: skip
+        over = [
+            cap.name
+            for cap in self.program.caps
+            if cap.sizes(s).max() > cap.most * (1.0 + CAP_EXCEEDED)
+        ]
         value = self.program.value(s)
         if budget > 0.0 and (over or not self.program.balanced):
             answer = least_shaking(self.program, budget)
@@ -141,15 +144,19 @@ class ShakingProblem:
         inertia = self.matter.input_inertia() @ points
         return [
             ShakingFigures(
-                float(objective[k]), float(rms[1, k]), float(rms[0, k]), float(peaks[1, k]),
-                float(peaks[0, k]), float(objective[k]) if self.frame else None,
+                float(objective[k]),
+                float(rms[1, k]),
+                float(rms[0, k]),
+                float(peaks[1, k]),
+                float(peaks[0, k]),
+                float(objective[k]) if self.frame else None,
                 dict(zip(linkage.inputs, inertia[:, k].tolist(), strict=True)),
                 dict(zip(linkage.inputs, torque[:, k].tolist(), strict=True)),
                 dict(zip(names, bearing[:, k].tolist(), strict=True)),
                 *self._rounding(designs[k]),
             )
             for k in range(len(designs))
-        ]  # fmt: skip
+        ]
 
     def _rounding(self, design: Array) -> tuple[float, float]:
         """Bound the errors of root mean square force, N, and moment, N m, of a design.
@@ -168,13 +175,19 @@ class ShakingProblem:
 
 
 def build_problem(
-    space: DesignSpace, links: Sequence[str], regions: Mapping[str, Region | str],
-    motions: Motions | None, weight_moment: float | None,
-    max_bearing: Mapping[str, float], max_torque: Mapping[str, float],
-    frame: ElasticFrame | None, progress: Callable[[int, int], None] | None = None,
-    about: ArrayLike | None = None, density: float | Mapping[str, float] | None = None,
+    space: DesignSpace,
+    links: Sequence[str],
+    regions: Mapping[str, Region | str],
+    motions: Motions | None,
+    weight_moment: float | None,
+    max_bearing: Mapping[str, float],
+    max_torque: Mapping[str, float],
+    frame: ElasticFrame | None,
+    progress: Callable[[int, int], None] | None = None,
+    about: ArrayLike | None = None,
+    density: float | Mapping[str, float] | None = None,
     thickness: float | None = None,
-) -> ShakingProblem:  # fmt: skip
+) -> ShakingProblem:
     """Compute the loads along motions and factorise the objective.
 
     Args:
@@ -226,10 +239,12 @@ def build_problem(
     if frame is None:
         whole = quadratic_factor([factors[0] / weight, factors[1]])
     else:
-        whole = quadratic_factor([
-            _flat(root * _counted(motion.wrenches, motion, weight, frame))
-            for root, motion in zip(blocks, loads, strict=True)
-        ])  # fmt: skip
+        whole = quadratic_factor(
+            [
+                _flat(root * _counted(motion.wrenches, motion, weight, frame))
+                for root, motion in zip(blocks, loads, strict=True)
+            ]
+        )
     caps = _caps(space, loads, max_bearing, max_torque)
     single = _single_bodies(loads, blocks, weight, frame)
     program = ShakingProgram(matter, whole, single, caps, tuple(stocks.values()))
@@ -246,9 +261,12 @@ def build_problem(
 
 
 def _loads(
-    space: DesignSpace, matter: AddedParameters, motions: Sequence[Trajectory] | None,
-    progress: Callable[[int, int], None] | None, about: Array,
-) -> list[MotionLoads]:  # fmt: skip
+    space: DesignSpace,
+    matter: AddedParameters,
+    motions: Sequence[Trajectory] | None,
+    progress: Callable[[int, int], None] | None,
+    about: Array,
+) -> list[MotionLoads]:
     """Compute the loads along given or random motions."""
     linkage = space.linkage
     if motions is not None and not any(trajectory.moves for trajectory in motions):
@@ -266,9 +284,11 @@ def _loads(
 
 
 def _caps(
-    space: DesignSpace, loads: Sequence[MotionLoads], bearings: Mapping[str, float],
+    space: DesignSpace,
+    loads: Sequence[MotionLoads],
+    bearings: Mapping[str, float],
     torques: Mapping[str, float],
-) -> tuple[Cap, ...]:  # fmt: skip
+) -> tuple[Cap, ...]:
     """Build the caps on bearing forces and drive torques."""
     if not (bearings or torques):
         return ()
@@ -320,9 +340,11 @@ def _counted(
 
 
 def _single_bodies(
-    loads: Sequence[MotionLoads], blocks: Sequence[Array], weight: float,
+    loads: Sequence[MotionLoads],
+    blocks: Sequence[Array],
+    weight: float,
     frame: ElasticFrame | None,
-) -> float:  # fmt: skip
+) -> float:
     """Sum the loads of the bodies of the file, each one alone."""
     squares = sum(
         np.square(root * _counted(motion.single_wrenches, motion, weight, frame)).sum(

@@ -64,9 +64,12 @@ class PureInertia:
     def __repr__(self) -> str:
         """Up to six lines: the inertias, what stays, the relations and the conditions."""
         return repr_lines(
-            f"PureInertia of {self.space.linkage.name}", *filter(None, [self.words]),
-            *(item.words for item in self.left), *self.relation_words, *self.condition_words,
-        )  # fmt: skip
+            f"PureInertia of {self.space.linkage.name}",
+            *filter(None, [self.words]),
+            *(item.words for item in self.left),
+            *self.relation_words,
+            *self.condition_words,
+        )
 
     @property
     def complete(self) -> bool:
@@ -244,9 +247,11 @@ class _MovedMass(NamedTuple):
     def to_dict(self) -> dict[str, object]:
         """Convert to plain data, ready for JSON."""
         return {
-            "joints": list(self.joints), "point": self.point.tolist(), "gains": self.gains,
+            "joints": list(self.joints),
+            "point": self.point.tolist(),
+            "gains": self.gains,
             "words": self.words,
-        }  # fmt: skip
+        }
 
 
 class _LeftMass(NamedTuple):

@@ -157,10 +157,14 @@ def inertia_ratio(request: RemedyRequest, now: Mapping[str, float]) -> float | N
     square = request.space.length**2
 
     def total(inertias: Mapping[str, float]) -> float:
-        return float(np.sum([
-            value * (square if kinds.get(name) == "prismatic" else 1.0)
-            for name, value in inertias.items()
-        ]))  # fmt: skip
+        return float(
+            np.sum(
+                [
+                    value * (square if kinds.get(name) == "prismatic" else 1.0)
+                    for name, value in inertias.items()
+                ]
+            )
+        )
 
     before = total(request.input_inertia)
     return total(now) / before if before > 0.0 else None
@@ -177,8 +181,11 @@ def with_cost(
     """
     given = request.given_mass
     return replace(
-        done, added_mass=added, mass_ratio=added / given, input_inertia=felt,
+        done,
+        added_mass=added,
+        mass_ratio=added / given,
+        input_inertia=felt,
         inertia_ratio=inertia_ratio(request, felt),
-        reason=done.reason or f"balanced: {number_text(added)} kg added to "
-                              f"{number_text(given)} kg",
-    )  # fmt: skip
+        reason=done.reason
+        or f"balanced: {number_text(added)} kg added to {number_text(given)} kg",
+    )

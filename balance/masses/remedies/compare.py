@@ -155,12 +155,18 @@ class RemedyComparison(WithPage, WithPicture):
 
 
 def compare_remedies(
-    linkage: LinkageLike, only: Sequence[str] = (), *,
-    motion: Sequence[str] = (), balance: Balance = "dynamic", links: Sequence[str] = (),
-    regions: Mapping[str, Region | str] | None = None, gear: float = 1.0,
-    radius: float | None = None, budget: float | None = None,
+    linkage: LinkageLike,
+    only: Sequence[str] = (),
+    *,
+    motion: Sequence[str] = (),
+    balance: Balance = "dynamic",
+    links: Sequence[str] = (),
+    regions: Mapping[str, Region | str] | None = None,
+    gear: float = 1.0,
+    radius: float | None = None,
+    budget: float | None = None,
     progress: Callable[[int, int], None] | None = None,
-) -> RemedyComparison:  # fmt: skip
+) -> RemedyComparison:
     """Apply the remedies of the literature to a linkage, and compare what each costs.
 
     Each remedy changes the linkage into one with new parts, whose masses are then found by
@@ -202,9 +208,16 @@ def compare_remedies(
         'infeasible'
     """
     request = RemedyRequest(
-        as_linkage(linkage), tuple(motion), balance, tuple(links), dict(regions or {}), gear,
-        radius, budget, progress=progress,
-    )  # fmt: skip
+        as_linkage(linkage),
+        tuple(motion),
+        balance,
+        tuple(links),
+        dict(regions or {}),
+        gear,
+        radius,
+        budget,
+        progress=progress,
+    )
     return compare_request(request, only)
 
 
@@ -221,7 +234,9 @@ def compare_request(request: RemedyRequest, only: Sequence[str] = ()) -> RemedyC
     request = replace(request, only=tuple(only))
     request.check()
     results = tuple(
-        applied for name, apply in _APPLY.items() if name in (only or _APPLY)
+        applied
+        for name, apply in _APPLY.items()
+        if name in (only or _APPLY)
         for applied in apply(request)
-    )  # fmt: skip
+    )
     return RemedyComparison(request, feasible(request.space), results)

@@ -36,9 +36,14 @@ def judge(request: RemedyRequest, variant: Variant) -> AppliedRemedy:
         The result; ``"feasible"`` only if Pinocchio confirms the written file.
     """
     blank = AppliedRemedy(
-        variant.remedy, variant.words, "undecided", "", new_links=variant.new_links,
-        new_joints=variant.new_joints, details=variant.details,
-    )  # fmt: skip
+        variant.remedy,
+        variant.words,
+        "undecided",
+        "",
+        new_links=variant.new_links,
+        new_joints=variant.new_joints,
+        details=variant.details,
+    )
     motion = (*request.motion, *variant.motion)
     inputs = request.linkage.inputs if variant.inputs is None else variant.inputs
     massless = (*request.massless, *variant.massless)
@@ -58,9 +63,12 @@ def judge(request: RemedyRequest, variant: Variant) -> AppliedRemedy:
 
 
 def verify_file(
-    request: RemedyRequest, blank: AppliedRemedy, urdf: bytes, motion: Sequence[str],
+    request: RemedyRequest,
+    blank: AppliedRemedy,
+    urdf: bytes,
+    motion: Sequence[str],
     inputs: Sequence[str],
-) -> AppliedRemedy:  # fmt: skip
+) -> AppliedRemedy:
     """Verify the file of a linkage with a remedy, and add up its cost.
 
     Args:
@@ -81,7 +89,10 @@ def verify_file(
         return replace(blank, reason=reason, residual=residual)
     added = sum(float(body.inertia[0]) for body in linkage.bodies) - request.given_mass
     done = replace(
-        blank, verdict="feasible", residual=residual, urdf=urdf,
+        blank,
+        verdict="feasible",
+        residual=residual,
+        urdf=urdf,
         lost_freedoms=request.freedoms - freedoms_of(linkage, motion),
-    )  # fmt: skip
+    )
     return with_cost(request, done, added, input_inertia(linkage))

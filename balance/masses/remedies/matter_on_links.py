@@ -46,8 +46,12 @@ def apply_partial(request: RemedyRequest) -> Iterator[AppliedRemedy]:
     )
     urdf = with_counterweights(design) if design.weights else request.base.data
     felt = input_inertia(
-        load(Document(request.base.name, urdf), None, request.linkage.inputs,
-             angles=request.angles)
-    )  # fmt: skip
+        load(
+            Document(request.base.name, urdf),
+            None,
+            request.linkage.inputs,
+            angles=request.angles,
+        )
+    )
     done = replace(blank, verdict="partial", residual=residual, urdf=urdf)
     yield with_cost(request, done, design.mass, felt)

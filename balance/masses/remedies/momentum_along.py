@@ -57,9 +57,12 @@ def momentum_along(linkage: Linkage, trajectory: Trajectory) -> Momentum:
     chain = input_chain(linkage)
     scale = chain.units[linkage.positions_of(linkage.inputs)]
     loads = inertia_loads(
-        chain, mass_parameters(linkage), trajectory.q / chain.units, trajectory.ud / scale,
+        chain,
+        mass_parameters(linkage),
+        trajectory.q / chain.units,
+        trajectory.ud / scale,
         trajectory.udd / scale,
-    )  # fmt: skip
+    )
     total, rate = (
         wrench_to_si(x.sum(axis=1), chain.frame) for x in (loads.momentum, loads.rate)
     )

@@ -93,9 +93,9 @@ class RemedyRequest:
     @cached_property
     def space(self) -> CertifiedSpace:
         """The design space of the linkage as it is."""
-        return certify(design_space(
-            self.linkage, self.motion or None, self.balance, spatial=self.spatial
-        ))  # fmt: skip
+        return certify(
+            design_space(self.linkage, self.motion or None, self.balance, spatial=self.spatial)
+        )
 
     @cached_property
     def spatial_space(self) -> DesignSpace:

@@ -170,7 +170,8 @@ class SpringBalance(WithPicture):
                 {
                     "asked": spring.asked,
                     "ends": [{"link": e.link, "point": list(e.point)} for e in spring.ends],
-                    "stiffness": spring.stiffness, "lengths": list(spring.lengths),
+                    "stiffness": spring.stiffness,
+                    "lengths": list(spring.lengths),
                     "force": spring.force,
                 }
                 for spring in self.springs
@@ -187,7 +188,9 @@ class SpringBalance(WithPicture):
                 for name, before, after in zip(self.linkage.inputs, *peaks, strict=True)
             },
             "certainty": {
-                "level": self.certainty.level, "reason": self.certainty.reason,
-                "residual": self.certainty.residual, "poses": self.certainty.poses,
+                "level": self.certainty.level,
+                "reason": self.certainty.reason,
+                "residual": self.certainty.residual,
+                "poses": self.certainty.poses,
             },
-        }  # fmt: skip
+        }

@@ -77,9 +77,11 @@ def place_of(linkage: Linkage, name: str) -> LinkPose:
     """
     if name not in linkage.places:
         raise BodyError(
-            linkage.source, name, f"there is no such link{did_you_mean(name, linkage.places)}; "
-            f"the links are {', '.join(linkage.places)}"
-        )  # fmt: skip
+            linkage.source,
+            name,
+            f"there is no such link{did_you_mean(name, linkage.places)}; "
+            f"the links are {', '.join(linkage.places)}",
+        )
     return linkage.places[name]
 
 
@@ -122,9 +124,11 @@ def _mass_centre(
     if body is None or not body.inertia[0] > 0.0:
         name = spring.ends[1].link
         raise BodyError(
-            linkage.source, name, "has no mass, so no centre that a spring can end at; give "
-            f"the spring a point, such as {name}@0.1,0,0"
-        )  # fmt: skip
+            linkage.source,
+            name,
+            "has no mass, so no centre that a spring can end at; give "
+            f"the spring a point, such as {name}@0.1,0,0",
+        )
     centre = body.inertia[1:4] / body.inertia[0]
     local = place.pose[:3, :3].T @ (centre - place.pose[:3, 3])
     return tuple((x, x) for x in _without_round_off(local, linkage))

@@ -48,10 +48,13 @@ class _Choice(NamedTuple):
 
 
 def springs(
-    linkage: LinkageLike, between: str | Sequence[str], *,
-    gravity: Sequence[float] = GRAVITY, catalogue: Sequence[float] = (),
+    linkage: LinkageLike,
+    between: str | Sequence[str],
+    *,
+    gravity: Sequence[float] = GRAVITY,
+    catalogue: Sequence[float] = (),
     ranges: Mapping[str, tuple[float, float]] | None = None,
-) -> SpringBalance:  # fmt: skip
+) -> SpringBalance:
     """Find springs between links of a linkage that balance gravity in every pose.
 
     A spring of stiffness k whose force vanishes at length 0 stores ``½ k |p_A - p_B|²``: linear
@@ -123,9 +126,13 @@ def _find(problem: SpringProblem, gravity: Array, catalogue: Sequence[float]) ->
             best = _least_of_catalogue(problem, choices)
     else:
         balanced, every_set = _smallest_sets(rows, whole)
-        best = None if balanced else _Choice(
-            tuple(range(len(problem.springs))), least_unknowns(_flat(problem), whole)
-        )  # fmt: skip
+        best = (
+            None
+            if balanced
+            else _Choice(
+                tuple(range(len(problem.springs))), least_unknowns(_flat(problem), whole)
+            )
+        )
     if balanced:
         sizes = [float(sum(x[_starts(problem, used)])) for used, x in balanced]
         best = balanced[first_least(sizes)]
@@ -138,10 +145,19 @@ def _find(problem: SpringProblem, gravity: Array, catalogue: Sequence[float]) ->
     certainty = _certainty(bool(balanced), settled, torque, count)
     sets = list(dict.fromkeys(tuple(used) for used, _ in balanced))
     return SpringBalance(
-        problem.linkage, (float(gravity[0]), float(gravity[1]), float(gravity[2])),
-        tuple(_springs(problem, whole, x)), tuple(sets), every_set, unknowns, conditions.rank,
-        in_span, problem.workspace[1], problem.torques(None), problem.torques(x), certainty,
-    )  # fmt: skip
+        problem.linkage,
+        (float(gravity[0]), float(gravity[1]), float(gravity[2])),
+        tuple(_springs(problem, whole, x)),
+        tuple(sets),
+        every_set,
+        unknowns,
+        conditions.rank,
+        in_span,
+        problem.workspace[1],
+        problem.torques(None),
+        problem.torques(x),
+        certainty,
+    )
 
 
 def _asked_cone(problem: SpringProblem) -> SpringCone:
@@ -170,9 +186,10 @@ def _smallest_sets(rows: Array, cone: SpringCone) -> tuple[list[_Choice], bool]:
             break
         tried += comb(count, size)
         balanced = [
-            _Choice(used, x) for used in combinations(range(count), size)
+            _Choice(used, x)
+            for used in combinations(range(count), size)
             if (x := _balance(rows, cone, used)) is not None
-        ]  # fmt: skip
+        ]
         if balanced:
             return balanced, True
     else:
@@ -190,8 +207,9 @@ def _balance(rows: Array, cone: SpringCone, used: Sequence[int]) -> Array | None
 
 def _choices(catalogue: Sequence[float], given: Sequence[Range]) -> list[tuple[Range, ...]]:
     """List the stiffnesses of a catalogue for each spring, (0, 0) for none, fewest first."""
-    options = [[(0.0, 0.0), *((k, k) for k in catalogue if low <= k <= high)]
-               for low, high in given]  # fmt: skip
+    options = [
+        [(0.0, 0.0), *((k, k) for k in catalogue if low <= k <= high)] for low, high in given
+    ]
     total = 1
     for option in options:
         total *= len(option)
@@ -287,7 +305,7 @@ def _attached_points(
         x, y, z = (
             0.5 * (low + high) + 0.5 * (high - low) * float(rest.pop(0)) if low < high else low
             for low, high in end.box or ()
-        )  # fmt: skip
+        )
         points.append(AttachedPoint(end.link, (x, y, z)))
     return points[0], points[1]
 
@@ -302,5 +320,6 @@ def _certainty(balanced: bool, settled: bool, left: float, count: int) -> Certai
     reason = "floating point decides; no torque is left at finite poses that decided nothing"
     if not balanced:
         reason = "floating point decides"
-    return Certainty("estimated", doubts[0] if doubts else reason, None, None, left, count,
-                     tuple(doubts))  # fmt: skip
+    return Certainty(
+        "estimated", doubts[0] if doubts else reason, None, None, left, count, tuple(doubts)
+    )

@@ -49,9 +49,12 @@ class SpringProblem:
     """
 
     def __init__(
-        self, linkage: Linkage, springs: Sequence[AttachedSpring], gravity: Array,
+        self,
+        linkage: Linkage,
+        springs: Sequence[AttachedSpring],
+        gravity: Array,
         ranges: Mapping[str, tuple[float, float]],
-    ) -> None:  # fmt: skip
+    ) -> None:
         """Keep what is asked for.
 
         Raises:
@@ -184,8 +187,10 @@ def _input_ranges(linkage: Linkage, ranges: Mapping[str, tuple[float, float]]) -
     at, chain = linkage.positions_of(linkage.inputs), input_chain(linkage)
     whole = DEFAULT_RANGE * chain.units[at]
     limits = joint_limits(linkage)[:, at]
-    low, high = (np.where(np.isfinite(x), x, sign * whole)
-                 for sign, x in zip((-1.0, 1.0), limits, strict=True))  # fmt: skip
+    low, high = (
+        np.where(np.isfinite(x), x, sign * whole)
+        for sign, x in zip((-1.0, 1.0), limits, strict=True)
+    )
     for k, name in enumerate(linkage.inputs):
         if name in ranges:
             low[k], high[k] = ranges[name]

@@ -71,9 +71,13 @@ def arm_mechanism(arms: Sequence[Arm], drive: Profile, options: BeamOptions) -> 
 
 
 def translator_mechanism(
-    arms: Sequence[Arm], blocks: Sequence[Block], pitch: float, moments: Sequence[Profile],
-    options: BeamOptions, hub: tuple[float, float] = (0.0, 0.0),
-) -> PlanarMechanism:  # fmt: skip
+    arms: Sequence[Arm],
+    blocks: Sequence[Block],
+    pitch: float,
+    moments: Sequence[Profile],
+    options: BeamOptions,
+    hub: tuple[float, float] = (0.0, 0.0),
+) -> PlanarMechanism:
     """Build one translator, or a balanced pair of translators, on two hubs.
 
     Args:
@@ -109,9 +113,10 @@ def translator_mechanism(
             edge = Marker(np.array([-side * 0.5 * block.breadth, y]))
             end = On(len(parts), model.marker(arm.beam.length))
             joints.append(
-                MechanismJoint(f"{model.part.name}_end", "fixed", On(at, edge), end,
-                               angle=angle)
-            )  # fmt: skip
+                MechanismJoint(
+                    f"{model.part.name}_end", "fixed", On(at, edge), end, angle=angle
+                )
+            )
             parts.append(model.part)
             start.append(_start(model, arm, y, angle))
     drives = tuple(JointDrive(h, moment, moment=True) for h, moment in enumerate(moments))

@@ -78,9 +78,15 @@ class Beam:
 
 
 def rectangular_beam(
-    length: float, thickness: float, width: float, modulus: float, density: float,
-    poisson: float = 0.3, shear_factor: float = 5.0 / 6.0, classical: bool = False,
-) -> Beam:  # fmt: skip
+    length: float,
+    thickness: float,
+    width: float,
+    modulus: float,
+    density: float,
+    poisson: float = 0.3,
+    shear_factor: float = 5.0 / 6.0,
+    classical: bool = False,
+) -> Beam:
     """Build a beam of rectangular section.
 
     Args:
@@ -96,9 +102,13 @@ def rectangular_beam(
         LinkageError: a number is not positive.
     """
     given = {
-        "thickness": thickness, "width": width, "modulus": modulus, "density": density,
-        "shear factor": shear_factor, "1 + Poisson's ratio": 1.0 + poisson,
-    }  # fmt: skip
+        "thickness": thickness,
+        "width": width,
+        "modulus": modulus,
+        "density": density,
+        "shear factor": shear_factor,
+        "1 + Poisson's ratio": 1.0 + poisson,
+    }
     for name, value in given.items():
         if not 0.0 < value < math.inf:
             raise LinkageError(f"beam: {name} {value:g} is not positive")
@@ -106,8 +116,9 @@ def rectangular_beam(
     if classical:
         return Beam(length, modulus * second, density * area)
     shear = shear_factor * modulus / (2.0 * (1.0 + poisson)) * area
-    return Beam(length, modulus * second, density * area, modulus * area, shear,
-                density * second)  # fmt: skip
+    return Beam(
+        length, modulus * second, density * area, modulus * area, shear, density * second
+    )
 
 
 @dataclass(frozen=True, eq=False)
@@ -135,8 +146,9 @@ def uniform_mesh(beam: Beam, elements: int, through: Array | None = None) -> Mes
         elements: number of elements, at least; points inside may add some.
         through: positions s that become nodes.
     """
-    points = np.array([0.0, beam.length] if through is None else
-                      [0.0, *np.sort(through), beam.length])  # fmt: skip
+    points = np.array(
+        [0.0, beam.length] if through is None else [0.0, *np.sort(through), beam.length]
+    )
     points = points[np.concatenate([[True], np.diff(points) > 1e-9 * beam.length])]
     points[-1] = beam.length
     spans = np.diff(points)
@@ -161,24 +173,38 @@ def section_shapes(x: float, h: float, phi: float) -> tuple[Array, Array, Array]
         the section.
     """
     a = 1.0 / (1.0 + phi)
-    value = a * np.array([
-        1.0 - 3.0 * x**2 + 2.0 * x**3 + phi * (1.0 - x),
-        h * (x - 2.0 * x**2 + x**3 + 0.5 * phi * (x - x**2)),
-        3.0 * x**2 - 2.0 * x**3 + phi * x,
-        h * (x**3 - x**2 - 0.5 * phi * (x - x**2)),
-    ])  # fmt: skip
-    slope = a / h * np.array([
-        6.0 * (x**2 - x) - phi,
-        h * (1.0 - 4.0 * x + 3.0 * x**2 + 0.5 * phi * (1.0 - 2.0 * x)),
-        6.0 * (x - x**2) + phi,
-        h * (3.0 * x**2 - 2.0 * x - 0.5 * phi * (1.0 - 2.0 * x)),
-    ])  # fmt: skip
-    turn = a / h * np.array([
-        6.0 * (x**2 - x),
-        h * (1.0 - 4.0 * x + 3.0 * x**2 + phi * (1.0 - x)),
-        6.0 * (x - x**2),
-        h * (3.0 * x**2 - 2.0 * x + phi * x),
-    ])  # fmt: skip
+    value = a * np.array(
+        [
+            1.0 - 3.0 * x**2 + 2.0 * x**3 + phi * (1.0 - x),
+            h * (x - 2.0 * x**2 + x**3 + 0.5 * phi * (x - x**2)),
+            3.0 * x**2 - 2.0 * x**3 + phi * x,
+            h * (x**3 - x**2 - 0.5 * phi * (x - x**2)),
+        ]
+    )
+    slope = (
+        a
+        / h
+        * np.array(
+            [
+                6.0 * (x**2 - x) - phi,
+                h * (1.0 - 4.0 * x + 3.0 * x**2 + 0.5 * phi * (1.0 - 2.0 * x)),
+                6.0 * (x - x**2) + phi,
+                h * (3.0 * x**2 - 2.0 * x - 0.5 * phi * (1.0 - 2.0 * x)),
+            ]
+        )
+    )
+    turn = (
+        a
+        / h
+        * np.array(
+            [
+                6.0 * (x**2 - x),
+                h * (1.0 - 4.0 * x + 3.0 * x**2 + phi * (1.0 - x)),
+                6.0 * (x - x**2),
+                h * (3.0 * x**2 - 2.0 * x + phi * x),
+            ]
+        )
+    )
     return value, slope, turn
 
 
@@ -251,10 +277,12 @@ def _assembled(mesh: Mesh, blocks: Sequence[Array], at: IntArray) -> csr_array:
 def _strains(beam: Beam, h: float) -> Array:
     """Compute the strains (2, 4) of one element; see `strain_rows`."""
     phi = shear_parameter(beam, h)
-    return np.sqrt(beam.bending / h) * np.array([
-        np.array([0.0, -1.0, 0.0, 1.0]),
-        np.sqrt(12.0 / (1.0 + phi)) * np.array([1.0 / h, 0.5, -1.0 / h, 0.5]),
-    ])  # fmt: skip
+    return np.sqrt(beam.bending / h) * np.array(
+        [
+            np.array([0.0, -1.0, 0.0, 1.0]),
+            np.sqrt(12.0 / (1.0 + phi)) * np.array([1.0 / h, 0.5, -1.0 / h, 0.5]),
+        ]
+    )
 
 
 def _element_mass(beam: Beam, h: float) -> Array:
@@ -263,6 +291,9 @@ def _element_mass(beam: Beam, h: float) -> Array:
     m = np.zeros((4, 4))
     for x, w in zip(GAUSS_POINTS.tolist(), GAUSS_WEIGHTS.tolist(), strict=True):
         value, _, turn = section_shapes(x, h, phi)
-        m += w * h * (beam.line_mass * np.outer(value, value)
-                      + beam.rotary * np.outer(turn, turn))  # fmt: skip
+        m += (
+            w
+            * h
+            * (beam.line_mass * np.outer(value, value) + beam.rotary * np.outer(turn, turn))
+        )
     return m

@@ -169,13 +169,17 @@ class BeamPart:
         shortening = np.array([point.shortening for point in self.points])
         m, j = self.masses, self.moments
         constant = {
-            "_at": np.array([point.at[0] for point in self.points]), "_along": along,
-            "_across": across, "_total": float(m.sum()),
+            "_at": np.array([point.at[0] for point in self.points]),
+            "_along": along,
+            "_across": across,
+            "_total": float(m.sum()),
             "_shortening": shortening.reshape(-1, self.size),
             "_qq": across.T @ (m[:, None] * across) + turn.T @ (j[:, None] * turn),
-            "_yq": m @ across, "_spin": j @ turn, "_moment": float(j.sum()),
+            "_yq": m @ across,
+            "_spin": j @ turn,
+            "_moment": float(j.sum()),
             "_curved": bool(np.any(shortening)),
-        }  # fmt: skip
+        }
         for name, value in constant.items():
             object.__setattr__(self, name, value)
 

@@ -142,8 +142,11 @@ def model_beam(
     Raises:
         LinkageError: the frame does not follow the beam, or a number is out of range.
     """
-    inside = [s for support in frame for s in (support.points if isinstance(support, Support)
-              else (support.point,))]  # fmt: skip
+    inside = [
+        s
+        for support in frame
+        for s in (support.points if isinstance(support, Support) else (support.point,))
+    ]
     mesh = uniform_mesh(beam, options.elements, np.array([*inside, *through]))
     conditions = condition_rows(mesh, frame)
     if len(conditions) != 2:
@@ -186,10 +189,15 @@ def _beam_part(
         stiffness += model.stretch.T @ _axial_matrices(mesh)[0] @ model.stretch
     stiffness = 0.5 * (stiffness + stiffness.T)
     return BeamPart(
-        name, tuple(points), np.array(masses), np.array(moments), stiffness,
+        name,
+        tuple(points),
+        np.array(masses),
+        np.array(moments),
+        stiffness,
         options.damping * stiffness,
-        tuple(model.marker(float(s)) for s in np.linspace(0.0, beam.length, 33)), beam.length,
-    )  # fmt: skip
+        tuple(model.marker(float(s)) for s in np.linspace(0.0, beam.length, 33)),
+        beam.length,
+    )
 
 
 def _slope_integral(mesh: Mesh, e: int, part: float) -> Array:

@@ -38,9 +38,11 @@ def spin_up(speed: float, rise: float) -> Profile:
         x = max(t, 0.0) / rise
         turn = 2.0 * np.pi * x
         value = speed * rise * (0.5 * x**2 + (np.cos(turn) - 1.0) / (4.0 * np.pi**2))
-        return value, speed * (x - np.sin(turn) / (2.0 * np.pi)), (
-            speed / rise * (1.0 - np.cos(turn))
-        )  # fmt: skip
+        return (
+            value,
+            speed * (x - np.sin(turn) / (2.0 * np.pi)),
+            (speed / rise * (1.0 - np.cos(turn))),
+        )
 
     return profile
 
@@ -91,9 +93,11 @@ def parse_drive(text: str) -> DriveProfile:
         numbers = [float(word) for word in words.split(",")]
     except ValueError:
         numbers = []
-    if kind not in ("spin", "speed", "moment") or not np.all(np.isfinite(numbers)) or (
-        len(numbers) != (1 if kind == "speed" else 2)
-    ):  # fmt: skip
+    if (
+        kind not in ("spin", "speed", "moment")
+        or not np.all(np.isfinite(numbers))
+        or (len(numbers) != (1 if kind == "speed" else 2))
+    ):
         raise UsageError(f"'{clean(text, 200)}' is not {FORM}")
     if kind == "speed":
         return constant_speed(numbers[0]), False

@@ -22,10 +22,14 @@ SCHEMA = "balance.flex/1"
 def modes_data(modes: Sequence[FreeMode]) -> dict[str, object]:
     """Describe the modes of a free beam."""
     rows = [
-        {"number": mode.number, "wave_number": mode.wave_number, "frequency": mode.frequency,
-         "zeros": list(mode.zeros)}
+        {
+            "number": mode.number,
+            "wave_number": mode.wave_number,
+            "frequency": mode.frequency,
+            "zeros": list(mode.zeros),
+        }
         for mode in modes
-    ]  # fmt: skip
+    ]
     return {"schema": SCHEMA, "result": "free_modes", "modes": rows}
 
 
@@ -33,36 +37,54 @@ def supported_modes_data(modes: SupportedModes) -> dict[str, object]:
     """Describe the modes of a beam on supports; frequencies in Hz, errors relative."""
     hertz = (modes.frequencies / (2.0 * np.pi)).tolist()
     return {
-        "schema": SCHEMA, "result": "supported_modes", "frequencies": hertz,
-        "errors": modes.errors.tolist(), "positions": modes.positions.tolist(),
+        "schema": SCHEMA,
+        "result": "supported_modes",
+        "frequencies": hertz,
+        "errors": modes.errors.tolist(),
+        "positions": modes.positions.tolist(),
         "shapes": modes.shapes.tolist(),
-    }  # fmt: skip
+    }
 
 
 def supports_data(supports: SupportPoints) -> dict[str, object]:
     """Describe supports and the whippletree of one half."""
     bars = [
-        {"ends": list(bar.ends), "pivot": bar.pivot, "arms": list(bar.arms),
-         "weight": bar.weight}
+        {
+            "ends": list(bar.ends),
+            "pivot": bar.pivot,
+            "arms": list(bar.arms),
+            "weight": bar.weight,
+        }
         for bar in supports.bars
-    ]  # fmt: skip
+    ]
     return {
-        "schema": SCHEMA, "result": "supports", "points": supports.points.tolist(),
-        "weights": supports.weights.tolist(), "modes": list(supports.modes),
-        "residual": supports.residual, "bars": bars, "hinge": supports.hinge,
+        "schema": SCHEMA,
+        "result": "supports",
+        "points": supports.points.tolist(),
+        "weights": supports.weights.tolist(),
+        "modes": list(supports.modes),
+        "residual": supports.residual,
+        "bars": bars,
+        "hinge": supports.hinge,
         "static_point": STATIC_POINT,
-    }  # fmt: skip
+    }
 
 
 def _arm_data(arm: Arm) -> dict[str, float | None]:
     """Describe an arm; what is infinite is None."""
     beam = arm.beam
     return {
-        "length": beam.length, "EI": beam.bending, "rhoA": beam.line_mass, "EA": beam.axial,
-        "GA": beam.shear, "rhoI": beam.rotary, "tip_mass": arm.tip_mass,
-        "tip_radius": arm.tip_radius, "tip_inertia": arm.tip_inertia,
+        "length": beam.length,
+        "EI": beam.bending,
+        "rhoA": beam.line_mass,
+        "EA": beam.axial,
+        "GA": beam.shear,
+        "rhoI": beam.rotary,
+        "tip_mass": arm.tip_mass,
+        "tip_radius": arm.tip_radius,
+        "tip_inertia": arm.tip_inertia,
         "hub_radius": arm.hub_radius,
-    }  # fmt: skip
+    }
 
 
 def similarity_data(
@@ -80,18 +102,28 @@ def similarity_data(
         translator: that of translators on two of each, if there is one.
     """
     conditions = [
-        {"name": rule.name, "words": rule.words, "left": rule.left, "right": rule.right,
-         "difference": rule.difference, "holds": rule.holds}
+        {
+            "name": rule.name,
+            "words": rule.words,
+            "left": rule.left,
+            "right": rule.right,
+            "difference": rule.difference,
+            "holds": rule.holds,
+        }
         for rule in similarity.conditions
-    ]  # fmt: skip
+    ]
     return {
-        "schema": SCHEMA, "result": "similar", "scale": similarity.scale,
-        "arms": [_arm_data(first), _arm_data(second)], "similar": similarity.similar,
-        "conditions": conditions, "frequencies": list(similarity.frequencies),
+        "schema": SCHEMA,
+        "result": "similar",
+        "scale": similarity.scale,
+        "arms": [_arm_data(first), _arm_data(second)],
+        "similar": similarity.similar,
+        "conditions": conditions,
+        "frequencies": list(similarity.frequencies),
         "first_moment": similarity.first_moment,
         "motion": None if motion is None else _motion(motion, np.zeros(2)),
         "translator": None if translator is None else _translator(translator),
-    }  # fmt: skip
+    }
 
 
 def _translator(motion: TranslatorMotion) -> dict[str, object]:
@@ -102,26 +134,41 @@ def _translator(motion: TranslatorMotion) -> dict[str, object]:
         for block in motion.blocks
     ]
     return {
-        "pitch": rig.pitch, "hub_mass": rig.hub_mass, "moment": rig.moment, "rise": rig.rise,
-        "both_hubs": rig.both, "blocks": blocks, "displacement": list(motion.displacement),
-        "reduction": motion.reduction, "pair": _motion(motion.pair, np.zeros(2)),
+        "pitch": rig.pitch,
+        "hub_mass": rig.hub_mass,
+        "moment": rig.moment,
+        "rise": rig.rise,
+        "both_hubs": rig.both,
+        "blocks": blocks,
+        "displacement": list(motion.displacement),
+        "reduction": motion.reduction,
+        "pair": _motion(motion.pair, np.zeros(2)),
         "alone": _motion(motion.alone, np.zeros(2)),
-    }  # fmt: skip
+    }
 
 
 def motion_data(linkage: FlexibleLinkage, motion: FlexibleMotion) -> dict[str, object]:
     """Describe the simulation of a linkage."""
     beams = [
-        {"link": name, "length": model.part.length, "mass": model.mesh.beam.mass,
-         "elements": len(model.mesh.nodes) - 1, "coordinates": model.part.size,
-         "peak_deflection": float(beam_deflection(motion, linkage, name).max())}
+        {
+            "link": name,
+            "length": model.part.length,
+            "mass": model.mesh.beam.mass,
+            "elements": len(model.mesh.nodes) - 1,
+            "coordinates": model.part.size,
+            "peak_deflection": float(beam_deflection(motion, linkage, name).max()),
+        }
         for name, model in linkage.beams.items()
-    ]  # fmt: skip
+    ]
     return {
-        "schema": SCHEMA, "result": "motion", "linkage": linkage.linkage.name,
-        "beams": beams, "centre": linkage.centre.tolist(), "about": linkage.point.tolist(),
+        "schema": SCHEMA,
+        "result": "motion",
+        "linkage": linkage.linkage.name,
+        "beams": beams,
+        "centre": linkage.centre.tolist(),
+        "about": linkage.point.tolist(),
         **_motion(motion, linkage.point),
-    }  # fmt: skip
+    }
 
 
 def beam_deflection(motion: FlexibleMotion, linkage: FlexibleLinkage, name: str) -> Array:
@@ -169,9 +216,14 @@ def _motion(motion: FlexibleMotion, centre: Array) -> dict[str, object]:
     """Describe a simulation; moments are about a point."""
     moment = moment_about(motion, centre)
     return {
-        "duration": float(motion.times[-1]), "peak_force": motion.peak_force,
-        "peak_moment": float(np.abs(moment).max()), "energy_drift": motion.energy_drift,
-        "method": motion.method, "steps": motion.steps, "evaluations": motion.evaluations,
-        "times": motion.times.tolist(), "force": motion.force.tolist(),
+        "duration": float(motion.times[-1]),
+        "peak_force": motion.peak_force,
+        "peak_moment": float(np.abs(moment).max()),
+        "energy_drift": motion.energy_drift,
+        "method": motion.method,
+        "steps": motion.steps,
+        "evaluations": motion.evaluations,
+        "times": motion.times.tolist(),
+        "force": motion.force.tolist(),
         "moment": moment.tolist(),
-    }  # fmt: skip
+    }

@@ -69,9 +69,13 @@ class FlexLink(NamedTuple):
 
 
 NUMBERS = {
-    "EI": "bending", "rhoA": "line_mass", "EA": "axial", "GA": "shear", "rhoI": "rotary",
+    "EI": "bending",
+    "rhoA": "line_mass",
+    "EA": "axial",
+    "GA": "shear",
+    "rhoI": "rotary",
     "length": "length",
-}  # fmt: skip
+}
 FORM = "LINK=EI:…,rhoA:… or LINK=rect(WIDTH,THICKNESS),MATERIAL"
 
 
@@ -117,18 +121,19 @@ def parse_flex_link(text: str) -> FlexLink:
 
 
 def _flex_link(
-    text: str, name: str, given: dict[str, float], words: list[str],
+    text: str,
+    name: str,
+    given: dict[str, float],
+    words: list[str],
     section: tuple[float, float] | None,
-) -> FlexLink:  # fmt: skip
+) -> FlexLink:
     """Compose the link of parsed items."""
     supports = int(given.pop("supports", 0))
     if supports % 2 or not 0 <= supports <= 40:
         raise UsageError(f"--flex {clean(text, 200)}: supports are 2, 4, 6 … 40")
     if supports and "length" in given:
         raise UsageError(f"--flex {clean(text, 200)}: supports set the length: leave it out")
-    values: dict[str, float | None] = {
-        NUMBERS[key]: value for key, value in given.items()
-    }  # fmt: skip
+    values: dict[str, float | None] = {NUMBERS[key]: value for key, value in given.items()}
     if section is not None:
         material = next((MATERIALS[word] for word in words if word in MATERIALS), None)
         if material is None:
@@ -137,13 +142,22 @@ def _flex_link(
             )
         width, thickness = section
         beam = rectangular_beam(
-            1.0, thickness, width, material.modulus, material.density, material.poisson,
+            1.0,
+            thickness,
+            width,
+            material.modulus,
+            material.density,
+            material.poisson,
             classical="timoshenko" not in words,
-        )  # fmt: skip
+        )
         values = {
-            "bending": beam.bending, "line_mass": beam.line_mass, "axial": beam.axial,
-            "shear": beam.shear, "rotary": beam.rotary, **values,
-        }  # fmt: skip
+            "bending": beam.bending,
+            "line_mass": beam.line_mass,
+            "axial": beam.axial,
+            "shear": beam.shear,
+            "rotary": beam.rotary,
+            **values,
+        }
     missing = [key for key in ("EI", "rhoA") if NUMBERS[key] not in values]
     if missing:
         raise UsageError(f"--flex {clean(text, 200)}: {missing[0]} is missing: write {FORM}")

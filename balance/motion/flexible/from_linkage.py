@@ -95,16 +95,24 @@ class _Builder:
     """Gathers groups of welded links, and places their parts and joints."""
 
     def __init__(
-        self, linkage: Linkage, options: BeamOptions,
+        self,
+        linkage: Linkage,
+        options: BeamOptions,
         drives: Mapping[str, DriveProfile],
-    ) -> None:  # fmt: skip
+    ) -> None:
         """Find the groups of links that move as one."""
         self.linkage, self.options, self.drives = linkage, options, drives
         turning = [j.screw[:3] for j in linkage.joints if np.any(j.screw[:3])]
         idle = {j for j, joint in enumerate(linkage.joints) if joint.name in linkage.idle}
-        normals = [n for j, n in zip(
-            [j for j, joint in enumerate(linkage.joints) if np.any(joint.screw[:3])],
-            turning, strict=True) if j not in idle]  # fmt: skip
+        normals = [
+            n
+            for j, n in zip(
+                [j for j, joint in enumerate(linkage.joints) if np.any(joint.screw[:3])],
+                turning,
+                strict=True,
+            )
+            if j not in idle
+        ]
         normal = normals[0] if normals else np.array([0.0, 0.0, 1.0])
         normal = normal * np.sign(normal[first_largest(np.abs(normal))])
         self.axes = plane_axes(normal / np.linalg.norm(normal))
@@ -168,25 +176,37 @@ class _Builder:
         joints = tuple(self._joint(j) for j in self.moving)
         relations = tuple(
             GearRelation(place[mimic.joint], place[mimic.source], mimic.ratio)
-            for mimic in self.linkage.mimics if mimic.joint in place and mimic.source in place
-        )  # fmt: skip
+            for mimic in self.linkage.mimics
+            if mimic.joint in place and mimic.source in place
+        )
         points = np.array([self._plane(joint.point) for joint in self.linkage.joints])
         size = float(np.ptp(points, axis=0).max()) or 1.0
         mechanism = PlanarMechanism(
-            tuple(self.parts), joints, np.concatenate(self.start), relations,
-            self._drives(place), size,
-        )  # fmt: skip
+            tuple(self.parts),
+            joints,
+            np.concatenate(self.start),
+            relations,
+            self._drives(place),
+            size,
+        )
         mass, _ = mechanism.inertia(mechanism.start, np.zeros(len(mechanism.start)))
         total, moment = 0.0, np.zeros(2)
         for at in mechanism.slices:
             m, (x, y) = mass[at.start, at.start], mechanism.start[at][:2]
             total += m
-            moment += (m * x + mass[at.start + 1, at.start + 2],
-                       m * y - mass[at.start, at.start + 2])  # fmt: skip
+            moment += (
+                m * x + mass[at.start + 1, at.start + 2],
+                m * y - mass[at.start, at.start + 2],
+            )
         return FlexibleLinkage(
-            self.linkage, mechanism, self.axes, self.beams, moment / max(total, 1e-300),
-            outlines, tangents=self.tangents,
-        )  # fmt: skip
+            self.linkage,
+            mechanism,
+            self.axes,
+            self.beams,
+            moment / max(total, 1e-300),
+            outlines,
+            tangents=self.tangents,
+        )
 
     def _drives(self, place: Mapping[int, int]) -> tuple[JointDrive, ...]:
         """Compose the inputs: those of the caller, and inputs of the linkage at rest."""
@@ -213,10 +233,14 @@ class _Builder:
             BodyError: there are some, or the beam is fixed to the ground.
         """
         others = [
-            other for other, place in self.linkage.places.items()
+            other
+            for other, place in self.linkage.places.items()
             if other != name and place.link == link
-        ] + [body.name for body in self.linkage.bodies
-             if body.name != name and self._group_of(body.link) == group]  # fmt: skip
+        ] + [
+            body.name
+            for body in self.linkage.bodies
+            if body.name != name and self._group_of(body.link) == group
+        ]
         if group == GROUND or others:
             fixed = ", ".join(others) or "the ground"
             problem = f"cannot bend: {fixed} is fixed to it"
@@ -231,8 +255,12 @@ class _Builder:
         names = [b.name for b in self.linkage.bodies if self._group_of(b.link) == group]
         self.parts.append(RigidPart(names[0] if names else name, mass, max(moment, 0.0)))
         self.start.append(np.array([*centre, 0.0]))
-        self.ends.update({(group, j): Marker(self._plane(self.linkage.joints[j].point) - centre)
-                          for j in self.moving})  # fmt: skip
+        self.ends.update(
+            {
+                (group, j): Marker(self._plane(self.linkage.joints[j].point) - centre)
+                for j in self.moving
+            }
+        )
         return (*(Marker(point - centre) for point in points), Marker(np.zeros(2)))
 
     def _add_beam(self, group: int, flex: FlexLink, joints: Sequence[int]) -> None:
@@ -276,8 +304,9 @@ class _Builder:
         hinge = self.ends[group, first].at[0]
         start = self._plane(self.linkage.joints[first].point)
         self.parts.append(model.part)
-        self.start.append(np.array([*(start - hinge * direction), angle,
-                                    *np.zeros(model.part.size)]))  # fmt: skip
+        self.start.append(
+            np.array([*(start - hinge * direction), angle, *np.zeros(model.part.size)])
+        )
 
     def _line(self, flex: FlexLink, joints: Sequence[int]) -> tuple[dict[int, float], Array]:
         """Place the joints of a link along a line, and return its direction (2,).
@@ -330,9 +359,13 @@ class _Builder:
         ends = [self._end(group, j) for group in sides]
         turn = [self.start[self.part_of[g]][2] if g != GROUND else 0.0 for g in sides]
         return MechanismJoint(
-            joint.name, "prismatic" if joint.kind == "prismatic" else "revolute",
-            ends[0], ends[1], (float(axis[0]), float(axis[1])), float(turn[1] - turn[0]),
-        )  # fmt: skip
+            joint.name,
+            "prismatic" if joint.kind == "prismatic" else "revolute",
+            ends[0],
+            ends[1],
+            (float(axis[0]), float(axis[1])),
+            float(turn[1] - turn[0]),
+        )
 
     def _end(self, group: int, j: int) -> On:
         """Find the point of a joint on one of its links."""

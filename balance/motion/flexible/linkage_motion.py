@@ -196,9 +196,13 @@ def simulate_flexible(
         flexible.mechanism.check()
         start, velocities = _steady_start(flexible.mechanism)
     motion = simulate(
-        flexible.mechanism, duration, samples, start=start, velocities=velocities,
+        flexible.mechanism,
+        duration,
+        samples,
+        start=start,
+        velocities=velocities,
         progress=progress,
-    )  # fmt: skip
+    )
     notices = (*linkage.notices, *_notices(kept, enough), *_bending_notices(flexible, motion))
     return FlexibleSimulation(flexible, motion, notices)
 
@@ -330,10 +334,15 @@ def _bend(mechanism: PlanarMechanism, t: float, p: Array, v: Array) -> Array:
     for drive in mechanism.drives:
         if drive.moment:
             right[: len(p)] += drive.profile(t)[0] * closure.positions[drive.joint].row
-    full = np.block([
-        [columns, closure.rows.T],
-        [np.where(bends, 0.0, closure.rows), np.zeros((len(closure.rows), len(closure.rows)))],
-    ])  # fmt: skip
+    full = np.block(
+        [
+            [columns, closure.rows.T],
+            [
+                np.where(bends, 0.0, closure.rows),
+                np.zeros((len(closure.rows), len(closure.rows))),
+            ],
+        ]
+    )
     try:
         solution = np.linalg.solve(full, right)
     except np.linalg.LinAlgError:

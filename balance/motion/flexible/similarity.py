@@ -150,10 +150,19 @@ def similar_arm(arm: Arm, scale: float) -> Arm:
     """
     f, beam = _checked_scale(scale), arm.beam
     return Arm(
-        Beam(f * beam.length, f**2 * beam.bending, beam.line_mass / f**2, beam.axial,
-             beam.shear, beam.rotary),
-        arm.tip_mass / f, f * arm.tip_radius, f * arm.tip_inertia, f * arm.hub_radius,
-    )  # fmt: skip
+        Beam(
+            f * beam.length,
+            f**2 * beam.bending,
+            beam.line_mass / f**2,
+            beam.axial,
+            beam.shear,
+            beam.rotary,
+        ),
+        arm.tip_mass / f,
+        f * arm.tip_radius,
+        f * arm.tip_inertia,
+        f * arm.hub_radius,
+    )
 
 
 def similar_section(section: Section, scale: float) -> tuple[Section, float]:
@@ -204,9 +213,11 @@ def compare_arms(first: Arm, second: Arm) -> Similarity:
     moments = (first.first_moment, second.first_moment)
     frequencies = [_arm_frequency(arm) / (2.0 * np.pi) for arm in (first, second)]
     return Similarity(
-        second.beam.length / first.beam.length, tuple(conditions),
-        (frequencies[0], frequencies[1]), abs(moments[1] - moments[0]) / max(moments),
-    )  # fmt: skip
+        second.beam.length / first.beam.length,
+        tuple(conditions),
+        (frequencies[0], frequencies[1]),
+        abs(moments[1] - moments[0]) / max(moments),
+    )
 
 
 def _arm_frequency(arm: Arm) -> float:

@@ -111,10 +111,18 @@ def simulate(
     energy = np.array([load.energy for load in loads])
     drift = np.abs(energy - energy[0] - states[:, -1]).max() / max(energy.max(), 1e-300)
     return FlexibleMotion(
-        mechanism, times, states[:, :n], states[:, n:-1],
-        np.array([load.force for load in loads]), np.array([load.moment for load in loads]),
-        energy, float(drift), name, steps, run.evaluations,
-    )  # fmt: skip
+        mechanism,
+        times,
+        states[:, :n],
+        states[:, n:-1],
+        np.array([load.force for load in loads]),
+        np.array([load.moment for load in loads]),
+        energy,
+        float(drift),
+        name,
+        steps,
+        run.evaluations,
+    )
 
 
 class _Run:

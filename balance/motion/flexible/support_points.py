@@ -109,9 +109,11 @@ def support_points(count: int) -> SupportPoints:
     return SupportPoints(
         np.array([*-xi[::-1], *middle, *xi]),
         np.array([*weights[::-1], *([centre] if odd else []), *weights]),
-        tuple(range(1, 2 * count - 2, 2)), float(residual), bars,
+        tuple(range(1, 2 * count - 2, 2)),
+        float(residual),
+        bars,
         bars[-1].pivot if bars else float(xi.max(initial=0.0)),
-    )  # fmt: skip
+    )
 
 
 def static_deflection(xi: float) -> float:

@@ -130,9 +130,11 @@ def supported_modes(
         [shape[first_largest(np.abs(shape), relative=MODE_PEAKS_EQUAL)] for shape in shapes]
     )
     return SupportedModes(
-        frequencies, errors, mesh.nodes,
+        frequencies,
+        errors,
+        mesh.nodes,
         shapes / (np.sign(peak) * np.where(scale > 0.0, scale, 1.0))[:, None],
-    )  # fmt: skip
+    )
 
 
 def _rigid_motions(
@@ -223,9 +225,9 @@ def component_modes(
         mass = mass + end_body.mass * np.outer(centre, centre)
         mass = mass + end_body.inertia * np.outer(turn, turn)
     scale = np.tile([1.0, 1.0 / mesh.beam.length], len(mesh.nodes))
-    allowed = scale[:, None] * null_space(conditions * scale) if len(conditions) else (
-        np.diag(scale)
-    )  # fmt: skip
+    allowed = (
+        scale[:, None] * null_space(conditions * scale) if len(conditions) else (np.diag(scale))
+    )
     if allowed.shape[1] != mesh.size - len(conditions):
         raise LinkageError("two supports of a beam are the same: leave one out")
     strains, m = strain_rows(mesh) @ allowed, allowed.T @ mass @ allowed

@@ -51,9 +51,11 @@ class Translator:
             LinkageError: one is out of range.
         """
         named = {
-            "pitch": self.pitch, "mass": self.block.mass, "length": self.block.length,
+            "pitch": self.pitch,
+            "mass": self.block.mass,
+            "length": self.block.length,
             "breadth": self.block.breadth,
-        }  # fmt: skip
+        }
         for name, value in named.items():
             if not 0.0 < value < np.inf:
                 raise LinkageError(f"translator: {name} {value:g} is not positive")
@@ -136,9 +138,13 @@ def simulate_translator(
         moments = [moment_rise(part * translator.moment / hubs, translator.rise)] * hubs
         moment_of_hub = 0.5 * translator.hub_mass * first.hub_radius**2
         mechanism = translator_mechanism(
-            arms[:count], blocks[:count], translator.pitch, moments,
-            options or BeamOptions(4, 3, 1), (translator.hub_mass, moment_of_hub),
-        )  # fmt: skip
+            arms[:count],
+            blocks[:count],
+            translator.pitch,
+            moments,
+            options or BeamOptions(4, 3, 1),
+            (translator.hub_mass, moment_of_hub),
+        )
         told = progress and (lambda k, n: progress(done + k, 2 * n))
         return simulate(mechanism, duration, samples, rtol=rtol, method="Radau", progress=told)
 

@@ -117,9 +117,12 @@ class BaseInChain(NamedTuple):
             freedoms = np.zeros((6, 3))
             freedoms[:3, 0], freedoms[3:, 1], freedoms[3:, 2] = axes[2], axes[0], axes[1]
         return cls(
-            spatial_inertias(z)[0], (np.array(base.com) - frame.origin) / frame.length,
-            base.turning_stiffness / frame.length**2, base.stiffness, freedoms,
-        )  # fmt: skip
+            spatial_inertias(z)[0],
+            (np.array(base.com) - frame.origin) / frame.length,
+            base.turning_stiffness / frame.length**2,
+            base.stiffness,
+            freedoms,
+        )
 
     @property
     def planar(self) -> bool:

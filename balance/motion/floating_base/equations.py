@@ -129,9 +129,13 @@ class BaseEquations:
         mass, free = self.mass, self.drive.free
         freedoms = self.base.freedoms.shape[1]
         sizes = (
-            [1.0] * _pose_size(self.base) + [share * speed] * freedoms + [1.0] * free
-            + [speed] * free + [mass * speed] * freedoms + [mass * speed**2]
-        )  # fmt: skip
+            [1.0] * _pose_size(self.base)
+            + [share * speed] * freedoms
+            + [1.0] * free
+            + [speed] * free
+            + [mass * speed] * freedoms
+            + [mass * speed**2]
+        )
         return relative * np.array(sizes)
 
     def _split(self, state: Array) -> list[Array]:
@@ -180,10 +184,16 @@ class BaseEquations:
         x, beta, *_ = self._split(state)
         impulse = base.freedoms.T @ now.placement.wrench_to_inertial(wrench)
         own_rates = now.rates if drive.free else now.rates[:0]
-        return np.concatenate([
-            _pose_rate(base, x, now.placement.R, beta), change[:freedoms], own_rates,
-            change[freedoms:], impulse, [torques @ now.rates],
-        ])  # fmt: skip
+        return np.concatenate(
+            [
+                _pose_rate(base, x, now.placement.R, beta),
+                change[:freedoms],
+                own_rates,
+                change[freedoms:],
+                impulse,
+                [torques @ now.rates],
+            ]
+        )
 
 
 class _Placement(NamedTuple):
@@ -251,11 +261,13 @@ def _place_base(base: BaseInChain, x: Array) -> _Placement:
         return _Placement(R, plane @ x[1:], x[0] * n)
     a, *v = (x[:4] / np.sqrt(x[:4] @ x[:4])).tolist()
     i, j, k = v
-    R = np.array([
-        [1.0 - 2.0 * (j * j + k * k), 2.0 * (i * j - a * k), 2.0 * (i * k + a * j)],
-        [2.0 * (i * j + a * k), 1.0 - 2.0 * (i * i + k * k), 2.0 * (j * k - a * i)],
-        [2.0 * (i * k - a * j), 2.0 * (j * k + a * i), 1.0 - 2.0 * (i * i + j * j)],
-    ])  # fmt: skip
+    R = np.array(
+        [
+            [1.0 - 2.0 * (j * j + k * k), 2.0 * (i * j - a * k), 2.0 * (i * k + a * j)],
+            [2.0 * (i * j + a * k), 1.0 - 2.0 * (i * i + k * k), 2.0 * (j * k - a * i)],
+            [2.0 * (i * k - a * j), 2.0 * (j * k + a * i), 1.0 - 2.0 * (i * i + j * j)],
+        ]
+    )
     return _Placement(R, x[4:], _rotation_vector(a, np.array(v)))
 
 

@@ -31,9 +31,13 @@ SHORTEST, LONGEST = 1e-9, 1e6
 
 
 def prescribed_drive(
-    linkage: Linkage, chain: Chain, motions: MotionLike | InputPath | None, motion: Motion,
-    seed: int, duration: float | None,
-) -> tuple[Drive, tuple[float, float]]:  # fmt: skip
+    linkage: Linkage,
+    chain: Chain,
+    motions: MotionLike | InputPath | None,
+    motion: Motion,
+    seed: int,
+    duration: float | None,
+) -> tuple[Drive, tuple[float, float]]:
     """Make the drive of inputs whose motion is prescribed, and its start and end.
 
     Args:
@@ -113,9 +117,12 @@ def free_drive(
 
 
 def initial_rates(
-    linkage: Linkage, chain: Chain, base: BaseInChain, drive: Drive,
+    linkage: Linkage,
+    chain: Chain,
+    base: BaseInChain,
+    drive: Drive,
     initial: Mapping[str, float],
-) -> tuple[Array, Array]:  # fmt: skip
+) -> tuple[Array, Array]:
     """Compute the rates at the start of the freedoms of the base, and of free coordinates.
 
     Args:

@@ -223,8 +223,11 @@ class FloatingBaseMotion(WithPage, WithPicture):
             "at": self.linkage.at,
             "algebra": "planar" if self.planar else "spatial",
             "base": {
-                "mass": base.mass, "inertia": base.moments, "com": base.com,
-                "turning_stiffness": base.turning_stiffness, "stiffness": base.stiffness,
+                "mass": base.mass,
+                "inertia": base.moments,
+                "com": base.com,
+                "turning_stiffness": base.turning_stiffness,
+                "stiffness": base.stiffness,
             },
             "inputs": list(self.linkage.inputs),
             "torques": None if self.torques is None else {**self.torques},
@@ -237,20 +240,24 @@ class FloatingBaseMotion(WithPage, WithPicture):
             "residual": self.residual,
             "turning_residual": self.turning_residual,
             "peak": {
-                "rotation": self.rotation, "displacement": self.displacement,
-                "turning": _largest(of.turning), "velocity": _largest(of.velocity),
+                "rotation": self.rotation,
+                "displacement": self.displacement,
+                "turning": _largest(of.turning),
+                "velocity": _largest(of.velocity),
             },
             "end": {
                 "inputs": dict(zip(self.linkage.inputs, of.u[-1].tolist(), strict=True)),
-                "rotation": of.rotation[-1], "displacement": of.displacement[-1],
-                "turning": of.turning[-1], "velocity": of.velocity[-1],
+                "rotation": of.rotation[-1],
+                "displacement": of.displacement[-1],
+                "turning": of.turning[-1],
+                "velocity": of.velocity[-1],
             },
             "frequencies": list(self.frequencies),
             "drift": {"energy": self.energy_drift, "momentum": self.momentum_drift},
             "verdict": self.verdict,
             "remarks": list(self.remarks),
             "warnings": [notice._asdict() for notice in self.notices],
-        }  # fmt: skip
+        }
 
 
 def drift_text(size: float) -> str:

@@ -57,13 +57,20 @@ SHORTEST_STEP = 1e-9
 
 
 def simulate_floating_base(
-    linkage: LinkageLike, base: FloatingBase, z: ArrayLike | None = None, *,
-    motions: MotionLike | InputPath | None = None, torques: Mapping[str, float] | None = None,
+    linkage: LinkageLike,
+    base: FloatingBase,
+    z: ArrayLike | None = None,
+    *,
+    motions: MotionLike | InputPath | None = None,
+    torques: Mapping[str, float] | None = None,
     initial: Mapping[str, float] | None = None,
-    motion: Motion | str | Sequence[str] | None = None, duration: float | None = None,
-    seed: int = 0, spatial: bool = False, tolerance: float = BASE_AT_REST_RELATIVE,
+    motion: Motion | str | Sequence[str] | None = None,
+    duration: float | None = None,
+    seed: int = 0,
+    spatial: bool = False,
+    tolerance: float = BASE_AT_REST_RELATIVE,
     progress: Callable[[int, int], None] | None = None,
-) -> FloatingBaseMotion:  # fmt: skip
+) -> FloatingBaseMotion:
     """Simulate a linkage on a base that floats, or stands on springs (free-flying robot).
 
     Momentum balance ``d/dt (M_t b + A u̇) = w`` of linkage and base with the wrench w of the
@@ -131,20 +138,35 @@ def simulate_floating_base(
     if samples.speed.any():
         held = _hold_inputs(linkage, chain, equations, beta, limits_of_error, times, z)
     return FloatingBaseMotion(
-        linkage, base, chain.frame.length, tolerance, freeze(times), samples,
-        freeze(held), frequencies,
-        None if torques is None else {**torques}, {**(initial or {})},
-        (*linkage.notices, *_ground_mass_notices(linkage)), drive.path,
-    )  # fmt: skip
+        linkage,
+        base,
+        chain.frame.length,
+        tolerance,
+        freeze(times),
+        samples,
+        freeze(held),
+        frequencies,
+        None if torques is None else {**torques},
+        {**(initial or {})},
+        (*linkage.notices, *_ground_mass_notices(linkage)),
+        drive.path,
+    )
 
 
 def _ground_mass_notices(linkage: Linkage) -> tuple[Notice, ...]:
     """Tell of masses in the file that are fixed to the ground: they are not of the base."""
-    names = [] if linkage.tree is None else [
-        link.name for link in linkage.tree.children
-        if link.tag == "link" and any(child.tag == "inertial" for child in link.children)
-        and link.name in linkage.places and linkage.places[link.name].link == GROUND
-    ]  # fmt: skip
+    names = (
+        []
+        if linkage.tree is None
+        else [
+            link.name
+            for link in linkage.tree.children
+            if link.tag == "link"
+            and any(child.tag == "inertial" for child in link.children)
+            and link.name in linkage.places
+            and linkage.places[link.name].link == GROUND
+        ]
+    )
     if not names:
         return ()
     text = (
@@ -181,9 +203,13 @@ def simulate_second(
 
 
 def _equations(
-    linkage: Linkage, chain: Chain, base: BaseInChain, drive: Drive,
-    time: float, z: ArrayLike | None,
-) -> BaseEquations:  # fmt: skip
+    linkage: Linkage,
+    chain: Chain,
+    base: BaseInChain,
+    drive: Drive,
+    time: float,
+    z: ArrayLike | None,
+) -> BaseEquations:
     """Make the equations of motion, with the linkage at its pose at the start.
 
     Raises:
@@ -240,9 +266,14 @@ def _is_regular(M: Array) -> bool:
 
 
 def _hold_inputs(
-    linkage: Linkage, chain: Chain, moving: BaseEquations, beta: Array, tolerances: Array,
-    times: Array, z: ArrayLike | None,
-) -> Array:  # fmt: skip
+    linkage: Linkage,
+    chain: Chain,
+    moving: BaseEquations,
+    beta: Array,
+    tolerances: Array,
+    times: Array,
+    z: ArrayLike | None,
+) -> Array:
     """Compute the twist of the base (N, 6), if all inputs stay where they are at the start.
 
     Args:
@@ -295,9 +326,12 @@ def _check_frequencies(frequencies: tuple[float, ...], duration: float) -> None:
 
 
 def _integrate_steps(
-    equations: BaseEquations, state: Array, tolerances: Array, span: tuple[float, float],
+    equations: BaseEquations,
+    state: Array,
+    tolerances: Array,
+    span: tuple[float, float],
     progress: Callable[[int, int], None] | None = None,
-) -> tuple[Array, Array]:  # fmt: skip
+) -> tuple[Array, Array]:
     """Integrate the equations by DOP853, from one corner of the path to the next.
 
     Args:
@@ -327,9 +361,14 @@ def _integrate_steps(
 
 
 def _advance(
-    equations: BaseEquations, times: list[float], states: list[Array], stop: float,
-    tolerances: Array, step: float | None, duration: float,
-) -> float:  # fmt: skip
+    equations: BaseEquations,
+    times: list[float],
+    states: list[Array],
+    stop: float,
+    tolerances: Array,
+    step: float | None,
+    duration: float,
+) -> float:
     """Integrate up to a stop, append all steps, and return the length of the next one.
 
     The last step may be cut short to end at the stop: what the solver proposes after it is then
@@ -338,9 +377,15 @@ def _advance(
     now = times[-1]
     first = None if step is None else min(step, stop - now)
     integration = Integration(
-        equations, now, states[-1], stop, rtol=BASE_STEP_RELATIVE, atol=tolerances,
-        max_step=duration / FEWEST_STEPS, first_step=first,
-    )  # fmt: skip
+        equations,
+        now,
+        states[-1],
+        stop,
+        rtol=BASE_STEP_RELATIVE,
+        atol=tolerances,
+        max_step=duration / FEWEST_STEPS,
+        first_step=first,
+    )
     solver, stalled = integration.solver, False
     while integration.running:
         try:
@@ -375,7 +420,12 @@ def _integrate_at(
     from scipy.integrate import solve_ivp
 
     solution = solve_ivp(
-        equations, (times[0], times[-1]), state, method="DOP853", t_eval=times,
-        rtol=BASE_STEP_RELATIVE, atol=tolerances,
-    )  # fmt: skip
+        equations,
+        (times[0], times[-1]),
+        state,
+        method="DOP853",
+        t_eval=times,
+        rtol=BASE_STEP_RELATIVE,
+        atol=tolerances,
+    )
     return np.asarray(solution.y.T)

@@ -115,29 +115,47 @@ class ShakingTolerance:
 
     def __repr__(self) -> str:
         """Up to six lines: the worst case, and what adds most."""
-        most = (f"{share.deviation.words}: {number_text(share.force)} N, "
-                f"{number_text(share.moment)} N m" for share in self.shares)  # fmt: skip
+        most = (
+            f"{share.deviation.words}: {number_text(share.force)} N, "
+            f"{number_text(share.moment)} N m"
+            for share in self.shares
+        )
         return repr_lines(f"ShakingTolerance of {self.linkage.name}", self.words, *most)
 
     def to_dict(self) -> dict[str, object]:
         """Return plain data for JSON; see ``schemas/verify.schema.json``."""
         return {
             **self.tolerances._asdict(),
-            "force": self.force._asdict(), "moment": self.moment._asdict(),
-            "proved": self.proved, "draws": self.draws, "seed": self.seed,
+            "force": self.force._asdict(),
+            "moment": self.moment._asdict(),
+            "proved": self.proved,
+            "draws": self.draws,
+            "seed": self.seed,
             "shares": [
-                {"kind": share.deviation.kind, "name": share.deviation.name,
-                 "force": share.force, "moment": share.moment}
+                {
+                    "kind": share.deviation.kind,
+                    "name": share.deviation.name,
+                    "force": share.force,
+                    "moment": share.moment,
+                }
                 for share in self.shares
             ],
-        }  # fmt: skip
+        }
 
 
 def shaking_tolerance(
-    linkage: LinkageLike, mass: float = 0.0, length: float = 0.0, com: float = 0.0, *,
-    along: Sequence[Trajectory] | None = None, about: ArrayLike | None = None,
-    z: ArrayLike | None = None, trajectories: int = 10, draws: int = DRAWS, seed: int = 0,
-) -> ShakingTolerance:  # fmt: skip
+    linkage: LinkageLike,
+    mass: float = 0.0,
+    length: float = 0.0,
+    com: float = 0.0,
+    *,
+    along: Sequence[Trajectory] | None = None,
+    about: ArrayLike | None = None,
+    z: ArrayLike | None = None,
+    trajectories: int = 10,
+    draws: int = DRAWS,
+    seed: int = 0,
+) -> ShakingTolerance:
     """Find what shakes at most if a linkage is made within tolerances, and how it spreads.
 
     Each link has a mass and a centre of mass of its own, and each joint an axis of its own,
@@ -179,9 +197,9 @@ def shaking_tolerance(
     linkage = as_linkage(linkage)
     tolerances = Tolerances(mass, length, com)
     deviations = deviations_of(linkage, tolerances)
-    motions = list(along if along is not None else random_motions(
-        linkage, trajectories, seed=seed
-    ))  # fmt: skip
+    motions = list(
+        along if along is not None else random_motions(linkage, trajectories, seed=seed)
+    )
     if not any(way.moves for way in motions):
         raise PoseError(f"{linkage.source}: nothing moves; give inputs that change with time")
     middle = linkage.spatial_chain.frame.origin
@@ -197,8 +215,10 @@ def shaking_tolerance(
     def reach(vertex: Array) -> tuple[float, float]:
         pairs = zip(motions, loads, strict=True)
         masses = deviated_masses(linkage, tolerances, loads[0], deviations, vertex, parameters)
-        sizes = [exact_peaks(linkage, way, masses, item, deviations, vertex, point)
-                 for way, item in pairs]  # fmt: skip
+        sizes = [
+            exact_peaks(linkage, way, masses, item, deviations, vertex, point)
+            for way, item in pairs
+        ]
         moment, force = np.max(sizes, axis=0).tolist()
         return moment, force
 
@@ -207,13 +227,21 @@ def shaking_tolerance(
         spread, shares = _spread(loads, part, row, peaks[row], len(deviations), reach)
         spreads.append(spread)
         added.append(shares)
-    rows = [DeviationShare(item, float(added[0][i]), float(added[1][i]))
-            for i, item in enumerate(deviations)]  # fmt: skip
+    rows = [
+        DeviationShare(item, float(added[0][i]), float(added[1][i]))
+        for i, item in enumerate(deviations)
+    ]
     order = rank_least_first([-row.force for row in rows], max(added[0].max(), 1e-300))
     return ShakingTolerance(
-        linkage, tolerances, spreads[0], spreads[1], tuple(rows[i] for i in order), point,
-        draws, seed,
-    )  # fmt: skip
+        linkage,
+        tolerances,
+        spreads[0],
+        spreads[1],
+        tuple(rows[i] for i in order),
+        point,
+        draws,
+        seed,
+    )
 
 
 def _spread(

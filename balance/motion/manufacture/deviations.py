@@ -115,15 +115,22 @@ def deviations_of(linkage: Linkage, tolerances: Tolerances) -> tuple[Deviation, 
         if getattr(tolerances, kind) > 0.0:
             found += [Deviation(kind, body.name) for body in linkage.bodies]
     if tolerances.length > 0.0:
-        found += [Deviation("length", joint.name) for joint in linkage.joints
-                  if joint.kind != "prismatic"]  # fmt: skip
+        found += [
+            Deviation("length", joint.name)
+            for joint in linkage.joints
+            if joint.kind != "prismatic"
+        ]
     return tuple(found)
 
 
 def deviating_loads(
-    linkage: Linkage, trajectory: Trajectory, tolerances: Tolerances,
-    deviations: tuple[Deviation, ...], about: Array, z: Array | None = None,
-) -> DeviatingLoads:  # fmt: skip
+    linkage: Linkage,
+    trajectory: Trajectory,
+    tolerances: Tolerances,
+    deviations: tuple[Deviation, ...],
+    about: Array,
+    z: Array | None = None,
+) -> DeviatingLoads:
     """Compute shaking as an affine function of deviations.
 
     Args:
@@ -177,9 +184,13 @@ def deviating_loads(
 
 
 def deviated_masses(
-    linkage: Linkage, tolerances: Tolerances, loads: DeviatingLoads,
-    deviations: tuple[Deviation, ...], vertex: Array, z: Array | None = None,
-) -> Array:  # fmt: skip
+    linkage: Linkage,
+    tolerances: Tolerances,
+    loads: DeviatingLoads,
+    deviations: tuple[Deviation, ...],
+    vertex: Array,
+    z: Array | None = None,
+) -> Array:
     """Compute the parameters (bodies, 10) of a linkage with given deviations, exactly.
 
     Args:
@@ -204,9 +215,14 @@ def deviated_masses(
 
 
 def exact_peaks(
-    linkage: Linkage, trajectory: Trajectory, masses: Array, loads: DeviatingLoads,
-    deviations: tuple[Deviation, ...], vertex: Array, about: Array,
-) -> tuple[float, float]:  # fmt: skip
+    linkage: Linkage,
+    trajectory: Trajectory,
+    masses: Array,
+    loads: DeviatingLoads,
+    deviations: tuple[Deviation, ...],
+    vertex: Array,
+    about: Array,
+) -> tuple[float, float]:
     """Compute the peak moment, N m, and force, N, with deviations: exactly in the masses.
 
     Args:
@@ -220,12 +236,14 @@ def exact_peaks(
     chain = input_chain(linkage)
     units = chain.units[linkage.positions_of(linkage.inputs)]
     rate = inertia_loads(
-        chain, masses, trajectory.q / chain.units, trajectory.ud / units,
+        chain,
+        masses,
+        trajectory.q / chain.units,
+        trajectory.ud / units,
         trajectory.udd / units,
-    ).rate.sum(axis=1)  # fmt: skip
+    ).rate.sum(axis=1)
     wrench = move_wrenches(wrench_to_si(rate, chain.frame), about)
-    lengths = [k for k, owner in enumerate(loads.owners)
-               if deviations[owner].kind == "length"]  # fmt: skip
+    lengths = [k for k, owner in enumerate(loads.owners) if deviations[owner].kind == "length"]
     wrench = wrench + loads.columns[:, :, lengths] @ vertex[lengths]
     moment, force = np.linalg.norm(wrench.reshape(-1, 2, 3), axis=2).max(axis=0).tolist()
     return moment, force

@@ -126,9 +126,14 @@ class _Direction:
 
 
 def follow_arc(
-    equations: RestEquations, start: Array, tangent: Array, length: float, dimension: int,
-    limits: Array | None = None, first: float = 0.0,
-) -> Arc:  # fmt: skip
+    equations: RestEquations,
+    start: Array,
+    tangent: Array,
+    length: float,
+    dimension: int,
+    limits: Array | None = None,
+    first: float = 0.0,
+) -> Arc:
     """Integrate a path to one side.
 
     Args:
@@ -155,9 +160,12 @@ class _Walk:
     """The integration of one arc, step by step."""
 
     def __init__(
-        self, equations: RestEquations, direction: _Direction, limits: Array | None,
+        self,
+        equations: RestEquations,
+        direction: _Direction,
+        limits: Array | None,
         length: float,
-    ) -> None:  # fmt: skip
+    ) -> None:
         """Start without pieces and events."""
         self.equations, self.direction, self.length = equations, direction, length
         self.watch = _Watch(equations, direction, limits)
@@ -195,9 +203,11 @@ class _Walk:
             if passed is not None:
                 if self._pass(passed, s):
                     return
-                q, s, integration = self.equations.close(passed.positions(passed.length)), (
-                    s + passed.length
-                ), None  # fmt: skip
+                q, s, integration = (
+                    self.equations.close(passed.positions(passed.length)),
+                    (s + passed.length),
+                    None,
+                )
         self.events.append(PathEvent("stop", s, "too many steps"))
 
     def _start(self, q: Array, s: float) -> Integration:
@@ -277,8 +287,12 @@ class _Watch:
         events: list[PathEvent] = []
         here = self.equations.at(self.equations.close(np.asarray(dense(last))))
         if here.conditioning < PATH_CONDITIONING:
-            s = self._root(lambda q: self.equations.at(q).conditioning - PATH_CONDITIONING,
-                           first, last, dense)  # fmt: skip
+            s = self._root(
+                lambda q: self.equations.at(q).conditioning - PATH_CONDITIONING,
+                first,
+                last,
+                dense,
+            )
             events.append(self.lost(self.equations.close(np.asarray(dense(s))), s))
         if self.limits is not None:
             for j in np.flatnonzero((here.q < self.limits[0]) | (here.q > self.limits[1])):

@@ -172,9 +172,13 @@ def _solve(
         )
 
     solution = gauss_newton(
-        system, np.zeros(TERMS * aside.shape[1]), LeastNorm(1e-12, 1.0 / advance), solved,
-        step_grows(1e3, LOCAL_CURVE_STEP), EVALUATIONS,
-    )  # fmt: skip
+        system,
+        np.zeros(TERMS * aside.shape[1]),
+        LeastNorm(1e-12, 1.0 / advance),
+        solved,
+        step_grows(1e3, LOCAL_CURVE_STEP),
+        EVALUATIONS,
+    )
     return curve(solution.last.x) if solution.last.error <= LOCAL_CURVE_RESIDUAL else None
 
 

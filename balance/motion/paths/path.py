@@ -128,9 +128,16 @@ def sample_path(
     middle, units = int(np.argmin(np.abs(s))), chain.units[inputs]
     rates = (y - _correction(rows, h, magnitudes)) @ equations.basis.T * units
     return ReactionlessPath(
-        start, freeze(rates[middle]), freeze(s), freeze(q * chain.units),
-        freeze(q[:, inputs] * units), freeze(rates), freeze(momentum), closure, events,
-    )  # fmt: skip
+        start,
+        freeze(rates[middle]),
+        freeze(s),
+        freeze(q * chain.units),
+        freeze(q[:, inputs] * units),
+        freeze(rates),
+        freeze(momentum),
+        closure,
+        events,
+    )
 
 
 def _correction(rows: Array, h: Array, magnitudes: Array) -> Array:

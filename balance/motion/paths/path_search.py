@@ -112,9 +112,16 @@ def find_paths(
         if progress is not None:
             progress(k + 1, len(here))
     return ReactionlessPaths(
-        linkage, equations.demand, relations, search.generic, search.poses,
-        tuple(search.starts), tuple(search.meetings), tuple(search.paths), linkage.notices,
-    )  # fmt: skip
+        linkage,
+        equations.demand,
+        relations,
+        search.generic,
+        search.poses,
+        tuple(search.starts),
+        tuple(search.meetings),
+        tuple(search.paths),
+        linkage.notices,
+    )
 
 
 def _poses(
@@ -160,9 +167,12 @@ class _Search:
     """The search from several poses of one linkage."""
 
     def __init__(
-        self, equations: RestEquations, here: Sequence[RowsAtPose], length: float,
+        self,
+        equations: RestEquations,
+        here: Sequence[RowsAtPose],
+        length: float,
         step: float | None,
-    ) -> None:  # fmt: skip
+    ) -> None:
         """Decide the dimension of the null space in general."""
         self.equations, self.here, self.length = equations, here, length
         count = 1 + 2.0 * length / (step or STEP)

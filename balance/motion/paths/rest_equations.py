@@ -128,9 +128,12 @@ class RestEquations:
         centre = self._centre_at(pose)
         sizes = self._select_sizes(magnitudes @ np.abs(self.basis), centre)
         return RowsAtPose(
-            q, C @ self.basis, self._select(M @ self.basis, centre),
-            float(np.linalg.norm(sizes)), pivot,
-        )  # fmt: skip
+            q,
+            C @ self.basis,
+            self._select(M @ self.basis, centre),
+            float(np.linalg.norm(sizes)),
+            pivot,
+        )
 
     def along(self, q: Array, rates: Array) -> tuple[Array, Array]:
         """Compute the equations at many closed poses, and the sizes of momenta at rates there.

@@ -103,9 +103,11 @@ class BalancingFamily:
     def __repr__(self) -> str:
         """Two lines: pitches and freedom, and the mass."""
         freedom = "empty" if self.unmet else f"{self.basis.shape[1]} free parameters"
-        mass = f"mass {number_text(self.mass)} kg" if self.mass is not None else (
-            f"mass above {number_text(self.least_mass)} kg"
-        )  # fmt: skip
+        mass = (
+            f"mass {number_text(self.mass)} kg"
+            if self.mass is not None
+            else (f"mass above {number_text(self.least_mass)} kg")
+        )
         return repr_lines(
             f"BalancingFamily: twist of {self.twist_pitch} pitch, momentum of "
             f"{self.momentum_pitch} pitch, {freedom}",
@@ -113,9 +115,11 @@ class BalancingFamily:
         )
 
     def body(
-        self, mass: float | None = None, along: float | None = None,
+        self,
+        mass: float | None = None,
+        along: float | None = None,
         inertia: ArrayLike | None = None,
-    ) -> Array:  # fmt: skip
+    ) -> Array:
         """Choose one body of the family that can exist.
 
         Its tensor about the centre of mass is that of a body which is as wide in all directions
@@ -220,13 +224,23 @@ def _turning(t: Array, h: Array) -> tuple[object, ...]:
     z = _stack(mass or 0.0, -np.cross(n, p) / rate, E)
     a, b = _across(n)
     changes = [_stack(0.0, n, np.zeros((3, 3)))]
-    changes += [_stack(0.0, np.zeros(3), 0.5 * (np.outer(x, y) + np.outer(y, x)))
-                for x, y in ((a, a), (b, b), (a, b))]  # fmt: skip
+    changes += [
+        _stack(0.0, np.zeros(3), 0.5 * (np.outer(x, y) + np.outer(y, x)))
+        for x, y in ((a, a), (b, b), (a, b))
+    ]
     if not pitch:
         changes.insert(0, _stack(1.0, np.zeros(3), np.zeros((3, 3))))
     there = displace_parameters(np.array([z, *changes]), _shift(r))
-    return (freeze(there[0]), freeze(there[1:].T), freeze(n), freeze(r), mass, least, unmet,
-            moment)  # fmt: skip
+    return (
+        freeze(there[0]),
+        freeze(there[1:].T),
+        freeze(n),
+        freeze(r),
+        mass,
+        least,
+        unmet,
+        moment,
+    )
 
 
 def _translating(t: Array, h: Array) -> tuple[object, ...]:
@@ -245,8 +259,16 @@ def _translating(t: Array, h: Array) -> tuple[object, ...]:
         E[i, j] = E[j, i] = 1.0
         changes.append(_stack(0.0, np.zeros(3), E))
     z = _stack(mass, first, np.zeros((3, 3)))
-    return (freeze(z), freeze(np.array(changes).T), freeze(n), freeze(np.zeros(3)), mass, 0.0,
-            unmet, 0.0)  # fmt: skip
+    return (
+        freeze(z),
+        freeze(np.array(changes).T),
+        freeze(n),
+        freeze(np.zeros(3)),
+        mass,
+        0.0,
+        unmet,
+        0.0,
+    )
 
 
 def planar_balancing_body(

@@ -103,9 +103,12 @@ def momentum_rows(
 
 
 def _null_space_at(
-    model: MassedChain, q: Array, components: Components = "both",
-    about: Array | None = None, tolerance: float = MOMENTUM_NULL,
-) -> ReactionNullSpace:  # fmt: skip
+    model: MassedChain,
+    q: Array,
+    components: Components = "both",
+    about: Array | None = None,
+    tolerance: float = MOMENTUM_NULL,
+) -> ReactionNullSpace:
     """Compute the null space at joint positions that are known to close the loops.
 
     Args:
@@ -129,16 +132,26 @@ def _null_space_at(
     units = chain.units[linkage.positions_of(linkage.inputs)]
     directions = units[:, None] * directions.T
     return ReactionNullSpace(
-        linkage.inputs, components, freeze(q * chain.units), freeze(model.to_si(M)),
-        freeze(values), scale, freeze(directions[:, rank:]), freeze(directions),
-    )  # fmt: skip
+        linkage.inputs,
+        components,
+        freeze(q * chain.units),
+        freeze(model.to_si(M)),
+        freeze(values),
+        scale,
+        freeze(directions[:, rank:]),
+        freeze(directions),
+    )
 
 
 def reaction_null_space(
-    linkage: LinkageLike, q: ArrayLike | Mapping[str, float], components: Components = "both",
-    *, z: ArrayLike | None = None, about: ArrayLike | None = None,
+    linkage: LinkageLike,
+    q: ArrayLike | Mapping[str, float],
+    components: Components = "both",
+    *,
+    z: ArrayLike | None = None,
+    about: ArrayLike | None = None,
     tolerance: float = MOMENTUM_NULL,
-) -> ReactionNullSpace:  # fmt: skip
+) -> ReactionNullSpace:
     """Compute the input rates that leave the base of a linkage at rest in a pose.
 
     They are the null space of the momentum matrix, ``M_B(q) u̇ = 0``. A base that floats then

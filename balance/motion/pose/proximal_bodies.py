@@ -57,23 +57,30 @@ class PoseBalance:
             return ()
         linkage, frame = self.linkage, self.linkage.spatial_chain.frame
         return bodies_of_parameters(
-            names_of(linkage.bodies), self.z, linkage.frames, frame.R, frame.length,
+            names_of(linkage.bodies),
+            self.z,
+            linkage.frames,
+            frame.R,
+            frame.length,
             linkage.source,
-        )  # fmt: skip
+        )
 
     def __repr__(self) -> str:
         """A line with the result, and one for each body that was solved."""
         return repr_lines(
             f"PoseBalance of {self.linkage.name}: {self.words}",
-            *(f"{name}: {repr(family).splitlines()[-1].strip()}"
-              for name, family in self.families.items()),
-        )  # fmt: skip
+            *(
+                f"{name}: {repr(family).splitlines()[-1].strip()}"
+                for name, family in self.families.items()
+            ),
+        )
 
 
 def balance_pose(
-    linkage: LinkageLike, masses: Mapping[str, float] | None = None,
+    linkage: LinkageLike,
+    masses: Mapping[str, float] | None = None,
     z: ArrayLike | None = None,
-) -> PoseBalance:  # fmt: skip
+) -> PoseBalance:
     """Solve the bodies on the input joints so that a linkage is balanced in its reference pose.
 
     No rates of the inputs then have momentum there, and no accelerations shake the base. Where

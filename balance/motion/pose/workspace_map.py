@@ -98,10 +98,14 @@ class MomentumMap:
 
 
 def momentum_map(
-    linkage: LinkageLike, grid: Mapping[str, ArrayLike], components: Components = "both",
-    *, z: ArrayLike | None = None, about: ArrayLike | None = None,
+    linkage: LinkageLike,
+    grid: Mapping[str, ArrayLike],
+    components: Components = "both",
+    *,
+    z: ArrayLike | None = None,
+    about: ArrayLike | None = None,
     progress: Callable[[int, int], None] | None = None,
-) -> MomentumMap:  # fmt: skip
+) -> MomentumMap:
     """Compute the momentum matrix, and its singular values, over a grid of poses.
 
     Poses are found from the reference pose outwards, from cell to neighbouring cell, so that
@@ -148,14 +152,20 @@ def momentum_map(
     values, directions = _decompose(rows)
     units = model.chain.units[linkage.positions_of(linkage.inputs)]
     return MomentumMap(
-        linkage, axes, components, *(
+        linkage,
+        axes,
+        components,
+        *(
             freeze(cells.reshape(*shape, *cells.shape[1:]))
             for cells in (
-                q * model.chain.units, model.to_si(M), values, units[:, None] * directions,
+                q * model.chain.units,
+                model.to_si(M),
+                values,
+                units[:, None] * directions,
                 np.linalg.norm(sizes, axis=(1, 2)),
             )
         ),
-    )  # fmt: skip
+    )
 
 
 def _axes(linkage: Linkage, grid: Mapping[str, ArrayLike]) -> dict[str, Array]:
@@ -196,9 +206,15 @@ def _fill(
     workspace = pose_workspace(chain), np.empty((2, n)), np.empty(chain.width)
     while ends[0] < ends[1]:
         fill_cells(
-            chain.walked, chain.links, model.z, (points, shape, strides),
-            (q, seen, queue, ends), (M, magnitudes), CELLS_PER_CALL, workspace,
-        )  # fmt: skip
+            chain.walked,
+            chain.links,
+            model.z,
+            (points, shape, strides),
+            (q, seen, queue, ends),
+            (M, magnitudes),
+            CELLS_PER_CALL,
+            workspace,
+        )
         if progress is not None:
             progress(int(ends[0]), cells)
     return q, M, magnitudes

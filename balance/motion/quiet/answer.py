@@ -65,14 +65,17 @@ class MotionFigures(NamedTuple):
             loads: ``[wrench; torque]`` (N, 6 + inputs) about the inertial origin.
         """
         wrench = move_wrenches(loads[:, :6], objective.point)
-        force, moment = (np.linalg.norm(wrench[:, part], axis=1) for part in
-                         (slice(3, 6), slice(0, 3)))  # fmt: skip
+        force, moment = (
+            np.linalg.norm(wrench[:, part], axis=1) for part in (slice(3, 6), slice(0, 3))
+        )
         return cls(
             objective.value(time, loads[:, :6]),
-            overall("rms", time, force), overall("peak", time, force),
-            overall("rms", time, moment), overall("peak", time, moment),
+            overall("rms", time, force),
+            overall("peak", time, force),
+            overall("rms", time, moment),
+            overall("peak", time, moment),
             *(np.abs(x).max(axis=0) for x in (inputs[1], inputs[2], loads[:, 6:])),
-        )  # fmt: skip
+        )
 
     def to_dict(self) -> dict[str, object]:
         """Return plain data for JSON."""
@@ -285,11 +288,13 @@ class QuietMotion(WithPicture):
             "shortest": self.shortest,
             "front": [{"duration": at, "value": value} for at, value in self.front],
             "motion": {
-                "time": time.tolist(), "position": u.tolist(), "velocity": ud.tolist(),
+                "time": time.tolist(),
+                "position": u.tolist(),
+                "velocity": ud.tolist(),
                 "acceleration": udd.tolist(),
             },
             "warnings": [notice._asdict() for notice in self.notices],
-        }  # fmt: skip
+        }
 
 
 def _limits_data(limits: InputLimits) -> dict[str, object]:
@@ -299,7 +304,10 @@ def _limits_data(limits: InputLimits) -> dict[str, object]:
         return [value if isfinite(value) else None for value in values.tolist()]
 
     return {
-        "lower": plain(limits.lower[0]), "upper": plain(limits.upper[0]),
-        "velocity": plain(limits.upper[1]), "acceleration": plain(limits.upper[2]),
-        "jerk": plain(limits.upper[3]), "torque": plain(limits.upper[4]),
-    }  # fmt: skip
+        "lower": plain(limits.lower[0]),
+        "upper": plain(limits.upper[0]),
+        "velocity": plain(limits.upper[1]),
+        "acceleration": plain(limits.upper[2]),
+        "jerk": plain(limits.upper[3]),
+        "torque": plain(limits.upper[4]),
+    }

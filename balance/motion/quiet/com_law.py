@@ -48,9 +48,13 @@ def _law_shares(measure: Measure, tau: Array) -> Array:
 
 
 def fit_to_law(
-    model: SampledLinkage, space: MotionSpace, y: Array, near: SampledPoses, time: Array,
+    model: SampledLinkage,
+    space: MotionSpace,
+    y: Array,
+    near: SampledPoses,
+    time: Array,
     measure: Measure,
-) -> Array:  # fmt: skip
+) -> Array:
     """Fit a motion of a space to the law of the centre of mass, by Gauss-Newton steps.
 
     Args:

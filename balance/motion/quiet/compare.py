@@ -66,9 +66,15 @@ def measure_path(
 
 
 def compare_with_laws(
-    problem: QuietProblem, duration: float, path: InputPath, known: SampledPoses,
-    laws: Sequence[InputPath], line: SampledPoses, *, convex: bool = False,
-) -> QuietMotion:  # fmt: skip
+    problem: QuietProblem,
+    duration: float,
+    path: InputPath,
+    known: SampledPoses,
+    laws: Sequence[InputPath],
+    line: SampledPoses,
+    *,
+    convex: bool = False,
+) -> QuietMotion:
     """Measure a plan beside the laws, and keep the quietest that is within the limits.
 
     Args:
@@ -105,11 +111,23 @@ def compare_with_laws(
         ends = SampledPoses(*(part[[0, -1]] for part in line))
         bound = force_bound(model, ends, duration, objective.measure)
     return QuietMotion(
-        model.linkage, objective, limits, duration, line.q[0, inputs], line.q[-1, inputs],
-        tuple(omega / (2.0 * np.pi) for omega in problem.frequencies), convex, path, name,
-        after, tuple(compared), bound, exceeded, problem.inertia_force,
+        model.linkage,
+        objective,
+        limits,
+        duration,
+        line.q[0, inputs],
+        line.q[-1, inputs],
+        tuple(omega / (2.0 * np.pi) for omega in problem.frequencies),
+        convex,
+        path,
+        name,
+        after,
+        tuple(compared),
+        bound,
+        exceeded,
+        problem.inertia_force,
         notices=model.linkage.notices,
-    )  # fmt: skip
+    )
 
 
 def exceeded_limit(

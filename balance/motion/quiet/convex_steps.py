@@ -150,9 +150,13 @@ def sample_motion(
 
 
 def improve_motion(
-    problem: QuietProblem, space: MotionSpace, start: SampledMotion, steps: int, trust: float,
+    problem: QuietProblem,
+    space: MotionSpace,
+    start: SampledMotion,
+    steps: int,
+    trust: float,
     least_gain: float = QUIET_STEP_GAIN,
-) -> SampledMotion:  # fmt: skip
+) -> SampledMotion:
     """Improve a motion until steps gain nothing.
 
     Args:

@@ -98,8 +98,9 @@ def rest_space(
         smooth: whether accelerations vanish at both ends, too.
     """
     knots = np.linspace(0.0, duration, intervals + 1)
-    functions = spline_functions(np.concatenate([knots[:1].repeat(DEGREE), knots,
-                                                 knots[-1:].repeat(DEGREE)]))  # fmt: skip
+    functions = spline_functions(
+        np.concatenate([knots[:1].repeat(DEGREE), knots, knots[-1:].repeat(DEGREE)])
+    )
     count, held = intervals + DEGREE, 3 if smooth else 2
     fixed = np.zeros((count, start.size))
     fixed[:held], fixed[count - held :] = start, end

@@ -26,10 +26,15 @@ MOST = 1e4
 
 
 def quiet_problem(
-    linkage: Linkage, limits: InputLimits, minimise: Part, measure: Measure,
-    about: Sequence[float] | None, weight_moment: float | None, gravity: Sequence[float],
+    linkage: Linkage,
+    limits: InputLimits,
+    minimise: Part,
+    measure: Measure,
+    about: Sequence[float] | None,
+    weight_moment: float | None,
+    gravity: Sequence[float],
     frequencies: Sequence[float] = (),
-) -> QuietProblem:  # fmt: skip
+) -> QuietProblem:
     """Collect what is minimised.
 
     Raises:
@@ -71,9 +76,11 @@ def scaled_problem(
     length = problem.model.linkage.spatial_chain.frame.length
     inertia_force = problem.model.mass * length * max(1.0, length) * acceleration
     return replace(
-        problem, inertia_force=inertia_force, acceleration=acceleration or 1.0,
+        problem,
+        inertia_force=inertia_force,
+        acceleration=acceleration or 1.0,
         scale=max(value, SHAKING_RELATIVE * inertia_force) or 1.0,
-    )  # fmt: skip
+    )
 
 
 def check_duration(duration: float) -> None:

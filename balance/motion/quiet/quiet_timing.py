@@ -193,9 +193,13 @@ def _shortest(problem: QuietProblem, loads: PathLoads, guess: float) -> float | 
 
 
 def _front(
-    problem: QuietProblem, loads: PathLoads, path: SplinePath, line: SampledPoses,
-    ends: tuple[float, float], count: int,
-) -> tuple[tuple[float, float], ...]:  # fmt: skip
+    problem: QuietProblem,
+    loads: PathLoads,
+    path: SplinePath,
+    line: SampledPoses,
+    ends: tuple[float, float],
+    count: int,
+) -> tuple[tuple[float, float], ...]:
     """Compute the least shaking for durations between two.
 
     Returns:
@@ -255,9 +259,14 @@ def _path_loads(problem: QuietProblem, poses: SampledPoses, path: SplinePath) ->
     loads = problem.model.loads(poses, rates, changes)
     still = loads[..., 2]
     return PathLoads(
-        s, weights, tangent, curvature, loads[..., 0] - still, loads[..., 1] - still,
+        s,
+        weights,
+        tangent,
+        curvature,
+        loads[..., 0] - still,
+        loads[..., 1] - still,
         still[:, 6:],
-    )  # fmt: skip
+    )
 
 
 class Timing(NamedTuple):
@@ -337,8 +346,10 @@ class _TimingProgram:
         else:
             q[self.e : self.peak] = self.loads.weights
         cones = [*self._root_cones(), *(self._load_cones() if quiet else [])]
-        linear = [self._limit_rows(kind, k, place) for place, (kind, k) in
-                  enumerate(self.groups, self.slack)]  # fmt: skip
+        linear = [
+            self._limit_rows(kind, k, place)
+            for place, (kind, k) in enumerate(self.groups, self.slack)
+        ]
         extra = np.eye(self.count)[self.slack :]
         linear.append((extra, np.zeros(len(extra))))
         if quiet:

@@ -323,11 +323,14 @@ class SampledLinkage:
 
 def _cross(a: Array, b: Array) -> Array:
     """Compute ``a × b`` along the axis 1 of arrays (P, 3, …)."""
-    return np.stack([
-        a[:, 1] * b[:, 2] - a[:, 2] * b[:, 1],
-        a[:, 2] * b[:, 0] - a[:, 0] * b[:, 2],
-        a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0],
-    ], axis=1)  # fmt: skip
+    return np.stack(
+        [
+            a[:, 1] * b[:, 2] - a[:, 2] * b[:, 1],
+            a[:, 2] * b[:, 0] - a[:, 0] * b[:, 2],
+            a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0],
+        ],
+        axis=1,
+    )
 
 
 def _bracket(V: Array, s: Array) -> Array:

@@ -94,15 +94,19 @@ def _direction_name(motion: TaylorMotion, direction: Array) -> str:
 
 
 def _line_curves(
-    motion: TaylorMotion, title: str, direction: Array, ends: tuple[float, ...],
+    motion: TaylorMotion,
+    title: str,
+    direction: Array,
+    ends: tuple[float, ...],
     target: float | None = None,
-) -> Curves:  # fmt: skip
+) -> Curves:
     """Compute errors along a direction, from the reference pose to the ends of the line."""
     halves = [_closed_poses_along(motion, np.sign(end) * direction, abs(end)) for end in ends]
     closed = tuple(
-        float(np.sign(end) * s[-1]) for end, (s, _) in zip(ends, halves, strict=True)
+        float(np.sign(end) * s[-1])
+        for end, (s, _) in zip(ends, halves, strict=True)
         if s[-1] < (1.0 - LINE_END_RELATIVE) * abs(end)
-    )  # fmt: skip
+    )
     sides = [np.sign(end) * s for end, (s, _) in zip(ends, halves, strict=True)]
     x, order = np.unique(np.concatenate(sides), return_index=True)
     q = np.concatenate([q for _, q in halves])[order]

@@ -42,10 +42,13 @@ class BeforeAfter:
         """Return plain data for JSON: the motions, and the peaks before and after."""
         before, after = (
             {
-                "force": check.force, "moment": check.moment, "bearing": check.bearing,
+                "force": check.force,
+                "moment": check.moment,
+                "bearing": check.bearing,
                 "torque": check.drive_peaks,
-            } for check in self.pair
-        )  # fmt: skip
+            }
+            for check in self.pair
+        )
         crank = self.before.crank
         speed = {"input": crank.joint, "rate": crank.speed, "rpm": crank.rpm} if crank else None
         motions = {"motions": len(self.before.runs), "seed": self.before.seed, "speed": speed}
@@ -53,9 +56,14 @@ class BeforeAfter:
 
 
 def compare_masses(
-    linkage: Linkage, z: ArrayLike, *, motions: Motions | None = None,
-    motion: Motion | None = None, balance: Balance = "dynamic", about: ArrayLike | None = None,
-) -> BeforeAfter:  # fmt: skip
+    linkage: Linkage,
+    z: ArrayLike,
+    *,
+    motions: Motions | None = None,
+    motion: Motion | None = None,
+    balance: Balance = "dynamic",
+    about: ArrayLike | None = None,
+) -> BeforeAfter:
     """Compute the loads of a linkage with the masses of its file and with others.
 
     Args:

@@ -70,9 +70,12 @@ class Crank(NamedTuple):
 
 
 def revolve_crank(
-    linkage: Linkage, speed: float | str, joint: str | None = None,
-    motion: Motion | None = None, steps: int = STEPS,
-) -> tuple[Trajectory, Crank]:  # fmt: skip
+    linkage: Linkage,
+    speed: float | str,
+    joint: str | None = None,
+    motion: Motion | None = None,
+    steps: int = STEPS,
+) -> tuple[Trajectory, Crank]:
     """Compute one revolution of a crank at constant speed, both ends included.
 
     Args:
@@ -110,9 +113,11 @@ def revolve_crank(
 
 
 def one_turn(
-    linkage: LinkageLike, speed: float | str, crank: str | None = None,
+    linkage: LinkageLike,
+    speed: float | str,
+    crank: str | None = None,
     motion: Motion | None = None,
-) -> Trajectory:  # fmt: skip
+) -> Trajectory:
     """Compute one turn of a crank at constant speed, as ``--speed`` of the command line does.
 
     The turn is steady: with the crank angle ``θ = ω t`` the joint rates are ``q̇ = C_0 ω`` and
@@ -220,9 +225,10 @@ def crank_limits(linkage: Linkage, joint: str, rates: Array) -> tuple[float, flo
     column = chain.columns @ (rates / chain.units[linkage.positions_of(linkage.inputs)])
     crank = int(linkage.positions_of([joint])[0])
     single = replace(
-        chain, columns=freeze(column[:, None]),
+        chain,
+        columns=freeze(column[:, None]),
         moves=freeze(chain.moves.any(axis=1, keepdims=True), np.bool_),
-    )  # fmt: skip
+    )
     low, high = (
         sign
         * _farthest(continue_along(single, np.array([sign]), longest_step=TURN / STEPS), crank)

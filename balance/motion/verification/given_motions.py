@@ -48,9 +48,10 @@ Motions: TypeAlias = "MotionLike | Sequence[MotionLike]"
 
 
 def read_motions(
-    linkage: Linkage, motions: Motions | None,
+    linkage: Linkage,
+    motions: Motions | None,
     motion: Motion | None = None,
-) -> list[Trajectory] | None:  # fmt: skip
+) -> list[Trajectory] | None:
     """List the motions that a function is asked about; None stays None.
 
     Args:
@@ -117,9 +118,12 @@ def rest_to_rest(
 
 
 def from_csv(
-    linkage: LinkageLike, path: str | PathLike[str], motion: Motion | None = None,
-    *, short: Mapping[str, str] | None = None,
-) -> Trajectory:  # fmt: skip
+    linkage: LinkageLike,
+    path: str | PathLike[str],
+    motion: Motion | None = None,
+    *,
+    short: Mapping[str, str] | None = None,
+) -> Trajectory:
     """Read a motion from a table with a column ``time`` and one for each input by its name.
 
     A spline of degree five within the rounding of the numbers gives velocities and
@@ -204,14 +208,18 @@ def large_angles(linkage: Linkage, u: Array) -> tuple[Notice, ...]:
         name: float(most)
         for name, most in zip(linkage.inputs, np.ptp(u, axis=0), strict=True)
         if kinds[name] == "revolute" and most > MANY_RADIANS
-    }  # fmt: skip
+    }
     return tuple(
-        Notice("large_angles", (
-            f"{name} moves over {number_text(most, '.3g')} rad, "
-            f"{number_text(most / (2.0 * np.pi), '.2g')} turns: if these are degrees, "
-            f"head its column '{name} [deg]'"
-        )) for name, most in far.items()
-    )  # fmt: skip
+        Notice(
+            "large_angles",
+            (
+                f"{name} moves over {number_text(most, '.3g')} rad, "
+                f"{number_text(most / (2.0 * np.pi), '.2g')} turns: if these are degrees, "
+                f"head its column '{name} [deg]'"
+            ),
+        )
+        for name, most in far.items()
+    )
 
 
 def _refuse_other_units(linkage: Linkage, path: str | PathLike[str], table: Table) -> None:
@@ -226,9 +234,11 @@ def _refuse_other_units(linkage: Linkage, path: str | PathLike[str], table: Tabl
             wanted = rate if slides else f"angular {rate}"
         if quantity not in ("", wanted):
             raise refuse_row(
-                path, f"column '{name}'", f"has a unit of {quantity}",
+                path,
+                f"column '{name}'",
+                f"has a unit of {quantity}",
                 f"give one of {wanted}, or none for SI units",
-            )  # fmt: skip
+            )
 
 
 def on_relations(
@@ -251,9 +261,12 @@ def on_relations(
 
 
 def _check_rates(
-    path: str | PathLike[str], time: Array, smooth: SmoothSpline, rates: list[Array],
+    path: str | PathLike[str],
+    time: Array,
+    smooth: SmoothSpline,
+    rates: list[Array],
     rounding: list[Array],
-) -> None:  # fmt: skip
+) -> None:
     """Raise FileError for velocities or accelerations that differ from those of a spline."""
     for order, given in enumerate(rates, 1):
         allowed = RATE_RESIDUAL_RELATIVE * (np.abs(given).max() or 1.0)
@@ -283,11 +296,12 @@ def _refuse_lost_motion(
     off = float((errors[2] / scale).max())
     if off >= ud**2 + udd:
         raise refuse_row(
-            path, "",
+            path,
+            "",
             f"its decimals leave nothing of the accelerations: {number_text(float(udd), '.2g')}"
             f" ± {number_text(off, '.2g')} (radians, characteristic lengths, seconds)",
             "write more decimals, or columns of velocities and accelerations",
-        )  # fmt: skip
+        )
 
 
 def rounding_notice(trajectory: Trajectory) -> tuple[Notice, ...]:

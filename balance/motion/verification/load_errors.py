@@ -29,9 +29,12 @@ PARTS = (slice(0, 3), slice(3, 6))
 
 
 def load_errors(
-    linkage: Linkage, chain: Chain, z: Array, trajectory: Trajectory,
+    linkage: Linkage,
+    chain: Chain,
+    z: Array,
+    trajectory: Trajectory,
     about: Array | None = None,
-) -> Array:  # fmt: skip
+) -> Array:
     """Bound the errors of the shaking moment and force along a motion from a rounded table.
 
     Args:
@@ -79,6 +82,8 @@ def joint_rates(chain: Chain, q: Array) -> Array:
     """Compute the joint rates for unit rates of each input (N, n, inputs)."""
     still = np.zeros((1, chain.width))
     return np.array(
-        [expand_from(chain, forward_kinematics(chain, pose).screws, still, 0).C[0, 0]
-         for pose in q]
-    )  # fmt: skip
+        [
+            expand_from(chain, forward_kinematics(chain, pose).screws, still, 0).C[0, 0]
+            for pose in q
+        ]
+    )

@@ -49,13 +49,21 @@ MAX_CENTRE_DISTANCE = 1e9
 
 
 def verify(
-    linkage: LinkageLike, z: ArrayLike | None = None, *,
-    motion: Motion | str | Sequence[str] | None = None, balance: Balance = "dynamic",
-    trajectories: int = 10, samples: int = 200, seed: int = 0,
-    tolerance: float = SHAKING_RELATIVE, motions: Motions | None = None,
-    speed: float | str | None = None, crank: str | None = None, about: ArrayLike | None = None,
+    linkage: LinkageLike,
+    z: ArrayLike | None = None,
+    *,
+    motion: Motion | str | Sequence[str] | None = None,
+    balance: Balance = "dynamic",
+    trajectories: int = 10,
+    samples: int = 200,
+    seed: int = 0,
+    tolerance: float = SHAKING_RELATIVE,
+    motions: Motions | None = None,
+    speed: float | str | None = None,
+    crank: str | None = None,
+    about: ArrayLike | None = None,
     progress: Callable[[int, int], None] | None = None,
-) -> Verification:  # fmt: skip
+) -> Verification:
     """Verify the balance of a linkage along motions, by Pinocchio and by our own series.
 
     The linkage is balanced if the peak of the base reaction ``ḣ = [moment; force]`` is at most
@@ -113,17 +121,25 @@ def verify(
     count = trajectories if given is None else len(given)
     point = linkage.spatial_chain.frame.origin if about is None else point_of(about)
     return Verification(
-        linkage, balance, tolerance, linkage.spatial_chain.frame.length,
+        linkage,
+        balance,
+        tolerance,
+        linkage.spatial_chain.frame.length,
         seed if given is None else None,
-        tuple(_runs(linkage, model, followed, point, progress, count)), linkage.notices,
-        freeze(point), rotation,
-    )  # fmt: skip
+        tuple(_runs(linkage, model, followed, point, progress, count)),
+        linkage.notices,
+        freeze(point),
+        rotation,
+    )
 
 
 def _given_motions(
-    linkage: Linkage, motions: Motions | None, speed: float | str | None,
-    crank: str | None, motion: Motion | str | Sequence[str] | None,
-) -> tuple[Sequence[Trajectory] | None, Crank | None]:  # fmt: skip
+    linkage: Linkage,
+    motions: Motions | None,
+    speed: float | str | None,
+    crank: str | None,
+    motion: Motion | str | Sequence[str] | None,
+) -> tuple[Sequence[Trajectory] | None, Crank | None]:
     """Return the given motions, or the revolution of a crank; None for random motions.
 
     Raises:
@@ -142,9 +158,13 @@ def _given_motions(
 
 
 def _runs(
-    linkage: Linkage, model: PinocchioModel, motions: Iterable[Trajectory], point: Array,
-    progress: Callable[[int, int], None] | None, count: int,
-) -> Iterator[Run]:  # fmt: skip
+    linkage: Linkage,
+    model: PinocchioModel,
+    motions: Iterable[Trajectory],
+    point: Array,
+    progress: Callable[[int, int], None] | None,
+    count: int,
+) -> Iterator[Run]:
     """Compute the loads along each motion, one after the other."""
     chain = input_chain(linkage)
     for done, trajectory in enumerate(motions, 1):
@@ -198,9 +218,12 @@ def _run(
     driven = linkage.positions_of(linkage.inputs)
     scale = chain.units[driven]
     loads = inertia_loads(
-        chain, model.z, trajectory.q / chain.units, trajectory.ud / scale,
+        chain,
+        model.z,
+        trajectory.q / chain.units,
+        trajectory.ud / scale,
         trajectory.udd / scale,
-    )  # fmt: skip
+    )
     reactions = joint_reactions(chain, loads)
     L = chain.frame.length
     rate, momentum = (
@@ -215,18 +238,23 @@ def _run(
         errors = freeze(load_errors(linkage, chain, model.z, trajectory, point))
     forces = L * np.linalg.norm(reactions.joints[..., 3:], axis=2)
     return Run(
-        trajectory=trajectory, shaking=freeze(reaction),
-        own=freeze(rate), momentum=freeze(other),
+        trajectory=trajectory,
+        shaking=freeze(reaction),
+        own=freeze(rate),
+        momentum=freeze(other),
         middle=freeze(move_wrenches(reaction, middle)),
         about=freeze(move_wrenches(reaction, point)),
-        inertia=freeze(sizes[0]), impulse=freeze(sizes[1]),
-        bearing=freeze(forces), least_bearing=freeze(L * reactions.least),
+        inertia=freeze(sizes[0]),
+        impulse=freeze(sizes[1]),
+        bearing=freeze(forces),
+        least_bearing=freeze(L * reactions.least),
         preloaded=freeze(reactions.preloaded, np.bool_),
         rate_difference=freeze(move_wrenches(reaction - rate, middle)),
         momentum_difference=freeze(move_wrenches(other - momentum, middle)),
-        drive=freeze(L**2 * reactions.motors[:, driven] / scale), open=reactions.open,
+        drive=freeze(L**2 * reactions.motors[:, driven] / scale),
+        open=reactions.open,
         errors=errors,
-    )  # fmt: skip
+    )
 
 
 class RelativeShaking(NamedTuple):
@@ -396,7 +424,9 @@ def _import_pinocchio() -> Any:
         pinocchio = None
     if not hasattr(pinocchio, "rnea"):
         raise PackageError(
-            "verify", "Pinocchio", "pip install pin",
+            "verify",
+            "Pinocchio",
+            "pip install pin",
             ", or on Windows with 'conda install -c conda-forge pinocchio'",
-        )  # fmt: skip
+        )
     return pinocchio

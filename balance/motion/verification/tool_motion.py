@@ -34,9 +34,12 @@ REMEDY = "head the columns time and some of x, y, z, rx, ry, rz, such as time,x,
 
 
 def from_tool_csv(
-    linkage: LinkageLike, path: str | PathLike[str], link: str,
-    point: ArrayLike | None = None, motion: Motion | None = None,
-) -> Trajectory:  # fmt: skip
+    linkage: LinkageLike,
+    path: str | PathLike[str],
+    link: str,
+    point: ArrayLike | None = None,
+    motion: Motion | None = None,
+) -> Trajectory:
     """Read the path of a tool from a table, and compute the motion that moves it so.
 
     The table has a column ``time`` and some of ``x``, ``y``, ``z`` (shifts along the inertial
@@ -125,6 +128,8 @@ def _errors_of_inputs(tooled: Linkage, moved: Trajectory, driven: list[int]) -> 
         )
 
     return InputErrors(
-        given.decimals, bound((J, given.u)), bound((J, given.ud), (slope, given.u)),
+        given.decimals,
+        bound((J, given.u)),
+        bound((J, given.ud), (slope, given.u)),
         bound((J, given.udd), (2.0 * slope, given.ud), (bend, given.u)),
-    )  # fmt: skip
+    )

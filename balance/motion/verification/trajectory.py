@@ -234,9 +234,12 @@ def _returns(trajectory: Trajectory, chain: Chain) -> bool:
 
 
 def _track(
-    linkage: Linkage, chain: Chain, path: tuple[Array, ...],
-    fastest: float = np.inf, least: float = 0.0,
-) -> Trajectory | float:  # fmt: skip
+    linkage: Linkage,
+    chain: Chain,
+    path: tuple[Array, ...],
+    fastest: float = np.inf,
+    least: float = 0.0,
+) -> Trajectory | float:
     """Follow a motion of the inputs: the trajectory, or the time at which it cannot go on.
 
     Args:
@@ -289,6 +292,13 @@ def _track(
             return float(time[k])
     q, qd, qdd = (chain.units * x for x in (q, qd, qdd))
     return Trajectory(
-        freeze(time), freeze(u), freeze(ud), freeze(udd), freeze(q), freeze(qd), freeze(qdd),
-        closure, conditioning,
-    )  # fmt: skip
+        freeze(time),
+        freeze(u),
+        freeze(ud),
+        freeze(udd),
+        freeze(q),
+        freeze(qd),
+        freeze(qdd),
+        closure,
+        conditioning,
+    )

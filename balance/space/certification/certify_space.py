@@ -167,10 +167,11 @@ def _gather_evidence(space: DesignSpace) -> Evidence:
         LinkageError: exact arithmetic cannot be done.
     """
     return of_lowest_rank(
-        space.linkage, lambda geometry: _gather_evidence_of(space, geometry),
+        space.linkage,
+        lambda geometry: _gather_evidence_of(space, geometry),
         lambda evidence: (evidence.exact.rank, *evidence.exact.ranks),
         lambda evidence: not list_differences(space, evidence),
-    )  # fmt: skip
+    )
 
 
 def _gather_evidence_of(space: DesignSpace, geometry: Geometry) -> Evidence:
@@ -189,15 +190,25 @@ def _gather_evidence_of(space: DesignSpace, geometry: Geometry) -> Evidence:
     size = len(chain.links) * len(chain.parameters)
     most = size - len(independent_transfers(chain, transfers, next(primes_of(chain))))
     exact = ranks_of(
-        linkage.source, chain, geometry.notices, space.highest_order, space.rank, most,
+        linkage.source,
+        chain,
+        geometry.notices,
+        space.highest_order,
+        space.rank,
+        most,
         ORDERS_PER_MOTION * int(lowest.max()),
-    )  # fmt: skip
+    )
     independent = independent_transfers(chain, transfers, exact.witness.prime)
     return Evidence(
-        exact, transfers, independent, not has_branching_links(chain, idle), tuple(idle),
-        _joints_in_doubt(chain, lowest), order,
+        exact,
+        transfers,
+        independent,
+        not has_branching_links(chain, idle),
+        tuple(idle),
+        _joints_in_doubt(chain, lowest),
+        order,
         linkage.meant is not None and geometry.screws is linkage.meant.screws,
-    )  # fmt: skip
+    )
 
 
 def _joints_in_doubt(chain: ExactChain, lowest: IntArray) -> tuple[int, ...]:

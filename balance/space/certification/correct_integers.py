@@ -205,9 +205,14 @@ def _with_conditions(
     count = len(gathered.conditions.known)
     complete = decision.basis.shape[1] == count
     return replace(
-        space, orders=orders, poses=gathered.poses, settled=gathered.settled or complete,
-        serial_nullity=count, decision=decision, chain_transfers=transfers,
-    )  # fmt: skip
+        space,
+        orders=orders,
+        poses=gathered.poses,
+        settled=gathered.settled or complete,
+        serial_nullity=count,
+        decision=decision,
+        chain_transfers=transfers,
+    )
 
 
 def _convert_transfers(chain: Chain, evidence: Evidence, rounded: Transfers) -> Transfers:

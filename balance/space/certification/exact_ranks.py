@@ -64,9 +64,11 @@ def exact_ranks(
             )
         ranks = tuple(order.rank for order in model.orders)
         return _lowest_ranks(
-            model.linkage, **model.options, expected=model.rank,
+            model.linkage,
+            **model.options,
+            expected=model.rank,
             confirms=lambda exact: exact.rank == model.rank and _begins(exact.ranks, ranks),
-        )  # fmt: skip
+        )
     linkage = as_linkage(model)
     return _lowest_ranks(
         linkage, motion, balance, max_order, spatial, expected, lambda _: False
@@ -79,9 +81,14 @@ def _begins(ranks: Sequence[int], others: Sequence[int]) -> bool:
 
 
 def _lowest_ranks(
-    linkage: Linkage, motion: Motion | str | Sequence[str] | None, balance: Balance,
-    max_order: int | None, spatial: bool, expected: int, confirms: Callable[[Exact], bool],
-) -> Exact:  # fmt: skip
+    linkage: Linkage,
+    motion: Motion | str | Sequence[str] | None,
+    balance: Balance,
+    max_order: int | None,
+    spatial: bool,
+    expected: int,
+    confirms: Callable[[Exact], bool],
+) -> Exact:
     """Compute exact ranks of the geometry that a linkage means; see `exact_ranks`."""
 
     def ranks(geometry: Geometry) -> Exact:

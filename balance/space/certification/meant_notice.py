@@ -34,9 +34,15 @@ def add_meant_notice(space: CertifiedSpace) -> CertifiedSpace:
         other = _rank_as_written(space)
         if other != space.rank:
             reading = Reading(
-                "as_meant", meant.relations, meant.digits, None if meant.near else deciding,
-                other, space.rank, meant.distance, meant.nearness,
-            )  # fmt: skip
+                "as_meant",
+                meant.relations,
+                meant.digits,
+                None if meant.near else deciding,
+                other,
+                space.rank,
+                meant.distance,
+                meant.nearness,
+            )
             decided = f"; {reading.deciding_text}" if reading.deciding_text else ""
             text = (
                 f"as written ({meant.digits} digits): {reading.written_text}; the nearest "
@@ -50,9 +56,15 @@ def add_meant_notice(space: CertifiedSpace) -> CertifiedSpace:
         other = _rank_of(space, meant.near)
         if other is not None and other != space.rank:
             reading = Reading(
-                "as_written", meant.near_relations, meant.digits, deciding, space.rank, other,
-                meant.distance, meant.nearness,
-            )  # fmt: skip
+                "as_written",
+                meant.near_relations,
+                meant.digits,
+                deciding,
+                space.rank,
+                other,
+                meant.distance,
+                meant.nearness,
+            )
             few = meant.nearness < 100.0
             times = f"{meant.nearness:.1f} times" if few else "more than a hundred times"
             written = reading.deciding_text or "write its numbers with more digits"

@@ -200,9 +200,12 @@ def ray_count(chain: Chain, unknowns: int, force: bool) -> int:
 
 
 def add_poses(
-    chain: Chain, force: bool, conditions: Conditions, least: int = 0,
+    chain: Chain,
+    force: bool,
+    conditions: Conditions,
+    least: int = 0,
     select: Array | None = None,
-) -> tuple[Conditions, int, bool]:  # fmt: skip
+) -> tuple[Conditions, int, bool]:
     """Add the conditions at finite poses, twice as many each time, until a batch adds none.
 
     At least two batches are added, and no other that is larger than the limits of a batch.

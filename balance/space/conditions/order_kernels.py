@@ -171,14 +171,32 @@ def _orders_kernel(dim):
             top = upto if stop else max(upto, FIRST_EXPANSION_ORDER)
             if dim == 3:
                 _expand_planar_ray(
-                    0, known[0], upto, top, chain, screws, none, links, rays, for_series,
+                    0,
+                    known[0],
+                    upto,
+                    top,
+                    chain,
+                    screws,
+                    none,
+                    links,
+                    rays,
+                    for_series,
                     moments,
-                )  # fmt: skip
+                )
             else:
                 _expand_spatial_ray(
-                    0, known[0], upto, top, chain, screws, none, links, rays, for_series,
+                    0,
+                    known[0],
+                    upto,
+                    top,
+                    chain,
+                    screws,
+                    none,
+                    links,
+                    rays,
+                    for_series,
                     moments,
-                )  # fmt: skip
+                )
             known[0] = upto + 1
             radius = radius_along(C[0, : top + 1], rays[0], rates)
             # slowest = min_j |rate_j| / max_j |rate_j|
@@ -201,20 +219,45 @@ def _orders_kernel(dim):
                             continue
                         if dim == 3:
                             _expand_planar_ray(
-                                i, known[i], k, k, chain, screws, none, links, rays,
-                                for_series, moments,
-                            )  # fmt: skip
+                                i,
+                                known[i],
+                                k,
+                                k,
+                                chain,
+                                screws,
+                                none,
+                                links,
+                                rays,
+                                for_series,
+                                moments,
+                            )
                         else:
                             _expand_spatial_ray(
-                                i, known[i], k, k, chain, screws, none, links, rays,
-                                for_series, moments,
-                            )  # fmt: skip
+                                i,
+                                known[i],
+                                k,
+                                k,
+                                chain,
+                                screws,
+                                none,
+                                links,
+                                rays,
+                                for_series,
+                                moments,
+                            )
                         known[i] = k + 1
                     ready = needed
                     rank, scale, dropped, used, needed = collect_order(
-                        factor, rank, scale, dropped, rows[k, : ready * per_ray], per_ray,
-                        weight, used, every,
-                    )  # fmt: skip
+                        factor,
+                        rank,
+                        scale,
+                        dropped,
+                        rows[k, : ready * per_ray],
+                        per_ray,
+                        weight,
+                        used,
+                        every,
+                    )
                 enough_rays = needed == 0
                 if not enough_rays:
                     continue
@@ -271,9 +314,17 @@ def _orders_kernel(dim):
         for k in range(top + 1):
             mismatch = max(mismatch, residual[k])
         return (
-            rank, scale, dropped, done, settled, radius, mismatch, slowest, enough_rays,
+            rank,
+            scale,
+            dropped,
+            done,
+            settled,
+            radius,
+            mismatch,
+            slowest,
+            enough_rays,
             pose_found,
-        )  # fmt: skip
+        )
 
     return orders_kernel
 
@@ -309,9 +360,13 @@ def orders_workspace(
     moments = moments_workspace(series[3][:, : goal + 1], chain.links, chain.moves, per, size)
     fresh = moments_workspace(near[3][:, :1], chain.links, chain.moves, per, size)
     ahead = (
-        np.empty(n), np.empty(n), np.empty((n, m, m)), np.empty(chain.screws.shape),
-        np.empty((0, m, m)), generic_directions(100, 101, chain.width),
-    )  # fmt: skip
+        np.empty(n),
+        np.empty(n),
+        np.empty((n, m, m)),
+        np.empty(chain.screws.shape),
+        np.empty((0, m, m)),
+        generic_directions(100, 101, chain.width),
+    )
     flat = factor_workspace(unknowns, rays * chain.width * per).ravel()
     return (
         flat,
@@ -346,9 +401,14 @@ class OrderResult(NamedTuple):
 
 
 def conditions_up_to_order(
-    chain: Chain, rays: Array, force: bool, conditions: Conditions, ranks: IntArray,
-    goal: int, stop: bool,
-) -> OrderResult:  # fmt: skip
+    chain: Chain,
+    rays: Array,
+    force: bool,
+    conditions: Conditions,
+    ranks: IntArray,
+    goal: int,
+    stop: bool,
+) -> OrderResult:
     """Add the conditions of orders up to ``goal`` to those of lower orders.
 
     Args:
@@ -371,9 +431,14 @@ def conditions_up_to_order(
         planar_conditions_up_to_order if chain.planar else spatial_conditions_up_to_order
     )
     lower = (
-        conditions.factor, conditions.permutation, conditions.columns, conditions.scale,
-        conditions.dropped, conditions.tolerance, done,
-    )  # fmt: skip
+        conditions.factor,
+        conditions.permutation,
+        conditions.columns,
+        conditions.scale,
+        conditions.dropped,
+        conditions.tolerance,
+        done,
+    )
     orders = goal, stop, fresh_steps(goal)
     rank, scale, dropped, done, settled, radius, _, _, enough_rays, pose_found = orders_kernel(
         chain.walked, chain.links, rays, orders, lower, (all_ranks, order, out), workspaces

@@ -125,9 +125,11 @@ class Conditions(NamedTuple):
             self.factor, block, self.columns, self.tolerance, self.scale
         )
         return self._replace(
-            factor=factor, permutation=permutation, scale=scale,
+            factor=factor,
+            permutation=permutation,
+            scale=scale,
             dropped=max(self.dropped, remainder),
-        )  # fmt: skip
+        )
 
     def first(self, rank: int | None) -> Conditions:
         """Keep the conditions of the first ``rank`` pivots; all of them without it."""

@@ -67,9 +67,11 @@ class Decoupling:
     def __repr__(self) -> str:
         """Three lines: the verdict, the space, its certainty."""
         return repr_lines(
-            f"Decoupling of {self.space.linkage.name}", self.words, self.parts,
+            f"Decoupling of {self.space.linkage.name}",
+            self.words,
+            self.parts,
             self.freed.assurance,
-        )  # fmt: skip
+        )
 
     @property
     def exact(self) -> bool | None:
@@ -260,27 +262,33 @@ def _with_free_base(space: DesignSpace) -> Linkage:
     given = np.array([body.inertia for body in linkage.bodies]).reshape(-1, 10)
     base = Body(joints[0].whole, count - 1, freeze(-given.sum(axis=0)), freeze(np.eye(4)))
     entries = {f.name: getattr(linkage, f.name) for f in fields(UnassembledLinkage)}
-    draft = UnassembledLinkage(**entries | {
-        "joints": (*joints, *(replace(j, parent=shifted(j.parent)) for j in linkage.joints)),
-        "bodies": (base, *(replace(b, link=shifted(b.link)) for b in linkage.bodies)),
-        "loops": tuple(
-            replace(x, end=shifted(x.end), successor=shifted(x.successor))
-            for x in linkage.loops
-        ),
-        "mimics": tuple(
-            replace(x, joint=x.joint + count, source=x.source + count)
-            for x in linkage.mimics
-        ),
-        "named_inputs": (),
-        "notices": (),
-        "places": {
-            name: LinkPose(shifted(place.link), place.pose)
-            for name, place in linkage.places.items()
-        },
-        "tree": None if linkage.tree is None else _tree_with(linkage.tree, joints),
-        "displaced": _displaced(linkage, count),
-        "other_poses": (),
-    })  # fmt: skip
+    draft = UnassembledLinkage(
+        **entries
+        | {
+            "joints": (
+                *joints,
+                *(replace(j, parent=shifted(j.parent)) for j in linkage.joints),
+            ),
+            "bodies": (base, *(replace(b, link=shifted(b.link)) for b in linkage.bodies)),
+            "loops": tuple(
+                replace(x, end=shifted(x.end), successor=shifted(x.successor))
+                for x in linkage.loops
+            ),
+            "mimics": tuple(
+                replace(x, joint=x.joint + count, source=x.source + count)
+                for x in linkage.mimics
+            ),
+            "named_inputs": (),
+            "notices": (),
+            "places": {
+                name: LinkPose(shifted(place.link), place.pose)
+                for name, place in linkage.places.items()
+            },
+            "tree": None if linkage.tree is None else _tree_with(linkage.tree, joints),
+            "displaced": _displaced(linkage, count),
+            "other_poses": (),
+        }
+    )
     return assemble(draft, (*names_of(joints), *linkage.inputs), exactly=True)
 
 
@@ -319,9 +327,13 @@ def _base_joints(space: DesignSpace) -> Iterator[Joint]:
         turning = kind == "revolute"
         screw = [n, np.cross(frame.origin, n)] if turning else [np.zeros(3), n]
         yield Joint(
-            f"{name}.{k}", kind, k - 1, freeze(np.concatenate(screw)), freeze(frame.origin),
+            f"{name}.{k}",
+            kind,
+            k - 1,
+            freeze(np.concatenate(screw)),
+            freeze(frame.origin),
             numbered=True,
-        )  # fmt: skip
+        )
 
 
 def _displaced(linkage: Linkage, count: int) -> Array | None:

@@ -169,8 +169,9 @@ def _radicands(
     """
     joined = [
         [mimic.joint, mimic.source]
-        for mimic, ratio in zip(linkage.mimics, geometry.ratios, strict=True) if ratio
-    ]  # fmt: skip
+        for mimic, ratio in zip(linkage.mimics, geometry.ratios, strict=True)
+        if ratio
+    ]
     joined += [list(relation) for relation in relations]
     first = list(range(len(linkage.joints)))
     for joints in joined:
@@ -216,10 +217,12 @@ def _independent_columns(
     rows = []
     for relation in relations:
         first = next(iter(relation))
-        rows.append([
-            relation[j] * _ratio(lengths, j, first) if j in relation else Fraction(0)
-            for j in independent.tolist()
-        ])  # fmt: skip
+        rows.append(
+            [
+                relation[j] * _ratio(lengths, j, first) if j in relation else Fraction(0)
+                for j in independent.tolist()
+            ]
+        )
     return rational_null_space(rows, independent.size)
 
 

@@ -189,9 +189,10 @@ def _is_spherical(chain: ExactChain, units: Sequence[int]) -> bool:
 def _mirrors(chain: ExactChain) -> Iterator[_Mirror]:
     """Yield planes that exchange two independent joints of equal or opposite rates."""
     inputs = [
-        j for j, screw in enumerate(chain.screws)
+        j
+        for j, screw in enumerate(chain.screws)
         if j not in chain.dependent and any(screw[:3]) and any(chain.columns[j])
-    ]  # fmt: skip
+    ]
     for j, k in combinations(inputs, 2):
         opposite = tuple(-x for x in chain.columns[k])
         if chain.columns[j] not in (chain.columns[k], opposite):
@@ -266,9 +267,11 @@ def _images(
 
 
 def _keeps_inputs(
-    chain: ExactChain, edges: Sequence[_Edge], images: tuple[list[int], list[bool]],
+    chain: ExactChain,
+    edges: Sequence[_Edge],
+    images: tuple[list[int], list[bool]],
     mirror: _Mirror,
-) -> bool:  # fmt: skip
+) -> bool:
     """Whether the rates of the independent joints are their own mirror image."""
     for edge, image, kept in zip(edges, *images, strict=True):
         other = edges[image]
@@ -291,9 +294,10 @@ def _resting_units(chain: ExactChain, edge: _Edge, mirror: _Mirror) -> set[int]:
     screws = [chain.screws[unit] for unit in edge.units]
     images = [mirror.carry(screw) for screw in screws]
     turning = {
-        unit for unit, screw, image in zip(edge.units, screws, images, strict=True)
+        unit
+        for unit, screw, image in zip(edge.units, screws, images, strict=True)
         if screw == image
-    }  # fmt: skip
+    }
     sums = [
         tuple(x + y for x, y in zip(screw, image, strict=True))
         for screw, image in zip(screws, images, strict=True)

@@ -180,11 +180,16 @@ def ranks_of(
             break
     better = max(runs, key=lambda run: run.ranks[-1])
     return Exact(
-        ranks=best, parameters=len(chain.links) * len(chain.parameters),
-        primes=(runs[0].prime, runs[1].prime), agreed=runs[0].ranks == runs[1].ranks,
-        settled=settled, regular=closes, notices=notices, chain=chain,
+        ranks=best,
+        parameters=len(chain.links) * len(chain.parameters),
+        primes=(runs[0].prime, runs[1].prime),
+        agreed=runs[0].ranks == runs[1].ranks,
+        settled=settled,
+        regular=closes,
+        notices=notices,
+        chain=chain,
         witness=_witness(chain, better),
-    )  # fmt: skip
+    )
 
 
 def _required_plateau(kmax: int, reached: bool, careful: bool) -> int | float:

@@ -100,12 +100,19 @@ def chain_modulo(chain: ExactChain, p: int) -> Remainders | None:
     solution = product(solver, -product(loops, rates, p) % p, p)
     rates[dependent] = solution[:count]
     return Remainders(
-        prime=p, parent=np.array(chain.parent, dtype=np.int64), path_matrix=ways,
+        prime=p,
+        parent=np.array(chain.parent, dtype=np.int64),
+        path_matrix=ways,
         loop_signs=welds,
-        screws=screws, dependent=dependent, solver=solver, rates=rates,
-        closed=not solution[count:].any(), links=np.array(chain.links, dtype=np.int64),
-        momentum=(rows @ _MOMENTUM % p).reshape(6, -1), parameters=parameters,
-    )  # fmt: skip
+        screws=screws,
+        dependent=dependent,
+        solver=solver,
+        rates=rates,
+        closed=not solution[count:].any(),
+        links=np.array(chain.links, dtype=np.int64),
+        momentum=(rows @ _MOMENTUM % p).reshape(6, -1),
+        parameters=parameters,
+    )
 
 
 def _remainders(rows: Sequence[Sequence[Fraction]], columns: int, p: int) -> IntArray:

@@ -128,14 +128,19 @@ def formulas(
     except OutOfTimeError:
         pass
     return Formulas(
-        source=space.source, name=space.linkage.name, balance=balance, parts=parts,
-        relations=tuple(relation.words for relation in relations), free=free,
-        parameters=parameters, conditions=conditions, unknown=unknown, rank=space.rank,
-        residual=file_residual(
-            space, parts, free, conditions, complete=not unknown
-        ),
+        source=space.source,
+        name=space.linkage.name,
+        balance=balance,
+        parts=parts,
+        relations=tuple(relation.words for relation in relations),
+        free=free,
+        parameters=parameters,
+        conditions=conditions,
+        unknown=unknown,
+        rank=space.rank,
+        residual=file_residual(space, parts, free, conditions, complete=not unknown),
         geometries=geometries,
-    )  # fmt: skip
+    )
 
 
 def _relations_for(
@@ -263,9 +268,10 @@ def _refuse_size(samples: GeometrySamples, degrees: Degrees | None) -> None:
 
 
 def _write(
-    samples: GeometrySamples, parameters: Sequence[Parameter],
+    samples: GeometrySamples,
+    parameters: Sequence[Parameter],
     fitted: dict[int, tuple[Polynomial, Polynomial]],
-) -> tuple[tuple[Condition, ...], int]:  # fmt: skip
+) -> tuple[tuple[Condition, ...], int]:
     """Factorise the entries that were fitted, and collect them in conditions."""
     pool = FactorPool()
     for numerator, denominator in fitted.values():
@@ -317,9 +323,12 @@ def fresh_geometries(
 
 
 def file_residual(
-    space: DesignSpace, parts: PlanarParts, free: FreeDimensions,
-    conditions: Sequence[Condition], complete: bool,
-) -> float:  # fmt: skip
+    space: DesignSpace,
+    parts: PlanarParts,
+    free: FreeDimensions,
+    conditions: Sequence[Condition],
+    complete: bool,
+) -> float:
     """Compute how far masses of the design space of the file violate the formulas.
 
     Returns:
@@ -346,9 +355,11 @@ def file_residual(
 
 
 def _real_rows(
-    space: DesignSpace, parts: PlanarParts, free: FreeDimensions,
+    space: DesignSpace,
+    parts: PlanarParts,
+    free: FreeDimensions,
     conditions: Sequence[Condition],
-) -> Array:  # fmt: skip
+) -> Array:
     """Evaluate formulas in the numbers of the file, as rows for the parameters of the space."""
     count, values = len(space.labels), free.values_in_file()
     rows = []

@@ -155,8 +155,11 @@ class Formulas:
             "name": self.name,
             "balance": self.balance,
             "joints": [
-                {"letter": joint.letter, "name": joint.name,
-                 "links": [self.parts.parts[part].name for part in joint.parts]}
+                {
+                    "letter": joint.letter,
+                    "name": joint.name,
+                    "links": [self.parts.parts[part].name for part in joint.parts],
+                }
                 for joint in self.parts.joints
             ],
             "dimensions": [
@@ -175,7 +178,7 @@ class Formulas:
             "confirmed": self.confirmed,
             "geometries": self.geometries,
             "agrees_with_space": bool(self.residual <= FORMULA_AGREES),
-        }  # fmt: skip
+        }
 
 
 REAL = ("real", "imaginary")

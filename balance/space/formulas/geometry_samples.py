@@ -40,9 +40,12 @@ class GeometrySamples:
     """
 
     def __init__(
-        self, source: ConditionSource, free: FreeDimensions, target: int,
+        self,
+        source: ConditionSource,
+        free: FreeDimensions,
+        target: int,
         deadline: float | None = None,
-    ) -> None:  # fmt: skip
+    ) -> None:
         """Find how many orders and rays the rank needs.
 
         Raises:

@@ -78,9 +78,14 @@ class ConditionSource:
         raise UnclosedError
 
     def rows_from(
-        self, motion: ModularMotion, origins: list[Coefficients], p: int, rng: random.Random,
-        order: int, rays: int,
-    ) -> list[ModularRow]:  # fmt: skip
+        self,
+        motion: ModularMotion,
+        origins: list[Coefficients],
+        p: int,
+        rng: random.Random,
+        order: int,
+        rays: int,
+    ) -> list[ModularRow]:
         """Compute rows of conditions from series at a pose; order 0 is velocities alone.
 
         Args:
@@ -104,11 +109,16 @@ class ConditionSource:
         for rates in ray.rates:
             columns = [
                 _body_columns(
-                    ray.functions, rates, origins[part], self.index.of_part[part],
-                    self.index.sign[part], self.force, p,
+                    ray.functions,
+                    rates,
+                    origins[part],
+                    self.index.of_part[part],
+                    self.index.sign[part],
+                    self.force,
+                    p,
                 )
                 for part in self.linkage.body_parts
-            ]  # fmt: skip
+            ]
             kinds = len(columns[0])
             ordered = [columns[b][kind] for kind in range(kinds) for b in range(len(columns))]
             rows += [list(row) for row in zip(*ordered, strict=True)]
@@ -134,9 +144,14 @@ def _wedge(A: Series, B: Series, rate_A: Series, rate_B: Series, p: int) -> list
 
 
 def _body_columns(
-    F: Sequence[Series], rates: Sequence[Series], origin: Coefficients, turning: int, sign: int,
-    force: bool, p: int,
-) -> list[list[int]]:  # fmt: skip
+    F: Sequence[Series],
+    rates: Sequence[Series],
+    origin: Coefficients,
+    turning: int,
+    sign: int,
+    force: bool,
+    p: int,
+) -> list[list[int]]:
     """Compute the columns of one body: s, m for forces; x, i y, J, m otherwise."""
     place, V = _combined(F, origin, p), _combined(rates, origin, p)
     E, R = ([(sign * x % p, sign * y % p) for x, y in each[turning]] for each in (F, rates))
@@ -151,7 +166,8 @@ def _body_columns(
     zeros = [0] * (2 * count)
     real = [*linear[0], *((a + b) % p for a, b in zip(first, conjugate, strict=True))]
     imaginary = [
-        *linear[0][:count], *(-y % p for y in linear[0][count:]),
+        *linear[0][:count],
+        *(-y % p for y in linear[0][count:]),
         *((a - b) % p for a, b in zip(first, conjugate, strict=True)),
-    ]  # fmt: skip
+    ]
     return [real, imaginary, [*zeros, *second], [*linear[1], *mass]]

@@ -165,8 +165,9 @@ class ModularAssembly:
             if kinds[0]:
                 step = DyadStep(
                     (step.joints[2], step.joints[1], step.joints[0]),
-                    (step.bases[1], step.bases[0]), (step.parts[1], step.parts[0]),
-                )  # fmt: skip
+                    (step.bases[1], step.bases[0]),
+                    (step.parts[1], step.parts[0]),
+                )
             self._place_on_slide(step)
 
     def _place_turning(self, step: DyadStep) -> None:

@@ -55,8 +55,9 @@ class Notation(NamedTuple):
 
 
 TEXT = Notation(" ", "conj({})", "{}^{}", "{}/{}", "i")
-LATEX = Notation(r" \, ", r"\overline{{{}}}", "{}^{{{}}}", r"\frac{{{}}}{{{}}}", r"\mathrm{i}",
-                 latex=True)  # fmt: skip
+LATEX = Notation(
+    r" \, ", r"\overline{{{}}}", "{}^{{{}}}", r"\frac{{{}}}{{{}}}", r"\mathrm{i}", latex=True
+)
 PYTHON = Notation("*", "conj({})", "{}**{}", "{}/{}", "1j")
 
 

@@ -118,9 +118,14 @@ def _sum(terms: Sequence[tuple[Coefficients, int]], p: int) -> Coefficients:
 
 
 def _across(
-    linkage: PlanarParts, index: FunctionIndex, values: Sequence[Pair], k: int, part: int,
-    start: Coefficients, p: int,
-) -> Coefficients:  # fmt: skip
+    linkage: PlanarParts,
+    index: FunctionIndex,
+    values: Sequence[Pair],
+    k: int,
+    part: int,
+    start: Coefficients,
+    p: int,
+) -> Coefficients:
     """Carry an origin across a joint to the other part."""
     joint = linkage.joints[k]
     other = sum(joint.parts) - part

@@ -161,9 +161,13 @@ def planar_parts(space: DesignSpace) -> PlanarParts:
         if joint.slides:
             joints[k] = _with_offset(joint, parts, dimensions)
     return PlanarParts(
-        space.source, tuple(parts), tuple(joints), tuple(dimensions),
-        tuple(part_of[link] for link in chain.links.tolist()), linkage.mobility,
-    )  # fmt: skip
+        space.source,
+        tuple(parts),
+        tuple(joints),
+        tuple(dimensions),
+        tuple(part_of[link] for link in chain.links.tolist()),
+        linkage.mobility,
+    )
 
 
 def _name_parts(
@@ -219,8 +223,14 @@ def _point_dimensions(
             part.points[k] = None
             continue
         z = places[k]
-        twin = next((j for j in further if j in part.points
-                     and abs(places[j] - z) <= FORMULA_ZERO * size), None)  # fmt: skip
+        twin = next(
+            (
+                j
+                for j in further
+                if j in part.points and abs(places[j] - z) <= FORMULA_ZERO * size
+            ),
+            None,
+        )
         if twin is not None:
             part.points[k] = part.points[twin]
             continue

@@ -90,9 +90,15 @@ class BodyInertia:
 
 
 def body_inertias(
-    names: Sequence[str], basis: Array, y: ArrayLike, frames: Array, axes: Array,
-    labels: Sequence[str], length: float, source: str,
-) -> tuple[BodyInertia, ...]:  # fmt: skip
+    names: Sequence[str],
+    basis: Array,
+    y: ArrayLike,
+    frames: Array,
+    axes: Array,
+    labels: Sequence[str],
+    length: float,
+    source: str,
+) -> tuple[BodyInertia, ...]:
     """Compute mass, centre of mass and inertia of every body of ``basis @ y``.
 
     Args:
@@ -180,9 +186,14 @@ def in_link_frames(basis: Array, frames: Array, axes: Array, labels: Sequence[st
 
 
 def _body_inertia(
-    name: str, z: Array, frame: Array, axes: Array, labels: Sequence[str], size: float,
+    name: str,
+    z: Array,
+    frame: Array,
+    axes: Array,
+    labels: Sequence[str],
+    size: float,
     length: float,
-) -> BodyInertia:  # fmt: skip
+) -> BodyInertia:
     planar, n = "mcz" not in labels, axes[2]
     moments = z[1:3] if planar else z[1:4]
     R, origin = frame[:3, :3], frame[:3, 3]

@@ -185,12 +185,14 @@ def _affine(L: float, o: Array, R: Array, planar: bool) -> Array:
     """
     if planar:
         ox, oy, _ = (R @ o).tolist()
-        return np.array([
-            [1.0, 0.0, 0.0, 0.0],
-            [ox, L, 0.0, 0.0],
-            [oy, 0.0, L, 0.0],
-            [ox * ox + oy * oy, 2.0 * L * ox, 2.0 * L * oy, L * L],
-        ])  # fmt: skip
+        return np.array(
+            [
+                [1.0, 0.0, 0.0, 0.0],
+                [ox, L, 0.0, 0.0],
+                [oy, 0.0, L, 0.0],
+                [ox * ox + oy * oy, 2.0 * L * ox, 2.0 * L * oy, L * L],
+            ]
+        )
     x, y, z = o.tolist()
     a, b, c = L * x, L * y, L * z
     G = np.zeros((10, 10))

@@ -24,9 +24,15 @@ NOUNS = {"mass": "point mass", "displacement": "displacement", "rod": "rod"}
 UNITS = {"mass": "kg", "displacement": "kg m", "rod": "kg m²"}
 # Six directions whose dyads span all symmetric tensors: along the axes and between them.
 RODS = freeze(
-    [[1, 0, 0], [0, 1, 0], [0, 0, 1], [0, 0.5**0.5, 0.5**0.5], [0.5**0.5, 0, 0.5**0.5],
-     [0.5**0.5, 0.5**0.5, 0]]
-)  # fmt: skip
+    [
+        [1, 0, 0],
+        [0, 1, 0],
+        [0, 0, 1],
+        [0, 0.5**0.5, 0.5**0.5],
+        [0.5**0.5, 0, 0.5**0.5],
+        [0.5**0.5, 0.5**0.5, 0],
+    ]
+)
 
 
 def _stack_parameters(m: Array, mc: Array, S: Array) -> Array:

@@ -43,9 +43,11 @@ from kinematics.wording import repr_lines
 
 NUMBERS = ("no", "a", "two", "three", "four", "five", "six", "seven", "eight", "nine", "ten")
 PLURALS = {
-    "point mass": "point masses", "displacement": "displacements", "rod": "rods",
+    "point mass": "point masses",
+    "displacement": "displacements",
+    "rod": "rods",
     "± pair": "± pairs",
-}  # fmt: skip
+}
 
 
 class Freedom(NamedTuple):

@@ -130,15 +130,16 @@ def _terms_at(
 
 def _displacements(
     body: str, point: Array, name: str, some: Sequence[_NamedDirection]
-) -> list[Term]:  # fmt: skip
+) -> list[Term]:
     """List displacements from a point in some directions."""
     return [
         Term(
-            f"{name} {d.adverb}", (Primitive("displacement", body, 1.0, point, d.along),),
+            f"{name} {d.adverb}",
+            (Primitive("displacement", body, 1.0, point, d.along),),
             CROSSING if d.normal else PLAIN,
         )
         for d in some
-    ]  # fmt: skip
+    ]
 
 
 def _rods(body: str, named: Sequence[Sequence[_NamedDirection]], planar: bool) -> list[Term]:
@@ -153,11 +154,12 @@ def _rods(body: str, named: Sequence[Sequence[_NamedDirection]], planar: bool) -
         return [Term("rod", (Primitive("rod", body, 1.0, None, d.along),)) for d in some[:1]]
     terms = [
         Term(
-            f"rod {d.adverb}", (Primitive("rod", body, 1.0, None, d.along),),
+            f"rod {d.adverb}",
+            (Primitive("rod", body, 1.0, None, d.along),),
             CROSSING if d.normal else PLAIN,
         )
         for d in some
-    ]  # fmt: skip
+    ]
     products = np.empty((0, 3, 3))
     for direction, other in (pair for group in named for pair in combinations(group, 2)):
         product = np.outer(direction.along, other.along) + np.outer(

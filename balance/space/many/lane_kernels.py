@@ -275,9 +275,17 @@ def lane_sweep(topology, geometries, size, results, pending, work):
                 # A stalled rank, and that after the last order, are checked at a finite pose.
                 if rank < p and not has_fresh and (k == goal or (k > 0 and rank == before)):
                     _fresh_rows(
-                        chain, links, 1 if stage == 0 else FRESH_POSE_STEPS, screws, mimics,
-                        series.C, goal + 1, radius[0], fresh, active,
-                    )  # fmt: skip
+                        chain,
+                        links,
+                        1 if stage == 0 else FRESH_POSE_STEPS,
+                        screws,
+                        mimics,
+                        series.C,
+                        goal + 1,
+                        radius[0],
+                        fresh,
+                        active,
+                    )
                     has_fresh = True
                 if rank < p and not has_fresh:
                     continue

@@ -203,9 +203,18 @@ class _Sweep:
         relations = chain.mimics / chain.units
         pivots = np.argmax(relations != 0.0, axis=1)
         place_geometry(
-            self.screws[part], self.near_points, self.centres, chain.frame.R, pivots, relations,
-            screws, mimics, self.origins[part], self.lengths[part], tolerances,
-        )  # fmt: skip
+            self.screws[part],
+            self.near_points,
+            self.centres,
+            chain.frame.R,
+            pivots,
+            relations,
+            screws,
+            mimics,
+            self.origins[part],
+            self.lengths[part],
+            tolerances,
+        )
         screws.flags.writeable = mimics.flags.writeable = False
         return screws, mimics, tolerances
 
@@ -228,8 +237,12 @@ class _Sweep:
         workspace = chain.borrow(("lanes", *shape), lambda: _lane_workspace(chain, *shape))
         lane_sweep(
             (chain.walked, chain.links, listed, self.rigid_transfers),
-            geometries, size, results, np.empty(len(results[0]), np.int64), workspace,
-        )  # fmt: skip
+            geometries,
+            size,
+            results,
+            np.empty(len(results[0]), np.int64),
+            workspace,
+        )
         chain.give_back(("lanes", *shape), workspace)
 
     def _solve_in_turn(self, geometries: tuple[Array, ...], results: Results) -> None:
@@ -311,10 +324,20 @@ class _Sweep:
         """Collect the results, read-only."""
         rank, nullity, serial, kmax = (freeze(a, np.int64) for a in self.answers.T)
         return ManySpaces(
-            rank, nullity, serial, kmax, read_only(self.kept), MappingProxyType(refused),
-            MappingProxyType(unsure), read_only(self.bases), read_only(self.origins),
-            read_only(self.lengths), self.chain.frame.R, self.chain.planar, self.force,
-        )  # fmt: skip
+            rank,
+            nullity,
+            serial,
+            kmax,
+            read_only(self.kept),
+            MappingProxyType(refused),
+            MappingProxyType(unsure),
+            read_only(self.bases),
+            read_only(self.origins),
+            read_only(self.lengths),
+            self.chain.frame.R,
+            self.chain.planar,
+            self.force,
+        )
 
 
 def _move_back(space: DesignSpace, linkage: Linkage) -> Array:
@@ -426,24 +449,41 @@ def _lane_workspace(chain: Chain, transfers: int, per: int, size: int) -> _LaneS
         size: parameters of each body.
     """
     n, bodies, orders = (
-        chain.parent.size, chain.links.size, EXPANSION_ORDERS[-1] + 1,
-    )  # fmt: skip
+        chain.parent.size,
+        chain.links.size,
+        EXPANSION_ORDERS[-1] + 1,
+    )
     unknowns = bodies * size
     X, fresh_X = (lanes(count, per, bodies, size) for count in (orders, 1))
     fresh = _FreshPose(
-        lane_series_workspace(chain, FIRST_EXPANSION_ORDER), lanes(bodies, 1, 4),
-        lanes(bodies, 1, 4), fresh_X, fresh_X.reshape(per, unknowns, VECTOR_WIDTH),
-        lanes(4), lane_poses_workspace(chain),
-    )  # fmt: skip
+        lane_series_workspace(chain, FIRST_EXPANSION_ORDER),
+        lanes(bodies, 1, 4),
+        lanes(bodies, 1, 4),
+        fresh_X,
+        fresh_X.reshape(per, unknowns, VECTOR_WIDTH),
+        lanes(4),
+        lane_poses_workspace(chain),
+    )
     lane_work = _OneLane(
-        np.zeros(unknowns, np.int64), np.zeros(unknowns, np.int64),
-        np.zeros((unknowns, unknowns)), np.zeros((unknowns, unknowns)),
-    )  # fmt: skip
+        np.zeros(unknowns, np.int64),
+        np.zeros(unknowns, np.int64),
+        np.zeros((unknowns, unknowns)),
+        np.zeros((unknowns, unknowns)),
+    )
     return _LaneSweep(
-        lanes(n, 3), lanes(len(chain.mimics), n),
-        lane_series_workspace(chain, orders - 1), lanes(bodies, orders, 4),
-        lanes(bodies, orders, 4), X, X.reshape(orders, per, unknowns, VECTOR_WIDTH),
-        lanes(4), fresh, lane_factor_workspace(unknowns, transfers),
-        lane_factor_workspace(unknowns, per), lanes(), np.zeros(orders, np.int64),
-        np.zeros(VECTOR_WIDTH, np.int64), lane_work,
-    )  # fmt: skip
+        lanes(n, 3),
+        lanes(len(chain.mimics), n),
+        lane_series_workspace(chain, orders - 1),
+        lanes(bodies, orders, 4),
+        lanes(bodies, orders, 4),
+        X,
+        X.reshape(orders, per, unknowns, VECTOR_WIDTH),
+        lanes(4),
+        fresh,
+        lane_factor_workspace(unknowns, transfers),
+        lane_factor_workspace(unknowns, per),
+        lanes(),
+        np.zeros(orders, np.int64),
+        np.zeros(VECTOR_WIDTH, np.int64),
+        lane_work,
+    )

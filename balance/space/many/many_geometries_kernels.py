@@ -104,9 +104,10 @@ def _sweep_kernel(dim):
                 continue
             s, m, tolerance = screws[g], mimics[g], tolerances[g]
             if (
-                lengths[g] <= 0.0 or envelope[COUNT, ROWS] < nd
+                lengths[g] <= 0.0
+                or envelope[COUNT, ROWS] < nd
                 or not _loops_are_regular(s, m, envelope, F, diagonal)
-            ):  # fmt: skip
+            ):
                 continue
             # The serial space: transfers, reduced to a triangular factor.
             count = search_transfers(parent, s, rigid_parts, size, per, tolerance, for_search)
@@ -116,9 +117,15 @@ def _sweep_kernel(dim):
             for j in range(unknowns):
                 all_columns[j] = j
             height, _, _ = refactor(
-                rigid, transfers[:count], all_columns[:unknowns], tolerance, 1.0, flat,
-                order[:unknowns], serial,
-            )  # fmt: skip
+                rigid,
+                transfers[:count],
+                all_columns[:unknowns],
+                tolerance,
+                1.0,
+                flat,
+                order[:unknowns],
+                serial,
+            )
             _sort_remaining(order[:unknowns], height, ranks, remaining)
             p = unknowns - height
             here = (parent, s, ends, m, columns, moves, envelope)
@@ -201,6 +208,8 @@ def sweep_workspace(
         ),
         search_workspace(n, dim, unknowns, size, per, transfers),
         np.empty((5, max(unknowns, EXPANSION_ORDERS[-1] + 1)), np.int64),
-        factor_workspace(unknowns, rigid + 2 * transfers), np.empty(chain.dependent.size),
-        np.empty((unknowns, unknowns)), np.empty((unknowns, unknowns)),
-    )  # fmt: skip
+        factor_workspace(unknowns, rigid + 2 * transfers),
+        np.empty(chain.dependent.size),
+        np.empty((unknowns, unknowns)),
+        np.empty((unknowns, unknowns)),
+    )

@@ -64,6 +64,7 @@ def product_tensors(planar: bool, force: bool) -> Tensors:
     if force:
         rows, z = rows[len(rows) // 3 if planar else 3 :], z[: 3 if planar else 4]
     return Tensors(
-        BRACKET[np.ix_(twists, twists, twists)], RATE[np.ix_(twists, z, z)],
+        BRACKET[np.ix_(twists, twists, twists)],
+        RATE[np.ix_(twists, z, z)],
         MOMENTUM[np.ix_(twists, rows, z)],
-    )  # fmt: skip
+    )

@@ -40,9 +40,16 @@ NO_POSE = np.empty((0, 4, 4))
 
 
 def body_regressors(
-    first: int, last: int, start: Array, links: IntArray, moves: Flags, V: Array,
-    T: Array, workspace: tuple[Array, Array], X: Array,
-) -> None:  # fmt: skip
+    first: int,
+    last: int,
+    start: Array,
+    links: IntArray,
+    moves: Flags,
+    V: Array,
+    T: Array,
+    workspace: tuple[Array, Array],
+    X: Array,
+) -> None:
     """Add the rows of orders first … last of the regressor of all bodies to X.
 
     Args:

@@ -226,9 +226,15 @@ def _in_motion(
             chain, masses, Conditions.given(known, tolerance), select
         )
     return RegionConditions(
-        requirement, _whole_rows(common, conditions.rows, masses),
-        _transfers(common, chain, masses), settled, poses, motion, chain, select,
-    )  # fmt: skip
+        requirement,
+        _whole_rows(common, conditions.rows, masses),
+        _transfers(common, chain, masses),
+        settled,
+        poses,
+        motion,
+        chain,
+        select,
+    )
 
 
 def _partial_conditions(
@@ -263,9 +269,14 @@ def _partial_conditions(
 
 
 def _orders_about(
-    chain: Chain, pose: Pose | None, order: int, masses: bool, select: Array,
-    conditions: Conditions, common: CommonData | None,
-) -> Conditions:  # fmt: skip
+    chain: Chain,
+    pose: Pose | None,
+    order: int,
+    masses: bool,
+    select: Array,
+    conditions: Conditions,
+    common: CommonData | None,
+) -> Conditions:
     """Add the conditions of the orders 0 to ``order`` about a pose, along enough rays.
 
     Args:
@@ -298,9 +309,13 @@ def _decoupled(
     freed = decoupling(certify(space))
     basis = freed.decoupled_space.scaled_basis
     return RegionConditions(
-        requirement, complement(basis), basis[:, : freed.serial_nullity].T,
-        freed.freed.settled, freed.freed.poses, motion,
-    )  # fmt: skip
+        requirement,
+        complement(basis),
+        basis[:, : freed.serial_nullity].T,
+        freed.freed.settled,
+        freed.freed.poses,
+        motion,
+    )
 
 
 def complement(basis: Array) -> Array:
@@ -329,9 +344,10 @@ def _series_rows(
     """Compute the rows of the orders 0 to ``order`` along a ray, scaled by its convergence."""
     rays = ray[None]
     series = (
-        expand(chain, rays, order) if pose is None
+        expand(chain, rays, order)
+        if pose is None
         else expand_from(chain, pose.screws, rays, order)
-    )  # fmt: skip
+    )
     X = RegressorSeries(chain, series, masses, pose).rows(order)
     rho = radius_of_convergence(series.C[0] @ ray)
     scale = rho ** np.arange(order + 1.0)

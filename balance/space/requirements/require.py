@@ -53,9 +53,12 @@ PLATEAU, LAST_ORDER = 3, 33
 
 
 def require(
-    linkage: LinkageLike, requirements: str | Sequence[str], *, spatial: bool = False,
+    linkage: LinkageLike,
+    requirements: str | Sequence[str],
+    *,
+    spatial: bool = False,
     gravity: Sequence[float] = GRAVITY,
-) -> RequiredSpace:  # fmt: skip
+) -> RequiredSpace:
     """Compute the mass distributions that satisfy several requirements at once.
 
     Each requirement has a quantity and a region in which it vanishes, and is a list of linear
@@ -141,14 +144,18 @@ def _notices(regions: Sequence[RegionConditions]) -> list[Notice]:
             f"requirement '{region.requirement.text}': poses further on need more conditions "
             "than were found: the rank may be too low",
         )
-        for region in regions if not region.settled
-    ]  # fmt: skip
+        for region in regions
+        if not region.settled
+    ]
 
 
 def _certainty(
-    common: CommonData, regions: Sequence[RegionConditions], space: DesignSpace,
-    bound: int | None, reason: str,
-) -> Certainty:  # fmt: skip
+    common: CommonData,
+    regions: Sequence[RegionConditions],
+    space: DesignSpace,
+    bound: int | None,
+    reason: str,
+) -> Certainty:
     """State how sure the integers of an intersection are.
 
     Args:
@@ -169,9 +176,14 @@ def _certainty(
     if doubts:
         reason = doubts[0]
     return Certainty(
-        "verified" if verified else "estimated", reason, bound, None, residual, poses,
+        "verified" if verified else "estimated",
+        reason,
+        bound,
+        None,
+        residual,
+        poses,
         tuple(doubts),
-    )  # fmt: skip
+    )
 
 
 def _residual_of(
@@ -218,9 +230,11 @@ def exact_rank(common: CommonData, regions: Sequence[RegionConditions], expected
         LinkageError: exact arithmetic cannot be done.
     """
     return of_lowest_rank(
-        common.linkage, lambda geometry: _rank_of(common, regions, geometry, expected),
-        lambda rank: (rank,), lambda rank: rank == expected,
-    )  # fmt: skip
+        common.linkage,
+        lambda geometry: _rank_of(common, regions, geometry, expected),
+        lambda rank: (rank,),
+        lambda rank: rank == expected,
+    )
 
 
 def _rank_of(
@@ -263,9 +277,12 @@ def _stack(chains: Sequence[ExactChain], prime: int) -> list[Remainders] | None:
 
 
 def _rank_modulo(
-    common: CommonData, regions: Sequence[RegionConditions], exact: Sequence[ExactChain],
-    chains: Sequence[Remainders], expected: int,
-) -> int:  # fmt: skip
+    common: CommonData,
+    regions: Sequence[RegionConditions],
+    exact: Sequence[ExactChain],
+    chains: Sequence[Remainders],
+    expected: int,
+) -> int:
     """Compute the rank modulo a prime, order by order, along as many rays as add to it.
 
     Raises:

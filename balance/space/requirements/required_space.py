@@ -40,18 +40,24 @@ class RequiredSpace(CertifiedSpace):
     def __repr__(self) -> str:
         """Up to six lines: the space, the requirements, the certainty."""
         return repr_lines(
-            f"RequiredSpace of {self.linkage.name}", self.parts, "; ".join(self.texts),
-            f"bodies {first_names(self.bodies)}", self.assurance,
+            f"RequiredSpace of {self.linkage.name}",
+            self.parts,
+            "; ".join(self.texts),
+            f"bodies {first_names(self.bodies)}",
+            self.assurance,
             f"as given: {self.as_given.verdict}",
-        )  # fmt: skip
+        )
 
     def _repr_html_(self) -> str:
         """Table of the same facts, for notebooks."""
         return html_facts(
-            f"RequiredSpace of {self.linkage.name}", ("parameters", self.parts),
-            ("requirements", "; ".join(self.texts)), ("bodies", first_names(self.bodies)),
-            ("certainty", self.assurance), ("as given", self.as_given.verdict),
-        )  # fmt: skip
+            f"RequiredSpace of {self.linkage.name}",
+            ("parameters", self.parts),
+            ("requirements", "; ".join(self.texts)),
+            ("bodies", first_names(self.bodies)),
+            ("certainty", self.assurance),
+            ("as given", self.as_given.verdict),
+        )
 
     @cached_property
     def requirements(self) -> tuple[RequirementRank, ...]:
@@ -110,8 +116,9 @@ def _stack_conditions(
         known: rows of parameters that satisfy all of them.
     """
     blocks = [np.empty((0, common.parameters))]
-    blocks += [region.rows / np.linalg.norm(region.rows, 2) for region in regions
-               if len(region.rows)]  # fmt: skip
+    blocks += [
+        region.rows / np.linalg.norm(region.rows, 2) for region in regions if len(region.rows)
+    ]
     conditions = Conditions.given(known, relative_tolerance(common.chain))
     return conditions.append(np.concatenate(blocks))
 
@@ -133,9 +140,11 @@ def _common_transfers(common: CommonData, regions: Sequence[RegionConditions]) -
 
 
 def space_of(
-    common: CommonData, regions: Sequence[RegionConditions], notices: Sequence[Notice] = (),
+    common: CommonData,
+    regions: Sequence[RegionConditions],
+    notices: Sequence[Notice] = (),
     rank: int | None = None,
-) -> DesignSpace:  # fmt: skip
+) -> DesignSpace:
     """Intersect the spaces of several requirements, by one rank decision.
 
     Args:
@@ -149,23 +158,35 @@ def space_of(
     conditions = _stack_conditions(common, regions, known).first(rank)
     moving = set(chain.joints.tolist())
     return DesignSpace(
-        source=linkage.source, linkage=linkage, motion=None,
-        balance="force" if common.masses else "dynamic", planar=common.planar,
-        bodies=names_of(linkage.bodies), inputs=linkage.inputs,
+        source=linkage.source,
+        linkage=linkage,
+        motion=None,
+        balance="force" if common.masses else "dynamic",
+        planar=common.planar,
+        bodies=names_of(linkage.bodies),
+        inputs=linkage.inputs,
         idle=tuple(x.name for j, x in enumerate(linkage.joints) if j not in moving),
-        orders=(), poses=sum(region.poses for region in regions),
+        orders=(),
+        poses=sum(region.poses for region in regions),
         settled=all(region.settled for region in regions),
-        serial_nullity=len(conditions.known), axes=chain.frame.R, frames=linkage.frames,
-        length=chain.frame.length, notices=(*linkage.notices, *notices), highest_order=None,
-        decision=conditions.decide(), chain=chain,
+        serial_nullity=len(conditions.known),
+        axes=chain.frame.R,
+        frames=linkage.frames,
+        length=chain.frame.length,
+        notices=(*linkage.notices, *notices),
+        highest_order=None,
+        decision=conditions.decide(),
+        chain=chain,
         chain_transfers=serial_transfers(chain, common.masses, relative_tolerance(chain)),
-    )  # fmt: skip
+    )
 
 
 def with_requirements(
-    space: DesignSpace, certainty: Certainty, common: CommonData,
+    space: DesignSpace,
+    certainty: Certainty,
+    common: CommonData,
     regions: Sequence[RegionConditions],
-) -> RequiredSpace:  # fmt: skip
+) -> RequiredSpace:
     """Attach the requirements and a certainty to their intersection."""
     values = {item.name: getattr(space, item.name) for item in fields(DesignSpace) if item.init}
     return RequiredSpace(**values, certainty=certainty, common=common, regions=tuple(regions))

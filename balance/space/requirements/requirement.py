@@ -93,8 +93,11 @@ def read_requirements(texts: str | Sequence[str]) -> tuple[Requirement, ...]:
     Raises:
         UsageError: a text is none, or a moment about the centre of mass stands alone.
     """
-    parts = [part for text in ([texts] if isinstance(texts, str) else texts)
-             for part in text.split(";")]  # fmt: skip
+    parts = [
+        part
+        for text in ([texts] if isinstance(texts, str) else texts)
+        for part in text.split(";")
+    ]
     read = {item.text: item for item in map(_read_requirement, parts)}
     listed = tuple(read[text] for text in sorted(read))
     if not listed:

@@ -104,14 +104,28 @@ def design_space(
         serial, decision = len(conditions.known), conditions.decide()
         fields = {"orders": rank_table(ranks, parameters), "chain_transfers": transfers}
     return with_later_fields(
-        DesignSpace, later, **fields,
-        source=linkage.source, linkage=linkage, motion=motion, balance=balance,
-        planar=chain.planar, bodies=linkage.body_names, inputs=linkage.inputs,
-        idle=_idle(linkage, chain), poses=poses, settled=settled, serial_nullity=serial,
-        axes=chain.frame.R, frames=linkage.frames, length=chain.frame.length,
+        DesignSpace,
+        later,
+        **fields,
+        source=linkage.source,
+        linkage=linkage,
+        motion=motion,
+        balance=balance,
+        planar=chain.planar,
+        bodies=linkage.body_names,
+        inputs=linkage.inputs,
+        idle=_idle(linkage, chain),
+        poses=poses,
+        settled=settled,
+        serial_nullity=serial,
+        axes=chain.frame.R,
+        frames=linkage.frames,
+        length=chain.frame.length,
         notices=(*linkage.notices, *_notices(chain, settled, decision)),
-        highest_order=max_order, decision=decision, chain=chain,
-    )  # fmt: skip
+        highest_order=max_order,
+        decision=decision,
+        chain=chain,
+    )
 
 
 def as_space(model: DesignSpace | LinkageLike) -> DesignSpace:
@@ -127,9 +141,12 @@ def as_space(model: DesignSpace | LinkageLike) -> DesignSpace:
 
 
 def _collect(
-    linkage: Linkage, chain: Chain, force: bool, max_order: int | None,
+    linkage: Linkage,
+    chain: Chain,
+    force: bool,
+    max_order: int | None,
     first: FirstOrders | None,
-) -> tuple[CollectedConditions, Transfers]:  # fmt: skip
+) -> tuple[CollectedConditions, Transfers]:
     """Collect more conditions than those of the first orders, which are not enough."""
     tolerance = relative_tolerance(chain)
     transfers = first.transfers() if first else serial_transfers(chain, force, tolerance)

@@ -251,9 +251,12 @@ class DesignSpace(SpaceData, WithPage, LaterFields):
     def as_given(self) -> AsGiven:
         """Whether the masses in the file are balanced."""
         residual = residual_of(
-            self.linkage, self.chain, self.planar, self.balance == "force",
+            self.linkage,
+            self.chain,
+            self.planar,
+            self.balance == "force",
             self.decision.conditions.rows,
-        )  # fmt: skip
+        )
         if residual is None:
             return AsGiven(None, None)
         return AsGiven(residual <= AS_GIVEN_RESIDUAL, residual)
@@ -363,9 +366,12 @@ def _answer(space: DesignSpace) -> CanBalance:
         text = f"Yes, with these masses: {balanced_text(space)}"
         return CanBalance("as_given", text, "verify")
     force_alone = (
-        given is False and real and space.balance == "dynamic" and not space.requirements
+        given is False
+        and real
+        and space.balance == "dynamic"
+        and not space.requirements
         and keeps_centre_of_mass(space.linkage, space.chain, space.planar)
-    )  # fmt: skip
+    )
     return _with_other_masses(space, force_alone)
 
 

@@ -173,9 +173,11 @@ class FirstOrders:
         total, rank = self._setup.parameters, self._rank
         parts, at = [], 0
         for rows, columns in (
-            (self._count, total), (self.serial, total), (rank, total - self.serial),
+            (self._count, total),
+            (self.serial, total),
+            (rank, total - self.serial),
             (total, total - rank),
-        ):  # fmt: skip
+        ):
             end = at + rows * columns
             parts.append(self._numbers[at:end].reshape(rows, columns))
             at = end
@@ -194,9 +196,15 @@ class FirstOrders:
         serial, p = len(known), factor.shape[1]
         scale, dropped = self._of_orders[1:3]
         return Conditions(
-            factor, self._whole[ORDER, :p], self._whole[COLUMNS, :p], known,
-            self._whole[KNOWN_ORDER, :serial], self.pivots.tolerance, scale, dropped,
-        )  # fmt: skip
+            factor,
+            self._whole[ORDER, :p],
+            self._whole[COLUMNS, :p],
+            known,
+            self._whole[KNOWN_ORDER, :serial],
+            self.pivots.tolerance,
+            scale,
+            dropped,
+        )
 
     @property
     def basis(self) -> Array:
@@ -238,9 +246,18 @@ def first_orders(chain: Chain, force: bool, max_order: int | None) -> FirstOrder
     work = chain.borrow(purpose, lambda: _workspace(chain, setup))
     numbers, whole = np.empty(setup.count_of_numbers), np.empty(setup.shape_of_whole, np.int64)
     answer = setup.compute(
-        chain.walked, chain.links, setup.rigid_parts, frame.origin, frame.length, setup.sizes,
-        setup.rays, setup.orders, work, numbers, whole,
-    )  # fmt: skip
+        chain.walked,
+        chain.links,
+        setup.rigid_parts,
+        frame.origin,
+        frame.length,
+        setup.sizes,
+        setup.rays,
+        setup.orders,
+        work,
+        numbers,
+        whole,
+    )
     chain.give_back(purpose, work)
     return FirstOrders(setup, numbers, whole, answer) if answer[0] >= 0 else None
 
@@ -285,13 +302,16 @@ def _set_up(chain: Chain, force: bool, max_order: int | None) -> _Setup | None:
     transfers, stop = 2 * enough_states(joints.size, size), max_order is None
     return _Setup(
         compute=_planar_first_orders if chain.planar else _spatial_first_orders,
-        rigid_parts=rigid_parts, parameters=total, sizes=(size, rows),
-        rays=generic_directions(0, ray_count(chain, total, force), chain.width), stop=stop,
+        rigid_parts=rigid_parts,
+        parameters=total,
+        sizes=(size, rows),
+        rays=generic_directions(0, ray_count(chain, total, force), chain.width),
+        stop=stop,
         orders=(goal, stop, fresh_steps(goal)),
         # A serial space of s and conditions of rank r take s t + r (t - s) + (t - r) t ≤ 2 t².
         count_of_numbers=total * (transfers + 2 * total),
         shape_of_whole=(5, max(total, goal + 1, transfers)),
-    )  # fmt: skip
+    )
 
 
 def _workspace(chain: Chain, setup: _Setup) -> tuple[Any, ...]:

@@ -73,9 +73,14 @@ def record_of(space: DesignSpace) -> SpaceRecord:
         pose = Notice("reference_pose", f"the reference pose is {space.linkage.pose}")
         data["notices"] = (*space.notices, pose)
     return SpaceRecord(
-        **data, basis=space.basis, singular_values=space.singular_values, kept=space.kept,
-        dropped=space.dropped, sha256=_sha256_of(space.source), version=__version__,
-    )  # fmt: skip
+        **data,
+        basis=space.basis,
+        singular_values=space.singular_values,
+        kept=space.kept,
+        dropped=space.dropped,
+        sha256=_sha256_of(space.source),
+        version=__version__,
+    )
 
 
 def save_space(

@@ -159,9 +159,15 @@ class SpaceData:
                 or small.
         """
         return body_inertias(
-            self.bodies, self.basis, y, self.frames, self.axes, self.labels, self.length,
+            self.bodies,
+            self.basis,
+            y,
+            self.frames,
+            self.axes,
+            self.labels,
+            self.length,
             self.source,
-        )  # fmt: skip
+        )
 
     def basis_in_link_frames(self) -> Array:
         """Express the basis (parameters, nullity) in the link frames, about their origins.

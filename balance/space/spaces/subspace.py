@@ -36,6 +36,8 @@ def subspace(
     decision = conditions.decide()
     plain = {item.name: getattr(space, item.name) for item in fields(DesignSpace) if item.init}
     return replace(
-        DesignSpace(**plain), orders=orders or space.orders,
-        serial_nullity=len(conditions.known), decision=decision,
-    )  # fmt: skip
+        DesignSpace(**plain),
+        orders=orders or space.orders,
+        serial_nullity=len(conditions.known),
+        decision=decision,
+    )

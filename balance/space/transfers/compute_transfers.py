@@ -113,9 +113,16 @@ def search_transfers(parent, screws, rigid_parts, size, rows, tolerance, workspa
             through = Cluster(start, before, target, body, joints)
             if joints > 1 or (target[0] >= 0 and body[target[0]] < 0):
                 count = add_shared_transfers(
-                    known_transfers, count, carrier, passes, passed, through, tolerance,
-                    numbers[7:], mixing,
-                )  # fmt: skip
+                    known_transfers,
+                    count,
+                    carrier,
+                    passes,
+                    passed,
+                    through,
+                    tolerance,
+                    numbers[7:],
+                    mixing,
+                )
                 if count < 0:
                     return -1
             else:

@@ -32,10 +32,13 @@ def number_rigid_parts(chain: Chain) -> tuple[IntArray, IntArray, IntArray]:
         if a != n and b != n and body[a] < 0 and body[b] < 0:
             _merge(group, members, group[a], group[b])
     owner = [
-        group[a] if a != n and body[a] < 0 else group[b] if b != n and body[b] < 0
+        group[a]
+        if a != n and body[a] < 0
+        else group[b]
+        if b != n and body[b] < 0
         else n + 1 + j
         for j, (a, b) in enumerate(sides)
-    ]  # fmt: skip
+    ]
     return freeze(node, np.int64), freeze(body, np.int64), freeze(owner, np.int64)
 
 

@@ -90,10 +90,12 @@ class BuildableResidual:
     @cached_property
     def ratio(self) -> Array:
         """The momentum over the largest singular value (lanes,)."""
-        return np.array([
-            np.inf if best is None else np.sqrt(np.sum((rows @ best.z) ** 2))
-            for rows, best in zip(self._rows, self._best, strict=True)
-        ])  # fmt: skip
+        return np.array(
+            [
+                np.inf if best is None else np.sqrt(np.sum((rows @ best.z) ** 2))
+                for rows, best in zip(self._rows, self._best, strict=True)
+            ]
+        )
 
     def terms(self, lanes: IntArray) -> tuple[Array, Array]:
         """Compute ``Jᵀ J`` and ``Jᵀ r``; see `Measured`."""
@@ -195,11 +197,13 @@ class _MassCones(NamedTuple):
         whole[2 : n + 2, :unknowns], whole[n + 2 :, :unknowns] = rows, bodies
         offset = np.concatenate([[-1.0], np.zeros(n + 1), -unit])
         optimum = solve_conic(
-            np.append(np.zeros(unknowns), 1.0), whole, offset,
+            np.append(np.zeros(unknowns), 1.0),
+            whole,
+            offset,
             [ConstraintBlock("zero", 1), ConstraintBlock("second_order", n + 1)]
             + [cone.part] * len(self.blocks),
             careful=False,
-        )  # fmt: skip
+        )
         z = optimum.x[:-1]
         if optimum.infeasible or not np.isfinite(z).all():
             return None
@@ -252,9 +256,11 @@ class _MassCones(NamedTuple):
             -unit,
         )
         optimum = solve_conic(
-            np.append(np.zeros(n), -1.0), rows, np.append(-1.0, 0.0 * unit),
+            np.append(np.zeros(n), -1.0),
+            rows,
+            np.append(-1.0, 0.0 * unit),
             [ConstraintBlock("zero", 1)] + [cone.part] * len(self.blocks),
-        )  # fmt: skip
+        )
         return (
             0.0
             if optimum.infeasible or not np.isfinite(optimum.x[-1])

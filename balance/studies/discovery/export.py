@@ -230,10 +230,14 @@ def _dependent(joints: list[int], codimension: int) -> Iterator[list[int]]:
 
 
 def _round(
-    structure: TopologyArrays, family: Family,
-    quantities: tuple[InvariantQuantity, ...], points: Array,
-    relations: list[GeometryRelation], grid: int, dependent: list[int],
-) -> _RationalMember | None:  # fmt: skip
+    structure: TopologyArrays,
+    family: Family,
+    quantities: tuple[InvariantQuantity, ...],
+    points: Array,
+    relations: list[GeometryRelation],
+    grid: int,
+    dependent: list[int],
+) -> _RationalMember | None:
     """Round one member; None if its dependent coordinates are no fractions."""
     rounded = np.round(points[:, :2] * grid)
     start = rounded.ravel().copy()
@@ -268,9 +272,12 @@ def _planar(structure: TopologyArrays, points: Array) -> LaneGeometry:
 
 
 def _newton(
-    structure: TopologyArrays, quantities: tuple[InvariantQuantity, ...], start: Array,
-    relations: list[GeometryRelation], dependent: list[int],
-) -> Array | None:  # fmt: skip
+    structure: TopologyArrays,
+    quantities: tuple[InvariantQuantity, ...],
+    start: Array,
+    relations: list[GeometryRelation],
+    dependent: list[int],
+) -> Array | None:
     """Solve the relations for the dependent coordinates; None if that fails."""
     x = start.copy()
     moved = _columns(structure, dependent)

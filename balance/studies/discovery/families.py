@@ -30,9 +30,10 @@ Key = tuple[int, int, tuple[tuple[object, ...], ...]]
 
 # Kinds that are the same up to the orientation of a link or loop.
 ORIENTED = {
-    "opposite angle": "same angle", "opposite function": "same function",
+    "opposite angle": "same angle",
+    "opposite function": "same function",
     "supplement": "equal",
-}  # fmt: skip
+}
 # Most implied relations that are told.
 MOST_IMPLIED = 4
 # Kinds of which all relations that hold describe a family, not only the independent ones.
@@ -149,10 +150,16 @@ def group_members(
         implied = tuple(relation.text(quantities) for relation in others)
         families.append(
             Family(
-                topology, nullity, generic, codimension, texts, implied,
-                len(first.relations) == codimension, tuple(members),
+                topology,
+                nullity,
+                generic,
+                codimension,
+                texts,
+                implied,
+                len(first.relations) == codimension,
+                tuple(members),
             )
-        )  # fmt: skip
+        )
     return tuple(sorted(families, key=lambda f: (-len(f.members), f.codimension, f.nullity)))
 
 

@@ -155,10 +155,13 @@ def _centre(points: Array, axes: Array) -> tuple[Array, float]:
 def _named(graph: Topology) -> tuple[Topology, list[int]]:
     """Find the topology with a name that has the same graph, and the joint for each of its."""
     same = [
-        entry for entry in TOPOLOGIES.values()
-        if entry.links == graph.links and len(entry.edges) == len(graph.edges)
-        and entry.space == graph.space and not entry.gears
-    ]  # fmt: skip
+        entry
+        for entry in TOPOLOGIES.values()
+        if entry.links == graph.links
+        and len(entry.edges) == len(graph.edges)
+        and entry.space == graph.space
+        and not entry.gears
+    ]
     ends = {frozenset((a, b)): (k, kind) for k, (kind, a, b) in enumerate(graph.edges)}
     if graph.links <= MOST_LINKS:
         for entry in same:

@@ -47,10 +47,14 @@ MOST_SEED = 2**63
 # Axes of a geometry as text have length 1 within this.
 UNIT = 1e-6
 COLUMNS = (
-    Column("outcome", "text"), Column("nullity", "integer"), Column("codimension", "integer"),
-    Column("margin", "real"), Column("ratio", "real"), Column("steps", "integer"),
+    Column("outcome", "text"),
+    Column("nullity", "integer"),
+    Column("codimension", "integer"),
+    Column("margin", "real"),
+    Column("ratio", "real"),
+    Column("steps", "integer"),
     Column("geometry", "text"),
-)  # fmt: skip
+)
 # Way from the reference pose, radians, and number of directions in which it is gone.
 WAY, WAYS = 0.2, 3
 # Least and largest size of the random changes of a linkage, over its size.
@@ -167,10 +171,14 @@ class DiscoveryJob:
                 rows.fill(self, kept, again.geometry.take(again.arrived))
         ratio = np.where(np.isfinite(walks.ratio), walks.ratio, np.nan)
         return {
-            "outcome": rows.outcome.tolist(), "nullity": rows.nullity,
-            "codimension": rows.codimension, "margin": rows.margin, "ratio": ratio,
-            "steps": walks.steps, "geometry": rows.text,
-        }  # fmt: skip
+            "outcome": rows.outcome.tolist(),
+            "nullity": rows.nullity,
+            "codimension": rows.codimension,
+            "margin": rows.margin,
+            "ratio": ratio,
+            "steps": walks.steps,
+            "geometry": rows.text,
+        }
 
     def start(self, numbers: range) -> LaneGeometry:
         """Draw starts.

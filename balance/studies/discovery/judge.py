@@ -27,10 +27,20 @@ EQUAL = 1e-8
 INDEPENDENT = 1e-8
 
 OUTCOMES = (
-    "special", "short link", "joints coincide", "idle joint", "idle link",
-    "link does not turn", "motion splits", "explained by one loop", "explained by a part",
-    "cannot be built", "not exact", "lost at a node", "not arrived",
-)  # fmt: skip
+    "special",
+    "short link",
+    "joints coincide",
+    "idle joint",
+    "idle link",
+    "link does not turn",
+    "motion splits",
+    "explained by one loop",
+    "explained by a part",
+    "cannot be built",
+    "not exact",
+    "lost at a node",
+    "not arrived",
+)
 """What becomes of a walk."""
 
 

@@ -181,9 +181,12 @@ def follow_curves(
             C = np.swapaxes(frames, -1, -2)
             poses.append((q, frames))
     return _poses(
-        structure, screws, np.concatenate([q for q, _ in poses], axis=1),
-        np.concatenate([c for _, c in poses], axis=1), len(rays),
-    )  # fmt: skip
+        structure,
+        screws,
+        np.concatenate([q for q, _ in poses], axis=1),
+        np.concatenate([c for _, c in poses], axis=1),
+        len(rays),
+    )
 
 
 def _poses(

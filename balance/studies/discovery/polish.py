@@ -71,9 +71,14 @@ class Ends:
     def take(self, lanes: IntArray) -> Ends:
         """Select lanes by indices."""
         return Ends(
-            self.geometry.take(lanes), self.nullity[lanes], self.codimension[lanes],
-            self.dropped[lanes], self.gap[lanes], self.clear[lanes], self.special[lanes],
-        )  # fmt: skip
+            self.geometry.take(lanes),
+            self.nullity[lanes],
+            self.codimension[lanes],
+            self.dropped[lanes],
+            self.gap[lanes],
+            self.clear[lanes],
+            self.special[lanes],
+        )
 
 
 def _geometry_at(

@@ -89,8 +89,9 @@ def quantities_of(topology: Topology) -> tuple[InvariantQuantity, ...]:
             sides = [[j for j in topology.joints_of(x) if kinds[j] == "R"] for x in (a, b)]
             quantities += [
                 InvariantQuantity("offset", -1, (*sorted((i, j)), slide))
-                for i in sides[0] for j in sides[1]
-            ]  # fmt: skip
+                for i in sides[0]
+                for j in sides[1]
+            ]
     return tuple(quantities + (_loop_quantities(topology) if topology.space == "plane" else []))
 
 
@@ -103,16 +104,17 @@ def _loop_from(joints: tuple[int, ...]) -> tuple[int, ...]:
 def _loop_quantities(topology: Topology) -> list[InvariantQuantity]:
     """List slopes and constants of the loops of four links, from each corner."""
     loops = [
-        joints for _, joints in topology.four_link_loops()
+        joints
+        for _, joints in topology.four_link_loops()
         if all(topology.edges[j][0] == "R" for j in joints)
-    ]  # fmt: skip
+    ]
     corners = [_loop_from((*x[k:], *x[:k])) for x in loops for k in range(4)]
     return [
         InvariantQuantity(kind, -1, corner)
         for kind in ("slope", "constant")
         for corner in corners
         if len(loops) > 1
-    ]  # fmt: skip
+    ]
 
 
 def site_geometry(structure: TopologyArrays, geometry: LaneGeometry) -> LaneGeometry:

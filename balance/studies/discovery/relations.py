@@ -29,9 +29,19 @@ NEW = 1e-5
 STEP = 1e-5
 
 KINDS = (
-    "zero", "straight", "right", "equal", "supplement", "same angle", "opposite angle",
-    "same function", "opposite function", "product", "squares", "sum",
-)  # fmt: skip
+    "zero",
+    "straight",
+    "right",
+    "equal",
+    "supplement",
+    "same angle",
+    "opposite angle",
+    "same function",
+    "opposite function",
+    "product",
+    "squares",
+    "sum",
+)
 
 
 class GeometryRelation(NamedTuple):

@@ -68,10 +68,14 @@ def to_linkage(
         second = axes[1] - (axes[1] @ axes[0]) * axes[0] if kind == "U" else None
         named[k] = chr(ord("A") + k)
         joint = ScrewJoint(
-            named[k], f"link{base}" if base else "ground", f"link{new}" if new else "ground",
-            axes[0] if kind != "S" else (1.0, 0.0, 0.0), places[indices[0]],
-            KINDS[kind], axis2=second,
-        )  # fmt: skip
+            named[k],
+            f"link{base}" if base else "ground",
+            f"link{new}" if new else "ground",
+            axes[0] if kind != "S" else (1.0, 0.0, 0.0),
+            places[indices[0]],
+            KINDS[kind],
+            axis2=second,
+        )
         (loops if closes else tree).append(joint)
     for a, b, ratio in topology.gears:
         side = loops if chr(ord("A") + a) in {joint.name for joint in loops} else tree

@@ -127,7 +127,8 @@ TOPOLOGIES = {
         Topology("four-bar", _revolute((0, 1), (1, 2), (2, 3), (0, 3))),
         Topology("slider-crank", (*_revolute((0, 1), (1, 2), (2, 3)), ("P", 0, 3))),
         Topology(
-            "geared-five-bar", _revolute((0, 1), (0, 4), (1, 2), (2, 3), (3, 4)),
+            "geared-five-bar",
+            _revolute((0, 1), (0, 4), (1, 2), (2, 3), (3, 4)),
             gears=((1, 0, -1.0),),
         ),
         Topology("watt1", _revolute((0, 1), (1, 2), (2, 3), (0, 3), (2, 4), (4, 5), (3, 5))),
@@ -144,22 +145,25 @@ TOPOLOGIES = {
             "stephenson3",
             _revolute((0, 1), (1, 2), (2, 3), (0, 3), (2, 4), (4, 5), (0, 5)),
         ),
-        Topology(
-            "spherical-four-bar", _revolute((0, 1), (1, 2), (2, 3), (0, 3)), "sphere"
-        ),
-        Topology(
-            "r-u-s-r", (("R", 0, 1), ("U", 1, 2), ("S", 2, 3), ("R", 0, 3)), "space"
-        ),
+        Topology("spherical-four-bar", _revolute((0, 1), (1, 2), (2, 3), (0, 3)), "sphere"),
+        Topology("r-u-s-r", (("R", 0, 1), ("U", 1, 2), ("S", 2, 3), ("R", 0, 3)), "space"),
         Topology(
             "3-rsr",
             (
-                ("R", 0, 1), ("S", 1, 2), ("R", 2, 3), ("R", 0, 4), ("S", 4, 5),
-                ("R", 3, 5), ("R", 0, 6), ("S", 6, 7), ("R", 3, 7),
+                ("R", 0, 1),
+                ("S", 1, 2),
+                ("R", 2, 3),
+                ("R", 0, 4),
+                ("S", 4, 5),
+                ("R", 3, 5),
+                ("R", 0, 6),
+                ("S", 6, 7),
+                ("R", 3, 7),
             ),
             "space",
         ),
     )
-}  # fmt: skip
+}
 
 
 EDGE = re.compile(r"([RPUS]?)([0-9]{1,9})-([0-9]{1,9})")
@@ -256,12 +260,18 @@ def _structure(graph: Topology) -> TopologyArrays:
         row[origin.index(a)], row[origin.index(b)] = 1.0, -ratio
     shifts, turns, moved = _changes(graph, origin)
     return TopologyArrays(
-        planar=graph.space == "plane", spherical=graph.space == "sphere",
+        planar=graph.space == "plane",
+        spherical=graph.space == "sphere",
         sliding=np.array([graph.edges[k][0] == "P" for k in origin]),
-        parent=np.array(parent), ends=np.array(ends).reshape(-1, 2), relations=relations,
+        parent=np.array(parent),
+        ends=np.array(ends).reshape(-1, 2),
+        relations=relations,
         bodies=np.array([link_joint[link] for link in range(1, graph.links)]),
-        shifts=shifts, turns=turns, moved=moved, origin=np.array(origin),
-    )  # fmt: skip
+        shifts=shifts,
+        turns=turns,
+        moved=moved,
+        origin=np.array(origin),
+    )
 
 
 def _changes(graph: Topology, origin: list[int]) -> tuple[Array, Array, Array]:

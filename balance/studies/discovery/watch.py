@@ -90,10 +90,17 @@ def watch_walk(job: DiscoveryJob, start: int) -> WatchedWalk:
     geometry = LaneGeometry(*(np.concatenate(a) for a in zip(*steps, strict=True)))
     values = conditions_at(job.structure, geometry).values
     return WatchedWalk(
-        job, start, geometry, values / values[:, :1], np.array(falling), polished,
-        str(rows["outcome"][0]), int(rows["nullity"][0]), int(rows["codimension"][0]),
+        job,
+        start,
+        geometry,
+        values / values[:, :1],
+        np.array(falling),
+        polished,
+        str(rows["outcome"][0]),
+        int(rows["nullity"][0]),
+        int(rows["codimension"][0]),
         tuple(relations),
-    )  # fmt: skip
+    )
 
 
 def first_special_start(job: DiscoveryJob) -> int:

@@ -49,10 +49,14 @@ def usable_cores() -> int:
 
 
 def run_chunks(
-    job: ChunkJob, file: ResultsFile, *, workers: int | None = None, dask: str | None = None,
+    job: ChunkJob,
+    file: ResultsFile,
+    *,
+    workers: int | None = None,
+    dask: str | None = None,
     deadline: float | None = None,
     progress: Callable[[int, int], None] | None = None,
-) -> RunSummary:  # fmt: skip
+) -> RunSummary:
     """Compute the chunks that a file lacks, and write each as soon as it is done.
 
     However the run ends, the file keeps all chunks but those in flight, and another run of the
@@ -94,9 +98,12 @@ def run_chunks(
 
 
 def _outcomes(
-    job: ChunkJob, pending: Iterator[int], count: int, dask: str | None,
+    job: ChunkJob,
+    pending: Iterator[int],
+    count: int,
+    dask: str | None,
     processes: WorkerProcesses,
-) -> Generator[ChunkOutcome]:  # fmt: skip
+) -> Generator[ChunkOutcome]:
     """Compute chunks where they are to be computed; nothing starts if none is left."""
     first = next(pending, None)
     if first is None:

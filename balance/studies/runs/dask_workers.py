@@ -75,10 +75,13 @@ def _connect(distributed: Any, address: str, workers: int, ends: ExitStack) -> C
         with one_thread_each():
             # Without a dashboard it still listens: at a free port, for several runs at once.
             cluster = distributed.LocalCluster(
-                n_workers=workers, threads_per_worker=1, processes=True,
-                dashboard_address=None, scheduler_kwargs={"dashboard_address": ":0"},
+                n_workers=workers,
+                threads_per_worker=1,
+                processes=True,
+                dashboard_address=None,
+                scheduler_kwargs={"dashboard_address": ":0"},
                 silence_logs=logging.CRITICAL,
-            )  # fmt: skip
+            )
         ends.enter_context(cluster)
         address = cluster.scheduler_address
     try:

@@ -87,8 +87,10 @@ def export_parquet(
 def _schema(file: ResultsFile, pyarrow: Any) -> Any:
     """Describe the columns for PyArrow."""
     types = {
-        "integer": pyarrow.int64(), "real": pyarrow.float64(), "text": pyarrow.string(),
-    }  # fmt: skip
+        "integer": pyarrow.int64(),
+        "real": pyarrow.float64(),
+        "text": pyarrow.string(),
+    }
     fields = [pyarrow.field(ROW_NUMBER, pyarrow.int64())]
     for column in file.columns:
         unit = {"unit": column.unit} if column.unit else None

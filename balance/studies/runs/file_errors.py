@@ -28,7 +28,7 @@ PROBLEMS = {
     "SQLITE_CANTOPEN": ("cannot be opened", "give a file that can be read, in such a folder"),
     "SQLITE_NOTADB": ("is no file of results", "give the file of a run"),
     "SQLITE_CORRUPT": ("is damaged", AGAIN),
-}  # fmt: skip
+}
 
 
 def refusal(path: str, problem: str, remedy: str) -> FileError:
@@ -94,16 +94,20 @@ def check_header(path: str, connection: sqlite3.Connection) -> bool:
         raise refusal(path, "is no file of results", "give the file of a run")
     if version != FILE_VERSION:
         raise refusal(
-            path, f"is a file of results of version {version}, and this reads {FILE_VERSION}",
+            path,
+            f"is a file of results of version {version}, and this reads {FILE_VERSION}",
             "use the version of the program that wrote it",
-        )  # fmt: skip
+        )
     return True
 
 
 def check_job(
-    path: str, about: Mapping[str, str], size: tuple[int, int],
-    columns: tuple[Column, ...], job: ChunkJob,
-) -> None:  # fmt: skip
+    path: str,
+    about: Mapping[str, str],
+    size: tuple[int, int],
+    columns: tuple[Column, ...],
+    job: ChunkJob,
+) -> None:
     """Refuse a job whose results are not those of a file.
 
     Args:

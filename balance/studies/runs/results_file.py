@@ -115,9 +115,10 @@ class ResultsFile:
             ) from None
         except OSError as error:
             raise refusal(
-                path, f"cannot be written ({error.strerror})",
+                path,
+                f"cannot be written ({error.strerror})",
                 "give a path in a folder that can be written to",
-            ) from None  # fmt: skip
+            ) from None
         try:
             return cls._locked(path, job, resume, lock)
         except BaseException:
@@ -237,9 +238,14 @@ class ResultsFile:
         return True
 
     def read(
-        self, names: Sequence[str] | None = None, *, order: str = "",
-        descending: bool = False, limit: int = -1, every: int = 1,
-    ) -> dict[str, NDArray[Any]]:  # fmt: skip
+        self,
+        names: Sequence[str] | None = None,
+        *,
+        order: str = "",
+        descending: bool = False,
+        limit: int = -1,
+        every: int = 1,
+    ) -> dict[str, NDArray[Any]]:
         """Read columns.
 
         Args:
@@ -266,9 +272,13 @@ class ResultsFile:
         return to_arrays(columns, batches, count)
 
     def batches(
-        self, names: Sequence[str], order: str = "", descending: bool = False,
-        limit: int = -1, every: int = 1,
-    ) -> Iterator[list[tuple[Any, ...]]]:  # fmt: skip
+        self,
+        names: Sequence[str],
+        order: str = "",
+        descending: bool = False,
+        limit: int = -1,
+        every: int = 1,
+    ) -> Iterator[list[tuple[Any, ...]]]:
         """Yield rows in lists, each with its number and the values of columns.
 
         Args:
@@ -402,9 +412,13 @@ def _begin_file(path: str, connection: sqlite3.Connection, job: ChunkJob) -> Non
         FileError: it cannot be written.
     """
     facts = {
-        "kind": job.kind, "digest": job.digest, "description": job.description,
-        "program": program(), "rows": job.rows, "chunk_rows": job.chunk_rows,
-    }  # fmt: skip
+        "kind": job.kind,
+        "digest": job.digest,
+        "description": job.description,
+        "program": program(),
+        "rows": job.rows,
+        "chunk_rows": job.chunk_rows,
+    }
     names = sql_names(job.columns)
     columns = [
         (k, column.name, column.kind, column.unit, names[column.name])

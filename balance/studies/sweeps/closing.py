@@ -106,9 +106,13 @@ class Closer:
         )
 
     def _follow(
-        self, between: Between, rows: IntArray, joints: IntArray, q: Array,
+        self,
+        between: Between,
+        rows: IntArray,
+        joints: IntArray,
+        q: Array,
         share: Array,
-    ) -> None:  # fmt: skip
+    ) -> None:
         """Follow rows from where they are to their own parameters, as far as loops close."""
         step = np.ones(share.size)
         while rows.size:
@@ -128,9 +132,12 @@ class Closer:
         q, good = start.copy(), np.zeros(len(start), dtype=np.bool_)
         free = joints is self._coupled
         limits = (
-            SWEEP_FREE_DAMPING if free else SWEEP_DAMPING, SWEEP_CLOSED, SWEEP_NEWTON_DONE,
-            SWEEP_BRANCH_DISTANCE, NEWTON_STEPS,
-        )  # fmt: skip
+            SWEEP_FREE_DAMPING if free else SWEEP_DAMPING,
+            SWEEP_CLOSED,
+            SWEEP_NEWTON_DONE,
+            SWEEP_BRANCH_DISTANCE,
+            NEWTON_STEPS,
+        )
         topology = *self._topology, joints
         close_each(topology, self.to_chain(placed), limits, q, good, self._workspace)
         return q, good

@@ -167,6 +167,10 @@ def closing_workspace(joints: int, loops: int, relations: int) -> tuple[Array, .
         relations: likewise, of mimic joints.
     """
     return (
-        np.empty((joints, 4, 4)), np.empty((joints, 6)), np.empty(6 * loops + relations),
-        np.empty((joints, joints)), np.empty((3, joints)), np.empty((4, 4, 4)),
-    )  # fmt: skip
+        np.empty((joints, 4, 4)),
+        np.empty((joints, 6)),
+        np.empty(6 * loops + relations),
+        np.empty((joints, joints)),
+        np.empty((3, joints)),
+        np.empty((4, 4, 4)),
+    )

@@ -114,9 +114,12 @@ class StudyConstraints:
                 )
 
     def check(
-        self, closer: Closer, values: Mapping[str, Array], closed: ClosedGeometries,
+        self,
+        closer: Closer,
+        values: Mapping[str, Array],
+        closed: ClosedGeometries,
         reasons: NDArray[Any],
-    ) -> None:  # fmt: skip
+    ) -> None:
         """Note the reason of each geometry that breaks a constraint, where there is none yet.
 
         Args:
@@ -208,16 +211,20 @@ def _are_texts(value: object) -> bool:
 
 
 def _is_triple(value: object, texts: bool = False) -> bool:
-    return isinstance(value, list | tuple) and len(value) == 3 and all(
-        is_finite_number(x) or (texts and isinstance(x, str)) for x in value
-    )  # fmt: skip
+    return (
+        isinstance(value, list | tuple)
+        and len(value) == 3
+        and all(is_finite_number(x) or (texts and isinstance(x, str)) for x in value)
+    )
 
 
 def _is_transmission(value: object) -> bool:
     if isinstance(value, Mapping):
-        return set(value) == {"joint", "least"} and isinstance(value["joint"], str) and (
-            is_finite_number(value["least"])
-        )  # fmt: skip
+        return (
+            set(value) == {"joint", "least"}
+            and isinstance(value["joint"], str)
+            and (is_finite_number(value["least"]))
+        )
     return is_finite_number(value)
 
 
@@ -325,16 +332,23 @@ class _Reach:
         signs = loop_signs(parent, ends)
         moving = np.any(signs != 0.0, axis=0) | np.any(mimics != 0.0, axis=0)
         self._topology = (
-            freeze(parent, np.int64), freeze(ends, np.int64), freeze(signs), freeze(mimics),
-            freeze(signs.T @ signs), freeze(np.flatnonzero(moving), np.int64),
-        )  # fmt: skip
+            freeze(parent, np.int64),
+            freeze(ends, np.int64),
+            freeze(signs),
+            freeze(mimics),
+            freeze(signs.T @ signs),
+            freeze(np.flatnonzero(moving), np.int64),
+        )
         self._axes = np.roll(linkage.chain.frame.R, 1, axis=0)  # the normal of a plane first
         self._workspace = closing_workspace(n + 3, len(ends), len(mimics))
 
     def reaches(
-        self, closed: ClosedGeometries, rows: IntArray, points: Array,
+        self,
+        closed: ClosedGeometries,
+        rows: IntArray,
+        points: Array,
         target: Sequence[float],
-    ) -> Flags:  # fmt: skip
+    ) -> Flags:
         """Decide which geometries bring their points of the link to a target.
 
         Args:
@@ -371,15 +385,23 @@ class _Reach:
         return np.asarray((there - frame.origin) / frame.length)
 
     def _follow(
-        self, given: tuple[Array, Array], here: Array, start: Array, goal: Array, welds: Array,
+        self,
+        given: tuple[Array, Array],
+        here: Array,
+        start: Array,
+        goal: Array,
+        welds: Array,
         q: Array,
-    ) -> Flags:  # fmt: skip
+    ) -> Flags:
         """Follow the straight line from the start of each row to the goal."""
         share, step = np.zeros(len(q)), np.ones(len(q))
         limits = (
-            SWEEP_FREE_DAMPING, SWEEP_CLOSED, SWEEP_NEWTON_DONE, SWEEP_BRANCH_DISTANCE,
+            SWEEP_FREE_DAMPING,
+            SWEEP_CLOSED,
+            SWEEP_NEWTON_DONE,
+            SWEEP_BRANCH_DISTANCE,
             NEWTON_STEPS,
-        )  # fmt: skip
+        )
         rows = np.arange(len(q))
         while rows.size:
             step[rows] = np.minimum(step[rows], 1.0 - share[rows])

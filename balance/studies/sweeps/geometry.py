@@ -60,9 +60,7 @@ def bar_inertial(mass_per_length: float, start: Array, end: Array) -> Array:
     mass = mass_per_length * length
     inertia = mass / 12.0 * (length**2 * np.eye(3) - np.outer(span, span))
     middle = 0.5 * (start + end)
-    return np.array([
-        mass, *middle, *inertia.diagonal(), *inertia[[0, 0, 1], [1, 2, 2]]
-    ])  # fmt: skip
+    return np.array([mass, *middle, *inertia.diagonal(), *inertia[[0, 0, 1], [1, 2, 2]]])
 
 
 class SweptGeometry:
@@ -73,9 +71,14 @@ class SweptGeometry:
     """
 
     def __init__(
-        self, model: Linkage, masses: Mapping[str, Array], closed: ClosedGeometries, row: int,
-        balance: Balance, spatial: bool,
-    ) -> None:  # fmt: skip
+        self,
+        model: Linkage,
+        masses: Mapping[str, Array],
+        closed: ClosedGeometries,
+        row: int,
+        balance: Balance,
+        spatial: bool,
+    ) -> None:
         """Keep what the linkage is made of.
 
         Args:
@@ -112,11 +115,18 @@ class SweptGeometry:
         }
         q = closed.q[i] + (0.0 if model.displaced is None else model.displaced)
         draft = replace(
-            model, joints=joints, bodies=tuple(map(self._body, model.bodies)), places=places,
+            model,
+            joints=joints,
+            bodies=tuple(map(self._body, model.bodies)),
+            places=places,
             loops=tuple(replace(loop, gap=freeze(np.eye(4))) for loop in model.loops),
-            displaced=freeze(q) if q.any() else None, notices=(), other_poses=(), at=None,
-            tree=None, document=None,
-        )  # fmt: skip
+            displaced=freeze(q) if q.any() else None,
+            notices=(),
+            other_poses=(),
+            at=None,
+            tree=None,
+            document=None,
+        )
         return assemble(draft, model.inputs)
 
     @cached_property

@@ -64,9 +64,10 @@ class SweepJob:
         plan = _plan_of(text)
         columns = (
             *(Column(name, "real", unit_of_path(name)) for name in plan.driven),
-            Column("closed", "integer"), Column("reason", "text"),
+            Column("closed", "integer"),
+            Column("reason", "text"),
             *quantity_columns(study.quantities, plan.linkage),
-        )  # fmt: skip
+        )
         names = [column.name for column in columns]
         twice = next((name for name in names if names.count(name) > 1), None)
         if twice is not None:
@@ -154,8 +155,12 @@ def _ranks(plan: Plan, screws: Array, reasons: Texts) -> dict[str, Any]:
     many = design_space_many(
         plan.linkage, screws[rows], study.balance, spatial=study.spatial, workers=1
     )
-    integers = {"rank": many.rank, "nullity": many.nullity, "serial": many.serial_nullity,
-                "kmax": many.kmax}  # fmt: skip
+    integers = {
+        "rank": many.rank,
+        "nullity": many.nullity,
+        "serial": many.serial_nullity,
+        "kmax": many.kmax,
+    }
     columns: dict[str, Any] = {}
     for name, numbers in integers.items():
         columns[name] = np.full(reasons.size, -1, dtype=np.int64)
@@ -185,9 +190,14 @@ def _generic_rank(plan: Plan) -> int:
 
 
 def _by_row(
-    plan: Plan, given: dict[str, Array], closed: ClosedGeometries, name: str,
-    chosen: Flags, reasons: Texts, geometries: dict[int, SweptGeometry],
-) -> dict[str, Any]:  # fmt: skip
+    plan: Plan,
+    given: dict[str, Array],
+    closed: ClosedGeometries,
+    name: str,
+    chosen: Flags,
+    reasons: Texts,
+    geometries: dict[int, SweptGeometry],
+) -> dict[str, Any]:
     """Compute a quantity of the chosen rows; a reason is noted where it has no value."""
     study, quantity = plan.study, QUANTITIES[name]
     options = full_options(study.quantities, name)

@@ -232,12 +232,16 @@ def read_sites(linkage: UnassembledLinkage) -> Sites:
     root = next(name for name in links if name not in children)
     sites = [*_in_order(joints, root), *_loop_sites(linkage.tree)]
     inertials = {
-        name: np.array([
-            part.mass, *part.origin[:3, 3], *part.inertia.diagonal(),
-            *part.inertia[[0, 0, 1], [1, 2, 2]],
-        ])
+        name: np.array(
+            [
+                part.mass,
+                *part.origin[:3, 3],
+                *part.inertia.diagonal(),
+                *part.inertia[[0, 0, 1], [1, 2, 2]],
+            ]
+        )
         for name, part in _turned_inertials(linkage).items()
-    }  # fmt: skip
+    }
     return Sites(tuple(sites), root, links, inertials)
 
 

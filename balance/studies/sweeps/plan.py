@@ -134,11 +134,12 @@ class Plan:
         def between(rows: IntArray, share: Array) -> dict[str, Array]:
             there = {
                 name: np.where(
-                    share == 1.0, value[rows],
+                    share == 1.0,
+                    value[rows],
                     start[name][rows] + share * (value[rows] - start[name][rows]),
                 )
                 for name, value in free_values.items()
-            }  # fmt: skip
+            }
             all_values = self._with_relations(there, rows.size)
             for path in self._relations.keys() & nominal.keys():
                 all_values[path] += (1.0 - share) * (nominal[path] - related[path][rows])

@@ -23,16 +23,24 @@ Options = Mapping[str, Any]
 RANK_DROP = "rank drop"
 """The value of ``where``: only geometries whose rank is below that of generic ones."""
 RANK = (
-    Column("rank", "integer"), Column("nullity", "integer"), Column("serial", "integer"),
-    Column("parallel", "integer"), Column("kmax", "integer"), Column("kept_pivot", "real"),
+    Column("rank", "integer"),
+    Column("nullity", "integer"),
+    Column("serial", "integer"),
+    Column("parallel", "integer"),
+    Column("kmax", "integer"),
+    Column("kept_pivot", "real"),
     Column("unsure", "text"),
-)  # fmt: skip
+)
 NAMES = ("rank", *QUANTITIES)
 # Quantities of which the numbers in options may have units.
 OPTION_UNITS = {
-    "bounds": ("mass",), "density": ("density",), "duration": ("time",),
-    "poses": ("angle", "length"), "speed": ("angular velocity",), "thickness": ("length",),
-}  # fmt: skip
+    "bounds": ("mass",),
+    "density": ("density",),
+    "duration": ("time",),
+    "poses": ("angle", "length"),
+    "speed": ("angular velocity",),
+    "thickness": ("length",),
+}
 # Most samples of a motion.
 MOST_SAMPLES = 1_000_000
 
@@ -195,9 +203,11 @@ def _is_table(value: object, is_right: Callable[[Any], bool]) -> bool:
 
 def _is_pair(value: object) -> bool:
     """Whether a value is a list of two numbers, which may be infinite."""
-    return isinstance(value, list | tuple) and len(value) == 2 and all(
-        is_finite_number(x) or x in (math.inf, -math.inf) for x in value
-    )  # fmt: skip
+    return (
+        isinstance(value, list | tuple)
+        and len(value) == 2
+        and all(is_finite_number(x) or x in (math.inf, -math.inf) for x in value)
+    )
 
 
 def _is_count(value: object) -> bool:

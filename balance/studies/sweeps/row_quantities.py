@@ -78,9 +78,10 @@ def certainty(geometry: SweptGeometry, options: Options) -> tuple[str]:
     text, given = geometry.linkage.to_urdf(), geometry.linkage
     bare = any(not body.inertia.any() for body in given.bodies)
     again = load(
-        Document(given.source, text.encode()), inputs=given.inputs,
+        Document(given.source, text.encode()),
+        inputs=given.inputs,
         bodies="all" if bare else "given",
-    )  # fmt: skip
+    )
     space = geometry.space
     exact_space = design_space(
         again, None, space.balance, spatial=again.planar and not space.planar
@@ -237,9 +238,11 @@ def _check_counterweights(linkage: Linkage, options: Options) -> None:
 def _shaking_columns(linkage: Linkage, options: Options) -> tuple[Column, ...]:
     """Name peak and root mean square of force and moment."""
     return (
-        Column("peak_force", "real", "N"), Column("rms_force", "real", "N"),
-        Column("peak_moment", "real", "N m"), Column("rms_moment", "real", "N m"),
-    )  # fmt: skip
+        Column("peak_force", "real", "N"),
+        Column("rms_force", "real", "N"),
+        Column("peak_moment", "real", "N m"),
+        Column("rms_moment", "real", "N m"),
+    )
 
 
 def _shaking_of_masses(geometry: SweptGeometry, options: Options) -> tuple[float, ...]:
@@ -252,10 +255,11 @@ def _shaking_of_masses(geometry: SweptGeometry, options: Options) -> tuple[float
     way = _motion(linkage, options)
     sizes = _sizes_along(linkage, way, z)
     peaks = [
-        _peak(_sizes_along(linkage, near, z)[part]) if (near := _nearer(linkage, way, size))
+        _peak(_sizes_along(linkage, near, z)[part])
+        if (near := _nearer(linkage, way, size))
         else _peak(size)
         for part, size in enumerate(sizes)
-    ]  # fmt: skip
+    ]
     means = [float(np.sqrt(np.trapezoid(size * size) / (size.size - 1))) for size in sizes]
     return peaks[0], means[0], peaks[1], means[1]
 
@@ -303,30 +307,38 @@ def _motion(linkage: Linkage, options: Options) -> Trajectory:
         speed, crank = float(options["speed"]), options.get("crank")
         return revolve_crank(linkage, speed, crank, steps=steps)[0]
     return rest_to_rest(
-        linkage, options["poses"], options.get("duration", DURATION),
+        linkage,
+        options["poses"],
+        options.get("duration", DURATION),
         options.get("samples", SAMPLES),
-    )  # fmt: skip
+    )
 
 
 QUANTITIES: dict[str, Quantity] = {
     "certainty": Quantity(_certainty_columns, certainty),
     "counterweights": Quantity(
-        _counterweight_columns, _least_counterweights,
-        ("density", "links", "minimise", "regions", "thickness"), _check_counterweights,
+        _counterweight_columns,
+        _least_counterweights,
+        ("density", "links", "minimise", "regions", "thickness"),
+        _check_counterweights,
     ),
     "design": Quantity(
-        _design_columns, best_design,
-        ("bounds", "keep", "minimise", "within"), _check_design_options,
+        _design_columns,
+        best_design,
+        ("bounds", "keep", "minimise", "within"),
+        _check_design_options,
     ),
     "distance": Quantity(_distance_columns, distance),
     "input_inertia": Quantity(_inertia_columns, inertia),
     "orders": Quantity(_order_columns, orders, ("count",), _check_orders),
     "shaking": Quantity(
-        _shaking_columns, _shaking_of_masses,
-        ("crank", "duration", "poses", "samples", "speed"), _check_shaking,
+        _shaking_columns,
+        _shaking_of_masses,
+        ("crank", "duration", "poses", "samples", "speed"),
+        _check_shaking,
     ),
     "singular_values": Quantity(_singular_columns, singular_values),
-}  # fmt: skip
+}
 AFTER = " after counterweights"
 """End of the name of a quantity of the masses with the counterweights of the study."""
 QUANTITIES |= {
@@ -335,7 +347,11 @@ QUANTITIES |= {
 }
 """Quantities that are computed geometry by geometry, by name."""
 MASS_QUANTITIES = (
-    "counterweights", "design", "input_inertia", "shaking",
-    f"input_inertia{AFTER}", f"shaking{AFTER}",
-)  # fmt: skip
+    "counterweights",
+    "design",
+    "input_inertia",
+    "shaking",
+    f"input_inertia{AFTER}",
+    f"shaking{AFTER}",
+)
 """Quantities that may depend on the masses of the model."""

@@ -39,15 +39,25 @@ from kinematics.model.linkage import Linkage, names_of
 Tables = Mapping[str, Any]
 
 TABLES = {
-    "model": ("angles", "at", "bodies", "file", "fix_base", "ground", "inputs", "loops",
-              "massless", "mode"),
+    "model": (
+        "angles",
+        "at",
+        "bodies",
+        "file",
+        "fix_base",
+        "ground",
+        "inputs",
+        "loops",
+        "massless",
+        "mode",
+    ),
     "parameters": (),
     "relations": (),
     "sampling": ("count", "seed"),
     "constraints": (),
     "compute": (),
     "run": ("chunk_rows",),
-}  # fmt: skip
+}
 """Tables of a study, and the keys of those in which only these may stand."""
 # Rows of a chunk by default; fewer where a quantity of every row takes milliseconds.
 CHUNK_ROWS, SLOW_ROWS = 2048, 64
@@ -89,9 +99,12 @@ class StudyData:
 
     @classmethod
     def from_tables(
-        cls, tables: Tables, model: Linkage | None = None, source: str = "study",
+        cls,
+        tables: Tables,
+        model: Linkage | None = None,
+        source: str = "study",
         folder: Path | None = None,
-    ) -> Self:  # fmt: skip
+    ) -> Self:
         """Make a study of tables such as those of a TOML file.
 
         Args:
@@ -120,11 +133,18 @@ class StudyData:
             "chunk_rows", SLOW_ROWS if are_slow(quantities) else CHUNK_ROWS
         )
         return cls(
-            source, text, ranges, dict(_read_relations(parts["relations"], source)),
-            read_constraints(parts["constraints"], source), quantities, balance, spatial,
-            samples, seed,
+            source,
+            text,
+            ranges,
+            dict(_read_relations(parts["relations"], source)),
+            read_constraints(parts["constraints"], source),
+            quantities,
+            balance,
+            spatial,
+            samples,
+            seed,
             _whole(count, "[run] chunk_rows", source, 1, 10**6),
-        )  # fmt: skip
+        )
 
     @property
     def rows(self) -> int:
@@ -157,15 +177,18 @@ class StudyData:
         balance, spatial = _read_balance(data, source)
         compute = {**data["quantities"], "quantities": list(data["quantities"])}
         return cls(
-            clean(str(data["source"]), 1000), _stored_model(data["model"]),
+            clean(str(data["source"]), 1000),
+            _stored_model(data["model"]),
             {name: _stored_range(name, pair) for name, pair in data["parameters"].items()},
             dict(_read_relations(data["relations"], source)),
-            read_constraints(data["constraints"], source), read_quantities(compute, source),
-            balance, spatial,
+            read_constraints(data["constraints"], source),
+            read_quantities(compute, source),
+            balance,
+            spatial,
             _whole(data["samples"], "samples", source, 1, 2**62),
             _whole(data["seed"], "seed", source, 0, 2**63),
             _whole(data["chunk_rows"], "chunk_rows", source, 1, 10**6),
-        )  # fmt: skip
+        )
 
 
 def _stored_model(data: Tables) -> _ModelText:

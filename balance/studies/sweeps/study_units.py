@@ -9,8 +9,12 @@ from balance.support.units import UNITS, read_quantity
 from kinematics.errors import UsageError
 
 UNIT_OF_QUANTITY = {
-    "length": "m", "angle": "rad", "mass": "kg", "inertia": "kg m²", "mass per length": "kg/m",
-}  # fmt: skip
+    "length": "m",
+    "angle": "rad",
+    "mass": "kg",
+    "inertia": "kg m²",
+    "mass per length": "kg/m",
+}
 # Digits of a number that was converted: those of the decimals that a person would write.
 DIGITS = 15
 

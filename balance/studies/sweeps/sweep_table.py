@@ -118,9 +118,12 @@ def compute_table(job: SweepJob, workers: int, source: str) -> SweepTable:
     reasons = Counter(reason for reason in columns["reason"].tolist() if reason)
     units = {column.name: column.unit for column in job.columns if column.unit}
     return SweepTable(
-        MappingProxyType(columns), MappingProxyType(units),
-        MappingProxyType(dict(reasons.most_common())), job, source,
-    )  # fmt: skip
+        MappingProxyType(columns),
+        MappingProxyType(units),
+        MappingProxyType(dict(reasons.most_common())),
+        job,
+        source,
+    )
 
 
 @contextmanager

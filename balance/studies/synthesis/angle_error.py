@@ -46,9 +46,14 @@ class ChainAngles(NamedTuple):
 
 
 def chain_angles(
-    first: Position, steps: tuple[Displacement, ...], fixed: ArrayLike, moving: ArrayLike,
-    masses: PantographMasses, inertia_1: ArrayLike | None = None, s2: float | None = None,
-) -> ChainAngles:  # fmt: skip
+    first: Position,
+    steps: tuple[Displacement, ...],
+    fixed: ArrayLike,
+    moving: ArrayLike,
+    masses: PantographMasses,
+    inertia_1: ArrayLike | None = None,
+    s2: float | None = None,
+) -> ChainAngles:
     """Compute the angles of chains at the first position, and how far their first links turn.
 
     Args:

@@ -164,10 +164,12 @@ def pantograph_urdf(pantograph: BalancedPantograph, ratio: float | None = None) 
         _joint("joint4", "link1", "link4", back),
         make_elements.joint("tool_fixed", "fixed", "link2", "tool", turned),
         make_elements.loop(
-            "joint34", "revolute", [("link3", _origin(third)), ("link4", _origin(down))],
+            "joint34",
+            "revolute",
+            [("link3", _origin(third)), ("link4", _origin(down))],
             ("0 0 1", ""),
         ),
-    ]  # fmt: skip
+    ]
     return element_text(make_elements.robot("pantograph", [*links, *joints])).encode()
 
 
@@ -204,15 +206,25 @@ def _link(name: str, mass: float, centre: complex, inertia: float) -> Element:
 
 
 def _joint(
-    name: str, parent: str, child: str, at: tuple[Decimal, Decimal], independent: bool = False,
+    name: str,
+    parent: str,
+    child: str,
+    at: tuple[Decimal, Decimal],
+    independent: bool = False,
     ratio: float | None = None,
-) -> Element:  # fmt: skip
+) -> Element:
     """Make a revolute joint about the normal of the plane; with a ratio, it mimics."""
     mimic = None if ratio is None else (SHOULDER, elbow_ratio(ratio), 0.0)
     return make_elements.joint(
-        name, "continuous", parent, child, _origin(at), ("0 0 1", ""), mimic=mimic,
+        name,
+        "continuous",
+        parent,
+        child,
+        _origin(at),
+        ("0 0 1", ""),
+        mimic=mimic,
         independent=independent,
-    )  # fmt: skip
+    )
 
 
 def _origin(at: tuple[Decimal, Decimal]) -> Element:

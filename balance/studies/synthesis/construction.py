@@ -76,10 +76,13 @@ def _from_fixed(chain: RRChain) -> Construction:
     """Draw the construction for a chosen fixed pivot."""
     points = _tool_points(chain)
     bisectors = [
-        (f"bisector of {a}1 {a}2", 0.5 * (points[f"{a}1"] + points[f"{a}2"]),
-         _unit(1j * (points[f"{a}2"] - points[f"{a}1"])))
+        (
+            f"bisector of {a}1 {a}2",
+            0.5 * (points[f"{a}1"] + points[f"{a}2"]),
+            _unit(1j * (points[f"{a}2"] - points[f"{a}1"])),
+        )
         for a in "DQ"
-    ]  # fmt: skip
+    ]
     pole, fixed = _meet(*bisectors), chain.fixed
     phi, beta = chain.tool_turns[1], chain.link_turns[1]
     along = _unit(pole - fixed)

@@ -45,10 +45,15 @@ class AngleErrorMap:
 
 
 def angle_error_map(
-    positions: Sequence[Position], line: PivotLine, masses: PantographMasses,
-    offsets: ArrayLike, ratios: ArrayLike, *, s2: float | None = None,
+    positions: Sequence[Position],
+    line: PivotLine,
+    masses: PantographMasses,
+    offsets: ArrayLike,
+    ratios: ArrayLike,
+    *,
+    s2: float | None = None,
     progress: Callable[[int, int], None] | None = None,
-) -> AngleErrorMap:  # fmt: skip
+) -> AngleErrorMap:
     """Map the angle error of pantographs through two positions, and find where it vanishes.
 
     Args:
@@ -80,9 +85,13 @@ def angle_error_map(
 
 
 def offsets_without_error(
-    positions: Sequence[Position], line: PivotLine, masses: PantographMasses,
-    low: float, high: float, s2: float | None = None,
-) -> Array:  # fmt: skip
+    positions: Sequence[Position],
+    line: PivotLine,
+    masses: PantographMasses,
+    low: float,
+    high: float,
+    s2: float | None = None,
+) -> Array:
     """Find the offsets of a pivot for which the angle error vanishes, for given masses.
 
     Args:
@@ -113,9 +122,13 @@ def offsets_without_error(
 
 
 def _angles(
-    positions: Sequence[Position], line: PivotLine, masses: PantographMasses, tau: Array,
-    ratios: Array, s2: float | None,
-) -> ChainAngles:  # fmt: skip
+    positions: Sequence[Position],
+    line: PivotLine,
+    masses: PantographMasses,
+    tau: Array,
+    ratios: Array,
+    s2: float | None,
+) -> ChainAngles:
     """Compute the angles of the chains for offsets and ratios of one shape."""
     return chain_angles(
         positions[0], (line.step,), *line.pivots(tau), masses, ratios * masses.inertia_2, s2

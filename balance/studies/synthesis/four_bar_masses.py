@@ -48,12 +48,15 @@ def _four_bar_urdf(four_bar: FourBarDesign) -> bytes:
         _joint("rocker_joint", "base", "rocker", at["rocker_base"]),
         make_elements.joint("tool_fixed", "fixed", "coupler", "tool", turned),
         make_elements.loop(
-            "tip_joint", "revolute",
-            [("coupler", _origin(at["rocker_tip"] - tip)),
-             ("rocker", _origin(at["rocker_tip"] - at["rocker_base"]))],
+            "tip_joint",
+            "revolute",
+            [
+                ("coupler", _origin(at["rocker_tip"] - tip)),
+                ("rocker", _origin(at["rocker_tip"] - at["rocker_base"])),
+            ],
             ("0 0 1", ""),
         ),
-    ]  # fmt: skip
+    ]
     return element_text(make_elements.robot(four_bar.kind, parts)).encode()
 
 

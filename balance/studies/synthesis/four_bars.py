@@ -76,9 +76,11 @@ class FourBarDesign:
         """Compute the pivots at a position, metres, inertial frame."""
         A, B = place_four_bar(self.kind, self.ratio, self.crank_angles[index])
         points = {
-            "crank_base": 0j, "rocker_base": complex(self.ratio), "crank_tip": complex(A),
+            "crank_base": 0j,
+            "rocker_base": complex(self.ratio),
+            "crank_tip": complex(A),
             "rocker_tip": complex(B),
-        }  # fmt: skip
+        }
         return {name: self.scale * z + self.fixed for name, z in points.items()}
 
     def outline(self, index: int) -> tuple[complex, ...]:
@@ -151,9 +153,12 @@ def place_four_bar(kind: str, ratio: float, crank_angle: ArrayLike) -> tuple[Com
 
 
 def four_bars_through(
-    positions: Sequence[Position], kind: str, *, fixed: complex | None = None,
+    positions: Sequence[Position],
+    kind: str,
+    *,
+    fixed: complex | None = None,
     moving: complex | None = None,
-) -> tuple[FourBarDesign, ...]:  # fmt: skip
+) -> tuple[FourBarDesign, ...]:
     """Find balanced four-bars whose coupler passes through positions.
 
     Args:
@@ -185,9 +190,10 @@ def four_bars_through(
     ]
     size = size_of(positions)
     good = [
-        each for each in designs
+        each
+        for each in designs
         if SMALLEST * size < abs(each.scale) and each.spread < LARGEST * size
-    ]  # fmt: skip
+    ]
     ranks = rank_least_first([each.spread for each in good])
     return tuple(sorted((good[k] for k in ranks), key=lambda each: len(each.defects)))
 
@@ -240,10 +246,15 @@ def _angles_after(
 
 
 def _fit(
-    kind: str, positions: tuple[Position, ...], ratio: float, angles: tuple[float, ...],
-    steps: tuple[Displacement, ...], poles: Sequence[complex], fixed: complex | None,
+    kind: str,
+    positions: tuple[Position, ...],
+    ratio: float,
+    angles: tuple[float, ...],
+    steps: tuple[Displacement, ...],
+    poles: Sequence[complex],
+    fixed: complex | None,
     moving: complex | None,
-) -> FourBarDesign:  # fmt: skip
+) -> FourBarDesign:
     """Place a four-bar so that the poles of its coupler are those of the positions."""
     A = [complex(place_four_bar(kind, ratio, angle)[0]) for angle in angles]
     unit_poles = [

@@ -123,9 +123,12 @@ def _fit(kind: str, positions: Sequence[Position], x: Array) -> _Fit:
     misturned = np.angle(turned * np.conj(turned.sum()))
     arcs = size_of(positions) * misturned
     return _Fit(
-        complex(parts[0]), complex(parts[1]), apart + goal, misturned + wanted,
+        complex(parts[0]),
+        complex(parts[1]),
+        apart + goal,
+        misturned + wanted,
         np.concatenate([apart.real, apart.imag, arcs]),
-    )  # fmt: skip
+    )
 
 
 def _refine(kind: str, positions: tuple[Position, ...], start: Array) -> FourBarDesign:

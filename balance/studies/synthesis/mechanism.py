@@ -169,9 +169,12 @@ class Synthesis(WithPage, WithPicture):
         return repr_lines(
             f"Synthesis of a {self.kind} through {len(self.positions)} positions",
             f"  {self.words}",
-            *(f"  {mechanism.kind} on {_point(z)}" for mechanism in self.mechanisms[:3]
-              for z in list(mechanism.pivots.values())[:1]),
-        )  # fmt: skip
+            *(
+                f"  {mechanism.kind} on {_point(z)}"
+                for mechanism in self.mechanisms[:3]
+                for z in list(mechanism.pivots.values())[:1]
+            ),
+        )
 
     def _repr_html_(self) -> str:
         """Table of the same facts, for notebooks."""
@@ -211,10 +214,20 @@ def _contour(pivot_map: AngleErrorMap | CrossingMap | None) -> list[dict[str, fl
     points = pivot_map.contour.points
     fixed, moving = pivot_map.line.pivots(points[:, 0])
     return [
-        {"offset": tau, "inertia_ratio": ratio, "fixed_x": G.real, "fixed_y": G.imag,
-         "moving_x": W.real, "moving_y": W.imag, "error": error}
+        {
+            "offset": tau,
+            "inertia_ratio": ratio,
+            "fixed_x": G.real,
+            "fixed_y": G.imag,
+            "moving_x": W.real,
+            "moving_y": W.imag,
+            "error": error,
+        }
         for (tau, ratio), G, W, error in zip(
-            points.tolist(), fixed.tolist(), moving.tolist(),
-            pivot_map.contour.residuals.tolist(), strict=True,
+            points.tolist(),
+            fixed.tolist(),
+            moving.tolist(),
+            pivot_map.contour.residuals.tolist(),
+            strict=True,
         )
-    ]  # fmt: skip
+    ]

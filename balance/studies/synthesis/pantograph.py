@@ -146,9 +146,12 @@ def second_centre(masses: PantographMasses, s5: ArrayLike) -> NDArray[np.complex
 
 
 def reduced_inertias(
-    masses: PantographMasses, l1: ArrayLike, s5: ArrayLike, s2: ArrayLike | None = None,
+    masses: PantographMasses,
+    l1: ArrayLike,
+    s5: ArrayLike,
+    s2: ArrayLike | None = None,
     inertia_1: ArrayLike | None = None,
-) -> ReducedInertias:  # fmt: skip
+) -> ReducedInertias:
     """Compute J1, J2 and C of a pantograph; see the head of this module.
 
     Args:
@@ -164,17 +167,24 @@ def reduced_inertias(
     s1 = first_centre(m, l1)
     inertia = m.inertia_1 if inertia_1 is None else np.asarray(inertia_1)
     first = (
-        inertia + m.m1 * s1**2 + (m.m2 + m.m5) * l1**2 + m.m3 * (l1 - m.s3) ** 2
+        inertia
+        + m.m1 * s1**2
+        + (m.m2 + m.m5) * l1**2
+        + m.m3 * (l1 - m.s3) ** 2
         + (m.m4 + m.m6) * m.l3**2
-    )  # fmt: skip
+    )
     second = (
-        m.inertia_2 + m.m2 * np.abs(s2) ** 2 + m.m5 * np.abs(s5) ** 2 + m.m4 * m.s4**2
+        m.inertia_2
+        + m.m2 * np.abs(s2) ** 2
+        + m.m5 * np.abs(s5) ** 2
+        + m.m4 * m.s4**2
         + (m.m3 + m.m6) * m.l2**2
-    )  # fmt: skip
+    )
     coupling = (
-        l1 * np.real(m.m2 * s2 + m.m5 * s5) - m.m3 * (l1 - m.s3) * m.l2
+        l1 * np.real(m.m2 * s2 + m.m5 * s5)
+        - m.m3 * (l1 - m.s3) * m.l2
         + m.l3 * (m.m4 * m.s4 + m.m6 * m.l2)
-    )  # fmt: skip
+    )
     return ReducedInertias(np.asarray(first), np.asarray(second), np.asarray(coupling))
 
 
@@ -188,9 +198,20 @@ def default_masses(l1: float, reach: float) -> PantographMasses:
     half = 0.5 * l1
     inertia = l1 * l1 / 6.0 + half * half / 6.0
     return PantographMasses(
-        l2=half, l3=half, m1=1.0, m2=1.0, m3=1.0, m4=1.0, m5=0.1, m6=0.0, s3=0.0, s4=0.0,
-        s5=None, inertia_1=inertia, inertia_2=inertia + 0.1 * reach * reach / 12.0,
-    )  # fmt: skip
+        l2=half,
+        l3=half,
+        m1=1.0,
+        m2=1.0,
+        m3=1.0,
+        m4=1.0,
+        m5=0.1,
+        m6=0.0,
+        s3=0.0,
+        s4=0.0,
+        s5=None,
+        inertia_1=inertia,
+        inertia_2=inertia + 0.1 * reach * reach / 12.0,
+    )
 
 
 def decouple(masses: PantographMasses, l1: float) -> PantographMasses:

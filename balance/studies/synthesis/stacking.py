@@ -195,21 +195,32 @@ def _crank_slider(
     joints = [
         _joint("crank_joint", "platform", "crank", pivot, axis, True),
         _joint("coupler_joint", "crank", "coupler", along[0], axis),
-        make_elements.joint("slide", "prismatic", "platform", "slider",
-                            _origin(pivot + 2.0 * x * line), (number_words(line), "")),
+        make_elements.joint(
+            "slide",
+            "prismatic",
+            "platform",
+            "slider",
+            _origin(pivot + 2.0 * x * line),
+            (number_words(line), ""),
+        ),
         make_elements.loop(
-            "slider_joint", "revolute",
+            "slider_joint",
+            "revolute",
             [("coupler", _origin(along[1])), ("slider", _origin(np.zeros(3)))],
             (number_words(axis), ""),
         ),
-    ]  # fmt: skip
+    ]
     return links, joints
 
 
 def _dyad_links(
-    length: float, mass: float, names: tuple[str, str], dyad: _Dyad,
-    along: tuple[Array, Array], axis: Array,
-) -> list[Element]:  # fmt: skip
+    length: float,
+    mass: float,
+    names: tuple[str, str],
+    dyad: _Dyad,
+    along: tuple[Array, Array],
+    axis: Array,
+) -> list[Element]:
     """Make both links of a dyad."""
     return [
         _link(name, mass, centre / length * way, moment, axis)
@@ -230,9 +241,14 @@ def _joint(
 ) -> Element:
     """Make a revolute joint."""
     return make_elements.joint(
-        name, "continuous", parent, child, _origin(at), (number_words(axis), ""),
+        name,
+        "continuous",
+        parent,
+        child,
+        _origin(at),
+        (number_words(axis), ""),
         independent=independent,
-    )  # fmt: skip
+    )
 
 
 def _origin(at: Array) -> Element:

@@ -143,12 +143,18 @@ class SynthesisRequest:
 
 
 def synthesize(
-    positions: Iterable[Sequence[float]], ratio: float | None = None, *,
-    nonlinear: bool = False, kind: str = "pantograph", fixed: complex | None = None,
-    moving: complex | None = None, masses: PantographMasses | None = None,
-    window: Sequence[float] | None = None, within: float = 0.0,
+    positions: Iterable[Sequence[float]],
+    ratio: float | None = None,
+    *,
+    nonlinear: bool = False,
+    kind: str = "pantograph",
+    fixed: complex | None = None,
+    moving: complex | None = None,
+    masses: PantographMasses | None = None,
+    window: Sequence[float] | None = None,
+    within: float = 0.0,
     progress: Callable[[int, int], None] | None = None,
-) -> Synthesis:  # fmt: skip
+) -> Synthesis:
     """Find balanced mechanisms whose tool passes through positions.
 
     Pantographs with links that turn in the ratio ``k = β/φ`` of the first link and the tool
@@ -195,10 +201,16 @@ def synthesize(
     poses = check_positions(positions)
     linear = kind == "pantograph" and not nonlinear
     request = SynthesisRequest(
-        poses, kind, check_ratio(RATIO if ratio is None else ratio) if linear else None, fixed,
-        moving, masses, None if window is None else tuple(map(float, window)), progress,
+        poses,
+        kind,
+        check_ratio(RATIO if ratio is None else ratio) if linear else None,
+        fixed,
+        moving,
+        masses,
+        None if window is None else tuple(map(float, window)),
+        progress,
         float(within),
-    )  # fmt: skip
+    )
     request.check()
     if kind == "four-bar":
         return _four_bars(request)
@@ -220,9 +232,14 @@ def _linear(request: SynthesisRequest) -> Synthesis:
     drawn = construct_chain(chain, chosen) if len(request.positions) == 2 else None
     mechanism = _pantograph(pantograph, ratio)
     return Synthesis(
-        request.positions, request.kind, ratio, (mechanism,), 1, _changes(request, pantograph),
+        request.positions,
+        request.kind,
+        ratio,
+        (mechanism,),
+        1,
+        _changes(request, pantograph),
         construction=drawn,
-    )  # fmt: skip
+    )
 
 
 def _changes(request: SynthesisRequest, pantograph: BalancedPantograph) -> tuple[str, ...]:
@@ -255,9 +272,13 @@ def _nonlinear(request: SynthesisRequest) -> Synthesis:
     designs = _through_two_positions(request.positions, line, masses, low, high)
     ratio = masses.inertia_1 / masses.inertia_2 if masses.inertia_2 else 0.0
     error_map = angle_error_map(
-        request.positions, line, masses, np.linspace(low, high, GRID),
-        np.linspace(0.0, HIGHEST * ratio or 1.0, GRID), progress=request.progress,
-    )  # fmt: skip
+        request.positions,
+        line,
+        masses,
+        np.linspace(low, high, GRID),
+        np.linspace(0.0, HIGHEST * ratio or 1.0, GRID),
+        progress=request.progress,
+    )
     words = (
         f"{line.free} pivots up to {number_text(max(-low, high))} m from the chord "
         "were searched"
@@ -294,9 +315,14 @@ def _choose(
     if request.masses is None:
         remarks.append("masses in proportion to the positions: links of 1 kg, 1 kg at m6")
     return Synthesis(
-        request.positions, request.kind, None, mechanisms, len(designs), tuple(remarks),
+        request.positions,
+        request.kind,
+        None,
+        mechanisms,
+        len(designs),
+        tuple(remarks),
         map=pivot_map,  # type: ignore[arg-type]
-    )  # fmt: skip
+    )
 
 
 def _pantograph(pantograph: BalancedPantograph, ratio: float | None) -> SynthesizedMechanism:
@@ -316,17 +342,34 @@ def _pantograph(pantograph: BalancedPantograph, ratio: float | None) -> Synthesi
     }
     s2 = pantograph.s2
     numbers |= {
-        "l1": chain.length, "s1": pantograph.s1, "s2": s2.real, "s2_beside": s2.imag,
-        "payload": pantograph.payload.real, "payload_beside": pantograph.payload.imag,
-        "J1": J1, "J2": J2, "C": C,
-    }  # fmt: skip
+        "l1": chain.length,
+        "s1": pantograph.s1,
+        "s2": s2.real,
+        "s2_beside": s2.imag,
+        "payload": pantograph.payload.real,
+        "payload_beside": pantograph.payload.imag,
+        "J1": J1,
+        "J2": J2,
+        "C": C,
+    }
     return SynthesizedMechanism(
-        "pantograph", {"fixed": chain.fixed, "moving": chain.moving}, chain.link_turns,
-        chain.tool_turns, chain.error, 0.0, True, chain.tool_points(first, second),
-        tuple(map(pantograph.outline, range(len(chain.positions)))), list_defects(pantograph),
-        urdf, coupling, motion if ratio is None else None,
-        confirmation, numbers, _first_position(pantograph, ratio),
-    )  # fmt: skip
+        "pantograph",
+        {"fixed": chain.fixed, "moving": chain.moving},
+        chain.link_turns,
+        chain.tool_turns,
+        chain.error,
+        0.0,
+        True,
+        chain.tool_points(first, second),
+        tuple(map(pantograph.outline, range(len(chain.positions)))),
+        list_defects(pantograph),
+        urdf,
+        coupling,
+        motion if ratio is None else None,
+        confirmation,
+        numbers,
+        _first_position(pantograph, ratio),
+    )
 
 
 def _first_position(pantograph: BalancedPantograph, ratio: float | None) -> dict[str, float]:
@@ -378,13 +421,22 @@ def _four_bar(four_bar: FourBarDesign, within: float) -> SynthesizedMechanism | 
     numbers |= {"crank": abs(four_bar.scale), "base": abs(four_bar.scale) * four_bar.ratio}
     first = four_bar.positions[0].angle
     return SynthesizedMechanism(
-        four_bar.kind, four_bar.pivots(), tuple(angle - alpha[0] for angle in alpha),
-        tuple(each.angle - first for each in four_bar.positions), four_bar.error,
-        four_bar.angle_error, four_bar.miss <= within,
-        four_bar.tool_points(turns), tuple(map(four_bar.outline, range(len(alpha)))),
-        four_bar.defects, urdf, None, None,
-        confirm_balance(urdf, certified=False), numbers,
-    )  # fmt: skip
+        four_bar.kind,
+        four_bar.pivots(),
+        tuple(angle - alpha[0] for angle in alpha),
+        tuple(each.angle - first for each in four_bar.positions),
+        four_bar.error,
+        four_bar.angle_error,
+        four_bar.miss <= within,
+        four_bar.tool_points(turns),
+        tuple(map(four_bar.outline, range(len(alpha)))),
+        four_bar.defects,
+        urdf,
+        None,
+        None,
+        confirm_balance(urdf, certified=False),
+        numbers,
+    )
 
 
 def balance_chain(
@@ -429,9 +481,12 @@ def _link_angle(deltas: tuple[float, ...]) -> float:
 
 
 def _through_two_positions(
-    positions: Sequence[Position], line: PivotLine, masses: PantographMasses,
-    low: float, high: float,
-) -> tuple[BalancedPantograph, ...]:  # fmt: skip
+    positions: Sequence[Position],
+    line: PivotLine,
+    masses: PantographMasses,
+    low: float,
+    high: float,
+) -> tuple[BalancedPantograph, ...]:
     """Find the pantographs through two positions with a pivot on a line.
 
     Args:
@@ -444,10 +499,11 @@ def _through_two_positions(
 
 
 def through_three_positions(
-    positions: Sequence[Position], masses: PantographMasses,
+    positions: Sequence[Position],
+    masses: PantographMasses,
     window: tuple[float, float, float, float],
     progress: Callable[[int, int], None] | None = None,
-) -> tuple[tuple[BalancedPantograph, ...], CrossingMap]:  # fmt: skip
+) -> tuple[tuple[BalancedPantograph, ...], CrossingMap]:
     """Find the pantographs through three positions.
 
     Args:

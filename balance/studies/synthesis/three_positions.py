@@ -79,10 +79,11 @@ def circle_centres(moving: ArrayLike, steps: tuple[Displacement, ...]) -> Comple
 
 
 def crossing_map(
-    positions: Sequence[Position], masses: PantographMasses,
+    positions: Sequence[Position],
+    masses: PantographMasses,
     window: tuple[float, float, float, float],
     progress: Callable[[int, int], None] | None = None,
-) -> CrossingMap:  # fmt: skip
+) -> CrossingMap:
     """Map the residuals of three positions over moving pivots, and find where both vanish.
 
     Args:
@@ -112,11 +113,14 @@ def crossing_map(
     moving = _distinct(roots[inside], APART * size)
     second, third = (
         zero_contour(
-            x, y, residuals[k], lambda x, y, k=k: residual(x + 1j * y)[k],  # type: ignore[misc]
+            x,
+            y,
+            residuals[k],
+            lambda x, y, k=k: residual(x + 1j * y)[k],  # type: ignore[misc]
             SYNTHESIS_ANGLE_MET,
         )
         for k in (0, 1)
-    )  # fmt: skip
+    )
     return CrossingMap(x, y, residuals, (second, third), moving, circle_centres(moving, steps))
 
 

@@ -30,9 +30,12 @@ class ZeroContour(NamedTuple):
 
 
 def zero_contour(
-    x: ArrayLike, y: ArrayLike, values: ArrayLike,
-    function: Callable[[Array, Array], Array], tolerance: float,
-) -> ZeroContour:  # fmt: skip
+    x: ArrayLike,
+    y: ArrayLike,
+    values: ArrayLike,
+    function: Callable[[Array, Array], Array],
+    tolerance: float,
+) -> ZeroContour:
     """Find the zero contour of a function whose values on a grid are known.
 
     Where neighbours on the grid differ in sign, the root between them is refined. Sign changes

@@ -110,9 +110,12 @@ def assemble_mode(
 
 
 def _assemble(
-    draft: UnassembledLinkage, inputs: Sequence[str] | None, exactly: bool, mode: int | None,
+    draft: UnassembledLinkage,
+    inputs: Sequence[str] | None,
+    exactly: bool,
+    mode: int | None,
     stay: bool,
-) -> tuple[Linkage, bool]:  # fmt: skip
+) -> tuple[Linkage, bool]:
     """Close the loops of a linkage and choose its coordinates; see `assemble_mode`."""
     draft = _merge_welded_bodies(close_loops(draft, None if exactly else repair_component))
     wanted = tuple(inputs) if inputs is not None else draft.named_inputs
@@ -209,8 +212,9 @@ def _assemble_at_pose(
     )
     rounded = any(
         has_near_zero_singular_values(values, flat.planar)
-        for values, rank in zip(spectra, ranks, strict=True) if rank is None
-    )  # fmt: skip
+        for values, rank in zip(spectra, ranks, strict=True)
+        if rank is None
+    )
     return linkage, rounded, near
 
 
@@ -290,8 +294,9 @@ def _note_small_singular_values(
     """
     small = sum(
         rank - int(np.sum(values > AXIS_ROUNDING * values.max()))
-        for values, rank in zip(spectra, ranks, strict=True) if rank is not None
-    )  # fmt: skip
+        for values, rank in zip(spectra, ranks, strict=True)
+        if rank is not None
+    )
     if not small:
         return []
     here, fewer = count_noun(mobility, "degree"), count_noun(small, "constraint")

@@ -126,10 +126,13 @@ def mobility_notices(
             if there == here:
                 continue
             words = [
-                pose_words(draft, before + each.part.all_positions(x, units) * units,
-                           each.part.joints.tolist())
+                pose_words(
+                    draft,
+                    before + each.part.all_positions(x, units) * units,
+                    each.part.joints.tolist(),
+                )
                 for x in (each.q, q)
-            ]  # fmt: skip
+            ]
             text = (
                 f"the pose that closes the loops with the least motion ({each.motion:.2g} of "
                 f"the size of the linkage) leaves {_degrees(here)}, another with {motion:.2g} "

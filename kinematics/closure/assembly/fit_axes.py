@@ -119,9 +119,13 @@ def fit_axes(draft: UnassembledLinkage, normal: Array | None = None) -> Fit | No
 
 
 def _fitted_chain(
-    chain: Chain, used: list[Array], fresh: list[Array], rank: int, points: Array,
+    chain: Chain,
+    used: list[Array],
+    fresh: list[Array],
+    rank: int,
+    points: Array,
     normal: Array | None,
-) -> Chain | None:  # fmt: skip
+) -> Chain | None:
     """Move axes until the loops close at poses, and at fresh ones; None if they do not."""
     for groups in (_group_parallel_joints(chain), [[j] for j in range(len(points))]):
         aligned = _align_axes(chain, groups, points, normal)
@@ -161,8 +165,9 @@ def _axis_at_point(joint: Joint, other: Joint | None = None) -> tuple[Array, Arr
 
 def _group_parallel_joints(chain: Chain) -> list[list[int]]:
     """Group joints whose axes are parallel but for rounding."""
-    directions = np.where(np.any(chain.screws[:, :3], axis=1)[:, None],
-                          chain.screws[:, :3], chain.screws[:, 3:])  # fmt: skip
+    directions = np.where(
+        np.any(chain.screws[:, :3], axis=1)[:, None], chain.screws[:, :3], chain.screws[:, 3:]
+    )
     return alike_groups(
         directions,
         lambda some, direction: (
@@ -181,8 +186,12 @@ def _align_axes(
     screws = chain.screws.copy()
     for group in (g for g in groups if len(g) > 1):
         turning = [bool(chain.screws[j, :3].any()) for j in group]
-        ns = np.array([chain.screws[j, :3] if t else chain.screws[j, 3:]
-                       for j, t in zip(group, turning, strict=True)])  # fmt: skip
+        ns = np.array(
+            [
+                chain.screws[j, :3] if t else chain.screws[j, 3:]
+                for j, t in zip(group, turning, strict=True)
+            ]
+        )
         signs = np.sign(ns @ ns[0])
         mean = signs @ ns
         if normal is not None and all(turning):
@@ -258,9 +267,15 @@ def _move_axes(chain: Chain, poses: list[Array], rank: int, moves: Array) -> Cha
 
     def move(moved: Chain, step: Array) -> Chain:
         small = (moves @ -step).reshape(-1, 6)
-        return replace(moved, screws=freeze([
-            Ad(_exp_of_small_twist(d)) @ s for d, s in zip(small, moved.screws, strict=True)
-        ]))  # fmt: skip
+        return replace(
+            moved,
+            screws=freeze(
+                [
+                    Ad(_exp_of_small_twist(d)) @ s
+                    for d, s in zip(small, moved.screws, strict=True)
+                ]
+            ),
+        )
 
     def closed(path: Sequence[Iterate]) -> bool:
         return path[-1].error <= FIT_CONVERGED
@@ -332,9 +347,7 @@ def _axis_jacobian(chain: Chain, q: Array) -> Array:
         H = pose.H[chain.parent[j]] if chain.parent[j] >= 0 else np.eye(4)
         turn = Ad(H) @ (np.eye(6) - Ad(exp(chain.screws[j], q[j])))
         J[:, :, j] = signs[:, j, None, None] * turn
-    return np.concatenate([
-        J.reshape(-1, 6 * n), np.zeros((len(chain.mimics), 6 * n))
-    ])  # fmt: skip
+    return np.concatenate([J.reshape(-1, 6 * n), np.zeros((len(chain.mimics), 6 * n))])
 
 
 def _exp_of_small_twist(small: NDArray[np.floating]) -> Array:

@@ -35,10 +35,11 @@ def minimise_opening(chain: Chain, gaps: Array, start: Array) -> Array:
 
     before = paths(chain.parent)
     q: Array = least_squares(
-        lambda q: loop_residual(chain, gaps, forward_kinematics(chain, q)), start,
+        lambda q: loop_residual(chain, gaps, forward_kinematics(chain, q)),
+        start,
         lambda q: _residual_jacobian(chain, gaps, before, forward_kinematics(chain, q)),
         max_nfev=200,
-    ).x  # fmt: skip
+    ).x
     return q
 
 

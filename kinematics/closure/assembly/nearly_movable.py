@@ -39,9 +39,14 @@ def note_nearly_movable(linkage: Linkage) -> list[Notice]:
         if fit.freedom <= free:
             continue
         more = count_noun(fit.freedom - free, "degree")
-        notices.append(Notice("nearly_movable", (
-            f"{first_names(resting)} do not move as written; with axes moved by "
-            f"{fit.change:.0e} (radians, parts of the size of their loops) these have {more} "
-            "of freedom more (--as-written for the answer without doubt)"
-        )))  # fmt: skip
+        notices.append(
+            Notice(
+                "nearly_movable",
+                (
+                    f"{first_names(resting)} do not move as written; with axes moved by "
+                    f"{fit.change:.0e} (radians, parts of the size of their loops) these have {more} "
+                    "of freedom more (--as-written for the answer without doubt)"
+                ),
+            )
+        )
     return notices

@@ -139,10 +139,11 @@ def _aligned_draft(
         f"{AXIS_ROUNDING:.0e} counts as rounding); their welds were moved by that"
     )
     return replace(
-        draft, joints=tuple(_align_with_normal(joint, normal) for joint in draft.joints),
+        draft,
+        joints=tuple(_align_with_normal(joint, normal) for joint in draft.joints),
         notices=(*draft.notices, Notice("closes_to_rounding", text)),
         mended=max(draft.mended, gap),
-    )  # fmt: skip
+    )
 
 
 def _mean_normal(draft: UnassembledLinkage) -> Array | None:

@@ -55,12 +55,16 @@ def rereference(
     if q.any():
         positions = freeze(q * chain.units + (0.0 if positions is None else positions))
     return replace(
-        draft, joints=joints, bodies=bodies, places=places, displaced=positions,
+        draft,
+        joints=joints,
+        bodies=bodies,
+        places=places,
+        displaced=positions,
         loops=tuple(
             replace(loop, gap=freeze(np.eye(4) if closed else _gap_there(loop, H)))
             for loop in draft.loops
         ),
-    )  # fmt: skip
+    )
 
 
 def _gap_there(loop: Loop, H: list[Array]) -> Array:

@@ -271,8 +271,9 @@ def _rigid_error(group: Component, local: LocalMobility) -> MobilityError:
         f"{draft.source}: the linkage moves only infinitesimally: joints "
         f"{_joint_list(draft, joints)} have {_degrees(local.freedom)} at first order, "
         f"but are not mobile {order}; {remedy}",
-        order=local.order, joints=[draft.joints[j].name for j in joints],
-    )  # fmt: skip
+        order=local.order,
+        joints=[draft.joints[j].name for j in joints],
+    )
 
 
 def _degrees(count: int) -> str:

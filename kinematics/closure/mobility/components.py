@@ -111,7 +111,8 @@ def component_of(draft: UnassembledLinkage, joints: Sequence[int]) -> Component:
         ),
         bodies=tuple(
             replace(body, link=number[body.link])
-            for body in draft.bodies if body.link in number
+            for body in draft.bodies
+            if body.link in number
         ),
         loops=tuple(
             replace(draft.loops[k], end=ends[k][0], successor=ends[k][1]) for k in loops
@@ -120,7 +121,7 @@ def component_of(draft: UnassembledLinkage, joints: Sequence[int]) -> Component:
         places={},
         displaced=None,
         other_poses=(),
-    )  # fmt: skip
+    )
     _check_size(part)
     return Component(np.array(joints, dtype=np.int64), part, arrange_loops(part), loops)
 

@@ -209,16 +209,18 @@ def _group_modes(chain: Chain, N: Array, distance: float, starts: list[_Start]) 
         join = _pair_half_branches if mobility == 1 else _join_sheets
         modes += [
             Mode(
-                mobility, tuple(sorted(group, key=_first_rate_is_negative)),
+                mobility,
+                tuple(sorted(group, key=_first_rate_is_negative)),
                 sum(hits.get(id(pose), 0) for pose in group),
             )
             for group in join(chain, N, distance, alike)
-        ]  # fmt: skip
+        ]
     sheet_ids = {id(pose) for pose in sheets}
     shaky = sum(
         not _is_regular(chain, start.pose, NEARER * distance)
-        for start in starts if id(start.pose) not in sheet_ids
-    )  # fmt: skip
+        for start in starts
+        if id(start.pose) not in sheet_ids
+    )
     doubt = f"{count_noun(shaky, 'pose')} nearby cannot be told apart" if shaky else ""
     return ModeSearch(tuple(sorted(modes, key=cmp_to_key(_compare_modes))), doubt)
 
@@ -403,14 +405,16 @@ def _join_sheets(
         opposite = _opposite(chain, N, distance, groups[k][0])
         partner = next(
             (
-                other for other in groups
-                if other is not groups[k] and (
+                other
+                for other in groups
+                if other is not groups[k]
+                and (
                     _are_joined(chain, groups[k], other, distance)
                     or (opposite and _are_joined(chain, [opposite], other, distance))
                 )
             ),
             None,
-        )  # fmt: skip
+        )
         if partner is None:
             k += 1
             continue

@@ -164,14 +164,39 @@ def _polynomials_kernel(dim):
                 solve_order(begin, end, lanes, stride, product, response, dependent, x, rates)
             if k < order and dim == 6:
                 spatial_vectors(
-                    k, begin, end, stride, joints, arms, axes, screws, starts, pitch, rates,
-                    omega, product, left, right,
-                )  # fmt: skip
+                    k,
+                    begin,
+                    end,
+                    stride,
+                    joints,
+                    arms,
+                    axes,
+                    screws,
+                    starts,
+                    pitch,
+                    rates,
+                    omega,
+                    product,
+                    left,
+                    right,
+                )
             elif k < order:
                 planar_vectors(
-                    k, begin, end, stride, joints, arms, axes, turning, turned, starts, rates,
-                    product, left, right,
-                )  # fmt: skip
+                    k,
+                    begin,
+                    end,
+                    stride,
+                    joints,
+                    arms,
+                    axes,
+                    turning,
+                    turned,
+                    starts,
+                    rates,
+                    product,
+                    left,
+                    right,
+                )
         _divide_by_degree(degrees, rates)
         return condition
 

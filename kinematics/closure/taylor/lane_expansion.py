@@ -93,11 +93,23 @@ def lane_expansion_workspace(layout: Layout, dim: int) -> ExpansionLanes:
     rows = loops * dim + (layout.real.size - n * width) // max(n, 1)
     m, nd, vectors = length["equations"], length["dependent"], arms + axes
     return ExpansionLanes(
-        lanes(n, dim), lanes(rows, n), lanes(n + length["cuts"], space), lanes(n),
-        lanes(vectors, space), lanes(m, nd), lanes(m, nd + m), lanes(nd, m), lanes(nd, nd + 1),
-        lanes(1), lanes(rows), lanes(M, n), lanes(n, M, turns), lanes(vectors, M, space),
-        lanes(vectors, M, space), lanes(axes, M, space),
-    )  # fmt: skip
+        lanes(n, dim),
+        lanes(rows, n),
+        lanes(n + length["cuts"], space),
+        lanes(n),
+        lanes(vectors, space),
+        lanes(m, nd),
+        lanes(m, nd + m),
+        lanes(nd, m),
+        lanes(nd, nd + 1),
+        lanes(1),
+        lanes(rows),
+        lanes(M, n),
+        lanes(n, M, turns),
+        lanes(vectors, M, space),
+        lanes(vectors, M, space),
+        lanes(axes, M, space),
+    )
 
 
 @kernel(reference_counting=False)
@@ -279,24 +291,61 @@ def _lanes_kernel(dim):
                 for h in range(count if 1 < k < order else few if k > 1 else 0):
                     link = arms[h, 0] if h < few else axes[h - few, 0]
                     turn_vectors(
-                        begin, end, places, pairs, space, omega[link].reshape(-1),
-                        vectors[h].reshape(-1), turned[h].reshape(-1),
-                    )  # fmt: skip
+                        begin,
+                        end,
+                        places,
+                        pairs,
+                        space,
+                        omega[link].reshape(-1),
+                        vectors[h].reshape(-1),
+                        turned[h].reshape(-1),
+                    )
                 for h in range(count - few if k > 1 else 0):
                     slide_vectors(
-                        begin, end, places, pairs, space, axes[h, 1], n, rates.reshape(-1),
-                        vectors[few + h].reshape(-1), slid[h].reshape(-1),
-                    )  # fmt: skip
+                        begin,
+                        end,
+                        places,
+                        pairs,
+                        space,
+                        axes[h, 1],
+                        n,
+                        rates.reshape(-1),
+                        vectors[few + h].reshape(-1),
+                        slid[h].reshape(-1),
+                    )
                 if k > 1:
                     solve_monomials(
-                        begin, end, axes, terms, points, pitch, turned, slid, P, dependent,
-                        equations, b, rates,
-                    )  # fmt: skip
+                        begin,
+                        end,
+                        axes,
+                        terms,
+                        points,
+                        pitch,
+                        turned,
+                        slid,
+                        P,
+                        dependent,
+                        equations,
+                        b,
+                        rates,
+                    )
                 if k < order:
                     fill_vectors(
-                        k, begin, end, joints, arms, axes, s, starts, pitch, rates, turned,
-                        slid, omega, vectors,
-                    )  # fmt: skip
+                        k,
+                        begin,
+                        end,
+                        joints,
+                        arms,
+                        axes,
+                        s,
+                        starts,
+                        pitch,
+                        rates,
+                        turned,
+                        slid,
+                        omega,
+                        vectors,
+                    )
             used = min(VECTOR_WIDTH, screws.shape[0] - block)
             for lane in range(used):
                 conditions[block + lane] = condition[0, lane]

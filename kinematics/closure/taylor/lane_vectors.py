@@ -154,9 +154,21 @@ def solve_monomials(
 
 @kernel(reference_counting=False)
 def fill_vectors(
-    k, begin, end, joints, arms, axes, screws, starts, pitch, rates, turned, slid, omega,
+    k,
+    begin,
+    end,
+    joints,
+    arms,
+    axes,
+    screws,
+    starts,
+    pitch,
+    rates,
+    turned,
+    slid,
+    omega,
     vectors,
-):  # fmt: skip
+):
     """Compute the vectors of the monomials of degree k.
 
     Args:

@@ -200,19 +200,34 @@ def _pack(chain: Chain, order: int, equations: tuple[int, ...] | None, _kinds: b
     every = range(rows) if equations is None else equations
     m, monomials = len(every), len(table.exponents)
     lengths = _Work(
-        left=monomials * stride, right=monomials * stride, product=monomials * stride,
-        response=loop_lanes * wide, inverse=rows * wide, unknown=wide,
+        left=monomials * stride,
+        right=monomials * stride,
+        product=monomials * stride,
+        response=loop_lanes * wide,
+        inverse=rows * wide,
+        unknown=wide,
         reflected=m * round_up_to_vectors(chain.dependent.size + m),
-        turning=n * stride if dim == 3 else 0, turned=stride if dim == 3 else 0,
+        turning=n * stride if dim == 3 else 0,
+        turned=stride if dim == 3 else 0,
         matrix=rows * n,
-        points=(n + len(vectors.cuts)) * space, starts=(arms + axes) * space,
-        omega=3 * n if dim == 6 else 0, pitch=n, scratch=m,
-    )  # fmt: skip
+        points=(n + len(vectors.cuts)) * space,
+        starts=(arms + axes) * space,
+        omega=3 * n if dim == 6 else 0,
+        pitch=n,
+        scratch=m,
+    )
     sections: list[Iterable] = [
         [n, chain.width, loop_lanes, stride, wide],
-        chain.parent, chain.ends, chain.dependent, every, *vectors,
-        table.starts, table.places, table.pairs, np.cumsum([0, *lengths]),
-    ]  # fmt: skip
+        chain.parent,
+        chain.ends,
+        chain.dependent,
+        every,
+        *vectors,
+        table.starts,
+        table.places,
+        table.pairs,
+        np.cumsum([0, *lengths]),
+    ]
     flat = [np.ravel(np.array(section, dtype=np.int64)) for section in sections]
     places = np.cumsum([len(flat) + 1, *map(len, flat)])
     return Layout(

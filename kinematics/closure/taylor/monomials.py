@@ -61,11 +61,15 @@ def monomial_table(width: int, order: int) -> Monomials:
             f"order {order} in {width} inputs takes {products:.1e} products; "
             "give a lower order, or restrict the motion"
         )
-    rows = [
-        np.bincount(factors, minlength=width)
-        for k in range(order + 1)
-        for factors in combinations_with_replacement(range(width), k)
-    ] if width else [np.zeros(0, np.int64)]  # fmt: skip
+    rows = (
+        [
+            np.bincount(factors, minlength=width)
+            for k in range(order + 1)
+            for factors in combinations_with_replacement(range(width), k)
+        ]
+        if width
+        else [np.zeros(0, np.int64)]
+    )
     exponents = freeze(np.reshape(np.array(rows, dtype=np.int64), (-1, width)), np.int64)
     starts = np.searchsorted(exponents.sum(axis=1), np.arange(order + 2))
     # Sums of codes are codes of products, and within a degree codes descend.

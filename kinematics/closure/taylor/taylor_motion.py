@@ -331,9 +331,15 @@ def taylor_motion(
         )
     coefficients = _to_si(chain_coefficients, chain, scales, table, len(linkage.joints))
     return TaylorMotion(
-        linkage, motion, names_of(linkage.joints), table.exponents, coefficients,
-        max(condition, 1.0), chain, scales,
-    )  # fmt: skip
+        linkage,
+        motion,
+        names_of(linkage.joints),
+        table.exponents,
+        coefficients,
+        max(condition, 1.0),
+        chain,
+        scales,
+    )
 
 
 def _to_si(

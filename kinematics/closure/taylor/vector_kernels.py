@@ -213,9 +213,21 @@ def fill_turning(parent, screws, arms, axes, starts, stride, turning, turned):
 
 @kernel(inline=True, reference_counting=False)
 def planar_vectors(
-    k, begin, end, stride, joints, arms, axes, turning, turned, starts, rates, product, left,
+    k,
+    begin,
+    end,
+    stride,
+    joints,
+    arms,
+    axes,
+    turning,
+    turned,
+    starts,
+    rates,
+    product,
+    left,
     right,
-):  # fmt: skip
+):
     """Compute vectors of degree k, in a plane; see `spatial_vectors`.
 
     ``D r = ω (-r_y, r_x)``: x and y of each are one lane each.
@@ -267,9 +279,22 @@ def planar_vectors(
 
 @kernel(inline=True, reference_counting=False)
 def spatial_vectors(
-    k, begin, end, stride, joints, arms, axes, screws, starts, pitch, rates, omega, product,
-    left, right,
-):  # fmt: skip
+    k,
+    begin,
+    end,
+    stride,
+    joints,
+    arms,
+    axes,
+    screws,
+    starts,
+    pitch,
+    rates,
+    omega,
+    product,
+    left,
+    right,
+):
     """Compute vectors of degree k and their factors, each on its lanes.
 
     The lanes of a cross product are the three products that are added, ``ω_u r_v``, then the

@@ -78,9 +78,13 @@ def _run_worker(path: str, result: str, folder: str) -> None:
     worker = str(Path(__file__).with_name("xacro_worker.py"))
     try:
         subprocess.run(
-            [sys.executable, "-P", worker, path, result], cwd=folder, timeout=MAX_SECONDS,
-            stdin=subprocess.DEVNULL, capture_output=True, check=False,
-        )  # fmt: skip
+            [sys.executable, "-P", worker, path, result],
+            cwd=folder,
+            timeout=MAX_SECONDS,
+            stdin=subprocess.DEVNULL,
+            capture_output=True,
+            check=False,
+        )
     except subprocess.TimeoutExpired:
         problem = f"its expansion by xacro takes more than {MAX_SECONDS} s"
         raise Refusal("", problem, _BY_HAND) from None

@@ -134,7 +134,10 @@ def read_files(model: Path | Document, loops: Path | None, options: ReadOptions)
         tree, noise = remove_exporter_noise(replace_rounded_angles(tree), source)
         more = (*more, *noise)
     file = RobotFile(
-        tree, merged.inputs,
-        (*robot.remarks, *merged.remarks, *repeated, *more), robot.document, robot.dialects,
-    )  # fmt: skip
+        tree,
+        merged.inputs,
+        (*robot.remarks, *merged.remarks, *repeated, *more),
+        robot.document,
+        robot.dialects,
+    )
     return settle_floating_joints(file, source, options.fix_base)

@@ -68,8 +68,11 @@ def choose_ground(robot: Element, source: str, ground: str | None) -> tuple[Elem
     return robot, tuple(remarks)
 
 
-def loose_links(links: Sequence[Element], joints: Sequence[Element], loops: Sequence[Element],
-                ) -> tuple[list[str], list[str]]:  # fmt: skip
+def loose_links(
+    links: Sequence[Element],
+    joints: Sequence[Element],
+    loops: Sequence[Element],
+) -> tuple[list[str], list[str]]:
     """Tell roots on which something moves from loose ones.
 
     Args:
@@ -112,10 +115,11 @@ def _set_ground(robot: Element, ground: str) -> tuple[Element, list[str], list[s
         return robot, loose, floating
     gone = set(loose)
     kept = [
-        item for item in robot.children
+        item
+        for item in robot.children
         if not (item.tag == "link" and item.name in gone)
         and not (item.tag == "joint" and _end(item, "child") in gone)
-    ]  # fmt: skip
+    ]
     taken = {item.name for item in robot.children}
     for root in floating:
         name = unused_name(f"{root}_floats", taken)

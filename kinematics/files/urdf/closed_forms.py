@@ -64,10 +64,13 @@ class _Value(NamedTuple):
     def text(self) -> str:
         """The sum in words."""
         return " + ".join(
-            f"{factor}" if (kind, a) == ("root", 1)
-            else f"{factor} √{a}" if kind == "root" else f"{factor} cos {Fraction(360 * a, n)}°"
+            f"{factor}"
+            if (kind, a) == ("root", 1)
+            else f"{factor} √{a}"
+            if kind == "root"
+            else f"{factor} cos {Fraction(360 * a, n)}°"
             for factor, kind, a, n in self.terms
-        )  # fmt: skip
+        )
 
     def within(self, N: int) -> Fraction:
         """Compute the number in a field whose conductor is a multiple of its own."""
@@ -150,8 +153,9 @@ def read_closed_forms(
     )
     numbers = {
         key: value.within(conductor)
-        for key, value in values.items() if conductor % value.conductor == 0
-    }  # fmt: skip
+        for key, value in values.items()
+        if conductor % value.conductor == 0
+    }
     by_key = {vector.key: vector for vector in vectors}
     for key, copy in copies.items():
         if conductor % copy.conductor == 0:

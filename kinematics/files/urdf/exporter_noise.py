@@ -47,18 +47,24 @@ def remove_exporter_noise(
     ):
         children = tuple(_without_noise(item, clean_part) for item in tree.children)
         changed = [
-            before.label for before, after in zip(tree.children, children, strict=True)
+            before.label
+            for before, after in zip(tree.children, children, strict=True)
             if before is not after
-        ]  # fmt: skip
+        ]
         if not changed:
             continue
         tree = replace(tree, children=children)
         more = f" and {len(changed) - MAX_NAMED} more" if len(changed) > MAX_NAMED else ""
-        remarks.append((code, (
-            f"{clean(source, 1000)}: {what.format(f'{float(EXACT_ANGLE_ERROR):.0e}')} are read "
-            f"as zero: {', '.join(changed[:MAX_NAMED])}{more}; --as-written "
-            "(angles='as_written') takes them"
-        )))  # fmt: skip
+        remarks.append(
+            (
+                code,
+                (
+                    f"{clean(source, 1000)}: {what.format(f'{float(EXACT_ANGLE_ERROR):.0e}')} are read "
+                    f"as zero: {', '.join(changed[:MAX_NAMED])}{more}; --as-written "
+                    "(angles='as_written') takes them"
+                ),
+            )
+        )
     return tree, tuple(remarks)
 
 
@@ -85,10 +91,13 @@ def _clean_axis(axis: Element) -> Element:
 def _origin_cleaner(tree: Element) -> Callable[[Element], Element]:
     """Make what returns an origin with zeros in place of round-off, or the same element."""
     lengths = [
-        abs(float(word)) for item in tree.children if item.tag in ("joint", "loop")
-        for part in item.walk() if part.tag == "origin"
+        abs(float(word))
+        for item in tree.children
+        if item.tag in ("joint", "loop")
+        for part in item.walk()
+        if part.tag == "origin"
         for word in part.attributes.get("xyz", "").split()
-    ]  # fmt: skip
+    ]
     least = float(EXACT_ANGLE_ERROR) * max(lengths, default=0.0)
 
     def clean_origin(origin: Element) -> Element:

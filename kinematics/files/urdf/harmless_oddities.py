@@ -101,8 +101,9 @@ def _mend_inertia(inertia: Element, oddities: list[str], label: str) -> Element:
     """Rename the entries below the diagonal, unless they contradict those above it."""
     given = inertia.attributes
     below = {name: above for name, above in _MIRRORED.items() if name in given}
-    if not below or any(given.get(above, given[name]) != given[name]
-                        for name, above in below.items()):  # fmt: skip
+    if not below or any(
+        given.get(above, given[name]) != given[name] for name, above in below.items()
+    ):
         return inertia
     oddities.append(f"{label} has {', '.join(f'{a} for {b}' for a, b in below.items())}")
     return replace(inertia, attributes={below.get(name, name): given[name] for name in given})

@@ -73,9 +73,12 @@ def loop_file_of(source: str) -> str | None:
 
 
 def merge_loop_file(
-    tree: Element, source: str, loops: str | os.PathLike[str] | None = None,
-    search: bool = True, translated: Collection[str] = (),
-) -> RobotFile:  # fmt: skip
+    tree: Element,
+    source: str,
+    loops: str | os.PathLike[str] | None = None,
+    search: bool = True,
+    translated: Collection[str] = (),
+) -> RobotFile:
     """Merge loops from a YAML file into the tree of a URDF file.
 
     Args:
@@ -98,9 +101,12 @@ def merge_loop_file(
 
 
 def _find_and_merge(
-    tree: Element, source: str, loops: str | os.PathLike[str] | None, search: bool,
+    tree: Element,
+    source: str,
+    loops: str | os.PathLike[str] | None,
+    search: bool,
     inline: Element | None,
-) -> RobotFile:  # fmt: skip
+) -> RobotFile:
     """Merge as `merge_loop_file`, without remarks on the URDF file; ``inline`` is its loop."""
     if loops is None:
         file = loop_file_of(source) if search else None

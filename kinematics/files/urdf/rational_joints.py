@@ -64,9 +64,13 @@ class RationalJoints:
     """
 
     def __init__(
-        self, tree: Element, closed: bool = True, change: Fraction = Fraction(0),
-        length: Fraction = Fraction(1), roots: FileRoots | None = None,
-    ) -> None:  # fmt: skip
+        self,
+        tree: Element,
+        closed: bool = True,
+        change: Fraction = Fraction(0),
+        length: Fraction = Fraction(1),
+        roots: FileRoots | None = None,
+    ) -> None:
         """Read a tree.
 
         Args:

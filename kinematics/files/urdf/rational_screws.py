@@ -139,9 +139,11 @@ def _scaled_line(screw: Vector) -> Vector:
 
 
 def of_lowest_rank(
-    linkage: Linkage, compute: Callable[[Geometry], T], rank: Callable[[T], tuple[int, ...]],
+    linkage: Linkage,
+    compute: Callable[[Geometry], T],
+    rank: Callable[[T], tuple[int, ...]],
     confirms: Callable[[T], bool],
-) -> T:  # fmt: skip
+) -> T:
     """Compute something with the geometry that a linkage means; see `_rational_geometries`.
 
     Where that does not confirm what floating point finds, numbers of the file are read as

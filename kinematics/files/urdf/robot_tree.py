@@ -106,11 +106,13 @@ def rotation_of_angles(angles: ArrayLike) -> Array:
         angles: roll, pitch and yaw, radians.
     """
     (sr, sp, sy), (cr, cp, cy) = np.sin(angles), np.cos(angles)
-    return np.array([
-        [cp * cy, sp * (sr * cy) - cr * sy, sp * (cr * cy) + sr * sy],
-        [cp * sy, sp * (sr * sy) + cr * cy, sp * (cr * sy) - sr * cy],
-        [-sp, cp * sr, cp * cr],
-    ])  # fmt: skip
+    return np.array(
+        [
+            [cp * cy, sp * (sr * cy) - cr * sy, sp * (cr * cy) + sr * sy],
+            [cp * sy, sp * (sr * sy) + cr * cy, sp * (cr * sy) - sr * cy],
+            [-sp, cp * sr, cp * cr],
+        ]
+    )
 
 
 def _inertial(item: Element | None) -> Inertial | None:

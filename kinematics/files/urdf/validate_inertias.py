@@ -32,8 +32,11 @@ def find_unphysical(tree: Element, source: str) -> tuple[tuple[str, str], ...]:
     Returns:
         Code and message, or nothing.
     """
-    faults = [f"{link.label}: {', '.join(broken)}" for link in tree.every("link")
-             if (broken := list(_broken_inequalities(link)))]  # fmt: skip
+    faults = [
+        f"{link.label}: {', '.join(broken)}"
+        for link in tree.every("link")
+        if (broken := list(_broken_inequalities(link)))
+    ]
     if not faults:
         return ()
     more = f"; and {len(faults) - MAX_NAMED} more links" if len(faults) > MAX_NAMED else ""

@@ -39,15 +39,27 @@ _ATTRIBUTES = {
 _WORDS = frozenset(_PARTS) - {"robot"} | frozenset(_ATTRIBUTES)
 # Attributes next to which other tools write theirs.
 _OWN = {
-    "joint": ("independent", "name", "type"), "loop": ("independent", "name", "type"),
+    "joint": ("independent", "name", "type"),
+    "loop": ("independent", "name", "type"),
     "robot": ("name", "version"),
-}  # fmt: skip
+}
 # Elements of other tools, in which some of these words mean something else.
 _FOREIGN = {
-    "calibration", "collision", "contact", "dynamics", "gazebo", "joint_properties", "limit",
-    "material", "ros2_control", "safety_controller", "sensor", "surface", "transmission",
+    "calibration",
+    "collision",
+    "contact",
+    "dynamics",
+    "gazebo",
+    "joint_properties",
+    "limit",
+    "material",
+    "ros2_control",
+    "safety_controller",
+    "sensor",
+    "surface",
+    "transmission",
     "visual",
-}  # fmt: skip
+}
 # Elements of `kinematics.files.formats.loop_dialects`, which belong into <robot>.
 _DIALECTS = ("coupling", "loop_joint")
 # Elements that count as misplaced inside an element of another tool, by the host of the latter:

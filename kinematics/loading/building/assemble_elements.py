@@ -25,9 +25,12 @@ Remarks = Sequence[tuple[str, str]]
 
 
 def assemble_elements(
-    robot: Element, source: str, inputs: Sequence[str] | None = None,
-    options: ReadOptions | None = None, remarks: Remarks = (),
-) -> Linkage:  # fmt: skip
+    robot: Element,
+    source: str,
+    inputs: Sequence[str] | None = None,
+    options: ReadOptions | None = None,
+    remarks: Remarks = (),
+) -> Linkage:
     """Check the elements of a linkage, close its loops and choose its coordinates.
 
     Args:

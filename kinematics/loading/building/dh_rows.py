@@ -201,9 +201,13 @@ def _replace_rounded(
 
 
 def _robot(
-    name: str, rows: Array, convention: str, kinds: Sequence[str], titles: Sequence[str],
+    name: str,
+    rows: Array,
+    convention: str,
+    kinds: Sequence[str],
+    titles: Sequence[str],
     bodies: Mapping[str, BodyLike] | None,
-) -> Element:  # fmt: skip
+) -> Element:
     """Make the elements of the linkage."""
     checked_name("<robot>", "name", name)
     links = ["base", *(f"link{i + 1}" for i in range(len(rows)))]
@@ -213,10 +217,17 @@ def _robot(
         links, links[1:], rows, kinds, titles, strict=False
     ):
         before, beyond = _transformations(row, convention)
-        joints.append(make_elements.joint(
-            title, "continuous" if kind == "revolute" else kind, parent, child,
-            make_elements.origin(after @ before), ("0 0 1", ""), independent=True,
-        ))  # fmt: skip
+        joints.append(
+            make_elements.joint(
+                title,
+                "continuous" if kind == "revolute" else kind,
+                parent,
+                child,
+                make_elements.origin(after @ before),
+                ("0 0 1", ""),
+                independent=True,
+            )
+        )
         after = beyond
         parts.append(make_elements.link(child, _inertial(masses.get(child), beyond)))
     if convention == "standard":

@@ -29,8 +29,12 @@ if TYPE_CHECKING:
 
 _NEEDED = ("joints", "names", "parents", "jointPlacements", "inertias", "frames")
 # Types of the file for Pinocchio joints with several degrees of freedom.
-_SEVERAL = {"JointModelSpherical": "spherical", "JointModelSphericalZYX": "spherical",
-            "JointModelPlanar": "planar", "JointModelFreeFlyer": "floating"}  # fmt: skip
+_SEVERAL = {
+    "JointModelSpherical": "spherical",
+    "JointModelSphericalZYX": "spherical",
+    "JointModelPlanar": "planar",
+    "JointModelFreeFlyer": "floating",
+}
 _LOOPS = {"CONTACT_6D": "fixed", "CONTACT_3D": "spherical"}
 
 

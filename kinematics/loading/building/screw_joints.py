@@ -145,9 +145,11 @@ def from_screws(
 
 
 def _robot(
-    name: str, joints: Sequence[ScrewJoint], loops: Sequence[ScrewJoint],
+    name: str,
+    joints: Sequence[ScrewJoint],
+    loops: Sequence[ScrewJoint],
     bodies: Mapping[str, BodyLike] | None,
-) -> Element:  # fmt: skip
+) -> Element:
     """Make the elements of the linkage."""
     checked_name("<robot>", "name", name)
     checked = [_check_joint("joint", joint) for joint in joints]
@@ -259,9 +261,15 @@ def _joint_element(each: _CheckedJoint, points: Mapping[str, Array]) -> Element:
         "origin", {"xyz": exact_differences(points[joint.child], points[joint.parent])}
     )
     return make_elements.joint(
-        joint.name, each.kind, joint.parent, joint.child, at, each.axes, each.pitch,
+        joint.name,
+        each.kind,
+        joint.parent,
+        joint.child,
+        at,
+        each.axes,
+        each.pitch,
         _mimic(joint),
-    )  # fmt: skip
+    )
 
 
 def _mimic(joint: ScrewJoint) -> tuple[str, float, float] | None:
@@ -288,9 +296,11 @@ def _loop_element(each: _CheckedJoint, points: Mapping[str, Array]) -> Element:
         problem = "a loop cannot mimic another joint, or have a pitch"
         raise Refusal(find_by_name("loop", loop.name), problem, "let a joint of the tree do so")
     return make_elements.loop(
-        loop.name, each.kind, [_side(each, end, points) for end in (loop.parent, loop.child)],
+        loop.name,
+        each.kind,
+        [_side(each, end, points) for end in (loop.parent, loop.child)],
         each.axes,
-    )  # fmt: skip
+    )
 
 
 def _side(

@@ -156,9 +156,10 @@ def with_screws(linkage: Linkage, screws: tuple[Vector, ...]) -> Linkage:
         draft, linkage.inputs, None, exactly=True, stay=linkage.at is not None
     )
     notices = tuple(
-        notice for notice in dict.fromkeys(again.notices)
+        notice
+        for notice in dict.fromkeys(again.notices)
         if notice.code != "nearly_planar" or not again.planar
-    )  # fmt: skip
+    )
     return replace(again, notices=notices)
 
 
@@ -321,9 +322,10 @@ class _Snapping:
         joint = self._linkage.joints[j]
         n = nearby_vector(joint.direction)
         across = [
-            k for k in dict.fromkeys((before, turning))
+            k
+            for k in dict.fromkeys((before, turning))
             if k != GROUND and self._angle(n, k, right=True) <= self._limits.angle
-        ]  # fmt: skip
+        ]
         for k in (before, turning, *self._nearly_parallel(n)):
             if k == GROUND or self._angle(n, k) > self._limits.angle:
                 continue

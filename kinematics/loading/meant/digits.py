@@ -153,8 +153,10 @@ def rounding_of_file(tree: Element, size: float) -> float:
     """
     largest = 0.0
     for tags, name, unit in (
-        (("origin",), "xyz", size), (("origin",), "rpy", 1.0), (("axis", "axis2"), "xyz", 1.0),
-    ):  # fmt: skip
+        (("origin",), "xyz", size),
+        (("origin",), "rpy", 1.0),
+        (("axis", "axis2"), "xyz", 1.0),
+    ):
         words = [word for word in _words_of(tree, tags, name) if abs(float(word)) >= TINY]
         counts = [_count_digits(word) for word in words]
         if not any(places for places, _ in counts):

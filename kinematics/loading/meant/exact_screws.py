@@ -103,8 +103,9 @@ def _parallel_figures(
     groups = _alike([s * a for s, a in zip(signs, axes, strict=True)], widths.angle)
     return [
         Figure((), nearby_vector(axes[group[0]]), None, (), (), (), (), 1.0)
-        for group in groups if len(group) > 1
-    ]  # fmt: skip
+        for group in groups
+        if len(group) > 1
+    ]
 
 
 def exact_screws(
@@ -170,9 +171,12 @@ def _loop_groups(linkage: Linkage) -> list[tuple[int, ...]]:
 
 
 def _planar_figure(
-    linkage: Linkage, widths: LinkWidths, joints: tuple[int, ...],
-    normals: Sequence[Vector], limit: float,
-) -> Figure | None:  # fmt: skip
+    linkage: Linkage,
+    widths: LinkWidths,
+    joints: tuple[int, ...],
+    normals: Sequence[Vector],
+    limit: float,
+) -> Figure | None:
     """Make the figure of joints that move in a plane; None if they do not."""
     kinds = {j: linkage.joints[j].kind for j in joints}
     turning = [j for j in joints if kinds[j] == "revolute"]

@@ -147,9 +147,15 @@ class Length(NamedTuple):
 
 
 def find_relations(
-    places: Array, pins: Sequence[Pin], slides: Sequence[Slide], planar: bool, size: float,
-    limit: float, links: Sequence[tuple[int, int]], shapes: LinkShapes,
-) -> list[LinkRelation]:  # fmt: skip
+    places: Array,
+    pins: Sequence[Pin],
+    slides: Sequence[Slide],
+    planar: bool,
+    size: float,
+    limit: float,
+    links: Sequence[tuple[int, int]],
+    shapes: LinkShapes,
+) -> list[LinkRelation]:
     """Find loops of four joints with equal links.
 
     Args:
@@ -191,9 +197,13 @@ def _loops_of_four(
     seen = set()
     for P, R in combinations(range(count), 2):
         middles = [
-            (q, a, b) for q in range(count) if (P, q) in between and (q, R) in between
-            for a in between[P, q] for b in between[q, R] if a != b
-        ]  # fmt: skip
+            (q, a, b)
+            for q in range(count)
+            if (P, q) in between and (q, R) in between
+            for a in between[P, q]
+            for b in between[q, R]
+            if a != b
+        ]
         for (Q, a, b), (S, d, c) in combinations(middles, 2):
             key = frozenset((P, Q, R, S)), frozenset((a, b, c, d))
             if Q != S and len(key[1]) == 4 and key not in seen:
@@ -255,9 +265,12 @@ def _comparison(
 
 
 def _named(
-    figure: _Figure, loop: tuple[int, ...], signs: tuple[int, ...], places: list[Array],
+    figure: _Figure,
+    loop: tuple[int, ...],
+    signs: tuple[int, ...],
+    places: list[Array],
     close: Mapping[str, tuple[float, float, tuple[int, ...]]],
-) -> LinkRelation | None:  # fmt: skip
+) -> LinkRelation | None:
     """Name the relation that lengths and the place of the last pin show."""
     inside = {kind for kind, (_, nearness, _) in close.items() if nearness <= 1.0}
     kinds = inside or set(close)
@@ -302,9 +315,12 @@ def _float_image(name: str, P: Array, Q: Array, R: Array, planar: bool) -> Array
 
 
 def _slider_cranks(
-    figure: _Figure, between: Mapping[tuple[int, int], Sequence[int]], number: int,
-    slide: Slide, limit: float,
-) -> Iterator[LinkRelation]:  # fmt: skip
+    figure: _Figure,
+    between: Mapping[tuple[int, int], Sequence[int]],
+    number: int,
+    slide: Slide,
+    limit: float,
+) -> Iterator[LinkRelation]:
     """Yield slider-cranks in line with a slide whose crank and coupler are equal."""
     pins, places = figure.pins, figure.places
     d = np.array([float(x) for x in slide.d])
@@ -331,9 +347,13 @@ def _slider_cranks(
                 nearness = max(nearness, offset / max(width, 1e-300))
                 if nearness <= limit:
                     yield LinkRelation(
-                        "isosceles slider-crank", (first, A, C), (1, 1, 1), number,
-                        max(error, offset), nearness,
-                    )  # fmt: skip
+                        "isosceles slider-crank",
+                        (first, A, C),
+                        (1, 1, 1),
+                        number,
+                        max(error, offset),
+                        nearness,
+                    )
 
 
 def _offset_width(first: Pin, last: Pin, slide: Slide, d: Array, w: Array) -> float:
@@ -349,9 +369,11 @@ def _offset_width(first: Pin, last: Pin, slide: Slide, d: Array, w: Array) -> fl
 
 
 def apply_relations(
-    places: Sequence[Vector], relations: Sequence[LinkRelation], slides: Sequence[Slide],
+    places: Sequence[Vector],
+    relations: Sequence[LinkRelation],
+    slides: Sequence[Slide],
     normal: Vector | None,
-) -> tuple[list[Vector], list[LinkRelation]]:  # fmt: skip
+) -> tuple[list[Vector], list[LinkRelation]]:
     """Move pins so that relations hold exactly.
 
     Pins that no relation before has used are moved to the images that a relation gives them.
@@ -372,20 +394,23 @@ def apply_relations(
                 break
         used |= set(relation.pins)
     holding = [
-        relation for relation in relations
+        relation
+        for relation in relations
         if all(
             moved[pin] == image
             for pins, images in list(_choices(relation, moved, slides, normal))[:1]
             for pin, image in zip(pins, images, strict=True)
         )
-    ]  # fmt: skip
+    ]
     return moved, holding
 
 
 def _choices(
-    relation: LinkRelation, places: Sequence[Vector], slides: Sequence[Slide],
+    relation: LinkRelation,
+    places: Sequence[Vector],
+    slides: Sequence[Slide],
     normal: Vector | None,
-) -> Iterator[tuple[tuple[int, ...], tuple[Vector, ...]]]:  # fmt: skip
+) -> Iterator[tuple[tuple[int, ...], tuple[Vector, ...]]]:
     """Yield pins that a relation can move, and their places."""
     if relation.slide >= 0:
         first, A, C = relation.pins

@@ -121,9 +121,13 @@ def link_widths(linkage: Linkage, digits: FileDigits) -> LinkWidths:
     far_size = size + float(np.abs(middle).max())
     whole = Width((), place + angle * size, angle)
     return LinkWidths(
-        links, widths, whole, linkage.displaced is not None, ROUND_OFF * far_size,
+        links,
+        widths,
+        whole,
+        linkage.displaced is not None,
+        ROUND_OFF * far_size,
         digits.significant < DOUBLE_DIGITS,
-    )  # fmt: skip
+    )
 
 
 def _rigid_links(linkage: Linkage) -> tuple[tuple[int, int], ...]:

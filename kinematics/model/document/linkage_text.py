@@ -23,12 +23,15 @@ from kinematics.numerics.tolerances import JOINT_AXES_MEET
 # Decimals that are kept of numbers of size 1: the next are round-off.
 DIGITS = 15
 _MOTIONS = {
-    ("revolute",): "continuous", ("helical",): "continuous", ("prismatic",): "prismatic",
-    ("revolute", "revolute"): "universal", ("revolute", "prismatic"): "cylindrical",
+    ("revolute",): "continuous",
+    ("helical",): "continuous",
+    ("prismatic",): "prismatic",
+    ("revolute", "revolute"): "universal",
+    ("revolute", "prismatic"): "cylindrical",
     ("prismatic", "prismatic", "revolute"): "planar",
     ("revolute", "revolute", "revolute"): "spherical",
     ("prismatic", "prismatic", "prismatic", "revolute", "revolute", "revolute"): "floating",
-}  # fmt: skip
+}
 
 
 class _FileJoint(NamedTuple):
@@ -193,10 +196,16 @@ class _LinkageWriter:
         axis2 = "" if joint.axis2 is None else self._direction_text(rows @ joint.axis2)
         pitch = float(step.screw[:3] @ step.screw[3:]) if step.kind == "helical" else 0.0
         return make_elements.joint(
-            joint.name, joint.kind, parent, child, self._relative_origin(parent, child),
-            (self._direction_text(rows @ joint.axis), axis2), pitch, self._find_mimic(step),
+            joint.name,
+            joint.kind,
+            parent,
+            child,
+            self._relative_origin(parent, child),
+            (self._direction_text(rows @ joint.axis), axis2),
+            pitch,
+            self._find_mimic(step),
             independent=step.name in self.inputs,
-        )  # fmt: skip
+        )
 
     def _centre_frame(self, joint: _FileJoint, child: str) -> None:
         """Move the frame of a link onto the rotation axes of the joint that carries it."""
@@ -244,9 +253,12 @@ class _LinkageWriter:
         axis2 = "" if joint.axis2 is None else self._direction_text(rows @ joint.axis2)
         kind = "revolute" if joint.kind == "continuous" else joint.kind
         return make_elements.loop(
-            joint.name, kind, sides, (self._direction_text(rows @ joint.axis), axis2),
+            joint.name,
+            kind,
+            sides,
+            (self._direction_text(rows @ joint.axis), axis2),
             independent=joint.steps[0].name in self.inputs,
-        )  # fmt: skip
+        )
 
     def _relative_origin(self, parent: str, child: str) -> Element:
         """Make the ``<origin>`` of a link in the frame of another."""

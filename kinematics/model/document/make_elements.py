@@ -15,8 +15,14 @@ from kinematics.numerics.array_types import Array
 
 # Limits that other parsers require of a prismatic joint without limits.
 _UNLIMITED = {"lower": "-1e9", "upper": "1e9", "effort": "0", "velocity": "0"}
-_ENTRIES = {"ixx": (0, 0), "iyy": (1, 1), "izz": (2, 2),
-            "ixy": (0, 1), "ixz": (0, 2), "iyz": (1, 2)}  # fmt: skip
+_ENTRIES = {
+    "ixx": (0, 0),
+    "iyy": (1, 1),
+    "izz": (2, 2),
+    "ixy": (0, 1),
+    "ixz": (0, 2),
+    "iyz": (1, 2),
+}
 
 
 def robot(name: str, parts: Iterable[Element]) -> Element:
@@ -60,10 +66,17 @@ def inertial(mass: float, inertia: Array, at: Element) -> Element:
 
 
 def joint(
-    name: str, kind: str, parent: str, child: str, at: Element,
-    axes: tuple[str, str] = ("", ""), pitch: float = 0.0,
-    mimic: tuple[str, float, float] | None = None, *, independent: bool = False,
-) -> Element:  # fmt: skip
+    name: str,
+    kind: str,
+    parent: str,
+    child: str,
+    at: Element,
+    axes: tuple[str, str] = ("", ""),
+    pitch: float = 0.0,
+    mimic: tuple[str, float, float] | None = None,
+    *,
+    independent: bool = False,
+) -> Element:
     """Make a ``<joint>``.
 
     Args:
@@ -94,9 +107,13 @@ def joint(
 
 
 def loop(
-    name: str, kind: str, sides: Sequence[tuple[str, Element | None]],
-    axes: tuple[str, str] = ("", ""), *, independent: bool = False,
-) -> Element:  # fmt: skip
+    name: str,
+    kind: str,
+    sides: Sequence[tuple[str, Element | None]],
+    axes: tuple[str, str] = ("", ""),
+    *,
+    independent: bool = False,
+) -> Element:
     """Make a ``<loop>``.
 
     Args:

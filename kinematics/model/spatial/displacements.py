@@ -50,9 +50,10 @@ def _exponential(s, q, E):
         E[v, u] += (q - c3 * size) * s[i]
         E[u, v] -= (q - c3 * size) * s[i]
         E[i, 3] = (
-            q * s[3 + i] + c2 * (s[u] * s[3 + v] - s[v] * s[3 + u])
+            q * s[3 + i]
+            + c2 * (s[u] * s[3 + v] - s[v] * s[3 + u])
             + c3 * (along * s[i] - size * s[3 + i])
-        )  # fmt: skip
+        )
 
 
 @kernel(reference_counting=False)

@@ -211,13 +211,16 @@ def _start_background() -> None:
     try:
         subprocess.Popen(
             [sys.executable, "-P", "-c", CHILD.format(_ProcessChoice.warm_up.module)],
-            cwd=folder, env=os.environ | variables | {"OPENBLAS_NUM_THREADS": "1"},
-            stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
+            cwd=folder,
+            env=os.environ | variables | {"OPENBLAS_NUM_THREADS": "1"},
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.DEVNULL,
             # Interrupts of the command must not reach it. In a session of its own, Linux
             # might give it as much of the processor as the command.
             process_group=0 if os.name == "posix" else None,
             creationflags=getattr(subprocess, "IDLE_PRIORITY_CLASS", 0),
-        ).returncode = 0  # no process waits for it  # fmt: skip
+        ).returncode = 0  # no process waits for it
     except OSError as error:
         logger.debug("no process to compile kernels: %s", error)
 

@@ -95,10 +95,12 @@ def _hash(package: Path) -> str:
     from llvmlite import binding
 
     parts = (
-        _hash_sources(package), version("numba"), sys.version,
+        _hash_sources(package),
+        version("numba"),
+        sys.version,
         os.environ.get("NUMBA_CPU_NAME", binding.get_host_cpu_name()),
         os.environ.get("NUMBA_CPU_FEATURES", binding.get_host_cpu_features().flatten()),
-    )  # fmt: skip
+    )
     return sha256("\n".join(parts).encode()).hexdigest()[:16]
 
 

@@ -59,11 +59,13 @@ def compile_kernel(function: Callable[..., Any], inline: bool, reference_countin
     """
     options = {} if reference_counting else {"_nrt": False, "pipeline_class": _WithoutCounts}
     compiled = numba.njit(
-        nogil=True, forceinline=inline, error_model="numpy",
+        nogil=True,
+        forceinline=inline,
+        error_model="numpy",
         fastmath={"reassoc", "contract", "nsz"},
         no_cfunc_wrapper=True,  # entries for C, which nobody calls, take time to compile
         **options,
-    )(function)  # fmt: skip
+    )(function)
     _unliteral_numbers(compiled)
     _cache_on_disk(compiled)
     _events.kernels[function] = compiled

@@ -60,9 +60,11 @@ def loop_factor_workspace(envelope: IntArray, count: int) -> LoopFactor:
     """
     height, rows = envelope[COUNT, HEIGHT : ROWS + 1].tolist()
     return LoopFactor(
-        lanes(count, height), lanes(count),
-        lanes(count), lanes(max(rows, count)),
-    )  # fmt: skip
+        lanes(count, height),
+        lanes(count),
+        lanes(count),
+        lanes(max(rows, count)),
+    )
 
 
 @kernel(reference_counting=False)
@@ -111,9 +113,10 @@ def factor_loops(screws, mimics, envelope, factor):
             dot = dot * scale
             for i in range(size):
                 store_vector(
-                    F[j, y + i], 0,
+                    F[j, y + i],
+                    0,
                     load_vector(F[j, y + i], 0) + dot * load_vector(F[k, begin + i], 0),
-                )  # fmt: skip
+                )
 
 
 @kernel(reference_counting=False)
@@ -136,9 +139,10 @@ def solve_loops(envelope, factor, residual):
         dot = dot * load_vector(scales[k], 0)
         for i in range(size):
             store_vector(
-                b[k + i], 0,
+                b[k + i],
+                0,
                 load_vector(b[k + i], 0) + dot * load_vector(F[k, begin + i], 0),
-            )  # fmt: skip
+            )
     for i in range(columns, envelope[COUNT, ROWS]):
         x = load_vector(b[i], 0)
         squares = squares + x * x

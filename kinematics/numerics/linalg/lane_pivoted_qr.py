@@ -55,10 +55,13 @@ def lane_factor_workspace(unknowns: int, m: int) -> LaneFactor:
     """
     W = VECTOR_WIDTH
     return LaneFactor(
-        lanes(unknowns + m, unknowns), np.zeros((unknowns, W), np.int64),
-        lanes(unknowns), lanes(unknowns), lanes(6),
+        lanes(unknowns + m, unknowns),
+        np.zeros((unknowns, W), np.int64),
+        lanes(unknowns),
+        lanes(unknowns),
+        lanes(6),
         np.zeros(W, np.int64),
-    )  # fmt: skip
+    )
 
 
 @kernel(reference_counting=False)

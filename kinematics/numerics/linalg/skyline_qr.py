@@ -71,8 +71,9 @@ def envelope_table(
     place = {c: k for k, c in enumerate(columns)}
     entries = [
         (j, place[position[j]], first[b] - top[place[position[j]]], sign)
-        for b, block in enumerate(blocks) for j, sign in block
-    ]  # fmt: skip
+        for b, block in enumerate(blocks)
+        for j, sign in block
+    ]
     in_loops = sum(map(len, blocks[:loops]))
     height = max((end - begin for begin, end in zip(top, below, strict=True)), default=0)
     table = np.zeros((10, max(4, rows, count, len(entries))), np.int64)

@@ -119,16 +119,26 @@ def test_a_design_on_a_mode_is_verified_on_it(tmp_path, capsys, caplog):
 @pytest.mark.table(1)
 @pytest.mark.parametrize(
     "words",
-    ["report {} --html {}.html", "report {} --write-closed {}.urdf", "report {} --explain",
-     "report {} --exact", "design {}", "verify {}"],
-)  # fmt: skip
+    [
+        "report {} --html {}.html",
+        "report {} --write-closed {}.urdf",
+        "report {} --explain",
+        "report {} --exact",
+        "design {}",
+        "verify {}",
+    ],
+)
 def test_what_needs_one_mode_lists_them(words, tmp_path, capsys):
     path = made("parallelogram", tmp_path)
     assert main(words.replace("{}.", f"{path}.").replace("{}", path).split()) == 3
     said = capsys.readouterr()
     assert not said.out
-    for part in ("2 modes of motion meet there", "mode 1: mobility 1, at a=", "mode 2:",
-                 "such as --mode 1"):  # fmt: skip
+    for part in (
+        "2 modes of motion meet there",
+        "mode 1: mobility 1, at a=",
+        "mode 2:",
+        "such as --mode 1",
+    ):
         assert part in said.err
 
 

@@ -102,9 +102,16 @@ def test_contradictions_leave_nothing_to_move(relations, inputs):
 
 @pytest.mark.parametrize(
     ("relation", "unknown"),
-    [("j4=j8", "j8"), ("j40=j4", "j40"), ("j4=-2*elbow", "elbow"), ("j4.0=0", "j4.0"),
-     ("j4+knee-1=j7", "knee-1"), ("j4=nan*j7", "nan"), ("j4=inf", "inf")],
-)  # fmt: skip
+    [
+        ("j4=j8", "j8"),
+        ("j40=j4", "j40"),
+        ("j4=-2*elbow", "elbow"),
+        ("j4.0=0", "j4.0"),
+        ("j4+knee-1=j7", "knee-1"),
+        ("j4=nan*j7", "nan"),
+        ("j4=inf", "inf"),
+    ],
+)
 def test_unknown_names_are_named(relation, unknown):
     with pytest.raises(MotionError) as caught:
         Motion.parse(["j4=j7", relation], ("j4", "j7"))

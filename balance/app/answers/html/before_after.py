@@ -57,13 +57,15 @@ def comparison_charts(pair: Sequence[Verification], names: Sequence[str]) -> dic
         "start": shown.index(before.plotted),
         "motions": [
             {
-                "label": motion_heading(before, k), "number": k,
-                "polar": _polar(pair, names, k), "time": _over_time(pair, names, k),
+                "label": motion_heading(before, k),
+                "number": k,
+                "polar": _polar(pair, names, k),
+                "time": _over_time(pair, names, k),
                 "harmonics": _harmonics(pair, names, k),
             }
             for k in shown
         ],
-    }  # fmt: skip
+    }
 
 
 def comparison_section(pair: Sequence[Verification], names: Sequence[str]) -> str:
@@ -97,8 +99,15 @@ def _shaking_most(pair: Sequence[Verification]) -> list[int]:
 def _trace(name: str, x: Array, y: Array, state: int, **more: object) -> dict[str, object]:
     """Build a line in the colour of what was, or is."""
     line = {"color": (BEFORE, AFTER)[state], "width": 1.8, "dash": more.pop("dash", "solid")}
-    return {"type": "scatter", "mode": "lines", "name": name, "x": short(x), "y": short(y),
-            "line": line, **more}  # fmt: skip
+    return {
+        "type": "scatter",
+        "mode": "lines",
+        "name": name,
+        "x": short(x),
+        "y": short(y),
+        "line": line,
+        **more,
+    }
 
 
 def _polar(pair: Sequence[Verification], names: Sequence[str], k: int) -> dict[str, object]:
@@ -127,21 +136,43 @@ def _over_time(pair: Sequence[Verification], names: Sequence[str], k: int) -> di
     arm = max(check.length + check.lever for check in pair)
     panels = [
         ("shaking force (N)", [run.sizes("force")[:, None] for run in runs], [""], least),
-        ("shaking moment (N m)", [run.sizes("moment")[:, None] for run in runs], [""],
-         least * arm),
-        ("drive torque (N m), force (N)", *_largest([run.drive for run in runs],
-         [check.linkage.inputs for check in pair]), 0.0),
-        ("bearing force (N)", *_largest([run.bearing for run in runs],
-         [[joint.name for joint in check.linkage.joints] for check in pair]), 0.0),
-    ]  # fmt: skip
+        (
+            "shaking moment (N m)",
+            [run.sizes("moment")[:, None] for run in runs],
+            [""],
+            least * arm,
+        ),
+        (
+            "drive torque (N m), force (N)",
+            *_largest([run.drive for run in runs], [check.linkage.inputs for check in pair]),
+            0.0,
+        ),
+        (
+            "bearing force (N)",
+            *_largest(
+                [run.bearing for run in runs],
+                [[joint.name for joint in check.linkage.joints] for check in pair],
+            ),
+            0.0,
+        ),
+    ]
     # One scale for both, which are two columns of one row; the chart has all their lines.
     columns = [
-        PanelColumn("", runs[state].trajectory.time[picked[state]], [
-            Panel(title, tuple(f"{names[state]} {label}".strip() for label in labels),
-                  values[state][picked[state]].T, floor)
-            for title, values, labels, floor in panels
-        ]) for state in (0, 1)
-    ]  # fmt: skip
+        PanelColumn(
+            "",
+            runs[state].trajectory.time[picked[state]],
+            [
+                Panel(
+                    title,
+                    tuple(f"{names[state]} {label}".strip() for label in labels),
+                    values[state][picked[state]].T,
+                    floor,
+                )
+                for title, values, labels, floor in panels
+            ],
+        )
+        for state in (0, 1)
+    ]
     charts = panels_figures(columns)
     layout: Any = charts[0]["layout"]
     layout["title"] = {"text": ""}
@@ -183,16 +214,24 @@ def _harmonics(
             trace = _trace(name, np.arange(1.0, HARMONICS + 1.0), sizes, state)
             marker = {"color": (BEFORE, AFTER)[state], "size": 7}
             traces.append(
-                {**trace, "mode": "lines+markers", "marker": marker,
-                 "yaxis": "y2" if row else "y"}
-            )  # fmt: skip
+                {
+                    **trace,
+                    "mode": "lines+markers",
+                    "marker": marker,
+                    "yaxis": "y2" if row else "y",
+                }
+            )
     layout: dict[str, object] = {
-        "hovermode": "x", "showlegend": True,
+        "hovermode": "x",
+        "showlegend": True,
         "xaxis": {"title": {"text": "multiple of the speed"}, "range": [0.5, HARMONICS + 0.5]},
         "yaxis": {"title": {"text": "force (N)"}, "domain": [0.5, 1.0], "rangemode": "tozero"},
-        "yaxis2": {"title": {"text": "moment (N m)"}, "domain": [0.0, 0.5],
-                   "rangemode": "tozero"},
-    }  # fmt: skip
+        "yaxis2": {
+            "title": {"text": "moment (N m)"},
+            "domain": [0.0, 0.5],
+            "rangemode": "tozero",
+        },
+    }
     return {"data": traces, "layout": layout}
 
 

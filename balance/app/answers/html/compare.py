@@ -26,17 +26,24 @@ def compare_page(reports: Sequence[Report], meshes: bool = True) -> str:
     spaces = [report.space for report in reports]
     names = linkage_names([space.linkage for space in spaces])
     scenes = [
-        scene(space.linkage, space.motion, space.idle,
-              robot_shapes(space.linkage) if meshes else ())
+        scene(
+            space.linkage,
+            space.motion,
+            space.idle,
+            robot_shapes(space.linkage) if meshes else (),
+        )
         for space in spaces
-    ]  # fmt: skip
+    ]
     rows = joined_facts([comparison_facts(report) for report in reports])
     return render_page(
         "compare.html",
         title=" and ".join(names) if len(names) < 3 else f"{len(names)} linkages",
         summary="Mass distributions for which the total momentum vanishes: "
-        + "; ".join(f"{name}: {space.nullity} dimensions of {space.rank + space.nullity}"
-                    for name, space in zip(names, spaces, strict=True)) + ".",
+        + "; ".join(
+            f"{name}: {space.nullity} dimensions of {space.rank + space.nullity}"
+            for name, space in zip(names, spaces, strict=True)
+        )
+        + ".",
         report=[report_data(report) for report in reports],
         data={"scenes": scenes},
         scripts=["compare"],
@@ -48,4 +55,4 @@ def compare_page(reports: Sequence[Report], meshes: bool = True) -> str:
             ["Fact", *map(escape, names)],
             [list(map(escape, row)) for row in rows],
         ),
-    )  # fmt: skip
+    )

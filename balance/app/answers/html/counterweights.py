@@ -63,10 +63,16 @@ def counterweights_page(counterweights: Counterweights) -> str:
     computed = counterweights if counterweights.along else with_loads(counterweights)
     assert computed.along is not None and computed.z is not None
     return _page(
-        computed.space, computed.z, computed.regions, computed.weights, computed.along,
-        summary=computed.sentence, report=computed.to_dict(),
-        facts=facts_list(counterweights_facts(computed)), front="",
-    )  # fmt: skip
+        computed.space,
+        computed.z,
+        computed.regions,
+        computed.weights,
+        computed.along,
+        summary=computed.sentence,
+        report=computed.to_dict(),
+        facts=facts_list(counterweights_facts(computed)),
+        front="",
+    )
 
 
 def partial_page(front: ParetoFront) -> str:
@@ -85,17 +91,30 @@ def partial_page(front: ParetoFront) -> str:
     assert best.z is not None
     regions = {weight.link: weight.region for weight in best.weights}
     return _page(
-        best.space, best.z, regions, best.weights, loads_of(best), summary=best.sentence,
-        report=front.to_dict(), facts=facts_list(partial_facts(front)),
+        best.space,
+        best.z,
+        regions,
+        best.weights,
+        loads_of(best),
+        summary=best.sentence,
+        report=front.to_dict(),
+        facts=facts_list(partial_facts(front)),
         front=front_section(front),
-    )  # fmt: skip
+    )
 
 
 def _page(
-    space: DesignSpace, z: Array, regions: Mapping[str, Region],
-    weights: Sequence[Counterweight], along: BeforeAfter, *, summary: str, report: object,
-    facts: str, front: str,
-) -> str:  # fmt: skip
+    space: DesignSpace,
+    z: Array,
+    regions: Mapping[str, Region],
+    weights: Sequence[Counterweight],
+    along: BeforeAfter,
+    *,
+    summary: str,
+    report: object,
+    facts: str,
+    front: str,
+) -> str:
     """Render the page of added matter."""
     by_link = {weight.link: weight for weight in weights}
     return render_page(
@@ -110,8 +129,9 @@ def _page(
                 for body, p in zip(space.linkage.bodies, z, strict=True)
             ],
             "additions": [
-                _addition(name, region, space.frames[space.bodies.index(name)],
-                          by_link.get(name))
+                _addition(
+                    name, region, space.frames[space.bodies.index(name)], by_link.get(name)
+                )
                 for name, region in regions.items()
             ],
             "comparison": comparison_charts(along.pair, NAMES),
@@ -121,7 +141,7 @@ def _page(
         lumps=rows_table(counterweight_rows(weights, WORKSHOP, digits=6), [1, 2, 3, 4], 0),
         front=front,
         comparison=comparison_section(along.pair, NAMES),
-    )  # fmt: skip
+    )
 
 
 def _addition(
@@ -141,12 +161,14 @@ def _addition(
         "paths": [placed(path) for path in outlines(region)],
         "lumps": [
             {
-                "mass": mass, "at": placed(np.array([at]))[0],
+                "mass": mass,
+                "at": placed(np.array([at]))[0],
                 "radius": 0.0 if len(filled) else (0.75 * mass / (pi * STEEL)) ** (1.0 / 3.0),
-            } for mass, at in balls
+            }
+            for mass, at in balls
         ],
         "filled": placed(filled),
-    }  # fmt: skip
+    }
 
 
 def filling_points(weight: Counterweight) -> Array:

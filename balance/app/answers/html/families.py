@@ -16,8 +16,16 @@ from kinematics.errors import LinkageError
 from kinematics.model.linkage import Linkage
 from kinematics.wording import count_noun
 
-HEAD = ("Family", "Relations", "Walks", "Nullity", "Codimension", "Members", "Masses",
-        "Motion of the member drawn")  # fmt: skip
+HEAD = (
+    "Family",
+    "Relations",
+    "Walks",
+    "Nullity",
+    "Codimension",
+    "Members",
+    "Masses",
+    "Motion of the member drawn",
+)
 
 
 def families_page(
@@ -70,12 +78,15 @@ def _row(entry: dict[str, Any]) -> list[str]:
         relations.append(f"and {missing} that no simple relation explains")
     items = "".join(f"<li>{line}</li>" for line in relations)
     return [
-        str(entry["family"]), f"<ul>{items}</ul>", str(entry["members"]),
+        str(entry["family"]),
+        f"<ul>{items}</ul>",
+        str(entry["members"]),
         f"{entry['nullity']} ({entry['nullity'] - entry['parallel']} elsewhere)",
         str(entry["codimension"]),
         f"{entry['confirmed']} of {entry['tried']} random ones confirm it",
-        escape(_verdict(entry["verdicts"])), escape(range_words(entry["motion"])),
-    ]  # fmt: skip
+        escape(_verdict(entry["verdicts"])),
+        escape(range_words(entry["motion"])),
+    ]
 
 
 def _verdict(verdicts: dict[str, int]) -> str:

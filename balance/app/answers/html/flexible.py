@@ -44,14 +44,22 @@ def _figure(linkage: FlexibleLinkage, motion: FlexibleMotion) -> dict[str, Any]:
     """Build the curves of shaking force and moment."""
     times = short(motion.times)
     lines = {
-        "force along x (N)": motion.force[:, 0], "force along y (N)": motion.force[:, 1],
+        "force along x (N)": motion.force[:, 0],
+        "force along y (N)": motion.force[:, 1],
         "moment (N m)": moment_about(motion, linkage.point),
-    }  # fmt: skip
+    }
     curves = [
-        {"name": name, "x": times, "y": short(values), "mode": "lines", "type": "scatter",
-         "yaxis": "y2" if k == 2 else "y", "line": {"color": COLOURS[k], "width": 1.5}}
+        {
+            "name": name,
+            "x": times,
+            "y": short(values),
+            "mode": "lines",
+            "type": "scatter",
+            "yaxis": "y2" if k == 2 else "y",
+            "line": {"color": COLOURS[k], "width": 1.5},
+        }
         for k, (name, values) in enumerate(lines.items())
-    ]  # fmt: skip
+    ]
     axes = {
         "xaxis": {"title": {"text": "time (s)"}},
         "yaxis": {"title": {"text": "force (N)"}, "domain": [0.55, 1.0]},
@@ -71,21 +79,26 @@ def _frames(linkage: FlexibleLinkage, motion: FlexibleMotion) -> Mapping[str, ob
     mechanism = motion.mechanism
     grounds = [
         mechanism.locate(end, motion.positions[0])
-        for joint in mechanism.joints for end in (joint.first, joint.second) if end.part < 0
-    ]  # fmt: skip
+        for joint in mechanism.joints
+        for end in (joint.first, joint.second)
+        if end.part < 0
+    ]
     beams = [k for k, part in enumerate(mechanism.parts) if part.size]
     rigid = {
-        k: _star(linkage, k, motion.positions[list(chosen)]) for k in linkage.outlines
+        k: _star(linkage, k, motion.positions[list(chosen)])
+        for k in linkage.outlines
         if len(linkage.outlines[k]) > 2
-    }  # fmt: skip
+    }
     return {
         "times": short(motion.times[::step]),
         "grounds": [short(point) for point in grounds],
-        "links": [[[short(point) for point in points] for points in frames]
-                  for frames in rigid.values()],
+        "links": [
+            [[short(point) for point in points] for points in frames]
+            for frames in rigid.values()
+        ],
         "straight": [_beam_lines(motion, k, chosen, 0.0) for k in beams],
         "bent": [_beam_lines(motion, k, chosen, 1.0) for k in beams],
-    }  # fmt: skip
+    }
 
 
 def _star(linkage: FlexibleLinkage, k: int, positions: Array) -> Array:
@@ -94,10 +107,13 @@ def _star(linkage: FlexibleLinkage, k: int, positions: Array) -> Array:
     points = np.array([marker.at for marker in linkage.outlines[k]])
     x, y, angle = positions[:, at].T[:3]
     c, s = np.cos(angle)[:, None], np.sin(angle)[:, None]
-    return np.stack([
-        x[:, None] + c * points[:, 0] - s * points[:, 1],
-        y[:, None] + s * points[:, 0] + c * points[:, 1],
-    ], axis=-1)  # fmt: skip
+    return np.stack(
+        [
+            x[:, None] + c * points[:, 0] - s * points[:, 1],
+            y[:, None] + s * points[:, 0] + c * points[:, 1],
+        ],
+        axis=-1,
+    )
 
 
 def _beam_lines(
@@ -106,8 +122,9 @@ def _beam_lines(
     """Compute the line of a beam over time, deformed by a part of its deformation."""
     body, at = motion.mechanism.parts[k], motion.mechanism.slices[k]
     outline = body.outline  # type: ignore[attr-defined]
-    across, rest = (np.array([getattr(marker, name) for marker in outline])
-                    for name in ("across", "at"))  # fmt: skip
+    across, rest = (
+        np.array([getattr(marker, name) for marker in outline]) for name in ("across", "at")
+    )
     lines = []
     for i in chosen:
         p = motion.positions[i, at]

@@ -47,8 +47,14 @@ def one_panel_picture(
         ax = figure.subplots()
         for k, style in enumerate(("-.", "--")):
             values = motion.force[:, k] * (1e3 if small else 1.0)
-            ax.plot(motion.times, values, color=COLOURS[k], ls=style, lw=1.0,
-                    label=f"force along {'xy'[k]} ({unit})")  # fmt: skip
+            ax.plot(
+                motion.times,
+                values,
+                color=COLOURS[k],
+                ls=style,
+                lw=1.0,
+                label=f"force along {'xy'[k]} ({unit})",
+            )
         ax.plot(motion.times, moment, color=COLOURS[2], lw=1.2, label=other)
         ax.set_xlabel("time (s)")
         ax.set_ylabel("shaking of the mount")
@@ -72,8 +78,14 @@ def shaking_picture(motion: FlexibleMotion, centre: Array, kind: str = "png") ->
     def draw(figure: Any) -> None:
         upper, lower = figure.subplots(2, 1, sharex=True)
         for k, axis in enumerate("xy"):
-            upper.plot(motion.times, motion.force[:, k], color=COLOURS[k], ls=STYLES[k],
-                       lw=1.0, label=f"force along {axis}")  # fmt: skip
+            upper.plot(
+                motion.times,
+                motion.force[:, k],
+                color=COLOURS[k],
+                ls=STYLES[k],
+                lw=1.0,
+                label=f"force along {axis}",
+            )
         lower.plot(motion.times, moment_about(motion, centre), color=COLOURS[2], lw=1.0)
         upper.set_ylabel("shaking force (N)")
         lower.set_ylabel("shaking moment (N m)")
@@ -98,14 +110,25 @@ def free_modes_picture(modes: Sequence[FreeMode], kind: str = "png") -> bytes:
     def draw(figure: Any) -> None:
         ax, xi = figure.subplots(), np.linspace(-0.5, 0.5, 401)
         for k, mode in enumerate(modes[:MOST_CURVES]):
-            ax.plot(xi, mode_shape(mode.number, xi, mode.wave_number), color=COLOURS[k],
-                    ls=STYLES[k], lw=1.2, label=f"mode {mode.number}")  # fmt: skip
+            ax.plot(
+                xi,
+                mode_shape(mode.number, xi, mode.wave_number),
+                color=COLOURS[k],
+                ls=STYLES[k],
+                lw=1.2,
+                label=f"mode {mode.number}",
+            )
             nodes = np.array([*mode.zeros, *(-zero for zero in mode.zeros)])
             ax.plot(nodes, 0.0 * nodes, "o", color=COLOURS[k], ms=4.0)
         ax.set_xlabel("distance from the middle, of the length")
         ax.set_ylabel("displacement, of the cosine's amplitude")
-        ax.legend(frameon=False, ncols=MOST_CURVES, loc="lower center",
-                  bbox_to_anchor=(0.5, 1.0), columnspacing=1.0)  # fmt: skip
+        ax.legend(
+            frameon=False,
+            ncols=MOST_CURVES,
+            loc="lower center",
+            bbox_to_anchor=(0.5, 1.0),
+            columnspacing=1.0,
+        )
         tidy(ax)
 
     return image((6.5, 4.0), kind, draw)
@@ -125,8 +148,14 @@ def supported_modes_picture(modes: SupportedModes, kind: str = "png") -> bytes:
         ax = figure.subplots()
         for k, shape in enumerate(modes.shapes[:MOST_CURVES]):
             hertz = modes.frequencies[k] / (2.0 * np.pi)
-            ax.plot(modes.positions, shape, color=COLOURS[k], ls=STYLES[k], lw=1.2,
-                    label=f"{hertz:.4g} Hz")  # fmt: skip
+            ax.plot(
+                modes.positions,
+                shape,
+                color=COLOURS[k],
+                ls=STYLES[k],
+                lw=1.2,
+                label=f"{hertz:.4g} Hz",
+            )
         ax.set_xlabel("position along the beam (m)")
         ax.set_ylabel("displacement, of the largest")
         ax.legend(frameon=False, ncols=3, loc="upper center", bbox_to_anchor=(0.5, 1.15))

@@ -37,12 +37,30 @@ def identification_picture(answer: Identification, kind: str = "png") -> bytes:
     def draw(figure: Any) -> None:
         panels = figure.subplots(rows, columns, squeeze=False, sharex=True)
         for k, (ax, name) in enumerate(zip(panels.flat, names, strict=False)):
-            ax.plot(measured.time, measured.values[:, k], ".", markersize=2.0,
-                    color=COLOURS[2], label="measured")  # fmt: skip
-            ax.plot(measured.time, answer.predicted[0, :, k], "--", linewidth=1.2,
-                    color=COLOURS[1], label="masses of the file")  # fmt: skip
-            ax.plot(measured.time, answer.predicted[1, :, k], "-", linewidth=1.2,
-                    color=COLOURS[0], label="identified")  # fmt: skip
+            ax.plot(
+                measured.time,
+                measured.values[:, k],
+                ".",
+                markersize=2.0,
+                color=COLOURS[2],
+                label="measured",
+            )
+            ax.plot(
+                measured.time,
+                answer.predicted[0, :, k],
+                "--",
+                linewidth=1.2,
+                color=COLOURS[1],
+                label="masses of the file",
+            )
+            ax.plot(
+                measured.time,
+                answer.predicted[1, :, k],
+                "-",
+                linewidth=1.2,
+                color=COLOURS[0],
+                label="identified",
+            )
             force = name in WRENCH[:3] or kinds.get(name) == "prismatic"
             ax.set_ylabel(f"{name} ({'N' if force else 'N m'})")
             tidy(ax)
@@ -75,8 +93,13 @@ def plan_picture(plan: ExcitingMotion, kind: str = "png") -> bytes:
         panels = figure.subplots(3, 1, sharex=True)
         for ax, values, title in zip(panels, motions, titles, strict=True):
             for k, name in enumerate(plan.space.linkage.inputs[:MAX_LINES]):
-                ax.plot(time, values[:, k], color=COLOURS[k % len(COLOURS)], linewidth=1.2,
-                        label=name)  # fmt: skip
+                ax.plot(
+                    time,
+                    values[:, k],
+                    color=COLOURS[k % len(COLOURS)],
+                    linewidth=1.2,
+                    label=name,
+                )
             ax.set_ylabel(title)
             tidy(ax)
         panels[-1].set_xlabel("time (s)")

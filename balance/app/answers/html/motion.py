@@ -102,8 +102,14 @@ def _draw_panels(
     for ax in axes.flat:
         lines, names = ax.get_legend_handles_labels()
         named |= dict(zip(names, lines, strict=True))
-    figure.legend(named.values(), named.keys(), loc="outside lower left", ncols=4 * shape[1],
-                  frameon=False, fontsize=8)  # fmt: skip
+    figure.legend(
+        named.values(),
+        named.keys(),
+        loc="outside lower left",
+        ncols=4 * shape[1],
+        frameon=False,
+        fontsize=8,
+    )
 
 
 def _draw_panel(ax: Any, panel: Curves, axis: str) -> None:
@@ -112,8 +118,14 @@ def _draw_panel(ax: Any, panel: Curves, axis: str) -> None:
     for k, (line, colour) in enumerate(zip(panel.errors, colours, strict=True), 1):
         capped = np.minimum(line, ERROR_CAP)
         ax.plot(panel.x, capped, color=colour, linewidth=1.3, label=f"order {k}")
-    ax.plot(panel.x, panel.estimate, color=WARM, linewidth=1.6, linestyle=":",
-            label=f"order {len(colours)}, estimated")  # fmt: skip
+    ax.plot(
+        panel.x,
+        panel.estimate,
+        color=WARM,
+        linewidth=1.6,
+        linestyle=":",
+        label=f"order {len(colours)}, estimated",
+    )
     for first, last in panel.beyond:
         ax.axvspan(first, last, color=SHADE, linewidth=0.0, zorder=0, label="beyond the radius")
     for x in panel.closed:
@@ -191,8 +203,9 @@ def _pose_sections(predictions: Predictions) -> str:
 def _section(title: str, table: Sequence[Sequence[str]], first: int) -> str:
     """Render a table under its title; columns from index ``first`` on hold numbers."""
     head, *lines = table
-    cells = [[escape(name), *(x.strip().replace("-", "−") for x in rest)]
-             for name, *rest in lines]  # fmt: skip
+    cells = [
+        [escape(name), *(x.strip().replace("-", "−") for x in rest)] for name, *rest in lines
+    ]
     body = html_table([escape(x) for x in head], cells, range(first, len(head)))
     return f'<section>\n<h2>{title}</h2>\n<div class="scroll wide">\n{body}\n</div>\n</section>'
 
@@ -212,8 +225,10 @@ def _legend(panels: Sequence[Curves]) -> str:
         for name, colour, dash in marks
     ]
     if any(panel.beyond for panel in panels):
-        items.append(f'<svg width="24" height="10" aria-hidden="true"><rect width="24" '
-                     f'height="10" fill="{SHADE}"/></svg>beyond the radius')  # fmt: skip
+        items.append(
+            f'<svg width="24" height="10" aria-hidden="true"><rect width="24" '
+            f'height="10" fill="{SHADE}"/></svg>beyond the radius'
+        )
     return "\n".join(f"<li>{item}</li>" for item in items)
 
 
@@ -224,21 +239,33 @@ def _figure(panel: Curves, axis: str, limits: tuple[float, float]) -> dict[str, 
     kinds = [(f"order {k}", line, colour, "solid") for k, (line, colour) in lines]
     kinds.append(("estimated", panel.estimate, WARM, "dot"))
     traces = [
-        {"type": "scatter", "mode": "lines", "name": name, "showlegend": False, "x": x,
-         "y": short(line), "line": {"color": colour, "dash": dash, "width": 1.6}}
+        {
+            "type": "scatter",
+            "mode": "lines",
+            "name": name,
+            "showlegend": False,
+            "x": x,
+            "y": short(line),
+            "line": {"color": colour, "dash": dash, "width": 1.6},
+        }
         for name, line, colour, dash in kinds
-    ]  # fmt: skip
+    ]
     solid, dashed = ({"color": INK, "width": 1.5, "dash": dash} for dash in ("solid", "dash"))
     shapes = [_shape("rect", a, b, fillcolor=SHADE, layer="below") for a, b in panel.beyond]
     shapes += [_shape("line", a, a, line=solid) for a in panel.closed]
     if panel.target is not None:
         shapes.append(_shape("line", panel.target, panel.target, line=dashed))
     layout = {
-        "hovermode": "x", "title": {"text": panel.title}, "xaxis": {"title": {"text": axis}},
-        "yaxis": {"title": {"text": "error"}, "type": "log",
-                  "range": np.log10(limits).tolist()},
+        "hovermode": "x",
+        "title": {"text": panel.title},
+        "xaxis": {"title": {"text": axis}},
+        "yaxis": {
+            "title": {"text": "error"},
+            "type": "log",
+            "range": np.log10(limits).tolist(),
+        },
         "shapes": shapes,
-    }  # fmt: skip
+    }
     return {"data": traces, "layout": layout}
 
 
@@ -275,11 +302,16 @@ def _motion_runs(predictions: Predictions) -> dict[str, Any]:
         "scene": scene(linkage),
         "tool": _tool(predictions),
         "runs": [
-            {"label": run.label, "x": short(run.x), "q": [short(q) for q in run.q],
-             "chart": _chart(predictions, run)}
-            for run in _runs(predictions) if len(run.x) > 1
+            {
+                "label": run.label,
+                "x": short(run.x),
+                "q": [short(q) for q in run.q],
+                "chart": _chart(predictions, run),
+            }
+            for run in _runs(predictions)
+            if len(run.x) > 1
         ],
-    }  # fmt: skip
+    }
 
 
 def _tool(predictions: Predictions) -> dict[str, Any] | None:
@@ -304,8 +336,10 @@ def _runs(predictions: Predictions) -> list[_Run]:
         poses = [pose for pose in predictions.poses if pose.corrected is not None]
         poses = poses[:: -(-len(poses) // PATH_POSES) or 1]
         corrected = [pose.corrected for pose in poses]
-        predicted = [np.full(len(motion.joints), np.nan) if pose.predicted is None
-                     else pose.predicted for pose in poses]  # fmt: skip
+        predicted = [
+            np.full(len(motion.joints), np.nan) if pose.predicted is None else pose.predicted
+            for pose in poses
+        ]
         x = np.arange(1.0, len(poses) + 1.0)
         return [_Run("the path", "pose", x, np.array(corrected), np.array(predicted))]
     if predictions.line and predictions.poses[0].distance > 0.0:
@@ -345,8 +379,11 @@ def _chart(predictions: Predictions, run: _Run) -> dict[str, Any]:
     """Build the curves of the joints that move most, and of the series beside them."""
     units = np.array(predictions.units)
     traces: list[dict[str, Any]] = []
-    layout: dict[str, Any] = {"hovermode": "x", "showlegend": True,
-                              "xaxis": {"title": {"text": run.axis}}}  # fmt: skip
+    layout: dict[str, Any] = {
+        "hovermode": "x",
+        "showlegend": True,
+        "xaxis": {"title": {"text": run.axis}},
+    }
     shown = [unit for unit in ("rad", "m") if unit in units]
     for row, unit in enumerate(shown):
         mark = str(row + 1) if row else ""
@@ -358,15 +395,21 @@ def _chart(predictions: Predictions, run: _Run) -> dict[str, Any]:
         margin = 0.08 * (high - low) or 1.0
         layout[f"yaxis{mark}"] = {
             "domain": [1.0 - (row + 1) / len(shown), 1.0 - row / len(shown)],
-            "title": {"text": f"joints ({unit})"}, "range": [low - margin, high + margin],
-        }  # fmt: skip
+            "title": {"text": f"joints ({unit})"},
+            "range": [low - margin, high + margin],
+        }
         for colour, j in zip(COLOURS, most, strict=False):
             line = {"color": colour, "width": 1.8}
             name = predictions.motion.joints[j]
             axis = {"type": "scatter", "mode": "lines", "x": short(run.x), "yaxis": f"y{mark}"}
             traces += [
                 {**axis, "name": name, "y": short(run.q[:, j]), "line": line},
-                {**axis, "name": f"{name}, series", "y": short(run.predicted[:, j]),
-                 "line": line | {"dash": "dot", "width": 1.2}, "showlegend": False},
-            ]  # fmt: skip
+                {
+                    **axis,
+                    "name": f"{name}, series",
+                    "y": short(run.predicted[:, j]),
+                    "line": line | {"dash": "dot", "width": 1.2},
+                    "showlegend": False,
+                },
+            ]
     return {"data": traces, "layout": layout}

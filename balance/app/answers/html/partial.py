@@ -43,14 +43,21 @@ def front_picture(front: ParetoFront, kind: str = "png") -> bytes:
     left = [("shaking force (N, rms)", "force"), ("shaking moment (N m, rms)", "moment")]
     if front.frame is not None:
         left.append(("vibration of the frame (m, rms)", "vibration"))
-    right = [("inertia felt, of that in the file", "inertia"),
-             ("peak torque, of that in the file", "torque")]  # fmt: skip
+    right = [
+        ("inertia felt, of that in the file", "inertia"),
+        ("peak torque, of that in the file", "torque"),
+    ]
 
     def draw(figure: Any) -> None:
         axes = figure.subplots(len(left), 2, sharex=True, squeeze=False)
         for ax, (title, name) in zip(axes[:, 0], left, strict=True):
-            ax.plot(mass, [getattr(design.found, name) for design in shown], "o-", ms=3,
-                    color=COLOURS[0])  # fmt: skip
+            ax.plot(
+                mass,
+                [getattr(design.found, name) for design in shown],
+                "o-",
+                ms=3,
+                color=COLOURS[0],
+            )
             _label(ax, title)
         for ax, (title, name) in zip(axes[:, 1], right, strict=False):
             _draw_inputs(ax, mass, shown, name)

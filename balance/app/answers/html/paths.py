@@ -97,9 +97,12 @@ def _run_data(solution: ReactionlessPaths, field: _MomentumField | None) -> dict
         margin = 0.08 * float((high - low).max() or 1.0)
         box = np.column_stack([low - margin, high + margin]).tolist()
     return {
-        "paths": paths, "inputs": inputs[:2], "box": box, "axes": ["x (m)", "y (m)"],
+        "paths": paths,
+        "inputs": inputs[:2],
+        "box": box,
+        "axes": ["x (m)", "y (m)"],
         "field": None if field is None else field.to_dict(),
-    }  # fmt: skip
+    }
 
 
 def _path_data(linkage: Linkage, number: int, path: ReactionlessPath) -> dict[str, Any]:
@@ -120,10 +123,13 @@ def _path_data(linkage: Linkage, number: int, path: ReactionlessPath) -> dict[st
     second = u[:, 1] if u.shape[1] > 1 else np.linspace(path.s[0], path.s[-1], FRAMES)
     return {
         "label": f"{number}: {path.length:.3g} long, momentum {path.residual_text}",
-        "frames": frames, "trace": {"x": short(last[:, 0]), "y": short(last[:, 1])},
-        "u": [short(u[:, 0]), short(second)], "time": short(time), "loads": loads,
+        "frames": frames,
+        "trace": {"x": short(last[:, 0]), "y": short(last[:, 1])},
+        "u": [short(u[:, 0]), short(second)],
+        "time": short(time),
+        "loads": loads,
         "straight": _straight_loads(linkage, path),
-    }  # fmt: skip
+    }
 
 
 def _straight_loads(
@@ -146,9 +152,12 @@ def _loads(
     chain = input_chain(linkage)
     scale = chain.units[linkage.positions_of(linkage.inputs)]
     loads = inertia_loads(
-        chain, mass_parameters(linkage), along.q[picked] / chain.units,
-        along.ud[picked] / scale, along.udd[picked] / scale,
-    )  # fmt: skip
+        chain,
+        mass_parameters(linkage),
+        along.q[picked] / chain.units,
+        along.ud[picked] / scale,
+        along.udd[picked] / scale,
+    )
     wrench = wrench_to_si(loads.rate.sum(axis=1), chain.frame)
     force = wrench[:, 3:]
     moment = wrench[:, :3] - np.cross(chain.frame.origin, force)
@@ -171,9 +180,9 @@ def _frames(linkage: Linkage, q: Array) -> list[list[list[list[float]]]]:
     frames = []
     for pose in q:
         H = forward_kinematics(chain, pose).H
-        frames.append([
-            (at @ H[link].T[:, :3] @ axes.T).round(6).tolist() for link, at in touching
-        ])  # fmt: skip
+        frames.append(
+            [(at @ H[link].T[:, :3] @ axes.T).round(6).tolist() for link, at in touching]
+        )
     return frames
 
 
@@ -208,8 +217,13 @@ def _draw(solution: ReactionlessPaths, figure: Any) -> None:
         colour = COLOURS[k % len(COLOURS)]
         second = path.u[:, 1] if len(names) > 1 else path.s
         plane.plot(path.u[:, 0], second, color=colour, linewidth=1.8)
-        along.plot(path.s, np.maximum(path.momentum, 1e-18), color=colour, linewidth=1.2,
-                   label=f"path {k + 1}")  # fmt: skip
+        along.plot(
+            path.s,
+            np.maximum(path.momentum, 1e-18),
+            color=colour,
+            linewidth=1.2,
+            label=f"path {k + 1}",
+        )
     plane.set_xlabel(f"{names[0]}")
     plane.set_ylabel(names[1] if len(names) > 1 else "arc length")
     plane.set_title(f"{solution.linkage.name}: paths in the inputs", loc="left", fontsize=9)
@@ -242,10 +256,11 @@ class _MomentumField(NamedTuple):
     def to_dict(self) -> dict[str, Any]:
         """Return plain data for the script of a page."""
         return {
-            "x": short(self.first), "y": short(self.second),
+            "x": short(self.first),
+            "y": short(self.second),
             "size": [short(row) for row in self.size.T],
             "strokes": [short(values) for values in self.strokes.T],
-        }  # fmt: skip
+        }
 
 
 def momentum_field(solution: ReactionlessPaths) -> _MomentumField | None:

@@ -44,8 +44,12 @@ def quiet_picture(plan: QuietMotion, kind: str = "png") -> bytes:
         (force, moment), (speed, change) = figure.subplots(2, 2, sharex=True)
         for path, style, label in motions:
             _draw_motion(plan, path, style, label, (force, moment, speed, change))
-        titles = ("shaking force (N)", "shaking moment (N m)", "speed of the inputs",
-                  "acceleration of the inputs")  # fmt: skip
+        titles = (
+            "shaking force (N)",
+            "shaking moment (N m)",
+            "speed of the inputs",
+            "acceleration of the inputs",
+        )
         for ax, title in zip((force, moment, speed, change), titles, strict=True):
             tidy(ax)
             ax.set_ylabel(title)

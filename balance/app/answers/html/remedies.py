@@ -81,9 +81,14 @@ def remedies_picture(comparison: RemedyComparison, kind: str = "png") -> bytes:
         ax = figure.subplots()
         for k, group in enumerate(groups):
             ax.plot(
-                group.mass, group.inertia, MARKS[k % len(MARKS)], ms=7, ls="none",
-                color=COLOURS[k % len(COLOURS)], label=group.name,
-            )  # fmt: skip
+                group.mass,
+                group.inertia,
+                MARKS[k % len(MARKS)],
+                ms=7,
+                ls="none",
+                color=COLOURS[k % len(COLOURS)],
+                label=group.name,
+            )
         ax.set_xlim(0.0, 1.05 * max(1e-3, *(x for group in groups for x in group.mass)))
         ax.set_ylim(0.0, 1.05 * max(1.0, *(y for group in groups for y in group.inertia)))
         ax.set_xlabel(AXES[0])
@@ -110,13 +115,20 @@ def _cost_figure(comparison: RemedyComparison) -> dict[str, Any]:
     """Build the figure of added mass against input inertia, a mark for each remedy."""
     marks = [
         {
-            "name": group.name, "x": group.mass, "y": group.inertia, "text": group.words,
-            "mode": "markers", "type": "scatter",
-            "marker": {"size": 11, "symbol": SYMBOLS[k % len(SYMBOLS)],
-                       "color": COLOURS[k % len(COLOURS)]},
+            "name": group.name,
+            "x": group.mass,
+            "y": group.inertia,
+            "text": group.words,
+            "mode": "markers",
+            "type": "scatter",
+            "marker": {
+                "size": 11,
+                "symbol": SYMBOLS[k % len(SYMBOLS)],
+                "color": COLOURS[k % len(COLOURS)],
+            },
         }
         for k, group in enumerate(_cost_groups(comparison))
-    ]  # fmt: skip
+    ]
     x, y = ({"title": {"text": text}, "rangemode": "tozero"} for text in AXES)
     layout = {"xaxis": x, "yaxis": y, "height": 460, "showlegend": True}
     return {"data": marks, "layout": layout}

@@ -58,17 +58,20 @@ def render_page(
     """
     elements = {"report": _script_json(report, indent=2)}
     elements |= {name: _script_json(value) for name, value in data.items()}
-    return fill_template("frame.html", {
-        "title": escape(title),
-        "summary": escape(summary),
-        "style": _read_static("page.css"),
-        "content": fill_template(template, parts),
-        "data": "\n".join(
-            f'<script type="application/json" id="{name}">{text}</script>'
-            for name, text in elements.items()
-        ),
-        "script": "\n".join(_read_static(f"{name}.js") for name in _in_order(scripts)),
-    })  # fmt: skip
+    return fill_template(
+        "frame.html",
+        {
+            "title": escape(title),
+            "summary": escape(summary),
+            "style": _read_static("page.css"),
+            "content": fill_template(template, parts),
+            "data": "\n".join(
+                f'<script type="application/json" id="{name}">{text}</script>'
+                for name, text in elements.items()
+            ),
+            "script": "\n".join(_read_static(f"{name}.js") for name in _in_order(scripts)),
+        },
+    )
 
 
 def _in_order(scripts: Sequence[str]) -> list[str]:

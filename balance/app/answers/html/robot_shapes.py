@@ -137,8 +137,11 @@ def _geometry(kind: Element, file: Path, left_out: list[str]) -> Iterator[Shape]
     """Make the triangles of a primitive or a mesh."""
     if kind.tag == "box":
         size = np.array(kind.vector("size", "0 0 0"))
-        yield _hull_of_grid(np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]]),
-                            np.array([[1.0, -1.0], [1.0, 1.0]]), 0.5 * size)  # fmt: skip
+        yield _hull_of_grid(
+            np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]]),
+            np.array([[1.0, -1.0], [1.0, 1.0]]),
+            0.5 * size,
+        )
     elif kind.tag in ("cylinder", "sphere"):
         radius = kind.vector("radius", "0")[0]
         turn = 2.0 * np.pi * np.arange(AROUND) / AROUND
@@ -264,8 +267,12 @@ def _packed(part: int, name: str, shape: Shape) -> dict[str, object]:
     wide = len(used) > 65535
     indices = faces.reshape(-1).astype("<u4" if wide else "<u2")
     return {
-        "part": part, "name": name, "color": shape.colour, "wide": wide,
-        "low": low.tolist(), "high": (low + span).tolist(),
+        "part": part,
+        "name": name,
+        "color": shape.colour,
+        "wide": wide,
+        "low": low.tolist(),
+        "high": (low + span).tolist(),
         "points": base64.b64encode(grid.tobytes()).decode(),
         "faces": base64.b64encode(indices.tobytes()).decode(),
-    }  # fmt: skip
+    }

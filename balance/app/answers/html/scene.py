@@ -54,11 +54,15 @@ def scene(
     points = np.array([joint.point for joint in linkage.joints])
     size = _size(points, [_centre(body.inertia, body.frame) for body in linkage.bodies])
     bodies = [
-        {"name": body.name, "part": int(part[body.link]), "link": body.link,
-         "centre": _centre(body.inertia, body.frame).tolist(),
-         "pseudo": pseudo_inertia(body.inertia).tolist()}
+        {
+            "name": body.name,
+            "part": int(part[body.link]),
+            "link": body.link,
+            "centre": _centre(body.inertia, body.frame).tolist(),
+            "pseudo": pseudo_inertia(body.inertia).tolist(),
+        }
         for body in linkage.bodies
-    ]  # fmt: skip
+    ]
     parts = _outlines(chain.parent, part, points, size, bodies)
     for body in bodies:
         body["tip"] = _tip(parts[body["part"]]["corners"], body, linkage)
@@ -104,10 +108,12 @@ def _outlines(
         if p and len(corners) == 1:
             ends = [np.asarray(body["centre"]) for body in part_bodies]
             corners = _distinct_points(np.array([*corners, *ends]), POINT_EQUAL_RELATIVE * size)
-        outlines.append({
-            "names": [body["name"] for body in part_bodies],
-            "corners": _sort_around(corners, POINT_EQUAL_RELATIVE * size).round(9).tolist(),
-        })  # fmt: skip
+        outlines.append(
+            {
+                "names": [body["name"] for body in part_bodies],
+                "corners": _sort_around(corners, POINT_EQUAL_RELATIVE * size).round(9).tolist(),
+            }
+        )
     return outlines
 
 
@@ -147,14 +153,16 @@ def _joint_data(
     entries = []
     for j, joint in enumerate(linkage.joints):
         direction = joint.screw[3:] if joint.kind == "prismatic" else joint.screw[:3]
-        entries.append({
-            "name": joint.name,
-            "kind": joint.kind,
-            "idle": joint.name in idle,
-            "parts": [int(part[joint.parent]), int(part[j])],
-            "point": joint.point.tolist(),
-            "direction": direction.tolist(),
-        })  # fmt: skip
+        entries.append(
+            {
+                "name": joint.name,
+                "kind": joint.kind,
+                "idle": joint.name in idle,
+                "parts": [int(part[joint.parent]), int(part[j])],
+                "point": joint.point.tolist(),
+                "direction": direction.tolist(),
+            }
+        )
     return entries
 
 
@@ -189,12 +197,14 @@ def _motion_columns(linkage: Linkage, motion: Motion) -> list[dict[str, object]]
     columns = []
     for c in motion.basis.T:
         free = next((i for i, x in enumerate(c) if x == 1.0), first_largest(np.abs(c)))
-        columns.append({
-            "label": _label(motion.inputs, c, free),
-            "angle": kinds[motion.inputs[free]] != "prismatic",
-            "column": c[order].tolist(),
-            "reach": SLIDE_RANGE * length / float(np.abs(c).max()),
-        })  # fmt: skip
+        columns.append(
+            {
+                "label": _label(motion.inputs, c, free),
+                "angle": kinds[motion.inputs[free]] != "prismatic",
+                "column": c[order].tolist(),
+                "reach": SLIDE_RANGE * length / float(np.abs(c).max()),
+            }
+        )
     return columns
 
 

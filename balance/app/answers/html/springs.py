@@ -35,14 +35,17 @@ def springs_picture(answer: SpringBalance, kind: str = "png") -> bytes:
             order = np.argsort(answer.inputs[:, k], kind="stable")
             style = "-" if answer.inputs.shape[1] == 1 else "."
             for torques, label, colour in (
-                (answer.before, "gravity", COLOURS[1]), (answer.after, "left", COLOURS[0]),
-            ):  # fmt: skip
-                ax.plot(answer.inputs[order, k], torques[order, k], style, color=colour,
-                        label=label)  # fmt: skip
+                (answer.before, "gravity", COLOURS[1]),
+                (answer.after, "left", COLOURS[0]),
+            ):
+                ax.plot(
+                    answer.inputs[order, k], torques[order, k], style, color=colour, label=label
+                )
             slides = kinds[name] == "prismatic"
             ax.set_xlabel(f"{name} ({'m' if slides else 'rad'})")
-            ax.set_ylabel(f"{'force' if slides else 'torque'} of {name} "
-                          f"({'N' if slides else 'N m'})")  # fmt: skip
+            ax.set_ylabel(
+                f"{'force' if slides else 'torque'} of {name} ({'N' if slides else 'N m'})"
+            )
             tidy(ax)
         panels[0].set_title(answer.linkage.name, loc="left")
         panels[0].legend(frameon=False, fontsize=8)

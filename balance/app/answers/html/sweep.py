@@ -106,20 +106,30 @@ def _page_data(file: ResultsFile, table: dict[str, NDArray[Any]], order: str) ->
             size = np.nanmax(np.abs(table[column.name]), initial=0.0)
             largest[column.unit] = max(largest.get(column.unit, 0.0), float(size))
     columns = [
-        column for column in file.columns
+        column
+        for column in file.columns
         if column.kind != "text"
         and _varies(table[column.name], column, largest.get(column.unit, 0.0))
-    ][:MAX_AXES]  # fmt: skip
+    ][:MAX_AXES]
     return {
         "rows": table[ROW_NUMBER].tolist(),
         "columns": [
-            {"name": column.name, "unit": column.unit, "whole": column.kind == "integer",
-             "values": short(np.where(_missing(table[column.name], column), np.nan,
-                                      table[column.name].astype(float)))}
+            {
+                "name": column.name,
+                "unit": column.unit,
+                "whole": column.kind == "integer",
+                "values": short(
+                    np.where(
+                        _missing(table[column.name], column),
+                        np.nan,
+                        table[column.name].astype(float),
+                    )
+                ),
+            }
             for column in columns
         ],
         "order": order,
-    }  # fmt: skip
+    }
 
 
 def _missing(values: NDArray[Any], column: Column) -> NDArray[np.bool_]:

@@ -113,9 +113,12 @@ def is_grid(x: Array, y: Array) -> bool:
 
 
 def _draw(
-    columns: Sequence[Column], values: Sequence[Array], finite: NDArray[np.bool_],
-    drops: NDArray[np.bool_], figure: Any,
-) -> None:  # fmt: skip
+    columns: Sequence[Column],
+    values: Sequence[Array],
+    finite: NDArray[np.bool_],
+    drops: NDArray[np.bool_],
+    figure: Any,
+) -> None:
     """Draw the picture on a Matplotlib figure."""
     ax = figure.subplots()
     x, y = values[0], values[1]
@@ -132,9 +135,14 @@ def _draw(
         figure.colorbar(picture, ax=ax, label=_label(columns[2]))
     if drops.any():
         ax.scatter(
-            x[drops], y[drops], s=34, facecolors="none", edgecolors="#c05a10", linewidths=1.2,
+            x[drops],
+            y[drops],
+            s=34,
+            facecolors="none",
+            edgecolors="#c05a10",
+            linewidths=1.2,
             label=f"lower rank: {int(drops.sum())} rows",
-        )  # fmt: skip
+        )
         ax.legend(frameon=False, fontsize=8, loc="lower right", bbox_to_anchor=(1.0, 1.0))
     ax.set_xlabel(_label(columns[0]))
     ax.set_ylabel(_label(columns[1]))

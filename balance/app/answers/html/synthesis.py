@@ -89,8 +89,9 @@ def synthesis_picture(synthesis: Synthesis, kind: str) -> bytes:
         (x0, x1), (y0, y1) = _limits(curves)
         axes[0].set(xlim=(x0, x1), ylim=(y0, y1), xlabel="x (m)", ylabel="y (m)")
         axes[0].set_aspect("equal")
-        axes[0].legend(fontsize=7, frameon=False, loc="upper left", bbox_to_anchor=(0, -0.12),
-                       ncols=3)  # fmt: skip
+        axes[0].legend(
+            fontsize=7, frameon=False, loc="upper left", bbox_to_anchor=(0, -0.12), ncols=3
+        )
         if synthesis.map is not None:
             _draw_map(axes[1], synthesis)
         for ax in axes:
@@ -106,12 +107,22 @@ def _draw_curve(ax: Any, curve: _Curve) -> None:
     if curve.style == "line" and not curve.joints:
         marks = {}
     ax.plot(
-        curve.points.real, curve.points.imag, color=curve.colour, label=curve.name or None,
-        linestyle=style, linewidth=1.0 if curve.style == "dash" else 1.6, **marks,
-    )  # fmt: skip
+        curve.points.real,
+        curve.points.imag,
+        color=curve.colour,
+        label=curve.name or None,
+        linestyle=style,
+        linewidth=1.0 if curve.style == "dash" else 1.6,
+        **marks,
+    )
     for z, text in zip(curve.points, curve.labels, strict=False):
-        ax.annotate(text, (z.real, z.imag), xytext=(4, 4), textcoords="offset points",
-                    color=curve.colour)  # fmt: skip
+        ax.annotate(
+            text,
+            (z.real, z.imag),
+            xytext=(4, 4),
+            textcoords="offset points",
+            color=curve.colour,
+        )
 
 
 def _draw_map(ax: Any, synthesis: Synthesis) -> None:
@@ -130,8 +141,7 @@ def _grid(synthesis: Synthesis) -> tuple[Array, Array, Array, tuple[str, str]]:
     shown = synthesis.map
     assert shown is not None
     if isinstance(shown, AngleErrorMap):
-        labels = (f"{shown.line.free} pivot from the chord (m)",
-                  "(I1 + I3) / (I2 + I4 + I5)")  # fmt: skip
+        labels = (f"{shown.line.free} pivot from the chord (m)", "(I1 + I3) / (I2 + I4 + I5)")
         return shown.offsets, shown.ratios, shown.errors, labels
     labels = ("x of the moving pivot (m)", "y of the moving pivot (m)")
     return shown.x, shown.y, shown.residuals[0], labels
@@ -144,7 +154,7 @@ def _mechanism_figure(synthesis: Synthesis) -> dict[str, Any]:
     axes = {
         "xaxis": {"title": {"text": "x (m)"}, "range": [x0, x1]},
         "yaxis": {"title": {"text": "y (m)"}, "range": [y0, y1], "scaleanchor": "x"},
-    }  # fmt: skip
+    }
     return {"data": [_trace(curve) for curve in curves], "layout": _layout(axes)}
 
 
@@ -152,10 +162,15 @@ def _map_figure(synthesis: Synthesis) -> dict[str, Any]:
     """Build the figure of the map."""
     x, y, values, labels = _grid(synthesis)
     colours = {
-        "type": "heatmap", "x": short(x), "y": short(y), "z": [short(row) for row in values],
-        "zmin": -CLIPPED, "zmax": CLIPPED, "colorscale": SCALE,
+        "type": "heatmap",
+        "x": short(x),
+        "y": short(y),
+        "z": [short(row) for row in values],
+        "zmin": -CLIPPED,
+        "zmax": CLIPPED,
+        "colorscale": SCALE,
         "colorbar": {"title": {"text": "rad"}},
-    }  # fmt: skip
+    }
     axes = {
         "xaxis": {"title": {"text": labels[0]}, "range": [x[0], x[-1]]},
         "yaxis": {"title": {"text": labels[1]}, "range": [y[0], y[-1]]},
@@ -169,13 +184,20 @@ def _trace(curve: _Curve) -> dict[str, Any]:
     mode = "markers" if curve.style == "marks" else "lines+markers" if curve.joints else "lines"
     texts = {"mode": f"{mode}+text", "text": list(curve.labels), "textposition": "top right"}
     return {
-        "type": "scatter", "name": curve.name, "mode": mode, "showlegend": bool(curve.name),
-        "x": short(curve.points.real), "y": short(curve.points.imag),
-        "line": {"color": curve.colour, "dash": DASHES[curve.style],
-                 "width": 1 if curve.style == "dash" else 2},
+        "type": "scatter",
+        "name": curve.name,
+        "mode": mode,
+        "showlegend": bool(curve.name),
+        "x": short(curve.points.real),
+        "y": short(curve.points.imag),
+        "line": {
+            "color": curve.colour,
+            "dash": DASHES[curve.style],
+            "width": 1 if curve.style == "dash" else 2,
+        },
         "marker": {"color": curve.colour, "size": 8 if curve.style == "marks" else 6},
         **(texts if curve.labels else {}),
-    }  # fmt: skip
+    }
 
 
 def _layout(axes: dict[str, Any]) -> dict[str, Any]:
@@ -270,8 +292,10 @@ def _arrows(positions: tuple[Position, ...]) -> Complex:
     """Draw the frames of the tool as short lines."""
     points = [each.point for each in positions]
     size = 0.15 * max(abs(a - b) for a in points for b in points) or 0.1
-    pieces = [(z, z + size * cmath.exp(1j * p.angle), np.nan)
-              for z, p in zip(points, positions, strict=True)]  # fmt: skip
+    pieces = [
+        (z, z + size * cmath.exp(1j * p.angle), np.nan)
+        for z, p in zip(points, positions, strict=True)
+    ]
     return np.array(pieces, dtype=np.complex128).ravel()
 
 

@@ -66,8 +66,9 @@ def panels_picture(columns: Sequence[PanelColumn], kind: str = "png") -> bytes:
     rows = list(zip(*(column.panels for column in columns), strict=True))
 
     def draw(figure: Any) -> None:
-        axes = figure.subplots(len(rows), len(columns), sharex=True, sharey="row",
-                               squeeze=False)  # fmt: skip
+        axes = figure.subplots(
+            len(rows), len(columns), sharex=True, sharey="row", squeeze=False
+        )
         for k, column in enumerate(columns):
             axes[0, k].set_title(column.heading, loc="left", pad=16.0)
             axes[-1, k].set_xlabel("time (s)")
@@ -96,8 +97,9 @@ def _draw_panel(ax: Any, time: Array, panel: Panel) -> None:
         ax.plot(time, line, color=colour, linestyle=style, linewidth=1.2, label=name)
     tidy(ax)
     columns = MAX_LINES if max(map(len, panel.names), default=0) <= 4 else MAX_LINES // 2
-    ax.legend(loc="lower right", bbox_to_anchor=(1.0, 0.98), fontsize=8, frameon=False,
-              ncols=columns)  # fmt: skip
+    ax.legend(
+        loc="lower right", bbox_to_anchor=(1.0, 0.98), fontsize=8, frameon=False, ncols=columns
+    )
 
 
 def panels_figures(columns: Sequence[PanelColumn]) -> list[dict[str, object]]:
@@ -112,21 +114,29 @@ def _chart(column: PanelColumn, limits: Sequence[tuple[float, float]]) -> dict[s
     time, count = short(column.time), len(column.panels)
     traces: list[dict[str, object]] = []
     layout: dict[str, Any] = {
-        "hovermode": "x", "title": {"text": column.heading}, "showlegend": True,
+        "hovermode": "x",
+        "title": {"text": column.heading},
+        "showlegend": True,
         "xaxis": {"title": {"text": "time (s)"}},
-    }  # fmt: skip
+    }
     for row, (panel, limit) in enumerate(zip(column.panels, limits, strict=True)):
         mark = str(row + 1) if row else ""
         layout[f"yaxis{mark}"] = {
-            "domain": [1.0 - (row + 1) / count, 1.0 - row / count], "range": limit,
+            "domain": [1.0 - (row + 1) / count, 1.0 - row / count],
+            "range": limit,
             "title": {"text": panel.title},
-        }  # fmt: skip
+        }
         lines = zip(panel.names, panel.lines, COLOURS, DASHES, strict=False)
         traces += [
             {
-                "type": "scatter", "mode": "lines", "name": name, "x": time, "y": short(line),
-                "yaxis": f"y{mark}", "line": {"color": colour, "dash": dash, "width": 1.5},
+                "type": "scatter",
+                "mode": "lines",
+                "name": name,
+                "x": time,
+                "y": short(line),
+                "yaxis": f"y{mark}",
+                "line": {"color": colour, "dash": dash, "width": 1.5},
             }
             for name, line, colour, dash in lines
-        ]  # fmt: skip
+        ]
     return {"data": traces, "layout": layout}

@@ -180,6 +180,7 @@ def polar_layout(linkage: Linkage, reach: float) -> dict[str, object]:
         if np.allclose(np.abs(linkage.chain.frame.R[:2, :2]), np.eye(2)):
             axes = ("force along x (N)", "force along y (N)")
     return {
-        "polar": True, "xaxis": {"title": {"text": axes[0]}, "range": [-reach, reach]},
+        "polar": True,
+        "xaxis": {"title": {"text": axes[0]}, "range": [-reach, reach]},
         "yaxis": {"title": {"text": axes[1]}, "range": [-reach, reach], "scaleanchor": "x"},
-    }  # fmt: skip
+    }

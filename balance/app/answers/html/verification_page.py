@@ -199,8 +199,9 @@ def _figures(verifications: Sequence[Verification], number: int) -> list[dict[st
 def _largest_force(verifications: Sequence[Verification], number: int) -> float:
     """Compute how far the polar plots of one motion reach, N, the same for all linkages."""
     least = max(check.tolerance * check.scale for check in verifications)
-    peaks = (np.abs(check.runs[number].about[:, 3:]).max(initial=0.0)
-             for check in verifications)  # fmt: skip
+    peaks = (
+        np.abs(check.runs[number].about[:, 3:]).max(initial=0.0) for check in verifications
+    )
     return max(1.05 * float(max(peaks)), least) or 1.0
 
 
@@ -227,12 +228,16 @@ def _polar(
     planes = force_planes(verification.linkage, force)
     traces = [
         {
-            "type": "scatter", "mode": "lines", "name": ", ".join(plane), "x": short(xy[:, 0]),
-            "y": short(xy[:, 1]), "follows": time,
+            "type": "scatter",
+            "mode": "lines",
+            "name": ", ".join(plane),
+            "x": short(xy[:, 0]),
+            "y": short(xy[:, 1]),
+            "follows": time,
             "line": {"color": COLOURS[k], "dash": DASHES[k], "width": 1.6},
         }
         for k, (plane, xy) in enumerate(planes)
-    ]  # fmt: skip
+    ]
     return {"data": traces, "layout": polar_layout(verification.linkage, reach)}
 
 

@@ -66,7 +66,7 @@ def _frames(walk: WatchedWalk) -> dict[str, Any]:
         "names": names,
         "ratios": np.maximum(walk.ratios, 0.0).tolist(),
         "chart": _chart(walk),
-    }  # fmt: skip
+    }
 
 
 def _corners(drawing: dict[str, Any], points: Array, origin: list[int]) -> list[list[int]]:
@@ -93,14 +93,24 @@ def _chart(walk: WatchedWalk) -> dict[str, Any]:
     elif walk.kept > 0:
         lines.append(("the next larger one", walk.values[:, walk.kept - 1], SOFT, 1.5))
     traces = [
-        {"type": "scatter", "mode": "lines+markers", "name": name, "x": steps[: len(y)],
-         "y": np.maximum(y, LOWEST).tolist(),
-         "line": {"color": color, "width": width}, "marker": {"color": color, "size": 6}}
+        {
+            "type": "scatter",
+            "mode": "lines+markers",
+            "name": name,
+            "x": steps[: len(y)],
+            "y": np.maximum(y, LOWEST).tolist(),
+            "line": {"color": color, "width": width},
+            "marker": {"color": color, "size": 6},
+        }
         for name, y, color, width in lines
-    ]  # fmt: skip
+    ]
     layout = {
-        "hovermode": "x", "xaxis": {"title": {"text": "step"}},
-        "yaxis": {"title": {"text": "over the largest"}, "type": "log",
-                  "range": [float(np.log10(LOWEST)), 0.0]},
-    }  # fmt: skip
+        "hovermode": "x",
+        "xaxis": {"title": {"text": "step"}},
+        "yaxis": {
+            "title": {"text": "over the largest"},
+            "type": "log",
+            "range": [float(np.log10(LOWEST)), 0.0],
+        },
+    }
     return {"data": traces, "layout": layout}

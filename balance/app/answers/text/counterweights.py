@@ -174,6 +174,8 @@ def counterweights_body(counterweights: Counterweights) -> AnswerBody:
         if not weight.lumps:
             moments = vector_digits(weight.inertia[ENTRIES], DIGITS)
             verb = "needs" if weight.form is None else "has"
-            body.append(f"{weight.link} {verb} about its centre Ixx, Iyy, Izz, Ixy, Ixz, Iyz = "
-                        f"{moments} kg m²")  # fmt: skip
+            body.append(
+                f"{weight.link} {verb} about its centre Ixx, Iyy, Izz, Ixy, Ixz, Iyz = "
+                f"{moments} kg m²"
+            )
     return body

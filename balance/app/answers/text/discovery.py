@@ -30,12 +30,19 @@ def search_data(
         seconds: duration of this run; None if nothing was run.
     """
     data = {
-        "schema": SCHEMA, "what": what, "file": file.path, "topology": search.job.name,
-        "starts": file.rows, "walked": file.computed()[0], "seed": search.job.seed,
-        "buildable": search.job.buildable, "near": bool(search.job.origin),
-        "nullity": search.job.generic, "outcomes": search.outcomes,
+        "schema": SCHEMA,
+        "what": what,
+        "file": file.path,
+        "topology": search.job.name,
+        "starts": file.rows,
+        "walked": file.computed()[0],
+        "seed": search.job.seed,
+        "buildable": search.job.buildable,
+        "near": bool(search.job.origin),
+        "nullity": search.job.generic,
+        "outcomes": search.outcomes,
         "families": [_family_data(k, f) for k, f in enumerate(search.families, 1)],
-    }  # fmt: skip
+    }
     if seconds is not None:
         data["seconds"] = seconds
     return data
@@ -46,13 +53,18 @@ def _family_data(number: int, family: Family) -> Data:
     quantities = quantities_of(family.topology)
     words = [relation.words(quantities) for relation in family.members[0].relations]
     return {
-        "family": number, "nullity": family.nullity, "parallel": family.parallel,
-        "codimension": family.codimension, "relations": list(family.relations), "words": words,
+        "family": number,
+        "nullity": family.nullity,
+        "parallel": family.parallel,
+        "codimension": family.codimension,
+        "relations": list(family.relations),
+        "words": words,
         "implied": list(family.implied),
-        "complete": family.complete, "members": len(family.members),
+        "complete": family.complete,
+        "members": len(family.members),
         "buildable": sum(member.margin > 0.0 for member in family.members),
         "starts": [member.start for member in family.members[:10]],
-    }  # fmt: skip
+    }
 
 
 def families_data(data: Data, examined: list[FoundFamily]) -> Data:
@@ -76,9 +88,12 @@ def _range_data(span: MotionRange | None) -> Data | None:
     if span is None:
         return None
     return {
-        "joint": span.joint, "low": span.low, "high": span.high, "full": span.full,
+        "joint": span.joint,
+        "low": span.low,
+        "high": span.high,
+        "full": span.full,
         "ends": list(span.ends),
-    }  # fmt: skip
+    }
 
 
 def range_words(motion: Data | None) -> str:
@@ -122,12 +137,13 @@ def search_facts(data: Data, topology: Topology) -> list[tuple[str, str]]:
     outcomes = ", ".join(f"{count} {name}" for name, count in data["outcomes"].items())
     walked = f"{data['walked']} of {data['starts']}, seed {data['seed']}"
     pairs = [
-        ("topology", data["topology"]), ("joints", f"{joints} (link 0 is the ground)"),
+        ("topology", data["topology"]),
+        ("joints", f"{joints} (link 0 is the ground)"),
         ("walks", walked + ", to masses that can be built" * data["buildable"]),
         ("starts", "the model and changes of it" if data["near"] else "anywhere"),
         ("ends", outcomes or "none yet"),
         ("elsewhere", f"most geometries have nullity {data['nullity']}"),
-    ]  # fmt: skip
+    ]
     if "seconds" in data:
         pairs.append(("time", f"{data['seconds']:.1f} s"))
     return pairs
@@ -159,15 +175,19 @@ def member_data(number: int, path: str, member: ExportedMember) -> Data:
     """Collect the facts on an exported member."""
     checked, certainty = member.verification, getattr(member.space, "certainty", None)
     return {
-        "schema": SCHEMA, "what": "export", "family": number, "out": path,
-        "rational": member.rational, "nullity": member.space.nullity,
+        "schema": SCHEMA,
+        "what": "export",
+        "family": number,
+        "out": path,
+        "rational": member.rational,
+        "nullity": member.space.nullity,
         "serial": member.space.serial_nullity,
         "certainty": "estimated" if certainty is None else str(certainty.level),
         "reason": "by floating point alone" if certainty is None else certainty.reason,
         "verdict": member.design.verdict,
         "words": member.design.words,
         "balanced": None if checked is None else bool(checked.balanced),
-    }  # fmt: skip
+    }
 
 
 def member_body(data: Data) -> AnswerBody:
@@ -180,9 +200,11 @@ def member_body(data: Data) -> AnswerBody:
     kind = "rational coordinates" if data["rational"] else "coordinates that are not rational"
     serial = f"{data['serial']} serial + {data['nullity'] - data['serial']} parallel"
     pairs = [
-        ("family", str(data["family"])), ("file", f"{data['out']}, {kind}"),
+        ("family", str(data["family"])),
+        ("file", f"{data['out']}, {kind}"),
         ("design space", f"{data['nullity']}: {serial}"),
-        ("certainty", f"{data['certainty']}: {data['reason']}"), ("masses", data["words"]),
+        ("certainty", f"{data['certainty']}: {data['reason']}"),
+        ("masses", data["words"]),
         ("verified", verified[data["balanced"]]),
-    ]  # fmt: skip
+    ]
     return [Facts(pairs, LABELS), ""]

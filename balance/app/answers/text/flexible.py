@@ -61,10 +61,13 @@ def supports_body(supports: SupportPoints) -> AnswerBody:
         ("static", f"two points at ξ = ±{STATIC_POINT:.9f} for a uniform load"),
     ]
     facts += [
-        (f"bar {k}", f"ends at {bar.ends[0]:.9f} and {bar.ends[1]:.9f}, pivot at "
-         f"{bar.pivot:.9f}: arms {bar.arms[0]:.9f} and {bar.arms[1]:.9f}")
+        (
+            f"bar {k}",
+            f"ends at {bar.ends[0]:.9f} and {bar.ends[1]:.9f}, pivot at "
+            f"{bar.pivot:.9f}: arms {bar.arms[0]:.9f} and {bar.arms[1]:.9f}",
+        )
         for k, bar in enumerate(supports.bars, 1)
-    ]  # fmt: skip
+    ]
     return [AnswerTable(rows), "", Facts(facts)]
 
 
@@ -135,20 +138,32 @@ def _translator_facts(motion: TranslatorMotion) -> list[tuple[str, str]]:
     low, high = (round(1e3 * y, 2) + 0.0 for y in motion.displacement)
     hubs = "half of it on each hub" if translator.both else "on the lower hub"
     return [
-        ("counter-block", f"{number_text(other.mass, '.6g')} kg, length "
-                          f"{number_text(other.length, '.6g')} m, breadth "
-         f"{number_text(other.breadth, '.6g')} m"),
-        ("driven by", f"{translator.moment:g} N m, {hubs}, within {translator.rise:g} s; for "
-         f"{motion.pair.times[-1]:g} s"),
+        (
+            "counter-block",
+            f"{number_text(other.mass, '.6g')} kg, length "
+            f"{number_text(other.length, '.6g')} m, breadth "
+            f"{number_text(other.breadth, '.6g')} m",
+        ),
+        (
+            "driven by",
+            f"{translator.moment:g} N m, {hubs}, within {translator.rise:g} s; for "
+            f"{motion.pair.times[-1]:g} s",
+        ),
         ("displacement", f"{number_text(low, '.2f')} to {number_text(high, '.2f')} mm"),
-        ("shaking force", f"{number_text(motion.pair.peak_force)} N at most, "
-                          f"{number_text(motion.reduction, '.0f')} times "
-         "less than without counter-translator"),
-        ("shaking moment", f"{number_text(motion.pair.peak_moment)} N m at most, about the "
-                           "middle "
-         "between the hubs"),
+        (
+            "shaking force",
+            f"{number_text(motion.pair.peak_force)} N at most, "
+            f"{number_text(motion.reduction, '.0f')} times "
+            "less than without counter-translator",
+        ),
+        (
+            "shaking moment",
+            f"{number_text(motion.pair.peak_moment)} N m at most, about the "
+            "middle "
+            "between the hubs",
+        ),
         ("energy", f"drifts by {size_text(motion.pair.energy_drift)} of the largest"),
-    ]  # fmt: skip
+    ]
 
 
 def flexible_motion_facts(
@@ -162,18 +177,28 @@ def flexible_motion_facts(
         ("linkage", linkage.linkage.name),
         ("duration", f"{motion.times[-1]:g} s"),
         ("shaking force", f"{number_text(motion.peak_force)} N at most"),
-        ("shaking moment", f"{number_text(moment)} N m at most, about {centre}"
-         f"({number_text(x)}, {number_text(y)}) m in the plane"),
-    ]  # fmt: skip
+        (
+            "shaking moment",
+            f"{number_text(moment)} N m at most, about {centre}"
+            f"({number_text(x)}, {number_text(y)}) m in the plane",
+        ),
+    ]
     for name, model in linkage.beams.items():
         peak = float(beam_deflection(motion, linkage, name).max())
-        line = "its tangent at the drive" if name in linkage.tangents else (
-            "the line through its joints"
-        )  # fmt: skip
-        pairs.append((name, f"beam of {number_text(model.part.length)} m and "
-                            f"{number_text(model.mesh.beam.mass)} "
-                      f"kg, {len(model.mesh.nodes) - 1} elements, {model.part.size} modes: "
-                      f"bends by {number_text(peak, '.3g')} m from {line}"))  # fmt: skip
+        line = (
+            "its tangent at the drive"
+            if name in linkage.tangents
+            else ("the line through its joints")
+        )
+        pairs.append(
+            (
+                name,
+                f"beam of {number_text(model.part.length)} m and "
+                f"{number_text(model.mesh.beam.mass)} "
+                f"kg, {len(model.mesh.nodes) - 1} elements, {model.part.size} modes: "
+                f"bends by {number_text(peak, '.3g')} m from {line}",
+            )
+        )
     pairs.append(("energy", f"drifts by {size_text(motion.energy_drift)} of the largest"))
     pairs.append(("integrator", f"{motion.method}, {motion.steps} steps"))
     return pairs

@@ -32,16 +32,28 @@ def floating_base_facts(motion: FloatingBaseMotion) -> list[tuple[str, str]]:
         *([("at the start", _values_text(motion.initial))] if motion.initial else []),
         ("duration", f"{motion.duration:.4g} s, {steps} steps"),
         ("base turns", f"{motion.rotation_text}, at most {_speed(of.turning, fastest)} rad/s"),
-        ("base moves", f"{motion.displacement_text}, at most "
-                       f"{_speed(of.velocity, fastest * motion.length)} m/s"),
-        ("at the end", f"{_vector(of.turning[-1], fastest)} rad/s, "
-                       f"{_vector(of.velocity[-1], fastest * motion.length)} m/s"),
-        ("drift", f"energy {drift_text(motion.energy_drift)}, momentum "
-                  f"{drift_text(motion.momentum_drift)}, of their peaks"),
+        (
+            "base moves",
+            f"{motion.displacement_text}, at most "
+            f"{_speed(of.velocity, fastest * motion.length)} m/s",
+        ),
+        (
+            "at the end",
+            f"{_vector(of.turning[-1], fastest)} rad/s, "
+            f"{_vector(of.velocity[-1], fastest * motion.length)} m/s",
+        ),
+        (
+            "drift",
+            f"energy {drift_text(motion.energy_drift)}, momentum "
+            f"{drift_text(motion.momentum_drift)}, of their peaks",
+        ),
         *(("note", remark) for remark in motion.remarks),
-        ("verdict", f"{motion.verdict} (residual {drift_text(motion.residual)}, tolerance "
-                    f"{motion.tolerance:.1e})"),
-    ]  # fmt: skip
+        (
+            "verdict",
+            f"{motion.verdict} (residual {drift_text(motion.residual)}, tolerance "
+            f"{motion.tolerance:.1e})",
+        ),
+    ]
 
 
 def _base_facts(motion: FloatingBaseMotion) -> list[tuple[str, str]]:
@@ -60,9 +72,10 @@ def _base_facts(motion: FloatingBaseMotion) -> list[tuple[str, str]]:
     words = [f"{number_text(stiffness)} {unit}" for stiffness, unit in springs if stiffness]
     tones = ", ".join(number_text(frequency) for frequency in motion.frequencies)
     return [
-        *facts, ("springs", ", ".join(words)),
+        *facts,
+        ("springs", ", ".join(words)),
         ("frequencies", f"{tones} Hz, inputs held at the start"),
-    ]  # fmt: skip
+    ]
 
 
 def _inputs_text(motion: FloatingBaseMotion) -> str:

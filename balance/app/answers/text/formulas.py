@@ -23,9 +23,14 @@ def formulas_body(formulas: Formulas, notation: str) -> AnswerBody:
         ("checked", _checks(formulas)),
     ]
     return [
-        Facts(head), "", AnswerTable(_dimension_rows(formulas)), "",
-        *formulas.text().splitlines(), "", *_legend(formulas),
-    ]  # fmt: skip
+        Facts(head),
+        "",
+        AnswerTable(_dimension_rows(formulas)),
+        "",
+        *formulas.text().splitlines(),
+        "",
+        *_legend(formulas),
+    ]
 
 
 def _conditions(formulas: Formulas) -> str:

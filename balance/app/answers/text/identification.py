@@ -25,39 +25,45 @@ def identification_facts(answer: Identification) -> list[tuple[str, str]]:
     space, measured = answer.space, answer.measurements
     pairs = linkage_facts(space.linkage, f"{space.balance} balance")
     duration = number_text(float(np.ptp(measured.time)))
-    pairs.append((
-        "measured",
-        f"{', '.join(measured.channels)}: {count_noun(len(measured.time), 'sample')}, "
-        f"{duration} s",
-    ))  # fmt: skip
+    pairs.append(
+        (
+            "measured",
+            f"{', '.join(measured.channels)}: {count_noun(len(measured.time), 'sample')}, "
+            f"{duration} s",
+        )
+    )
     weight = f"gravity {vector_text(answer.gravity)} m/s²"
     if not answer.gravity.any():
         weight = "without gravity"
     pairs.append(("loads", f"{weight}, moments about {vector_text(answer.point)} m"))
     pairs.append(("verdict", answer.words))
-    pairs.append((
-        "excited",
-        f"{count_noun(answer.excited, 'combination')} with those that only weigh; condition "
-        f"{number_text(answer.condition)} of those for balance",
-    ))  # fmt: skip
+    pairs.append(
+        (
+            "excited",
+            f"{count_noun(answer.excited, 'combination')} with those that only weigh; condition "
+            f"{number_text(answer.condition)} of those for balance",
+        )
+    )
     before, after = answer.before, answer.after
     for label, name, unit in (("force", "force", "N"), ("moment", "moment", "N m")):
         size, error = getattr(after, name), getattr(after, f"{name}_error")
-        shares = (number_text(100.0 * getattr(x, f"{name}_share"), ".3g", 100.0, NOISE_LEAST)
-                  for x in (before, after))  # fmt: skip
+        shares = (
+            number_text(100.0 * getattr(x, f"{name}_share"), ".3g", 100.0, NOISE_LEAST)
+            for x in (before, after)
+        )
         scale = size / max(getattr(after, f"{name}_share"), 1e-300)
-        texts = (size_text(x, ".4g", scale or 1.0, NOISE_LEAST)
-                 for x in (getattr(before, name), size))  # fmt: skip
+        texts = (
+            size_text(x, ".4g", scale or 1.0, NOISE_LEAST)
+            for x in (getattr(before, name), size)
+        )
         text = "{} {u} by the file, {} ± {e} {u} identified (rms); {} and {} % of the bodies'"
         error_text = size_text(error, ".2g", scale or 1.0, NOISE_LEAST)
-        pairs.append((
-            f"shaking {label}", text.format(*texts, *shares, u=unit, e=error_text)
-        ))  # fmt: skip
+        pairs.append((f"shaking {label}", text.format(*texts, *shares, u=unit, e=error_text)))
     if max(answer.load_errors) > 0.0:
         force, moment = (number_text(x, ".2g") for x in answer.load_errors)
-        pairs.append((
-            "table", f"its decimals leave loads off by up to {force} N and {moment} N m (rms)"
-        ))  # fmt: skip
+        pairs.append(
+            ("table", f"its decimals leave loads off by up to {force} N and {moment} N m (rms)")
+        )
     pairs += [(name, number_text(value)) for name, value in answer.sensors.items()]
     return pairs
 
@@ -73,9 +79,13 @@ def _combination_row(item: Identified) -> tuple[str, ...]:
     value = number_text(item.value, scale=1e-3 * floor, floor=1.0)
     off = item.off or 0.0
     return (
-        words, unit, file, value, number_text(item.error, ".2g"),
+        words,
+        unit,
+        file,
+        value,
+        number_text(item.error, ".2g"),
         number_text(off, ".1f", OFF_ZERO, 1.0),
-    )  # fmt: skip
+    )
 
 
 def _channel_rows(answer: Identification) -> list[tuple[str, ...]]:
@@ -99,10 +109,15 @@ def _mass_rows(answer: Identification) -> list[tuple[str, ...]]:
         ("link", "mass in file (kg)", "likeliest", "1 sigma", "centre of mass (m)")
     ]
     for mass in answer.masses:
-        rows.append((
-            mass.link, number_text(mass.file), number_text(mass.mass),
-            number_text(mass.error, ".2g"), vector_text(mass.com),
-        ))  # fmt: skip
+        rows.append(
+            (
+                mass.link,
+                number_text(mass.file),
+                number_text(mass.mass),
+                number_text(mass.error, ".2g"),
+                vector_text(mass.com),
+            )
+        )
     return rows
 
 
@@ -127,13 +142,19 @@ def plan_body(plan: ExcitingMotion) -> AnswerBody:
     facts = linkage_facts(space.linkage, f"{space.balance} balance")
     length = number_text(space.length)
     facts += [
-        ("motion", f"{number_text(plan.duration)} s, {plan.harmonics} harmonics, from rest to "
-                   "rest at the reference pose"),
+        (
+            "motion",
+            f"{number_text(plan.duration)} s, {plan.harmonics} harmonics, from rest to "
+            "rest at the reference pose",
+        ),
         ("verdict", plan.words),
         ("excites", f"{count_noun(space.rank, 'combination')} on which balance depends"),
-        ("error", f"{number_text(plan.excitation.error)} in kg and lengths of {length} m for a "
-                  "sensor of 1 N at one sample a second, geometric mean"),
-    ]  # fmt: skip
+        (
+            "error",
+            f"{number_text(plan.excitation.error)} in kg and lengths of {length} m for a "
+            "sensor of 1 N at one sample a second, geometric mean",
+        ),
+    ]
     _, *motions = plan.samples(401)
     upper = plan.limits.upper
     rows: list[tuple[str, ...]] = [

@@ -20,9 +20,15 @@ def _spread_text(spread: ShakingSpread, unit: str) -> str:
     size = spread.bound or 1.0
     nominal, reached, bound, median, high, largest = (
         size_text(value, ".4g", size, ROUND_OFF)
-        for value in (spread.nominal, spread.reached, spread.bound, spread.median, spread.high,
-                      spread.largest)
-    )  # fmt: skip
+        for value in (
+            spread.nominal,
+            spread.reached,
+            spread.bound,
+            spread.median,
+            spread.high,
+            spread.largest,
+        )
+    )
     return (
         f"{nominal} {unit} nominal; worst case {reached} to {bound}; drawn: median {median}, "
         f"95 % below {high}, largest {largest}"
@@ -34,28 +40,35 @@ def tolerance_body(spread: ShakingTolerance) -> AnswerBody:
     bounds = spread.tolerances
     given = [
         f"{name} {number_text(value)}{unit}"
-        for name, value, unit in (("mass", 100.0 * bounds.mass, " %"),
-                                  ("length", bounds.length, " m"), ("com", bounds.com, " m"))
+        for name, value, unit in (
+            ("mass", 100.0 * bounds.mass, " %"),
+            ("length", bounds.length, " m"),
+            ("com", bounds.com, " m"),
+        )
         if value > 0.0
-    ]  # fmt: skip
+    ]
     proof = "holds for every linkage within them"
     if not spread.proved:
         proof = "holds to first order in lengths"
     body: list[AnswerPart] = [
-        Facts([
-            ("tolerances", f"{', '.join(given)}; the upper end of a worst case {proof}"),
-            ("peak force", _spread_text(spread.force, "N")),
-            ("peak moment", _spread_text(spread.moment, "N m")),
-        ]),
+        Facts(
+            [
+                ("tolerances", f"{', '.join(given)}; the upper end of a worst case {proof}"),
+                ("peak force", _spread_text(spread.force, "N")),
+                ("peak moment", _spread_text(spread.moment, "N m")),
+            ]
+        ),
         "",
-    ]  # fmt: skip
+    ]
     rows = [("what adds most", "force (N)", "moment (N m)")]
     for share in spread.shares[:MAX_ROWS]:
-        rows.append((
-            share.deviation.words,
-            size_text(share.force, ".4g", spread.force.bound or 1.0, ROUND_OFF),
-            size_text(share.moment, ".4g", spread.moment.bound or 1.0, ROUND_OFF),
-        ))  # fmt: skip
+        rows.append(
+            (
+                share.deviation.words,
+                size_text(share.force, ".4g", spread.force.bound or 1.0, ROUND_OFF),
+                size_text(share.moment, ".4g", spread.moment.bound or 1.0, ROUND_OFF),
+            )
+        )
     body.append(AnswerTable(rows, "<>"))
     if len(spread.shares) > MAX_ROWS:
         body.append(f"and {len(spread.shares) - MAX_ROWS} more (--json)")

@@ -6,9 +6,16 @@ from balance.app.answers.answer import AnswerBody, AnswerTable, Facts
 from balance.masses.mode_answers import VERDICT_TEXTS, ModeAnswer, ModeAnswers
 
 HEAD = (
-    "mode", "mobility", "inputs", "rank by order", "nullity", "serial", "parallel", "buildable",
+    "mode",
+    "mobility",
+    "inputs",
+    "rank by order",
+    "nullity",
+    "serial",
+    "parallel",
+    "buildable",
     "certainty",
-)  # fmt: skip
+)
 
 
 def modes_body(answers: ModeAnswers) -> AnswerBody:
@@ -47,11 +54,16 @@ def _row(answer: ModeAnswer) -> tuple[str, ...]:
     if space is None or answer.verdict is None:
         return (str(mode.number), str(mode.mobility), *["–"] * (len(HEAD) - 2))
     return (
-        str(mode.number), str(mode.mobility), ", ".join(space.inputs),
-        " ".join(str(order.rank) for order in space.orders), str(space.nullity),
-        str(space.serial.shape[1]), str(space.parallel.shape[1]), VERDICT_TEXTS[answer.verdict],
+        str(mode.number),
+        str(mode.mobility),
+        ", ".join(space.inputs),
+        " ".join(str(order.rank) for order in space.orders),
+        str(space.nullity),
+        str(space.serial.shape[1]),
+        str(space.parallel.shape[1]),
+        VERDICT_TEXTS[answer.verdict],
         space.level,
-    )  # fmt: skip
+    )
 
 
 def _place(answer: ModeAnswer) -> tuple[str, str]:

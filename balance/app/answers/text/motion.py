@@ -174,10 +174,11 @@ def _path_joint_table(
 ) -> list[tuple[str, ...]]:
     """Build the table of joint positions at poses of a path."""
     columns = [
-        ["-"] * len(predictions.units) if pose.corrected is None
+        ["-"] * len(predictions.units)
+        if pose.corrected is None
         else _position_texts(predictions, pose.corrected, PATH_DECIMALS)
         for pose in poses
-    ]  # fmt: skip
+    ]
     head = ("joint", "unit", *(f"pose {k}" for k in range(1, len(poses) + 1)))
     return [head, *zip(predictions.motion.joints, predictions.units, *columns, strict=True)]
 

@@ -88,8 +88,14 @@ def _drives(best: PartialBalance) -> list[tuple[str, str]]:
 def front_rows(front: ParetoFront) -> list[tuple[str, ...]]:
     """Build the table of designs, its head first."""
     unit = "N" if front.frame is None else "m"
-    head = ("added (kg)", f"{front.objective} ({unit})", "force (N)", "moment (N m)",
-            "largest torque", "verdict")  # fmt: skip
+    head = (
+        "added (kg)",
+        f"{front.objective} ({unit})",
+        "force (N)",
+        "moment (N m)",
+        "largest torque",
+        "verdict",
+    )
     rows: list[tuple[str, ...]] = [head]
     for design in front.designs:
         if design.found is None:

@@ -40,10 +40,12 @@ def paths_facts(solution: ReactionlessPaths) -> list[tuple[str, str]]:
         pairs.append(("motion", ", ".join(solution.motion.relations)))
     width = len(solution.starts[0].values)
     pairs += [
-        ("null space", f"{solution.dimension} of {width} rates in general, by "
-                       f"{solution.poses} poses"),
+        (
+            "null space",
+            f"{solution.dimension} of {width} rates in general, by {solution.poses} poses",
+        ),
         ("lengths", f"radians and lengths of {number_text(unit, '.3g')} m, in all joints"),
-    ]  # fmt: skip
+    ]
     for number, start in enumerate(solution.starts[:MAX_ROWS], 1):
         pairs.append((f"pose {number}", _start_words(solution, start)))
     for start in solution.meetings:
@@ -86,9 +88,13 @@ def _row(solution: ReactionlessPaths, number: int, path: ReactionlessPath) -> tu
     ends = " | ".join(f"{event.text} at {number_text(event.s)}" for event in path.events)
     direction = path.direction / (np.linalg.norm(path.direction) or 1.0)
     return (
-        str(number), f"pose {path.start + 1}", _named(solution, direction, 3),
-        number_text(path.length), path.residual_text, ends,
-    )  # fmt: skip
+        str(number),
+        f"pose {path.start + 1}",
+        _named(solution, direction, 3),
+        number_text(path.length),
+        path.residual_text,
+        ends,
+    )
 
 
 def paths_body(solution: ReactionlessPaths) -> AnswerBody:

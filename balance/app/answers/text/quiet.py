@@ -21,10 +21,26 @@ Array = NDArray[np.float64]
 MAX_INPUTS = 6
 MEASURES = {"rms": "root mean square", "peak": "peak"}
 PARTS = {"force": "shaking force", "moment": "shaking moment", "both": "shaking"}
-HEAD = ("motion", "force rms (N)", "force peak (N)", "moment rms (N m)", "moment peak (N m)",
-        "minimised", "limits")  # fmt: skip
-INPUT_HEAD = ("input", "from", "to", "peak speed", "limit", "peak acceleration", "limit",
-              "peak torque", "limit")  # fmt: skip
+HEAD = (
+    "motion",
+    "force rms (N)",
+    "force peak (N)",
+    "moment rms (N m)",
+    "moment peak (N m)",
+    "minimised",
+    "limits",
+)
+INPUT_HEAD = (
+    "input",
+    "from",
+    "to",
+    "peak speed",
+    "limit",
+    "peak acceleration",
+    "limit",
+    "peak torque",
+    "limit",
+)
 
 
 def quiet_facts(plan: QuietMotion) -> list[tuple[str, str]]:
@@ -76,8 +92,13 @@ def _figures_row(
     plan: QuietMotion, name: str, figures: MotionFigures, within: bool
 ) -> tuple[str, ...]:
     """Build the row of one motion."""
-    values = (figures.force_rms, figures.force_peak, figures.moment_rms, figures.moment_peak,
-              figures.value)  # fmt: skip
+    values = (
+        figures.force_rms,
+        figures.force_peak,
+        figures.moment_rms,
+        figures.moment_peak,
+        figures.value,
+    )
     return (name, *map(plan.size_text, values), "kept" if within else "exceeded")
 
 
@@ -85,9 +106,15 @@ def _input_rows(plan: QuietMotion) -> list[tuple[str, ...]]:
     """Build the table of the inputs, its head first."""
     upper, after = plan.limits.upper, plan.after
     columns = (
-        plan.start, plan.end, after.velocity, upper[1], after.acceleration, upper[2],
-        after.torque, upper[4],
-    )  # fmt: skip
+        plan.start,
+        plan.end,
+        after.velocity,
+        upper[1],
+        after.acceleration,
+        upper[2],
+        after.torque,
+        upper[4],
+    )
     rows: list[tuple[str, ...]] = [INPUT_HEAD]
     for name, *values in zip(plan.linkage.inputs, *columns, strict=True):
         texts = (number_text(x) if isfinite(x) else MISSING for x in map(float, values))

@@ -18,8 +18,17 @@ OTHER_WAYS = (
     "of these remedies only copies of the whole linkage balance it; --balance force: the forces"
     " alone; balance reduce --budget KG: the least shaking"
 )
-HEAD = ("remedy", "verdict", "added (kg)", "of its mass", "input inertia", "links", "joints",
-        "freedoms", "shaking")  # fmt: skip
+HEAD = (
+    "remedy",
+    "verdict",
+    "added (kg)",
+    "of its mass",
+    "input inertia",
+    "links",
+    "joints",
+    "freedoms",
+    "shaking",
+)
 
 
 def remedies_facts(comparison: RemedyComparison) -> list[tuple[str, str]]:
@@ -59,7 +68,7 @@ def _row(applied: AppliedRemedy, given_mass: float) -> tuple[str, ...]:
     numbers = (
         NONE if value is None else number_text(value, f".{DIGITS}g", given_mass)
         for value in (applied.added_mass, applied.mass_ratio, applied.inertia_ratio)
-    )  # fmt: skip
+    )
     counts = len(applied.new_links), len(applied.new_joints), -applied.lost_freedoms
     shaking = (
         NONE if applied.residual is None else size_text(applied.residual, floor=POSE_DETERMINED)

@@ -55,8 +55,11 @@ def springs_body(answer: SpringBalance) -> AnswerBody:
     body: list = [Facts(springs_facts(answer)), "", AnswerTable([HEAD, *rows], "<<<>")]
     body += ["", AnswerTable([TORQUE_HEAD, *_torque_rows(answer)], "<>")]
     if any(spring.stiffness > 0.0 for spring in answer.springs):
-        body += ["", "Springs act as if of no free length: lead each over a pulley at one end, "
-                 "with its free length behind it."]  # fmt: skip
+        body += [
+            "",
+            "Springs act as if of no free length: lead each over a pulley at one end, "
+            "with its free length behind it.",
+        ]
     return body
 
 
@@ -66,8 +69,13 @@ def _spring_row(number: int, spring: Spring) -> tuple[str, ...]:
     if spring.stiffness == 0.0:
         return (str(number), *ends, "not needed", MISSING, MISSING)
     low, high = map(number_text, spring.lengths)
-    return (str(number), *ends, number_text(spring.stiffness), f"{low} to {high}",
-            number_text(spring.force))  # fmt: skip
+    return (
+        str(number),
+        *ends,
+        number_text(spring.stiffness),
+        f"{low} to {high}",
+        number_text(spring.force),
+    )
 
 
 def _point_text(end: AttachedPoint) -> str:

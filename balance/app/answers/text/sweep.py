@@ -24,11 +24,16 @@ Data = dict[str, Any]
 def run_data(file: ResultsFile, summary: RunSummary) -> Data:
     """Collect what a run has done."""
     return {
-        "schema": SCHEMA, "what": "run", **_file_data(file),
-        "chunks": summary.chunks, "computed": summary.rows, "kept": summary.kept,
-        "seconds": summary.seconds, "rate": summary.rate,
+        "schema": SCHEMA,
+        "what": "run",
+        **_file_data(file),
+        "chunks": summary.chunks,
+        "computed": summary.rows,
+        "kept": summary.kept,
+        "seconds": summary.seconds,
+        "rate": summary.rate,
         "lost_workers": summary.lost_workers,
-    }  # fmt: skip
+    }
 
 
 def _file_data(file: ResultsFile) -> Data:
@@ -40,9 +45,13 @@ def _file_data(file: ResultsFile) -> Data:
         reasons = [{"reason": k, "count": n} for k, n in counts.items() if k is not None]
     return {
         "file": file.path if file.stored else None,
-        "kind": file.about["kind"], "program": file.about["program"],
-        "rows": file.rows, "covered": covered, "results": results, "reasons": reasons,
-    }  # fmt: skip
+        "kind": file.about["kind"],
+        "program": file.about["program"],
+        "rows": file.rows,
+        "covered": covered,
+        "results": results,
+        "reasons": reasons,
+    }
 
 
 def run_body(run: Data) -> AnswerBody:
@@ -111,18 +120,28 @@ def show_data(file: ResultsFile, order: str, descending: bool, count: int) -> Da
     """
     table = file.read(order=order, descending=descending, limit=count)
     columns = [
-        {"name": column.name, "kind": column.kind, "unit": column.unit or None,
-         **dict(zip(("least", "most", "missing"), file.extent(column.name), strict=True))}
+        {
+            "name": column.name,
+            "kind": column.kind,
+            "unit": column.unit or None,
+            **dict(zip(("least", "most", "missing"), file.extent(column.name), strict=True)),
+        }
         for column in file.columns
-    ]  # fmt: skip
+    ]
     rows = [
         [_plain(value) for value in values]
         for values in zip(*(array.tolist() for array in table.values()), strict=True)
     ]
     return {
-        "schema": SCHEMA, "what": "show", **_file_data(file), "columns": columns,
-        "sort": order or None, "descending": descending, "head": list(table), "table": rows,
-    }  # fmt: skip
+        "schema": SCHEMA,
+        "what": "show",
+        **_file_data(file),
+        "columns": columns,
+        "sort": order or None,
+        "descending": descending,
+        "head": list(table),
+        "table": rows,
+    }
 
 
 def _plain(value: Any) -> Any:
@@ -138,10 +157,14 @@ def show_body(contents: Data) -> AnswerBody:
         contents: from `show_data`.
     """
     ranges = [
-        (_headed(column), *(cell_text(column[key]) for key in ("least", "most")),
-         f"{column['missing']:,}" if column["missing"] else "")
-        for column in contents["columns"] if column["kind"] != "text"
-    ]  # fmt: skip
+        (
+            _headed(column),
+            *(cell_text(column[key]) for key in ("least", "most")),
+            f"{column['missing']:,}" if column["missing"] else "",
+        )
+        for column in contents["columns"]
+        if column["kind"] != "text"
+    ]
     ranges.insert(0, ("column", "least", "most", "missing"))
     body: list[AnswerPart] = [Facts(file_facts(contents)), "", AnswerTable(ranges, "<>")]
     if contents["table"]:

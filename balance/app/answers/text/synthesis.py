@@ -12,8 +12,16 @@ from balance.motion.motion_tolerances import SYNTHESIS_MOMENTUM, SYNTHESIS_SHAKI
 from balance.studies.synthesis.mechanism import Synthesis, SynthesizedMechanism
 from kinematics.wording import number_text, size_text
 
-HEAD = ("mechanism", "pivots (m)", "turns (deg)", "misses", "momentum", "shaking",
-        "design space", "defects")  # fmt: skip
+HEAD = (
+    "mechanism",
+    "pivots (m)",
+    "turns (deg)",
+    "misses",
+    "momentum",
+    "shaking",
+    "design space",
+    "defects",
+)
 NONE = "-"
 # Angle error from which it is written, radians.
 ANGLE_SHOWN = 1e-9
@@ -61,8 +69,11 @@ def _best(mechanism: SynthesizedMechanism) -> list[tuple[str, str]]:
         inertias = ", ".join(
             f"{name} {number_text(numbers[name], '.6g')}" for name in ("J1", "J2", "C")
         )
-        pairs += [("lengths", f"{lengths} m"), ("centres", f"{centres} m"),
-                  ("inertias", f"{inertias} kg m²")]  # fmt: skip
+        pairs += [
+            ("lengths", f"{lengths} m"),
+            ("centres", f"{centres} m"),
+            ("inertias", f"{inertias} kg m²"),
+        ]
     return pairs
 
 

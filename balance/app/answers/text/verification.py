@@ -21,9 +21,14 @@ def verification_facts(check: Verification) -> list[tuple[str, str]]:
     """List the facts on a verification as pairs of label and value."""
     force_ratio, moment_ratio, force_residual, moment_residual, agreement = (
         size_text(size, floor=check.round_off)
-        for size in (check.force_ratio, check.moment_ratio, check.force_residual,
-                     check.moment_residual, check.agreement)
-    )  # fmt: skip
+        for size in (
+            check.force_ratio,
+            check.moment_ratio,
+            check.force_residual,
+            check.moment_residual,
+            check.agreement,
+        )
+    )
     joint = check.most_loaded()
     force, moment = (_peak_text(check, part) for part in ("force", "moment"))
     return [
@@ -94,14 +99,19 @@ def _motion_facts(verification: Verification) -> list[tuple[str, str]]:
     if verification.crank is not None:
         crank = verification.crank
         return [
-            ("motion", f"one revolution of {crank.joint} at {crank.rpm:.6g} rpm "
-                       f"({number_text(crank.speed, '.6g')} rad/s), {samples - 1} steps"),
+            (
+                "motion",
+                f"one revolution of {crank.joint} at {crank.rpm:.6g} rpm "
+                f"({number_text(crank.speed, '.6g')} rad/s), {samples - 1} steps",
+            ),
             ("duration", f"{verification.duration:.4g} s"),
-        ]  # fmt: skip
+        ]
     count, number = len(verification.runs), verification.plotted
     origin = "given" if verification.seed is None else f"random, seed {verification.seed}"
-    units = {joint.name: "m" if joint.kind == "prismatic" else "rad"
-             for joint in verification.linkage.joints}  # fmt: skip
+    units = {
+        joint.name: "m" if joint.kind == "prismatic" else "rad"
+        for joint in verification.linkage.joints
+    }
     amplitudes = [
         f"{name} {number_text(size, '.3g')} {units[name]}"
         for name, size in verification.amplitude.items()
@@ -155,8 +165,12 @@ def verification_body(results: Sequence[Verification]) -> AnswerBody:
         return [Facts(facts[0], least=15)]
     notes = [("note", f"{each.model}: {note}") for each in results for note in each.remarks]
     rows = joined_facts([[pair for pair in pairs if pair[0] != "note"] for pairs in facts])
-    rows = [(label, f"both: {cells[0]}") if label == "verdict" and len({*cells}) == 1
-            else (label, *cells) for label, *cells in rows]  # fmt: skip
+    rows = [
+        (label, f"both: {cells[0]}")
+        if label == "verdict" and len({*cells}) == 1
+        else (label, *cells)
+        for label, *cells in rows
+    ]
     sentence = comparison_sentence(results)
     assert sentence is not None
     return [sentence, "", Facts([*rows, *notes], least=15)]

@@ -20,16 +20,24 @@ def walk_data(walk: WatchedWalk) -> Data:
     """Collect the facts on a walk."""
     quantities = quantities_of(walk.job.topology)
     return {
-        "schema": SCHEMA, "what": "walk", "topology": walk.job.name, "seed": walk.job.seed,
-        "buildable": walk.job.buildable, "start": walk.start, "outcome": walk.outcome,
+        "schema": SCHEMA,
+        "what": "walk",
+        "topology": walk.job.name,
+        "seed": walk.job.seed,
+        "buildable": walk.job.buildable,
+        "start": walk.start,
+        "outcome": walk.outcome,
         "generic": walk.job.generic,
-        "nullity": walk.nullity, "codimension": walk.codimension,
+        "nullity": walk.nullity,
+        "codimension": walk.codimension,
         "relations": [relation.text(quantities) for relation in walk.relations],
         "words": [relation.words(quantities) for relation in walk.relations],
-        "polished": walk.polished, "ratios": walk.ratios.tolist(),
+        "polished": walk.polished,
+        "ratios": walk.ratios.tolist(),
         "falling": walk.falling.tolist(),
-        "points": walk.geometry.points.tolist(), "axes": walk.geometry.axes.tolist(),
-    }  # fmt: skip
+        "points": walk.geometry.points.tolist(),
+        "axes": walk.geometry.axes.tolist(),
+    }
 
 
 def walk_facts(data: Data) -> list[tuple[str, str]]:
@@ -47,10 +55,11 @@ def walk_facts(data: Data) -> list[tuple[str, str]]:
     steps = len(data["ratios"]) - 1 - data["polished"]
     start = f"{data['start']}, seed {data['seed']}" + BUILDABLE * data["buildable"]
     pairs = [
-        ("topology", data["topology"]), ("start", start),
+        ("topology", data["topology"]),
+        ("start", start),
         ("steps", f"{steps}{', and the polished end' if data['polished'] else ''}"),
         ("end", end),
-    ]  # fmt: skip
+    ]
     told = zip(data["relations"], data["words"], strict=True)
     return pairs + [("relation", f"{text}: {words}") for text, words in told]
 

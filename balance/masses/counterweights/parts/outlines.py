@@ -165,8 +165,14 @@ def _half_plane(g: Array, constant: float, size: float) -> Array:
     n, far = g / length, 4.0 * size
     t = np.array([-n[1], n[0]])
     start = np.clip(-0.5 * constant / length, -far, far) * n
-    return np.array([start - far * t, start - far * t + 2 * far * n,
-                     start + far * t + 2 * far * n, start + far * t])  # fmt: skip
+    return np.array(
+        [
+            start - far * t,
+            start - far * t + 2 * far * n,
+            start + far * t + 2 * far * n,
+            start + far * t,
+        ]
+    )
 
 
 def _with_arcs(loop: Array, circles: tuple[Circle, ...]) -> Array:

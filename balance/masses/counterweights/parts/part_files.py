@@ -31,10 +31,23 @@ from kinematics.numerics.array_types import Array, IntArray
 
 TABLE = "parts.csv"
 COLUMNS = (
-    "link", "mesh", "outline", "density_kg_m3", "mass_kg", "volume_m3", "thickness_m",
-    "x_m", "y_m", "z_m", "ixx_kg_m2", "iyy_kg_m2", "izz_kg_m2", "ixy_kg_m2", "ixz_kg_m2",
+    "link",
+    "mesh",
+    "outline",
+    "density_kg_m3",
+    "mass_kg",
+    "volume_m3",
+    "thickness_m",
+    "x_m",
+    "y_m",
+    "z_m",
+    "ixx_kg_m2",
+    "iyy_kg_m2",
+    "izz_kg_m2",
+    "ixy_kg_m2",
+    "ixz_kg_m2",
     "iyz_kg_m2",
-)  # fmt: skip
+)
 # Rows and columns of Ixx, Iyy, Izz, Ixy, Ixz, Iyz.
 ENTRIES = ((0, 1, 2, 0, 0, 1), (0, 1, 2, 1, 2, 2))
 
@@ -73,10 +86,13 @@ class CounterweightPart(NamedTuple):
         mass, com, inertia = mass_properties(from_pseudo_inertia(weight.density * self.moments))
         size = weight.region.size
         numbers = (
-            weight.density, mass, mass / weight.density, plate.thickness if plate else None,
+            weight.density,
+            mass,
+            mass / weight.density,
+            plate.thickness if plate else None,
             *_without_round_off(com + weight.com, size),
             *_without_round_off(inertia[ENTRIES], mass * size * size),
-        )  # fmt: skip
+        )
         words = ("" if number is None else f"{number:.{DIGITS}g}" for number in numbers)
         return (weight.link, self.mesh, f"{self.stem}.dxf" if plate else "", *words)
 

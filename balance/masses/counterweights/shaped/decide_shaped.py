@@ -63,11 +63,19 @@ def decide_shaped(
     program = build_added_program(space, unit_regions, "mass")
     holders = {b: _holder(free, b, stock, shape, program.unit) for b, stock in stocks.items()}
     blank = replace(
-        free, verdict="undecided", value=None, gap=None, weights=(), z=None, residual=None,
-        proof=None, shape=shape.text, least_mass=free.added_mass,
+        free,
+        verdict="undecided",
+        value=None,
+        gap=None,
+        weights=(),
+        z=None,
+        residual=None,
+        proof=None,
+        shape=shape.text,
+        least_mass=free.added_mass,
         words=f"undecided: no {shape.plural} that balance were found in the regions, where "
-              f"{number_text(free.added_mass)} kg of other shapes do",
-    )  # fmt: skip
+        f"{number_text(free.added_mass)} kg of other shapes do",
+    )
     masses, centres, bound = _solve(program, holders)
     weights, moments = {}, np.zeros((len(holders), 4, 4))
     for k, (b, holder) in enumerate(holders.items()):
@@ -83,20 +91,30 @@ def decide_shaped(
         return blank
     total = sum(weight.mass for weight in weights.values())
     return replace(
-        blank, verdict="feasible", value=total, z=freeze(z), residual=residual,
-        gap=max(0.0, 1.0 - program.unit * bound / total), weights=tuple(weights.values()),
+        blank,
+        verdict="feasible",
+        value=total,
+        z=freeze(z),
+        residual=residual,
+        gap=max(0.0, 1.0 - program.unit * bound / total),
+        weights=tuple(weights.values()),
         words=f"feasible: {number_text(total)} kg of {shape.kind}s added to "
-              f"{number_text(free.given_mass)} kg balance it",
-    )  # fmt: skip
+        f"{number_text(free.given_mass)} kg balance it",
+    )
 
 
 class _Holder:
     """A region that holds a shape at a height: constraints, with lengths over a unit."""
 
     def __init__(
-        self, stock: Stock, shape: WeightShape, axes: Array, height: float, length: float,
+        self,
+        stock: Stock,
+        shape: WeightShape,
+        axes: Array,
+        height: float,
+        length: float,
         unit: float,
-    ) -> None:  # fmt: skip
+    ) -> None:
         """Choose the height of the shape in the region.
 
         Args:
@@ -108,8 +126,11 @@ class _Holder:
             unit: kilograms per unit of mass.
         """
         self.region, self.density, self.shape, self.axes = (
-            stock.region, stock.density, shape, axes,
-        )  # fmt: skip
+            stock.region,
+            stock.density,
+            shape,
+            axes,
+        )
         self.length = length
         low, high = _extent(stock.region, axes[2])
         half = 0.5 * shape.size if shape.flat else 0.0
@@ -170,9 +191,11 @@ class _Holder:
         reach = np.linalg.norm(N[:, :2], order, axis=1)
         constant = (room - N[:, 2] * self.height) / self.length
         return np.asarray(
-            np.outer(constant, unit[MASS]) - N[:, :2] @ unit[[X, Y]]
-            - np.outer(reach, across) - np.outer(np.abs(N[:, 2]), along)
-        )  # fmt: skip
+            np.outer(constant, unit[MASS])
+            - N[:, :2] @ unit[[X, Y]]
+            - np.outer(reach, across)
+            - np.outer(np.abs(N[:, 2]), along)
+        )
 
     def _round(self, across: Array, along: Array, positive: list[Array]) -> Rows:
         """Constraints of a ball, or of a cylinder along the normal."""

@@ -38,9 +38,11 @@ from kinematics.wording import number_text
 
 
 def decide_filled(
-    space: DesignSpace, stocks: Mapping[int, Stock], minimise: AddedObjective = "mass",
+    space: DesignSpace,
+    stocks: Mapping[int, Stock],
+    minimise: AddedObjective = "mass",
     price: float = IDLE_MASS_PRICE,
-) -> Counterweights:  # fmt: skip
+) -> Counterweights:
     """Decide whether matter of limited density balances a linkage, and minimise it.
 
     Where not even point masses do, theirs is the verdict.
@@ -58,9 +60,15 @@ def decide_filled(
     if points.verdict != "feasible" or not points.weights:
         return points
     blank = replace(
-        points, verdict="undecided", value=None, gap=None, weights=(), z=None, residual=None,
+        points,
+        verdict="undecided",
+        value=None,
+        gap=None,
+        weights=(),
+        z=None,
+        residual=None,
         words="undecided: neither an answer nor a certificate stands up to its check",
-    )  # fmt: skip
+    )
     program = build_added_program(space, regions, minimise, price)
     needed = density_needed(program, list(stocks.values()))
     if needed.bound > 1.0:
@@ -88,9 +96,11 @@ def balancing_mass(space: DesignSpace, stocks: Mapping[int, Stock]) -> float | N
 
 
 def _excluded(
-    blank: Counterweights, stocks: Mapping[int, Stock], program: AddedProgram,
+    blank: Counterweights,
+    stocks: Mapping[int, Stock],
+    program: AddedProgram,
     needed: DensityNeeded,
-) -> Counterweights:  # fmt: skip
+) -> Counterweights:
     """Return the verdict by a certificate, if its check accepts it."""
     w = program.lift @ needed.dual
     w = freeze(w / (float(np.linalg.norm(w)) or 1.0))
@@ -103,9 +113,13 @@ def _excluded(
     names = " and ".join(f"'{blank.space.bodies[b]}'" for b in stocks)
     words = f"infeasible: the regions of {names}, which hold {holds}, are too small"
     return replace(
-        blank, verdict="infeasible", certificate=w, check=check, words=words,
+        blank,
+        verdict="infeasible",
+        certificate=w,
+        check=check,
+        words=words,
         relaxations=_describe_denser(blank.space, stocks, needed),
-    )  # fmt: skip
+    )
 
 
 def _describe_denser(
@@ -121,9 +135,11 @@ def _describe_denser(
 
 
 def _filled(
-    blank: Counterweights, stocks: Mapping[int, Stock], program: AddedProgram,
+    blank: Counterweights,
+    stocks: Mapping[int, Stock],
+    program: AddedProgram,
     needed: DensityNeeded,
-) -> Counterweights:  # fmt: skip
+) -> Counterweights:
     """Return the verdict with parts of the regions that are filled, if they balance."""
     space = program.space
     parts = fill_least(program, list(stocks.values()), needed)
@@ -149,6 +165,13 @@ def _filled(
     if gap > FILLING_GAP:
         text = f"{text}; less may do: see the gap"
     return replace(
-        blank, verdict="feasible", value=value, gap=gap, z=freeze(z), residual=residual,
-        weights=weights, proof=freeze(program.lift @ parts.dual), words=text,
-    )  # fmt: skip
+        blank,
+        verdict="feasible",
+        value=value,
+        gap=gap,
+        z=freeze(z),
+        residual=residual,
+        weights=weights,
+        proof=freeze(program.lift @ parts.dual),
+        words=text,
+    )

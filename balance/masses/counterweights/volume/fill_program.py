@@ -184,9 +184,12 @@ class _Columns:
     """
 
     def __init__(
-        self, program: AddedProgram, stocks: Sequence[Stock], cost: Array,
+        self,
+        program: AddedProgram,
+        stocks: Sequence[Stock],
+        cost: Array,
         parts: Sequence[Array] | None,
-    ) -> None:  # fmt: skip
+    ) -> None:
         """Start with given parts, or with regions and their halves for each condition alone."""
         self.program, self.stocks, self.cost = program, stocks, cost
         self.scaled, self.parts = parts is None, list(parts or ())

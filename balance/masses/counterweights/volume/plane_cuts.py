@@ -111,9 +111,14 @@ def _cylinder_part(normal: Array, constant: float) -> Array:
     frame = np.vstack([axes, np.eye(4)[3]])
     xx, xz, x1 = w @ (x * x * one), w @ (x * z), w @ (x * one)
     yy, zz = w @ (width**2 * one) / 3.0, w @ (high**3 - low**3) / 3.0
-    local = np.array([
-        [xx, 0.0, xz, x1], [0.0, yy, 0.0, 0.0], [xz, 0.0, zz, w @ z], [x1, 0.0, w @ z, w @ one],
-    ])  # fmt: skip
+    local = np.array(
+        [
+            [xx, 0.0, xz, x1],
+            [0.0, yy, 0.0, 0.0],
+            [xz, 0.0, zz, w @ z],
+            [x1, 0.0, w @ z, w @ one],
+        ]
+    )
     return np.asarray(frame @ local @ frame.T)
 
 

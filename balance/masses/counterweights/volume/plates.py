@@ -22,9 +22,11 @@ from kinematics.numerics.array_types import Array
 
 
 def density_limits(
-    space: DesignSpace, regions: Mapping[int, Region],
-    density: float | Mapping[str, float] | None, thickness: float | None,
-) -> dict[int, DensityLimit]:  # fmt: skip
+    space: DesignSpace,
+    regions: Mapping[int, Region],
+    density: float | Mapping[str, float] | None,
+    thickness: float | None,
+) -> dict[int, DensityLimit]:
     """Check the densities of added matter, and its thickness.
 
     Args:

@@ -131,9 +131,12 @@ def _judge(
         blank = AppliedRemedy(KEY, words, "undecided", "", details=details)
         result = verify_file(request, blank, base.data, (*request.motion, *motion), inputs)
     else:
-        result = judge(request, Variant(
-            KEY, words, base, request.links, motion=motion, inputs=inputs, details=details
-        ))  # fmt: skip
+        result = judge(
+            request,
+            Variant(
+                KEY, words, base, request.links, motion=motion, inputs=inputs, details=details
+            ),
+        )
     asks = f"; needs {', '.join(needs)}" if needs else ""
     if driven is None:
         options = " ".join(f"--motion {x}" for x in relation.words)
@@ -154,8 +157,10 @@ def _driven(
     if any(sum(map(bool, row)) > 2 for row in rows):
         return None
     # Each row is solved for the input that no other row has; the others are free.
-    driven = [next(k for k, x in enumerate(row) if x and sum(bool(r[k]) for r in rows) == 1)
-              for row in rows]  # fmt: skip
+    driven = [
+        next(k for k, x in enumerate(row) if x and sum(bool(r[k]) for r in rows) == 1)
+        for row in rows
+    ]
     rest = next(k for k in range(len(relation.names)) if k not in driven)
     sources = {}
     for row, i in zip(rows, driven, strict=True):
@@ -252,8 +257,10 @@ def free_inputs(request: RemedyRequest) -> tuple[tuple[str, ...], Array]:
     """
     linkage = request.linkage
     motion = Motion.parse(request.motion, linkage.inputs)
-    columns = [int(np.flatnonzero(row)[0]) if np.count_nonzero(row) == 1 and row.max() == 1.0
-               else -1 for row in motion.basis]  # fmt: skip
+    columns = [
+        int(np.flatnonzero(row)[0]) if np.count_nonzero(row) == 1 and row.max() == 1.0 else -1
+        for row in motion.basis
+    ]
     rows = [columns.index(k) for k in range(motion.basis.shape[1])]
     return tuple(linkage.inputs[row] for row in rows), motion.basis
 
@@ -284,9 +291,12 @@ def search_relations(request: RemedyRequest) -> RelationSearch:
 
 
 def _try(
-    request: RemedyRequest, names: tuple[str, ...], basis: Array, candidate: Candidate,
+    request: RemedyRequest,
+    names: tuple[str, ...],
+    basis: Array,
+    candidate: Candidate,
     step: tuple[int, int] | None = None,
-) -> _Trial:  # fmt: skip
+) -> _Trial:
     """Decide whether a relation balances."""
     motion = Motion(request.linkage.inputs, (), basis @ candidate.basis)
     try:
@@ -326,8 +336,10 @@ class _InertiaNeed(NamedTuple):
 
     def __str__(self) -> str:
         """Write it with positive terms on both sides, such as ``J(a) = 2 J(b)``."""
-        sides = [[_term(sign * x, name) for name, x in self.factors.items() if sign * x > 0.0]
-                 for sign in (1.0, -1.0)]  # fmt: skip
+        sides = [
+            [_term(sign * x, name) for name, x in self.factors.items() if sign * x > 0.0]
+            for sign in (1.0, -1.0)
+        ]
         if self.constant is None:
             sides[1].append("terms of the masses")
         elif self.constant:

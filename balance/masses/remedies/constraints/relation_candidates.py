@@ -175,8 +175,9 @@ def _relation(row: Vector, names: Sequence[str]) -> str:
     left = _term(abs(row[first]), names[first])
     right = "".join(
         ("+" if sign * row[i] > 0 else "-") + _term(abs(row[i]), names[i])
-        for i in terms if i != first
-    )  # fmt: skip
+        for i in terms
+        if i != first
+    )
     return f"{left}={right.removeprefix('+') or '0'}" if right else f"{names[first]}=0"
 
 

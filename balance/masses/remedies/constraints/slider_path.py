@@ -95,10 +95,14 @@ def _verified(
     if not good:
         reason = f"its path shakes by {size_text(residual)} of the bodies' own inertia"
     done = AppliedRemedy(
-        KEY, words, "feasible" if good else "undecided",
+        KEY,
+        words,
+        "feasible" if good else "undecided",
         reason,
-        lost_freedoms=request.freedoms - 1, residual=residual, urdf=urdf,
+        lost_freedoms=request.freedoms - 1,
+        residual=residual,
+        urdf=urdf,
         files={"path.csv": path_table(linkage, path)},
         details={"length": length, "choices": solution.dimension},
-    )  # fmt: skip
+    )
     return with_cost(request, done, added, input_inertia(linkage))

@@ -113,9 +113,14 @@ def _copied(
     made = _copy(request, copies, driven)
     words = f"{_COUNTS[len(copies)]}: {'; '.join(copy.words for copy in copies)}"
     blank = AppliedRemedy(
-        "duplicates", words, "undecided", "", new_links=made.links, new_joints=made.joints,
+        "duplicates",
+        words,
+        "undecided",
+        "",
+        new_links=made.links,
+        new_joints=made.joints,
         details=_details(copies, driven),
-    )  # fmt: skip
+    )
     urdf = made.document.data
     return verify_file(request, blank, urdf, request.motion, request.linkage.inputs)
 
@@ -126,13 +131,20 @@ def _with_counterweights(
     """Judge one copy, with matter on its links and on those of the linkage."""
     made = _copy(request, [copy], driven)
     names = made.names[0]
-    return judge(request, Variant(
-        "duplicates", f"one copy, {copy.words}, and counterweights on both", made.document,
-        free=(*request.links, *(names[link] for link in request.links)),
-        regions={names[link]: region for link, region in request.regions.items()},
-        massless=tuple(names[link] for link in request.massless),
-        new_links=made.links, new_joints=made.joints, details=_details([copy], driven),
-    ))  # fmt: skip
+    return judge(
+        request,
+        Variant(
+            "duplicates",
+            f"one copy, {copy.words}, and counterweights on both",
+            made.document,
+            free=(*request.links, *(names[link] for link in request.links)),
+            regions={names[link]: region for link, region in request.regions.items()},
+            massless=tuple(names[link] for link in request.massless),
+            new_links=made.links,
+            new_joints=made.joints,
+            details=_details([copy], driven),
+        ),
+    )
 
 
 def _details(copies: Sequence[Copy], driven: Sequence[str]) -> dict[str, object]:
@@ -140,13 +152,15 @@ def _details(copies: Sequence[Copy], driven: Sequence[str]) -> dict[str, object]
     return {
         "copies": [
             {
-                "words": copy.words, "mirrored": copy.mirrored, "point": copy.point.tolist(),
+                "words": copy.words,
+                "mirrored": copy.mirrored,
+                "point": copy.point.tolist(),
                 "rotation": copy.rotation.tolist(),
             }
             for copy in copies
         ],
         "driven": list(driven),
-    }  # fmt: skip
+    }
 
 
 class _Copied(NamedTuple):
@@ -202,10 +216,11 @@ def _copy_linkage(
         elements += [writer.element(item) for item in items if item.name != root]
         renamings.append(names)
     return _Copied(
-        append_elements(document, elements), tuple(renamings),
+        append_elements(document, elements),
+        tuple(renamings),
         tuple(item.name for item in elements if item.tag == "link"),
         tuple(item.name for item in elements if item.tag != "link"),
-    )  # fmt: skip
+    )
 
 
 class _Writer(NamedTuple):
@@ -221,9 +236,10 @@ class _Writer(NamedTuple):
         attributes.pop("independent", None)
         slides = item.attributes.get("type") == "prismatic"
         children = [
-            self.part(child, slides) for child in item.children
+            self.part(child, slides)
+            for child in item.children
             if not (self.mirrored and child.tag in _PICTURES)
-        ]  # fmt: skip
+        ]
         if item.name in self.driven and item.tag == "joint":
             children = [child for child in children if child.tag != "mimic"]
             children.append(Element("mimic", {"joint": item.name, "multiplier": "1"}))

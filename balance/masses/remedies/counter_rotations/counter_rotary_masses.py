@@ -184,9 +184,12 @@ def _bodies_after(space: DesignSpace, joints: Sequence[str]) -> list[int]:
 
 
 def _solve(
-    request: RemedyRequest, conditions: RotorConditions, regions: Mapping[int, Region],
-    rotor_regions: Sequence[Region], radius: float,
-) -> LightestPlaces | None:  # fmt: skip
+    request: RemedyRequest,
+    conditions: RotorConditions,
+    regions: Mapping[int, Region],
+    rotor_regions: Sequence[Region],
+    radius: float,
+) -> LightestPlaces | None:
     """Solve the program, first the matter of the links, then that of the rotors."""
     space, count = conditions.space, len(rotor_regions)
     bodies = _bodies_after(space, conditions.joints)

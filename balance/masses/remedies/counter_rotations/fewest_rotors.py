@@ -159,9 +159,15 @@ def fewest_of(conditions: RotorConditions, progress: Progress | None = None) -> 
     ratios = [rotor_set.ratio for rotor_set in sets]
     sets = [sets[k] for k in rank_least_first(ratios, relative=MASSES_EQUAL)]
     return FewestRotors(
-        verdict, conditions.joints, size if sure else None, tuple(sets), minimal,
-        tuple(search.certificates), conditions, _words(verdict, conditions, sets),
-    )  # fmt: skip
+        verdict,
+        conditions.joints,
+        size if sure else None,
+        tuple(sets),
+        minimal,
+        tuple(search.certificates),
+        conditions,
+        _words(verdict, conditions, sets),
+    )
 
 
 def own_inertia(space: DesignSpace) -> float:

@@ -116,8 +116,11 @@ def check_rotor_design(conditions: RotorConditions, design: RotorDesign) -> bool
     cone = cone_of_columns(conditions.space, z[:, None])
     traces = float(np.einsum("bnii->", cone.blocks))
     least = float(cone.least(cone.sums_at(np.ones(1))).min())
-    return bool(residual <= DESIGN_RESIDUAL and least > DESIGN_RESIDUAL * traces and J.min(
-        initial=0.0) >= 0.0)  # fmt: skip
+    return bool(
+        residual <= DESIGN_RESIDUAL
+        and least > DESIGN_RESIDUAL * traces
+        and J.min(initial=0.0) >= 0.0
+    )
 
 
 def check_rotor_certificate(
@@ -162,9 +165,20 @@ def _solutions(cone: Cone, rotors: Array) -> Iterator[tuple[Array | None, Array]
         return
     traces = np.einsum("bnii->n", cone.blocks) + rotors.sum(axis=0)
     program = Program(
-        cone, tuple(range(count)), False, rotors, (), (), traces, 1.0, cone, np.eye(n),
-        np.empty((0, n)), (), np.empty(0),
-    )  # fmt: skip
+        cone,
+        tuple(range(count)),
+        False,
+        rotors,
+        (),
+        (),
+        traces,
+        1.0,
+        cone,
+        np.eye(n),
+        np.empty((0, n)),
+        (),
+        np.empty(0),
+    )
     q, rows, offset, parts = least_traces(program)
     solution = solve_conic(q, rows, offset, parts)
     yield (None if solution.infeasible else solution.x), solution.dual

@@ -78,9 +78,12 @@ def answer_without_rotors(remedy: str, fewest: FewestRotors) -> AppliedRemedy:
 
 
 def rotor_variant(
-    request: RemedyRequest, remedy: str, words: str, rotors: Sequence[RotorParts],
+    request: RemedyRequest,
+    remedy: str,
+    words: str,
+    rotors: Sequence[RotorParts],
     details: Mapping[str, object],
-) -> Variant:  # fmt: skip
+) -> Variant:
     """Make the variant of a linkage with some rotors.
 
     Args:
@@ -91,10 +94,15 @@ def rotor_variant(
     elements = [element for rotor in rotors for element in rotor.elements]
     links = tuple(rotor.link for rotor in rotors)
     return Variant(
-        remedy, words, append_elements(request.base, elements), (*request.links, *links),
+        remedy,
+        words,
+        append_elements(request.base, elements),
+        (*request.links, *links),
         regions={rotor.link: rotor.region for rotor in rotors},
-        new_links=links, new_joints=tuple(rotor.joint for rotor in rotors), details=details,
-    )  # fmt: skip
+        new_links=links,
+        new_joints=tuple(rotor.joint for rotor in rotors),
+        details=details,
+    )
 
 
 def rotor_details(fewest: FewestRotors, rotor_set: RotorSet | None = None) -> dict[str, object]:
@@ -133,9 +141,10 @@ def _built(
     writer = RotorWriter(request)
     rotors = [
         writer.on_base(name, -request.gear)
-        if name in grounded else writer.on_carrier(name, -request.gear)
+        if name in grounded
+        else writer.on_carrier(name, -request.gear)
         for name in rotor_set.joints
-    ]  # fmt: skip
+    ]
     moving = [name for name in rotor_set.joints if name not in grounded]
     where = [
         f"{', '.join(names)} ({place})"

@@ -82,9 +82,11 @@ def apply_parallelogram_transmission(request: RemedyRequest) -> Iterator[Applied
 
 
 def _apply(
-    request: RemedyRequest, remedy: str,
-    write: Callable[[_TransmissionWriter, _Transmission, tuple[str, ...]], None], by: str,
-) -> Iterator[AppliedRemedy]:  # fmt: skip
+    request: RemedyRequest,
+    remedy: str,
+    write: Callable[[_TransmissionWriter, _Transmission, tuple[str, ...]], None],
+    by: str,
+) -> Iterator[AppliedRemedy]:
     """Judge the linkage with rotors on the ground against one or two sets of links."""
     if why := unusable(request):
         yield refused(remedy, why)
@@ -135,10 +137,16 @@ def _variant(
     """Return a function that makes the variant from its words."""
     details = {**rotor_details(fewest, rotor_set), "mass_per_length": mass_per_length(request)}
     return lambda words: Variant(
-        remedy, words, append_elements(request.base, out.elements),
-        (*request.links, *out.free), regions=out.free, massless=tuple(out.massless),
-        new_links=tuple(out.links), new_joints=tuple(out.joints), details=details,
-    )  # fmt: skip
+        remedy,
+        words,
+        append_elements(request.base, out.elements),
+        (*request.links, *out.free),
+        regions=out.free,
+        massless=tuple(out.massless),
+        new_links=tuple(out.links),
+        new_joints=tuple(out.joints),
+        details=details,
+    )
 
 
 @dataclass
@@ -266,9 +274,13 @@ class _TransmissionWriter(RotorWriter):
         out.free[rotor] = ball_region(np.zeros(3), self.radius)
 
     def _stack(
-        self, out: _Transmission, name: str, chain: Sequence[str], ratio: float,
+        self,
+        out: _Transmission,
+        name: str,
+        chain: Sequence[str],
+        ratio: float,
         mass: Element | None,
-    ) -> None:  # fmt: skip
+    ) -> None:
         """Add a link on the axis of the first joint of a chain that turns by all its joints."""
         carrier = self.side(chain[0], "parent")
         for k, source in enumerate(chain):
@@ -285,9 +297,15 @@ class _TransmissionWriter(RotorWriter):
             carrier = child
 
     def _follow(
-        self, out: _Transmission, at: str, carrier: str, child: str,
-        turns: tuple[str, float], mass: Element | None = None, placed: bool = True,
-    ) -> None:  # fmt: skip
+        self,
+        out: _Transmission,
+        at: str,
+        carrier: str,
+        child: str,
+        turns: tuple[str, float],
+        mass: Element | None = None,
+        placed: bool = True,
+    ) -> None:
         """Add a link on a continuous joint that follows a joint."""
         here = (self.joints[at].first("origin") if placed else None) or origin(EYE)
         out.add_link(child, mass)
@@ -303,9 +321,14 @@ class _TransmissionWriter(RotorWriter):
         )
 
     def _bar(
-        self, out: _Transmission, name: str, after: str, ends: tuple[str, str],
-        tips: Sequence[Element], span: Array,
-    ) -> None:  # fmt: skip
+        self,
+        out: _Transmission,
+        name: str,
+        after: str,
+        ends: tuple[str, str],
+        tips: Sequence[Element],
+        span: Array,
+    ) -> None:
         """Add the bar of one parallelogram, from the tip of a lever to that of the next."""
         bar, local = self.take_name(f"{ends[0]}_bar"), self._local(name, span)
         out.add_link(bar, self._rod(local))

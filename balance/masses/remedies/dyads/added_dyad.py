@@ -199,9 +199,13 @@ def _with_dyad(request: RemedyRequest, dyad: Dyad, numbers: Array) -> Linkage:
     """Load a linkage with a dyad, all of whose links carry parameters."""
     document, _, _ = dyad_document(request.base, dyad, numbers, request.linkage.chain.frame)
     return load(
-        document, None, request.linkage.inputs, bodies="all", massless=request.massless,
+        document,
+        None,
+        request.linkage.inputs,
+        bodies="all",
+        massless=request.massless,
         angles=request.angles,
-    )  # fmt: skip
+    )
 
 
 def _is_like(linkage: Linkage, given: Linkage) -> bool:
@@ -229,10 +233,18 @@ def _judge(request: RemedyRequest, seed: DyadSeed) -> AppliedRemedy:
     document, links, joints = dyad_document(request.base, dyad, seed.numbers, frame)
     first, second = dyad.sides
     words = f"{dyad.kind} between {first.name} and {second.name}: {seed.words}"
-    return judge(request, Variant(
-        "added_dyad", words, document, (*request.links, *links), new_links=links,
-        new_joints=joints, details={"kind": dyad.kind, "geometry": seed.words},
-    ))  # fmt: skip
+    return judge(
+        request,
+        Variant(
+            "added_dyad",
+            words,
+            document,
+            (*request.links, *links),
+            new_links=links,
+            new_joints=joints,
+            details={"kind": dyad.kind, "geometry": seed.words},
+        ),
+    )
 
 
 def _none(slides: bool, tried: int, best: float | None) -> AppliedRemedy:

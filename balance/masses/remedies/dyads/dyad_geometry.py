@@ -133,16 +133,20 @@ def dyad_document(
     taken = names_taken(base)
     links = free_name("dyad_1", taken), free_name("dyad_2", taken)
     joints = (
-        free_name("dyad_joint_1", taken), free_name("dyad_joint_2", taken),
+        free_name("dyad_joint_1", taken),
+        free_name("dyad_joint_2", taken),
         free_name("dyad_loop", taken),
-    )  # fmt: skip
+    )
     return append_elements(base, _elements(dyad, numbers, frame, links, joints)), links, joints
 
 
 def _elements(
-    dyad: Dyad, numbers: Array, frame: Frame, links: tuple[str, str],
+    dyad: Dyad,
+    numbers: Array,
+    frame: Frame,
+    links: tuple[str, str],
     joints: tuple[str, str, str],
-) -> list[Element]:  # fmt: skip
+) -> list[Element]:
     """Make the links, joints and loop; frames of new links are parallel to the inertial one."""
     first, second = dyad.sides
     count = 2 if dyad.slides else 3

@@ -172,8 +172,12 @@ def walk(relations: AngleRelations, numbers: Array) -> DyadWalk:
         lambda x: _residuals(here, x[:size], x[size:]),
         np.concatenate([numbers, here.smallest(numbers)[1]]),
         lambda x: _jacobian(here, x[:size], x[size:]),
-        method="lm", xtol=1e-15, ftol=1e-15, gtol=1e-15, max_nfev=EVALUATIONS,
-    ).x  # fmt: skip
+        method="lm",
+        xtol=1e-15,
+        ftol=1e-15,
+        gtol=1e-15,
+        max_nfev=EVALUATIONS,
+    ).x
     numbers, J = x[:size], x[size:] / np.sqrt(x[size:] @ x[size:])
     residuals = _residuals(here, numbers, J)
     return DyadWalk(numbers, J, float(residuals @ residuals))
@@ -183,9 +187,7 @@ def _residuals(relations: AngleRelations, numbers: Array, J: Array) -> Array:
     """Compute Ω J, how far each link of the dyad is out of bounds, and |J|² - 1."""
     lengths = segments_of(relations.dyad, numbers)
     over = np.maximum(lengths - LONGEST, 0.0) + np.maximum(SHORTEST - lengths, 0.0)
-    out = np.concatenate([
-        relations.matrix(numbers) @ J, LENGTH_WEIGHT * over, [J @ J - 1.0]
-    ])  # fmt: skip
+    out = np.concatenate([relations.matrix(numbers) @ J, LENGTH_WEIGHT * over, [J @ J - 1.0]])
     # Where the loops are singular, rates are without bound.
     return np.nan_to_num(out, nan=1e6, posinf=1e6, neginf=-1e6)
 

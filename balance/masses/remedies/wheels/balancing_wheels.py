@@ -148,7 +148,8 @@ def _build_motor_wheels(request: RemedyRequest) -> AppliedRemedy:
     names = *balanced.linkage.inputs, *(wheel.joint for wheel in wheels)
     motion = motion_columns(names, shown)
     return replace(
-        done, files={"drive.csv": table_bytes(table), "motion.csv": table_bytes(motion)},
+        done,
+        files={"drive.csv": table_bytes(table), "motion.csv": table_bytes(motion)},
         details={
             "wheels": [wheel.details() for wheel in wheels],
             "motions": [
@@ -161,7 +162,7 @@ def _build_motor_wheels(request: RemedyRequest) -> AppliedRemedy:
                 for k in range(len(wheels))
             ],
         },
-    )  # fmt: skip
+    )
 
 
 def _wheels(
@@ -179,12 +180,15 @@ def _wheels(
     several = len(axes) > 1
     return [
         make_wheel(
-            balanced.document, axis, 2.0 * radius * axis * several,
-            _mean_size(momenta, axis) / (pace * request.gear), radius,
+            balanced.document,
+            axis,
+            2.0 * radius * axis * several,
+            _mean_size(momenta, axis) / (pace * request.gear),
+            radius,
             f"_{k}" if several else "",
         )
         for k, axis in enumerate(axes, 1)
-    ]  # fmt: skip
+    ]
 
 
 def _mean_size(momenta: Sequence[Momentum], axis: Array) -> float:
@@ -211,9 +215,11 @@ def _table(
     for k, wheel in enumerate(wheels, len(inputs)):
         speed, torque = motion.ud[:, k], wheel.inertia * motion.udd[:, k]
         columns |= {
-            f"{wheel.name} angle": motion.u[:, k], f"{wheel.name} speed": speed,
-            f"{wheel.name} torque": torque, f"{wheel.name} power": torque * speed,
-        }  # fmt: skip
+            f"{wheel.name} angle": motion.u[:, k],
+            f"{wheel.name} speed": speed,
+            f"{wheel.name} torque": torque,
+            f"{wheel.name} power": torque * speed,
+        }
     return columns
 
 
@@ -282,11 +288,16 @@ def _with_tables(
         files["pitch_curves.csv"] = table_bytes(curves.columns())
     peaks = wheel.peaks(table.ratio, table.slope)
     details = {
-        "wheel": wheel.details(), "crank": table.crank, "full_turn": table.turns,
-        "range": [float(table.u[0]), float(table.u[-1])], "cycle": table.cycle,
-        "singular": not regular, "drive": words, **_tables(table, curves),
+        "wheel": wheel.details(),
+        "crank": table.crank,
+        "full_turn": table.turns,
+        "range": [float(table.u[0]), float(table.u[-1])],
+        "cycle": table.cycle,
+        "singular": not regular,
+        "drive": words,
+        **_tables(table, curves),
         "peaks": {"at": "unit rate of the crank", **peaks},
-    }  # fmt: skip
+    }
     return replace(done, files={**done.files, **files}, details=details)
 
 
@@ -294,9 +305,10 @@ def _refuse_several_freedoms(request: RemedyRequest) -> None:
     """Raise NoWheel unless the linkage is planar and has one degree of freedom."""
     if not request.linkage.planar:
         raise NoWheel(
-            "refused", "a spatial linkage: its moment changes its direction, which one wheel "
-            "about a fixed axis cannot follow; active wheels can"
-        )  # fmt: skip
+            "refused",
+            "a spatial linkage: its moment changes its direction, which one wheel "
+            "about a fixed axis cannot follow; active wheels can",
+        )
     if request.freedoms != 1:
         count = f"{request.freedoms} degrees of freedom"
         raise NoWheel("refused", f"{count}, but a ratio is a function of one")
@@ -349,9 +361,10 @@ def _refuse_other_moments(linkage: Linkage, momenta: Sequence[Momentum]) -> None
     across, normal = linkage.chain.frame.R[:2], linkage.chain.frame.R[2:]
     if has_momentum(linkage, momenta, across):
         raise NoWheel(
-            "undecided", "centres of mass are in different planes, so that a moment across the "
-            "normal is left, which this wheel does not take; active wheels do"
-        )  # fmt: skip
+            "undecided",
+            "centres of mass are in different planes, so that a moment across the "
+            "normal is left, which this wheel does not take; active wheels do",
+        )
     if not has_momentum(linkage, momenta, normal):
         raise NoWheel("refused", "no moment is left once counterweights balance the force")
 
@@ -404,10 +417,12 @@ def _tables(table: VaryingRatio, curves: PitchCurves | None) -> dict[str, object
     }
     if curves is not None:
         tables["pitch_curves"] = {
-            "distance": curves.distance, "closed": curves.closed,
-            "reversed": curves.reversed, "rolled": list(curves.rolled),
+            "distance": curves.distance,
+            "closed": curves.closed,
+            "reversed": curves.reversed,
+            "rolled": list(curves.rolled),
             **{name: x[::STRIDE].tolist() for name, x in curves.columns().items()},
-        }  # fmt: skip
+        }
     return tables
 
 

@@ -76,9 +76,15 @@ class PitchCurves:
         """List the columns of a table: angles, radii and points of both curves."""
         first, second = self.points
         return {
-            "u": self.u, "r1": self.first, "x1": first[:, 0], "y1": first[:, 1],
-            "turned": self.turned, "r2": self.second, "x2": second[:, 0], "y2": second[:, 1],
-        }  # fmt: skip
+            "u": self.u,
+            "r1": self.first,
+            "x1": first[:, 0],
+            "y1": first[:, 1],
+            "turned": self.turned,
+            "r2": self.second,
+            "x2": second[:, 0],
+            "y2": second[:, 1],
+        }
 
 
 @dataclass(frozen=True, eq=False)
@@ -128,9 +134,14 @@ class VaryingRatio:
         share = TURN / abs(self.cycle)
         closed = self.turns and abs(share - round(share)) <= RELATION_RESIDUAL * share
         return PitchCurves(
-            distance, self.u, turned, distance * size / (1.0 + size), distance / (1.0 + size),
-            bool(self.ratio[0] > 0.0), closed,
-        )  # fmt: skip
+            distance,
+            self.u,
+            turned,
+            distance * size / (1.0 + size),
+            distance / (1.0 + size),
+            bool(self.ratio[0] > 0.0),
+            closed,
+        )
 
     def columns(self) -> dict[str, Array]:
         """List the columns of a table: crank, ratio, its slope, angle of the wheel."""

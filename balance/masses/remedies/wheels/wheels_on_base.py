@@ -95,18 +95,26 @@ class Wheel(NamedTuple):
         return (
             make_elements.link(self.name, make_elements.inertial(self.mass, inertia, at)),
             make_elements.joint(
-                self.joint, "continuous", root, self.name, make_elements.origin(pose),
+                self.joint,
+                "continuous",
+                root,
+                self.name,
+                make_elements.origin(pose),
                 (number_words(self.axis), ""),
             ),
-        )  # fmt: skip
+        )
 
     def details(self) -> dict[str, object]:
         """Describe the wheel as plain data."""
         return {
-            "link": self.name, "joint": self.joint, "axis": self.axis.tolist(),
-            "point": self.point.tolist(), "inertia": self.inertia, "mass": self.mass,
+            "link": self.name,
+            "joint": self.joint,
+            "axis": self.axis.tolist(),
+            "point": self.point.tolist(),
+            "inertia": self.inertia,
+            "mass": self.mass,
             "radius": self.radius,
-        }  # fmt: skip
+        }
 
     def peaks(self, speed: Array, change: Array) -> dict[str, float]:
         """Compute the peaks of speed (rad/s), torque (N m) and power (W) along a motion.
@@ -121,9 +129,13 @@ class Wheel(NamedTuple):
 
 
 def make_wheel(
-    document: Document, axis: Array, point: Array, inertia: float, radius: float,
+    document: Document,
+    axis: Array,
+    point: Array,
+    inertia: float,
+    radius: float,
     suffix: str = "",
-) -> Wheel:  # fmt: skip
+) -> Wheel:
     """Make a wheel, with names that a file has not taken.
 
     Args:
@@ -281,16 +293,19 @@ def verify_with_wheels(
     checked = verify(whole, motions=[_thin_out(trajectory) for trajectory in moved])
     residual = max(checked.force_residual, checked.moment_residual)
     blank = replace(
-        blank, residual=residual, new_links=tuple(wheel.name for wheel in wheels),
+        blank,
+        residual=residual,
+        new_links=tuple(wheel.name for wheel in wheels),
         new_joints=tuple(wheel.joint for wheel in wheels),
-    )  # fmt: skip
+    )
     if not (residual <= SHAKING_RELATIVE and checked.agreed):
         reason = f"its file shakes by {size_text(residual)} of the bodies' own inertia"
         return replace(blank, reason=reason), moved
     felt = {
-        name: value for name, value in input_inertia(whole).items()
+        name: value
+        for name, value in input_inertia(whole).items()
         if name in balanced.linkage.inputs
-    }  # fmt: skip
+    }
     added = balanced.added + sum(wheel.mass for wheel in wheels)
     done = replace(blank, verdict="feasible", urdf=document.data)
     return with_cost(request, done, added, felt), moved

@@ -225,9 +225,13 @@ class Draft:
         return origin
 
     def add_loop(
-        self, item: Element, dialect: str, kind: str, sides: Sequence[Side],
+        self,
+        item: Element,
+        dialect: str,
+        kind: str,
+        sides: Sequence[Side],
         axes: Mapping[str, str],
-    ) -> None:  # fmt: skip
+    ) -> None:
         """Add a loop; one that welds two links of one rigid body closes nothing.
 
         Args:

@@ -24,8 +24,17 @@ from kinematics.model.document.element import Element
 _TYPES = ("revolute", "continuous", "prismatic", "ball", "universal", "fixed")
 _AXES = {"universal": ("axis", "axis2"), "ball": (), "fixed": ()}
 _PARTS = (
-    "parent", "child", "pose", "axis", "axis2", "origin", "physics", "sensor", "name", "type",
-)  # fmt: skip
+    "parent",
+    "child",
+    "pose",
+    "axis",
+    "axis2",
+    "origin",
+    "physics",
+    "sensor",
+    "name",
+    "type",
+)
 # Attributes of <pose>, and the values that they may have.
 _PLAIN = {"degrees": "false", "rotation_format": "euler_rpy", "frame": ""}
 _MODEL = "__model__"

@@ -149,6 +149,7 @@ def _fixed(draft: Draft, joint: Element, position: float) -> Element:
     children = [child for child in joint.children if child.tag not in _IDLE]
     marks = {k: v for k, v in joint.attributes.items() if k != "independent"}
     return replace(
-        joint, attributes={**marks, "type": "fixed"},
+        joint,
+        attributes={**marks, "type": "fixed"},
         children=(*children, *([origin] if origin is not None else [])),
-    )  # fmt: skip
+    )

@@ -23,9 +23,22 @@ _LINE = "0 1 0 0 0".split()
 _KINDS = {"connect": "spherical", "weld": "fixed"}
 _WORLD = "world"
 _ATTRIBUTES = (
-    "active", "anchor", "body1", "body2", "class", "joint1", "joint2", "name", "polycoef",
-    "relpose", "site1", "site2", "solimp", "solref", "torquescale",
-)  # fmt: skip
+    "active",
+    "anchor",
+    "body1",
+    "body2",
+    "class",
+    "joint1",
+    "joint2",
+    "name",
+    "polycoef",
+    "relpose",
+    "site1",
+    "site2",
+    "solimp",
+    "solref",
+    "torquescale",
+)
 
 
 def translate_mujoco(draft: Draft, mujoco: Element) -> None:

@@ -64,10 +64,12 @@ def find_repeated(
     repeated = []
     for closure, dialect in closures:
         stronger = (
-            other for other, origin in kept
-            if origin != dialect and set(other.bodies) == set(closure.bodies)
+            other
+            for other, origin in kept
+            if origin != dialect
+            and set(other.bodies) == set(closure.bodies)
             and _implies(other, closure)
-        )  # fmt: skip
+        )
         first = next(stronger, None)
         if first is None:
             kept.append((closure, dialect))

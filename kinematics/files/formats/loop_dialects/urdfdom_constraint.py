@@ -16,9 +16,15 @@ from kinematics.model.document.element import Element
 from kinematics.model.document.joint_types import DEGREES_OF_FREEDOM
 
 _PARTS = (
-    "parent", "parent_origin", "parent_axis", "child", "child_origin", "child_axis", "name",
+    "parent",
+    "parent_origin",
+    "parent_axis",
+    "child",
+    "child_origin",
+    "child_axis",
+    "name",
     "type",
-)  # fmt: skip
+)
 # Loops about or along one axis that leave the rotation about it free: any frame of the child
 # with that axis will do.
 _TURNING = ("revolute", "continuous", "cylindrical", "planar")

@@ -25,19 +25,41 @@ from kinematics.model.document.write_numbers import number_words
 
 # Largest number of elements once those that repeat are written out.
 MAX_REPEATED = 20_000
-_IDLE_SECTIONS = frozenset((
-    "size", "statistic", "visual", "contact", "actuator", "sensor", "keyframe", "custom",
-    "extension", "tendon", "deformable", "option", "asset",
-))  # fmt: skip
+_IDLE_SECTIONS = frozenset(
+    (
+        "size",
+        "statistic",
+        "visual",
+        "contact",
+        "actuator",
+        "sensor",
+        "keyframe",
+        "custom",
+        "extension",
+        "tendon",
+        "deformable",
+        "option",
+        "asset",
+    )
+)
 _IDLE_PARTS = frozenset((
     "light", "camera", "plugin", "flexcomp", "material", "pair", "tendon", "general", "motor",
     "position", "velocity", "intvelocity", "damper", "cylinder", "muscle", "adhesion",
     "dcmotor", "pid", "lengthrange", "texture",
 ))  # fmt: skip
-_IDLE_SETTINGS = frozenset((
-    "meshdir", "assetdir", "texturedir", "strippath", "discardvisual", "fusestatic",
-    "usethread", "saveinertial", "savecompiled",
-))  # fmt: skip
+_IDLE_SETTINGS = frozenset(
+    (
+        "meshdir",
+        "assetdir",
+        "texturedir",
+        "strippath",
+        "discardvisual",
+        "fusestatic",
+        "usethread",
+        "saveinertial",
+        "savecompiled",
+    )
+)
 _JOINTS = frozenset(("joint", "freejoint", "composite"))
 _REFUSED = {
     "attach": "save the whole model with MjSpec.to_xml() of MuJoCo",

@@ -91,9 +91,12 @@ def _choose_ground(
 
 
 def _remarks(
-    links: Sequence[Element], joints: Sequence[ModelJoint], ground: str, moved: Sequence[str],
+    links: Sequence[Element],
+    joints: Sequence[ModelJoint],
+    ground: str,
+    moved: Sequence[str],
     chosen: bool,
-) -> Iterator[tuple[str, str]]:  # fmt: skip
+) -> Iterator[tuple[str, str]]:
     """Remarks on what the file leaves to its reader."""
     if ground != WORLD and not chosen:
         text = f"no joint fixes the model to the world: its link {quoted([ground])} is taken "
@@ -169,8 +172,9 @@ def _flatten_models(model: Element, depth: int = 0) -> Element:
         children.append(Element("frame", {"name": scope.frame}, placed, child.line))
         children += [
             scope.move_part(part) if part.tag in _PARTS else part
-            for part in inner.children if part.tag not in ("pose", "static")
-        ]  # fmt: skip
+            for part in inner.children
+            if part.tag not in ("pose", "static")
+        ]
     return replace(model, children=tuple(_with_links(x, canonical) for x in children))
 
 
@@ -185,10 +189,15 @@ def _with_links(joint: Element, canonical: dict[str, str]) -> Element:
     """Let a joint to a nested model be one to the link that stands for it."""
     if joint.tag != "joint":
         return joint
-    return replace(joint, children=tuple(
-        replace(x, text=canonical.get(x.text, x.text)) if x.tag in ("parent", "child") else x
-        for x in joint.children
-    ))  # fmt: skip
+    return replace(
+        joint,
+        children=tuple(
+            replace(x, text=canonical.get(x.text, x.text))
+            if x.tag in ("parent", "child")
+            else x
+            for x in joint.children
+        ),
+    )
 
 
 class _Scope:
@@ -221,9 +230,10 @@ class _Scope:
         elif free:
             children = tuple(
                 replace(x, attributes={**x.attributes, "relative_to": self.frame})
-                if x.tag == "pose" and not _base_of(x) else x
+                if x.tag == "pose" and not _base_of(x)
+                else x
                 for x in children
-            )  # fmt: skip
+            )
         return replace(part, attributes=attributes, children=children)
 
     def _move_child(self, item: Element) -> Element:

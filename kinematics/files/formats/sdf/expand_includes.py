@@ -17,9 +17,12 @@ MERGED = "merge"
 
 # Where simulators look for models, each a list of folders.
 _VARIABLES = (
-    "GZ_SIM_RESOURCE_PATH", "GZ_SIM_MODEL_PATH", "IGN_GAZEBO_RESOURCE_PATH", "SDF_PATH",
+    "GZ_SIM_RESOURCE_PATH",
+    "GZ_SIM_MODEL_PATH",
+    "IGN_GAZEBO_RESOURCE_PATH",
+    "SDF_PATH",
     "GAZEBO_MODEL_PATH",
-)  # fmt: skip
+)
 # Deepest chain of files that include one another.
 MAX_FILES = 20
 # Largest number of bytes of all included files.

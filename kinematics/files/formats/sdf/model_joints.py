@@ -15,10 +15,15 @@ from kinematics.files.urdf.xml_tree import Refusal
 from kinematics.model.document.element import Element
 
 _TYPES = {
-    "revolute": "revolute", "continuous": "continuous", "prismatic": "prismatic",
-    "fixed": "fixed", "ball": "spherical", "universal": "universal",
-    "revolute2": "universal", "screw": "continuous",
-}  # fmt: skip
+    "revolute": "revolute",
+    "continuous": "continuous",
+    "prismatic": "prismatic",
+    "fixed": "fixed",
+    "ball": "spherical",
+    "universal": "universal",
+    "revolute2": "universal",
+    "screw": "continuous",
+}
 _NO_AXIS = ("fixed", "spherical")
 # Version since which axes are in the frame of the joint, not of the model.
 _AXES_IN_JOINT = 5

@@ -117,8 +117,10 @@ def matrix_of(steps: Iterable[Shift | Turn]) -> tuple[list[list[float]], list[fl
     p = [0.0, 0.0, 0.0]
     for step in steps:
         if isinstance(step, Shift):
-            p = [a + math.fsum(map(float.__mul__, row, map(float, step.d)))
-                 for a, row in zip(p, R, strict=True)]  # fmt: skip
+            p = [
+                a + math.fsum(map(float.__mul__, row, map(float, step.d)))
+                for a, row in zip(p, R, strict=True)
+            ]
             continue
         i, j = (step.axis + 1) % 3, (step.axis + 2) % 3
         c, s = math.cos(float(step.angle)), math.sin(float(step.angle))

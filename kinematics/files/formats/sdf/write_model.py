@@ -36,9 +36,14 @@ class ModelWriter:
     """The writer of one model: frames of its URDF links, and names that are taken."""
 
     def __init__(
-        self, links: Mapping[str, Element], frames: FrameTree, joints: Sequence[ModelJoint],
-        ground: str, tree: SpanningTree, floating: Sequence[str] = (),
-    ) -> None:  # fmt: skip
+        self,
+        links: Mapping[str, Element],
+        frames: FrameTree,
+        joints: Sequence[ModelJoint],
+        ground: str,
+        tree: SpanningTree,
+        floating: Sequence[str] = (),
+    ) -> None:
         """Choose the frames of the links.
 
         Args:
@@ -218,9 +223,11 @@ def _joint_element(
 
 
 def _loop_element(
-    joint: ModelJoint, attributes: Mapping[str, str],
-    ends: Sequence[tuple[str, Sequence[Element]]], axes: Sequence[Element],
-) -> Element:  # fmt: skip
+    joint: ModelJoint,
+    attributes: Mapping[str, str],
+    ends: Sequence[tuple[str, Sequence[Element]]],
+    axes: Sequence[Element],
+) -> Element:
     """Make a loop between two links, with the frame of the loop in each of them."""
     line = joint.element.line
     pairs = zip(("predecessor", "successor"), ends, strict=True)

@@ -91,9 +91,13 @@ def test_short_names_are_those_of_the_tool(capsys):
     words = TIP_OF_THE_FIVE_BAR
     poses = [
         run(capsys, *words, "--to", to)[1]["poses"][0]["corrected"]
-        for to in ("left_upper.x=0.1,left_upper.y=0.02", "x=0.1,y=0.02",
-                   "y=0.02,left_upper.x=0.1", "0.1,0.02")
-    ]  # fmt: skip
+        for to in (
+            "left_upper.x=0.1,left_upper.y=0.02",
+            "x=0.1,y=0.02",
+            "y=0.02,left_upper.x=0.1",
+            "0.1,0.02",
+        )
+    ]
     assert poses[0] == poses[1] and np.ptp(poses, axis=0).max() < 1e-14
     for to, said in (
         ("rz=0.1", "input rz: not an independent coordinate; choose from left_upper.x"),
@@ -144,9 +148,17 @@ def test_the_point_moves_as_it_is_told(tmp_path, capsys):
     point, sent, turned = (0.1, -0.2, 0.3), (0.02, -0.01, 0.03), 0.2
     goal = "x={},y={},z={},rz={}".format(*sent, turned)
     _, report = run(
-        capsys, str(path), "--tool", "l6", "--along", "x,y,z,rx,ry,rz", "--point",
-        "0.1,-0.2,0.3", "--to", goal,
-    )  # fmt: skip
+        capsys,
+        str(path),
+        "--tool",
+        "l6",
+        "--along",
+        "x,y,z,rx,ry,rz",
+        "--point",
+        "0.1,-0.2,0.3",
+        "--to",
+        goal,
+    )
     corrected = report["poses"][0]["corrected"]
     linkage = kinematics.load(path)
     (start,) = (body.frame for body in linkage.bodies if body.name == "l6")
@@ -158,8 +170,9 @@ def test_the_point_moves_as_it_is_told(tmp_path, capsys):
     assert R[2, 2] == pytest.approx(1.0, abs=1e-12)
 
 
-@pytest.mark.parametrize("point", ["1,2", "1,2,3,4", "a,b,c", "1,2,nan", "0,inf,0", "1e9,0,0",
-                                   "", "1;2;3", "1,,2"])  # fmt: skip
+@pytest.mark.parametrize(
+    "point", ["1,2", "1,2,3,4", "a,b,c", "1,2,nan", "0,inf,0", "1e9,0,0", "", "1;2;3", "1,,2"]
+)
 def test_wrong_points_are_usage(point, capsys):
     words = ["five_bar", "--tool", "left_upper", "--along", "x", "--point", point]
     said = refused(capsys, 2, *words)
@@ -179,9 +192,12 @@ def test_a_point_wants_a_tool(capsys):
 
 @pytest.mark.parametrize(
     "words",
-    [["five_bar", "--to", "u1=40"], ["five_bar", "--to", "u1=40", "--order", "12"],
-     [*TIP_OF_THE_FIVE_BAR, "--to", "x=9,y=7"]],
-)  # fmt: skip
+    [
+        ["five_bar", "--to", "u1=40"],
+        ["five_bar", "--to", "u1=40", "--order", "12"],
+        [*TIP_OF_THE_FIVE_BAR, "--to", "x=9,y=7"],
+    ],
+)
 def test_what_is_not_reached_has_no_numbers_without_meaning(words, tmp_path, capsys):
     """How far it was followed, the joints there, and what to try."""
     code, lines, page = written(capsys, tmp_path, *words)
@@ -271,8 +287,9 @@ def test_what_does_not_turn_is_not_wrapped(tmp_path, capsys):
     _, report = run(capsys, *words)
     (pose,) = report["poses"]
     assert {key: named(report, pose["turns"])[key] for key in ("prismatic", "helical")} == {
-        "prismatic": 0, "helical": 0,
-    }  # fmt: skip
+        "prismatic": 0,
+        "helical": 0,
+    }
     assert named(report, pose["turns"])["revolute"] == 1
     assert in_lines(lines, "prismatic")[:2] == ["m", "7.000000000"]
     assert in_lines(lines, "helical")[:2] == ["rad", "7.000000000"]

@@ -32,8 +32,11 @@ def test_bash_completes_commands_options_words_and_models(capsys, tmp_path):
     def completed(*words):
         done = subprocess.run(
             ["bash", "-c", ASK, "bash", text, "balance", *words],
-            capture_output=True, text=True, check=True, cwd=tmp_path,
-        )  # fmt: skip
+            capture_output=True,
+            text=True,
+            check=True,
+            cwd=tmp_path,
+        )
         assert done.stderr == ""
         return set(done.stdout.split())
 

@@ -94,7 +94,9 @@ def test_nobody_else_pays_for_them():
         "print([n for n in sys.modules if 'decoupled' in n or 'dynamic_equiv' in n])"
     )
     found = subprocess.run(
-        [sys.executable, "-c", code], capture_output=True, text=True,
+        [sys.executable, "-c", code],
+        capture_output=True,
+        text=True,
         env=os.environ | {"BALANCE_COMPILE": "never"},
-    )  # fmt: skip
+    )
     assert found.returncode == 0 and found.stdout.splitlines()[-1] == "[]"

@@ -59,8 +59,11 @@ def refused(capsys, *words):
 
 def options(row):
     """The options of a row of the table of figures."""
-    return [*(word for relation in row.motion for word in ("--motion", relation)),
-            "--balance", row.balance]  # fmt: skip
+    return [
+        *(word for relation in row.motion for word in ("--motion", relation)),
+        "--balance",
+        row.balance,
+    ]
 
 
 @pytest.mark.table(2)
@@ -128,8 +131,12 @@ def test_the_answer_without_limits_is_of_the_same_schema(capsys, tmp_path, caplo
     assert code == 1 and found["verdict"] == "infeasible" and not out.exists()
     assert len(found["multipliers"]) == 3 and found["anywhere"]["verdict"] == "feasible"
     assert caplog.messages == [f"not written, for there is no design: {out}"]
-    for wrong in ({"anywhere": {}}, {"within": 0.0}, {"balls": {"crank": {}}},
-                  {"multipliers": [-1.0]}):  # fmt: skip
+    for wrong in (
+        {"anywhere": {}},
+        {"within": 0.0},
+        {"balls": {"crank": {}}},
+        {"multipliers": [-1.0]},
+    ):
         with pytest.raises(ValidationError):
             Draft202012Validator(SCHEMA).validate(found | wrong)
     code, free = run(capsys, *words, "--anywhere", "--out", str(out))
@@ -220,10 +227,10 @@ def beside(folder):
     loop = re.search(r"<loop.*?</loop>", text, re.DOTALL)[0]
     sides = re.findall(r'link="(\w+)".*?xyz="(.*?)"', loop, re.DOTALL)
     frames = "".join(
-        link(f"tip_{k}") + joint(f"to_{k}", "fixed", name, f"tip_{k}",
-                                 along([float(x) for x in xyz.split()]))
+        link(f"tip_{k}")
+        + joint(f"to_{k}", "fixed", name, f"tip_{k}", along([float(x) for x in xyz.split()]))
         for k, (name, xyz) in zip("ab", sides, strict=True)
-    )  # fmt: skip
+    )
     path = folder / "robot.urdf"
     path.write_text(text.replace(loop, frames), encoding="utf-8")
     path.with_suffix(".yaml").write_text(PAIR + "type: ['3d']\n", encoding="utf-8")
@@ -261,11 +268,13 @@ def test_options_of_the_model_are_repeated(tmp_path, capsys, caplog):
         (["--bounds", "crank=2:1"], ["'crank'", "from 2 to 1 kg", "give 0 ≤ least ≤ largest"]),
         (["--bounds", "crank=2:", "--bounds", "crank=:1"], ["'crank'", "from 2 to 1 kg"]),
         (["--bounds", "crank=-1:2"], ["'crank'", "from -1 to 2 kg"]),
-        (["--keep", "crank", "--keep", "coupler", "--keep", "rocker"],
-         ["every link is kept", "nothing is left to design", "keep fewer"]),
+        (
+            ["--keep", "crank", "--keep", "coupler", "--keep", "rocker"],
+            ["every link is kept", "nothing is left to design", "keep fewer"],
+        ),
         (["--keep", "crank", "--bounds", "crank=1:2"], ["'crank'", "kept and bounded"]),
     ],
-)  # fmt: skip
+)
 def test_bad_input(words, said, tmp_path, capsys):
     """One line that says what is wrong and what to do; nothing is written."""
     out = tmp_path / "a.urdf"

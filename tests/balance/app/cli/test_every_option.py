@@ -81,8 +81,10 @@ def filled(words, model, folder):
     """Words with what they name in a model, whose motion is a table in a folder."""
     names = names_of(model)
     rows = [",".join(["time", *names.inputs])]
-    rows += [",".join([f"{0.01 * k:g}", *[f"{0.01 * k * k:g}"] * len(names.inputs)])
-             for k in range(9)]  # fmt: skip
+    rows += [
+        ",".join([f"{0.01 * k:g}", *[f"{0.01 * k * k:g}"] * len(names.inputs)])
+        for k in range(9)
+    ]
     table, poses, loops, path = (
         folder / name for name in ("motion.csv", "poses.csv", "loops.yaml", "path.csv")
     )
@@ -91,8 +93,10 @@ def filled(words, model, folder):
     loads, torques = folder / "loads.csv", folder / "torques.csv"
     for file, heads in ((loads, ("fx", "fy", "fz", "mx", "my", "mz")), (torques, names.inputs)):
         lines = [",".join(["time", *heads])]
-        lines += [",".join(f"{x:.4f}" for x in (0.002 * k, *np.sin(k * np.arange(1, 9)[:size])))
-                  for k, size in ((k, len(heads)) for k in range(41))]  # fmt: skip
+        lines += [
+            ",".join(f"{x:.4f}" for x in (0.002 * k, *np.sin(k * np.arange(1, 9)[:size])))
+            for k, size in ((k, len(heads)) for k in range(41))
+        ]
         file.write_text("\n".join(lines), encoding="utf-8")
     way = [f"{0.01 * k:g},{1e-4 * k * k:g}" for k in range(9)]
     path.write_text("\n".join(["time,x", *way]), encoding="utf-8")
@@ -101,12 +105,23 @@ def filled(words, model, folder):
     loops.write_text(PAIR + "type: ['3d']\n", encoding="utf-8")
     files = sweep_files(words, folder)
     return [
-        word.format(link=names.links[0], tool=names.links[-1], first=names.inputs[0],
-                    inputs=",".join(names.inputs), folder=folder, table=table, poses=poses,
-                    path=path, loops=loops, masses=masses, loads=loads, torques=torques,
-                    **files)
+        word.format(
+            link=names.links[0],
+            tool=names.links[-1],
+            first=names.inputs[0],
+            inputs=",".join(names.inputs),
+            folder=folder,
+            table=table,
+            poses=poses,
+            path=path,
+            loops=loops,
+            masses=masses,
+            loads=loads,
+            torques=torques,
+            **files,
+        )
         for word in words
-    ]  # fmt: skip
+    ]
 
 
 def in_this_process(job, file, *, workers, **options):
@@ -124,9 +139,14 @@ def test_every_option(verb, name, tmp_path, monkeypatch):
     known = flag or (name in GOOD and name in WORDS)
     assert known or f"{verb} {name}" in GOOD, f"{name} has no words to be tried with"
     turn = CASES.index((verb, name)) % len(MODELS[1:])
-    models = ("",) if verb in WITHOUT_MODEL else (
-        TAKERS.get((verb, name), MODELS[0]), MODELS[1:][turn],
-    )  # fmt: skip
+    models = (
+        ("",)
+        if verb in WITHOUT_MODEL
+        else (
+            TAKERS.get((verb, name), MODELS[0]),
+            MODELS[1:][turn],
+        )
+    )
     ends = set()
     for model in models:
         own = GOOD.get(f"{verb} {name}", GOOD.get(name, []))
@@ -148,10 +168,15 @@ def test_every_option(verb, name, tmp_path, monkeypatch):
 
 
 @pytest.mark.table(3)
-@pytest.mark.parametrize("choice", [
-    (verb, name, choice) for verb, name in CASES
-    for choice in options(parsers()[verb])[name].choices or ()
-], ids="-".join)  # fmt: skip
+@pytest.mark.parametrize(
+    "choice",
+    [
+        (verb, name, choice)
+        for verb, name in CASES
+        for choice in options(parsers()[verb])[name].choices or ()
+    ],
+    ids="-".join,
+)
 def test_every_choice(choice, tmp_path):
     verb, name, word = choice
     for model in MODELS[: 1 if verb in WITHOUT_MODEL else number_of_cases(1, 2)]:
@@ -174,8 +199,10 @@ def test_kept_links_and_json(model):
         assert check(words, asked(words)) in ("design: 0", "design: 1")
 
 
-@pytest.mark.parametrize("words", [["--inputs", "x\ny,"], ["--bounds", "x\ny"], ["x\ry", "z"],
-                                   ["--motion=--"], ["--out=--"]])  # fmt: skip
+@pytest.mark.parametrize(
+    "words",
+    [["--inputs", "x\ny,"], ["--bounds", "x\ny"], ["x\ry", "z"], ["--motion=--"], ["--out=--"]],
+)
 def test_usage_is_told_in_two_lines(words):
     """Whatever is between the words: what is wrong, and where to look."""
     words = ["design", "five_bar", *words]
@@ -189,8 +216,11 @@ def test_random_requests():
     for seed, words, end, wrong in run(range(500_000, 500_000 + count)):
         assert not wrong, f"seed {seed}: {words}: {wrong}"
         ends.add(end)
-    assert {f"{verb}: {code}" for verb in ("report", "design", "verify", "motion")
-            for code in (2, 3)} < ends  # fmt: skip
+    assert {
+        f"{verb}: {code}"
+        for verb in ("report", "design", "verify", "motion")
+        for code in (2, 3)
+    } < ends
     assert len(ends) > 12
 
 
@@ -215,10 +245,17 @@ def test_the_check_of_requests_can_fail(capsys):
 
 
 @pytest.mark.table
-@pytest.mark.parametrize("error", [
-    TypeError("no such\nthing"), MemoryError(), RecursionError("too deep"), KeyError("x"),
-    ZeroDivisionError(), OSError(5, "broken"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    "error",
+    [
+        TypeError("no such\nthing"),
+        MemoryError(),
+        RecursionError("too deep"),
+        KeyError("x"),
+        ZeroDivisionError(),
+        OSError(5, "broken"),
+    ],
+)
 @pytest.mark.parametrize("verb", COMMANDS)
 def test_what_nobody_foresaw_exits_with_70(verb, error, monkeypatch):
     """One line that names the error and the command, and nothing on standard output."""
@@ -228,9 +265,10 @@ def test_what_nobody_foresaw_exits_with_70(verb, error, monkeypatch):
 
     first = {"flex": ["modes"], "sweep": ["show", "a.db"], "discover": ["show", "a.db"]}
     below = {
-        "flex": (flex, "_modes"), "sweep": (sweep, "_show"),
+        "flex": (flex, "_modes"),
+        "sweep": (sweep, "_show"),
         "discover": (discover, "_show"),
-    }  # fmt: skip
+    }
     module, run_command = below.get(verb, (COMMANDS[verb], "_run"))
     monkeypatch.setattr(module, run_command, broken)
     model = ["five_bar"] * (verb not in WITHOUT_MODEL)
@@ -289,14 +327,31 @@ def test_exit_codes_are_in_the_help():
 
 def test_plain_data():
     data = {
-        "a": np.arange(3), "b": np.float64(0.1), "c": np.bool_(True), "d": (1, (2.5, None)),
-        "e": Fraction(1, 3), "f": np.array([[np.nan, np.inf]]), "g": np.int64(7), "h": -np.inf,
-        "i": np.array(2.0), "j": np.str_("ä"), "k": True,
-    }  # fmt: skip
+        "a": np.arange(3),
+        "b": np.float64(0.1),
+        "c": np.bool_(True),
+        "d": (1, (2.5, None)),
+        "e": Fraction(1, 3),
+        "f": np.array([[np.nan, np.inf]]),
+        "g": np.int64(7),
+        "h": -np.inf,
+        "i": np.array(2.0),
+        "j": np.str_("ä"),
+        "k": True,
+    }
     expected = {
-        "a": [0, 1, 2], "b": 0.1, "c": True, "d": [1, [2.5, None]], "e": "1/3",
-        "f": [[None, None]], "g": 7, "h": None, "i": 2.0, "j": "ä", "k": True,
-    }  # fmt: skip
+        "a": [0, 1, 2],
+        "b": 0.1,
+        "c": True,
+        "d": [1, [2.5, None]],
+        "e": "1/3",
+        "f": [[None, None]],
+        "g": 7,
+        "h": None,
+        "i": 2.0,
+        "j": "ä",
+        "k": True,
+    }
     assert plain_data(data) == expected and strict(json_text(data)) == expected
     assert json_text({"x": [0.1, "ä"]}) == json.dumps({"x": [0.1, "ä"]}, ensure_ascii=False)
     for wrong in ({1: 2}, {"a": {1, 2}}, [object()], 1j, np.array([1j])):

@@ -90,8 +90,10 @@ def test_a_linkage_of_the_gallery(capsys, tmp_path):
     text = page.read_text("utf-8")
     assert '"schema": "balance.flex/1"' in text and 'id="bend"' in text
     assert "https://" not in text.partition("<script>")[0]
-    assert main(["flex", *words, "--damping", "1e-6", "--linear",
-                 "--drive", "u1=moment:0.1,0.1"]) == 0  # fmt: skip
+    assert (
+        main(["flex", *words, "--damping", "1e-6", "--linear", "--drive", "u1=moment:0.1,0.1"])
+        == 0
+    )
     assert "shaking force" in capsys.readouterr().out
 
 
@@ -116,7 +118,7 @@ def test_a_linkage_of_the_gallery(capsys, tmp_path):
         (["simulate", "five_bar", "--flex", "x=EI:1,rhoA:1", "--spatial"], 2, "unrecognized"),
         (["simulate", "five_bar", "--flex", "x=EI:1,rhoA:1", "--drive", "u"], 2, "not JOINT"),
     ],
-)  # fmt: skip
+)
 def test_what_cannot_be_used_is_refused_in_one_line(words, code, message, capsys):
     assert main(["flex", *words, "--json"]) == code
     printed = capsys.readouterr()

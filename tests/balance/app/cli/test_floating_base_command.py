@@ -82,26 +82,29 @@ def test_files(tmp_path, capsys):
     assert "traces1" in text and "the base stays at rest" in text and "http-equiv" in text
 
 
-@pytest.mark.parametrize(("code", "match", "words"), [
-    (2, "--base-mass: only with --base free", ["--base-mass", "1"]),
-    (2, "--torque: only with --base free", ["--torque", "u1=1"]),
-    (2, "give --base-mass and --base-inertia", ["--base", "free"]),
-    (2, "--stiffness belongs to --base spring", [*FREE, "--stiffness", "1e3"]),
-    (2, "--stiffness belongs to --base spring", ["--base", "spring", *FREE[2:]]),
-    (2, "one rotational and one translational", [*SPRING, "--stiffness", "5"]),
-    (2, "not with --balance force", [*FREE, "--balance", "force"]),
-    (2, "one motion with --base", [*FREE, "--trajectories", "2"]),
-    (2, "--torque: frees the inputs", [*FREE, "--torque", "u1=1", "--seed", "2"]),
-    (2, "'-1' is not a number from", [*FREE, "--base-mass=-1"]),
-    (2, "nor three", [*FREE, "--base-inertia", "1,2"]),
-    (2, "no base has these moments", [*FREE, "--base-inertia", "1,1,3"]),
-    (2, "is not a point", [*FREE, "--base-com", "1,2"]),
-    (2, "is not a stiffness", [*FREE, "--stiffness", "5N/mm"]),
-    (2, "moves in its plane", [*FREE, "--initial", "wx=1"]),
-    (2, "motion of input u1 is prescribed", [*FREE, "--initial", "u1=1"]),
-    (3, "joint x is not an input", [*FREE, "--torque", "x=1"]),
-    (3, "vibrates", [*FREE[:1], "spring", *FREE[2:], "--stiffness", "1e12N/m"]),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("code", "match", "words"),
+    [
+        (2, "--base-mass: only with --base free", ["--base-mass", "1"]),
+        (2, "--torque: only with --base free", ["--torque", "u1=1"]),
+        (2, "give --base-mass and --base-inertia", ["--base", "free"]),
+        (2, "--stiffness belongs to --base spring", [*FREE, "--stiffness", "1e3"]),
+        (2, "--stiffness belongs to --base spring", ["--base", "spring", *FREE[2:]]),
+        (2, "one rotational and one translational", [*SPRING, "--stiffness", "5"]),
+        (2, "not with --balance force", [*FREE, "--balance", "force"]),
+        (2, "one motion with --base", [*FREE, "--trajectories", "2"]),
+        (2, "--torque: frees the inputs", [*FREE, "--torque", "u1=1", "--seed", "2"]),
+        (2, "'-1' is not a number from", [*FREE, "--base-mass=-1"]),
+        (2, "nor three", [*FREE, "--base-inertia", "1,2"]),
+        (2, "no base has these moments", [*FREE, "--base-inertia", "1,1,3"]),
+        (2, "is not a point", [*FREE, "--base-com", "1,2"]),
+        (2, "is not a stiffness", [*FREE, "--stiffness", "5N/mm"]),
+        (2, "moves in its plane", [*FREE, "--initial", "wx=1"]),
+        (2, "motion of input u1 is prescribed", [*FREE, "--initial", "u1=1"]),
+        (3, "joint x is not an input", [*FREE, "--torque", "x=1"]),
+        (3, "vibrates", [*FREE[:1], "spring", *FREE[2:], "--stiffness", "1e12N/m"]),
+    ],
+)
 def test_refusals(code, match, words, capsys, monkeypatch):
     monkeypatch.setattr("balance.motion.floating_base.simulate.MAX_EVALUATIONS", 2000)
     assert main(["verify", SHAKING, *words, "--json"]) == code

@@ -17,10 +17,13 @@ def test_text(capsys):
     assert any(line.split()[:3] == ["l_crank", "crank", "AB"] for line in lines)
 
 
-@pytest.mark.parametrize(("notation", "words"), [
-    ("latex", r"\frac{l_{\mathrm{crank}}}{l_{\mathrm{rocker}}} \, s_{\mathrm{rocker}}"),
-    ("python", "[0, 1, l_coupler/l_rocker, 0, 0, 0]"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("notation", "words"),
+    [
+        ("latex", r"\frac{l_{\mathrm{crank}}}{l_{\mathrm{rocker}}} \, s_{\mathrm{rocker}}"),
+        ("python", "[0, 1, l_coupler/l_rocker, 0, 0, 0]"),
+    ],
+)
 def test_notations(capsys, notation, words):
     assert main([*FOUR_BAR, "--notation", notation]) == 0
     assert words in capsys.readouterr().out
@@ -40,15 +43,18 @@ def test_time_that_is_over_is_undecided(capsys):
     assert (code, answer["unknown"], answer["confirmed"]) == (4, 8, False)
 
 
-@pytest.mark.parametrize(("words", "code", "problem"), [
-    (["bennett"], 3, "this is spatial"),
-    (["four_bar_general", "--where", "AB=BD"], 3, "does not hold in the file"),
-    (["four_bar_general", "--where", "AB"], 2, "write AB=CD"),
-    (["four_bar_general", "--solve", "q"], 3, "no parameter 'q'"),
-    (["four_bar_general", "--solve", ","], 2, "not a list of parameters"),
-    (["four_bar_general", "--motion", "u1=0"], 2, "unrecognized arguments: --motion"),
-    (["four_bar_general", "--seconds", "0"], 2, "--seconds"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("words", "code", "problem"),
+    [
+        (["bennett"], 3, "this is spatial"),
+        (["four_bar_general", "--where", "AB=BD"], 3, "does not hold in the file"),
+        (["four_bar_general", "--where", "AB"], 2, "write AB=CD"),
+        (["four_bar_general", "--solve", "q"], 3, "no parameter 'q'"),
+        (["four_bar_general", "--solve", ","], 2, "not a list of parameters"),
+        (["four_bar_general", "--motion", "u1=0"], 2, "unrecognized arguments: --motion"),
+        (["four_bar_general", "--seconds", "0"], 2, "--seconds"),
+    ],
+)
 def test_what_is_refused(capsys, words, code, problem):
     assert main(["formulas", *words]) == code
     assert problem in capsys.readouterr().err

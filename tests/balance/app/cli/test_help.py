@@ -56,7 +56,7 @@ def test_verbs_have_only_their_options(verb):
         "design": {"--keep", "--bounds", "--anywhere"},
         "counterweights": {"--links", "--region", "--merge", "--price-of-mass"},
         "reduce": {"--links", "--region", "--merge", "--budget", "--pareto"},
-    }  # fmt: skip
+    }
     known = {name for action in parsers()[verb]._actions for name in action.option_strings}
     others = set().union(*own.values()) - own[verb]
     assert own[verb] <= known and not others & known
@@ -91,13 +91,20 @@ def test_balance_alone_prints_the_jobs():
     assert max(map(len, out.splitlines())) <= 96
 
 
-@pytest.mark.parametrize(("words", "where"), [
-    (["design"], "balance design"), (["design", "five_bar", "--links", "x"], "balance design"),
-    (["flex", "supports", "x"], "balance flex supports"), (["nonsense"], "balance"),
-    (["reduce", "five_bar", "--links", "left_lower"], "balance reduce"),
-    (["design", "x.urdf", "--out", "a.urdf", "--html", "a.urdf.html", "--bounds", "a"],
-     "balance design"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("words", "where"),
+    [
+        (["design"], "balance design"),
+        (["design", "five_bar", "--links", "x"], "balance design"),
+        (["flex", "supports", "x"], "balance flex supports"),
+        (["nonsense"], "balance"),
+        (["reduce", "five_bar", "--links", "left_lower"], "balance reduce"),
+        (
+            ["design", "x.urdf", "--out", "a.urdf", "--html", "a.urdf.html", "--bounds", "a"],
+            "balance design",
+        ),
+    ],
+)
 def test_usage_errors_are_two_lines(words, where):
     """What is wrong, and where to look."""
     code, out, err = asked(words)
@@ -106,13 +113,19 @@ def test_usage_errors_are_two_lines(words, where):
     assert look == f"{where} --help lists what there is"
 
 
-@pytest.mark.parametrize(("words", "old"), [
-    (["design", "five_bar", "--add", "left_lower"], "--add"),
-    (["design", "five_bar", "--partial"], "--partial"),
-    (["design", "five_bar", "--force"], "--force"),
-    (["design", "five_bar", "--minimize", "mass"], "--minimize"),
-    (["reduce", "five_bar", "--links", "left_lower", "--trajectory", "a.csv"], "--trajectory"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("words", "old"),
+    [
+        (["design", "five_bar", "--add", "left_lower"], "--add"),
+        (["design", "five_bar", "--partial"], "--partial"),
+        (["design", "five_bar", "--force"], "--force"),
+        (["design", "five_bar", "--minimize", "mass"], "--minimize"),
+        (
+            ["reduce", "five_bar", "--links", "left_lower", "--trajectory", "a.csv"],
+            "--trajectory",
+        ),
+    ],
+)
 def test_old_words_are_gone(words, old):
     code, _, err = asked(words)
     assert code == 2 and f"unrecognized arguments: {old}" in err

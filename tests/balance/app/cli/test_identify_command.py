@@ -29,9 +29,9 @@ def tables(tmp_path):
     loads = -np.roll(wrench, 3, axis=1)
     loads += 0.01 * np.abs(loads).max() * rng.normal(size=loads.shape)
     motion = tmp_path / "motion.csv"
-    motion.write_bytes(csv_table(
-        ["time", "u1", "velocity u1", "acceleration u1"], [time, u, ud, udd]
-    ))  # fmt: skip
+    motion.write_bytes(
+        csv_table(["time", "u1", "velocity u1", "acceleration u1"], [time, u, ud, udd])
+    )
     path = tmp_path / "loads.csv"
     heads = ["time [ms]", *(f"{name} [{'N' if name[0] == 'f' else 'Nmm'}]" for name in NAMES)]
     path.write_bytes(csv_table(heads, [1e3 * time, loads[:, :3], 1e3 * loads[:, 3:]]))
@@ -63,9 +63,19 @@ def test_the_text_names_combinations_loads_and_masses(capsys, tables):
 def test_a_plan_is_read_by_other_verbs(capsys, tmp_path):
     path = tmp_path / "plan.csv"
     code, answer = json_answer(
-        capsys, "identify", MODEL, "--plan", "--duration", "1.5", "--tries", "8",
-        "--max-velocity", "u1=3", "--out", str(path),
-    )  # fmt: skip
+        capsys,
+        "identify",
+        MODEL,
+        "--plan",
+        "--duration",
+        "1.5",
+        "--tries",
+        "8",
+        "--max-velocity",
+        "u1=3",
+        "--out",
+        str(path),
+    )
     assert code == 0 and answer["peaks"]["u1"]["velocity"] <= 3.0
     assert answer["planned"]["error"] <= answer["random"]["error"]
     assert main(["identify", MODEL, "--plan", "--tries", "2"]) == 0

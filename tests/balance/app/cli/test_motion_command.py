@@ -127,9 +127,12 @@ def test_masses_do_not_matter(tmp_path, capsys):
     bare.write_text(changed, encoding="utf-8")
     same = [
         run(capsys, *model, *words)[1]["poses"]
-        for model in (["four_bar_general"], [str(bare)],
-                      ["four_bar_general", "--massless", "coupler"])
-    ]  # fmt: skip
+        for model in (
+            ["four_bar_general"],
+            [str(bare)],
+            ["four_bar_general", "--massless", "coupler"],
+        )
+    ]
     assert same[0] == same[1] == same[2] != []
 
 

@@ -115,7 +115,7 @@ MISTAKES = [
     ("remedies four_bar_kite --only wheels", 2, "no remedy 'wheels': choose from own_masses"),
     ("formulas three_rsr", 3, "formulas are of planar linkages; this is spatial"),
     ('synthesize --positions "0,0"', 2, "is not x,y,deg: write"),
-]  # fmt: skip
+]
 
 
 @pytest.fixture

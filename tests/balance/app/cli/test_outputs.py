@@ -53,8 +53,9 @@ def test_a_folder_is_made_for_many_files_and_removed_if_one_fails(tmp_path):
     asked.html = None
     write_outputs(asked, files)
     assert {file.name: file.read_bytes() for file in folder.iterdir()} == {
-        "a.urdf": b"1", "b.csv": b"2",
-    }  # fmt: skip
+        "a.urdf": b"1",
+        "b.csv": b"2",
+    }
 
 
 def test_a_file_of_a_folder_does_not_replace_one_that_is_read(tmp_path):

@@ -20,8 +20,18 @@ def run(capsys, *words):
 @pytest.mark.slow
 def test_the_table_is_what_verify_takes(capsys, tmp_path):
     table, page, picture = (tmp_path / name for name in ("a.csv", "a.html", "a.svg"))
-    code, found = run(capsys, "fuga_i", "--csv", str(table), "--which", "2",
-                      "--html", str(page), "--plot", str(picture))  # fmt: skip
+    code, found = run(
+        capsys,
+        "fuga_i",
+        "--csv",
+        str(table),
+        "--which",
+        "2",
+        "--html",
+        str(page),
+        "--plot",
+        str(picture),
+    )
     assert code == 0 and len(found["paths"]) == 2 and found["reason"] is None
     assert found["starts"][0]["kind"] == "crossing"
     assert main(["verify", "fuga_i", "--csv", str(table)]) == 0
@@ -45,8 +55,9 @@ def test_no_path_and_why(capsys, tmp_path):
 
 @pytest.mark.slow
 def test_parts_of_the_momentum_and_lines_of_starts(capsys):
-    code, found = run(capsys, "five_bar", "--moment-only", "--from", "u1=0",
-                      "--from", "u1=0.1", "--line", "1")  # fmt: skip
+    code, found = run(
+        capsys, "five_bar", "--moment-only", "--from", "u1=0", "--from", "u1=0.1", "--line", "1"
+    )
     assert code == 0 and found["kept"] == "moment" and found["dimension"] == 1
     assert [start["inputs"][0] for start in found["starts"]] == pytest.approx([0, 0.05, 0.1])
     assert len(found["paths"]) == 3 and max(one["momentum"] for one in found["paths"]) < 1e-9
@@ -73,22 +84,25 @@ def test_the_moment_about_another_point(capsys):
 
 
 @pytest.mark.lanes
-@pytest.mark.parametrize(("words", "code", "what"), [
-    (["--attitude"], 2, "only with --base free"),
-    (["--base", "free", "--attitude"], 2, "--base-mass"),
-    (["--base", "free", "--moment-only"], 2, "not with --moment-only"),
-    (["--moment-only", "--force-only"], 2, "not allowed"),
-    (["--moment-only", "--balance", "force"], 2, "not with --balance force"),
-    (["--about", "1,0,0"], 2, "only with --moment-only"),
-    (["--line", "2"], 2, "two poses"),
-    (["--length", "0"], 2, "is not a number"),
-    (["--moment-only", "--length", "0.1", "--which", "9"], 2, "there are 1 paths"),
-    (["--step", "1e-8"], 2, "longer step"),
-    (["--from", "ghost=1"], 3, "ghost is not an input"),
-    (["--from", "u1=9"], 3, "cannot be closed"),
-    (["--motion", "u1=u9"], 3, "u9"),
-    (["--massless", "left_lower,left_upper,right_lower,right_upper"], 3, "no moving link"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("words", "code", "what"),
+    [
+        (["--attitude"], 2, "only with --base free"),
+        (["--base", "free", "--attitude"], 2, "--base-mass"),
+        (["--base", "free", "--moment-only"], 2, "not with --moment-only"),
+        (["--moment-only", "--force-only"], 2, "not allowed"),
+        (["--moment-only", "--balance", "force"], 2, "not with --balance force"),
+        (["--about", "1,0,0"], 2, "only with --moment-only"),
+        (["--line", "2"], 2, "two poses"),
+        (["--length", "0"], 2, "is not a number"),
+        (["--moment-only", "--length", "0.1", "--which", "9"], 2, "there are 1 paths"),
+        (["--step", "1e-8"], 2, "longer step"),
+        (["--from", "ghost=1"], 3, "ghost is not an input"),
+        (["--from", "u1=9"], 3, "cannot be closed"),
+        (["--motion", "u1=u9"], 3, "u9"),
+        (["--massless", "left_lower,left_upper,right_lower,right_upper"], 3, "no moving link"),
+    ],
+)
 def test_refusals(words, code, what, capsys):
     """The first line on standard error says why; nothing is on standard output."""
     assert main(["paths", "five_bar", *words]) == code

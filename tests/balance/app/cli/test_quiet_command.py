@@ -22,8 +22,9 @@ def arm(tmp_path):
 @pytest.mark.slow
 def test_the_table_is_what_verify_takes(capsys, tmp_path, arm):
     table, picture = tmp_path / "a.csv", tmp_path / "a.svg"
-    code, plan = json_answer(capsys, "quiet", arm, *TO, "--csv", str(table),
-                             "--plot", str(picture))  # fmt: skip
+    code, plan = json_answer(
+        capsys, "quiet", arm, *TO, "--csv", str(table), "--plot", str(picture)
+    )
     assert code == 0 and plan["verdict"] == "optimal" and plan["law"] == "planned"
     assert plan["motion"]["position"][-1] == pytest.approx([0.5, -0.3])
     assert picture.read_text("utf-8").startswith("<?xml")

@@ -76,15 +76,26 @@ def test_every_remedy_of_the_schema_is_in_the_catalogue():
     assert tuple(known) == tuple(CATALOGUE)
 
 
-@pytest.mark.parametrize(("words", "code", "said"), [
-    (["--only", "wheels"], 2, "no remedy 'wheels'"), (["--gear", "0"], 2, "positive"),
-    (["--gear", "nan"], 2, "positive"), (["--rotor-radius", "-1"], 2, "positive"),
-    (["--budget", "x"], 2, "positive"), (["--links", "ghost"], 3, "ghost"),
-    (["--links", "crank,crank"], 2, "not a list"), (["--region", "crank=cube(1)"], 2, "crank"),
-    (["--links", "crank", "--region", "rocker=ball(0,0,0,1)"], 2, "rocker"),
-    (["--region", "crank=ball(0,0,0,1)", "--region", "crank=ball(0,0,0,2)"], 2, "two regions"),
-    (["--motion", "u9=0"], 3, "u9"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("words", "code", "said"),
+    [
+        (["--only", "wheels"], 2, "no remedy 'wheels'"),
+        (["--gear", "0"], 2, "positive"),
+        (["--gear", "nan"], 2, "positive"),
+        (["--rotor-radius", "-1"], 2, "positive"),
+        (["--budget", "x"], 2, "positive"),
+        (["--links", "ghost"], 3, "ghost"),
+        (["--links", "crank,crank"], 2, "not a list"),
+        (["--region", "crank=cube(1)"], 2, "crank"),
+        (["--links", "crank", "--region", "rocker=ball(0,0,0,1)"], 2, "rocker"),
+        (
+            ["--region", "crank=ball(0,0,0,1)", "--region", "crank=ball(0,0,0,2)"],
+            2,
+            "two regions",
+        ),
+        (["--motion", "u9=0"], 3, "u9"),
+    ],
+)
 def test_bad_requests_get_one_line_and_write_nothing(words, code, said, capsys, tmp_path):
     out = tmp_path / "out"
     assert main(["remedies", NO, *words, "--json", "--out", str(out)]) == code
@@ -110,8 +121,9 @@ def test_folders_that_cannot_be_written_are_refused_first(capsys, tmp_path):
     assert main(words) == 2
     assert "would replace a file that is read" in capsys.readouterr().err
     assert model.read_bytes() == before and {p.name for p in tmp_path.iterdir()} == {
-        "file", "partial.urdf"
-    }  # fmt: skip
+        "file",
+        "partial.urdf",
+    }
 
 
 @pytest.mark.slow
@@ -148,14 +160,21 @@ def comparison_of(*results):
 def test_what_one_would_build_first_comes_first():
     """Copies of the whole linkage come after other parts, however light they are."""
     found = comparison_of(
-        ("own_masses", "infeasible", None), ("separate_rotors", "feasible", 9.0),
-        ("counter_rotary_masses", "feasible", 5.0), ("duplicates", "feasible", 1.0),
-        ("input_relation", "refused", None), ("partial", "partial", 2.0),
-    )  # fmt: skip
+        ("own_masses", "infeasible", None),
+        ("separate_rotors", "feasible", 9.0),
+        ("counter_rotary_masses", "feasible", 5.0),
+        ("duplicates", "feasible", 1.0),
+        ("input_relation", "refused", None),
+        ("partial", "partial", 2.0),
+    )
     assert [row[0] for row in remedy_rows(found)[1:]] == [
-        "turning counterweights", "rotors against joints", "mirrored copies",
-        "less shaking for a budget", "counterweights on the links", "a relation of inputs",
-    ]  # fmt: skip
+        "turning counterweights",
+        "rotors against joints",
+        "mirrored copies",
+        "less shaking for a budget",
+        "counterweights on the links",
+        "a relation of inputs",
+    ]
     facts = dict(remedies_facts(found))
     assert facts["build first"].startswith("turning counterweights: parts of")
     assert "other ways" not in facts

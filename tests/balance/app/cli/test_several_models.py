@@ -46,8 +46,10 @@ def test_the_table_has_a_column_for_each(capsys):
     assert code == 0
     row = next(line for line in text.splitlines() if line.startswith("rank by order"))
     assert [cell.strip() for cell in row.removeprefix("rank by order").split("  ") if cell] == [
-        "3, 6, 7", "3, 6, 7, 8", "3, 6, 7",
-    ]  # fmt: skip
+        "3, 6, 7",
+        "3, 6, 7, 8",
+        "3, 6, 7",
+    ]
 
 
 def test_one_page_shows_all(capsys, tmp_path):
@@ -77,7 +79,10 @@ def test_what_does_not_go_with_several_models(capsys, tmp_path):
 def test_facts_are_joined_by_label():
     left, right = [("a", "1"), ("b", "2"), ("b", "3"), ("d", "4")], [("a", "5"), ("c", "6")]
     assert joined_facts([left, right]) == [
-        ("a", "1", "5"), ("c", "–", "6"), ("b", "2; 3", "–"), ("d", "4", "–"),
-    ]  # fmt: skip
+        ("a", "1", "5"),
+        ("c", "–", "6"),
+        ("b", "2; 3", "–"),
+        ("d", "4", "–"),
+    ]
     body = side_by_side([[("a", "word " * 60)]] * 3)
     assert max(map(len, body_text(body).splitlines())) <= 110

@@ -14,9 +14,15 @@ CRANK = ("slider_crank", "--between", "base@0,0.3,0 crank@0.1,0.1,0", *GRAVITY)
 def test_the_answer_keeps_to_its_schema_and_has_a_picture(capsys, tmp_path):
     picture = tmp_path / "springs.svg"
     code, answer = json_answer(
-        capsys, "springs", "slider_crank", "--between", "base,crank", *GRAVITY,
-        "--plot", str(picture),
-    )  # fmt: skip
+        capsys,
+        "springs",
+        "slider_crank",
+        "--between",
+        "base,crank",
+        *GRAVITY,
+        "--plot",
+        str(picture),
+    )
     assert code == 0 and answer["verdict"] == "feasible" and answer["sets"] == [[1]]
     assert answer["share_left"] == 0.0 and answer["certainty"]["residual"] < 1e-9
     assert picture.read_text("utf-8").startswith("<?xml")

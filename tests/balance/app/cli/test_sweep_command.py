@@ -100,9 +100,12 @@ def test_exports_hold_all_rows(study, tmp_path):
     assert [float(row["rocker.length"]) for row in rows] == list(LENGTHS)
     assert [row["rank"] for row in rows] == ["8", "8", "7", "8", ""]
     pyarrow = pytest.importorskip("pyarrow.parquet")
-    assert "5 rows" in asked(
-        ["sweep", "export", str(study[1]), "--out", str(tmp_path / "kite.parquet")]
-    ).out  # fmt: skip
+    assert (
+        "5 rows"
+        in asked(
+            ["sweep", "export", str(study[1]), "--out", str(tmp_path / "kite.parquet")]
+        ).out
+    )
     ranks = pyarrow.read_table(tmp_path / "kite.parquet")["rank"].to_pylist()
     assert ranks == [8, 8, 7, 8, None]
 
@@ -130,8 +133,12 @@ def test_the_page_draws_linkages_of_their_lengths(study, tmp_path):
         def apart(one, other, points=points):
             return np.linalg.norm(points[at[one]] - points[at[other]])
 
-        expected = {("u1", "q2"): 0.45**0.5, ("q2", "q3"): 0.45**0.5,
-                    ("q4", "q3"): length, ("u1", "q4"): 1.0}  # fmt: skip
+        expected = {
+            ("u1", "q2"): 0.45**0.5,
+            ("q2", "q3"): 0.45**0.5,
+            ("q4", "q3"): length,
+            ("u1", "q4"): 1.0,
+        }
         for (one, other), known in expected.items():
             assert apart(one, other) == pytest.approx(known, abs=1e-5)
     ground, *moving = [{drawing["joints"][j] for j in part} for part in drawing["parts"]]
@@ -188,9 +195,12 @@ def test_refusals_are_one_line_and_write_nothing(study, monkeypatch, words, code
     folder = study[0].parent
     monkeypatch.chdir(folder)
     for name, ranges in {
-        "other": "[0.8]", "huge": "{uniform = [0.8, 1.2]}", "still": "[1.0, 2.0]",
-        "nan": "[nan]", "ghost": "[1.0]",
-    }.items():  # fmt: skip
+        "other": "[0.8]",
+        "huge": "{uniform = [0.8, 1.2]}",
+        "still": "[1.0, 2.0]",
+        "nan": "[nan]",
+        "ghost": "[1.0]",
+    }.items():
         path = {"still": "u1.axis.z", "ghost": "ghost.length"}.get(name, "rocker.length")
         text = f'[model]\nfile = "four_bar_kite"\n[parameters]\n"{path}" = {ranges}\n'
         text += "[sampling]\ncount = 1_000_000_000_000\n" * (name == "huge")
@@ -257,13 +267,20 @@ def test_a_killed_study_resumes_to_the_same_bytes(tmp_path):
     first, whole = tmp_path / "first.db", tmp_path / "whole.db"
     for out in (first, whole):
         subprocess.run(
-            [sys.executable, "-m", "balance", *words, "1", "--out", str(out)], check=True,
-            env=os.environ | environment, capture_output=True,
-        )  # fmt: skip
+            [sys.executable, "-m", "balance", *words, "1", "--out", str(out)],
+            check=True,
+            env=os.environ | environment,
+            capture_output=True,
+        )
     rows = kill_and_resume(
-        "tests.support.held_runs", [*words, "2", "--resume", "--out", str(file)],
-        lambda: covered(file), 6000, number_of_cases(1, 10), 26, environment,
-    )  # fmt: skip
+        "tests.support.held_runs",
+        [*words, "2", "--resume", "--out", str(file)],
+        lambda: covered(file),
+        6000,
+        number_of_cases(1, 10),
+        26,
+        environment,
+    )
     assert 0 < rows[-1] < 6000
     ran(["export", file, "--out", tmp_path / "killed.csv"])
     ran(["export", whole, "--out", tmp_path / "whole.csv"])
@@ -280,9 +297,12 @@ def test_a_cluster_that_is_lost_is_told_in_one_line(tmp_path):
     path.write_text(MANY.replace("6000", "600"), encoding="utf-8")
     environment = {"PYTHONPATH": str(ROOT), "BALANCE_COMPILE": "never"}
     cluster = subprocess.Popen(
-        [sys.executable, "-m", "tests.support.dask_cluster"], env=os.environ | environment,
-        stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True,
-    )  # fmt: skip
+        [sys.executable, "-m", "tests.support.dask_cluster"],
+        env=os.environ | environment,
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        text=True,
+    )
     words = ["sweep", "run", str(path), "--dask", cluster.stdout.readline().strip()]
     run = start_held(200, "tests.support.held_runs", words, environment)
     wait_until_true(lambda: covered(file) >= 200 or run.poll() is not None)
@@ -291,8 +311,9 @@ def test_a_cluster_that_is_lost_is_told_in_one_line(tmp_path):
     _, errors = run.communicate(timeout=HANGS)
     assert run.returncode == 3
     assert errors.startswith(f"balance: the cluster {words[-1]} is lost (")
-    assert errors.endswith(f"{file} keeps {covered(file)} of 600 geometries; --resume goes on "
-                           "from there\n")  # fmt: skip
+    assert errors.endswith(
+        f"{file} keeps {covered(file)} of 600 geometries; --resume goes on from there\n"
+    )
     assert errors.count("\n") == 1 and 200 <= covered(file) < 600
     resumed = ran(["run", path, "--out", file, "--resume", "--workers", "1"])
     assert resumed["kept"] >= 200 and resumed["covered"] == 600

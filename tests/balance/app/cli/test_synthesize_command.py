@@ -75,11 +75,14 @@ def test_random_nonlinear_syntheses_through_the_commands(capsys, tmp_path):
 
 @pytest.mark.slow
 @pytest.mark.table(1)
-@pytest.mark.parametrize(("words", "case", "kinds"), [
-    ("--fixed=0.2,-0.1", "linear", {"pantograph"}),
-    ("--nonlinear --moving=0.4,0.4", "nonlinear", {"pantograph"}),
-    ("--kind four-bar --moving=0.2,-0.1", "four-bar", {"kite", "antiparallelogram"}),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("words", "case", "kinds"),
+    [
+        ("--fixed=0.2,-0.1", "linear", {"pantograph"}),
+        ("--nonlinear --moving=0.4,0.4", "nonlinear", {"pantograph"}),
+        ("--kind four-bar --moving=0.2,-0.1", "four-bar", {"kite", "antiparallelogram"}),
+    ],
+)
 def test_kinds_pages_and_pictures(words, case, kinds, capsys, tmp_path):
     page, picture = tmp_path / "page.html", tmp_path / "picture.svg"
     files = ["--html", str(page), "--plot", str(picture)]

@@ -43,10 +43,22 @@ def test_the_text_names_what_adds_most(capsys):
         (("--tolerance", "com=1mm,com=2mm"), 2, "each once"),
         (("--tolerance", "mass=0"), 2, "no tolerance above 0"),
         (("--tolerance", "mass=1%", "--against", KITE), 2, "not with a second linkage"),
-        (("--tolerance", "mass=1%", "--base", "free", "--base-mass", "1",
-          "--base-inertia", "1"), 2, "not with --base"),
+        (
+            (
+                "--tolerance",
+                "mass=1%",
+                "--base",
+                "free",
+                "--base-mass",
+                "1",
+                "--base-inertia",
+                "1",
+            ),
+            2,
+            "not with --base",
+        ),
     ],
-)  # fmt: skip
+)
 def test_what_cannot_be_asked_is_told(capsys, words, code, told):
     assert main(["verify", KITE, *ONE, *words]) == code
     assert told in capsys.readouterr().err

@@ -86,8 +86,11 @@ def test_one_per_cent_in_the_file_is_noticed(link, tmp_path, capsys):
         centre = R @ heavier.com + frame[:3, 3]
         ElementTree.SubElement(inertial, "origin", xyz=words(centre), rpy="0 0 0")
         ElementTree.SubElement(inertial, "mass", value=repr(float(heavier.mass)))
-        entries = {f"i{'xyz'[i]}{'xyz'[j]}": repr(float(inertia[i, j]))
-                   for i in range(3) for j in range(i, 3)}  # fmt: skip
+        entries = {
+            f"i{'xyz'[i]}{'xyz'[j]}": repr(float(inertia[i, j]))
+            for i in range(3)
+            for j in range(i, 3)
+        }
         ElementTree.SubElement(inertial, "inertia", entries)
 
     code, report = run(capsys, str(altered(BALANCED, tmp_path, change)), *FEW)
@@ -114,8 +117,9 @@ def test_two_linkages_stand_side_by_side(capsys):
     lines = capsys.readouterr().out.splitlines()
     assert re.fullmatch(
         r"Shaking force \d+ → \d+ N \(\d+ % less\), moment .* N m \(.* less\), "
-        rf"from four_bar_antiparallelogram to {SHAKING}\.", lines[0]
-    )  # fmt: skip
+        rf"from four_bar_antiparallelogram to {SHAKING}\.",
+        lines[0],
+    )
     assert re.match(rf"linkage +{SHAKING}, dynamic .*four_bar_antiparallelogram, ", lines[2])
     assert lines[-3].split() == "verdict both: not balanced (tolerance 1.0e-09)".split()
     assert sum("overconstrained" in line for line in lines) == 2
@@ -221,8 +225,11 @@ def test_the_page_holds_the_report_and_escapes_names():
     for drawing in (way["chart"] for model in json.loads(models) for way in model["runs"]):
         # The pivots of a force-balanced four-bar carry the same force: one line for both.
         assert [trace["yaxis"] for trace in drawing["data"]] == [
-            "y", *["y2"] * 3, *["y3"] * 3, *["y4"] * 3,
-        ]  # fmt: skip
+            "y",
+            *["y2"] * 3,
+            *["y3"] * 3,
+            *["y4"] * 3,
+        ]
     assert verification_picture([found]) == verification_picture([found])
 
 

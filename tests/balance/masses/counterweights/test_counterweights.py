@@ -161,8 +161,12 @@ def test_a_wrong_certificate_is_rejected(rod_arm):
     regions = {1: found.regions["l2"]}
     assert check_exclusion(space, regions, found.certificate).accepted
     rng = np.random.default_rng(0)
-    for wrong in (-found.certificate, found.certificate + 1e-6 * rng.normal(size=6),
-                  0.0 * found.certificate, np.full(6, np.nan)):  # fmt: skip
+    for wrong in (
+        -found.certificate,
+        found.certificate + 1e-6 * rng.normal(size=6),
+        0.0 * found.certificate,
+        np.full(6, np.nan),
+    ):
         assert not check_exclusion(space, regions, wrong).accepted
     everywhere = {0: ball_region([0, 0, 0], 1.0), 1: found.regions["l2"]}
     assert not check_exclusion(space, everywhere, found.certificate).accepted
@@ -285,10 +289,15 @@ def test_collision_elements_give_a_hull(tmp_path):
     assert not region.contains([[0, 0, 0.21], [2.0, 0, 0]]).any()
 
 
-@pytest.mark.parametrize(("geometry", "relation", "verdict"), [
-    (PAIR, "c1=-a1-b1", "feasible"), (CROSSED, "c1=-a1-b1", "feasible"),
-    (GENERAL, "c1=-a1-b1", "infeasible"), (CROSSED, None, "infeasible"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("geometry", "relation", "verdict"),
+    [
+        (PAIR, "c1=-a1-b1", "feasible"),
+        (CROSSED, "c1=-a1-b1", "feasible"),
+        (GENERAL, "c1=-a1-b1", "infeasible"),
+        (CROSSED, None, "infeasible"),
+    ],
+)
 def test_matter_on_the_base_links_of_a_four_rrr(geometry, relation, verdict, tmp_path):
     """Fig. 6b of the paper of 2011: enough for parallel legs and no rotation."""
     path = tmp_path / "rrr.urdf"
@@ -313,8 +322,9 @@ def test_leg_by_leg_equations_of_a_four_rrr(tmp_path):
         upper = mu * l2 / radius
         lower = (1.0 + upper + mu) * l1 / radius
         for name, mass, joint, end, length in (
-            (f"upper{i + 1}", upper, B[i], C[i], l2), (f"lower{i + 1}", lower, A[i], B[i], l1),
-        ):  # fmt: skip
+            (f"upper{i + 1}", upper, B[i], C[i], l2),
+            (f"lower{i + 1}", lower, A[i], B[i], l1),
+        ):
             at = np.append(joint - radius * (end - joint) / length, 0.0)
             z[space.bodies.index(name)] += balance.bodies.parameters(mass, at, np.zeros((3, 3)))
             total += mass

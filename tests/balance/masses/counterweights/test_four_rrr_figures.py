@@ -94,9 +94,11 @@ def poses(model, line, reach, count=6):
 @pytest.mark.table(1)
 @pytest.mark.parametrize(
     "model, line",
-    [*((name, line) for name in ("in_line", "symmetric", "prototype") for line in "xy"),
-     ("side_by_side", "y, side by side")],
-)  # fmt: skip
+    [
+        *((name, line) for name in ("in_line", "symmetric", "prototype") for line in "xy"),
+        ("side_by_side", "y, side by side"),
+    ],
+)
 def test_no_moment_on_the_lines_of_symmetry(model, line):
     """[W] section V: no momentum at finite poses of the line, and a moment beside it.
 

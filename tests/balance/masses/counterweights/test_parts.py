@@ -86,9 +86,13 @@ def filled(regions, model="four_bar_general", balanced="force", **wishes):
     """Counterweights in steel."""
     space = balance.design_space(model, balance=balanced)
     return balance.counterweights(
-        space, list(regions), {k: v for k, v in regions.items() if v}, density=STEEL,
-        relax=False, **wishes,
-    )  # fmt: skip
+        space,
+        list(regions),
+        {k: v for k, v in regions.items() if v},
+        density=STEEL,
+        relax=False,
+        **wishes,
+    )
 
 
 def test_a_segment_and_a_slice_are_plates_with_their_mass_and_centre():
@@ -129,8 +133,10 @@ def test_a_whole_disc_is_one_circle():
         (
             "four_bar_general",
             "force",
-            {"crank": "cylinder(0,-0.1,0,1,2,3,0.15,0.2)",
-             "rocker": "ellipsoid(0.1,-0.3,0,0.2,0.1,0.1,0.3,0.2,0.1)"},
+            {
+                "crank": "cylinder(0,-0.1,0,1,2,3,0.15,0.2)",
+                "rocker": "ellipsoid(0.1,-0.3,0,0.2,0.1,0.1,0.3,0.2,0.1)",
+            },
             {},
         ),
         (
@@ -140,13 +146,16 @@ def test_a_whole_disc_is_one_circle():
             {},
         ),
         (
-            "four_bar_general", "force",
-            {"crank": "cylinder(0,-0.1,0,0,0,1,0.09,0.04)",
-             "rocker": "box(0:0.1,-0.35:-0.1,-0.05:0.05)"},
+            "four_bar_general",
+            "force",
+            {
+                "crank": "cylinder(0,-0.1,0,0,0,1,0.09,0.04)",
+                "rocker": "box(0:0.1,-0.35:-0.1,-0.05:0.05)",
+            },
             {"thickness": 0.03, "minimise": "rotor"},
         ),
     ],
-)  # fmt: skip
+)
 def test_parts_in_every_shape(model, balanced, regions, wishes):
     """Parts cut by planes and quadrics, and plates cut along circles."""
     answer = filled(regions, model, balanced, **wishes)
@@ -180,8 +189,12 @@ def test_one_command_writes_parts_and_a_balanced_file_that_shows_them(
     assert main(["counterweights", "four_bar_general", *words]) == 0
     assert "written: heavier.urdf, made" in caplog.text
     assert sorted(path.name for path in (tmp_path / "made").iterdir()) == [
-        "crank.dxf", "crank.stl", "parts.csv", "rocker.dxf", "rocker.stl",
-    ]  # fmt: skip
+        "crank.dxf",
+        "crank.stl",
+        "parts.csv",
+        "rocker.dxf",
+        "rocker.stl",
+    ]
     text = (tmp_path / "heavier.urdf").read_text()
     assert text.count('filename="made/crank.stl" scale="0.001 0.001 0.001"') == 2
     space = balance.design_space("heavier.urdf", balance="force")

@@ -124,11 +124,13 @@ def test_no_discs_of_another_solver_are_lighter(links):
     for _ in range(20):
         start = np.array([[2.0, *rng.uniform(low, high)] for _ in links]).reshape(-1)
         tried = minimize(
-            lambda x: x.reshape(-1, 3)[:, 0].sum(), start, method="SLSQP",
+            lambda x: x.reshape(-1, 3)[:, 0].sum(),
+            start,
+            method="SLSQP",
             bounds=[(1e-9, 20.0), (None, None), (None, None)] * len(links),
             constraints=[{"type": "eq", "fun": errors}, {"type": "ineq", "fun": room}],
             options={"maxiter": 500, "ftol": 1e-12},
-        )  # fmt: skip
+        )
         if tried.success and balance_residual(space, masses(tried.x)) < 1e-8:
             best = min(best, tried.fun)
     assert best >= answer.added_mass * (1.0 - 1e-6)
@@ -145,8 +147,12 @@ def test_a_four_bar_with_two_discs_in_one_command(tmp_path, capsys, monkeypatch)
     text = (tmp_path / "discs.urdf").read_text()
     assert text.count("<cylinder radius=") == 4  # <visual> and <collision> of two discs
     assert sorted(path.name for path in (tmp_path / "made").iterdir()) == [
-        "crank.dxf", "crank.stl", "parts.csv", "rocker.dxf", "rocker.stl",
-    ]  # fmt: skip
+        "crank.dxf",
+        "crank.stl",
+        "parts.csv",
+        "rocker.dxf",
+        "rocker.stl",
+    ]
     assert main(["verify", "discs.urdf", "--trajectories", "1", "--balance", "force"]) == 0
     capsys.readouterr()
 
@@ -154,9 +160,13 @@ def test_a_four_bar_with_two_discs_in_one_command(tmp_path, capsys, monkeypatch)
 def test_shapes_that_do_not_fit_are_not_found(arm):
     space = balance.design_space(arm, balance="force")
     answer = balance.counterweights(
-        space, ["l1"], {"l1": "box(-0.1:0,-0.03:0.03,-0.02:0.02)"}, density=STEEL,
-        shape="disc=0.02", relax=False,
-    )  # fmt: skip
+        space,
+        ["l1"],
+        {"l1": "box(-0.1:0,-0.03:0.03,-0.02:0.02)"},
+        density=STEEL,
+        shape="disc=0.02",
+        relax=False,
+    )
     assert answer.verdict == "undecided" and answer.z is None and not answer.weights
     assert "no discs of thickness 0.02 m" in answer.words
 

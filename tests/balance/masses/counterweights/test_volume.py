@@ -309,9 +309,11 @@ WRONG = {
     "price": {"price_of_mass": -1.0},
     "missed": {"density": STEEL, "thickness": 0.01, "regions": {"l1": "ball(0,0,1,0.1)"}},
     "oblique": {
-        "density": STEEL, "thickness": 0.01, "regions": {"l1": "cylinder(0,0,0,1,0,1,1,1)"}
+        "density": STEEL,
+        "thickness": 0.01,
+        "regions": {"l1": "cylinder(0,0,0,1,0,1,1,1)"},
     },
-}  # fmt: skip
+}
 
 
 @pytest.mark.parametrize("case", WRONG)
@@ -443,9 +445,11 @@ def test_dynamic_balance_needs_no_more_than_linear_programs_over_cells(tmp_path)
             capacity.append(np.full(len(middles), density * np.prod(size)))
         A, cap = np.hstack(columns), np.concatenate(capacity)
         best = linprog(
-            np.ones(len(cap)), A_eq=A, b_eq=-rows @ given.reshape(-1),
+            np.ones(len(cap)),
+            A_eq=A,
+            b_eq=-rows @ given.reshape(-1),
             bounds=np.column_stack([0.0 * cap, cap]),
-        )  # fmt: skip
+        )
         verdicts.append(found.verdict)
         if found.verdict == "feasible":
             assert best.status == 2 or found.added_mass <= best.fun * (1.0 + 1e-4)

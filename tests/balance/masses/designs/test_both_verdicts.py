@@ -44,9 +44,11 @@ def test_the_linkage_of_the_issue(tmp_path):
     size = 0.3 / space_of("four_bar_general").length
     space = space_of(altered("four_bar_general", tmp_path, resized(size)), balance="force")
     for keep, within, gyration, away in (
-        ((), None, 3.0, 0.2), ((), 1.5, 0.7, 0.3),
-        (("coupler",), None, 26.0, 46.0), (("coupler",), 1.5, 0.14, 0.38),
-    ):  # fmt: skip
+        ((), None, 3.0, 0.2),
+        ((), 1.5, 0.7, 0.3),
+        (("coupler",), None, 26.0, 46.0),
+        (("coupler",), 1.5, 0.14, 0.38),
+    ):
         bodies = design(space, "mass", keep=keep, within=within).bodies
         k = [np.sqrt(np.linalg.eigvalsh(body.inertia)[-1] / body.mass) for body in bodies]
         assert max(k) == pytest.approx(gyration, rel=0.05)
@@ -82,8 +84,10 @@ def test_a_body_whose_mass_is_spread_too_far_is_told():
     assert found.verdict == "infeasible" and told.startswith("feasible anywhere: ")
     asked = constraints_of(space, [], {}, 0.5)
     P = {name: matrix(z) for name, z in zip(space.bodies, found.anywhere.z, strict=True)}
-    centres = [np.linalg.norm((P[name][:3, 3] / P[name][3, 3] - ball.centre)[:2]) / ball.radius
-               for name, ball in found.balls.items()]  # fmt: skip
+    centres = [
+        np.linalg.norm((P[name][:3, 3] / P[name][3, 3] - ball.centre)[:2]) / ball.radius
+        for name, ball in found.balls.items()
+    ]
     assert ("root mean square" in told) == (max(centres) <= 1.0) and asked.within == 0.5
 
 
@@ -134,8 +138,9 @@ def test_a_link_that_is_kept_may_have_its_mass_anywhere():
     far = design(space, keep=["coupler"], within=0.9)
     wide = coupler.inertia.copy()
     wide[4:7] += [500.0, 500.0, 1000.0]
-    spread = replace(linkage, bodies=(linkage.bodies[0], replace(coupler, inertia=wide),
-                                      linkage.bodies[2]))  # fmt: skip
+    spread = replace(
+        linkage, bodies=(linkage.bodies[0], replace(coupler, inertia=wide), linkage.bodies[2])
+    )
     kept = constraints_of(design_space(spread), ["coupler"], {}, 0.9)
     assert set(kept.balls) == {0, 2} and far.verdict == "feasible"
     assert np.array_equal(far.z[1], coupler.inertia)
@@ -156,10 +161,17 @@ def test_a_design_outside_its_ball_is_rejected():
 
 
 @pytest.mark.table(3)
-@pytest.mark.parametrize(("model", "within"), [
-    ("four_bar_kite", 0.6), ("four_bar_kite", 1.0), ("slider_crank", 0.8),
-    ("scissor_three_stage", 0.5), ("four_bar_antiparallelogram", 0.5), ("three_rsr", 0.3),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("model", "within"),
+    [
+        ("four_bar_kite", 0.6),
+        ("four_bar_kite", 1.0),
+        ("slider_crank", 0.8),
+        ("scissor_three_stage", 0.5),
+        ("four_bar_antiparallelogram", 0.5),
+        ("three_rsr", 0.3),
+    ],
+)
 def test_certificates_exclude_what_is_in_the_balls(model, within):
     """By finite poses and point masses: the functional vanishes on balanced distributions, and
     is positive on any masses in the balls.
@@ -189,9 +201,16 @@ def test_certificates_exclude_what_is_in_the_balls(model, within):
     asked = found.constraints
     assert check_certificate(space, Z, asked, spare).accepted
     wider = constraints_of(space, [], {}, 1.001 * within)
-    wrong = [(Z, asked, None), (Z, asked, -spare), (Z, asked, 1.0001 * spare),
-             (Z, asked, 0.0 * spare), (Z, asked, np.nan * spare), (-Z, asked, spare),
-             (Z, None, spare), (Z, wider, spare)]  # fmt: skip
+    wrong = [
+        (Z, asked, None),
+        (Z, asked, -spare),
+        (Z, asked, 1.0001 * spare),
+        (Z, asked, 0.0 * spare),
+        (Z, asked, np.nan * spare),
+        (-Z, asked, spare),
+        (Z, None, spare),
+        (Z, wider, spare),
+    ]
     assert not any(check_certificate(space, A, a, s).accepted for A, a, s in wrong)
     with pytest.raises(ValueError, match="multipliers of shape"):
         check_certificate(space, Z, asked, spare[:-1])
@@ -199,8 +218,9 @@ def test_certificates_exclude_what_is_in_the_balls(model, within):
 
 def test_a_multiplier_of_a_link_that_is_kept_proves_nothing():
     found = clashing()
-    assert check_certificate(found.space, found.certificate, found.constraints,
-                             found.multipliers).accepted  # fmt: skip
+    assert check_certificate(
+        found.space, found.certificate, found.constraints, found.multipliers
+    ).accepted
     kept = found.space.bodies.index("coupler")
     assert found.multipliers[kept] == 0.0 and found.multipliers.any()
     spare = found.multipliers.copy()
@@ -212,8 +232,10 @@ def test_a_multiplier_of_a_link_that_is_kept_proves_nothing():
 def test_a_multiplier_that_is_negative_proves_nothing():
     """Of a space that is a point, where any sum vanishes: only signs decide."""
     x, z = np.array([1.0, 0.0, 0.0]), np.array([0.0, 0.0, 1.0])
-    joints = [axis_edge("prismatic", x, np.zeros(3), (0, 1), "slide"),
-              axis_edge("revolute", z, np.array([0.3, 0.1, 0.0]), (1, 2), "hinge")]  # fmt: skip
+    joints = [
+        axis_edge("prismatic", x, np.zeros(3), (0, 1), "slide"),
+        axis_edge("revolute", z, np.array([0.3, 0.1, 0.0]), (1, 2), "hinge"),
+    ]
     space = design_space(assemble(linked(joints, [2], np.random.default_rng(0))))
     asked, Z = constraints_of(space, [], {}, 1.5), np.eye(3)[None]
     assert space.nullity == 0

@@ -115,7 +115,7 @@ CLASHES = [
             "crank": (0.0, 0.1),
             "rocker": (0.0, 0.1),
         },
-    ),  # fmt: skip
+    ),
     ("four_bar_kite", ["crank"], {}),
     ("four_bar_kite", ["crank"], {"rocker": (0.5, 2.0)}),
     ("four_bar_kite", [], {"crank": (1.0, 1.0), "coupler": (1.0, 1.0)}),
@@ -159,8 +159,10 @@ def test_a_certificate_holds_for_just_those_bounds_that_it_excludes():
     verdicts = set()
     for factor in np.geomspace(1.0, 300.0, 40):
         wider = {name: (low, factor * high) for name, (low, high) in bounds.items()}
-        least = sum(min(m * value for m in wider[name])
-                    for name, value in zip(space.bodies, unit, strict=True))  # fmt: skip
+        least = sum(
+            min(m * value for m in wider[name])
+            for name, value in zip(space.bodies, unit, strict=True)
+        )
         accepted = check_certificate(
             space, certificate, constraints_of(space, [], wider)
         ).accepted

@@ -98,8 +98,9 @@ def bodies_at_limits(count):
     asked_of = (
         ("three_rsr", "u2=u3", {"bounds": {"lower1": (5.0, 9.0)}}, 40.0),
         ("four_bar_antiparallelogram", None, {"bounds": {"coupler": (0.5, 2.0)}}, STEEL),
-        ("four_bar_kite", None, {}, STEEL), ("slider_crank", None, {}, 100.0),
-    )  # fmt: skip
+        ("four_bar_kite", None, {}, STEEL),
+        ("slider_crank", None, {}, 100.0),
+    )
     for model, motion, more, density in asked_of:
         space = design_space(model, motion)
         for minimise in ("mass", "rotor", "inertia", "change"):
@@ -264,7 +265,7 @@ def pendulum(tmp_path, axis):
         'ixy="0" ixz="0" iyz="0"/></inertial></link><joint name="pivot" type="continuous">'
         f'<parent link="base"/><child link="arm"/><axis xyz="{axis}"/></joint></robot>',
         "utf-8",
-    )  # fmt: skip
+    )
     return kinematics.load(str(path))
 
 
@@ -320,8 +321,10 @@ def test_a_certificate_that_is_changed_is_refused():
     Z, spare = np.array(found.certificate), found.multipliers
     rng, corner = np.random.default_rng(0), np.zeros((3, 3))
     corner[-1, -1] = 1.0
-    changed = [Z + 0.03 * np.abs(Z).max() * (S + S.transpose(0, 2, 1))
-               for S in rng.standard_normal((20, *Z.shape))]  # fmt: skip
+    changed = [
+        Z + 0.03 * np.abs(Z).max() * (S + S.transpose(0, 2, 1))
+        for S in rng.standard_normal((20, *Z.shape))
+    ]
     changed += [-Z, Z[[1, 0, 2]], np.zeros_like(Z), np.nan * Z]
     changed += [
         Z - 0.03 * np.abs(Z).max() * corner,
@@ -362,10 +365,14 @@ def test_the_least_product_is_that_of_a_search(seed, d):
     bounds = [(np.log(max(low, 1e-9)), np.log(min(high, 1e9)))]
     bounds += [(None, None)] * (d + d * (d + 1) // 2)
     best = min(
-        minimize(product, rng.standard_normal(len(bounds)) * 0.3, bounds=bounds,
-                 options={"maxiter": 5000, "maxfun": 200_000, "ftol": 1e-15}).fun
+        minimize(
+            product,
+            rng.standard_normal(len(bounds)) * 0.3,
+            bounds=bounds,
+            options={"maxiter": 5000, "maxfun": 200_000, "ftol": 1e-15},
+        ).fun
         for _ in range(3)
-    )  # fmt: skip
+    )
     assert value <= best + 1e-9 * abs(best)
     assert value == pytest.approx(best, rel=1e-5)
 
@@ -380,10 +387,13 @@ REFUSED = [
     ("four_bar_kite", {"density": {"bar": 1.0}, "thickness": 0.01}, "link 'bar'"),
     ("four_bar_kite", {"density": 1.0}, "together with their thickness"),
     ("four_bar_kite", {"thickness": 0.01}, "limits nothing without a density"),
-    ("four_bar_kite", {"density": {"crank": 1.0}, "thickness": 0.01, "keep": ["crank"]},
-     "is kept and has a density"),
+    (
+        "four_bar_kite",
+        {"density": {"crank": 1.0}, "thickness": 0.01, "keep": ["crank"]},
+        "is kept and has a density",
+    ),
     ("bennett", {"density": 1.0, "thickness": 0.01}, "have no thickness"),
-]  # fmt: skip
+]
 
 
 @pytest.mark.parametrize(("model", "asked_for", "text"), REFUSED)
@@ -393,14 +403,17 @@ def test_what_cannot_be_asked_is_refused_in_one_line(model, asked_for, text):
     assert "\n" not in str(caught.value)
 
 
-@pytest.mark.parametrize(("words", "code", "text"), [
-    ("four_bar_kite --density -3", 2, "'-3' is not a positive number"),
-    ("four_bar_kite --density =3", 2, "names no link"),
-    ("four_bar_kite --density 1 --thickness 0", 2, "'0' is not a positive number"),
-    ("four_bar_kite --density bar=3 --thickness 0.01", 3, "link 'bar'"),
-    ("four_bar_kite --density 7850", 3, "together with their thickness"),
-    ("bennett --density 7850 --thickness 0.01", 3, "have no thickness"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("words", "code", "text"),
+    [
+        ("four_bar_kite --density -3", 2, "'-3' is not a positive number"),
+        ("four_bar_kite --density =3", 2, "names no link"),
+        ("four_bar_kite --density 1 --thickness 0", 2, "'0' is not a positive number"),
+        ("four_bar_kite --density bar=3 --thickness 0.01", 3, "link 'bar'"),
+        ("four_bar_kite --density 7850", 3, "together with their thickness"),
+        ("bennett --density 7850 --thickness 0.01", 3, "have no thickness"),
+    ],
+)
 def test_the_command_refuses_in_one_line(words, code, text):
     outcome = asked(["design", *words.split()])
     said = [line for line in outcome.err.splitlines() if line.startswith("balance")]

@@ -32,9 +32,12 @@ from tests.support.shapes import (
 
 OBJECTIVES = ("mass", "inertia", "rotor", "change")
 FEASIBLE = [
-    ("four_bar_kite", None), ("four_bar_antiparallelogram", None), ("slider_crank", None),
-    ("scissor_three_stage", None), ("three_rsr", "u2=u3"),
-]  # fmt: skip
+    ("four_bar_kite", None),
+    ("four_bar_antiparallelogram", None),
+    ("slider_crank", None),
+    ("scissor_three_stage", None),
+    ("three_rsr", "u2=u3"),
+]
 
 
 def space_of(model, motion=None, **more):
@@ -186,9 +189,12 @@ def test_cvxpy_agrees(within):
 
 @pytest.mark.parametrize(
     ("model", "motion"),
-    [("three_rsr", "u2=u3"), ("four_bar_kite_balanced", None),
-     ("four_bar_antiparallelogram_balanced", None)],
-)  # fmt: skip
+    [
+        ("three_rsr", "u2=u3"),
+        ("four_bar_kite_balanced", None),
+        ("four_bar_antiparallelogram_balanced", None),
+    ],
+)
 def test_the_designs_of_the_thesis_are_points_of_the_space(model, motion):
     """[J] table 5.4, and Eq. 6.8 as corrected; the least change from them is none."""
     space = space_of(model, motion)
@@ -312,14 +318,16 @@ def test_without_an_objective_the_margin_is_largest():
 REFUSED = [
     (dict(keep=["no_such"]), "link 'no_such': there is no such link; the bodies are"),
     (dict(bounds={"base": (0, 1)}), "link 'base': carries no inertial parameters"),
-    (dict(keep=["crank", "coupler", "rocker"]),
-     "every link is kept (crank, coupler, rocker): nothing is left to design; keep fewer"),
+    (
+        dict(keep=["crank", "coupler", "rocker"]),
+        "every link is kept (crank, coupler, rocker): nothing is left to design; keep fewer",
+    ),
     (dict(bounds={"crank": (2.0, 1.0)}), "link 'crank': its mass cannot be from 2 to 1 kg"),
     (dict(bounds={"crank": (-1.0, 1.0)}), "cannot be from -1 to 1 kg"),
     (dict(bounds={"crank": (0.0, 0.0)}), "cannot be from 0 to 0 kg"),
     (dict(bounds={"crank": (float("nan"), 1.0)}), "cannot be from nan to 1 kg"),
     (dict(keep=["crank"], bounds={"crank": (1.0, 2.0)}), "is kept and bounded"),
-]  # fmt: skip
+]
 
 
 @pytest.mark.parametrize(("asked", "text"), REFUSED)

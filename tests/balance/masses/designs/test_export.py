@@ -144,12 +144,13 @@ def test_what_is_read_again_is_what_was_meant(model, tmp_path):
 WELDED = FOUR_BAR.replace(
     '<link name="rocker">',
     link("tool", 2.0, np.eye(3), along([1.0, 2.0, 3.0]))
-    + link("bolt") + link("stand", 5.0, np.eye(3))
+    + link("bolt")
+    + link("stand", 5.0, np.eye(3))
     + joint("weld", "fixed", "rocker", "tool", pose_of([0.1, 0.2, 0.3], [0.4, 0.5, 0.6]))
     + joint("screwed", "fixed", "tool", "bolt", EYE)
     + joint("standing", "fixed", "base", "stand", EYE)
     + '<link name="rocker">',
-)  # fmt: skip
+)
 
 
 def test_links_that_are_one_body(robot, tmp_path):

@@ -33,13 +33,26 @@ from tests.support.shapes import (
 )
 
 FEASIBLE = [
-    ("four_bar_kite", None), ("four_bar_antiparallelogram", None), ("slider_crank", None),
-    ("scissor_three_stage", None), ("three_rsr", "u2=u3"), ("three_rsr_rational", "u2=u3"),
-]  # fmt: skip
+    ("four_bar_kite", None),
+    ("four_bar_antiparallelogram", None),
+    ("slider_crank", None),
+    ("scissor_three_stage", None),
+    ("three_rsr", "u2=u3"),
+    ("three_rsr_rational", "u2=u3"),
+]
 INFEASIBLE = [
-    "four_bar_general", "four_bar_parallelogram", "five_bar", "three_rsr", "bennett",
-    "four_bar_spherical", "hprs", "rusr", "sarrus", "goldberg_five_bar", "six_bar_watt",
-]  # fmt: skip
+    "four_bar_general",
+    "four_bar_parallelogram",
+    "five_bar",
+    "three_rsr",
+    "bennett",
+    "four_bar_spherical",
+    "hprs",
+    "rusr",
+    "sarrus",
+    "goldberg_five_bar",
+    "six_bar_watt",
+]
 
 
 def judged(space, reach=0.25):
@@ -210,9 +223,12 @@ def test_words_say_what_to_ask_less_of():
 
 @pytest.mark.parametrize(
     ("kind", "pitch", "what"),
-    [("revolute", 0.0, "some second moments"), ("prismatic", 0.0, "the masses"),
-     ("helical", 0.3, "some second moments")],
-)  # fmt: skip
+    [
+        ("revolute", 0.0, "some second moments"),
+        ("prismatic", 0.0, "the masses"),
+        ("helical", 0.3, "some second moments"),
+    ],
+)
 def test_a_joint_alone_clashes_with_itself(kind, pitch, what):
     """On a hinge all mass would have to be on the axis; on a slide there can be none."""
     rng = np.random.default_rng(0)

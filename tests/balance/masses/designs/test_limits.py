@@ -18,8 +18,17 @@ from tests.support.drafts import axis_edge, linked
 from tests.support.laws import sums
 from tests.support.shapes import matrix
 
-READ = ["four_bar_kite_balanced", "slider_crank", "five_bar", "three_rrr", "pantograph",
-        "four_bar_spherical", "bennett", "six_bar_watt", "fuga_i"]  # fmt: skip
+READ = [
+    "four_bar_kite_balanced",
+    "slider_crank",
+    "five_bar",
+    "three_rrr",
+    "pantograph",
+    "four_bar_spherical",
+    "bennett",
+    "six_bar_watt",
+    "fuga_i",
+]
 
 
 def space_of(model, motion=None, **more):
@@ -121,11 +130,18 @@ def test_what_is_in_the_ball_fulfils_them(d):
 
 
 @pytest.mark.table
-@pytest.mark.parametrize(("model", "motion", "more"), [
-    ("four_bar_kite", None, {}), ("three_rsr", "u2=u3", {}), ("slider_crank", None, {}),
-    ("four_bar_general", None, {"balance": "force"}), ("hprs", None, {"balance": "force"}),
-    ("four_rrr", None, {"balance": "force"}), ("bennett", None, {"balance": "force"}),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("model", "motion", "more"),
+    [
+        ("four_bar_kite", None, {}),
+        ("three_rsr", "u2=u3", {}),
+        ("slider_crank", None, {}),
+        ("four_bar_general", None, {"balance": "force"}),
+        ("hprs", None, {"balance": "force"}),
+        ("four_rrr", None, {"balance": "force"}),
+        ("bennett", None, {"balance": "force"}),
+    ],
+)
 @pytest.mark.parametrize("objective", [None, "mass", "inertia", "rotor"])
 def test_designs_are_point_masses_in_their_balls(model, motion, more, objective):
     space = space_of(model, motion, **more)

@@ -11,9 +11,11 @@ from balance.masses.designs.nearest import file_distance, minimise_distance
 from tests.support.laws import altered, placed, resized, words
 
 CASES = [
-    ("four_bar_antiparallelogram", None, "dynamic"), ("slider_crank", None, "dynamic"),
-    ("three_rsr", "u2=u3", "dynamic"), ("four_bar_general", None, "force"),
-]  # fmt: skip
+    ("four_bar_antiparallelogram", None, "dynamic"),
+    ("slider_crank", None, "dynamic"),
+    ("three_rsr", "u2=u3", "dynamic"),
+    ("four_bar_general", None, "force"),
+]
 
 
 def nearest(path, motion, balance, within=1.5):
@@ -46,8 +48,11 @@ def turned_links(seed, slide):
             frames[joint.find("child").get("link")] = H
             axis.set("xyz", words(H[:3, :3].T @ n))
         for joint in robot.iter("joint"):
-            move(joint, frames.get(joint.find("parent").get("link")),
-                 frames[joint.find("child").get("link")])  # fmt: skip
+            move(
+                joint,
+                frames.get(joint.find("parent").get("link")),
+                frames[joint.find("child").get("link")],
+            )
         for link in robot.iter("link"):
             if link.find("inertial") is not None:
                 move(link.find("inertial"), frames.get(link.get("name")))

@@ -130,25 +130,35 @@ def test_torques_in_closed_loops_do_the_work_of_the_energy():
 def test_exact_loads_give_the_true_combinations(name, channels, inputs):
     linkage, way, truth, wrench, drives = measured(name)
     found = balance.identify(
-        linkage, way, columns(way, wrench, drives, channels, inputs), gravity=GRAVITY,
+        linkage,
+        way,
+        columns(way, wrench, drives, channels, inputs),
+        gravity=GRAVITY,
         on_linkage=True,
-    )  # fmt: skip
+    )
     assert found.complete and found.verdict == "identified"
     assert len(found.combinations) == balance.design_space(linkage).rank
     for item in found.combinations:
         true = identification_run.true_value(item, truth, found)
         assert abs(item.value - true) < 1e-7 * np.abs(truth).max()
-        assert abs(item.file - identification_run.true_value(
-            item, np.array([body.inertia for body in linkage.bodies]).reshape(-1), found
-        )) < 1e-11 * np.abs(truth).max()  # fmt: skip
+        assert (
+            abs(
+                item.file
+                - identification_run.true_value(
+                    item, np.array([body.inertia for body in linkage.bodies]).reshape(-1), found
+                )
+            )
+            < 1e-11 * np.abs(truth).max()
+        )
 
 
 def test_a_sensor_elsewhere_with_the_other_sign_tells_the_same():
     linkage, way, _, wrench, _ = measured("four_bar_general")
     point = np.array([0.4, -0.2, 0.1])
     moved = np.column_stack([wrench[:, :3], wrench[:, 3:] - np.cross(point, wrench[:, :3])])
-    first = balance.identify(linkage, way, columns(way, wrench), gravity=GRAVITY,
-                             on_linkage=True)  # fmt: skip
+    first = balance.identify(
+        linkage, way, columns(way, wrench), gravity=GRAVITY, on_linkage=True
+    )
     other = balance.identify(linkage, way, columns(way, -moved), gravity=GRAVITY, about=point)
     for a, b in zip(first.combinations, other.combinations, strict=True):
         assert abs(a.value - b.value) < 1e-7
@@ -158,8 +168,9 @@ def test_offsets_and_friction_are_told_apart_from_masses():
     linkage, way, truth, wrench, drives = measured("five_bar")
     moving = drives + 0.7 * way.ud + 0.3 * np.sign(way.ud)
     loads = columns(way, wrench + np.arange(6.0), moving, ("fx", "mz"), linkage.inputs)
-    found = balance.identify(linkage, way, loads, gravity=GRAVITY, on_linkage=True,
-                             offset=True, friction=True)  # fmt: skip
+    found = balance.identify(
+        linkage, way, loads, gravity=GRAVITY, on_linkage=True, offset=True, friction=True
+    )
     assert found.complete
     for name in linkage.inputs:
         assert abs(found.sensors[f"viscous {name}"] - 0.7) < 1e-6
@@ -182,8 +193,9 @@ def test_what_is_not_excited_is_named():
     udd[:, 0] = 9.6 * np.cos(8.0 * time)
     way = drive(linkage, time, u, ud, udd)
     wrench = si_rows(linkage, way)[0] @ truth
-    found = balance.identify(linkage, way, columns(way, wrench), gravity=GRAVITY,
-                             on_linkage=True)  # fmt: skip
+    found = balance.identify(
+        linkage, way, columns(way, wrench), gravity=GRAVITY, on_linkage=True
+    )
     assert not found.complete and 0 < found.determined < len(found.combinations)
     assert len(found.combinations) == balance.design_space(linkage).rank
     rows = np.array([item.combination.row for item in found.combinations])
@@ -234,11 +246,23 @@ def test_likeliest_masses_are_those_of_a_conic_solver():
     parameters = []
     for P in matrices:
         t = P[0, 0] + P[1, 1] + P[2, 2]
-        parameters += [P[3, 3], P[0, 3], P[1, 3], P[2, 3], t - P[0, 0], t - P[1, 1],
-                       t - P[2, 2], -P[0, 1], -P[0, 2], -P[1, 2]]  # fmt: skip
+        parameters += [
+            P[3, 3],
+            P[0, 3],
+            P[1, 3],
+            P[2, 3],
+            t - P[0, 0],
+            t - P[1, 1],
+            t - P[2, 2],
+            -P[0, 1],
+            -P[0, 2],
+            -P[1, 2],
+        ]
     misfit = fit.factor @ (fit.directions.T @ cvxpy.hstack(parameters) - fit.estimate)
-    apart = sum(cvxpy.trace(np.linalg.inv(P) @ Q) - cvxpy.log_det(Q)
-                for P, Q in zip(P0, matrices, strict=True))  # fmt: skip
+    apart = sum(
+        cvxpy.trace(np.linalg.inv(P) @ Q) - cvxpy.log_det(Q)
+        for P, Q in zip(P0, matrices, strict=True)
+    )
     program = cvxpy.Problem(cvxpy.Minimize(0.5 * cvxpy.sum_squares(misfit) + apart / 0.09))
     program.solve(solver="CLARABEL")
     expected = np.array([float(np.squeeze(item.value)) for item in parameters])
@@ -251,11 +275,13 @@ def test_likeliest_masses_can_be_built_where_loads_alone_say_otherwise():
     linkage, way, truth, wrench, _ = measured("four_bar_general")
     rng = np.random.default_rng(0)
     noisy = wrench + 3.0 * np.abs(wrench).max() * rng.normal(size=wrench.shape)
-    found = balance.identify(linkage, way, columns(way, noisy), gravity=GRAVITY,
-                             on_linkage=True)  # fmt: skip
+    found = balance.identify(
+        linkage, way, columns(way, noisy), gravity=GRAVITY, on_linkage=True
+    )
     assert all(not balance.bodies.violations(z) for z in found.z)
-    weak = balance.identify(linkage, way, columns(way, wrench), gravity=GRAVITY,
-                            on_linkage=True, prior=1e-6)  # fmt: skip
+    weak = balance.identify(
+        linkage, way, columns(way, wrench), gravity=GRAVITY, on_linkage=True, prior=1e-6
+    )
     file = np.array([body.inertia for body in linkage.bodies])
     assert np.abs(found.z - file).max() > 1e-3
     for item in weak.combinations:
@@ -273,8 +299,9 @@ def test_loads_that_no_masses_near_the_file_explain_are_told():
 
 def test_the_file_with_likeliest_masses_is_read_again(tmp_path):
     linkage, way, _, wrench, _ = measured("four_bar_general")
-    found = balance.identify(linkage, way, columns(way, wrench), gravity=GRAVITY,
-                             on_linkage=True)  # fmt: skip
+    found = balance.identify(
+        linkage, way, columns(way, wrench), gravity=GRAVITY, on_linkage=True
+    )
     found.to_urdf(tmp_path / "real.urdf")
     again = kinematics.load(tmp_path / "real.urdf")
     read = np.array([body.inertia for body in again.bodies])
@@ -337,8 +364,10 @@ def test_noise_is_covered_by_the_standard_errors(name):
 
 def excited_by_torques(linkage, gravity):
     """Number of combinations that torques along random motions determine."""
-    rows = [load_rows(linkage, way, np.array(gravity), np.zeros(3)).drives
-            for way in random_motions(linkage, 3, 40, seed=1)]  # fmt: skip
+    rows = [
+        load_rows(linkage, way, np.array(gravity), np.zeros(3)).drives
+        for way in random_motions(linkage, 3, 40, seed=1)
+    ]
     stacked = np.concatenate(rows).reshape(-1, rows[0].shape[2])
     return excited_directions(stacked / np.abs(stacked).max()).shape[1]
 
@@ -354,8 +383,12 @@ def test_the_puma_has_36_base_parameters():
     """H. Mayeda, K. Yoshida, K. Osuka, 1990; the lengths are those of B. Armstrong, 1986."""
     right = np.pi / 2.0
     rows = [
-        [0.0, 0.0, 0.0, 0.0], [0.3, 0.2435, 0.0, -right], [0.4, -0.0934, 0.4318, 0.0],
-        [0.2, 0.4331, -0.0203, right], [0.5, 0.0, 0.0, -right], [0.1, 0.0, 0.0, right],
-    ]  # fmt: skip
+        [0.0, 0.0, 0.0, 0.0],
+        [0.3, 0.2435, 0.0, -right],
+        [0.4, -0.0934, 0.4318, 0.0],
+        [0.2, 0.4331, -0.0203, right],
+        [0.5, 0.0, 0.0, -right],
+        [0.1, 0.0, 0.0, right],
+    ]
     puma = kinematics.from_dh(rows, "modified")
     assert excited_by_torques(puma, (0.0, 0.0, -9.81)) == 36

@@ -42,9 +42,13 @@ def test_a_robot_on_a_pick_and_place_cycle(robot_on_a_cycle):
     space, way = robot_on_a_cycle
     steps = []
     front = pareto(
-        space, space.bodies[:3], 12, 8.0, motions=[way],
+        space,
+        space.bodies[:3],
+        12,
+        8.0,
+        motions=[way],
         progress=lambda done, count: steps.append((done, count)),
-    )  # fmt: skip
+    )
     assert steps[-1] == (13, 13) and len(steps) == 13
     shares = [one.share for one in front.designs]
     assert shares[0] == 1.0 and np.all(np.diff(shares) < 0.0)
@@ -99,9 +103,19 @@ def test_the_command_prints_and_writes_what_the_function_finds(tmp_path, capsys)
     rows = "\n".join(f"{a!r},{float(0.4 * np.sin(6.28 * a))!r}" for a in t.tolist())
     way.write_text(f"time,u1\n{rows}\n")
     code, text, _ = run(
-        capsys, "--pareto", "3", "--budget", "0.6", "--csv", str(way),
-        "--plot", str(plot), "--out", str(out), "--json",
-    )  # fmt: skip
+        capsys,
+        "--pareto",
+        "3",
+        "--budget",
+        "0.6",
+        "--csv",
+        str(way),
+        "--plot",
+        str(plot),
+        "--out",
+        str(out),
+        "--json",
+    )
     assert code == 0
     data = json.loads(text)
     linkage = kinematics.load("slider_crank")
@@ -122,8 +136,10 @@ def test_the_command_prints_and_writes_what_the_function_finds(tmp_path, capsys)
 @pytest.mark.parametrize(
     ("words", "code"),
     [
-        ([], 2), (["--budget", "-1"], 2),
-        (["--budget", "nan"], 2), (["--pareto", "1"], 2),
+        ([], 2),
+        (["--budget", "-1"], 2),
+        (["--budget", "nan"], 2),
+        (["--pareto", "1"], 2),
         (["--budget", "1", "--frame", "1,2,3"], 2),
         (["--budget", "1", "--frame", "1,2,0,1"], 2),
         (["--budget", "1", "--max-torque", "3"], 2),
@@ -138,7 +154,7 @@ def test_the_command_prints_and_writes_what_the_function_finds(tmp_path, capsys)
         (["--budget", "1", "--csv", "none.csv"], 3),
         (["--budget", "1", "--max-bearing", "q2=1"], 1),
     ],
-)  # fmt: skip
+)
 def test_exit_codes(words, code, tmp_path, capsys):
     """One line on standard error, nothing on the other, no file, if the request is wrong."""
     out = tmp_path / "out.urdf"
@@ -181,16 +197,18 @@ def exudyn(folder, s1, s2):
     x = float(L1 * np.cos(theta) + L2 * np.cos(phi))
     text = (
         '<robot name="slider_crank_on_frame"><link name="base"/>'
-        + link("crank", s1, 0.4 / 12 * L1**2) + link("rod", s2, 0.2 / 12 * L2**2)
+        + link("crank", s1, 0.4 / 12 * L1**2)
+        + link("rod", s2, 0.2 / 12 * L2**2)
         + link("slider", 0.0, 0.001 * 0.1)
-        + joint("u", "continuous", "base", "crank", "0 0 0", theta, "0 0 1",
-                ' independent="true"')
+        + joint(
+            "u", "continuous", "base", "crank", "0 0 0", theta, "0 0 1", ' independent="true"'
+        )
         + joint("pin", "continuous", "crank", "rod", f"{L1} 0 0", phi - theta, "0 0 1")
         + joint("slide", "prismatic", "base", "slider", f"{x!r} 0 0", 0.0, "1 0 0")
         + '<loop name="end" type="revolute"><predecessor link="rod">'
         f'<origin xyz="{L2} 0 0"/></predecessor><successor link="slider"/>'
         '<axis xyz="0 0 1"/></loop></robot>'
-    )  # fmt: skip
+    )
     path = folder / "exudyn.urdf"
     path.write_text(text, "utf-8")
     return path

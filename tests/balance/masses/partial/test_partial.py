@@ -113,10 +113,12 @@ def compare(seed):
     for b, (_, shape) in zip(chosen, shapes, strict=True):
         P, own = matter_of(cp, shape)
         H = space.frames[b]
-        columns = np.column_stack([
-            rows_of(linkage, ways, given + np.eye(3)[b][:, None] * unit, length) - fixed
-            for unit in np.eye(10)
-        ])  # fmt: skip
+        columns = np.column_stack(
+            [
+                rows_of(linkage, ways, given + np.eye(3)[b][:, None] * unit, length) - fixed
+                for unit in np.eye(10)
+            ]
+        )
         total = total + columns @ cp.hstack(parameters(H @ P @ H.T))
         mass, limits = mass + P[3, 3], [*limits, *own]
     problem = cp.Problem(cp.Minimize(cp.norm(total)), [*limits, mass <= budget])
@@ -164,7 +166,7 @@ def test_without_a_budget_nothing_changes():
         "cylinder(0,0,0,0,0,1,0.7,0.1)",
     ],
 )
-def test_more_budget_leaves_less(shape):  # fmt: skip
+def test_more_budget_leaves_less(shape):
     space = design_space("slider_crank", max_order=0)
     ways, last = motions(space.linkage), np.inf
     for budget in (0.0, 1e-3, 0.1, 1.0, 10.0):
@@ -182,10 +184,12 @@ def test_more_budget_leaves_less(shape):  # fmt: skip
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("model", "add", "kind"),
-    [("slider_crank", ["crank", "coupler", "slider"], "dynamic"),
-     ("four_bar_antiparallelogram", ["crank", "coupler", "rocker"], "dynamic"),
-     ("four_bar_general", ["crank", "rocker"], "force")],
-)  # fmt: skip
+    [
+        ("slider_crank", ["crank", "coupler", "slider"], "dynamic"),
+        ("four_bar_antiparallelogram", ["crank", "coupler", "rocker"], "dynamic"),
+        ("four_bar_general", ["crank", "rocker"], "force"),
+    ],
+)
 def test_nothing_is_left_where_an_exact_design_exists(model, add, kind):
     space = design_space(model, balance=kind)
     regions = dict.fromkeys(add, "ball(0,0,0,1.5)")

@@ -102,17 +102,27 @@ def test_caps_hold_with_a_density():
     )
     most = 0.5 * (free.found.torque["u1"] + free.given.torque["u1"])
     capped = balance.partial(
-        space, ["crank", "rocker"], 5.0, regions=BOXES, motions=motions, density=STEEL,
+        space,
+        ["crank", "rocker"],
+        5.0,
+        regions=BOXES,
+        motions=motions,
+        density=STEEL,
         max_torque={"u1": most},
-    )  # fmt: skip
+    )
     assert free.found.torque["u1"] > most
     assert capped.verdict == "optimal"
     assert capped.found.torque["u1"] <= most * (1.0 + 1e-6)
     assert capped.found.objective > free.found.objective
     none = balance.partial(
-        space, ["crank"], 5.0, regions={"crank": BOXES["crank"]}, motions=motions,
-        density=STEEL, max_torque={"u1": 0.1 * free.given.torque["u1"]},
-    )  # fmt: skip
+        space,
+        ["crank"],
+        5.0,
+        regions={"crank": BOXES["crank"]},
+        motions=motions,
+        density=STEEL,
+        max_torque={"u1": 0.1 * free.given.torque["u1"]},
+    )
     assert none.verdict in ("infeasible", "undecided") and none.found is None
 
 

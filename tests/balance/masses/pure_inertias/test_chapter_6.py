@@ -19,24 +19,37 @@ CHAPTER_6 = "two_rrr_bisector"
 TABLE_6_2 = [1.0, 1.01, 1.0, 1.01, -2.025, 0.01, 0.01, 0.01]
 # (m, c, g) from tables 6.2 and 6.3 in full; c along the link, g about the centre of mass.
 EXACT = {
-    "arm1": (1.34, -0.434701, 0.166161), "arm2": (0.30, -0.891667, 0.495854),
-    "arm3": (0.69, -0.710145, 0.172029), "arm4": (0.23, -1.130435, 0.456087),
-    "platform": (0.52, 2.0, 0.055), "bar6": (0.007, -0.321429, 0.00758929),
-    "bar7": (0.013, -0.173077, 0.0112981), "bisector": (0.010, 0.0, 0.010),
-}  # fmt: skip
+    "arm1": (1.34, -0.434701, 0.166161),
+    "arm2": (0.30, -0.891667, 0.495854),
+    "arm3": (0.69, -0.710145, 0.172029),
+    "arm4": (0.23, -1.130435, 0.456087),
+    "platform": (0.52, 2.0, 0.055),
+    "bar6": (0.007, -0.321429, 0.00758929),
+    "bar7": (0.013, -0.173077, 0.0112981),
+    "bisector": (0.010, 0.0, 0.010),
+}
 # [J] table 6.4 as printed.
 TABLE_6_4 = {
-    "arm1": (1.3, -0.43, 0.17), "arm2": (0.30, -0.89, 0.50), "arm3": (0.69, -0.71, 0.17),
-    "arm4": (0.23, -1.1, 0.46), "platform": (0.52, 2.0, 0.055), "bar6": (0.007, -0.32, 0.0076),
-    "bar7": (0.013, -0.17, 0.011), "bisector": (0.010, 0.0, 0.010),
-}  # fmt: skip
+    "arm1": (1.3, -0.43, 0.17),
+    "arm2": (0.30, -0.89, 0.50),
+    "arm3": (0.69, -0.71, 0.17),
+    "arm4": (0.23, -1.1, 0.46),
+    "platform": (0.52, 2.0, 0.055),
+    "bar6": (0.007, -0.32, 0.0076),
+    "bar7": (0.013, -0.17, 0.011),
+    "bisector": (0.010, 0.0, 0.010),
+}
 # The origin from which c is measured, and a point of the link in the direction of c.
 AXES = {
-    "arm1": ((0, 0), (0.6, 0.8)), "arm2": ((0.6, 0.8), (0.32, 1.76)),
-    "arm3": ((4, 0), (3.064, 0.352)), "arm4": ((3.064, 0.352), (4.064, 0.352)),
-    "platform": ((0.32, 1.76), (4.064, 0.352)), "bar6": ((0.15, 0.2), (-0.06, 0.92)),
-    "bar7": ((-0.06, 0.92), (0.39, 1.52)), "bisector": ((0.6, 0.8), (3.064, 0.352)),
-}  # fmt: skip
+    "arm1": ((0, 0), (0.6, 0.8)),
+    "arm2": ((0.6, 0.8), (0.32, 1.76)),
+    "arm3": ((4, 0), (3.064, 0.352)),
+    "arm4": ((3.064, 0.352), (4.064, 0.352)),
+    "platform": ((0.32, 1.76), (4.064, 0.352)),
+    "bar6": ((0.15, 0.2), (-0.06, 0.92)),
+    "bar7": ((-0.06, 0.92), (0.39, 1.52)),
+    "bisector": ((0.6, 0.8), (3.064, 0.352)),
+}
 
 
 def masses(table):
@@ -90,11 +103,13 @@ def test_the_engine_finds_the_pure_inertias_of_table_6_2():
 
 
 # arm1, arm3, arm2, arm4, platform, bar6, bar7, bisector
-EQUATION_6_14 = np.array([
-    [1, 0, -1, 0, 0, -1, 1, 0],  # g1 + g7 = g2 + g6
-    [0, 1, 0, -1, 0, 0, 0, 0],  # g3 = g4
-    [0, 0, 1, 1, 1, 1, 0, 0.5],  # g5 + g8 / 2 = -g2 - g6 - g4
-])  # fmt: skip
+EQUATION_6_14 = np.array(
+    [
+        [1, 0, -1, 0, 0, -1, 1, 0],  # g1 + g7 = g2 + g6
+        [0, 1, 0, -1, 0, 0, 0, 0],  # g3 = g4
+        [0, 0, 1, 1, 1, 1, 0, 0.5],  # g5 + g8 / 2 = -g2 - g6 - g4
+    ]
+)
 
 
 def test_the_relations_of_chapter_6_are_found():
@@ -138,9 +153,10 @@ def test_the_engine_says_balanced_and_decoupled():
     ("name", "inertias"),
     [
         # [J] Eq. 6.10 for the kite; the antiparallelogram has ω1 + ω3 = ω2.
-        ("four_bar_kite", [1, 1, -1]), ("four_bar_antiparallelogram", [1, -1, 1]),
+        ("four_bar_kite", [1, 1, -1]),
+        ("four_bar_antiparallelogram", [1, -1, 1]),
     ],
-)  # fmt: skip
+)
 def test_four_bars_from_pure_inertia_alone(name, inertias):
     """Eq. 6.8 of Ricard and Gosselin from Eq. 6.10: masses that can be built, and balanced."""
     space = design_space(name)

@@ -21,10 +21,14 @@ def random_linkage(rng):
     count = int(rng.integers(2, 7))
     names = ["base", *(f"link{k}" for k in range(count))]
     joints = [
-        ScrewJoint(f"q{k}", names[int(rng.integers(0, k + 1))], names[k + 1],
-                   point=(*rng.uniform(-1, 1, 2), 0))
+        ScrewJoint(
+            f"q{k}",
+            names[int(rng.integers(0, k + 1))],
+            names[k + 1],
+            point=(*rng.uniform(-1, 1, 2), 0),
+        )
         for k in range(count)
-    ]  # fmt: skip
+    ]
     closing = []
     for k in range(int(rng.integers(0, (count - 1) // 2 + 1))):
         one, other = rng.choice(names, 2, replace=False)
@@ -78,10 +82,12 @@ def test_pure_inertias_come_back_from_masses_at_joints():
 def test_any_masses_keep_their_momentum():
     """Random masses: what stays, stays with the same momentum."""
     for linkage, _, rng in random_linkages():
-        z = np.array([
-            parameters(rng.uniform(0.5, 2), [*rng.uniform(-1, 1, 2), 0], 0.3 * np.eye(3))
-            for _ in linkage.bodies
-        ])  # fmt: skip
+        z = np.array(
+            [
+                parameters(rng.uniform(0.5, 2), [*rng.uniform(-1, 1, 2), 0], 0.3 * np.eye(3))
+                for _ in linkage.bodies
+            ]
+        )
         found = pure_inertia(design_space(with_masses(linkage, z)))
         before, size = momentum(linkage, in_plane(z))
         there, _ = momentum(linkage, found.parameters)
@@ -139,8 +145,9 @@ def test_a_slider_with_its_centre_in_the_pin_is_a_point_mass():
 
 def test_only_planar_dynamic_spaces_have_pure_inertias():
     for space in (
-        design_space("bennett"), design_space("five_bar", balance="force"),
+        design_space("bennett"),
+        design_space("five_bar", balance="force"),
         design_space("four_bar_kite", spatial=True),
-    ):  # fmt: skip
+    ):
         with pytest.raises(UsageError, match="planar"):
             pure_inertia(space)

@@ -103,8 +103,10 @@ def test_the_ratio_is_pinocchios_momentum_and_the_angle_its_integral():
     angle, speed, change = 3.0 + 2.0 * np.sin(3 * t), 6.0 * np.cos(3 * t), -18.0 * np.sin(3 * t)
     i, slope = wheel(angle, 1), wheel(angle, 2)
     columns = (
-        (angle, wheel(angle)), (speed, i * speed), (change, i * change + slope * speed**2)
-    )  # fmt: skip
+        (angle, wheel(angle)),
+        (speed, i * speed),
+        (change, i * change + slope * speed**2),
+    )
     motion = drive(whole, t, *(np.stack(pair, axis=1) for pair in columns))
     checked = balance.verify(whole, motions=[motion])
     assert max(checked.force_residual, checked.moment_residual) <= 1e-9

@@ -154,10 +154,16 @@ def test_an_inverted_copy_balances_the_force_of_anything(seed):
 
 
 @pytest.mark.table(1)
-@pytest.mark.parametrize(("model", "force"), [
-    ("hprs", False), ("hprs", True), ("four_bar_general", True), ("slider_crank", False),
-    ("sarrus", True),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("model", "force"),
+    [
+        ("hprs", False),
+        ("hprs", True),
+        ("four_bar_general", True),
+        ("slider_crank", False),
+        ("sarrus", True),
+    ],
+)
 def test_copies_of_loops_and_screws_keep_the_numbers_of_the_file(model, force):
     """Only signs change; `verify` confirms the file that is read again."""
     request = RemedyRequest(kinematics.load(model), balance="force" if force else "dynamic")

@@ -111,8 +111,9 @@ def test_duplicates_by_hand():
     root = ElementTree.parse(kinematics.gallery()["double_pendulum_duplicates"]).getroot()
     ratios = {
         joint.get("name")[-1]: float(mimic.get("multiplier"))
-        for joint in root.findall("joint") if (mimic := joint.find("mimic")) is not None
-    }  # fmt: skip
+        for joint in root.findall("joint")
+        if (mimic := joint.find("mimic")) is not None
+    }
     assert ratios == {"a": -1.0, "b": -1.0, "c": 1.0}
 
 

@@ -32,9 +32,10 @@ from tests.support.remedy_requests import SLENDER, request_of, rod
 def test_all_subspaces_of_small_numbers_are_tried_once(inputs, dimension):
     """As many as primitive vectors up to sign, whether they are columns or rows."""
     every = {
-        v for v in product(range(-3, 4), repeat=inputs)
+        v
+        for v in product(range(-3, 4), repeat=inputs)
         if gcd(*v) == 1 and next(x for x in v if x) > 0
-    }  # fmt: skip
+    }
     found = candidates(inputs, dimension)
     vectors = [one.columns[0] if dimension == 1 else one.rows[0] for one in found]
     assert len(vectors) == len(set(vectors)) == len(every) and set(vectors) == every
@@ -160,9 +161,10 @@ def test_directions_are_in_the_order_of_their_sizes(inputs):
     """All of them are listed and sorted here; the search makes one after another."""
     for largest in (1, 2, 3):
         every = [
-            v for v in product(range(largest, -largest - 1, -1), repeat=inputs)
+            v
+            for v in product(range(largest, -largest - 1, -1), repeat=inputs)
             if max(map(abs, v)) == largest and gcd(*v) == 1 and next(x for x in v if x) > 0
-        ]  # fmt: skip
+        ]
         assert list(_primitive(inputs, largest)) == sorted(
             every, key=lambda v: sum(map(abs, v))
         )

@@ -45,14 +45,19 @@ def rotor_on(request: RemedyRequest, carrier: str, place, gear: float) -> Varian
     at = make_elements.origin(pose)
     parts = [
         make_elements.link("rotor"),
-        make_elements.joint("gear", "continuous", carrier, "rotor", at, ("0 0 1", ""),
-                            mimic=("j", -gear, 0.0)),
-    ]  # fmt: skip
+        make_elements.joint(
+            "gear", "continuous", carrier, "rotor", at, ("0 0 1", ""), mimic=("j", -gear, 0.0)
+        ),
+    ]
     return Variant(
-        "separate_rotors", "a rotor", append_elements(request.base, parts),
-        ("arm", "rotor"), {"rotor": "ball(0,0,0,0.2)"}, new_links=("rotor",),
+        "separate_rotors",
+        "a rotor",
+        append_elements(request.base, parts),
+        ("arm", "rotor"),
+        {"rotor": "ball(0,0,0,0.2)"},
+        new_links=("rotor",),
         new_joints=("gear",),
-    )  # fmt: skip
+    )
 
 
 @pytest.mark.slow

@@ -78,10 +78,14 @@ def test_two_links_without_a_parallelogram():
     k1 a l1 + k3 a d = (m1 s1 + m2 l1) g.
     """
     a, b, c, d, l1 = 0.2, 0.4, 0.7, 0.1, 0.4
-    answer = balance.springs(lamp(), [
-        f"base@0,0,{a} upper@{b},0,0", f"lower@0,0,{c} upper@{b},0,0",
-        f"base@0,0,{a} lower@0,0,{d}",
-    ])  # fmt: skip
+    answer = balance.springs(
+        lamp(),
+        [
+            f"base@0,0,{a} upper@{b},0,0",
+            f"lower@0,0,{c} upper@{b},0,0",
+            f"base@0,0,{a} lower@0,0,{d}",
+        ],
+    )
     k1 = 0.6 * G * 0.3 / (a * b)
     k3 = ((0.3 * 0.2 + 0.6 * l1) * G - k1 * a * l1) / (a * d)
     found = [spring.stiffness for spring in answer.springs]
@@ -92,9 +96,13 @@ def test_two_links_without_a_parallelogram():
 @pytest.mark.slow
 def test_two_links_with_a_parallelogram():
     """Two springs at the hinge: k1 a r1 = (m1 s1 + m2 l1) g and k2 a r2 = m2 g s2."""
-    answer = balance.springs(parallelogram_lamp(), [
-        "base@0,0,0.2 lower@0,0,0.1", "base@0,0,0.2 crank@0.15,0,0",
-    ])  # fmt: skip
+    answer = balance.springs(
+        parallelogram_lamp(),
+        [
+            "base@0,0,0.2 lower@0,0,0.1",
+            "base@0,0,0.2 crank@0.15,0,0",
+        ],
+    )
     expected = (0.3 * 0.2 + 0.6 * 0.4) * G / 0.02, 0.6 * G * 0.3 / 0.03
     found = [spring.stiffness for spring in answer.springs]
     assert found == pytest.approx(expected, rel=1e-9)
@@ -104,9 +112,12 @@ def test_two_links_with_a_parallelogram():
 @pytest.mark.parametrize(
     "model",
     [
-        "four_bar_general", "four_bar_parallelogram", "slider_crank", "four_bar_kite",
+        "four_bar_general",
+        "four_bar_parallelogram",
+        "slider_crank",
+        "four_bar_kite",
     ],
-)  # fmt: skip
+)
 def test_four_bars_without_auxiliary_links(model):
     """Deepak and Ananthasuresh 2012: springs from the ground alone; the energy by Pinocchio."""
     linkage = kinematics.load(model)
@@ -140,10 +151,14 @@ def test_a_random_arm_holds_nothing_by_pinocchio():
 def test_tendons_of_mujoco_balance():
     """The lamp with its springs as tendons stays where it is put."""
     mujoco = pytest.importorskip("mujoco")
-    answer = balance.springs(lamp(), [
-        "base@0,0,0.2 upper@0.4,0,0", "lower@0,0,0.7 upper@0.4,0,0",
-        "base@0,0,0.2 lower@0,0,0.1",
-    ])  # fmt: skip
+    answer = balance.springs(
+        lamp(),
+        [
+            "base@0,0,0.2 upper@0.4,0,0",
+            "lower@0,0,0.7 upper@0.4,0,0",
+            "base@0,0,0.2 lower@0,0,0.1",
+        ],
+    )
     sites = {"base": "", "lower": "", "upper": ""}
     tendons = ""
     for k, spring in enumerate(answer.springs):
@@ -173,8 +188,9 @@ def test_tendons_of_mujoco_balance():
 def test_the_least_torque_is_that_of_cvxpy():
     """The program of least squares over the same poses, by another solver, in closed form."""
     cvxpy = pytest.importorskip("cvxpy")
-    answer = balance.springs(balancer(), ["base@0.1,0,0.4 arm@0.25,0,0",
-                                          "base@0.1:0.2,0,0.3 arm@0.2,0,0.05"])  # fmt: skip
+    answer = balance.springs(
+        balancer(), ["base@0.1,0,0.4 arm@0.25,0,0", "base@0.1:0.2,0,0.3 arm@0.2,0,0.05"]
+    )
     assert answer.verdict == "infeasible"
     u = answer.inputs[:, 0]
 
@@ -189,9 +205,11 @@ def test_the_least_torque_is_that_of_cvxpy():
     k, t = cvxpy.Variable(2), cvxpy.Variable()
     middle = torque((0.15, 0.3), (0.2, 0.05))
     left = (
-        k[0] * torque((0.1, 0.4), (0.25, 0.0)) + k[1] * middle
-        + t * (torque((0.2, 0.3), (0.2, 0.05)) - middle) + answer.before[:, 0]
-    )  # fmt: skip
+        k[0] * torque((0.1, 0.4), (0.25, 0.0))
+        + k[1] * middle
+        + t * (torque((0.2, 0.3), (0.2, 0.05)) - middle)
+        + answer.before[:, 0]
+    )
     limits = [k >= 0, cvxpy.abs(t) <= k[1]]
     problem = cvxpy.Problem(cvxpy.Minimize(cvxpy.sum_squares(left)), limits)
     least = np.sqrt(problem.solve(solver="CLARABEL"))
@@ -201,8 +219,11 @@ def test_the_least_torque_is_that_of_cvxpy():
 
 @pytest.mark.slow
 def test_the_fewest_springs_and_a_catalogue():
-    asked = ["base@0,0,0.4 arm@0.1,0,0", "base@0,0,0.4 arm@0,0,0.1",
-             "base@0,0,0.1:0.4 arm@0.3,0,0"]  # fmt: skip
+    asked = [
+        "base@0,0,0.4 arm@0.1,0,0",
+        "base@0,0,0.4 arm@0,0,0.1",
+        "base@0,0,0.1:0.4 arm@0.3,0,0",
+    ]
     answer = balance.springs(balancer(), asked)
     assert answer.sets == ((0,), (2,)) and answer.every_set
     # m g l / (0.3 k) is in 0.1 … 0.4 for k = 60, and for no other.

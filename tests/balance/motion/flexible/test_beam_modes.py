@@ -201,9 +201,10 @@ def test_frequencies_converge_with_the_order_of_the_elements():
 def test_arms_with_tip_masses():
     """[M] Sec. 2.1: 5.85, 5.69 and 5.82 Hz, with more digits from the frequency equation."""
     for length, bending, line_mass, tip, printed in (
-        (0.1, 0.0045, 0.0, 0.01, 5.8477), (0.1, 0.0045, 0.024, 0.01, 5.6888),
+        (0.1, 0.0045, 0.0, 0.01, 5.8477),
+        (0.1, 0.0045, 0.024, 0.01, 5.6888),
         (0.05, 0.001125, 0.0135, 0.02, 5.8246),
-    ):  # fmt: skip
+    ):
         beam = Beam(length, bending, line_mass)
         found = supported_modes(beam, [Clamp(0.0)], 1, 24, EndBody(tip)).frequencies[0]
         assert found / (2 * np.pi) == pytest.approx(printed, abs=1e-4)
@@ -215,10 +216,16 @@ def tip_mass_frequency(beam, tip):
     if beam.line_mass == 0.0:
         return math.sqrt(3.0 * beam.bending / (tip * beam.length**3))
     ratio = tip / beam.mass
-    wave = float(mpmath.findroot(
-        lambda x: 1 + mpmath.cos(x) * mpmath.cosh(x)
-        - ratio * x * (mpmath.sin(x) * mpmath.cosh(x) - mpmath.cos(x) * mpmath.sinh(x)), 0.9,
-    ))  # fmt: skip
+    wave = float(
+        mpmath.findroot(
+            lambda x: (
+                1
+                + mpmath.cos(x) * mpmath.cosh(x)
+                - ratio * x * (mpmath.sin(x) * mpmath.cosh(x) - mpmath.cos(x) * mpmath.sinh(x))
+            ),
+            0.9,
+        )
+    )
     return wave**2 * math.sqrt(beam.bending / (beam.line_mass * beam.length**4))
 
 
@@ -228,9 +235,9 @@ def test_shear_and_rotary_inertia_lower_the_pinned_frequencies():
     found = supported_modes(beam, [Support((0.0,)), Support((1.0,))], 3, 64)
     for n, omega in enumerate(found.frequencies, 1):
         k2 = (n * np.pi) ** 2
-        roots = np.roots([
-            beam.rotary / beam.shear, -(1.0 + k2 * (1.0 / beam.shear + beam.rotary)), k2**2
-        ])  # fmt: skip
+        roots = np.roots(
+            [beam.rotary / beam.shear, -(1.0 + k2 * (1.0 / beam.shear + beam.rotary)), k2**2]
+        )
         assert omega == pytest.approx(math.sqrt(min(roots)), rel=5e-4)
 
 

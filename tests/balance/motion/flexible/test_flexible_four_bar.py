@@ -27,10 +27,11 @@ from tests.support.flexible_cases import four_bar_text
 OPEN, CROSSED = (1.5, -0.5), (0.5, 1.5)
 # Length of the coupler over the distance of its hinges, its supports, and the modes kept.
 CASES = {
-    "ends": (1.0, "", 3), "nodes": (0.5 / support_points(2).hinge, ",supports:2", 4),
+    "ends": (1.0, "", 3),
+    "nodes": (0.5 / support_points(2).hinge, ",supports:2", 4),
     "gyration": (3**0.5, f",length:{3**0.5!r}", 3),
     "four points": (0.5 / support_points(4).hinge, ",supports:4", 8),
-}  # fmt: skip
+}
 
 
 def flexible(tmp_path, case, bending=1.0, options=None, profile=None, beside=OPEN):
@@ -40,10 +41,11 @@ def flexible(tmp_path, case, bending=1.0, options=None, profile=None, beside=OPE
     path.write_text(four_bar_text(mass, beside), encoding="utf-8")
     link = parse_flex_link(f"coupler=EI:{bending or 1.0},rhoA:1{supports}")
     return flexible_linkage(
-        kinematics.load(path), [link] if bending else [],
+        kinematics.load(path),
+        [link] if bending else [],
         {"u1": profile or (spin_up(1.0, 2.0), False)},
         options or BeamOptions(elements=12, modes=modes),
-    )  # fmt: skip
+    )
 
 
 @cache
@@ -87,9 +89,10 @@ def test_the_rigid_four_bar(case, moment, tmp_path):
 
 
 REDUCTIONS = {
-    "nodes": ((8, 14), (2.5, 4)), "four points": ((150, 250), (1.5, 2.2)),
+    "nodes": ((8, 14), (2.5, 4)),
+    "four points": ((150, 250), (1.5, 2.2)),
     "gyration": ((8, 13), (4.5, 10)),
-}  # fmt: skip
+}
 BRANCHES = [(case, beside) for beside in (OPEN, CROSSED) for case in REDUCTIONS]
 
 
@@ -124,9 +127,11 @@ def test_rigid_links_shake_as_verify_says(tmp_path):
     path.write_text(text, encoding="utf-8")
     linkage, profile = kinematics.load(path), spin_up(1.0, 0.4)
     found = flexible_linkage(
-        linkage, [parse_flex_link("coupler=EI:1e6,rhoA:1")], {"u1": (profile, False)},
+        linkage,
+        [parse_flex_link("coupler=EI:1e6,rhoA:1")],
+        {"u1": (profile, False)},
         BeamOptions(elements=4, modes=1, damping=2e-5),
-    )  # fmt: skip
+    )
     motion = simulate(found.mechanism, 0.1, 11, rtol=1e-12, method="DOP853")
     columns = np.array([profile(t) for t in motion.times]).T[:, :, None]
     along = drive(linkage, motion.times, *columns)
@@ -172,13 +177,15 @@ def test_a_simulation_without_end_is_given_up(tmp_path, monkeypatch):
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("coupler=EI:1", "rhoA is missing"), ("coupler=EI:-1,rhoA:1", "not a positive number"),
-        ("coupler", "write LINK="), ("coupler=rect(0.1,0.2)", "name a material"),
+        ("coupler=EI:1", "rhoA is missing"),
+        ("coupler=EI:-1,rhoA:1", "not a positive number"),
+        ("coupler", "write LINK="),
+        ("coupler=rect(0.1,0.2)", "name a material"),
         ("coupler=rect(0.1,0.2),wood", "'wood' is not known"),
         ("coupler=EI:1,rhoA:1,supports:3", "supports are 2, 4, 6"),
         ("coupler=EI:1,rhoA:1,supports:2,length:3", "leave it out"),
     ],
-)  # fmt: skip
+)
 def test_wrong_words_for_links_are_refused(text, message):
     with pytest.raises(LinkageError, match=message):
         parse_flex_link(text)

@@ -41,9 +41,13 @@ def test_a_link_with_three_joints_carries_a_load_in_its_middle(tmp_path):
     """5 ρA a L⁴ / (384 EI) + m a L³ / (48 EI), a along the normal of the coupler."""
     linkage = parallelogram_with_bob(tmp_path, "0.5 0 0")
     found = balance.flexible.simulate_flexible(
-        linkage, ["coupler=EI:300,rhoA:0.4"], {"u1": f"speed:{SPEED}"}, 1e-3, samples=2,
+        linkage,
+        ["coupler=EI:300,rhoA:0.4"],
+        {"u1": f"speed:{SPEED}"},
+        1e-3,
+        samples=2,
         modes=12,
-    )  # fmt: skip
+    )
     across = 0.5 * SPEED**2 * 0.8
     static = across * (5.0 * 0.4 / 384.0 + BOB / 48.0) / 300.0
     bends = beam_deflection(found.motion, found.flexible, "coupler")[0]
@@ -97,8 +101,17 @@ def test_a_mass_at_the_tip_of_a_cantilever(capsys):
 
 def test_the_table_of_a_simulation(tmp_path, capsys):
     path = tmp_path / "motion.csv"
-    words = ("four_bar_kite", "--flex", "coupler=EI:50,rhoA:1", "--duration", "0.02",
-             "--samples", "5", "--table", str(path))  # fmt: skip
+    words = (
+        "four_bar_kite",
+        "--flex",
+        "coupler=EI:50,rhoA:1",
+        "--duration",
+        "0.02",
+        "--samples",
+        "5",
+        "--table",
+        str(path),
+    )
     _, found = json_answer(capsys, "flex", "simulate", *words)
     names, *rows = path.read_text("utf-8").splitlines()
     assert names == "time,force_x,force_y,moment,energy,bending coupler"

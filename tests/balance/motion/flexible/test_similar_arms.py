@@ -88,8 +88,9 @@ def chain_force(arm, count, profile, times):
         return np.concatenate([y[count:], accelerate(t, y[:count], y[count:])])
 
     # Radau damps the fast modes of the short rods, which the motion does not excite.
-    found = solve_ivp(slope, (0, times[-1]), np.zeros(2 * count), "Radau", times,
-                      rtol=1e-5, atol=1e-7)  # fmt: skip
+    found = solve_ivp(
+        slope, (0, times[-1]), np.zeros(2 * count), "Radau", times, rtol=1e-5, atol=1e-7
+    )
     force = []
     for t, y in zip(times, found.y.T, strict=True):
         a, rate = y[:count], y[count:]
@@ -185,8 +186,9 @@ def linear_arm(arm, drive, times, count=12):
         u, _, a = drive(t)
         return np.concatenate([y[len(free) :], W @ (-K @ y[: len(free)] - Mu * a - Ku * u)])
 
-    found = solve_ivp(slope, (0, times[-1]), np.zeros(2 * len(free)), "Radau", times,
-                      rtol=1e-7, atol=1e-11)  # fmt: skip
+    found = solve_ivp(
+        slope, (0, times[-1]), np.zeros(2 * len(free)), "Radau", times, rtol=1e-7, atol=1e-11
+    )
     v = np.empty((len(times), count))
     v[:, free] = found.y[: len(free)].T
     u = np.array([drive(t)[0] for t in times])

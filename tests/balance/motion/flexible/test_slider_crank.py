@@ -22,13 +22,15 @@ CRANK_MASS, ROD_MASS, SLIDER_MASS = 0.36, 0.151104, 0.075552
 CRANK_MOMENT, ROD_MOMENT = 0.002727, 0.0045339259
 MODULUS, SIDE, DENSITY, SPEED = 2e11, 0.008, 7870.0, 150.0
 START = {
-    "phi2": 0.0, "x3": 0.450016933, "q": [0.0, 0.0, 0.103339863e-4, 0.169327969e-4],
-    "phi2_rate": -74.9957670, "x3_rate": -0.268938672e-5,
+    "phi2": 0.0,
+    "x3": 0.450016933,
+    "q": [0.0, 0.0, 0.103339863e-4, 0.169327969e-4],
+    "phi2_rate": -74.9957670,
+    "x3_rate": -0.268938672e-5,
     "q_rate": [0.444896105, 0.463434311e-2, -0.178591076e-5, -0.268938672e-5],
-}  # fmt: skip
+}
 # φ2, x3, q1, q2 at 0.1 s.
-SOLUTION = [-0.3311734987910881, 0.1697373326718410, 1.893192460247178e-4,
-            2.375751865617931e-5]  # fmt: skip
+SOLUTION = [-0.3311734987910881, 0.1697373326718410, 1.893192460247178e-4, 2.375751865617931e-5]
 
 
 def rod():
@@ -36,17 +38,33 @@ def rod():
     mass = DENSITY * SIDE**2 * ROD
     M = mass * np.array([[0.5, 0, 0, 0], [0, 0.5, 0, 0], [0, 0, 8, 1], [0, 0, 1, 2]])
     bend = PI**4 / 24.0 * (SIDE / ROD) ** 2
-    K = MODULUS * SIDE**2 / ROD * np.array([
-        [bend, 0, 0, 0], [0, 16.0 * bend, 0, 0], [0, 0, 16 / 3, -8 / 3], [0, 0, -8 / 3, 7 / 3]
-    ])  # fmt: skip
+    K = (
+        MODULUS
+        * SIDE**2
+        / ROD
+        * np.array(
+            [
+                [bend, 0, 0, 0],
+                [0, 16.0 * bend, 0, 0],
+                [0, 0, 16 / 3, -8 / 3],
+                [0, 0, -8 / 3, 7 / 3],
+            ]
+        )
+    )
     B = np.zeros((4, 4))
     B[0, 2], B[0, 3], B[1, 3] = -16.0 / PI**3, 8.0 / PI**3 - 1.0 / PI, 0.5 / PI
     return ShapeIntegralPart(
-        "rod", ROD_MASS, 0.5 * ROD_MASS * ROD, ROD_MOMENT, M, mass * (B - B.T),
+        "rod",
+        ROD_MASS,
+        0.5 * ROD_MASS * ROD,
+        ROD_MOMENT,
+        M,
+        mass * (B - B.T),
         mass * np.array([[0, 0, 2 / 3, 1 / 6], [2 / PI, 0, 0, 0]]),
         mass * ROD * np.array([[0, 0, 1 / 3, 1 / 6], [1 / PI, -0.5 / PI, 0, 0]]),
-        K, np.zeros((4, 4)),
-    )  # fmt: skip
+        K,
+        np.zeros((4, 4)),
+    )
 
 
 def slider_crank():
@@ -57,20 +75,41 @@ def slider_crank():
     root = Marker(none, along=np.zeros(4), **empty)
     tip = Marker(np.array([ROD, 0.0]), along=np.array([0.0, 0.0, 0.0, 1.0]), **empty)
     joints = (
-        MechanismJoint("pivot", "revolute", On(-1, Marker(none)),
-                       On(0, Marker(np.array([-CRANK / 2, 0.0])))),
-        MechanismJoint("pin", "revolute", On(0, Marker(np.array([CRANK / 2, 0.0]))),
-                       On(1, root)),
+        MechanismJoint(
+            "pivot",
+            "revolute",
+            On(-1, Marker(none)),
+            On(0, Marker(np.array([-CRANK / 2, 0.0]))),
+        ),
+        MechanismJoint(
+            "pin", "revolute", On(0, Marker(np.array([CRANK / 2, 0.0]))), On(1, root)
+        ),
         MechanismJoint("wrist", "revolute", On(1, tip), On(2, Marker(none))),
         MechanismJoint("guide", "prismatic", On(-1, Marker(none)), On(2, Marker(none))),
-    )  # fmt: skip
+    )
     start = np.array([CRANK / 2, 0, 0, CRANK, 0, START["phi2"], *START["q"], START["x3"], 0, 0])
-    rates = np.array([0, SPEED * CRANK / 2, SPEED, 0, SPEED * CRANK, START["phi2_rate"],
-                      *START["q_rate"], START["x3_rate"], 0, 0])  # fmt: skip
+    rates = np.array(
+        [
+            0,
+            SPEED * CRANK / 2,
+            SPEED,
+            0,
+            SPEED * CRANK,
+            START["phi2_rate"],
+            *START["q_rate"],
+            START["x3_rate"],
+            0,
+            0,
+        ]
+    )
     mechanism = PlanarMechanism(
-        (crank, rod(), RigidPart("slider", SLIDER_MASS, 1.0)), joints, start, (),
-        (JointDrive(0, constant_speed(SPEED)),), CRANK,
-    )  # fmt: skip
+        (crank, rod(), RigidPart("slider", SLIDER_MASS, 1.0)),
+        joints,
+        start,
+        (),
+        (JointDrive(0, constant_speed(SPEED)),),
+        CRANK,
+    )
     return mechanism, rates
 
 

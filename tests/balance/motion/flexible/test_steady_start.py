@@ -17,9 +17,13 @@ SPEED = 5.0
 def crank_at_speed(link, duration=0.2, **options):
     """The parallelogram, its coupler 1 m long, with the crank at speed."""
     return balance.flexible.simulate_flexible(
-        "four_bar_parallelogram", [f"coupler={link}"], {"u1": f"speed:{SPEED}"}, duration,
-        samples=21, **options,
-    )  # fmt: skip
+        "four_bar_parallelogram",
+        [f"coupler={link}"],
+        {"u1": f"speed:{SPEED}"},
+        duration,
+        samples=21,
+        **options,
+    )
 
 
 @pytest.mark.slow
@@ -59,9 +63,12 @@ def test_stiff_links_start_as_rigid_ones(tmp_path):
 
 def test_inputs_that_start_from_rest_start_at_rest():
     found = balance.flexible.simulate_flexible(
-        "four_bar_parallelogram", ["coupler=EI:30,rhoA:0.4"], {"u1": "spin:3,0.1"}, 0.02,
+        "four_bar_parallelogram",
+        ["coupler=EI:30,rhoA:0.4"],
+        {"u1": "spin:3,0.1"},
+        0.02,
         samples=3,
-    )  # fmt: skip
+    )
     assert not found.motion.velocities[0].any()
     assert np.array_equal(found.motion.positions[0], found.flexible.mechanism.start)
 

@@ -155,9 +155,14 @@ def test_a_wheel_on_a_base_has_a_closed_form():
     z = parameters(2.0, [0.0, 0.0, 0.0], np.diag([0.1, 0.1, 0.2]))
     base = FloatingBase(1.0, 0.5)
     found = simulate_floating_base(
-        linkage, base, z, torques={"wheel": 0.3}, duration=1.5, spatial=True,
+        linkage,
+        base,
+        z,
+        torques={"wheel": 0.3},
+        duration=1.5,
+        spatial=True,
         initial={"wheel": 2.0},
-    )  # fmt: skip
+    )
     t = found.time
     # The base rests at the start, so the wheel's momentum is 0.2 · 2.
     assert np.allclose(found.samples.rotation[:, 2], -0.3 * t**2 / (2 * 0.5), atol=1e-12)
@@ -205,23 +210,26 @@ def test_drift_is_noticed(monkeypatch):
 
 
 @pytest.mark.table
-@pytest.mark.parametrize(("error", "match", "options"), [
-    (UsageError, "mass and moments", {"base": FloatingBase(0.0, 1.0)}),
-    (UsageError, "1 \\+ 1 < 3", {"base": FloatingBase(1.0, (1.0, 1.0, 3.0))}),
-    (UsageError, "spring needs", {"base": FloatingBase(1.0, 1.0, stiffness=-1.0)}),
-    (UsageError, "moves in its plane", {"initial": {"wx": 1.0}}),
-    (UsageError, "finite numbers", {"initial": {"wz": np.nan}}),
-    (UsageError, "finite numbers", {"torques": {"u1": np.inf}}),
-    (UsageError, "is prescribed", {"initial": {"u1": 1.0}}),
-    (UsageError, "either", {"torques": {}, "motions": SteadyPath(np.zeros(1), np.ones(1))}),
-    (UsageError, "no motion takes", {"duration": -1.0}),
-    (PoseError, "joint x is not an input", {"torques": {"x": 1.0}}),
-    (PoseError, "joint x is not an input", {"initial": {"x": 1.0}}),
-    (PoseError, "closed|singular", {"motions": SteadyPath(np.zeros(1), np.full(1, 9.0))}),
-    (PoseError, "vibrates 3408", {"base": FloatingBase(1.0, 1.0, stiffness=1e15)}),
-    (PoseError, "too many steps", {"base": FloatingBase(1.0, 1.0, stiffness=200.0)}),
-    (MotionError, "inputs", {"motion": "x=0"}),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("error", "match", "options"),
+    [
+        (UsageError, "mass and moments", {"base": FloatingBase(0.0, 1.0)}),
+        (UsageError, "1 \\+ 1 < 3", {"base": FloatingBase(1.0, (1.0, 1.0, 3.0))}),
+        (UsageError, "spring needs", {"base": FloatingBase(1.0, 1.0, stiffness=-1.0)}),
+        (UsageError, "moves in its plane", {"initial": {"wx": 1.0}}),
+        (UsageError, "finite numbers", {"initial": {"wz": np.nan}}),
+        (UsageError, "finite numbers", {"torques": {"u1": np.inf}}),
+        (UsageError, "is prescribed", {"initial": {"u1": 1.0}}),
+        (UsageError, "either", {"torques": {}, "motions": SteadyPath(np.zeros(1), np.ones(1))}),
+        (UsageError, "no motion takes", {"duration": -1.0}),
+        (PoseError, "joint x is not an input", {"torques": {"x": 1.0}}),
+        (PoseError, "joint x is not an input", {"initial": {"x": 1.0}}),
+        (PoseError, "closed|singular", {"motions": SteadyPath(np.zeros(1), np.full(1, 9.0))}),
+        (PoseError, "vibrates 3408", {"base": FloatingBase(1.0, 1.0, stiffness=1e15)}),
+        (PoseError, "too many steps", {"base": FloatingBase(1.0, 1.0, stiffness=200.0)}),
+        (MotionError, "inputs", {"motion": "x=0"}),
+    ],
+)
 def test_bad_requests_are_refused(error, match, options, monkeypatch):
     monkeypatch.setattr("balance.motion.floating_base.simulate.MAX_EVALUATIONS", 3000)
     base = options.pop("base", BASE)

@@ -60,9 +60,12 @@ def test_agrees_with_pinocchio(model):
     of = found.samples
     torques = [options.get("torques", {}).get(name, 0.0) for name in linkage.inputs]
     R, moved, joints = FloatingModel(linkage, base, planar).run(
-        found.time, *start_of(linkage, found), np.concatenate([of.turning[0], of.velocity[0]]),
-        found.path, np.array(torques),
-    )  # fmt: skip
+        found.time,
+        *start_of(linkage, found),
+        np.concatenate([of.turning[0], of.velocity[0]]),
+        found.path,
+        np.array(torques),
+    )
     inputs = linkage.positions_of(linkage.inputs)
     size = 1.0 + np.abs(of.displacement).max()
     assert np.abs(Rotation.from_rotvec(of.rotation.copy()).as_matrix() - R).max() < LIMIT

@@ -21,9 +21,18 @@ from tests.independent import reference
 from tests.independent.measured_loads import load_regressor
 from tests.support.laws import point_masses, sums
 
-MACHINES = ("four_bar_general", "four_bar_kite_balanced", "five_bar", "slider_crank", "rusr",
-            "six_bar_watt", "six_bar_stephenson", "three_rrr", "double_pendulum_counter_rotary",
-            "four_bar_parallelogram")  # fmt: skip
+MACHINES = (
+    "four_bar_general",
+    "four_bar_kite_balanced",
+    "five_bar",
+    "slider_crank",
+    "rusr",
+    "six_bar_watt",
+    "six_bar_stephenson",
+    "three_rrr",
+    "double_pendulum_counter_rotary",
+    "four_bar_parallelogram",
+)
 
 
 def displaced(z, d):
@@ -44,8 +53,13 @@ def drawn_peaks(linkage, ways, mass, com, count, seed, point, corners=False):
     frames = [body.frame[:3, :3] for body in linkage.bodies]
     # Loads per parameter: shaking is linear in them.
     units = np.eye(z.size).reshape(-1, *z.shape)
-    rows = [np.stack([balance.motion.shaking(linkage, way.u, way.ud, way.udd, unit)
-                      for unit in units], axis=2) for way in ways]  # fmt: skip
+    rows = [
+        np.stack(
+            [balance.motion.shaking(linkage, way.u, way.ud, way.udd, unit) for unit in units],
+            axis=2,
+        )
+        for way in ways
+    ]
     rows = np.concatenate(rows)
     rows[:, :3] -= np.cross(point, rows[:, 3:].swapaxes(1, 2)).swapaxes(1, 2)
     peaks = []

@@ -35,8 +35,9 @@ def planar_arm(count):
     joints, bodies = [], {}
     for k in range(count):
         link = f"link{k + 1}"
-        joints.append(ScrewJoint(f"q{k + 1}", "base" if k == 0 else f"link{k}", link,
-                                 point=points[k]))  # fmt: skip
+        joints.append(
+            ScrewJoint(f"q{k + 1}", "base" if k == 0 else f"link{k}", link, point=points[k])
+        )
         centre = 0.6 * points[k] + 0.4 * points[k + 1] + [0.02 * k, 0.03, 0.0]
         bodies[link] = (1.0 + 0.3 * k, centre, np.diag([0.01, 0.02, 0.03 + 0.005 * k]))
     return from_screws(joints, (), bodies, name=f"arm{count}")
@@ -48,8 +49,15 @@ def spatial_arm(count):
     joints, bodies, point = [], {}, np.zeros(3)
     for k in range(count):
         link = f"link{k + 1}"
-        joints.append(ScrewJoint(f"q{k + 1}", "base" if k == 0 else f"link{k}", link,
-                                 axis=rng.standard_normal(3), point=point))  # fmt: skip
+        joints.append(
+            ScrewJoint(
+                f"q{k + 1}",
+                "base" if k == 0 else f"link{k}",
+                link,
+                axis=rng.standard_normal(3),
+                point=point,
+            )
+        )
         point = point + rng.uniform(-0.3, 0.5, 3)
         bodies[link] = (1.0 + rng.random(), point - 0.1, np.diag(0.02 + 0.005 * rng.random(3)))
     return from_screws(joints, (), bodies, name=f"spatial{count}")
@@ -159,14 +167,22 @@ def wheel_pantograph():
     joints = [
         ScrewJoint("q2", "base", "arm"),
         ScrewJoint("q1", "arm", "out", axis=(1, 0, 0), point=(2.0, 0, 0), kind="prismatic"),
-        ScrewJoint("back", "arm", "in", axis=(-1, 0, 0), point=(-2.0, 0, 0), kind="prismatic",
-                   mimic=("q1", 1.0)),
+        ScrewJoint(
+            "back",
+            "arm",
+            "in",
+            axis=(-1, 0, 0),
+            point=(-2.0, 0, 0),
+            kind="prismatic",
+            mimic=("q1", 1.0),
+        ),
         ScrewJoint("q3", "base", "wheel"),
-    ]  # fmt: skip
+    ]
     bodies = {
-        "out": (1.0, (2.0, 0, 0), tiny), "in": (1.0, (-2.0, 0, 0), tiny),
+        "out": (1.0, (2.0, 0, 0), tiny),
+        "in": (1.0, (-2.0, 0, 0), tiny),
         "wheel": (1.0, (0, 0, 0), np.diag([2.5, 2.5, 5.0])),
-    }  # fmt: skip
+    }
     return from_screws(joints, (), bodies, inputs=["q1", "q2", "q3"], name="wheel_pantograph")
 
 
@@ -196,12 +212,22 @@ def floating_pantograph():
     joints = [
         ScrewJoint("turn", "ground", "base"),
         ScrewJoint("q", "base", "out", axis=(1, 0, 0), point=(2.0, 0, 0), kind="prismatic"),
-        ScrewJoint("back", "base", "in", axis=(-1, 0, 0), point=(-2.0, 0, 0),
-                   kind="prismatic", mimic=("q", 1.0)),
-    ]  # fmt: skip
+        ScrewJoint(
+            "back",
+            "base",
+            "in",
+            axis=(-1, 0, 0),
+            point=(-2.0, 0, 0),
+            kind="prismatic",
+            mimic=("q", 1.0),
+        ),
+    ]
     tiny = np.zeros((3, 3))
-    bodies = {"base": (1.0, (0, 0, 0), np.diag([0.5, 0.5, 1.0])),
-              "out": (1.0, (2.0, 0, 0), tiny), "in": (1.0, (-2.0, 0, 0), tiny)}  # fmt: skip
+    bodies = {
+        "base": (1.0, (0, 0, 0), np.diag([0.5, 0.5, 1.0])),
+        "out": (1.0, (2.0, 0, 0), tiny),
+        "in": (1.0, (-2.0, 0, 0), tiny),
+    }
     return from_screws(joints, (), bodies, inputs=["turn", "q"], name="floating_pantograph")
 
 

@@ -42,9 +42,12 @@ def deviations(found):
 @pytest.mark.table(1)
 @pytest.mark.parametrize(
     ("lower", "angle", "straight"),
-    [(CORRECTED, 89.6, (5e-4, 1.4e-3)), (SYMMETRIC, 90.0, (1e-9, 3e-4)),
-     (PRINTED, 90.0, (1e-9, 3e-4))],
-)  # fmt: skip
+    [
+        (CORRECTED, 89.6, (5e-4, 1.4e-3)),
+        (SYMMETRIC, 90.0, (1e-9, 3e-4)),
+        (PRINTED, 90.0, (1e-9, 3e-4)),
+    ],
+)
 def test_two_paths_cross(lower, angle, straight):
     """Section 3.2 and Fig. 3.6, from the pose alone; the print measures 0.9 mm over 200 mm."""
     robot = crossing_five_bar(BEYOND, *lower)

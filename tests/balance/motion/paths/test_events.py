@@ -53,9 +53,12 @@ def slider_crank():
         ScrewJoint("wheel", "base", "disk"),
     ]
     loop = ScrewJoint("pin", "two", "block", point=(1.6, 0, 0))
-    bodies = {"one": (1.0, (0.1, 0.2, 0), tiny), "two": (1.0, (1.0, 0.4, 0), tiny),
-              "block": (1.0, (1.6, 0, 0), tiny),
-              "disk": (1.0, (0, 0, 0), np.diag([0.1, 0.1, 1.0]))}  # fmt: skip
+    bodies = {
+        "one": (1.0, (0.1, 0.2, 0), tiny),
+        "two": (1.0, (1.0, 0.4, 0), tiny),
+        "block": (1.0, (1.6, 0, 0), tiny),
+        "disk": (1.0, (0, 0, 0), np.diag([0.1, 0.1, 1.0])),
+    }
     return from_screws(joints, [loop], bodies, inputs=["slide", "wheel"], name="slider")
 
 

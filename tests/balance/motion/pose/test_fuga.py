@@ -96,7 +96,7 @@ def test_the_closed_form_is_that_of_the_plane():
         (ASKED, ON_LINE, (70.322, 150.506, 1.170)),
         (ASKED, BEYOND, (70.336, 150.498, 1.242)),
     ],
-)  # fmt: skip
+)
 def test_upper_arms_of_the_closed_forms(lower, x, expected):
     assert np.abs(np.subtract(upper_arm(lower, x), expected)).max() < 6e-4
 
@@ -174,8 +174,12 @@ def measured(masses, path):
     joints = joint_reactions(chain, loads)
     names, L = [joint.name for joint in linkage.joints], chain.frame.length
     bearing = L * joints.joints[:, names.index("u1"), 3:5]
-    return (np.ptp(found[:, 2]), np.ptp(found[:, 3:5], axis=0).max(),
-            L**2 * np.abs(joints.motors).max(), np.ptp(bearing, axis=0))  # fmt: skip
+    return (
+        np.ptp(found[:, 2]),
+        np.ptp(found[:, 3:5], axis=0).max(),
+        L**2 * np.abs(joints.motors).max(),
+        np.ptp(bearing, axis=0),
+    )
 
 
 @pytest.mark.parametrize(("path", "moment"), [(1, 0.0), (2, 0.013), (3, 0.81)])

@@ -33,8 +33,12 @@ def arm(count, seed=0, planar=False):
             points[:, 2] = 0.0
         centre = masses @ points / masses.sum()
         d = points - centre
-        tensor = np.einsum("k,kij->ij", masses, np.einsum("ki,ki->k", d, d)[:, None, None]
-                           * np.eye(3) - d[:, :, None] * d[:, None, :])  # fmt: skip
+        tensor = np.einsum(
+            "k,kij->ij",
+            masses,
+            np.einsum("ki,ki->k", d, d)[:, None, None] * np.eye(3)
+            - d[:, :, None] * d[:, None, :],
+        )
         bodies[f"l{k}"] = masses.sum(), centre, tensor
     return from_screws(joints, bodies=bodies)
 
@@ -139,8 +143,12 @@ def test_the_progress_of_a_map_ends_with_all_poses():
 def test_wrong_grids_are_refused():
     linkage = kinematics.load("five_bar")
     first = linkage.inputs[0]
-    for grid, text in (({"q2": [0.0]}, "not an input"), ({first: [0.0, 0.2, 0.1]}, "rise or"),
-                       ({first: [np.nan]}, "finite"), ({}, "give positions"),
-                       ({first: [3.0, 3.01]}, "no pose of the grid")):  # fmt: skip
+    for grid, text in (
+        ({"q2": [0.0]}, "not an input"),
+        ({first: [0.0, 0.2, 0.1]}, "rise or"),
+        ({first: [np.nan]}, "finite"),
+        ({}, "give positions"),
+        ({first: [3.0, 3.01]}, "no pose of the grid"),
+    ):
         with pytest.raises(PoseError, match=text):
             momentum_map(linkage, grid)

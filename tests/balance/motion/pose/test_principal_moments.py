@@ -58,8 +58,10 @@ def test_what_is_outside_the_bounds_has_no_orientation():
         xi = np.array([rng.uniform(-0.5, 0.5), 0.0, rng.uniform(g[2], g[0])])
         # (ω_i²) of the principal axes, by Cramer's rule; all must be positive.
         V, right = np.vander(g, 3, increasing=True).T, [1.0, w @ xi, xi @ xi]
-        squares = [np.linalg.det(np.where(np.arange(3) == k, np.array(right)[:, None], V))
-                   for k in range(3)] / np.linalg.det(V)  # fmt: skip
+        squares = [
+            np.linalg.det(np.where(np.arange(3) == k, np.array(right)[:, None], V))
+            for k in range(3)
+        ] / np.linalg.det(V)
         reachable = squares.min() > 0.0
         margin = momentum_margins(g, w, xi)[:3].min()
         assert (margin > 0.0) == reachable

@@ -21,9 +21,15 @@ def geared_arm(rng, count=3):
         parent, wheel = f"a{k - 1}" if k else "base", mass_properties(sums(*point_masses(rng)))
         joints += [
             ScrewJoint(f"u{k}", parent, f"a{k}", screw=screw(rng, "zero")),
-            ScrewJoint(f"q{k}", "base", f"b{k}", rng.standard_normal(3), wheel.com,
-                       mimic=(f"u{k}", rng.uniform(-9.0, 9.0) * 20.0 ** (count - k))),
-        ]  # fmt: skip
+            ScrewJoint(
+                f"q{k}",
+                "base",
+                f"b{k}",
+                rng.standard_normal(3),
+                wheel.com,
+                mimic=(f"u{k}", rng.uniform(-9.0, 9.0) * 20.0 ** (count - k)),
+            ),
+        ]
         bodies[f"a{k}"] = 1.0, np.zeros(3), np.eye(3)
         bodies[f"b{k}"] = tuple(wheel)
     return from_screws(joints, bodies=bodies, inputs=[f"u{k}" for k in range(count)])

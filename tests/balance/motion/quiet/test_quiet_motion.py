@@ -21,8 +21,11 @@ def size(wrench, plan):
     """The size of the shaking that a plan minimises, at instants, from wrenches."""
     force = wrench[:, 3:]
     moment = wrench[:, :3] - np.cross(plan.objective.point, force)
-    parts = {"force": [force], "moment": [moment],
-             "both": [force, moment / plan.objective.length]}  # fmt: skip
+    parts = {
+        "force": [force],
+        "moment": [moment],
+        "both": [force, moment / plan.objective.length],
+    }
     return np.linalg.norm(np.concatenate(parts[plan.objective.part], axis=1), axis=1)
 
 
@@ -36,16 +39,20 @@ def value(time, sizes, measure):
 def quintic(start, end, tau, duration):
     """Positions, velocities and accelerations of the quintic law."""
     way = np.subtract(end, start)
-    laws = (10 * tau**3 - 15 * tau**4 + 6 * tau**5, 30 * tau**2 * (1 - tau) ** 2 / duration,
-            60 * tau * (1 - tau) * (1 - 2 * tau) / duration**2)  # fmt: skip
+    laws = (
+        10 * tau**3 - 15 * tau**4 + 6 * tau**5,
+        30 * tau**2 * (1 - tau) ** 2 / duration,
+        60 * tau * (1 - tau) * (1 - 2 * tau) / duration**2,
+    )
     return [start * (k == 0) + law[:, None] * way for k, law in enumerate(laws)]
 
 
 def trapezoid(start, end, tau, duration):
     """The same of the law with thirds of constant acceleration, speed and braking."""
     way, late = np.subtract(end, start), 1 - tau
-    s = np.where(tau < 1 / 3, 2.25 * tau**2, np.where(tau > 2 / 3, 1 - 2.25 * late**2,
-                                                      1.5 * tau - 0.25))  # fmt: skip
+    s = np.where(
+        tau < 1 / 3, 2.25 * tau**2, np.where(tau > 2 / 3, 1 - 2.25 * late**2, 1.5 * tau - 0.25)
+    )
     speed = np.minimum(np.minimum(4.5 * tau, 1.5), 4.5 * late)
     change = np.where(tau < 1 / 3, 4.5, np.where(tau > 2 / 3, -4.5, 0.0))
     laws = s, speed / duration, change / duration**2
@@ -64,8 +71,11 @@ def check_against_the_laws(name, part, measure):
     laws = [law(start, end, tau, duration) for law in (quintic, trapezoid)]
     sizes = []
     for path in (motion, *laws):
-        wrench = (balance.motion.shaking(linkage, *path) if linkage.loops
-                  else base_wrenches(linkage, *path))  # fmt: skip
+        wrench = (
+            balance.motion.shaking(linkage, *path)
+            if linkage.loops
+            else base_wrenches(linkage, *path)
+        )
         sizes.append(value(duration * tau, size(wrench, plan), measure))
     assert sizes[0] == pytest.approx(plan.after.value, rel=2e-3)
     assert sizes[1] == pytest.approx(plan.quintic.value, rel=2e-3)
@@ -158,9 +168,11 @@ def test_limits_are_kept(limit):
     plan = balance.quiet_motion(arm, start, end, 1.0, **{limit: {"u1": 0.9 * peak}})
     u, ud, udd = plan.path.at(time)
     reached = {
-        "velocity": ud, "acceleration": udd, "jerk": plan.path.jerk(time),
+        "velocity": ud,
+        "acceleration": udd,
+        "jerk": plan.path.jerk(time),
         "torque": torques(arm, u, ud, udd),
-    }[limit]  # fmt: skip
+    }[limit]
     assert plan.found
     assert np.abs(reached[:, 0]).max() <= 0.9 * peak * 1.003
     assert plan.after.value > 0.999 * free.after.value or limit == "jerk"
@@ -184,8 +196,10 @@ def test_an_infeasible_limit_is_named():
     """0.5 m in 1 s need a mean speed of 0.5 m/s, and 2 m/s² at least."""
     plan = balance.quiet_motion(slide(), [0.0], [0.5], 1.0, velocity=0.4)
     assert (plan.verdict, plan.exceeded.kind, plan.exceeded.joint) == (
-        "infeasible", "velocity", "u1",
-    )  # fmt: skip
+        "infeasible",
+        "velocity",
+        "u1",
+    )
     assert plan.words.startswith("infeasible: the velocity of u1 exceeds its limit 0.4 by 0.2")
     plan = balance.quiet_motion(slide(), [0.0], [0.5], 1.0, acceleration=1.9)
     assert plan.exceeded.kind == "acceleration"
@@ -194,8 +208,10 @@ def test_an_infeasible_limit_is_named():
 
 def test_natural_frequencies_of_the_base_are_not_excited():
     arm, frequency = planar_arm(2), 2.0
-    plans = [balance.quiet_motion(arm, [0.2, 0.4], [1.4, 1.5], 1.0, frequencies=given)
-             for given in ((), (frequency,))]  # fmt: skip
+    plans = [
+        balance.quiet_motion(arm, [0.2, 0.4], [1.4, 1.5], 1.0, frequencies=given)
+        for given in ((), (frequency,))
+    ]
     excited = []
     for plan in plans:
         time, *motion = plan.samples(401)

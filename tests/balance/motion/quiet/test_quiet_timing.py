@@ -75,8 +75,11 @@ def least_by_other_discretisation(arm, start, end, nodes=25):
         speeds = np.append(0.0, np.cumsum(a) * dt)
         places = np.append(0.0, np.cumsum(0.5 * (speeds[1:] + speeds[:-1]) * dt))
         rest = half - k * dt
-        return (places[k] + speeds[k] * rest + 0.5 * a[k] * rest**2, speeds[k] + a[k] * rest,
-                a[k])  # fmt: skip
+        return (
+            places[k] + speeds[k] * rest + 0.5 * a[k] * rest**2,
+            speeds[k] + a[k] * rest,
+            a[k],
+        )
 
     def mean_square(a):
         s, sd, sdd = (x[1::2, None] for x in law(a))
@@ -85,8 +88,13 @@ def least_by_other_discretisation(arm, start, end, nodes=25):
 
     ends = {"type": "eq", "fun": lambda a: [law(a)[0][-1] - 1.0, a.sum()]}
     middle = (np.arange(steps) + 0.5) * dt
-    found = minimize(mean_square, 6.0 - 12.0 * middle, constraints=[ends], method="SLSQP",
-                     options={"maxiter": 60, "ftol": 1e-9})  # fmt: skip
+    found = minimize(
+        mean_square,
+        6.0 - 12.0 * middle,
+        constraints=[ends],
+        method="SLSQP",
+        options={"maxiter": 60, "ftol": 1e-9},
+    )
     return np.sqrt(found.fun)
 
 

@@ -147,8 +147,9 @@ def test_a_crank_that_cannot_turn_says_how_far(links, tmp_path):
     assert str(caught.value).startswith(f"{path}: the crank u1 cannot turn fully: only from ")
     ends = [
         math.degrees(math.acos((a * a + d * d - e * e) / (2.0 * a * d)))
-        for e in (b - c, b + c) if abs(a * a + d * d - e * e) < 2.0 * a * d
-    ]  # fmt: skip
+        for e in (b - c, b + c)
+        if abs(a * a + d * d - e * e) < 2.0 * a * d
+    ]
     # About the pose of the file at 90°; below the base line by symmetry.
     first, last = (min(ends), max(ends)) if len(ends) == 2 else (-ends[0], ends[0])
     assert low == pytest.approx(first - 90.0, abs=0.006)
@@ -207,8 +208,11 @@ def test_other_inputs_stand_still_or_follow(tmp_path):
     still = kinematics.Motion.parse(relations + ["revolute=0"], linkage.inputs)
     with pytest.raises(MotionError, match="does not let revolute turn"):
         revolve_crank(linkage, 4.0, "revolute", still)
-    for name, problem in ((None, "which is the crank"), ("prismatic", "not revolute"),
-                          ("nothing", "not an input")):  # fmt: skip
+    for name, problem in (
+        (None, "which is the crank"),
+        ("prismatic", "not revolute"),
+        ("nothing", "not an input"),
+    ):
         with pytest.raises(CoordinateError, match=problem):
             revolve_crank(linkage, 4.0, name)
     for speed in (0.0, math.nan, math.inf, 1e-7, 1e7):
@@ -242,12 +246,17 @@ def test_units_of_speed(word):
 @pytest.mark.parametrize(
     "words",
     [
-        ["--speed", "300"], ["--speed", "rpm"], ["--speed", "300m/s"], ["--speed", "=300rpm"],
-        ["--speed", "nanrpm"], ["--speed", "300rpm", "--csv", "a.csv"],
-        ["--speed", "300rpm", "--trajectories", "3"], ["--speed", "300rpm", "--seed", "0"],
+        ["--speed", "300"],
+        ["--speed", "rpm"],
+        ["--speed", "300m/s"],
+        ["--speed", "=300rpm"],
+        ["--speed", "nanrpm"],
+        ["--speed", "300rpm", "--csv", "a.csv"],
+        ["--speed", "300rpm", "--trajectories", "3"],
+        ["--speed", "300rpm", "--seed", "0"],
         ["--table", "a.csv", "--against", "bennett"],
     ],
-)  # fmt: skip
+)
 def test_words_of_a_speed_that_are_refused(words, capsys, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     assert main(["verify", "four_bar_general", *words]) == 2
@@ -260,9 +269,15 @@ def test_words_of_a_speed_that_are_refused(words, capsys, tmp_path, monkeypatch)
 def test_the_command_tells_peak_and_rms(capsys, tmp_path):
     page, table = tmp_path / "a.html", tmp_path / "a.csv"
     code, report = run(
-        capsys, "four_bar_general", "--speed", "300rpm", "--html", str(page), "--table",
+        capsys,
+        "four_bar_general",
+        "--speed",
+        "300rpm",
+        "--html",
+        str(page),
+        "--table",
         str(table),
-    )  # fmt: skip
+    )
     same = verify("four_bar_general", speed=10.0 * math.pi)
     assert code == 1 and {**same.to_dict(), "against": None, "sentence": None} == report
     speed = report["speed"]
@@ -273,8 +288,11 @@ def test_the_command_tells_peak_and_rms(capsys, tmp_path):
     out = capsys.readouterr().out
     assert "one revolution of u1 at 300 rpm (31.4159 rad/s), 720 steps" in out
     force = speed["force"]
-    assert re.search(rf"shaking force +peak {force['peak']:.3g} N at [\d.]+°, rms "
-                     rf"{force['rms']:.3g} N;", out)  # fmt: skip
+    assert re.search(
+        rf"shaking force +peak {force['peak']:.3g} N at [\d.]+°, rms "
+        rf"{force['rms']:.3g} N;",
+        out,
+    )
     text = page.read_text("utf-8")
     assert "one revolution of u1 at 300 rpm (0.2 s)" in text and f"{force['rms']:.3g} N" in text
     with open(table, encoding="utf-8", newline="") as file:

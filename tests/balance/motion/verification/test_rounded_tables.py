@@ -29,8 +29,9 @@ def waves(number, time, width):
         if number % 5 == 4:
             x = time / time[-1]
             path = np.polynomial.Polynomial([0.0, 0.0, 0.0, 10.0, -15.0, 6.0])
-            found[:, :, w] += [0.2 * path.deriv(k)(x) / time[-1] ** k if k else 0.2 * path(x)
-                               for k in range(3)]  # fmt: skip
+            found[:, :, w] += [
+                0.2 * path.deriv(k)(x) / time[-1] ** k if k else 0.2 * path(x) for k in range(3)
+            ]
             continue
         for k in range(1, 1 + rng.integers(1, 4)):
             size, phase, rate = rng.uniform(0.02, 0.1), rng.uniform(0.0, TURN), TURN * k
@@ -44,9 +45,13 @@ def waves(number, time, width):
 def write(path, linkage, time, u, decimals):
     """Write a table with so many decimals of all numbers."""
     np.savetxt(
-        path, np.column_stack([time, u]), fmt=f"%.{decimals}f", delimiter=",",
-        header=",".join(["time", *linkage.inputs]), comments="",
-    )  # fmt: skip
+        path,
+        np.column_stack([time, u]),
+        fmt=f"%.{decimals}f",
+        delimiter=",",
+        header=",".join(["time", *linkage.inputs]),
+        comments="",
+    )
     return path
 
 

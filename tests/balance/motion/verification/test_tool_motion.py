@@ -45,8 +45,10 @@ def inputs_at(time):
 
 def write_path(path, digits=12, head="time,x,y", scale=1.0, time=TIME, noise=0.0):
     at = shift(time) * scale + noise
-    rows = [f"{t:.9g},{x.real:.{digits}f},{x.imag:.{digits}f}"
-            for t, x in zip(time, at, strict=True)]  # fmt: skip
+    rows = [
+        f"{t:.9g},{x.real:.{digits}f},{x.imag:.{digits}f}"
+        for t, x in zip(time, at, strict=True)
+    ]
     path.write_text("\n".join([head, *rows]), encoding="utf-8")
     return path
 

@@ -112,9 +112,12 @@ def test_the_last_step_ends_at_the_goal(tmp_path):
     def moved(robot):
         A, B, C, D = np.array([[0.8, 0.4, 0], [0.4, 0.6, 0], [-0.5, -0.3, 0], [-0.6, -0.9, 0]])
         for path, place in (
-            ("joint[@name='u1']", A), ("joint[@name='q2']", B - A), ("joint[@name='q4']", D),
-            ("loop/predecessor", C - B), ("loop/successor", C - D),
-        ):  # fmt: skip
+            ("joint[@name='u1']", A),
+            ("joint[@name='q2']", B - A),
+            ("joint[@name='q4']", D),
+            ("loop/predecessor", C - B),
+            ("loop/successor", C - D),
+        ):
             robot.find(f"{path}/origin").set("xyz", words(place))
 
     linkage = kinematics.load(altered("four_bar_general", tmp_path, moved))

@@ -146,14 +146,15 @@ def test_what_is_in_doubt_is_an_estimate(tilt, doubted, tmp_path, capsys):
 
 
 BREAKS = {
-    "an order": lambda space: {"orders": (*space.orders[:1], space.orders[0]._replace(rank=4),
-                                          *space.orders[2:])},
+    "an order": lambda space: {
+        "orders": (*space.orders[:1], space.orders[0]._replace(rank=4), *space.orders[2:])
+    },
     "one order less": lambda space: {"orders": space.orders[:-1]},
     "the serial part": lambda space: {"serial_nullity": space.serial_nullity - 1},
     "the rank": lambda space: {
         "decision": space.decision.with_basis(space.decision.basis[:, 1:])
     },
-}  # fmt: skip
+}
 
 
 @pytest.mark.parametrize("change", BREAKS)

@@ -34,7 +34,7 @@ TRUE = {
     "pantograph": (2, [6, 7, 8], [6, 10, 11]),
     "bennett": (1, [6, 10, 13], None),
     "spherical_opposite": (1, [6, 10, 13], [6, 11, 14, 15]),
-}  # fmt: skip
+}
 FRAMES = (("turned", "any"), ("axes", "any"), ("plain", "any"), ("turned", "xy"))
 
 
@@ -127,10 +127,13 @@ def planar_linkage(name, seed):
         "arm": [(0, 1), (1, 2), (2, 3)],
         "watt": [(0, 1), (1, 2), (0, 3), (2, 4), (3, 5), (2, 3), (4, 5)],
     }[name]
-    return MeantLinkage(name, tuple(
-        MeantJoint("revolute" if k > 4 else "continuous", before, after, p[k], z, k > 4)
-        for k, (before, after) in enumerate(pairs)
-    ))  # fmt: skip
+    return MeantLinkage(
+        name,
+        tuple(
+            MeantJoint("revolute" if k > 4 else "continuous", before, after, p[k], z, k > 4)
+            for k, (before, after) in enumerate(pairs)
+        ),
+    )
 
 
 @pytest.mark.table(3)
@@ -166,8 +169,11 @@ def test_both_answers_are_told(tmp_path):
 
 
 KITE = {
-    "o": (0.0, 0.0), "a": (0.8660254, 0.5), "c": (3.2345678, 0.0), "b": (0.8660254, -0.5),
-}  # fmt: skip
+    "o": (0.0, 0.0),
+    "a": (0.8660254, 0.5),
+    "c": (3.2345678, 0.0),
+    "b": (0.8660254, -0.5),
+}
 
 
 def kite_text(error):

@@ -34,8 +34,10 @@ def arm(folder, digits, tilt, off=0.0):
     for name, _, before, after, xyz, rpy, _ in ARM:
         turn = np.add(rpy, (off, 0, 0)) if name == "p1" else rpy
         poses[after] = poses[before] @ displacement(xyz, turn)
-    lines = ["<sdf version='1.6'><model name='arm'><joint name='fix' type='fixed'>"
-             "<parent>world</parent><child>base</child></joint>"]  # fmt: skip
+    lines = [
+        "<sdf version='1.6'><model name='arm'><joint name='fix' type='fixed'>"
+        "<parent>world</parent><child>base</child></joint>"
+    ]
     for k, (link, H) in enumerate(poses.items()):
         numbers = (*H[:3, 3], *Rotation.from_matrix(H[:3, :3]).as_euler("xyz"))
         text = " ".join(f"{x:.{digits}g}" for x in numbers)
@@ -45,10 +47,14 @@ def arm(folder, digits, tilt, off=0.0):
             "<izz>0.009</izz><ixy>0.001</ixy><ixz>0</ixz><iyz>0</iyz></inertia></inertial></link>"
         )
     for name, kind, before, after, *_, source in ARM:
-        mimic = "" if source is None else (
-            f"<mimic joint='{source[0]}'><multiplier>{source[1]}</multiplier><offset>0</offset>"
-            "<reference>0</reference></mimic>"
-        )  # fmt: skip
+        mimic = (
+            ""
+            if source is None
+            else (
+                f"<mimic joint='{source[0]}'><multiplier>{source[1]}</multiplier><offset>0</offset>"
+                "<reference>0</reference></mimic>"
+            )
+        )
         lines.append(
             f"<joint name='{name}' type='{kind}'><parent>{before}</parent>"
             f"<child>{after}</child><axis><xyz>0 0 1</xyz>{mimic}</axis></joint>"
@@ -101,5 +107,8 @@ def test_an_arm_in_fewer_digits_tells_both_ranks(tmp_path, digits):
 def test_an_arm_that_is_tilted_on_purpose_is_general(tmp_path):
     space = space_of(arm(tmp_path, 17, 0.4, off=1e-3))
     assert space.rank > SPECIAL
-    assert not [n for n in space.notices if n.code in ("special_as_meant", "near_special")
-                and f"{SPECIAL} " in n.message]  # fmt: skip
+    assert not [
+        n
+        for n in space.notices
+        if n.code in ("special_as_meant", "near_special") and f"{SPECIAL} " in n.message
+    ]

@@ -28,17 +28,32 @@ def revolute(before, after, x, y, loop=False):
 
 # Joints 0 and 1 are coaxial, so that link 3 is at rest; so are joints 3 and 6. That joint 4 is
 # at rest is seen only around the loop that passes link 3 by its pivot on the ground.
-RESTING = Linkage((
-    revolute(0, 1, 1, 1), revolute(1, 2, 1, 1), revolute(2, 3, 0, -1), revolute(0, 4, 0, -1),
-    revolute(4, 5, -1, -1), revolute(3, 0, 0, 1, True), revolute(5, 3, 0, -1, True),
-))  # fmt: skip
+RESTING = Linkage(
+    (
+        revolute(0, 1, 1, 1),
+        revolute(1, 2, 1, 1),
+        revolute(2, 3, 0, -1),
+        revolute(0, 4, 0, -1),
+        revolute(4, 5, -1, -1),
+        revolute(3, 0, 0, 1, True),
+        revolute(5, 3, 0, -1, True),
+    )
+)
 # Order 2 adds one condition, although the rank is 18.
-ALIGNED = Linkage((
-    revolute(0, 1, 3, -1), revolute(1, 2, 3, 1), Joint("P", 2, 3, vector(3, 0, 0), AXES[0]),
-    revolute(3, 4, -1, -1), Joint("P", 4, 5, vector(0, 3, 0), vector(1, -2, 0)),
-    revolute(2, 6, -3, -1), revolute(6, 7, -1, 0), revolute(3, 0, -1, -3, True),
-    revolute(5, 2, -3, 2, True), revolute(7, 3, 1, 1, True),
-))  # fmt: skip
+ALIGNED = Linkage(
+    (
+        revolute(0, 1, 3, -1),
+        revolute(1, 2, 3, 1),
+        Joint("P", 2, 3, vector(3, 0, 0), AXES[0]),
+        revolute(3, 4, -1, -1),
+        Joint("P", 4, 5, vector(0, 3, 0), vector(1, -2, 0)),
+        revolute(2, 6, -3, -1),
+        revolute(6, 7, -1, 0),
+        revolute(3, 0, -1, -3, True),
+        revolute(5, 2, -3, 2, True),
+        revolute(7, 3, 1, 1, True),
+    )
+)
 
 
 def certified(text, tmp_path, **options):
@@ -98,8 +113,11 @@ def test_many_poses_of_a_small_yoke_do_not_outvote_exact_arithmetic(tmp_path):
 @pytest.mark.parametrize("digits", [12, 17])
 def test_a_slide_in_the_plane_of_a_loop_is_meant_to_be_in_it(digits, tmp_path):
     """The slide belongs to no loop: its direction is known to the digits of the file only."""
-    pins = (revolute(0, 1, "-0.66", "-4.3"), revolute(1, 2, "-1.59", "-0.19"),
-            revolute(2, 3, "4.03", "-1.52"))  # fmt: skip
+    pins = (
+        revolute(0, 1, "-0.66", "-4.3"),
+        revolute(1, 2, "-1.59", "-0.19"),
+        revolute(2, 3, "4.03", "-1.52"),
+    )
     slide = Joint("P", 2, 4, vector("-1.3", "1.7", "1.8"), vector(1, 1, 0))
     closing = revolute(3, 0, "-1.51", "-3.04", True)
     linkage = Linkage((*pins, slide, closing), (Mimic(3, 0, Fraction(1)),), spatial=True)
@@ -111,10 +129,18 @@ def test_a_slide_in_the_plane_of_a_loop_is_meant_to_be_in_it(digits, tmp_path):
 
 def test_exact_decimals_of_six_digits_leave_no_doubt(tmp_path):
     """A Bennett linkage that closes exactly, and a slide that follows it slowly."""
-    axes = [AXES[2], vector("-0.21", "-0.72", -1), vector("-0.147", "-1.204", "-0.012"),
-            vector(0, 4, 3)]  # fmt: skip
-    points = [vector(0, 0, 0), vector("0.87336", "-0.25473", 0),
-              vector("-0.322", "-0.11025", "0.147"), vector("-1.213", 0, 0)]  # fmt: skip
+    axes = [
+        AXES[2],
+        vector("-0.21", "-0.72", -1),
+        vector("-0.147", "-1.204", "-0.012"),
+        vector(0, 4, 3),
+    ]
+    points = [
+        vector(0, 0, 0),
+        vector("0.87336", "-0.25473", 0),
+        vector("-0.322", "-0.11025", "0.147"),
+        vector("-1.213", 0, 0),
+    ]
     loop = ring(points, "RRRR", axes)
     arms = [
         Joint("R", 1, 4, vector("-0.3", 0, "-0.6"), vector(0, 1, 2)),

@@ -22,10 +22,15 @@ def chain():
     rng = np.random.default_rng(5)
     links = ["base", *(f"link{k}" for k in range(JOINTS))]
     joints = [
-        ScrewJoint(f"u{k}", links[k], links[k + 1],
-                   axis=tuple(rng.uniform(-1, 1, 3)), point=tuple(rng.uniform(-1, 1, 3)))
+        ScrewJoint(
+            f"u{k}",
+            links[k],
+            links[k + 1],
+            axis=tuple(rng.uniform(-1, 1, 3)),
+            point=tuple(rng.uniform(-1, 1, 3)),
+        )
         for k in range(JOINTS)
-    ]  # fmt: skip
+    ]
     return from_screws(joints, name="arm").chain
 
 

@@ -34,9 +34,15 @@ ROWS = [figure for figure in FIGURES if figure.balance == "dynamic"]
 BY_NAME = {str(figure): figure for figure in ROWS}
 # Linkages whose ranks at other sizes, places and directions are computed: of every kind.
 KINDS = [
-    "four_bar_kite", "slider_crank", "slider_pantograph", "two_rrr_bisector", "bennett-spatial",
-    "three_rsr_rational-spatial-u2=u3", "hprs-spatial", "four_bar_general-spatial",
-]  # fmt: skip
+    "four_bar_kite",
+    "slider_crank",
+    "slider_pantograph",
+    "two_rrr_bisector",
+    "bennett-spatial",
+    "three_rsr_rational-spatial-u2=u3",
+    "hprs-spatial",
+    "four_bar_general-spatial",
+]
 CHOSEN = KINDS[: number_of_cases(4, len(KINDS))]
 
 
@@ -55,9 +61,13 @@ def ranks(answer):
 def test_finite_poses_have_the_same_rank(figure):
     """Fifty poses: momentum, and the change of the inertia on the base, by parameter."""
     decision = rank_over_poses(
-        load(figure.model), figure.motion, spatial=figure.spatial, poses=50,
-        reach=figure.reach, rows=decoupling_rows,
-    )  # fmt: skip
+        load(figure.model),
+        figure.motion,
+        spatial=figure.spatial,
+        poses=50,
+        reach=figure.reach,
+        rows=decoupling_rows,
+    )
     answer = found(figure)
     assert decision.rank == answer.rank
     assert decision.kept > 1e-9 and decision.dropped < 1e-13
@@ -70,9 +80,14 @@ def test_finite_poses_have_the_same_rank(figure):
 def test_derivatives_have_the_same_rank_order_by_order(figure):
     answer = found(figure)
     decisions = ranks_by_order(
-        load(figure.model), answer.kmax + 1, figure.motion, spatial=figure.spatial,
-        radius=figure.radius, samples=figure.samples, rows=decoupling_rows,
-    )  # fmt: skip
+        load(figure.model),
+        answer.kmax + 1,
+        figure.motion,
+        spatial=figure.spatial,
+        radius=figure.radius,
+        samples=figure.samples,
+        rows=decoupling_rows,
+    )
     assert [decision.rank for decision in decisions] == [*ranks(answer), answer.rank]
 
 

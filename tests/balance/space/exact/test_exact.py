@@ -112,8 +112,11 @@ def test_the_kernels_are_the_formulas_in_fractions(model, motion):
     p = modular.PRIMES[0]
     found = rows_of(chain, [[int(x) for x in ray]], 2, p)[:, 0]
     assert found.shape == np.shape(expected)
-    wrong = [(x, y) for x, y in zip(found.ravel(), np.ravel(expected), strict=True)
-             if x != modulo(y, p)]  # fmt: skip
+    wrong = [
+        (x, y)
+        for x, y in zip(found.ravel(), np.ravel(expected), strict=True)
+        if x != modulo(y, p)
+    ]
     assert not wrong
 
 

@@ -32,9 +32,11 @@ def names_without_rate(name, motion):
     """Names of the joints that rest at poses far away, in floating point."""
     linkage = kinematics.load(name)
     moving = moving_chain(
-        linkage, motion_of(linkage, motion), True,
+        linkage,
+        motion_of(linkage, motion),
+        True,
         idle=np.zeros(len(linkage.joints), dtype=np.bool_),
-    )  # fmt: skip
+    )
     rng, moved = np.random.default_rng(3), np.zeros(len(linkage.joints), dtype=np.bool_)
     for _ in range(3):
         ray = rng.standard_normal(moving.width)

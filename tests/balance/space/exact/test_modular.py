@@ -20,8 +20,9 @@ P = PRIMES[0]
 
 def remainders(rng, *shape):
     """Remainders of which many are the largest ones."""
-    return np.where(rng.random(shape) < 0.5, P - 1 - rng.integers(0, 3, shape),
-                    rng.integers(0, P, shape))  # fmt: skip
+    return np.where(
+        rng.random(shape) < 0.5, P - 1 - rng.integers(0, 3, shape), rng.integers(0, P, shape)
+    )
 
 
 def whole(A, B):

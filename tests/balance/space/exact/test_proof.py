@@ -78,9 +78,15 @@ def test_a_proof_with_another_digit_is_refused(four_bar, tmp_path):
 
 
 CLAIMS = (
-    "rank", "nullity", "transfers", "chain.parent", "chain.screws", "chain.ends",
-    "chain.dependent", "chain.links",
-)  # fmt: skip
+    "rank",
+    "nullity",
+    "transfers",
+    "chain.parent",
+    "chain.screws",
+    "chain.ends",
+    "chain.dependent",
+    "chain.links",
+)
 
 
 @pytest.mark.table(2)

@@ -25,11 +25,16 @@ def arm_with_last(kind: str, seed: int):
     kinds = ["revolute"] * 6 + [kind]
     joints = [
         ScrewJoint(
-            f"q{k}", names[k], names[k + 1], axis=unit_vector(rng),
-            point=rng.standard_normal(3), kind=kind, pitch=0.3 if kind == "helical" else 0.0,
+            f"q{k}",
+            names[k],
+            names[k + 1],
+            axis=unit_vector(rng),
+            point=rng.standard_normal(3),
+            kind=kind,
+            pitch=0.3 if kind == "helical" else 0.0,
         )
         for k, kind in enumerate(kinds)
-    ]  # fmt: skip
+    ]
     return from_screws(joints)
 
 

@@ -81,15 +81,18 @@ def test_solved_parameters_are_those_asked_for():
     assert coefficient.content == Fraction(1)
 
 
-@pytest.mark.parametrize(("words", "options", "problem"), [
-    ("bennett", {}, "this is spatial"),
-    ("double_pendulum_duplicates", {}, "follows another"),
-    ("four_bar_general", {"solve": ["s_crank", "m_coupler", "s_rocker"]}, "as well"),
-    ("four_bar_general", {"solve": ["ghost"]}, "no parameter"),
-    ("four_bar_general", {"where": "AB=BD"}, "does not hold"),
-    ("four_bar_general", {"where": "AB=XY"}, "no distance"),
-    ("scissor_three_stage", {}, "several motions"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("words", "options", "problem"),
+    [
+        ("bennett", {}, "this is spatial"),
+        ("double_pendulum_duplicates", {}, "follows another"),
+        ("four_bar_general", {"solve": ["s_crank", "m_coupler", "s_rocker"]}, "as well"),
+        ("four_bar_general", {"solve": ["ghost"]}, "no parameter"),
+        ("four_bar_general", {"where": "AB=BD"}, "does not hold"),
+        ("four_bar_general", {"where": "AB=XY"}, "no distance"),
+        ("scissor_three_stage", {}, "several motions"),
+    ],
+)
 def test_refusals(words, options, problem):
     with pytest.raises(ExactError, match=problem):
         balance.formulas(words, "force", **options)

@@ -97,11 +97,13 @@ def test_notations():
     pool = FactorPool()
     quotient = pool.factorise(poly(xy=-2), poly(xz=1, zz=1))
     assert Writer(TEXT, variables).quotient(quotient) == (
-        True, "2 i l_a y_b/(conj(z_c) (l_a + conj(z_c)))",
-    )  # fmt: skip
+        True,
+        "2 i l_a y_b/(conj(z_c) (l_a + conj(z_c)))",
+    )
     assert Writer(TEXT, variables).quotient(quotient, 1) == (
-        False, "2 l_a y_b/(conj(z_c) (l_a + conj(z_c)))",
-    )  # fmt: skip
+        False,
+        "2 l_a y_b/(conj(z_c) (l_a + conj(z_c)))",
+    )
     assert r"\overline{z_{\mathrm{c}}}" in Writer(LATEX, variables).quotient(quotient).text
     text = Writer(PYTHON, variables).quotient(quotient).text
     values = {"l_a": 2.0, "y_b": 3.0, "z_c": 1 + 2j, "conj": lambda z: z.conjugate()}

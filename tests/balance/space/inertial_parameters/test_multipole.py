@@ -114,10 +114,13 @@ def test_rods_turn_with_the_axes():
     R = Rotation.random(random_state=rng).as_matrix()
     z = sums(*point_masses(rng))
     turned = sums(*(m := point_masses(np.random.default_rng(9)))), sums(m[0], m[1] @ R.T)
-    assert relative(
-        multipole_of(turned[1], np.zeros(3), RODS @ R.T).rods,
-        multipole_of(turned[0], np.zeros(3)).rods,
-    ) < 1e-12  # fmt: skip
+    assert (
+        relative(
+            multipole_of(turned[1], np.zeros(3), RODS @ R.T).rods,
+            multipole_of(turned[0], np.zeros(3)).rods,
+        )
+        < 1e-12
+    )
     assert (
         relative(
             multipole_of(z, np.zeros(3), 5.0 * RODS).rods, multipole_of(z, np.zeros(3)).rods

@@ -95,11 +95,20 @@ def test_round_off_is_no_violation():
 SPACE = "four_bar_kite"
 
 
-@pytest.mark.parametrize("y", [
-    np.ones(5) + 0j, [1j, 0, 0, 0, 0], ["1", "2", "3", "4", "5"], [None] * 5, [{}] * 5,
-    np.array(["2020-01-01"] * 5, dtype="datetime64[D]"), [10**400, 0, 0, 0, 0],
-    [np.inf, 0, 0, 0, 0], [np.nan, 0, 0, 0, 0],
-])  # fmt: skip
+@pytest.mark.parametrize(
+    "y",
+    [
+        np.ones(5) + 0j,
+        [1j, 0, 0, 0, 0],
+        ["1", "2", "3", "4", "5"],
+        [None] * 5,
+        [{}] * 5,
+        np.array(["2020-01-01"] * 5, dtype="datetime64[D]"),
+        [10**400, 0, 0, 0, 0],
+        [np.inf, 0, 0, 0, 0],
+        [np.nan, 0, 0, 0, 0],
+    ],
+)
 def test_coordinates_are_real_numbers(y):
     with pytest.raises(ValueError, match="give 5 finite numbers"):
         design_space(kinematics.load(SPACE)).bodies_of(y)

@@ -108,8 +108,9 @@ def test_a_freedom_is_the_sum_of_its_primitives(figure):
                 assert abs(np.linalg.norm(primitive.direction) - 1.0) < 1e-14
         if found.planar:
             n = found.axes[2]
-            E = np.array([[[b[4], b[7], b[8]], [b[7], b[5], b[9]], [b[8], b[9], b[6]]]
-                          for b in z])  # fmt: skip
+            E = np.array(
+                [[[b[4], b[7], b[8]], [b[7], b[5], b[9]], [b[8], b[9], b[6]]] for b in z]
+            )
             moments = np.einsum("bij,i,j->b", E, n, n)
             z = np.column_stack([z[:, 0], z[:, 1:4] @ found.axes[:2].T, moments])
         assert relative(freedom.vector, z[:, : len(found.labels)].ravel()) < 1e-13
@@ -174,8 +175,10 @@ def test_rods_of_the_3rsr_are_those_of_the_thesis():
     """J. J. de Jong, equations 5.74 to 5.77: a7 lies in the plane, perpendicular to n1."""
     found, freedoms = freed(U2_U3)
     at = {j.name: j for j in found.linkage.joints}
-    r = {name: at[name].point for name in ("u1", "u2", "u3", "platform1", "platform2",
-                                           "platform3", "elbow1_y")}  # fmt: skip
+    r = {
+        name: at[name].point
+        for name in ("u1", "u2", "u3", "platform1", "platform2", "platform3", "elbow1_y")
+    }
     r |= {"elbow2": at["elbow2.0"].point, "elbow3": at["elbow3.0"].point}
 
     def unit(a, b):
@@ -193,13 +196,18 @@ def test_rods_of_the_3rsr_are_those_of_the_thesis():
     a7 /= np.linalg.norm(a7)
     assert abs(a7 @ n("u1")) < 1e-15
     phi = 2.0 * np.pi / 3.0
-    first = {"lower1": rod(unit("u1", "elbow1_y")), "upper1": upper("elbow1_y", "platform1"),
-             "platform": -rod(a7)}  # fmt: skip
+    first = {
+        "lower1": rod(unit("u1", "elbow1_y")),
+        "upper1": upper("elbow1_y", "platform1"),
+        "platform": -rod(a7),
+    }
     second = {
-        "lower2": rod(unit("u2", "elbow2")), "upper2": upper("elbow2", "platform2"),
-        "lower3": rod(unit("u3", "elbow3")), "upper3": upper("elbow3", "platform3"),
+        "lower2": rod(unit("u2", "elbow2")),
+        "upper2": upper("elbow2", "platform2"),
+        "lower3": rod(unit("u3", "elbow3")),
+        "upper3": upper("elbow3", "platform3"),
         "platform": (-0.5 * np.cos(2.0 * phi) - 1.5) * rod(a7),
-    }  # fmt: skip
+    }
     zero = np.zeros(10)
     z = [np.concatenate([v.get(body, zero) for body in found.bodies]) for v in (first, second)]
     z = np.array(z).T
@@ -244,9 +252,16 @@ def test_what_cannot_be_said_in_few_terms_is_still_exact(monkeypatch):
 def test_numbers_are_fractions_only_if_they_are():
     term = candidate_terms(design_space(kinematics.load("four_bar_kite")))[0]
     name = f"{term.name} {{}} on the crank"
-    for value, text in ((1.0, "+1"), (-0.5, "-1/2"), (5 / 12, "+5/12"), (1 / 3, "+1/3"),
-                        (1 / 13, "+0.0769231"), (0.5 + 1e-8, "+0.5"), (-np.pi, "-3.14159"),
-                        (1e-9 / 3, "+3.33333e-10")):  # fmt: skip
+    for value, text in (
+        (1.0, "+1"),
+        (-0.5, "-1/2"),
+        (5 / 12, "+5/12"),
+        (1 / 3, "+1/3"),
+        (1 / 13, "+0.0769231"),
+        (0.5 + 1e-8, "+0.5"),
+        (-np.pi, "-3.14159"),
+        (1e-9 / 3, "+3.33333e-10"),
+    ):
         assert describe_terms([term.times(value)]) == name.format(text)
 
 
@@ -254,10 +269,12 @@ def two_links(tmp_path, first, kind, n, second, more=""):
     """A chain: a joint at the ground, then the joint in question, at random places."""
     rng = np.random.default_rng(5)
     parts = [
-        link("base"), link("a", **UNIT_INERTIA), link("b", **UNIT_INERTIA),
+        link("base"),
+        link("a", **UNIT_INERTIA),
+        link("b", **UNIT_INERTIA),
         joint("j1", first, "base", "a", pose_of(rng.normal(size=3), np.zeros(3)), n),
         joint("j2", kind, "a", "b", pose_of(rng.normal(size=3), np.zeros(3)), second, more),
-    ]  # fmt: skip
+    ]
     found = design_space(kinematics.load(saved(tmp_path, *parts)), spatial=True)
     return [(t, transfer_freedoms(found, t)) for t in found.transfers]
 
@@ -270,16 +287,24 @@ PITCH = '<screw_thread_pitch value="0.3"/>'
     ("kind", "more", "parallel", "skew"),
     [
         ("continuous", "", f"{AXIS}, {PAIRS}", AXIS),
-        ("continuous", PITCH, f"a displacement along the axis, a rod along the axis, {PAIRS}",
-         "a rod along the axis"),
+        (
+            "continuous",
+            PITCH,
+            f"a displacement along the axis, a rod along the axis, {PAIRS}",
+            "a rod along the axis",
+        ),
         ("prismatic", "", "a displacement along the axis, six rods", "six rods"),
-        ("cylindrical", "", f"a displacement along the axis, a rod along the axis, {PAIRS}",
-         "a rod along the axis"),
+        (
+            "cylindrical",
+            "",
+            f"a displacement along the axis, a rod along the axis, {PAIRS}",
+            "a rod along the axis",
+        ),
         ("universal", "", "a point mass at the centre", "a point mass at the centre"),
         ("spherical", "", "a point mass at the centre", "a point mass at the centre"),
         ("planar", "", f"a rod along the axis, {PAIRS}", "a rod along the axis"),
     ],
-)  # fmt: skip
+)
 def test_transfers_of_every_joint_in_words(kind, more, parallel, skew, tmp_path):
     limits = '<limit lower="-1" upper="1" effort="1" velocity="1"/>'
     for below, words in ((OBLIQUE, parallel), (unit_vector(np.random.default_rng(1)), skew)):
@@ -303,8 +328,12 @@ def test_the_primitives_of_a_revolute_joint(tmp_path):
     n = np.array(OBLIQUE) / np.linalg.norm(OBLIQUE)
     mass, moved, along, *pairs = base
     here = mass.primitives[0].point
-    assert abs(about(n, 0.7, np.random.default_rng(5).normal(size=3)) @ [*here, 1.0] - [
-        *here, 1.0]).max() < 1e-12  # fmt: skip
+    assert (
+        abs(
+            about(n, 0.7, np.random.default_rng(5).normal(size=3)) @ [*here, 1.0] - [*here, 1.0]
+        ).max()
+        < 1e-12
+    )
     assert np.linalg.norm(np.cross(moved.primitives[0].direction, n)) < 1e-12
     assert np.linalg.norm(np.cross(along.primitives[0].direction, n)) < 1e-12
     for pair in pairs:

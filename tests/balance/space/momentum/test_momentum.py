@@ -95,8 +95,10 @@ class Closed:
 
     def gap(self):
         """How far the welds are open: radians and metres."""
-        gaps = [self.displacement(w.end) - self.displacement(w.successor)
-                for w in self.linkage.loops]  # fmt: skip
+        gaps = [
+            self.displacement(w.end) - self.displacement(w.successor)
+            for w in self.linkage.loops
+        ]
         return np.abs(gaps).max(initial=0.0)
 
     def rates(self, rng):
@@ -105,9 +107,10 @@ class Closed:
         for weld in self.linkage.loops:
             sides = [
                 pin.getJointJacobian(self.model, self.data, link + 1, pin.ReferenceFrame.WORLD)
-                if link >= 0 else np.zeros((6, self.model.nv))
+                if link >= 0
+                else np.zeros((6, self.model.nv))
                 for link in (weld.end, weld.successor)
-            ]  # fmt: skip
+            ]
             rows.append(sides[0] - sides[1])
         for mimic in self.linkage.mimics:
             row = np.zeros((1, self.model.nv))

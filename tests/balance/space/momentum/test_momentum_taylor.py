@@ -81,9 +81,14 @@ def test_mixed_partials_agree_with_110_digits(name, order):
 @pytest.mark.table(1)
 @pytest.mark.parametrize(
     ("name", "motion", "order"),
-    [("three_rsr", "u2=u3", 10), ("three_rsr", None, 8), ("five_bar", None, 10),
-     ("slider_crank", None, 12), ("hprs", None, 6)],
-)  # fmt: skip
+    [
+        ("three_rsr", "u2=u3", 10),
+        ("three_rsr", None, 8),
+        ("five_bar", None, 10),
+        ("slider_crank", None, 12),
+        ("hprs", None, 6),
+    ],
+)
 def test_the_regressor_at_finite_poses(name, motion, order):
     """What high orders leave out at small displacements is below 1e-11."""
     linkage = kinematics.load(name)

@@ -143,10 +143,15 @@ def test_lines_of_equal_pitch_meet_in_one_point():
     two = rng.standard_normal((2, 3))
     forces = np.vstack([two, -two.sum(axis=0)])
     lines = [
-        ScrewLine("", point - (point @ f) * f / (f @ f), f / np.linalg.norm(f), pitch,
-                  float(np.linalg.norm(f)))
+        ScrewLine(
+            "",
+            point - (point @ f) * f / (f @ f),
+            f / np.linalg.norm(f),
+            pitch,
+            float(np.linalg.norm(f)),
+        )
         for f in forces
-    ]  # fmt: skip
+    ]
     assert sum(wrench(line) for line in lines) == pytest.approx(np.zeros(6), abs=1e-12)
     found = meeting(lines)
     assert found.miss < 1e-12

@@ -35,12 +35,32 @@ TWO_INPUTS = [
     ["dynamic up to order 2 about A=0.1"],
     ["dynamic at A=0.1", "dynamic at B=0.2", "force z"],
 ]
-ONE = ["four_bar_general", "four_bar_antiparallelogram", "slider_crank", "bennett", "rusr",
-       "four_bar_kite", "four_bar_spherical", "six_bar_watt", "four_bar_parallelogram",
-       "principal_vector_linkage_slider", "slider_pantograph"]  # fmt: skip
-MORE = ["five_bar", "hprs", "two_rrr", "fuga_i", "pantograph", "zero_reaction_arm",
-        "principal_vector_linkage", "double_pendulum_duplicates", "four_rrr", "three_rrr",
-        "three_rsr"]  # fmt: skip
+ONE = [
+    "four_bar_general",
+    "four_bar_antiparallelogram",
+    "slider_crank",
+    "bennett",
+    "rusr",
+    "four_bar_kite",
+    "four_bar_spherical",
+    "six_bar_watt",
+    "four_bar_parallelogram",
+    "principal_vector_linkage_slider",
+    "slider_pantograph",
+]
+MORE = [
+    "five_bar",
+    "hprs",
+    "two_rrr",
+    "fuga_i",
+    "pantograph",
+    "zero_reaction_arm",
+    "principal_vector_linkage",
+    "double_pendulum_duplicates",
+    "four_rrr",
+    "three_rrr",
+    "three_rsr",
+]
 CASES = [(model, tuple(texts)) for texts in ONE_INPUT for model in ONE + MORE]
 CASES += [(model, tuple(texts)) for texts in TWO_INPUTS for model in MORE]
 # Neighbours in the table differ in linkage and list.
@@ -76,10 +96,14 @@ def test_the_space_is_the_null_space_of_regressors_at_finite_poses(model, texts)
     columns = parameters(mechanism, not linkage.planar, space.balance == "force")
     order = [mechanism.bodies.index(name) for name in space.bodies]
     width = len(columns) // len(order)
-    rows = np.concatenate([
-        rows_of(mechanism, *region_of(text, names), not linkage.planar, np.array(GRAVITY), seed)
-        for seed, text in enumerate(texts)
-    ])[:, columns]  # fmt: skip
+    rows = np.concatenate(
+        [
+            rows_of(
+                mechanism, *region_of(text, names), not linkage.planar, np.array(GRAVITY), seed
+            )
+            for seed, text in enumerate(texts)
+        ]
+    )[:, columns]
     decision = decide(rows)
     assert decision.dropped < 1e-3 * decision.kept
     assert space.rank == (decision.rank if rows.any() else 0)

@@ -46,9 +46,12 @@ def test_a_saved_space_comes_back(figure, tmp_path):
     arrays = (saved.basis, saved.axes, saved.frames, saved.singular_values)
     assert not any(array.flags.writeable for array in arrays)
     again = balance.design_space(
-        kinematics.load(saved.source, inputs=saved.inputs), saved.motion, saved.balance,
-        saved.orders[-1].order, spatial=not saved.planar,
-    )  # fmt: skip
+        kinematics.load(saved.source, inputs=saved.inputs),
+        saved.motion,
+        saved.balance,
+        saved.orders[-1].order,
+        spatial=not saved.planar,
+    )
     assert saved.differences(record_of(again)) == ()
 
 
@@ -80,9 +83,12 @@ def test_a_saved_file_is_whole_and_the_same_each_time(tmp_path, monkeypatch):
         assert old.read() == first != path.read_bytes()
     header = json.loads(np.load(tmp_path / "again", allow_pickle=False)["header"].item())
     assert header["options"] == {
-        "inputs": ["u1"], "motion": None, "balance": "dynamic", "max_order": 3,
+        "inputs": ["u1"],
+        "motion": None,
+        "balance": "dynamic",
+        "max_order": 3,
         "spatial": False,
-    }  # fmt: skip
+    }
     assert header["format"] == "balance.space/2" and header["directions"] == "deterministic"
 
 

@@ -18,10 +18,18 @@ from tests.support.json_answers import json_answer
 
 # Balanced, free of forces alone, neither, at first sight (zero momentum in one pose) and open.
 GALLERY = (
-    "four_bar_kite_balanced", "fuga_i", "four_bar_general", "four_rrr_prototype",
-    "double_pendulum_duplicates", "four_rrr_in_line", "principal_vector_linkage",
-    "zero_reaction_arm", "sarrus", "pantograph_reaction_wheel", "four_rrr_symmetric",
-)  # fmt: skip
+    "four_bar_kite_balanced",
+    "fuga_i",
+    "four_bar_general",
+    "four_rrr_prototype",
+    "double_pendulum_duplicates",
+    "four_rrr_in_line",
+    "principal_vector_linkage",
+    "zero_reaction_arm",
+    "sarrus",
+    "pantograph_reaction_wheel",
+    "four_rrr_symmetric",
+)
 BODY = (
     '<inertial><origin xyz="0.1 0 0"/><mass value="1"/>'
     '<inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial>'

@@ -179,10 +179,16 @@ def test_names_of_links_do_not_matter(name, tmp_path):
 
 @pytest.mark.parametrize(
     ("name", "inputs"),
-    [("four_bar_general", ["q4"]), ("four_bar_kite", ["q3"]), ("slider_crank", ["q2"]),
-     ("five_bar", ["q2", "q4"]), ("bennett", ["q3"]), ("four_rrr", ["a1", "b1", "c1"]),
-     ("three_rsr", ["platform1", "u2", "platform3"])],
-)  # fmt: skip
+    [
+        ("four_bar_general", ["q4"]),
+        ("four_bar_kite", ["q3"]),
+        ("slider_crank", ["q2"]),
+        ("five_bar", ["q2", "q4"]),
+        ("bennett", ["q3"]),
+        ("four_rrr", ["a1", "b1", "c1"]),
+        ("three_rsr", ["platform1", "u2", "platform3"]),
+    ],
+)
 def test_the_choice_of_inputs_does_not_matter(name, inputs):
     one, other = (design_space(kinematics.load(name, inputs=i)) for i in (None, inputs))
     assert other.inputs == tuple(inputs)

@@ -26,11 +26,15 @@ TRUE = {
     "pl_gen_324": ([6, 13, 20, 25, 27, 29, 31], 17, 0),
     "sp_mix_36": ([6, 12, 18, 21, 24, 25], 42, 3),
     "pl_grid_1921": (
-        [12, 18, 21, 24, 25, 28, 28, 30, 30, 31, 31, 32, 32, 33, 33, 34, 34, 35], 17, 0,
+        [12, 18, 21, 24, 25, 28, 28, 30, 30, 31, 31, 32, 32, 33, 33, 34, 34, 35],
+        17,
+        0,
     ),
     "pl_grid_2139": ([15, 34, 41, 44, 44, 45], 23, 0),
     f"mo_gen_33 {RESTRICTED}": (
-        [3, 6, 9, 12, 15, 18, 20, 21, 22, 23, 24, 25, 26, 27, 28, 29], 28, 3,
+        [3, 6, 9, 12, 15, 18, 20, 21, 22, 23, 24, 25, 26, 27, 28, 29],
+        28,
+        3,
     ),
     "sp_mix_384": ([11, 19, 25, 31, 37, 43, 46, 49, 52, 55, 58, 61, 64, 67, 70, 73, 75], 51, 4),
     "arm_gen_100000": ([6, 10, 11], None, None),
@@ -40,7 +44,7 @@ TRUE = {
     "tilt_1e-10 --as-written --spatial": ([11, 17, 20], 10, 0),
     "fewer_rows --as-written --spatial": ([17, 30, 33], 17, 0),
     "two_dead_centres": ([3, 3, 3, 6, 6, 6, 6, 8], 3, 1),
-}  # fmt: skip
+}
 
 
 def report(words, capsys):
@@ -100,9 +104,11 @@ def test_a_loop_that_was_open_elsewhere_does_not_hide_conditions(tmp_path, capsy
     ]
     ends = [
         f'<{role} link="{link}"><origin xyz="{place} 0"/></{role}>'
-        for role, link, place in (("predecessor", "F2", "0.45 0.9"),
-                                  ("successor", "F3", "-0.5 0.8"))
-    ]  # fmt: skip
+        for role, link, place in (
+            ("predecessor", "F2", "0.45 0.9"),
+            ("successor", "F3", "-0.5 0.8"),
+        )
+    ]
     parts.append(f'<loop name="fk" type="revolute">{"".join(ends)}<axis xyz="0 0 1"/></loop>')
     text = (FOLDER / "m_sarrus_2_5.urdf").read_text()
     path = tmp_path / "two.urdf"

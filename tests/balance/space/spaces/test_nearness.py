@@ -16,12 +16,22 @@ from tests.support.laws import altered
 
 STEP = 2e-7
 CASES = {
-    "four_bar_general": {}, "four_bar_chain": {}, "eight_bar": {}, "four_rrr_parallel": {},
-    "scissor_three_stage": {}, "hprs": {}, "rusr": {}, "bennett": {}, "sarrus": {},
-    "three_rsr": {"motion": "u2=u3"}, "four_rrr": {"balance": "force"},
-    "six_bar_watt": {"spatial": True}, "pantograph": {}, "goldberg_five_bar": {},
+    "four_bar_general": {},
+    "four_bar_chain": {},
+    "eight_bar": {},
+    "four_rrr_parallel": {},
+    "scissor_three_stage": {},
+    "hprs": {},
+    "rusr": {},
+    "bennett": {},
+    "sarrus": {},
+    "three_rsr": {"motion": "u2=u3"},
+    "four_rrr": {"balance": "force"},
+    "six_bar_watt": {"spatial": True},
+    "pantograph": {},
+    "goldberg_five_bar": {},
     "four_bar_spherical": {"balance": "force"},
-}  # fmt: skip
+}
 
 
 def by_differences(space):

@@ -16,12 +16,15 @@ pytestmark = pytest.mark.lanes
 
 # Gallery models by topology; the last two have no name.
 NAMED = {
-    "four_bar_kite": "four-bar", "slider_crank": "slider-crank", "six_bar_watt": "watt1",
-    "six_bar_stephenson": "stephenson3", "four_bar_spherical": "spherical-four-bar",
+    "four_bar_kite": "four-bar",
+    "slider_crank": "slider-crank",
+    "six_bar_watt": "watt1",
+    "six_bar_stephenson": "stephenson3",
+    "four_bar_spherical": "spherical-four-bar",
     "four_bar_added_antiparallelogram": "watt2",
     "four_bar_added_slider_crank": "0-1 1-2 0-3 1-4 P0-5 2-3 4-5",
     "eight_bar": "0-1 1-2 0-3 2-4 0-5 4-6 3-7 2-3 4-5 6-7",
-}  # fmt: skip
+}
 
 
 @pytest.mark.parametrize("model", [*NAMED, "rusr"])
@@ -73,10 +76,21 @@ def test_what_no_walk_can_start_from_is_refused(model):
 
 @pytest.mark.parametrize(
     "text",
-    ["0-1 1-2 x2-3", "0-1 1-1", "0-1 1-2 S2-3 0-3", "0-1 2-3", "0-1 0-1",
-     "0-1 1-2 0-2", "0-1 1-99", "sphere: 0-1 P1-2 2-3 0-3", "0-1", "0-1 1-2", "space: S0-1 1-2",
-     f"0-1 1-2 2-{'9' * 5000}"],
-)  # fmt: skip
+    [
+        "0-1 1-2 x2-3",
+        "0-1 1-1",
+        "0-1 1-2 S2-3 0-3",
+        "0-1 2-3",
+        "0-1 0-1",
+        "0-1 1-2 0-2",
+        "0-1 1-99",
+        "sphere: 0-1 P1-2 2-3 0-3",
+        "0-1",
+        "0-1 1-2",
+        "space: S0-1 1-2",
+        f"0-1 1-2 2-{'9' * 5000}",
+    ],
+)
 def test_lists_that_are_no_topologies_are_refused(text):
     with pytest.raises(UsageError):
         topology(text).structure()

@@ -52,8 +52,10 @@ def test_a_rocker_stops_where_coupler_and_rocker_are_in_line():
     def corner(beside, opposite):
         return np.degrees(np.arccos((base**2 + beside**2 - opposite**2) / (2 * base * beside)))
 
-    ends = {"A": corner(crank, coupler + rocker) - np.degrees(1.0),
-            "D": corner(rocker, coupler + crank)}  # fmt: skip
+    ends = {
+        "A": corner(crank, coupler + rocker) - np.degrees(1.0),
+        "D": corner(rocker, coupler + crank),
+    }
     assert not found.full and found.ends == ("dead point", "dead point")
     if found.joint == "A":
         assert found.high == pytest.approx(ends["A"], abs=0.05)

@@ -14,9 +14,10 @@ from tests.support.covering import number_of_cases
 pytestmark = pytest.mark.lanes
 
 FOUR_BARS = {
-    frozenset(["AD = BC", "AB = CD"]), frozenset(["AD = AB", "BC = CD"]),
+    frozenset(["AD = BC", "AB = CD"]),
+    frozenset(["AD = AB", "BC = CD"]),
     frozenset(["AD = CD", "AB = BC"]),
-}  # fmt: skip
+}
 
 
 # Two chunks of walks, the second of which may be short.

@@ -21,9 +21,15 @@ pytestmark = pytest.mark.lanes
 
 # Of most geometries: figures of the design document, and of transfers at joints.
 NULLITY = {
-    "four-bar": 4, "slider-crank": 5, "watt1": 7, "watt2": 7, "stephenson1": 7,
-    "stephenson2": 7, "stephenson3": 7, "3-rsr": 27,
-}  # fmt: skip
+    "four-bar": 4,
+    "slider-crank": 5,
+    "watt1": 7,
+    "watt2": 7,
+    "stephenson1": 7,
+    "stephenson2": 7,
+    "stephenson3": 7,
+    "3-rsr": 27,
+}
 
 
 def planted(kind, count, seed, off=0.0):

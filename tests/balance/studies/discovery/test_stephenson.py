@@ -50,6 +50,7 @@ def test_four_relations_describe_both(family, nullity):
         texts = [relation.text(quantities) for relation in chosen]
         assert len(texts) == 4
         assert texts[:2] == [
-            "angle DAG = angle CBE (mod 180°)", "angle ADG = angle BCE (mod 180°)",
-        ]  # fmt: skip
+            "angle DAG = angle CBE (mod 180°)",
+            "angle ADG = angle BCE (mod 180°)",
+        ]
         assert all("EF" in text or "FG" in text for text in texts[2:])

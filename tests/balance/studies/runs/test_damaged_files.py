@@ -28,8 +28,12 @@ DAMAGES = [
     ("sweep", "DELETE FROM about WHERE name = 'digest'", RESUME, "'digest' is missing"),
     ("sweep", "UPDATE about SET value = 'x' WHERE name = 'rows'", SHOW, "'rows' is missing"),
     ("sweep", "UPDATE about SET value = -1 WHERE name = 'rows'", SHOW, "'rows' is missing"),
-    ("sweep", "UPDATE columns SET kind = 'ynteger' WHERE name = 'rank'", SHOW,
-     "kind or unit of column 'rank'"),
+    (
+        "sweep",
+        "UPDATE columns SET kind = 'ynteger' WHERE name = 'rank'",
+        SHOW,
+        "kind or unit of column 'rank'",
+    ),
     ("sweep", "UPDATE columns SET unit = NULL", SHOW, "kind or unit of column"),
     ("sweep", "UPDATE columns SET name = 'rank'", SHOW, "stands twice"),
     ("sweep", "DELETE FROM columns", SHOW, "table 'columns' is empty"),
@@ -41,16 +45,23 @@ DAMAGES = [
     ("sweep", "UPDATE results SET rank = 'x' WHERE row = 1", SHOW, "row 1 of 'rank' is not"),
     ("sweep", "UPDATE results SET rank = 0.5 WHERE row = 1", EXPORT, "row 1 of 'rank' is not"),
     ("sweep", "UPDATE results SET reason = x'00'", SHOW, "of 'reason' is not of kind text"),
-    ("sweep", "UPDATE results SET \"rocker.length\" = NULL", PAGE,
-     "'rocker.length' are missing"),
+    ("sweep", 'UPDATE results SET "rocker.length" = NULL', PAGE, "'rocker.length' are missing"),
     ("sweep", DESCRIPTION.format("substr(value, 9)"), PAGE, "study: is no JSON"),
     ("sweep", DESCRIPTION.format("'[1]'"), PAGE, "other entries than a study"),
     ("sweep", DESCRIPTION.format("json_set(value, '$.model', '')"), PAGE, "is no table"),
-    ("sweep", DESCRIPTION.format("json_set(value, '$.model.options.x', '')"), PAGE,
-     "options of its model"),
+    (
+        "sweep",
+        DESCRIPTION.format("json_set(value, '$.model.options.x', '')"),
+        PAGE,
+        "options of its model",
+    ),
     ("sweep", DESCRIPTION.format("json_set(value, '$.chunk_rows', 'x')"), PAGE, "chunk_rows"),
-    ("sweep", "UPDATE columns SET unit = 'mm' WHERE unit = 'm'", RESUME,
-     "are not those of its"),
+    (
+        "sweep",
+        "UPDATE columns SET unit = 'mm' WHERE unit = 'm'",
+        RESUME,
+        "are not those of its",
+    ),
     ("sweep", "UPDATE about SET value = 7 WHERE name = 'rows'", RESUME, "are not those of its"),
     ("sweep", "DELETE FROM chunks WHERE chunk = 0", RESUME, "UNIQUE constraint failed"),
     ("search", GEOMETRY.format("{"), FAMILIES, "text of a geometry is damaged"),
@@ -63,7 +74,7 @@ DAMAGES = [
     ("search", DESCRIPTION.format("json_set(value, '$.starts', 'x')"), FAMILIES, "no search"),
     ("search", DESCRIPTION.format("json_set(value, '$.origin', '{')"), FAMILIES, "geometry is"),
     ("search", DESCRIPTION.format("json_set(value, '$.seed', -1)"), FAMILIES, "without a seed"),
-]  # fmt: skip
+]
 
 
 @pytest.mark.table(12)

@@ -294,9 +294,13 @@ def test_memory_does_not_grow_with_the_rows(tmp_path):
     rows = 1_000_000 if ALL_CASES else 100_000
     root = Path(__file__).parents[4]
     done = subprocess.run(
-        [sys.executable, "-c", MEMORY, str(rows)], cwd=tmp_path,
-        env={"PYTHONPATH": str(root), "PATH": ""}, capture_output=True, text=True, check=True,
-    )  # fmt: skip
+        [sys.executable, "-c", MEMORY, str(rows)],
+        cwd=tmp_path,
+        env={"PYTHONPATH": str(root), "PATH": ""},
+        capture_output=True,
+        text=True,
+        check=True,
+    )
     *printed, memory = done.stdout.split()
     assert printed == [str(rows), str(rows), str((rows - 1) ** 2)]
     assert int(memory) < 500_000

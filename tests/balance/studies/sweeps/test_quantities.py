@@ -19,10 +19,16 @@ pytestmark = pytest.mark.lanes
 
 STUDIES = Path(__file__).resolve().parents[4] / "docs" / "studies"
 ALL = {
-    "rank": {}, "orders": {"count": 5}, "singular_values": {}, "distance": {},
-    "design": {"minimise": "mass"}, "counterweights": {"links": ["crank", "rocker"]},
-    "input_inertia": {}, "shaking": {"speed": 5.0}, "certainty": {},
-}  # fmt: skip
+    "rank": {},
+    "orders": {"count": 5},
+    "singular_values": {},
+    "distance": {},
+    "design": {"minimise": "mass"},
+    "counterweights": {"links": ["crank", "rocker"]},
+    "input_inertia": {},
+    "shaking": {"speed": 5.0},
+    "certainty": {},
+}
 
 
 def written(model: str, **values: float) -> kinematics.Linkage:
@@ -74,9 +80,10 @@ def test_shaking_and_inertia_do_not_depend_on_where_the_file_stands():
 def test_verdicts_only_where_the_rank_drops():
     """On the grid of an antiparallelogram, one base is that of the coupler."""
     table = balance.sweep(
-        "four_bar_antiparallelogram", {"q4.origin.x": "0.9:1.3:9"},
+        "four_bar_antiparallelogram",
+        {"q4.origin.x": "0.9:1.3:9"},
         quantities={"rank": {}, "design": {"where": "rank drop"}},
-    )  # fmt: skip
+    )
     special = table["q4.origin.x"] == 1.0
     assert special.sum() == 1 and np.array_equal(table["rank"] == 7, special)
     assert table["design"][special].tolist() == ["feasible"]
@@ -106,19 +113,24 @@ def test_bars_follow_their_lengths():
         x, y = f"{end}.origin.x", f"{end}.origin.y"
         mass = f"1.5*hypot({x}, {y})"
         by_hand |= {
-            f"{link}.mass": mass, f"{link}.com.x": f"{x}/2", f"{link}.com.y": f"{y}/2",
-            f"{link}.com.z": "0", f"{link}.inertia.izz": f"{mass}*({x}**2 + {y}**2)/12",
+            f"{link}.mass": mass,
+            f"{link}.com.x": f"{x}/2",
+            f"{link}.com.y": f"{y}/2",
+            f"{link}.com.z": "0",
+            f"{link}.inertia.izz": f"{mass}*({x}**2 + {y}**2)/12",
             f"{link}.inertia.ixx": f"{mass}*{y}**2/12",
             f"{link}.inertia.iyy": f"{mass}*{x}**2/12",
-            f"{link}.inertia.ixy": f"-{mass}*{x}*{y}/12", f"{link}.inertia.ixz": "0",
+            f"{link}.inertia.ixy": f"-{mass}*{x}*{y}/12",
+            f"{link}.inertia.ixz": "0",
             f"{link}.inertia.iyz": "0",
-        }  # fmt: skip
+        }
     by_length = {f"{link}.mass_per_length": "1.5" for link in ends}
     bars, hand = (
-        balance.sweep("four_bar_general", varied, relations=relations,
-                      quantities=["input_inertia"])
+        balance.sweep(
+            "four_bar_general", varied, relations=relations, quantities=["input_inertia"]
+        )
         for relations in (by_length, by_hand)
-    )  # fmt: skip
+    )
     assert not bars.reasons and bars.units["coupler.mass_per_length"] == "kg/m"
     assert np.ptp(bars["inertia_u1"]) > 0.01
     np.testing.assert_allclose(bars["inertia_u1"], hand["inertia_u1"], rtol=1e-9)
@@ -129,15 +141,19 @@ def test_numbers_with_units_are_those_in_si():
     with_units, plain = (
         balance.sweep(
             "four_bar_general",
-            {"q4.origin.x": grid, "rocker.mass_per_length": bars,
-             "q2.origin.x": {"uniform": span}},
-            samples=2, quantities={"shaking": {"speed": speed, "samples": 24}},
+            {
+                "q4.origin.x": grid,
+                "rocker.mass_per_length": bars,
+                "q2.origin.x": {"uniform": span},
+            },
+            samples=2,
+            quantities={"shaking": {"speed": speed, "samples": 24}},
         )
         for grid, bars, span, speed in (
             ("1050mm : 110 cm:3", ["500g/m", "2kg/m"], ["80mm", "0.12"], "300rpm"),
             ("1.05:1.1:3", [0.5, 2.0], [0.08, 0.12], 10.0 * np.pi),
         )
-    )  # fmt: skip
+    )
     for name in plain:
         if plain[name].dtype.kind == "f":
             np.testing.assert_allclose(with_units[name], plain[name], rtol=1e-13)
@@ -149,12 +165,16 @@ def test_shaking_after_counterweights_is_that_of_the_written_file(tmp_path):
     """By Pinocchio, on the file that the counterweights of one geometry write."""
     links, turn = ["crank", "rocker"], {"speed": "300rpm"}
     table = balance.sweep(
-        "four_bar_general", {"crank.mass": [1.0, 2.0]}, balance="force",
+        "four_bar_general",
+        {"crank.mass": [1.0, 2.0]},
+        balance="force",
         quantities={
-            "counterweights": {"links": links}, "shaking": turn,
-            "shaking after counterweights": {}, "input_inertia after counterweights": {},
+            "counterweights": {"links": links},
+            "shaking": turn,
+            "shaking after counterweights": {},
+            "input_inertia after counterweights": {},
         },
-    )  # fmt: skip
+    )
     for row, mass in enumerate((1.0, 2.0)):
         heavy = ElementTree.fromstring(gallery_text("four_bar_general"))
         heavy.find("link[@name='crank']/inertial/mass").set("value", str(mass))
@@ -168,10 +188,14 @@ def test_shaking_after_counterweights_is_that_of_the_written_file(tmp_path):
         felt = input_inertia(balance.load(path))["u1"]
         assert table["inertia_u1_after"][row] == pytest.approx(felt, rel=1e-8)
     none = balance.sweep(
-        "four_bar_general", {"crank.mass": [1.0]}, balance="force",
-        quantities={"counterweights": {"links": ["crank"]},
-                    "shaking after counterweights": turn},
-    )  # fmt: skip
+        "four_bar_general",
+        {"crank.mass": [1.0]},
+        balance="force",
+        quantities={
+            "counterweights": {"links": ["crank"]},
+            "shaking after counterweights": turn,
+        },
+    )
     assert none["counterweights"][0] == "infeasible" and not none.reasons
     assert np.isnan(none["peak_moment_after"][0])
 

@@ -103,8 +103,10 @@ def test_bad_studies_are_refused_in_one_line(case: str):
 
 def test_too_many_geometries_need_a_word():
     grid = "0:1:1000000"
-    tables = {"model": {"file": "four_bar_general"},
-              "parameters": {"q2.origin.x": grid, "q2.origin.y": grid}}  # fmt: skip
+    tables = {
+        "model": {"file": "four_bar_general"},
+        "parameters": {"q2.origin.x": grid, "q2.origin.y": grid},
+    }
     study = Study.from_tables(tables)
     with pytest.raises(UsageError, match=r"1e\+12 geometries .*--yes"):
         study.job()
@@ -115,8 +117,11 @@ def test_too_many_geometries_need_a_word():
 def test_rows_far_away_are_computed_alone():
     """A chunk in the middle of a million million geometries."""
     grid = "0:1:1000000"
-    tables = {"model": {"file": "four_bar_general"}, "run": {"chunk_rows": 3},
-              "parameters": {"q2.origin.x": grid, "q2.origin.y": grid}}  # fmt: skip
+    tables = {
+        "model": {"file": "four_bar_general"},
+        "run": {"chunk_rows": 3},
+        "parameters": {"q2.origin.x": grid, "q2.origin.y": grid},
+    }
     study = Study.from_tables(tables)
     values = study.job(yes=True).compute(400_000_000)
     assert len(values["rank"]) == study.chunk_rows == 3
@@ -159,10 +164,13 @@ def test_the_page_says_what_happens():
 def test_values_of_a_row_follow_from_its_number():
     """Whatever rows are computed together; and a stream is that of its parameter alone."""
     ranges = {
-        "a": read_range("0:1:3"), "b": read_range([5, 7]), "c": read_range({"uniform": [2, 3]}),
-        "d": read_range({"normal": [1, 0.5]}), "e": read_range({"sobol": [0, 1]}),
+        "a": read_range("0:1:3"),
+        "b": read_range([5, 7]),
+        "c": read_range({"uniform": [2, 3]}),
+        "d": read_range({"normal": [1, 0.5]}),
+        "e": read_range({"sobol": [0, 1]}),
         "f": read_range({"sobol": [-1, 1]}),
-    }  # fmt: skip
+    }
     whole = range_values(ranges, 7, 3, 0, 42)
     for start, stop in ((0, 5), (5, 6), (6, 31), (31, 42)):
         part = range_values(ranges, 7, 3, start, stop)
@@ -178,9 +186,10 @@ def test_values_of_a_row_follow_from_its_number():
 @pytest.mark.slow
 def test_samples_have_the_distribution_that_is_asked():
     ranges = {
-        "u": read_range({"uniform": [2, 4]}), "n": read_range({"normal": [1, 0.5]}),
+        "u": read_range({"uniform": [2, 4]}),
+        "n": read_range({"normal": [1, 0.5]}),
         "s": read_range({"sobol": [2, 4]}),
-    }  # fmt: skip
+    }
     found = range_values(ranges, 2**14, 0, 0, 2**14)
     assert found["u"].min() >= 2.0 and found["u"].max() < 4.0
     assert found["u"].mean() == pytest.approx(3.0, abs=0.02)
@@ -200,9 +209,17 @@ def test_grids_have_the_decimals_that_one_would_write(grid: str):
 
 @pytest.mark.parametrize(
     ("text", "value"),
-    [("2*a.x + b", 7.0), ("-a.x**2", -9.0), ("hypot(a.x, 4)", 5.0), ("min(a.x, b)/b", 1.0),
-     ("sin(pi/2)*a.x", 3.0), ("1/(b-1)", np.inf), ("sqrt(-b)", np.nan), ("asin(b)*2", np.pi)],
-)  # fmt: skip
+    [
+        ("2*a.x + b", 7.0),
+        ("-a.x**2", -9.0),
+        ("hypot(a.x, 4)", 5.0),
+        ("min(a.x, b)/b", 1.0),
+        ("sin(pi/2)*a.x", 3.0),
+        ("1/(b-1)", np.inf),
+        ("sqrt(-b)", np.nan),
+        ("asin(b)*2", np.pi),
+    ],
+)
 def test_expressions_are_arithmetic(text: str, value: float):
     found = read_expression(text)({"a.x": np.array([3.0]), "b": np.array([1.0])})
     assert found == pytest.approx(np.array([value]), nan_ok=True)
@@ -223,10 +240,14 @@ def test_everything_else_is_no_expression(text: str):
 @pytest.mark.lanes
 def test_a_chunk_is_the_same_again_and_in_other_processes():
     tables = {
-        "model": {"file": "four_bar_general"}, "sampling": {"count": 300, "seed": 5},
-        "parameters": {"q2.origin.x": {"uniform": [0.05, 0.3]},
-                       "coupler.length": {"sobol": [0.6, 1.3]}}, "run": {"chunk_rows": 100},
-    }  # fmt: skip
+        "model": {"file": "four_bar_general"},
+        "sampling": {"count": 300, "seed": 5},
+        "parameters": {
+            "q2.origin.x": {"uniform": [0.05, 0.3]},
+            "coupler.length": {"sobol": [0.6, 1.3]},
+        },
+        "run": {"chunk_rows": 100},
+    }
     job = Study.from_tables(tables).job()
     sent = pickle.dumps(job)
     assert len(sent) < 20_000
@@ -249,10 +270,13 @@ def test_the_digest_is_that_of_what_decides_the_results():
     tables = {"model": {"file": "four_bar_general"}, "parameters": X}
     digests = {
         Study.from_tables(tables | more).job().digest
-        for more in ({}, {"model": {"file": "four_bar_kite"}},
-                     {"compute": {"balance": "force"}},
-                     {"parameters": {"q2.origin.x": "0.1:0.3:4"}})
-    }  # fmt: skip
+        for more in (
+            {},
+            {"model": {"file": "four_bar_kite"}},
+            {"compute": {"balance": "force"}},
+            {"parameters": {"q2.origin.x": "0.1:0.3:4"}},
+        )
+    }
     assert len(digests) == 4
 
 
@@ -262,13 +286,15 @@ def test_one_parameter_moves_a_joint_and_everything_beyond_it():
     by_length = balance.sweep("four_bar_general", {"crank.length": [0.4]})
     unit = np.array([0.1, 0.3]) / np.hypot(0.1, 0.3) * 0.4
     by_origin = balance.sweep(
-        "four_bar_general", {"q2.origin.x": [unit[0]]},
+        "four_bar_general",
+        {"q2.origin.x": [unit[0]]},
         relations={"q2.origin.y": "3*q2.origin.x"},
-    )  # fmt: skip
+    )
     by_name = balance.sweep(
-        "four_bar_general", {"r": [0.4]},
+        "four_bar_general",
+        {"r": [0.4]},
         relations={"q2.origin.x": "r/sqrt(10)", "q2.origin.y": "3*r/sqrt(10)"},
-    )  # fmt: skip
+    )
     kept = [table["kept_pivot"][0] for table in (by_length, by_origin, by_name)]
     assert kept == pytest.approx([kept[0]] * 3, rel=1e-9)
     assert by_name["q2.origin.x"][0] == pytest.approx(unit[0])
@@ -298,10 +324,16 @@ def test_geometries_that_do_not_assemble_stay_with_their_reason():
 def test_reach_is_that_of_two_circles():
     """The tip of a crank reaches targets on its circle and no others."""
     table = balance.sweep(
-        "four_bar_general", {"crank.length": "0.25:0.35:11"},
-        constraints={"reach": {"link": "crank", "point": ["crank.length", 0, 0],
-                               "targets": [[0.3, 0.0, 0.0]]}},
-    )  # fmt: skip
+        "four_bar_general",
+        {"crank.length": "0.25:0.35:11"},
+        constraints={
+            "reach": {
+                "link": "crank",
+                "point": ["crank.length", 0, 0],
+                "targets": [[0.3, 0.0, 0.0]],
+            }
+        },
+    )
     fits = np.abs(table["crank.length"] - 0.3) < 1e-12
     assert np.array_equal(table["reason"] == "", fits) and fits.sum() == 1
 

@@ -46,10 +46,18 @@ def test_the_turn_of_the_tool_of_the_table():
     assert closed == pytest.approx(integrated(inertias, math.pi / 2, BETA), abs=1e-12)
 
 
-@pytest.mark.parametrize(("ratio", "printed"), [
-    (0.0, (-0.00851, 0.00887)), (0.045, (-0.00786, 0.00826)), (0.1, (-0.0070, 0.00745)),
-    (0.2, (-0.00513, 0.00566)), (0.326, (0.0, 0.00064)), (0.35, ()), (0.5, ()),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("ratio", "printed"),
+    [
+        (0.0, (-0.00851, 0.00887)),
+        (0.045, (-0.00786, 0.00826)),
+        (0.1, (-0.0070, 0.00745)),
+        (0.2, (-0.00513, 0.00566)),
+        (0.326, (0.0, 0.00064)),
+        (0.35, ()),
+        (0.5, ()),
+    ],
+)
 def test_the_zero_contour_of_the_table(ratio, printed):
     """G_x of the issue, from -0.03 to 0.06 m; at R = 0.326 there is a second one."""
     places = positions()
@@ -74,9 +82,14 @@ def test_the_map_and_its_contour():
     x = np.linspace(-0.03, 0.06, 46)
     done = []
     found = angle_error_map(
-        places, line, TABLE, line.offsets_of_x(x), [0.0, 0.045, 0.1, 0.2, 0.3, 0.326, 0.4],
-        s2=S2, progress=lambda k, n: done.append((k, n)),
-    )  # fmt: skip
+        places,
+        line,
+        TABLE,
+        line.offsets_of_x(x),
+        [0.0, 0.045, 0.1, 0.2, 0.3, 0.326, 0.4],
+        s2=S2,
+        progress=lambda k, n: done.append((k, n)),
+    )
     assert found.errors.shape == (7, 46) and done[-1] == (7, 7)
     assert np.abs(found.contour.residuals).max() < 1e-10
     fixed, _ = line.pivots(found.contour.points[:, 0])

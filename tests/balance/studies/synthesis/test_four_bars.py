@@ -77,12 +77,18 @@ def test_short_bases_do_not_balance(monkeypatch):
     assert balanced_four_bar(one)[0] is None
 
 
-@pytest.mark.parametrize(("places", "pivot", "said"), [
-    ([(0, 0, 0), (1, 0, 0)], 0.3j, "no pole"),
-    ([(1, 0, 0), (math.cos(1), math.sin(1), 1)], 0j, "is the pole"),
-    ([(1, 0, 0), (math.cos(1), math.sin(1), 1), (math.cos(2), math.sin(2), 2)], None,
-     "one pole"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("places", "pivot", "said"),
+    [
+        ([(0, 0, 0), (1, 0, 0)], 0.3j, "no pole"),
+        ([(1, 0, 0), (math.cos(1), math.sin(1), 1)], 0j, "is the pole"),
+        (
+            [(1, 0, 0), (math.cos(1), math.sin(1), 1), (math.cos(2), math.sin(2), 2)],
+            None,
+            "one pole",
+        ),
+    ],
+)
 def test_positions_without_a_four_bar_are_refused(places, pivot, said):
     with pytest.raises(SynthesisError, match=said):
         four_bars_through([Position(*each) for each in places], "kite", fixed=pivot)

@@ -137,13 +137,19 @@ def test_the_written_four_bar_is_balanced_and_near_is_said():
     assert near.verdict == "feasible" and near.mechanisms[0].meets
 
 
-@pytest.mark.parametrize(("places", "options", "said"), [
-    ([(0, 0, 0), (1, 0, 0.2), (1, 1, 0.2), (0, 1, 0.5)], {}, "a pantograph passes"),
-    ([(0, 0, 0), (1, 0, 0.2)], {"within": 0.1, "fixed": 1j}, "met exactly"),
-    ([(0, 0, 0), (1, 0, 0.2), (1, 1, 0.3), (0, 1, 0.5)], {"kind": "four-bar", "fixed": 1j},
-     "choose none"),
-    ([(0, 0, 0.1 * k) for k in range(21)], {"kind": "four-bar"}, "give 2 to 20"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("places", "options", "said"),
+    [
+        ([(0, 0, 0), (1, 0, 0.2), (1, 1, 0.2), (0, 1, 0.5)], {}, "a pantograph passes"),
+        ([(0, 0, 0), (1, 0, 0.2)], {"within": 0.1, "fixed": 1j}, "met exactly"),
+        (
+            [(0, 0, 0), (1, 0, 0.2), (1, 1, 0.3), (0, 1, 0.5)],
+            {"kind": "four-bar", "fixed": 1j},
+            "choose none",
+        ),
+        ([(0, 0, 0.1 * k) for k in range(21)], {"kind": "four-bar"}, "give 2 to 20"),
+    ],
+)
 def test_requests_that_contradict_are_refused(places, options, said):
     with pytest.raises(UsageError, match=said):
         balance.synthesize(places, **options)

@@ -43,20 +43,29 @@ def points(masses, l1, s1, s2, s5, e1, e2):
     """Masses and places of [B] Fig. 2, recovered from Eqs. 3 and 4."""
     m = masses
     return [
-        (m.m1, s1 * e1), (m.m2, l1 * e1 + s2 * e2), (m.m3, (l1 - m.s3) * e1 - m.l2 * e2),
-        (m.m4, -m.l3 * e1 - m.s4 * e2), (m.m5, l1 * e1 + s5 * e2),
+        (m.m1, s1 * e1),
+        (m.m2, l1 * e1 + s2 * e2),
+        (m.m3, (l1 - m.s3) * e1 - m.l2 * e2),
+        (m.m4, -m.l3 * e1 - m.s4 * e2),
+        (m.m5, l1 * e1 + s5 * e2),
         (m.m6, -m.l3 * e1 - m.l2 * e2),
-    ]  # fmt: skip
+    ]
 
 
 def momentum(masses, l1, s1, s2, s5, theta, rates):
     """Angular momentum about the fixed pivot and linear momentum, by differences of places."""
     h = 1e-6
     ends = [
-        points(masses, l1, s1, s2, s5, *(cmath.exp(1j * (a + s * r * h))
-                                         for a, r in zip(theta, rates, strict=True)))
+        points(
+            masses,
+            l1,
+            s1,
+            s2,
+            s5,
+            *(cmath.exp(1j * (a + s * r * h)) for a, r in zip(theta, rates, strict=True)),
+        )
         for s in (-1, 1)
-    ]  # fmt: skip
+    ]
     spin = masses.inertia_1 * rates[0] + masses.inertia_2 * rates[1]
     linear = 0.0
     for (mass, before), (_, after) in zip(*ends, strict=True):
@@ -120,10 +129,16 @@ def random_pantograph(seed):
     own = default_masses(chain.length, abs(chain.reach))
     factors = rng.uniform(0.5, 2.0, 6)
     masses = replace(
-        own, l2=own.l2 * factors[0], l3=own.l3 * factors[1], m1=factors[2], m2=factors[3],
-        m4=factors[4], m5=0.1 * factors[5], m6=float(rng.choice([0.0, 0.4])),
+        own,
+        l2=own.l2 * factors[0],
+        l3=own.l3 * factors[1],
+        m1=factors[2],
+        m2=factors[3],
+        m4=factors[4],
+        m5=0.1 * factors[5],
+        m6=float(rng.choice([0.0, 0.4])),
         s4=float(rng.choice([0.0, 0.2])) * own.l2,
-    )  # fmt: skip
+    )
     return balance_chain(chain, ratio, masses), ratio
 
 
@@ -195,11 +210,16 @@ def test_defects_are_named():
     assert list_defects(balance_chain(wide, -0.9))[0].kind == "branch"
 
 
-@pytest.mark.parametrize(("change", "said"), [
-    ({"m3": 0.0}, "m3 = 0 must be positive"), ({"l2": -1.0}, "l2 = -1 must be positive"),
-    ({"m5": -0.1}, "m5 = -0.1 is negative"), ({"m1": math.nan}, "m1 = nan is not a finite"),
-    ({"inertia_2": -1.0}, "inertia_2 = -1 is negative"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        ({"m3": 0.0}, "m3 = 0 must be positive"),
+        ({"l2": -1.0}, "l2 = -1 must be positive"),
+        ({"m5": -0.1}, "m5 = -0.1 is negative"),
+        ({"m1": math.nan}, "m1 = nan is not a finite"),
+        ({"inertia_2": -1.0}, "inertia_2 = -1 is negative"),
+    ],
+)
 def test_masses_that_are_none_are_refused(change, said):
     chain = chain_from_moving_pivot([A, B], -0.5, 0.2 - 0.1j)
     with pytest.raises(UsageError, match=said):

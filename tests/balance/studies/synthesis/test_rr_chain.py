@@ -126,19 +126,22 @@ def test_the_path_is_a_hypotrochoid(ratio):
     assert np.allclose(path, right, atol=1e-13) and np.abs(path - printed).max() > 1e-2
 
 
-@pytest.mark.parametrize(("positions", "ratio", "error", "said"), [
-    ([A, A], -1.0, SynthesisError, "positions 1 and 2 coincide"),
-    ([A, B], 0.0, UsageError, "k = 0: the first link stands still"),
-    ([A, B], 1.0, UsageError, "k = 1: both links are one body"),
-    ([A, B], math.nan, UsageError, "no finite number"),
-    ([A], -1.0, UsageError, "1 positions: give 2 to 20"),
-    ([A, B, (1, 1, 1)], -1.0, UsageError, "3 positions: give 2"),
-    ([A, (0.3, 0.1, 0.2 + 2 * math.pi)], -1.0, SynthesisError, "coincide"),
-    ([A, (0.5, 0.1, 0.2)], -1.0, SynthesisError, "same angle"),
-    ([A, (0.5, math.inf, 0.2)], -1.0, UsageError, "position 2 is not of finite numbers"),
-    ([A, (0.5, 0.5, A.angle + math.pi)], 2.0, SynthesisError, "whole turns only"),
-    ([A, (0.5, 0.5, A.angle + math.pi)], 3.0, None, ""),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("positions", "ratio", "error", "said"),
+    [
+        ([A, A], -1.0, SynthesisError, "positions 1 and 2 coincide"),
+        ([A, B], 0.0, UsageError, "k = 0: the first link stands still"),
+        ([A, B], 1.0, UsageError, "k = 1: both links are one body"),
+        ([A, B], math.nan, UsageError, "no finite number"),
+        ([A], -1.0, UsageError, "1 positions: give 2 to 20"),
+        ([A, B, (1, 1, 1)], -1.0, UsageError, "3 positions: give 2"),
+        ([A, (0.3, 0.1, 0.2 + 2 * math.pi)], -1.0, SynthesisError, "coincide"),
+        ([A, (0.5, 0.1, 0.2)], -1.0, SynthesisError, "same angle"),
+        ([A, (0.5, math.inf, 0.2)], -1.0, UsageError, "position 2 is not of finite numbers"),
+        ([A, (0.5, 0.5, A.angle + math.pi)], 2.0, SynthesisError, "whole turns only"),
+        ([A, (0.5, 0.5, A.angle + math.pi)], 3.0, None, ""),
+    ],
+)
 def test_what_has_no_chain_is_refused(positions, ratio, error, said):
     if error is None:
         assert chain_from_moving_pivot(positions, ratio, 0.1j).error < 1e-12

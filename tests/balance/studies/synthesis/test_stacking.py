@@ -29,8 +29,10 @@ def test_two_freedoms_without_momentum(chains):
 
 def test_each_chain_is_balanced_alone():
     """A little more mass on the slider, or on the platform, and its own input shakes."""
-    for change, shaken in (({"slider_mass": 0.41}, (True, True)),
-                           ({"platform_mass": 1.01}, (True, False))):  # fmt: skip
+    for change, shaken in (
+        ({"slider_mass": 0.41}, (True, True)),
+        ({"platform_mass": 1.01}, (True, False)),
+    ):
         right = stacked_urdf().decode()
         wrong = stacked_urdf(StackedChains()._replace(**change)).decode()
         name = next(iter(change)).partition("_")[0]
@@ -60,8 +62,10 @@ def test_the_platform_only_rises():
     assert np.abs(moment).max() < 1e-12
 
 
-@pytest.mark.parametrize("change", [{"leg": 0.0}, {"leg_angle": 1.57}, {"crank_mass": -1.0},
-                                    {"plane_angle": 3.14159}])  # fmt: skip
+@pytest.mark.parametrize(
+    "change",
+    [{"leg": 0.0}, {"leg_angle": 1.57}, {"crank_mass": -1.0}, {"plane_angle": 3.14159}],
+)
 def test_flat_and_empty_chains_are_refused(change):
     with pytest.raises(UsageError, match=next(iter(change))):
         stacked_urdf(StackedChains()._replace(**change))

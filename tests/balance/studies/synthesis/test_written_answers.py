@@ -20,13 +20,26 @@ def run(capsys, *words):
     ("words", "motion", "ranks"),
     [
         (["--positions", f"{TWO}; -0.1,0.5,-70", "--kind", "four-bar"], [], [3, 6, 7]),
-        (["--positions", "0.1,0.5,0; 0.5,0.6,-50", "--kind", "four-bar", "--moving",
-          "0.1,0.45"], [], [3, 6, 7]),
-        (["--positions", TWO, "--moving", "0.2,-0.1", "--ratio", "-0.5"],
-         ["--motion", "elbow=-3*shoulder"], None),
+        (
+            [
+                "--positions",
+                "0.1,0.5,0; 0.5,0.6,-50",
+                "--kind",
+                "four-bar",
+                "--moving",
+                "0.1,0.45",
+            ],
+            [],
+            [3, 6, 7],
+        ),
+        (
+            ["--positions", TWO, "--moving", "0.2,-0.1", "--ratio", "-0.5"],
+            ["--motion", "elbow=-3*shoulder"],
+            None,
+        ),
     ],
     ids=["three positions", "two positions", "pantograph"],
-)  # fmt: skip
+)
 def test_synthesised_mechanisms(words, motion, ranks, tmp_path, capsys):
     """Kites have the ranks 3, 6, 7; the pantograph is balanced along its motion."""
     path = str(tmp_path / "out.urdf")

@@ -89,9 +89,13 @@ def test_inputs_are_chosen_where_none_is_marked(name, tmp_path):
 
 @pytest.mark.parametrize(
     ("name", "inputs"),
-    [("four_bar_general", ["q2"]), ("four_bar_general", ["q3"]), ("five_bar", ["q4", "u1"]),
-     ("hprs", ["wrist_z", "wrist_y", "wrist_x", "revolute", "prismatic", "helical"])],
-)  # fmt: skip
+    [
+        ("four_bar_general", ["q2"]),
+        ("four_bar_general", ["q3"]),
+        ("five_bar", ["q4", "u1"]),
+        ("hprs", ["wrist_z", "wrist_y", "wrist_x", "revolute", "prismatic", "helical"]),
+    ],
+)
 def test_named_inputs_are_taken_in_their_order(name, inputs):
     linkage = kinematics.load(name, inputs=inputs)
     assert linkage.inputs == tuple(inputs)
@@ -179,12 +183,14 @@ def test_a_loop_turned_over_is_refused(tmp_path):
     """Half a turn has no sine: the loop is amid the joints, so nothing else is open."""
     a, b, d = (np.array(x) for x in ([-1, 0, 0], [-0.5, 1.2, 0], [1.5, -1.2, 0]))
     path = saved(
-        tmp_path, link("base"), *(link(name, **MASS) for name in "abc"),
+        tmp_path,
+        link("base"),
+        *(link(name, **MASS) for name in "abc"),
         joint("j1", "continuous", "base", "a", along(a), Z),
         joint("j2", "continuous", "a", "b", along(b - a), Z),
         joint("j4", "continuous", "base", "c", along(d), Z),
         loop("k", "revolute", ("b", "c"), (along(-b), along(-d) @ about([0, 1, 0], np.pi)), Z),
-    )  # fmt: skip
+    )
     with pytest.raises(OpenLoopError) as caught:
         kinematics.load(path)
     assert caught.value.angle == pytest.approx(np.pi, rel=1e-9)
@@ -274,12 +280,22 @@ def test_a_mimic_joint_follows_its_source(ratio, offset, tmp_path):
 def test_a_mimic_ratio_has_units(tmp_path):
     """A rack on a pinion: metres per radian, whatever length the chain is scaled by."""
     path = saved(
-        tmp_path, link("base"), link("pinion", **MASS), link("rack", **MASS),
+        tmp_path,
+        link("base"),
+        link("pinion", **MASS),
+        link("rack", **MASS),
         joint("turn", "continuous", "base", "pinion", along([5, 0, 0]), Z),
-        joint("slide", "prismatic", "base", "rack", along([5, 3, 0]), [1, 0, 0],
-              more='<limit effort="1" velocity="1" lower="-9" upper="9"/>'
-                   '<mimic joint="turn" multiplier="-0.25"/>'),
-    )  # fmt: skip
+        joint(
+            "slide",
+            "prismatic",
+            "base",
+            "rack",
+            along([5, 3, 0]),
+            [1, 0, 0],
+            more='<limit effort="1" velocity="1" lower="-9" upper="9"/>'
+            '<mimic joint="turn" multiplier="-0.25"/>',
+        ),
+    )
     linkage = kinematics.load(path)
     assert linkage.mobility == 1 and linkage.inputs == ("turn",)
     assert joint_positions(linkage, [0.8]) == pytest.approx([0.8, -0.2], abs=1e-15)
@@ -299,15 +315,17 @@ def test_a_slightly_open_file_is_closed_and_told(figure, tmp_path):
     """Joints of the tree are turned by 1e-4 in the file: the same linkage, a bit open."""
     mechanism, rng = reference.load(figure.model), np.random.default_rng(110)
     turning = [
-        name for name, twist in zip(mechanism.joints, mechanism.twists, strict=True)
+        name
+        for name, twist in zip(mechanism.joints, mechanism.twists, strict=True)
         if twist[:3, :3].any()
-    ]  # fmt: skip
+    ]
     angles = dict(zip(turning, 1e-4 * rng.choice([-1, 1], len(turning)), strict=True))
     linkage = kinematics.load(altered(figure.model, tmp_path, posed(angles)))
     told = re.search(
         r"open by (\S+) .*closed from the pose of the file; joint '(\S+)' moved furthest, "
-        r"by (\S+) (rad|m)$", remark(linkage, "assembled"),
-    )  # fmt: skip
+        r"by (\S+) (rad|m)$",
+        remark(linkage, "assembled"),
+    )
     gap, moved = float(told[1]), abs(float(told[3]))
     assert 1e-5 < gap < 1e-2 and gap / 30 < moved < 30 * gap
     assert told[2] in {joint.name for joint in linkage.joints}

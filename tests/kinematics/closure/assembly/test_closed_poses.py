@@ -28,8 +28,11 @@ GENERAL = ("five_bar", "four_bar_general", "four_bar_spherical", "six_bar_watt",
 SPATIAL = ("rusr", "stewart_6ups")
 # And linkages that are not: bars of equal lengths.
 SPECIAL = (
-    "four_bar_antiparallelogram", "four_bar_kite", "four_bar_parallelogram", "slider_crank",
-)  # fmt: skip
+    "four_bar_antiparallelogram",
+    "four_bar_kite",
+    "four_bar_parallelogram",
+    "slider_crank",
+)
 ORIGIN = "<origin [^>]*/>"
 
 
@@ -158,8 +161,9 @@ def test_links_are_where_another_reader_puts_them(model, tmp_path):
     found = write_at_reference_pose(linkage)
     paths = path, rewritten(linkage, tmp_path)
     robots = [URDF.load(str(p), load_meshes=False) for p in paths]
-    robots[0].update_cfg({name: found.moved.get(name, 0.0)
-                          for name in robots[0].actuated_joint_names})  # fmt: skip
+    robots[0].update_cfg(
+        {name: found.moved.get(name, 0.0) for name in robots[0].actuated_joint_names}
+    )
     for name in robots[0].link_map:
         poses = [robot.get_transform(name) for robot in robots]
         assert poses[0] == pytest.approx(poses[1], abs=1e-12)

@@ -216,8 +216,9 @@ def test_motions_are_found_where_the_inputs_are_nearly_singular(tmp_path):
         if best < ratio < 1e4:
             best, at = ratio, float(angle)
     path = tmp_path / "dead.urdf"
-    path.write_bytes(write_at_reference_pose(
-        kinematics.load("four_bar_general", at={"u1": at})).data)  # fmt: skip
+    path.write_bytes(
+        write_at_reference_pose(kinematics.load("four_bar_general", at={"u1": at})).data
+    )
     linkage = kinematics.load(Path(path), inputs=["q4"])
     assert best > 30.0
     (motion,) = random_motions(linkage, 1, 50)

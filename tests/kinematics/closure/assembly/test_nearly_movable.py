@@ -12,9 +12,9 @@ from tests.support.urdf_text import along, joint, link, loop, saved
 
 # Lengths in metres, with all digits of a double: nothing to round.
 CRANK, FIRST, SECOND = (
-    np.array(x) for x in ([0.02, 0, 0.1512345678912], [-0.0412345, 0.03, 0],
-                          [-0.0423456, -0.03, 0.0123456])
-)  # fmt: skip
+    np.array(x)
+    for x in ([0.02, 0, 0.1512345678912], [-0.0412345, 0.03, 0], [-0.0423456, -0.03, 0.0123456])
+)
 
 
 def neck(folder, longer, size=1.0):

@@ -21,9 +21,15 @@ from tests.support.urdf_text import about, along, joint, link, loop, saved
 
 # Models whose loops close only because their axes fulfil relations.
 OVERCONSTRAINED = (
-    "bennett", "goldberg_five_bar", "four_bar_general", "four_bar_spherical", "sarrus",
-    "four_rrr", "four_bar_chain", "four_bar_parallelogram",
-)  # fmt: skip
+    "bennett",
+    "goldberg_five_bar",
+    "four_bar_general",
+    "four_bar_spherical",
+    "sarrus",
+    "four_rrr",
+    "four_bar_chain",
+    "four_bar_parallelogram",
+)
 
 
 def spherical(folder, size, digits=12, seed=1):

@@ -15,9 +15,12 @@ from tests.support.small_loops import NAMES, freedom, small_loop
 SIZES = [f"1e-{k}" for k in range(9)]
 # Ranks by order of each, whatever its size.
 RANKS = {
-    "general": [6, 10, 11], "parallelogram": [6, 7, 8], "kite": [6, 10],
-    "slider_crank": [6, 10, 11], "rssr": [16, 24, 25],
-}  # fmt: skip
+    "general": [6, 10, 11],
+    "parallelogram": [6, 7, 8],
+    "kite": [6, 10],
+    "slider_crank": [6, 10, 11],
+    "rssr": [16, 24, 25],
+}
 
 
 @pytest.fixture
@@ -64,8 +67,9 @@ def test_the_ranks_by_series_in_fractions(name, loaded):
     kept = [10 * body + k for body in range(len(chain.links)) for k in (0, 1, 2, 6)]
     ranks = []
     for k in range(order + 1):
-        rows = np.concatenate([each[: k + 1, :, 2:5, kept].reshape(-1, len(kept))
-                               for each in found])  # fmt: skip
+        rows = np.concatenate(
+            [each[: k + 1, :, 2:5, kept].reshape(-1, len(kept)) for each in found]
+        )
         ranks.append(rank([[exactly.modulo(x, p) for x in row] for row in rows], p))
     assert ranks == (RANKS[name] + RANKS[name][-1:])[:3]
 

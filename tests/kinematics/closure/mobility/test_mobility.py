@@ -30,12 +30,15 @@ STRUCTURES = {
     "lengths": ([(0, 0), (1, 0.3), (2, 0.5)], [(0, 1), (1, 1), (2, 1)], 2),
     "heights": (
         [(x, round(h - a, 9)) for x, h, a in zip(ACROSS, (0, 0.1, 0.3), LENGTHS, strict=True)],
-        list(zip(ACROSS, (0, 0.1, 0.3), strict=True)), 3,
+        list(zip(ACROSS, (0, 0.1, 0.3), strict=True)),
+        3,
     ),
     "one height": (
-        [(x, -a) for x, a in zip(ACROSS, LENGTHS, strict=True)], [(x, 0) for x in ACROSS], 4,
+        [(x, -a) for x, a in zip(ACROSS, LENGTHS, strict=True)],
+        [(x, 0) for x in ACROSS],
+        4,
     ),
-}  # fmt: skip
+}
 # Cranks of one length on one line, with one, two or three bars beside the first.
 COLLINEAR = ([(0, 0), (1, 0), (2.5, 0), (3, 0)], [(0.5, 0), (1.5, 0), (3, 0), (3.5, 0)])
 
@@ -84,10 +87,14 @@ def order_of_closure(feet, heads, highest=8):
             base = [g - f for g, f in zip(exact[1][0], foot, strict=True)]
             dx = [a + base[0] * o for a, o in zip(x, one, strict=True)]
             dy = [a + base[1] * o for a, o in zip(y, one, strict=True)]
-            u = [a + p[0] * m - 2 * p[1] * s
-                 for a, m, s in zip(times(plus, dx), minus, tau, strict=True)]  # fmt: skip
-            v = [a + p[1] * m + 2 * p[0] * s
-                 for a, m, s in zip(times(plus, dy), minus, tau, strict=True)]  # fmt: skip
+            u = [
+                a + p[0] * m - 2 * p[1] * s
+                for a, m, s in zip(times(plus, dx), minus, tau, strict=True)
+            ]
+            v = [
+                a + p[1] * m + 2 * p[0] * s
+                for a, m, s in zip(times(plus, dy), minus, tau, strict=True)
+            ]
             square = sum((h - f) ** 2 for h, f in zip(head, foot, strict=True))
             total = [a + b for a, b in zip(times(u, u), times(v, v), strict=True)]
             found.append((total[k] - square * times(plus, plus)[k]) / 2)
@@ -230,13 +237,15 @@ def swung(folder, angle, name):
         return H
 
     return saved(
-        folder, link("base"), *(link(each, **MASS) for each in ("bar0", "top", "bar1")),
+        folder,
+        link("base"),
+        *(link(each, **MASS) for each in ("bar0", "top", "bar1")),
         joint("a0", "continuous", "base", "bar0", placed(foot, angle["a0"]), Z),
         joint("b0", "continuous", "bar0", "top", placed(head, angle["b0"]), Z),
         joint("a1", "continuous", "base", "bar1", placed(other, angle["a1"]), Z),
         loop("b1", "revolute", ("bar1", "top"), (along([0.5, 0, 0]), along([1, 0, 0])), Z),
         name=name,
-    )  # fmt: skip
+    )
 
 
 def test_loops_apart_are_looked_at_apart(tmp_path):
@@ -309,12 +318,14 @@ def at_dead_centre(folder, digits, mark=""):
     C = np.array([x, np.sqrt(16 - x * x), 0.0])
     B, C, D = np.round(C / 4, digits), np.round(C, digits), np.array([4.0, 0, 0])
     return saved(
-        folder, link("base"), *(link(name, **MASS) for name in ("crank", "coupler", "rocker")),
+        folder,
+        link("base"),
+        *(link(name, **MASS) for name in ("crank", "coupler", "rocker")),
         joint("a", "continuous", "base", "crank", along([0, 0, 0]), Z),
         joint("b", "continuous", "crank", "coupler", along(B), Z),
         joint("d", "continuous", "base", "rocker", along(D), Z, marks=mark),
         loop("c", "revolute", ("coupler", "rocker"), (along(C - B), along(C - D)), Z),
-    )  # fmt: skip
+    )
 
 
 @pytest.mark.parametrize("digits", [16, 6])

@@ -244,8 +244,15 @@ STEPHENSON = dict(a=2.8, b=4.6, d=4.3, c=1.0, e=0.8, h=3.1, f=4.8)
 @pytest.mark.parametrize("places, carrier", [(WATT, "l3"), (STEPHENSON, "l2")])
 def test_six_bars_folded_flat(places, carrier, tmp_path):
     """Every pose next to the flat one is on a branch through it; modes are whole curves."""
-    chain = (("a", "g", "l1"), ("b", "l1", "l2"), ("d", "g", "l3"), ("c", "l2", "l3"),
-             ("e", carrier, "l4"), ("h", "g", "l5"), ("f", "l4", "l5"))  # fmt: skip
+    chain = (
+        ("a", "g", "l1"),
+        ("b", "l1", "l2"),
+        ("d", "g", "l3"),
+        ("c", "l2", "l3"),
+        ("e", carrier, "l4"),
+        ("h", "g", "l5"),
+        ("f", "l4", "l5"),
+    )
     linkage = FlatLinkage(tuple((*each, places[each[0]]) for each in chain))
     modes = modes_of(linkage.write(tmp_path, "six_bar"))
     x, members = bars_of(linkage.pins)

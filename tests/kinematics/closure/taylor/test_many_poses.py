@@ -19,8 +19,14 @@ from kinematics.numerics.compiled.simd import VECTOR_WIDTH
 pytestmark = pytest.mark.lanes
 
 NAMES = (
-    "four_bar_general", "five_bar", "three_rsr", "slider_crank", "bennett", "four_rrr", "hprs",
-)  # fmt: skip
+    "four_bar_general",
+    "five_bar",
+    "three_rsr",
+    "slider_crank",
+    "bennett",
+    "four_rrr",
+    "hprs",
+)
 
 
 def with_reference_pose(linkage, q):

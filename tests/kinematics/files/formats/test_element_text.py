@@ -13,8 +13,11 @@ from tests.support.urdf_text import INERTIAL
 HINGE = (
     '<parent link="{}"/><child link="{}"/><origin xyz="{} {} 0"/><axis xyz="0 0 1"/></joint>'
 )
-ENDS = {"j1": ("base", "a", "0", "0"), "j2": ("a", "b", "0", "${half}"),
-        "j3": ("base", "c", "1.5", "0")}  # fmt: skip
+ENDS = {
+    "j1": ("base", "a", "0", "0"),
+    "j2": ("a", "b", "0", "${half}"),
+    "j3": ("base", "c", "1.5", "0"),
+}
 # The hinge that closes the four-bar linkage, in the words of Gazebo.
 CLOSING = (
     '<gazebo><joint name="k" type="revolute"><parent>b</parent><child>c</child>'

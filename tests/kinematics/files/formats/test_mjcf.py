@@ -22,14 +22,20 @@ MODELS = kinematics.gallery()
 # MJCF has no screw joint, and the writer of these tests no relations of joints and no massless
 # links that carry several others.
 BRANCHES = {
-    "principal_vector_linkage", "principal_vector_linkage_slider", "three_four_bars_platform",
-    "two_rrr_bisector", "slider_pantograph", "pantograph_reaction_wheel",
-}  # fmt: skip
+    "principal_vector_linkage",
+    "principal_vector_linkage_slider",
+    "three_four_bars_platform",
+    "two_rrr_bisector",
+    "slider_pantograph",
+    "pantograph_reaction_wheel",
+}
 WRITTEN = sorted(
-    name for name, path in MODELS.items()
-    if "<mimic" not in (text := path.read_text("utf-8")) and "<screw_thread_pitch" not in text
+    name
+    for name, path in MODELS.items()
+    if "<mimic" not in (text := path.read_text("utf-8"))
+    and "<screw_thread_pitch" not in text
     and name not in BRANCHES
-)  # fmt: skip
+)
 PAIRS = covering_pairs({name: joint_types(MODELS[name]) for name in WRITTEN}, STYLES)
 
 

@@ -18,8 +18,16 @@ mujoco = pytest.importorskip("mujoco")
 
 POSES = 50
 TREES = range(number_of_cases(5, 12))
-LOOPS = ("four_bar_general", "bennett", "slider_crank", "five_bar", "three_rsr",
-         "six_bar_watt", "sarrus", "rusr")  # fmt: skip
+LOOPS = (
+    "four_bar_general",
+    "bennett",
+    "slider_crank",
+    "five_bar",
+    "three_rsr",
+    "six_bar_watt",
+    "sarrus",
+    "rusr",
+)
 # Radians or metres; the gallery keeps clear of singular poses that far.
 REACH = 0.15
 # The same for chains at random places.

@@ -33,12 +33,18 @@ def refused(text, *fragments, **options):
     [
         (CONNECT, "spherical"),
         ('<equality><connect site1="s" site2="t"/></equality>', "spherical"),
-        ('<equality><connect body1="coupler" body2="rocker" anchor="2 0 0"/><connect '
-         'body1="coupler" body2="rocker" anchor="2 0 1"/></equality>', "revolute"),
-        ('<equality><weld body1="rocker" body2="coupler" torquescale="0" anchor="2 0 0"/>'
-         "</equality>", "spherical"),
+        (
+            '<equality><connect body1="coupler" body2="rocker" anchor="2 0 0"/><connect '
+            'body1="coupler" body2="rocker" anchor="2 0 1"/></equality>',
+            "revolute",
+        ),
+        (
+            '<equality><weld body1="rocker" body2="coupler" torquescale="0" anchor="2 0 0"/>'
+            "</equality>",
+            "spherical",
+        ),
     ],
-)  # fmt: skip
+)
 def test_every_way_to_close_a_four_bar(tail, kind):
     linkage = kinematics.load(of(four_bar(tail=tail)), inputs=["j1"])
     (loop,) = tree_of(four_bar(tail=tail)).every("loop")
@@ -87,24 +93,35 @@ def test_a_held_joint_is_fixed():
 @pytest.mark.parametrize(
     ("tail", "fragments"),
     [
-        ('<equality><joint name="e" joint1="j3" joint2="j1" polycoef="0 1 0.5"/></equality>',
-         ["joint 'e'", "not linear"]),
+        (
+            '<equality><joint name="e" joint1="j3" joint2="j1" polycoef="0 1 0.5"/></equality>',
+            ["joint 'e'", "not linear"],
+        ),
         ('<equality><joint joint1="j3" polycoef="0.5 0 0 0 0"/></equality>', ["'j3'", "0.5"]),
-        ('<equality><joint joint1="j3" joint2="j1"/><joint joint1="j1" joint2="j3"/>'
-         "</equality>",
-         ["couple already"]),
-        ('<tendon><fixed name="f"><joint joint="j1" coef="1"/></fixed></tendon><equality>'
-         '<tendon name="e" tendon1="f"/></equality>', ["tendon 'e'", "not read"]),
+        (
+            '<equality><joint joint1="j3" joint2="j1"/><joint joint1="j1" joint2="j3"/>'
+            "</equality>",
+            ["couple already"],
+        ),
+        (
+            '<tendon><fixed name="f"><joint joint="j1" coef="1"/></fixed></tendon><equality>'
+            '<tendon name="e" tendon1="f"/></equality>',
+            ["tendon 'e'", "not read"],
+        ),
         ('<equality><flex flex="f"/></equality>', ["<flex>", "not read"]),
-        ('<equality><connect body1="coupler" body2="nothing" anchor="0 0 0"/></equality>',
-         ["unknown element", "connect", "(line 9)"]),
+        (
+            '<equality><connect body1="coupler" body2="nothing" anchor="0 0 0"/></equality>',
+            ["unknown element", "connect", "(line 9)"],
+        ),
         ('<equality><conect body1="coupler" body2="rocker"/></equality>', ["conect"]),
         ('<equality><connect body1="coupler" body2="coupler" anchor="0 0 0"/></equality>', []),
-        ('<equality><weld body1="coupler" body2="rocker" relpose="nan 0 0 1 0 0 0"/>'
-         "</equality>",
-         ["not finite"]),
+        (
+            '<equality><weld body1="coupler" body2="rocker" relpose="nan 0 0 1 0 0 0"/>'
+            "</equality>",
+            ["not finite"],
+        ),
     ],
-)  # fmt: skip
+)
 def test_what_cannot_be_a_loop_is_refused(tail, fragments):
     refused(four_bar(tail=tail), *fragments)
 
@@ -163,8 +180,9 @@ def test_a_fixed_tendon_of_two_joints_that_is_held_is_a_mimic():
     assert row @ [1.0, 1.5, 0.0] == pytest.approx(0.0, abs=1e-15) and row.any()
 
 
-@pytest.mark.parametrize("change", [('tendon1="t"', 'tendon1="t" tendon2="t"'), ('"-3"', '"0"'),
-                                    ('coef="2"', "")])  # fmt: skip
+@pytest.mark.parametrize(
+    "change", [('tendon1="t"', 'tendon1="t" tendon2="t"'), ('"-3"', '"0"'), ('coef="2"', "")]
+)
 def test_other_tendons_that_are_held_are_refused(change):
     refused(
         four_bar("", TENDON.format("j2", 2, "j1", -3).replace(*change)), "tendon", "not read"

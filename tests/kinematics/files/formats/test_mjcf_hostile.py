@@ -117,14 +117,16 @@ def test_a_mesh_gives_inertia(tmp_path):
         (world(f'<body><joint axis="0 0 0"/>{GEOM}</body>'), ["axis too small"]),
         (world(f'<body><joint type="hing"/>{GEOM}</body>'), ["hing", "line 1"]),
         (world(f'<body name="a"><joint/>{GEOM}</body><body name="a"/>'), ["repeated name 'a'"]),
-        (world(f'<replicate count="1000000000"><body><joint/>{GEOM}</body></replicate>'),
-         ["repeats"]),
+        (
+            world(f'<replicate count="1000000000"><body><joint/>{GEOM}</body></replicate>'),
+            ["repeats"],
+        ),
         (world(f'<replicate count="nan"><body><joint/>{GEOM}</body></replicate>'), ["nan"]),
         (world('<composite type="cable" count="100000 1 1"/>'), ["repeats"]),
         (world('<attach model="m" prefix="p"/>'), ["attach"]),
         ('<mujoco><option timestep="x"/><size memory="999999999T"/></mujoco>', []),
     ],
-)  # fmt: skip
+)
 def test_bad_files_get_one_line(text, fragments, capfd, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     path = tmp_path / "model.xml"
@@ -147,9 +149,12 @@ def test_mujoco_writes_no_file_and_no_line(tmp_path):
     for name, code in (("model.xml", 0), ("nan.xml", 3)):
         done = subprocess.run(
             [sys.executable, "-m", "balance", "report", str(tmp_path / name), "--json"],
-            cwd=tmp_path, capture_output=True, text=True, timeout=HANGS,
+            cwd=tmp_path,
+            capture_output=True,
+            text=True,
+            timeout=HANGS,
             env={**os.environ, "PYTHONPATH": os.getcwd()},
-        )  # fmt: skip
+        )
         assert done.returncode == code, done.stderr
         assert "WARNING" not in done.stderr
         assert done.stdout == "" if code else json.loads(done.stdout)
@@ -210,9 +215,13 @@ def test_mutants_are_read_or_refused_in_one_line(tmp_path):
     """In a process of its own: it neither ends early, nor hangs, nor prints, nor writes."""
     words = ["-m", fuzz_formats.__name__, "mjcf", "--seed", "300", "--cases", "200"]
     done = subprocess.run(
-        [sys.executable, *words], cwd=tmp_path, env=os.environ | {"PYTHONPATH": str(ROOT)},
-        capture_output=True, text=True, timeout=HANGS,
-    )  # fmt: skip
+        [sys.executable, *words],
+        cwd=tmp_path,
+        env=os.environ | {"PYTHONPATH": str(ROOT)},
+        capture_output=True,
+        text=True,
+        timeout=HANGS,
+    )
     assert done.returncode == 0, done.stdout + done.stderr
     assert done.stderr == "" and done.stdout.endswith("0 found\n")
     assert os.listdir(tmp_path) == []

@@ -55,16 +55,25 @@ THERE = pose_of([1, 2, 3], [0.1, 0.2, 0.3])
     [
         ("1 2 3 0.1 0.2 0.3", "", THERE),
         ("1 2 3 10 20 30", 'degrees="true"', pose_of([1, 2, 3], np.radians([10, 20, 30]))),
-        ("1 2 3 0 0 0.6 0.8", 'rotation_format="quat_xyzw"',
-         pose_of([1, 2, 3], [0, 0, 2 * math.atan2(0.6, 0.8)])),
-        ("1 2 3 0 0 1.2 1.6", 'rotation_format="quat_xyzw"',
-         pose_of([1, 2, 3], [0, 0, 2 * math.atan2(0.6, 0.8)])),
-        ("1 0 0 0 0 0", 'relative_to="near"',
-         pose_of([0, 2, 0], [0, 0, 0.5]) @ along([1, 0, 0])),
+        (
+            "1 2 3 0 0 0.6 0.8",
+            'rotation_format="quat_xyzw"',
+            pose_of([1, 2, 3], [0, 0, 2 * math.atan2(0.6, 0.8)]),
+        ),
+        (
+            "1 2 3 0 0 1.2 1.6",
+            'rotation_format="quat_xyzw"',
+            pose_of([1, 2, 3], [0, 0, 2 * math.atan2(0.6, 0.8)]),
+        ),
+        (
+            "1 0 0 0 0 0",
+            'relative_to="near"',
+            pose_of([0, 2, 0], [0, 0, 0.5]) @ along([1, 0, 0]),
+        ),
         ("1 0 0 0 0 0", 'relative_to="base"', along([1, 0, 0])),
         ("", "", np.eye(4)),
     ],
-)  # fmt: skip
+)
 def test_poses(saved, pose, marks, expected):
     near = '<frame name="near"><pose>0 2 0 0 0 0.5</pose></frame>'
     path = saved(
@@ -105,8 +114,16 @@ def test_frames_of_axes(saved, version, marks):
     elif marks:
         name = 'expressed_in="turned"'
     turned = '<frame name="turned"><pose>9 9 9 1 0 0</pose></frame>'
-    j = joint("j", "prismatic", "base", "arm", "1 0.5 2", marks=name, axis=flag,
-              inside="<pose>0 0 1 0 0.7 0</pose>")  # fmt: skip
+    j = joint(
+        "j",
+        "prismatic",
+        "base",
+        "arm",
+        "1 0.5 2",
+        marks=name,
+        axis=flag,
+        inside="<pose>0 0 1 0 0.7 0</pose>",
+    )
     found = joints(saved(sdf(BASE, ARM, turned, j, version=version)))["j"].screw
     R = (THERE @ pose_of([0, 0, 1], [0, 0.7, 0]))[:3, :3]
     if marks == "model" or version == "1.4":
@@ -219,11 +236,13 @@ def test_numbers_keep_their_digits(saved):
 
 
 RING = (
-    BASE, *(link(n) for n in "abc"), joint("w", "fixed", "world", "base", ""),
+    BASE,
+    *(link(n) for n in "abc"),
+    joint("w", "fixed", "world", "base", ""),
     joint("ja", "revolute", "base", "a"),
     joint("jb", "revolute", "a", "b", inside="<pose>1 0 0 0 0 0</pose>"),
     joint("jc", "revolute", "base", "c", inside="<pose>0 1 0 0 0 0</pose>"),
-)  # fmt: skip
+)
 
 
 @pytest.mark.parametrize("ends", [("b", "c"), ("c", "b")])

@@ -51,8 +51,9 @@ def test_the_text_of_a_stream():
     check(read_unassembled(Document("<stdin>", data)))
 
 
-@pytest.mark.parametrize("name", ["parts/bar.xacro", "$(find other)/bar.xacro",
-                                  "$(find mine)/more/bar.xacro"])  # fmt: skip
+@pytest.mark.parametrize(
+    "name", ["parts/bar.xacro", "$(find other)/bar.xacro", "$(find mine)/more/bar.xacro"]
+)
 def test_files_that_are_included(tmp_path, name):
     """Beside the file, in its package, and in a package beside that one."""
     for package in ("mine", "other"):

@@ -45,10 +45,16 @@ ROUNDED = {
 }  # fmt: skip
 # Written to all digits, or to as many as the closure of a loop can tell.
 FULL = {
-    RIGHT: 6, "1.570796326794897": 6, "-1.5707963267949": -6, "1.57079632679": 6,
-    "3.14159265358979": 12, "3.141592653589793116": 12, "1.0471975511965976": 4,
-    "6.283185307179586": 24, "0.523598775598": 2,
-}  # fmt: skip
+    RIGHT: 6,
+    "1.570796326794897": 6,
+    "-1.5707963267949": -6,
+    "1.57079632679": 6,
+    "3.14159265358979": 12,
+    "3.141592653589793116": 12,
+    "1.0471975511965976": 4,
+    "6.283185307179586": 24,
+    "0.523598775598": 2,
+}
 OTHER = [
     "0", "-0.0", "0.0001", "1e-5", "-1.2246E-16", "1e-400", "1.5", "0.26", "0.79", "1.05",
     "1.572", "1.569", "1.56", "1.58", "0.787", "1.5709", "1.5706", "1.570828", "1.57074",
@@ -194,9 +200,11 @@ def test_only_those_angles_are_replaced():
     full = {
         "0 3.1416 0": "0 3.141592653589793 0",
         ' rpy=" 1.5708 0  0.5 "': f' rpy="{RIGHT} 0 0.5"',
-        'offset="0.7854"': 'offset="0.7853981633974483"', "1.5707963267949 ": f"{RIGHT} ",
-        "1.0472": "1.0471975511965979", "0 0 -1.5708": f"0 0 -{RIGHT}",
-    }  # fmt: skip
+        'offset="0.7854"': 'offset="0.7853981633974483"',
+        "1.5707963267949 ": f"{RIGHT} ",
+        "1.0472": "1.0471975511965979",
+        "0 0 -1.5708": f"0 0 -{RIGHT}",
+    }
     text = EVERYWHERE
     for old, new in full.items():
         assert text.count(old) == 1
@@ -211,8 +219,11 @@ def test_nominal_is_what_all_digits_give(tmp_path):
     """To the last bit; as written, the axes are those of the digits."""
     rpys = ["1.5708 0 -0.7854", "0.2618 1.5708 0.3", "0 0.123 2.0944"]
     short = written(tmp_path, robot(*(jointed(i, rpy) for i, rpy in enumerate(rpys, 1))))
-    full = ["1.5707963267948966 0 -0.7853981633974483", "0.2617993877991494 1.5707963267948966 "
-            "0.3", "0 0.123 2.0943951023931953"]  # fmt: skip
+    full = [
+        "1.5707963267948966 0 -0.7853981633974483",
+        "0.2617993877991494 1.5707963267948966 0.3",
+        "0 0.123 2.0943951023931953",
+    ]
     long = written(tmp_path, robot(*(jointed(i, rpy) for i, rpy in enumerate(full, 1))), "full")
     expected, found = kinematics.load(long), kinematics.load(short)
     assert [n.code for n in found.notices] == ["rounded_angles"] and not expected.notices

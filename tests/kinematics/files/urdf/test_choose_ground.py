@@ -11,10 +11,12 @@ from tests.support.urdf_text import UNIT_INERTIA, along, joint, link, loop, save
 
 AXIS = [0, 0, 1]
 ARM = (
-    link("base"), link("arm", **UNIT_INERTIA), link("hand", **UNIT_INERTIA),
+    link("base"),
+    link("arm", **UNIT_INERTIA),
+    link("hand", **UNIT_INERTIA),
     joint("j1", "revolute", "base", "arm", axis=AXIS),
     joint("j2", "revolute", "arm", "hand", along([1, 0, 0]), AXIS),
-)  # fmt: skip
+)
 # Links of SDF at the corners of a quadrangle.
 CORNERS = {"base": "0 0", "a": "1 0.2", "b": "1.5 1.3", "c": "-0.2 1", "mark": "3 3"}
 ROD = '<link name="{}"><pose>{} 0 0 0 0</pose><inertial><mass>1</mass></inertial></link>'
@@ -37,8 +39,13 @@ def sdf(folder, links, joints, marks=""):
 
 
 def test_the_loose_link_is_named_and_left_out(tmp_path, caplog):
-    path = saved(tmp_path, *ARM, link("stray", **UNIT_INERTIA), link("on_it"),
-                 joint("f", "fixed", "stray", "on_it"))  # fmt: skip
+    path = saved(
+        tmp_path,
+        *ARM,
+        link("stray", **UNIT_INERTIA),
+        link("on_it"),
+        joint("f", "fixed", "stray", "on_it"),
+    )
     with pytest.raises(FileError, match="link 'stray'.*a loose link.*--ground base") as caught:
         kinematics.load(path)
     assert "'arm'" not in str(caught.value)

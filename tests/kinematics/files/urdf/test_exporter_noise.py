@@ -44,10 +44,14 @@ def test_the_ranks_of_parallel_axes(option, rank, capsys):
 def test_which_components_are_round_off(tmp_path, words, read):
     """The words of the others stay as they are."""
     axis = f'<axis xyz="{words}"/>'
-    parts = [link("base"), link("a", **UNIT_INERTIA), link("b", **UNIT_INERTIA),
-             joint("j", "revolute", "base", "a", more=axis),
-             joint("i", "revolute", "a", "b", along([1, 0, 0]), more=axis),
-             loop("k", "revolute", ("base", "b"), more=axis)]  # fmt: skip
+    parts = [
+        link("base"),
+        link("a", **UNIT_INERTIA),
+        link("b", **UNIT_INERTIA),
+        joint("j", "revolute", "base", "a", more=axis),
+        joint("i", "revolute", "a", "b", along([1, 0, 0]), more=axis),
+        loop("k", "revolute", ("base", "b"), more=axis),
+    ]
     path = saved(tmp_path, *parts)
     assert axes(path) == [read] * 3 and axes(path, "as_written") == [words] * 3
 

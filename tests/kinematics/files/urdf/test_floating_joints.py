@@ -17,8 +17,9 @@ LINKS = (link("base"), *(link(name, **UNIT_INERTIA) for name in ("crank", "coupl
 CRANK = joint("j1", "revolute", "base", "crank", axis=AXIS)
 ROCKER = joint("j3", "revolute", "base", "rocker", along([2, 0, 0]), AXIS)
 LEFT = loop("k1", "revolute", ("crank", "coupler"), (along([0, 1, 0]), np.eye(4)), AXIS)
-RIGHT = loop("k2", "revolute", ("coupler", "rocker"),
-             (along([1.5, 0, 0]), along([-0.5, 1, 0])), AXIS)  # fmt: skip
+RIGHT = loop(
+    "k2", "revolute", ("coupler", "rocker"), (along([1.5, 0, 0]), along([-0.5, 1, 0])), AXIS
+)
 FREE = joint("free", "floating", "base", "coupler", along([0, 1, 0]))
 HANGING = joint("j2", "revolute", "crank", "coupler", along([0, 1, 0]), AXIS)
 PLATFORM = (*LINKS, CRANK, ROCKER, FREE, LEFT, RIGHT)
@@ -81,8 +82,9 @@ def test_of_two_robots_that_float_both_are_bases(tmp_path):
     names = ("world", "one", "arm1", "two", "arm2", "ball")
     parts = [link("world"), *(link(name, **UNIT_INERTIA) for name in names[1:])]
     parts += [joint(f"f{name}", "floating", "world", name) for name in ("one", "two", "ball")]
-    parts += [joint(f"j{k}", "revolute", a, f"arm{k}", axis=AXIS)
-              for k, a in ((1, "one"), (2, "two"))]  # fmt: skip
+    parts += [
+        joint(f"j{k}", "revolute", a, f"arm{k}", axis=AXIS) for k, a in ((1, "one"), (2, "two"))
+    ]
     path = saved(tmp_path, *parts)
     with pytest.raises(
         FileError, match="joint 'fone'.*a floating joint of the base.*--fix-base"
@@ -97,8 +99,10 @@ def test_of_two_robots_that_float_both_are_bases(tmp_path):
 def test_a_loop_holds_a_base(tmp_path):
     """It floats as long as the user does not fix it; a weld to the ground makes it no base."""
     parts = [link("world"), *(link(name, **UNIT_INERTIA) for name in ("torso", "leg"))]
-    parts += [joint("f", "floating", "world", "torso", about([1, 0, 0], 0.3, [0, 0, 1])),
-              joint("j", "revolute", "torso", "leg", along([0.3, 0, 0]), AXIS)]  # fmt: skip
+    parts += [
+        joint("f", "floating", "world", "torso", about([1, 0, 0], 0.3, [0, 0, 1])),
+        joint("j", "revolute", "torso", "leg", along([0.3, 0, 0]), AXIS),
+    ]
     frame = about([1, 0, 0], 0.3, [0, 0, 1]) @ along([0.3, 0, 0])
     ball = loop("k", "spherical", ("world", "leg"), (frame, np.eye(4)))
     assert kinematics.load(saved(tmp_path, *parts, ball)).mobility == 4

@@ -19,9 +19,12 @@ ROUND_OFF = 1e-15
 def second(path):
     """A file as yourdfpy reads it, shapes and scene apart."""
     return URDF.load(
-        str(path), build_scene_graph=False, build_collision_scene_graph=False,
-        load_meshes=False, load_collision_meshes=False,
-    )  # fmt: skip
+        str(path),
+        build_scene_graph=False,
+        build_collision_scene_graph=False,
+        load_meshes=False,
+        load_collision_meshes=False,
+    )
 
 
 def apart(ours, theirs):
@@ -99,8 +102,9 @@ def origin(rng):
 def link(rng, name):
     if rng.random() < 0.3:
         return f'<link name="{name}"/>'
-    products = [f'{entry}="{number(rng)}"' for entry in ("ixy", "ixz", "iyz")
-                if rng.random() < 0.7]  # fmt: skip
+    products = [
+        f'{entry}="{number(rng)}"' for entry in ("ixy", "ixz", "iyz") if rng.random() < 0.7
+    ]
     moments = [f'{entry}="{number(rng)}"' for entry in ("ixx", "iyy", "izz")]
     inertia = f"<inertia {' '.join(rng.permutation(moments + products))}/>"
     parts = [origin(rng), f'<mass value="{number(rng)}"/>', inertia]
@@ -152,8 +156,10 @@ def test_both_sources_make_the_same_draft(tmp_path):
         other = urdf.read_loaded_model(second(path), None, options)
         for ours, theirs in zip(one.joints, other.joints, strict=True):
             assert (ours.name, ours.kind, ours.parent) == (
-                theirs.name, theirs.kind, theirs.parent,
-            )  # fmt: skip
+                theirs.name,
+                theirs.kind,
+                theirs.parent,
+            )
             assert apart(ours.screw, theirs.screw) <= 10 * ROUND_OFF
         for ours, theirs in zip(one.bodies, other.bodies, strict=True):
             assert ours.name == theirs.name

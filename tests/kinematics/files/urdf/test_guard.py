@@ -222,9 +222,11 @@ def test_a_refusal_loads_nothing_heavy(robot):
     )
     run = subprocess.run(
         [sys.executable, "-c", program, str(path)],
-        capture_output=True, text=True, check=True,
+        capture_output=True,
+        text=True,
+        check=True,
         env={**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)},
-    )  # fmt: skip
+    )
     assert "nan" in run.stdout and run.stdout.splitlines()[-1] == "[]"
 
 
@@ -251,6 +253,7 @@ def test_long_chains_of_joints_and_mimics(robot):
 @pytest.mark.slow
 def test_the_work_to_check_a_chain_grows_linearly(robot):
     """Equal steps in the number of joints take equal numbers of instructions."""
-    counts = [instructions(lambda n=n: read_robot(robot(mimicking_chain(n))))
-              for n in (100, 200, 300)]  # fmt: skip
+    counts = [
+        instructions(lambda n=n: read_robot(robot(mimicking_chain(n)))) for n in (100, 200, 300)
+    ]
     assert 0 < counts[2] - counts[1] < 1.02 * (counts[1] - counts[0])

@@ -192,16 +192,22 @@ def test_refused_beside(case, explicit, tmp_path, capsys):
 # mass and moments ixx iyy izz of the crank, and the inequality that they break, if any
 BODIES = {
     "negative mass": ("-1", "1 1 1", "mass -1 kg breaks m ≥ 0"),
-    "negative moment": ("1", "-0.5 1 1",
-        "principal moment -0.5 kg m² of its inertia breaks I₁ ≥ 0"),
-    "triangle": ("1", "1 1 3",
-        "principal moments 1, 1 and 3 kg m² of its inertia break I₃ ≤ I₁ + I₂"),
+    "negative moment": (
+        "1",
+        "-0.5 1 1",
+        "principal moment -0.5 kg m² of its inertia breaks I₁ ≥ 0",
+    ),
+    "triangle": (
+        "1",
+        "1 1 3",
+        "principal moments 1, 1 and 3 kg m² of its inertia break I₃ ≤ I₁ + I₂",
+    ),
     "both": ("-1", "1 1 3", "mass -1 kg breaks m ≥ 0, principal moments 1, 1 and 3"),
     "flat": ("1", "1 2 3", ""),
     "flat to six digits": ("1", "1.00000 2.00000 3.00001", ""),
     "rod": ("1", "0 2 2", ""),
     "point": ("1", "0 0 0", ""),
-}  # fmt: skip
+}
 
 
 @pytest.mark.parametrize("case", BODIES)

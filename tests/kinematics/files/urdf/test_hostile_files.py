@@ -23,21 +23,35 @@ LARGE = {
     "levels": ("<robot name='r'>" + "<a>" * 1_000_000, "more than 200 levels deep"),
     "closed levels": ("<a>" * 1_000_000 + "</a>" * 1_000_000, "more than 200 levels deep"),
     "elements": (ROBOT + "<a/>" * 1_000_000 + "</robot>", "more than 100000 elements"),
-    "joints": (ROBOT + "".join(
-        f'<link name="l{i}"/><joint name="j{i}" type="revolute"><parent link="l{i - 1}"/>'
-        f'<child link="l{i}"/><axis xyz="0 0 1"/></joint>' for i in range(1, 50_001)
-        ) + "</robot>", "more than 100000 elements"),
-    "moving joints": (ROBOT + "".join(
-        f'<link name="l{i}"/><joint name="j{i}" type="revolute"><parent link="l{i - 1}"/>'
-        f'<child link="l{i}"/></joint>' for i in range(1, 1_100)
-        ) + "</robot>", "joint 'j1001' (line 1): joints and loops of more than 1000 degrees"),
-    "attributes": ("<robot " + " ".join(f'a{i}=""' for i in range(150_000)) + "/>",
-        "a tag or a comment of more than 1 MB"),
+    "joints": (
+        ROBOT
+        + "".join(
+            f'<link name="l{i}"/><joint name="j{i}" type="revolute"><parent link="l{i - 1}"/>'
+            f'<child link="l{i}"/><axis xyz="0 0 1"/></joint>'
+            for i in range(1, 50_001)
+        )
+        + "</robot>",
+        "more than 100000 elements",
+    ),
+    "moving joints": (
+        ROBOT
+        + "".join(
+            f'<link name="l{i}"/><joint name="j{i}" type="revolute"><parent link="l{i - 1}"/>'
+            f'<child link="l{i}"/></joint>'
+            for i in range(1, 1_100)
+        )
+        + "</robot>",
+        "joint 'j1001' (line 1): joints and loops of more than 1000 degrees",
+    ),
+    "attributes": (
+        "<robot " + " ".join(f'a{i}=""' for i in range(150_000)) + "/>",
+        "a tag or a comment of more than 1 MB",
+    ),
     "a word": ("<" + "x" * 15_000_000, "a tag or a comment of more than 1 MB"),
     "a comment": ("<!--" + "x" * 15_000_000, "a tag or a comment of more than 1 MB"),
     "a value": (f"<robot name='{'x' * 200_000}'/>", "a value of more than 100000 characters"),
     "text": (ROBOT + "x\n" * 7_000_000, "not well-formed XML"),
-}  # fmt: skip
+}
 
 
 def heavily(path):

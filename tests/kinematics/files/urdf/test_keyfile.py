@@ -164,8 +164,10 @@ def test_refusal_loads_nothing_heavy(write):
     )
     run = subprocess.run(
         [sys.executable, "-c", program, str(path)],
-        capture_output=True, text=True, check=True,
+        capture_output=True,
+        text=True,
+        check=True,
         env={**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)},
-    )  # fmt: skip
+    )
     assert "colour (line 2): unknown key" in run.stdout
     assert run.stdout.splitlines()[-1] == "[]"

@@ -63,12 +63,15 @@ def bench(read, kind, rng, axis=None, second=None, error=EYE, ends=("b", "c")):
     there = np.linalg.inv(poses[ends[1]]) @ after
     more = "" if second is None else f'<axis2 xyz="{words(second)}"/>'
     draft = read(
-        link("a"), link("b", **UNIT_INERTIA), link("c", **UNIT_INERTIA), link("d"),
+        link("a"),
+        link("b", **UNIT_INERTIA),
+        link("c", **UNIT_INERTIA),
+        link("d"),
         joint("j1", "revolute", "a", "b", poses["b"]),
         joint("j2", "revolute", "a", "c", poses["c"]),
         joint("f", "fixed", "c", "d", np.linalg.inv(poses["c"]) @ poses["d"]),
         loop("k", kind, ends, (here, there), axis, more),
-    )  # fmt: skip
+    )
     return draft, before, after, before[:3, :3] @ n
 
 
@@ -194,9 +197,11 @@ def distance(first, second):
 def test_universal_loop_with_parallel_axes(read):
     """Two axes a quarter turn off: any perpendicular axis will do, and all stays finite."""
     draft = read(
-        link("a"), link("b", **UNIT_INERTIA), joint("j", "revolute", "a", "b"),
+        link("a"),
+        link("b", **UNIT_INERTIA),
+        joint("j", "revolute", "a", "b"),
         loop("k", "universal", ("b", "a"), axis=[0, 0, 1], more='<axis2 xyz="0 0 1"/>'),
-    )  # fmt: skip
+    )
     screws = np.array([j.screw[:3] for j in draft.joints[1:]])
     np.testing.assert_allclose(screws @ screws.T, np.eye(2), atol=1e-12)
     angle = Rotation.from_matrix(draft.loops[0].gap[:3, :3]).magnitude()
@@ -208,9 +213,10 @@ def test_several_loops_follow_the_tree(read):
         *(link(name, **UNIT_INERTIA) for name in "abc"),
         joint("j1", "revolute", "a", "b"),
         joint("j2", "revolute", "a", "c"),
-        loop("s", "spherical", ("b", "c")), loop("w", "fixed", ("b", "c")),
+        loop("s", "spherical", ("b", "c")),
+        loop("w", "fixed", ("b", "c")),
         loop("t", "revolute", ("c", "a")),
-    )  # fmt: skip
+    )
     assert [j.name for j in draft.joints] == ["j1", "j2", "s.0", "s.1", "s.2", "t"]
     assert [j.parent for j in draft.joints[2:]] == [0, 2, 3, 1]
     assert [(w.end, w.successor) for w in draft.loops] == [(4, 1), (0, 1), (5, GROUND)]

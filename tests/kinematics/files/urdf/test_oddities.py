@@ -42,16 +42,22 @@ HARMLESS = {
     "clutter": (FIRST, FIRST + CLUTTER),
     "sensor": ("</robot>", SENSOR + "</robot>"),
     "attributes of other tools": ('type="continuous"', 'type="continuous" id="7" drake:x="1"'),
-    "ros2_control": ("</robot>",
-        '<ros2_control name="c"><joint name="zz"/></ros2_control></robot>'),
+    "ros2_control": (
+        "</robot>",
+        '<ros2_control name="c"><joint name="zz"/></ros2_control></robot>',
+    ),
     "byte order mark": (DECLARATION, "\ufeff" + DECLARATION),
     "no declaration": (DECLARATION + "\n", ""),
-    "processing instruction": ("<!-- a comment -->",
-        "<?xml-model href='x'?><!-- ${a} $(b) -->"),
-    "empty inertial of the ground": ('<link name="base"/>',
-        '<link name="base"><inertial/></link>'),
+    "processing instruction": (
+        "<!-- a comment -->",
+        "<?xml-model href='x'?><!-- ${a} $(b) -->",
+    ),
+    "empty inertial of the ground": (
+        '<link name="base"/>',
+        '<link name="base"><inertial/></link>',
+    ),
     "mimic of a fixed joint": ("</robot>", FROZEN + "</robot>"),
-}  # fmt: skip
+}
 
 
 @pytest.mark.parametrize("case", [*HARMLESS, "joints first", "line ends"])
@@ -109,17 +115,29 @@ def test_mimic_without_multiplier_and_offset(robot):
 
 # Text replaced and its replacement, and words of the one remark.
 REMARKED = {
-    "axis with angles of zero": (AXIS, '<axis rpy="0 0 -0.0" xyz="0 0 1"/>',
-        "joint 'j1' (line 8) has an <axis rpy> of zeros"),
-    "inertial outside of links": ("</robot>", INERTIAL + "</robot>",
-        "<inertial> (line 27) is in no link, and is not read"),
+    "axis with angles of zero": (
+        AXIS,
+        '<axis rpy="0 0 -0.0" xyz="0 0 1"/>',
+        "joint 'j1' (line 8) has an <axis rpy> of zeros",
+    ),
+    "inertial outside of links": (
+        "</robot>",
+        INERTIAL + "</robot>",
+        "<inertial> (line 27) is in no link, and is not read",
+    ),
     "no name": (' name="four_bar"', "", "<robot> (line 2) has no name, that of the file is"),
-    "products below the diagonal": ('ixy="0" ixz="0"', 'iyx="0" izx="0"',
-        "link 'crank' (line 5) has iyx for ixy, izx for ixz"),
+    "products below the diagonal": (
+        'ixy="0" ixz="0"',
+        'iyx="0" izx="0"',
+        "link 'crank' (line 5) has iyx for ixy, izx for ixz",
+    ),
     "product twice": ('ixy="0"', 'ixy="0" iyx="0"', "link 'crank' (line 5) has iyx for ixy"),
-    "mark in capitals": ('type="revolute">', 'type="revolute" independent="True">',
-        "joint 'j3' (line 16) has independent=\"True\" for \"true\""),
-}  # fmt: skip
+    "mark in capitals": (
+        'type="revolute">',
+        'type="revolute" independent="True">',
+        'joint \'j3\' (line 16) has independent="True" for "true"',
+    ),
+}
 
 
 @pytest.mark.parametrize("case", REMARKED)

@@ -14,10 +14,14 @@ from kinematics.numerics.linalg.cyclotomic import FieldNumber
 
 def tree_of(*vectors, rpy="0 0 0"):
     """A robot with one joint for each vector, whose origin it is."""
-    return Element("robot", {}, tuple(
-        Element("joint", {"name": f"j{k}"}, (Element("origin", {"xyz": xyz, "rpy": rpy}),))
-        for k, xyz in enumerate(vectors)
-    ))  # fmt: skip
+    return Element(
+        "robot",
+        {},
+        tuple(
+            Element("joint", {"name": f"j{k}"}, (Element("origin", {"xyz": xyz, "rpy": rpy}),))
+            for k, xyz in enumerate(vectors)
+        ),
+    )
 
 
 def origin(tree, k=0):
@@ -42,11 +46,17 @@ def near(x):
 @pytest.mark.parametrize(
     "value",
     [
-        lambda: sqrt(3) / 2, lambda: sqrt(2) / 2, lambda: -sqrt(5), lambda: mpf(1) / 3,
-        lambda: sqrt(mpf(2) / 3), lambda: cos(pi / 9), lambda: sin(pi / 10),
-        lambda: cos(2 * pi / 7), lambda: mpf(1) + 2 * sqrt(3),
+        lambda: sqrt(3) / 2,
+        lambda: sqrt(2) / 2,
+        lambda: -sqrt(5),
+        lambda: mpf(1) / 3,
+        lambda: sqrt(mpf(2) / 3),
+        lambda: cos(pi / 9),
+        lambda: sin(pi / 10),
+        lambda: cos(2 * pi / 7),
+        lambda: mpf(1) + 2 * sqrt(3),
     ],
-)  # fmt: skip
+)
 def test_roots_and_cosines_times_short_decimals_are_read(value, size):
     with workdps(40):
         exact = value() * mpf(size)

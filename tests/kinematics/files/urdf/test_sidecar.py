@@ -106,10 +106,13 @@ def test_type_has_a_default_and_may_be_one_word(write):
 @pytest.mark.parametrize(
     ("kind", "axes"),
     [
-        ("SPHERICAL", "xyz"), ("FIXED", ""), ("CARDAN", "xy"), ("spherical", "xyz"),
+        ("SPHERICAL", "xyz"),
+        ("FIXED", ""),
+        ("CARDAN", "xy"),
+        ("spherical", "xyz"),
         *((f"UJOINT_{a}{b}", f"{a}{b}".lower()) for a, b in itertools.permutations("XYZ", 2)),
     ],
-)  # fmt: skip
+)
 def test_joints_are_replaced(write, kind, axes):
     origin = random_pose(np.random.default_rng(3))
     old = joint("j2", "revolute", "crank", "coupler", along([1, 0, 0]), [0, 0, 1])
@@ -130,8 +133,14 @@ def test_replaced_joints_and_loops_together(write):
     yaml = PAIR + "type: [6d]\njoint_name: [j2, s0]\njoint_type: [UJOINT_ZY, SPHERICAL]\n"
     draft = read_unassembled(write(bench(spins=[[1, 0, 0]]), yaml + "name_mot: [s0, j1]\n"))
     assert [j.name for j in draft.joints] == [
-        "j1", "j2.0", "j2.1", "j3", "s0.0", "s0.1", "s0.2",
-    ]  # fmt: skip
+        "j1",
+        "j2.0",
+        "j2.1",
+        "j3",
+        "s0.0",
+        "s0.1",
+        "s0.2",
+    ]
     assert draft.named_inputs == ("s0.0", "s0.1", "s0.2", "j1")
     assert (draft.loops[0].end, draft.loops[0].successor) == (6, 3)
 

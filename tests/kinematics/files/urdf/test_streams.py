@@ -105,9 +105,11 @@ def test_a_named_pipe(way, tmp_path, capsys):
 @pytest.mark.parametrize("word", ["-", "/dev/stdin"])
 def test_a_process_is_given_a_pipe(word):
     done = subprocess.run(
-        [sys.executable, "-m", "balance", "report", word], input=MODEL.read_bytes(),
-        capture_output=True, check=False,
-    )  # fmt: skip
+        [sys.executable, "-m", "balance", "report", word],
+        input=MODEL.read_bytes(),
+        capture_output=True,
+        check=False,
+    )
     assert done.returncode == 0 and b"8, complete at order 3" in done.stdout
 
 
@@ -163,9 +165,13 @@ def test_what_is_no_linkage_is_refused_by_its_name(data, problem, given, capsys)
 def test_an_endless_stream_is_not_read_to_its_end():
     with open("/dev/zero", "rb") as endless:
         done = subprocess.run(
-            [sys.executable, "-m", "balance", "report", "-"], stdin=endless,
-            capture_output=True, text=True, timeout=HANGS, check=False,
-        )  # fmt: skip
+            [sys.executable, "-m", "balance", "report", "-"],
+            stdin=endless,
+            capture_output=True,
+            text=True,
+            timeout=HANGS,
+            check=False,
+        )
     assert done.returncode == 3 and "<stdin>: larger than 16 MB" in done.stderr
 
 

@@ -54,10 +54,11 @@ def test_screws_of_a_chain(read, seed):
 
 def test_rpy_turns_about_fixed_axes(read):
     text = (
-        link("a") + link("b", **UNIT_INERTIA)
+        link("a")
+        + link("b", **UNIT_INERTIA)
         + '<joint name="j" type="revolute"><parent link="a"/><child link="b"/>'
         '<origin xyz="1 2 3" rpy="0.3 -0.7 1.9"/></joint>'
-    )  # fmt: skip
+    )
     draft = read(text)
     np.testing.assert_allclose(
         draft.bodies[0].frame, pose_of([1, 2, 3], [0.3, -0.7, 1.9]), atol=1e-15
@@ -139,10 +140,12 @@ def test_inertia_of_a_cloud_of_point_masses(read, seed):
     masses, points = point_masses(rng)
     first, second = random_pose(rng), random_pose(rng)
     draft = read(
-        link("a"), link("b"), link("c", **inertial_of(rng, masses, points)),
+        link("a"),
+        link("b"),
+        link("c", **inertial_of(rng, masses, points)),
         joint("j1", "revolute", "a", "b", first, rng.normal(size=3)),
         joint("j2", "revolute", "b", "c", second, rng.normal(size=3)),
-    )  # fmt: skip
+    )
     pose = first @ second
     moved = points @ pose[:3, :3].T + pose[:3, 3]
     assert [(b.name, b.link) for b in draft.bodies] == [("c", 1)]
@@ -156,13 +159,15 @@ def test_fixed_joints_merge_links(read, seed):
     names, poses = ["arm", "tool", "tip"], [random_pose(rng) for _ in range(3)]
     draft = read(
         *(link(n, **inertial_of(rng, *c)) for n, c in zip(names, clouds, strict=True)),
-        link("base", **UNIT_INERTIA), link("stand", **UNIT_INERTIA), link("flange"),
+        link("base", **UNIT_INERTIA),
+        link("stand", **UNIT_INERTIA),
+        link("flange"),
         joint("f3", "fixed", "flange", "tip", poses[2], [0, 0, 0]),
         joint("f2", "fixed", "flange", "tool", poses[1]),
         joint("f1", "fixed", "arm", "flange"),
         joint("f0", "fixed", "base", "stand", along([1, 0, 0])),
         joint("j", "revolute", "stand", "arm", poses[0]),
-    )  # fmt: skip
+    )
     arm = along([1, 0, 0]) @ poses[0]
     frames = [arm, arm @ poses[1], arm @ poses[2]]
     moved = [c[1] @ F[:3, :3].T + F[:3, 3] for c, F in zip(clouds, frames, strict=True)]
@@ -175,11 +180,14 @@ def test_fixed_joints_merge_links(read, seed):
 
 def test_a_group_is_named_after_its_topmost_link(read):
     draft = read(
-        link("tool", **UNIT_INERTIA), link("base"), link("arm"), link("bare"),
+        link("tool", **UNIT_INERTIA),
+        link("base"),
+        link("arm"),
+        link("bare"),
         joint("f", "fixed", "arm", "tool", along([1, 0, 0])),
         joint("j", "revolute", "base", "arm", along([0, 1, 0])),
         joint("k", "revolute", "tool", "bare"),
-    )  # fmt: skip
+    )
     assert [b.name for b in draft.bodies] == ["arm"]
     assert draft.bodies[0].frame[:3, 3].tolist() == [0.0, 1.0, 0.0]
     assert [n.code for n in draft.notices] == ["massless"]
@@ -199,9 +207,12 @@ def test_nothing_moves(read):
 def test_without_any_mass_all_moving_links_carry_parameters(read, inertia):
     """One remark, in place of one on each link."""
     parts = [
-        link("a", **UNIT_INERTIA), link("b", **inertia), link("c", **inertia),
-        joint("j", "revolute", "a", "b"), joint("k", "revolute", "b", "c"),
-    ]  # fmt: skip
+        link("a", **UNIT_INERTIA),
+        link("b", **inertia),
+        link("c", **inertia),
+        joint("j", "revolute", "a", "b"),
+        joint("k", "revolute", "b", "c"),
+    ]
     draft = read(*parts)
     assert [body.name for body in draft.bodies] == ["b", "c"]
     assert [notice.code for notice in draft.notices] == ["no_masses"]
@@ -249,8 +260,10 @@ def test_mimics_and_their_offsets(read):
         ),
     )
     assert [(m.joint, m.source, m.ratio) for m in draft.mimics] == [
-        (1, 0, 3.0), (2, 1, -2.0), (3, 2, 0.5),
-    ]  # fmt: skip
+        (1, 0, 3.0),
+        (2, 1, -2.0),
+        (3, 2, 0.5),
+    ]
     pose = np.eye(4)
     for body, q in zip(draft.bodies, [0.0, 0.4, -0.7], strict=False):
         pose = pose @ step @ about([0, 0, 1], q)
@@ -261,11 +274,20 @@ def test_mimics_and_their_offsets(read):
 
 def test_offset_of_a_helical_mimic(read):
     draft = read(
-        link("a"), link("b", **UNIT_INERTIA), link("c", **UNIT_INERTIA),
+        link("a"),
+        link("b", **UNIT_INERTIA),
+        link("c", **UNIT_INERTIA),
         joint("j", "revolute", "a", "b"),
-        joint("h", "revolute", "a", "c", along([1, 0, 0]), [0, 0, 1],
-              '<screw_thread_pitch value="0.5"/><mimic joint="j" offset="1.5"/>'),
-    )  # fmt: skip
+        joint(
+            "h",
+            "revolute",
+            "a",
+            "c",
+            along([1, 0, 0]),
+            [0, 0, 1],
+            '<screw_thread_pitch value="0.5"/><mimic joint="j" offset="1.5"/>',
+        ),
+    )
     lift = along([1, 0, 0.5 * 1.5 / (2 * np.pi)])
     expected = lift @ about([0, 0, 1], 1.5)
     np.testing.assert_allclose(draft.bodies[1].frame, expected, atol=1e-12)

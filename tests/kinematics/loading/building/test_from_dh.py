@@ -12,27 +12,42 @@ from kinematics.loading import model_gallery as models
 from kinematics.model.spatial.screws import hat
 
 # Published by the maker: θ, d, a, α of the UR5.
-UR5 = np.array([
-    [0, 0.089159, 0, np.pi / 2], [0, 0, -0.425, 0], [0, 0, -0.39225, 0],
-    [0, 0.10915, 0, np.pi / 2], [0, 0.09465, 0, -np.pi / 2], [0, 0.0823, 0, 0],
-])  # fmt: skip
+UR5 = np.array(
+    [
+        [0, 0.089159, 0, np.pi / 2],
+        [0, 0, -0.425, 0],
+        [0, 0, -0.39225, 0],
+        [0, 0.10915, 0, np.pi / 2],
+        [0, 0.09465, 0, -np.pi / 2],
+        [0, 0.0823, 0, 0],
+    ]
+)
 
 
 def standard(theta, d, a, alpha):
     """Frame i in frame i-1, entry by entry, as textbooks print it."""
     c, s, ca, sa = np.cos(theta), np.sin(theta), np.cos(alpha), np.sin(alpha)
-    return np.array([
-        [c, -s * ca, s * sa, a * c], [s, c * ca, -c * sa, a * s], [0, sa, ca, d], [0, 0, 0, 1],
-    ])  # fmt: skip
+    return np.array(
+        [
+            [c, -s * ca, s * sa, a * c],
+            [s, c * ca, -c * sa, a * s],
+            [0, sa, ca, d],
+            [0, 0, 0, 1],
+        ]
+    )
 
 
 def modified(theta, d, a, alpha):
     """The same in the convention of Craig (his equation 3.6)."""
     c, s, ca, sa = np.cos(theta), np.sin(theta), np.cos(alpha), np.sin(alpha)
-    return np.array([
-        [c, -s, 0, a], [s * ca, c * ca, -sa, -sa * d], [s * sa, c * sa, ca, ca * d],
-        [0, 0, 0, 1],
-    ])  # fmt: skip
+    return np.array(
+        [
+            [c, -s, 0, a],
+            [s * ca, c * ca, -sa, -sa * d],
+            [s * sa, c * sa, ca, ca * d],
+            [0, 0, 0, 1],
+        ]
+    )
 
 
 MATRICES = {"standard": standard, "modified": modified}
@@ -174,11 +189,17 @@ REFUSED = {
     "names": ([[0, 0, 0, 0]], {"names": "q"}, "does not name 1 joints"),
     "same name": ([[0, 0, 1, 0]] * 2, {"names": ["a", "a"]}, "name 'a' is taken"),
     "fixed name": ([[0, 0, 1, 0]], {"names": ["tool_fixed"]}, "'tool_fixed' is taken"),
-    "body": ([[0, 0, 0, 0]], {"bodies": {"arm": (1, (0, 0, 0), np.eye(3))}},
-             "body 'arm': there is no such link; .*'base', 'link1'"),
-    "mass": ([[0, 0, 0, 0]], {"bodies": {"link1": ("x", (0, 0, 0), np.eye(3))}},
-             "body 'link1': mass = 'x' is not one finite number"),
-}  # fmt: skip
+    "body": (
+        [[0, 0, 0, 0]],
+        {"bodies": {"arm": (1, (0, 0, 0), np.eye(3))}},
+        "body 'arm': there is no such link; .*'base', 'link1'",
+    ),
+    "mass": (
+        [[0, 0, 0, 0]],
+        {"bodies": {"link1": ("x", (0, 0, 0), np.eye(3))}},
+        "body 'link1': mass = 'x' is not one finite number",
+    ),
+}
 
 
 @pytest.mark.parametrize("fault", REFUSED)

@@ -14,19 +14,30 @@ from kinematics.loading import model_gallery as models
 
 # Robots with mimic joints, sliding joints, joints without bounds, and floating bases.
 ROBOTS = {
-    "ur5": {}, "panda": {}, "talos_left_arm": {}, "kinova": {}, "baxter": {}, "pr2": {},
-    "tiago_no_hand": {}, "double_pendulum_continuous": {}, "solo12": {}, "icub_reduced": {},
-}  # fmt: skip
+    "ur5": {},
+    "panda": {},
+    "talos_left_arm": {},
+    "kinova": {},
+    "baxter": {},
+    "pr2": {},
+    "tiago_no_hand": {},
+    "double_pendulum_continuous": {},
+    "solo12": {},
+    "icub_reduced": {},
+}
 SIMPLE = {
-    "rx": pin.JointModelRX, "rz": pin.JointModelRZ, "px": pin.JointModelPX,
-    "hz": lambda: pin.JointModelHZ(0.3), "rubx": pin.JointModelRUBX,
+    "rx": pin.JointModelRX,
+    "rz": pin.JointModelRZ,
+    "px": pin.JointModelPX,
+    "hz": lambda: pin.JointModelHZ(0.3),
+    "rubx": pin.JointModelRUBX,
     "r": lambda: pin.JointModelRevoluteUnaligned(np.array([0.0, 0.6, 0.8])),
     "p": lambda: pin.JointModelPrismaticUnaligned(np.array([0.6, 0.0, -0.8])),
     "h": lambda: pin.JointModelHelicalUnaligned(np.array([0.0, 0.6, 0.8]), -0.2),
     "t": pin.JointModelTranslation,
     "u": lambda: pin.JointModelUniversal(np.eye(3)[0], np.eye(3)[2]),
     "leaning": lambda: pin.JointModelUniversal(np.eye(3)[0], np.array([0.6, 0.8, 0.0])),
-}  # fmt: skip
+}
 
 
 def path_of(name):
@@ -87,8 +98,9 @@ def check_momentum(model, linkage, seed=0):
         q[linkage.positions_of(linkage.inputs)] = u
         for mimic in linkage.mimics:
             q[mimic.joint] = mimic.ratio * q[mimic.source]
-        X = momentum_regressor(linkage, dict(zip(linkage.inputs, u.tolist(), strict=True)),
-                               spatial=True)  # fmt: skip
+        X = momentum_regressor(
+            linkage, dict(zip(linkage.inputs, u.tolist(), strict=True)), spatial=True
+        )
         v = np.zeros(model.nv)
         known = dict(zip(linkage.inputs, speed, strict=True))
         for name, joint in moving(model):
@@ -140,9 +152,14 @@ def test_composite_joints_are_chains():
     check_momentum(model, linkage)
 
 
-@pytest.mark.parametrize("joint", [
-    pin.JointModelSpherical, pin.JointModelSphericalZYX, pin.JointModelPlanar,
-])  # fmt: skip
+@pytest.mark.parametrize(
+    "joint",
+    [
+        pin.JointModelSpherical,
+        pin.JointModelSphericalZYX,
+        pin.JointModelPlanar,
+    ],
+)
 def test_joints_of_three_freedoms_span_the_same_motions(joint):
     model = model_of(pin.JointModelRY(), joint(), pin.JointModelRX())
     linkage = from_pinocchio(model)

@@ -46,14 +46,23 @@ def parameters_of_cloud(masses, places):
     E = sum(
         m * (r @ r * np.eye(3) - np.outer(r, r)) for m, r in zip(masses, places, strict=True)
     )
-    return np.array([masses.sum(), *(masses @ places), E[0, 0], E[1, 1], E[2, 2], E[0, 1],
-                     E[0, 2], E[1, 2]])  # fmt: skip
+    return np.array(
+        [masses.sum(), *(masses @ places), E[0, 0], E[1, 1], E[2, 2], E[0, 1], E[0, 2], E[1, 2]]
+    )
 
 
 def arm(rng):
     """One joint after the other, with any axis and point, and what their screws are."""
-    kinds = ["revolute", "prismatic", "helical", "universal", "cylindrical", "spherical",
-             "planar", "revolute"]  # fmt: skip
+    kinds = [
+        "revolute",
+        "prismatic",
+        "helical",
+        "universal",
+        "cylindrical",
+        "spherical",
+        "planar",
+        "revolute",
+    ]
     joints, expected = [], []
     for k, kind in enumerate(kinds):
         n, r, pitch = 3.0 * unit_vector(rng), rng.standard_normal(3), 0.0
@@ -64,10 +73,13 @@ def arm(rng):
         if kind == "universal":
             axis2 = u
         joints.append(ScrewJoint(f"j{k}", f"l{k - 1}", f"l{k}", n, r, kind, pitch, axis2))
-        expected.append({
-            "prismatic": [slide], "cylindrical": [line(n, r), slide],
-            "universal": [line(n, r), line(u, r)],
-        }.get(kind, [line(n, r, pitch)]))  # fmt: skip
+        expected.append(
+            {
+                "prismatic": [slide],
+                "cylindrical": [line(n, r), slide],
+                "universal": [line(n, r), line(u, r)],
+            }.get(kind, [line(n, r, pitch)])
+        )
     return joints, expected
 
 
@@ -129,8 +141,10 @@ def test_only_named_bodies_carry_parameters():
     linkage = from_screws(TREE, [CLOSED], {"rocker": body})
     assert [each.name for each in linkage.bodies] == ["rocker"]
     assert [each.name for each in from_screws(TREE, [CLOSED]).bodies] == [
-        "crank", "coupler", "rocker"
-    ]  # fmt: skip
+        "crank",
+        "coupler",
+        "rocker",
+    ]
 
 
 @pytest.mark.table(16)
@@ -163,8 +177,10 @@ def test_ranks_are_those_of_the_same_linkage_in_a_file(name):
     bodies = {body.name: (1.0, (0, 0, 0), np.eye(3)) for body in known.bodies}
     built = from_screws(tree, loops, bodies, known.inputs)
     assert (built.mobility, built.inputs, built.planar) == (
-        known.mobility, known.inputs, known.planar
-    )  # fmt: skip
+        known.mobility,
+        known.inputs,
+        known.planar,
+    )
     ours, theirs = design_space(built), design_space(known)
     assert [o.rank for o in ours.orders] == [o.rank for o in theirs.orders]
     assert ours.nullity == theirs.nullity

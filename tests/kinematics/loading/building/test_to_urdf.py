@@ -40,8 +40,11 @@ def again(tmp_path):
 def same(found, linkage, screws=1e-14):
     """Screws, bodies, loops, relations and inputs are those of the other linkage."""
     assert (found.name, found.mobility, found.inputs, found.planar) == (
-        linkage.name, linkage.mobility, linkage.inputs, linkage.planar
-    )  # fmt: skip
+        linkage.name,
+        linkage.mobility,
+        linkage.inputs,
+        linkage.planar,
+    )
     assert [j.name for j in found.joints] == [j.name for j in linkage.joints]
     assert [(j.kind, j.parent, j.in_loop, j.numbered) for j in found.joints] == [
         (j.kind, j.parent, j.in_loop, j.numbered) for j in linkage.joints

@@ -52,11 +52,15 @@ def test_short_numbers_are_exact():
 @pytest.mark.parametrize(
     ("axis", "rounded"),
     [
-        ("0.707 0.707 0", True), ("-0.57735 0.57735 0.57735", True), ("0.6 -0.8 0", False),
-        ("0.28 0 0.96", False), ("0 1 1", False), ("0.25 0.5 0.125", False),
+        ("0.707 0.707 0", True),
+        ("-0.57735 0.57735 0.57735", True),
+        ("0.6 -0.8 0", False),
+        ("0.28 0 0.96", False),
+        ("0 1 1", False),
+        ("0.25 0.5 0.125", False),
         ("0.7 0.7 0", False),
     ],
-)  # fmt: skip
+)
 def test_an_axis_of_length_one_to_its_digits_shows_rounding(axis, rounded):
     element = Element("joint", {"name": "j"}, (Element("axis", {"xyz": axis}, ()),))
     digits = file_digits(Element("robot", {}, (element,)))

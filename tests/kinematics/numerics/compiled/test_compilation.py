@@ -201,9 +201,12 @@ def on_terminal(folder, *words, **environment):
     ours, theirs = pty.openpty()
     try:
         done = subprocess.Popen(
-            [sys.executable, *words], cwd=folder, stdout=subprocess.DEVNULL, stderr=theirs,
+            [sys.executable, *words],
+            cwd=folder,
+            stdout=subprocess.DEVNULL,
+            stderr=theirs,
             env=clean() | {"TERM": "xterm", "COLUMNS": "120"} | environment,
-        )  # fmt: skip
+        )
         os.close(theirs)
         text = b""
         with contextlib.suppress(OSError):  # the end of it
@@ -249,9 +252,12 @@ def test_no_folder_means_no_compiler(small, tmp_path):
 
 def test_a_wrong_choice_is_usage():
     done = subprocess.run(
-        [sys.executable, "-m", "balance", "models"], cwd=ROOT, capture_output=True, text=True,
+        [sys.executable, "-m", "balance", "models"],
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
         env=clean() | {"BALANCE_COMPILE": "later"},
-    )  # fmt: skip
+    )
     assert (done.returncode, done.stdout) == (2, "")
     assert re.fullmatch(
         r"balance: BALANCE_COMPILE='later': choose from .*\nbalance models --help .*\n",
@@ -261,9 +267,13 @@ def test_a_wrong_choice_is_usage():
 
 # Requests, each before and after the model.
 REQUESTS = (
-    ("report",), ("report", "--balance", "force"), ("report", "--spatial"), ("design",),
-    ("verify", "--trajectories", "1"), ("motion",),
-)  # fmt: skip
+    ("report",),
+    ("report", "--balance", "force"),
+    ("report", "--spatial"),
+    ("design",),
+    ("verify", "--trajectories", "1"),
+    ("motion",),
+)
 # Linkages of many kinds, to which all requests are made; others get one, in turn.
 KINDS = ("four_bar_kite_balanced", "three_rsr", "hprs", "slider_crank", "bennett", "rusr")
 # What the commands do; the kernels that are compiled after a warm-up.
@@ -296,13 +306,16 @@ def test_a_warm_up_compiles_all_that_commands_call():
     """
     words = [
         [verb, model, *more]
-        for turn, model in enumerate(gallery()) for k, (verb, *more) in enumerate(REQUESTS)
+        for turn, model in enumerate(gallery())
+        for k, (verb, *more) in enumerate(REQUESTS)
         if ALL_CASES or model in KINDS or k == turn % len(REQUESTS)
-    ]  # fmt: skip
+    ]
     done = subprocess.run(
         [sys.executable, "-c", ALL_COMMANDS, json.dumps(words)],
-        cwd=ROOT, capture_output=True, text=True,
-    )  # fmt: skip
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+    )
     codes, late = json.loads(done.stdout)
     assert set(codes) <= {0, 1, 3, 4} and late == []
 

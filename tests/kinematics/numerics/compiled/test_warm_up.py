@@ -10,9 +10,10 @@ def test_kinematics_alone_warms_up_single_and_many_poses(monkeypatch):
         warmup, "taylor_motion", lambda linkage, order: expanded.append(linkage)
     )
     monkeypatch.setattr(
-        warmup, "taylor_motion_many",
+        warmup,
+        "taylor_motion_many",
         lambda linkage, poses, order: expanded_at_many.append(linkage),
-    )  # fmt: skip
+    )
     assert sum(1 for _ in warmup.warm_up_kinematics()) > len(linkages)
     assert all(linkage in expanded for linkage in linkages)
     assert expanded_at_many == linkages

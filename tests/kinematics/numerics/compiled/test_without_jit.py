@@ -15,19 +15,24 @@ from tests.support.whole_number_answers import MODELS, answers
 ROOT = Path(__file__).resolve().parents[4]
 # Tests that are run in this mode: two whole files, and two in which numbers overflow.
 TESTS = (
-    "kinematics/closure/test_series.py", "kinematics/files/urdf/test_loops.py",
+    "kinematics/closure/test_series.py",
+    "kinematics/files/urdf/test_loops.py",
     "balance/space/many/test_many.py::test_screws_of_another_kind_are_refused",
     "balance/space/momentum/test_momentum.py::test_poses_may_be_given_in_three_ways",
-)  # fmt: skip
+)
 
 
 def without_compiler(*command):
     """What a process without a compiler prints."""
     environment = os.environ | {"NUMBA_DISABLE_JIT": "1", "PYTHONPATH": str(ROOT)}
     told = subprocess.run(
-        [sys.executable, *command], env=environment, cwd=ROOT, capture_output=True, text=True,
+        [sys.executable, *command],
+        env=environment,
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
         timeout=HANGS,
-    )  # fmt: skip
+    )
     assert told.returncode == 0, told.stdout[-2000:] + told.stderr[-2000:]
     return told.stdout
 

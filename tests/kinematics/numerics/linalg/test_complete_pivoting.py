@@ -39,8 +39,9 @@ def test_every_pivot_is_the_largest_entry_that_is_left(seed):
     assert pivots == pivots_by_search(rows) and len(pivots) == 5
     assert [[row[c] for c in pivots] for row in reduced] == np.eye(5).tolist()
     for row in rows:
-        sums = [sum(row[c] * r[k] for c, r in zip(pivots, reduced, strict=True))
-                for k in range(8)]  # fmt: skip
+        sums = [
+            sum(row[c] * r[k] for c, r in zip(pivots, reduced, strict=True)) for k in range(8)
+        ]
         assert sums == row
 
 
@@ -59,8 +60,9 @@ def test_numbers_of_a_field():
     reduced, pivots = eliminate_by_largest(rows)
     assert pivots == [1, 2] and len(reduced) == 2
     for row in rows:
-        known = [sum(row[c] * x[k] for c, x in zip(pivots, reduced, strict=True))
-                 for k in range(3)]  # fmt: skip
+        known = [
+            sum(row[c] * x[k] for c, x in zip(pivots, reduced, strict=True)) for k in range(3)
+        ]
         assert known == row
 
 
@@ -74,8 +76,9 @@ def test_the_work_on_blocks_grows_as_the_square_of_their_number():
         ]
         rows = [
             [Fraction(0)] * (3 * k) + row + [Fraction(0)] * (3 * (blocks - k - 1))
-            for k in range(blocks) for row in block
-        ]  # fmt: skip
+            for k in range(blocks)
+            for row in block
+        ]
         return instructions(lambda: eliminate_by_largest(rows))
 
     assert work(20) < 5.0 * work(10)

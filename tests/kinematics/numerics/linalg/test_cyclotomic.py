@@ -33,9 +33,12 @@ def close(x, y):
 def some(rng, N):
     """A number of the field of conductor N."""
     return sum(
-        (Fraction(rng.randint(-9, 9), rng.randint(1, 5)) * cosine_of_part(k, N)
-         for k in range(degree_of_field(N))), Fraction(0),
-    )  # fmt: skip
+        (
+            Fraction(rng.randint(-9, 9), rng.randint(1, 5)) * cosine_of_part(k, N)
+            for k in range(degree_of_field(N))
+        ),
+        Fraction(0),
+    )
 
 
 @pytest.mark.parametrize("N", CONDUCTORS)

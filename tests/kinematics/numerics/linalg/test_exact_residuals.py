@@ -20,10 +20,12 @@ def hidden_rows(seed, count=12, columns=20):
     for k, row in enumerate(plain):
         size = Fraction(1, 10 ** int(rng.choice([0, 0, 9, 18, 27, 40])))
         shares = [Fraction(int(rng.integers(-99, 100)), 97) for _ in range(k)]
-        rows.append([
-            size * x + sum(share * y[c] for share, y in zip(shares, plain, strict=False))
-            for c, x in enumerate(row)
-        ])  # fmt: skip
+        rows.append(
+            [
+                size * x + sum(share * y[c] for share, y in zip(shares, plain, strict=False))
+                for c, x in enumerate(row)
+            ]
+        )
     return rows, whole
 
 

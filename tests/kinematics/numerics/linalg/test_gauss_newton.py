@@ -103,9 +103,13 @@ def test_the_method_gives_up_at_a_step_that_grows():
         """How often the cube root is evaluated, and where the method ends."""
         seen = []
         found = gauss_newton(
-            lambda x: (seen.append(x), root(x))[1], np.array([start]), LeastNorm(0), small,
-            stop, 9,
-        )  # fmt: skip
+            lambda x: (seen.append(x), root(x))[1],
+            np.array([start]),
+            LeastNorm(0),
+            small,
+            stop,
+            9,
+        )
         assert not found.solved
         return len(seen), float(found.last.x[0])
 
@@ -147,9 +151,14 @@ def test_a_step_that_is_refused_is_damped_more():
 def test_unknowns_need_not_be_a_vector():
     """A rotation of the plane, as a complex number, that takes 1 to i."""
     found = gauss_newton(
-        lambda turn: (np.array([np.angle(turn / 1j)]), np.eye(1)), 1.0 + 0.0j, LeastNorm(1e-9),
-        small, never_stop, 5, lambda turn, step: turn * np.exp(-1j * step[0]),
-    )  # fmt: skip
+        lambda turn: (np.array([np.angle(turn / 1j)]), np.eye(1)),
+        1.0 + 0.0j,
+        LeastNorm(1e-9),
+        small,
+        never_stop,
+        5,
+        lambda turn, step: turn * np.exp(-1j * step[0]),
+    )
     assert found.solved and found.last.x == pytest.approx(1j)
 
 

@@ -52,13 +52,16 @@ def test_echelon_form_is_that_of_fractions():
     assert found == [[remainder(x) for x in row] for row in exact]
 
 
-@pytest.mark.parametrize(("degrees", "function"), [
-    ((0, 0), lambda x: 5),
-    ((2, 3), lambda x: (3 * x * x + 1) * pow(x**3 - 7, -1, P)),
-    ((1, 1), lambda x: (x + 1) * pow(x + 2, -1, P)),
-    ((0, 2), lambda x: pow(x * x + 1, -1, P)),
-    ((-1, 0), lambda x: 0),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("degrees", "function"),
+    [
+        ((0, 0), lambda x: 5),
+        ((2, 3), lambda x: (3 * x * x + 1) * pow(x**3 - 7, -1, P)),
+        ((1, 1), lambda x: (x + 1) * pow(x + 2, -1, P)),
+        ((0, 2), lambda x: pow(x * x + 1, -1, P)),
+        ((-1, 0), lambda x: 0),
+    ],
+)
 def test_degrees(degrees, function):
     points = range(3, 14)
     assert degrees_of_fraction(points, [function(x) % P for x in points], P) == degrees

@@ -40,13 +40,18 @@ def row(loops, seed, mimics=0):
     screws = np.column_stack([np.ones(n), rng.standard_normal((n, 2))])
     whole = np.int64
     chain = Chain(
-        frame=Frame(), joints=freeze(range(n), whole), units=freeze(np.ones(n)),
-        parent=freeze(parent, whole), screws=freeze(screws),
-        ends=freeze(np.array(ends)[order], whole), mimics=freeze(follow),
-        dependent=freeze([], whole), columns=freeze(np.zeros((n, 0))),
+        frame=Frame(),
+        joints=freeze(range(n), whole),
+        units=freeze(np.ones(n)),
+        parent=freeze(parent, whole),
+        screws=freeze(screws),
+        ends=freeze(np.array(ends)[order], whole),
+        mimics=freeze(follow),
+        dependent=freeze([], whole),
+        columns=freeze(np.zeros((n, 0))),
         moves=freeze(np.ones((n, n - 3 * loops - mimics)), np.bool_),
         links=freeze(range(n), whole),
-    )  # fmt: skip
+    )
     pivots = qr(loop_matrix(chain), mode="r", pivoting=True)[1]
     dependent, inputs = np.split(pivots, [3 * loops + mimics])
     columns = np.zeros((n, inputs.size))

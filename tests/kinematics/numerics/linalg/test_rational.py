@@ -33,8 +33,10 @@ def test_reduced_rows_are_units_at_their_pivots_and_span_the_same(seed):
     for i, row in enumerate(reduced):
         assert [row[c] for c in pivots] == [int(i == k) for k in range(rank)]
     for row in rows:
-        known = [sum((row[c] * r[k] for c, r in zip(pivots, reduced, strict=True)), Fraction(0))
-                 for k in range(6)]  # fmt: skip
+        known = [
+            sum((row[c] * r[k] for c, r in zip(pivots, reduced, strict=True)), Fraction(0))
+            for k in range(6)
+        ]
         assert known == row
 
 

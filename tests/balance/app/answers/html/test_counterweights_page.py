@@ -35,8 +35,10 @@ def test_changes_in_words():
     assert change_text(1e-13, 3.0, "N", 1e-12) == "0 → 3 N"
     assert change_text(1e-13, 2e-13, "N", 1e-12) == "0 N"
     assert [mass_added_text(m) for m in (2.34, 0.085, 0.0)] == [
-        "2.3 kg added", "85 g added", "nothing added",
-    ]  # fmt: skip
+        "2.3 kg added",
+        "85 g added",
+        "nothing added",
+    ]
 
 
 def test_harmonics_of_a_known_load():

@@ -61,8 +61,10 @@ def test_masses_ride_on_their_bodies(opened):
     slide(browser, 0, 60)
     settle(browser)
     H = links(linkage, joint_positions(linkage, {linkage.inputs[0]: np.pi / 3.0}))
-    carried = [H[body.link] @ [*c, 1.0] for body, c in
-               zip(linkage.bodies, centres(found.z), strict=True)]  # fmt: skip
+    carried = [
+        H[body.link] @ [*c, 1.0]
+        for body, c in zip(linkage.bodies, centres(found.z), strict=True)
+    ]
     found = drawn(browser, "designed centres")
     np.testing.assert_allclose(found, np.array(carried)[:, :3], atol=1e-6)
     one(browser, ".reset").click()

@@ -47,10 +47,16 @@ def search():
     job = DiscoveryJob("four-bar", 50)
     rows = job.compute(0)
     found = [
-        (k, geometry_of_text(rows["geometry"][k]), int(rows["nullity"][k]),
-         int(rows["codimension"][k]), float(rows["margin"][k]))
-        for k, outcome in enumerate(rows["outcome"]) if outcome == "special"
-    ]  # fmt: skip
+        (
+            k,
+            geometry_of_text(rows["geometry"][k]),
+            int(rows["nullity"][k]),
+            int(rows["codimension"][k]),
+            float(rows["margin"][k]),
+        )
+        for k, outcome in enumerate(rows["outcome"])
+        if outcome == "special"
+    ]
     families = group_members(job.topology, job.structure, job.generic, found)[:1]
     data = search_data(FewRows(), Found(job, {"special": len(found)}, families), None, "show")
     examined = [examine(job, family, members=8, tried=2) for family in families]

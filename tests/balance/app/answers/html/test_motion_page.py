@@ -57,8 +57,12 @@ def test_the_error_of_order_k_falls_like_the_next_power():
     """Halfway in, it is 2^-(k + 1) of what it was, to 15 %; checked above round-off."""
     panel, *_ = error_curves(foretold(expanded("four_bar_general", 4)))
     far = 0.04
-    whole, half = (np.array([np.interp(x, panel.x, np.log(np.maximum(line, 1e-300)))
-                             for line in panel.errors]) for x in (2 * far, far))  # fmt: skip
+    whole, half = (
+        np.array(
+            [np.interp(x, panel.x, np.log(np.maximum(line, 1e-300))) for line in panel.errors]
+        )
+        for x in (2 * far, far)
+    )
     assert np.exp(half - whole) == pytest.approx(0.5 ** np.arange(2, 6), rel=0.15)
 
 
@@ -109,8 +113,9 @@ def test_a_path_is_shown_as_long_as_it_is():
 def test_a_restricted_motion_has_a_panel_for_each_freedom():
     motion = expanded("three_rsr", 3, None, "u2=u3")
     assert [panel.title for panel in error_curves(foretold(motion))] == [
-        "along u1", "along u2 and u3",
-    ]  # fmt: skip
+        "along u1",
+        "along u2 and u3",
+    ]
     open_chain = foretold(expanded("hprs", 2))
     panels = error_curves(open_chain)
     assert len(panels) == MAX_LINES and all(panel.beyond == () for panel in panels)
@@ -129,8 +134,14 @@ def test_pictures_are_written(tmp_path, capsys):
     assert image.read_bytes().startswith(b"\x89PNG\r\n")
     text = drawing.read_text(encoding="utf-8")
     assert ElementTree.fromstring(text).tag.endswith("svg")
-    for comment in ("order 1", "order 3", "order 3, estimated", "target", "beyond the radius",
-                    "the loops close no further"):  # fmt: skip
+    for comment in (
+        "order 1",
+        "order 3",
+        "order 3, estimated",
+        "target",
+        "beyond the radius",
+        "the loops close no further",
+    ):
         assert f"<!-- {comment} -->" in text
     assert "<!-- order 4 -->" not in text
     whole = page.read_text(encoding="utf-8")

@@ -96,8 +96,10 @@ def test_parts_are_drawn_through_their_joints():
     _, found = drawing("three_rsr")
     by_name = {name: part for part in found["parts"] for name in part["names"]}
     assert [len(by_name[name]["corners"]) for name in ("lower1", "upper3", "platform")] == [
-        2, 2, 3,
-    ]  # fmt: skip
+        2,
+        2,
+        3,
+    ]
     base = np.array(found["parts"][0]["corners"])
     assert np.allclose(np.linalg.norm(base, axis=1), 3.0) and len(base) == 3
     assert by_name["platform"]["names"] == ["platform"]

@@ -93,8 +93,10 @@ def test_the_page_closes_the_loops_as_python_does(browser, pages, model):
     found = browser.execute_script(
         "const m = new Mechanism(arguments[0]);"
         "const {q, reached} = m.toward(new Float64Array(m.size), arguments[1]);"
-        "return [[...q], reached, m.closure(q).error]", data["mechanism"], u.tolist(),
-    )  # fmt: skip
+        "return [[...q], reached, m.closure(q).error]",
+        data["mechanism"],
+        u.tolist(),
+    )
     try:
         expected = joint_positions(linkage, u)
     except PoseError:
@@ -217,8 +219,9 @@ def test_sliders_combine(browser, pages):
     linkage = space.linkage
     opened(browser, address)
     assert [label.text for label in browser.find_elements("css selector", ".slider label")] == [
-        "u1", "u2 = u3",
-    ]  # fmt: skip
+        "u1",
+        "u2 = u3",
+    ]
     slide(browser, 0, 30)
     slide(browser, 1, -40)
     texts = [output.text for output in browser.find_elements("css selector", "#sliders output")]

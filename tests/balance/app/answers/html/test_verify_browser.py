@@ -42,8 +42,10 @@ def opened(browser, tmp_path, found):
 def numbers(browser, k):
     """The table of the motion drawn, as text by label."""
     rows = one(browser, f"#numbers{k}").find_elements(By.CSS_SELECTOR, "tr")
-    return {row.find_element(By.TAG_NAME, "th").text: row.find_element(By.TAG_NAME, "td").text
-            for row in rows}  # fmt: skip
+    return {
+        row.find_element(By.TAG_NAME, "th").text: row.find_element(By.TAG_NAME, "td").text
+        for row in rows
+    }
 
 
 def size_of(load):

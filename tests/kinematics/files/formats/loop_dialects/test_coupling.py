@@ -43,14 +43,18 @@ def test_a_relation_of_followers_relates_their_sources(tmp_path):
 @pytest.mark.parametrize(
     "text, said",
     [
-        (coupling("bc"), "2 and 1 joints"), (coupling("ab"), "0 and 1 joints"),
-        (coupling("aa"), "0 and 0 joints"), (coupling("xc"), "<predecessor>"),
-        (coupling(ratio=""), "<ratio"), (coupling(ratio='<ratio value="nan"/>'), "finite"),
-        (coupling(ratio="<ratio/>"), "<ratio"), ("<coupling/>", "<predecessor>"),
+        (coupling("bc"), "2 and 1 joints"),
+        (coupling("ab"), "0 and 1 joints"),
+        (coupling("aa"), "0 and 0 joints"),
+        (coupling("xc"), "<predecessor>"),
+        (coupling(ratio=""), "<ratio"),
+        (coupling(ratio='<ratio value="nan"/>'), "finite"),
+        (coupling(ratio="<ratio/>"), "<ratio"),
+        ("<coupling/>", "<predecessor>"),
         (coupling(ratio='<ratio value="2"/><ratio value="2"/>'), "more than one <ratio>"),
         (coupling().replace("coupling", "couplin"), "write <coupling> in <robot>"),
     ],
-)  # fmt: skip
+)
 def test_what_says_too_little_is_refused(text, said, tmp_path):
     error = refused(tmp_path, OPEN, text)
     assert said in str(error) and "(line" in error.element

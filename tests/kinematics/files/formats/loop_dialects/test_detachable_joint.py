@@ -26,10 +26,12 @@ def test_two_links_of_this_file(model, tmp_path):
 @pytest.mark.parametrize(
     "text",
     [
-        plugin(model="box"), plugin(child="box"), plugin(parent=""),
+        plugin(model="box"),
+        plugin(child="box"),
+        plugin(parent=""),
         '<gazebo><plugin name="gz::sim::systems::DetachableJoint"/></gazebo>',
     ],
-)  # fmt: skip
+)
 def test_other_models_are_refused(text, tmp_path):
     error = refused(tmp_path, OPEN, MORE, text)
     assert 'type="fixed"' in error.remedy and "(line" in error.element

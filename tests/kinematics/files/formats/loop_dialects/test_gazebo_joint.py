@@ -78,8 +78,10 @@ def test_types_without_a_loop_are_refused(kind, tmp_path):
     "text, said",
     [
         (gazebo().replace("<gazebo>", '<gazebo reference="b">'), "reference"),
-        (gazebo().replace("<gazebo>", "<gazebo><model>").replace("</g", "</model></g"),
-         "not directly"),
+        (
+            gazebo().replace("<gazebo>", "<gazebo><model>").replace("</g", "</model></g"),
+            "not directly",
+        ),
         (gazebo(ends="bx"), "'x' does not exist"),
         (gazebo(ends="bd"), "'d' does not exist"),
         (gazebo(pose="<pose>0 1 nan 0 0 0</pose>"), "not 6 finite"),
@@ -93,7 +95,7 @@ def test_types_without_a_loop_are_refused(kind, tmp_path):
         (gazebo().replace(">c<", "><"), "name two links"),
         (gazebo(ends=("world", "base")), "one rigid body"),
     ],
-)  # fmt: skip
+)
 def test_what_says_too_little_is_refused(text, said, tmp_path):
     error = refused(tmp_path, OPEN, text)
     assert said in str(error) and "(line" in error.element

@@ -33,7 +33,8 @@ def test_the_axis_is_x_by_default(tmp_path):
 @pytest.mark.parametrize(
     "text, said",
     [
-        (loop_joint("universal"), "universal"), (loop_joint("gear"), "gear"),
+        (loop_joint("universal"), "universal"),
+        (loop_joint("gear"), "gear"),
         (loop_joint().replace('link="b"', 'link="x"'), "'x' does not exist"),
         (loop_joint().replace('link="b"', ""), "name two links"),
         (loop_joint().replace('link="b"', 'link="c"'), "one rigid body"),
@@ -46,7 +47,7 @@ def test_the_axis_is_x_by_default(tmp_path):
         (loop_joint().replace("loop_joint", "loop_jont"), "write <loop_joint> in <robot>"),
         (f"<joint>{loop_joint()}</joint>", ""),
     ],
-)  # fmt: skip
+)
 def test_what_says_too_little_is_refused(text, said, tmp_path):
     error = refused(tmp_path, OPEN, text)
     assert said in str(error) and "(line" in error.element

@@ -42,8 +42,9 @@ def test_the_world_is_the_root(tmp_path):
 
 
 @pytest.mark.parametrize(
-    "more", ["", 'anchor="1 2 3"', 'relpose="0 1 0 0 0 0 0"', 'torquescale="3"'],
-)  # fmt: skip
+    "more",
+    ["", 'anchor="1 2 3"', 'relpose="0 1 0 0 0 0 0"', 'torquescale="3"'],
+)
 def test_a_weld_at_the_pose_of_the_file(more, tmp_path):
     draft = draft_of(tmp_path, OPEN, MORE, mujoco(f'<weld body1="d" body2="c" {more}/>'))
     compare_drafts(draft, draft_of(tmp_path, OPEN, MORE, WELD))
@@ -137,17 +138,21 @@ def test_contacts_are_no_closures(tmp_path):
         (mujoco('<connect body1="b" body2="c"/>'), "no anchor"),
         (mujoco(f'<connect anchor="{ON_B}"/>'), "name two links"),
         (mujoco(f'<connect body1="b" body2="" anchor="{ON_B}"/>'), "name two links"),
-        (connect("bx"), "'x' does not exist"), (connect(anchor="0 nan 0"), "3 finite"),
-        (connect(("b", "b")), "one rigid body"), (connect(("base", "world")), "one rigid"),
+        (connect("bx"), "'x' does not exist"),
+        (connect(anchor="0 nan 0"), "3 finite"),
+        (connect(("b", "b")), "one rigid body"),
+        (connect(("base", "world")), "one rigid"),
         (mujoco('<weld body1="b" body2="c" relpose="1 2"/>'), "7 finite"),
         (mujoco('<weld body1="b" body2="c" torquescale="x"/>'), "a finite number"),
-        (mujoco("<joint/>"), "joint1"), (related("0 1 0 0 2"), "not a line"),
-        (related("0 1 0 0 0 0"), "finite numbers"), (related("0 x"), "finite numbers"),
+        (mujoco("<joint/>"), "joint1"),
+        (related("0 1 0 0 2"), "not a line"),
+        (related("0 1 0 0 0 0"), "finite numbers"),
+        (related("0 x"), "finite numbers"),
         (related("", 'joint1="j3" joint2="x"'), "joint 'x' does not exist"),
         (related("", 'joint1="j3" joint2="j3"'), "to itself"),
         (related("0 2", 'joint1="j3" joint2="j3"'), "contradicts"),
     ],
-)  # fmt: skip
+)
 def test_what_says_too_little_is_refused(text, said, tmp_path):
     error = refused(tmp_path, OPEN, text)
     assert said in str(error) and "(line" in error.element

@@ -23,13 +23,19 @@ from tests.support.dialect_text import (
 )
 
 HINGES = {
-    "loop": hand_written("revolute"), "SDF": gazebo(), "constraint": constraint(),
+    "loop": hand_written("revolute"),
+    "SDF": gazebo(),
+    "constraint": constraint(),
     "loop_joint": loop_joint(),
-}  # fmt: skip
+}
 POINTS = {
-    "MuJoCo": connect(), "Drake": BALL, "frames": PAIR, "constraint": constraint("ball"),
-    "SDF": gazebo("ball"), "swapped": connect("cb", "0 1.5 0"),
-}  # fmt: skip
+    "MuJoCo": connect(),
+    "Drake": BALL,
+    "frames": PAIR,
+    "constraint": constraint("ball"),
+    "SDF": gazebo("ball"),
+    "swapped": connect("cb", "0 1.5 0"),
+}
 
 
 @pytest.mark.parametrize("one", HINGES)
@@ -79,9 +85,10 @@ def test_what_is_not_implied_stays(tmp_path):
 def test_kinds_that_imply_each_other(kind, tmp_path):
     weaker = {
         "revolute": ["revolute", "spherical", "cylindrical", "planar"],
-        "prismatic": ["prismatic", "cylindrical"], "cylindrical": ["cylindrical"],
+        "prismatic": ["prismatic", "cylindrical"],
+        "cylindrical": ["cylindrical"],
         "planar": ["planar"],
-    }  # fmt: skip
+    }
     axis = "" if kind == "fixed" else '<axis xyz="0 0 1"/>'
     for other in ("revolute", "prismatic", "spherical", "cylindrical", "planar"):
         axes = ("", "") if other == "spherical" else ("0 0 1", "0 0 1")

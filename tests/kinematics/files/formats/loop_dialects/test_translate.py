@@ -36,9 +36,12 @@ def test_numbers_are_loaded_for_frames_on_one_link(text, loaded, tmp_path):
     path = tmp_path / "robot.urdf"
     path.write_text(robot_text(OPEN, text), encoding="utf-8")
     done = subprocess.run(
-        [sys.executable, "-c", LOADED, str(path)], capture_output=True, text=True, check=True,
+        [sys.executable, "-c", LOADED, str(path)],
+        capture_output=True,
+        text=True,
+        check=True,
         env={"PYTHONPATH": ":".join(sys.path)},
-    )  # fmt: skip
+    )
     assert done.stdout.strip() == loaded
 
 

@@ -9,11 +9,12 @@ TOLD = [
     '<gazebo><plugin name="closed_loop"><l1>b</l1><l2>c</l2></plugin></gazebo>',
     '<mujoco><custom><tie body="b" to="c"/></custom></mujoco>',
     '<x:tie xmlns:x="y"><end>b</end><end>r::c</end></x:tie>',
-    '<tie links="b c"/>', '<tie links="b, c"/>',
+    '<tie links="b c"/>',
+    '<tie links="b, c"/>',
     '<gazebo><joint:hinge name="h" xmlns:joint="y"><body1>b</body1><body2>c</body2>'
     "</joint:hinge></gazebo>",
     '<cnstraint><parent link="b"/><child link="c"/></cnstraint>',
-]  # fmt: skip
+]
 HARMLESS = [
     '<disable_collisions link1="b" link2="c" reason="Adjacent"/>',
     '<mujoco><contact><exclude body1="b" body2="c"/></contact></mujoco>',
@@ -23,10 +24,11 @@ HARMLESS = [
     '<drake:member link="c"/></drake:collision_filter_group>',
     '<gazebo><plugin name="p"><bodyName>b</bodyName><frameName>c</frameName></plugin></gazebo>',
     '<gazebo><sensor name="s"><contact>b</contact><parent>c</parent></sensor></gazebo>',
-    '<gazebo><a>b</a><a>c</a></gazebo>',
+    "<gazebo><a>b</a><a>c</a></gazebo>",
     '<group name="g"><chain base_link="b" tip_link="c"/></group>',
-    '<frame name="b" link="c"/>', '<note first="b" second="b"/>',
-]  # fmt: skip
+    '<frame name="b" link="c"/>',
+    '<note first="b" second="b"/>',
+]
 
 
 @pytest.mark.parametrize("text", TOLD)

@@ -61,10 +61,14 @@ def test_a_universal_one(tmp_path):
         (constraint().replace(ON_B, "0 1"), "3 finite"),
         (constraint().replace('"0 0 0"', '"0 0 1e9"'), "beyond"),
         (constraint().replace('link="b"', 'link="c"'), "one rigid body"),
-        (constraint().replace("<child l", '<child link="b"/><child_axis xyz="0 0 1"/><child l'),
-         "more than one <child>"),
+        (
+            constraint().replace(
+                "<child l", '<child link="b"/><child_axis xyz="0 0 1"/><child l'
+            ),
+            "more than one <child>",
+        ),
     ],
-)  # fmt: skip
+)
 def test_what_says_too_little_is_refused(text, said, tmp_path):
     error = refused(tmp_path, OPEN, text)
     assert said in str(error) and "(line" in error.element

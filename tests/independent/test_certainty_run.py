@@ -52,7 +52,7 @@ def test_a_special_geometry_below_the_digits_is_no_proof(tmp_path):
         ("overconstrained", 40012),
         # Two pins of a dyad that coincide up to fifteen digits.
         ("oblique", 40504),
-        # An arm of four joints, rounded to five digits: its axes have length one to five digits.
+        # An arm of four joints in five digits, to which its axes have length one.
         ("turned", 40246),
         # A parallelogram of a millionth of its arm, at another pose than that of the file.
         ("small_loop", 50282),

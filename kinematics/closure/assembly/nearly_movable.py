@@ -44,8 +44,8 @@ def note_nearly_movable(linkage: Linkage) -> list[Notice]:
                 "nearly_movable",
                 (
                     f"{first_names(resting)} do not move as written; with axes moved by "
-                    f"{fit.change:.0e} (radians, parts of the size of their loops) these have {more} "
-                    "of freedom more (--as-written for the answer without doubt)"
+                    f"{fit.change:.0e} (radians, parts of the size of their loops) these have "
+                    f"{more} of freedom more (--as-written for the answer without doubt)"
                 ),
             )
         )

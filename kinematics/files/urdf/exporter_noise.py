@@ -59,8 +59,9 @@ def remove_exporter_noise(
             (
                 code,
                 (
-                    f"{clean(source, 1000)}: {what.format(f'{float(EXACT_ANGLE_ERROR):.0e}')} are read "
-                    f"as zero: {', '.join(changed[:MAX_NAMED])}{more}; --as-written "
+                    f"{clean(source, 1000)}: "
+                    f"{what.format(f'{float(EXACT_ANGLE_ERROR):.0e}')} are read as zero: "
+                    f"{', '.join(changed[:MAX_NAMED])}{more}; --as-written "
                     "(angles='as_written') takes them"
                 ),
             )

@@ -40,8 +40,8 @@ def identification_facts(answer: Identification) -> list[tuple[str, str]]:
     pairs.append(
         (
             "excited",
-            f"{count_noun(answer.excited, 'combination')} with those that only weigh; condition "
-            f"{number_text(answer.condition)} of those for balance",
+            f"{count_noun(answer.excited, 'combination')} with those that only weigh; "
+            f"condition {number_text(answer.condition)} of those for balance",
         )
     )
     before, after = answer.before, answer.after

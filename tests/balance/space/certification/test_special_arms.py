@@ -51,8 +51,8 @@ def arm(folder, digits, tilt, off=0.0):
             ""
             if source is None
             else (
-                f"<mimic joint='{source[0]}'><multiplier>{source[1]}</multiplier><offset>0</offset>"
-                "<reference>0</reference></mimic>"
+                f"<mimic joint='{source[0]}'><multiplier>{source[1]}</multiplier>"
+                "<offset>0</offset><reference>0</reference></mimic>"
             )
         )
         lines.append(

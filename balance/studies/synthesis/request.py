@@ -1,0 +1,79 @@
+"""What is asked of a synthesis, and whether it contradicts itself."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from balance.studies.synthesis.pantograph import PantographMasses
+from balance.studies.synthesis.positions import FARTHEST, Position
+from kinematics.errors import UsageError
+
+
+@dataclass(frozen=True)
+class SynthesisRequest:
+    """What is asked of a synthesis; see `synthesize`.
+
+    Attributes:
+        positions: of the tool.
+        kind: ``"pantograph"`` or ``"four-bar"``.
+        ratio: k of the linear case; None in the nonlinear one and for four-bars.
+        fixed: the fixed pivot, if it is chosen.
+        moving: the moving pivot, if it is chosen.
+        masses: of the pantograph; by default in proportion to it.
+        window: range of x of the free pivot, and of y for three positions, metres.
+        progress: called with the number of steps done and of all steps.
+        within: distance up to which four-bars may miss four or more positions, metres.
+    """
+
+    positions: tuple[Position, ...]
+    kind: str = "pantograph"
+    ratio: float | None = None
+    fixed: complex | None = None
+    moving: complex | None = None
+    masses: PantographMasses | None = None
+    window: tuple[float, ...] | None = None
+    progress: Callable[[int, int], None] | None = None
+    within: float = 0.0
+
+    def check(self) -> None:
+        """Refuse a request that contradicts itself.
+
+        Raises:
+            UsageError: the number of pivots does not fit that of positions, or an option is for
+                another kind.
+        """
+        chosen = (self.fixed is not None) + (self.moving is not None)
+        if len(self.positions) == 2 and chosen != 1:
+            raise UsageError(
+                "two positions leave one pivot free: choose the fixed or the moving one"
+            )
+        if len(self.positions) > 2 and chosen:
+            raise UsageError("three positions and more determine both pivots: choose none")
+        if len(self.positions) > 3 and self.kind == "pantograph":
+            raise UsageError(
+                "a pantograph passes through two or three positions: --kind four-bar goes "
+                "through four, and near more"
+            )
+        if self.within and len(self.positions) < 4:
+            raise UsageError("two and three positions are met exactly: leave out 'within'")
+        if not 0.0 <= self.within <= FARTHEST:
+            raise UsageError(f"within = {self.within:g}: give a distance up to {FARTHEST:g} m")
+        pivots = [pivot for pivot in (self.fixed, self.moving) if pivot is not None]
+        if not all(abs(x) <= FARTHEST for pivot in pivots for x in (pivot.real, pivot.imag)):
+            raise UsageError(f"the pivot is not of finite numbers up to {FARTHEST:g} m")
+        if self.kind == "four-bar" and self.masses is not None:
+            raise UsageError("masses are for a pantograph: those of a four-bar follow")
+        nonlinear = self.kind == "pantograph" and self.ratio is None
+        if self.window is not None:
+            wanted = 2 if len(self.positions) == 2 else 4
+            if not nonlinear or len(self.window) != wanted:
+                raise UsageError(
+                    "a window is for the nonlinear case: x from and to for two positions, and "
+                    "y from and to for three"
+                )
+            pairs = zip(self.window[::2], self.window[1::2], strict=True)
+            if not all(-FARTHEST <= low < high <= FARTHEST for low, high in pairs):
+                raise UsageError(
+                    f"a window goes from a number to a larger one, both up to {FARTHEST:g} m"
+                )

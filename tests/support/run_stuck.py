@@ -20,4 +20,4 @@ if __name__ == "__main__":
         with ResultsFile.create(path[0], job) as results:
             run_chunks(job, results, workers=2)
     else:
-        compute_table(job, 2)
+        compute_table(job, 2, "squares")

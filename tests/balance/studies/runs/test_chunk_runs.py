@@ -186,7 +186,10 @@ def test_workers_end_with_their_writer(tmp_path, files):
     sign = tmp_path / "sign"
     words = ["-m", "tests.support.run_stuck", str(sign), *(str(tmp_path / x) for x in files)]
     writer = subprocess.Popen([sys.executable, *words], env=os.environ | ENVIRONMENT)
-    wait_until_true(lambda: sign.exists() and len(sign.read_text()) == 2)
+    wait_until_true(
+        lambda: (sign.exists() and len(sign.read_text()) == 2) or writer.poll() is not None
+    )
+    assert writer.poll() is None
     workers = psutil.Process(writer.pid).children(recursive=True)
     assert len(workers) >= 2
     os.kill(writer.pid, signal.SIGKILL)

@@ -95,7 +95,7 @@ def results_of_kinematics(linkage, motion):
 def results_of_measurements():
     """Those of identification."""
     plan = balance.masses.exciting_motion("four_bar_general", 2.0, tries=1)
-    run = balance.verify("four_bar_general", along=[plan.trajectory]).runs[0]
+    run = balance.verify("four_bar_general", motions=[plan.trajectory]).runs[0]
     names = ("mx", "my", "mz", "fx", "fy", "fz")
     columns = dict(zip(names, -run.shaking.T, strict=True))
     found = balance.identify(

@@ -131,6 +131,14 @@ def test_rounded_angles_are_told(tmp_path):
     assert "nearly_planar" in [notice.code for notice in linkage.notices]
 
 
+def identified_values(linkage, folder):
+    """Values of combinations that some loads along a table of a motion would have."""
+    time = np.linspace(0.0, 0.8, 33)
+    loads = {"time": time, "fx": np.cos(9.0 * time), "mz": np.sin(7.0 * time)}
+    answer = balance.identify(linkage, folder / "u1.csv", loads)
+    return [each.value for each in answer.combinations if each.value is not None]
+
+
 def from_linkages(linkage, folder):
     """Every public function of balance on a linkage, called with what stands for one.
 
@@ -168,6 +176,13 @@ def from_linkages(linkage, folder):
         ),
         "one_turn": lambda: balance.motion.one_turn(linkage, 10.0).q,
         "rest_to_rest": lambda: balance.motion.rest_to_rest(linkage, [[0.0], [0.1]]).q,
+        "exciting_motion": lambda: (
+            balance.masses.exciting_motion(linkage, 2.0, tries=1).trajectory.q
+        ),
+        "identify": lambda: identified_values(linkage, folder),
+        "shaking_tolerance": lambda: balance.motion.shaking_tolerance(
+            linkage, mass=0.1, trajectories=1
+        ).to_dict(),
         "quiet_motion": lambda: balance.quiet_motion(linkage, [0.0], [0.2], 1.0).bound,
         "quiet_timing": lambda: balance.quiet_timing(linkage, [[0.0], [0.2]], 1.0).bound,
         "reaction_null_space": lambda: (

@@ -183,6 +183,10 @@ GOOD: dict[str, list[str]] = {
     "--fixed": ["0.2,-0.1", *POSITIONS], "--moving": ["0.2,-0.1", *POSITIONS],
     "--masses": ["{masses}", *POSITIONS, "--moving", "0.2,-0.1"],
     "--window": ["0.1,2", *POSITIONS, "--nonlinear", "--fixed", "0.2,-0.1"],
+    "synthesize --slot": ["{folder}/slot.csv", *POSITIONS, "--nonlinear", "--fixed",
+                          "0.2,-0.1"],
+    "synthesize --within": ["1", "--positions", "0,0,0; 0.1,0,10; 0.2,0.1,20; 0.3,0,40",
+                            "--kind", "four-bar"],
     "synthesize --table": ["{folder}/table.csv", *POSITIONS, "--nonlinear", "--fixed",
                            "0.2,-0.1"],
     **{f"synthesize {name}": [*word, *POSITIONS, "--moving", "0.2,-0.1"] for name, word in {

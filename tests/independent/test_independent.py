@@ -192,6 +192,7 @@ def test_the_oracle_shares_no_code_with_the_product():
     """
     comparing = {
         "added_dyads.py",
+        "identification_run.py",
         "nearest_closed.py",
         "counterweight_files.py",
         "counterweight_requests.py",

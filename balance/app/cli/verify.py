@@ -140,7 +140,7 @@ def _with_tolerances(
 
     spread = shaking_tolerance(
         result.linkage,
-        along=[run.trajectory for run in result.runs],
+        motions=[run.trajectory for run in result.runs],
         about=result.point,
         seed=arguments.seed or 0,
         **arguments.tolerance,

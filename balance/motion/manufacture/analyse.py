@@ -149,7 +149,7 @@ def shaking_tolerance(
     length: float = 0.0,
     com: float = 0.0,
     *,
-    along: Sequence[Trajectory] | None = None,
+    motions: Sequence[Trajectory] | None = None,
     about: ArrayLike | None = None,
     z: ArrayLike | None = None,
     trajectories: int = 10,
@@ -169,7 +169,7 @@ def shaking_tolerance(
         length: bound on the place of the axis of each joint that turns, along two directions
             at right angles to it, metres.
         com: bound on the centre of mass of each link, along each axis of its frame, metres.
-        along: motions; by default the random ones of `balance.verify`.
+        motions: by default the random ones of `balance.verify`.
         about: point for moments in the inertial frame, metres; the middle of the mechanism by
             default.
         z: parameters as in `balance.verify`; those of the file by default.
@@ -198,7 +198,7 @@ def shaking_tolerance(
     tolerances = Tolerances(mass, length, com)
     deviations = deviations_of(linkage, tolerances)
     motions = list(
-        along if along is not None else random_motions(linkage, trajectories, seed=seed)
+        motions if motions is not None else random_motions(linkage, trajectories, seed=seed)
     )
     if not any(way.moves for way in motions):
         raise PoseError(f"{linkage.source}: nothing moves; give inputs that change with time")

@@ -58,6 +58,7 @@ def rows_apart(rows: Rows[Fraction]) -> Array:
 
     Example:
         >>> from fractions import Fraction
+        >>> from kinematics.numerics.linalg.exact_residuals import rows_apart
         >>> small = Fraction(1, 10**40)
         >>> rows_apart([[Fraction(1), Fraction(1)], [Fraction(1), 1 + small]])[1].round(3)
         array([-0.,  1.])

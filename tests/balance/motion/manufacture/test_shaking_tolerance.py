@@ -111,7 +111,7 @@ def test_a_crank_by_hand():
     speed = 3.0 + 0.0 * time
     way = drive(linkage, time, (3.0 * time)[:, None], speed[:, None], 0.0 * speed[:, None])
     radius = float(np.linalg.norm(linkage.bodies[0].inertia[1:3]) / 2.0)
-    found = balance.motion.shaking_tolerance(linkage, mass=0.1, com=0.01, along=[way])
+    found = balance.motion.shaking_tolerance(linkage, mass=0.1, com=0.01, motions=[way])
     assert abs(found.force.nominal - 2.0 * 9.0 * radius) < 1e-9
     worst = 1.1 * 2.0 * 9.0 * np.hypot(radius + 0.01, 0.01)
     assert found.force.reached <= worst * (1.0 + 1e-9) <= found.force.bound * (1.0 + 1e-9)

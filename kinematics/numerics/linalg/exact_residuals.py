@@ -60,8 +60,9 @@ def rows_apart(rows: Rows[Fraction]) -> Array:
         >>> from fractions import Fraction
         >>> from kinematics.numerics.linalg.exact_residuals import rows_apart
         >>> small = Fraction(1, 10**40)
-        >>> rows_apart([[Fraction(1), Fraction(1)], [Fraction(1), 1 + small]])[1].round(3)
-        array([-0.,  1.])
+        >>> rows = [[Fraction(1), Fraction(1)], [Fraction(1), 1 + small]]
+        >>> abs(rows_apart(rows)).round(3).tolist()
+        [[0.707, 0.707], [0.707, 0.707]]
     """
     if any(isinstance(x, FieldNumber) for row in rows for x in row):
         return _field_rows_apart(rows)

@@ -83,7 +83,7 @@ def test_no_linkage_within_the_tolerances_shakes_more(name):
     ways = list(random_motions(linkage, 2, 40))
     point = linkage.spatial_chain.frame.origin
     found = balance.motion.shaking_tolerance(
-        linkage, mass=0.02, com=1e-3, along=ways, draws=2000
+        linkage, mass=0.02, com=1e-3, motions=ways, draws=2000
     )
     most = []
     for corners in (False, True):

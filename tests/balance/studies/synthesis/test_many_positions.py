@@ -96,7 +96,7 @@ def smallest_left(kind, positions):
 
 @pytest.mark.slow
 def test_a_global_search_finds_nothing_nearer():
-    """Random positions: no other method leaves less than 0.98 of what is left here."""
+    """Random positions: no other method leaves less than 0.95 of what is left here."""
     rng = np.random.default_rng(7)
     for k in range(number_of_cases(2, 20)):
         count = 4 + k % 2
@@ -107,7 +107,7 @@ def test_a_global_search_finds_nothing_nearer():
             # Where the coupler cannot turn so far, nothing comes near either.
             far = 0.1 * size_of(positions)
             left = min((root_of_squares(each) for each in designs), default=far)
-            assert smallest_left(kind, positions) > 0.98 * left - 1e-9, (k, kind)
+            assert smallest_left(kind, positions) > 0.95 * left - 1e-9, (k, kind)
 
 
 def root_of_squares(design):

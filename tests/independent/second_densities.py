@@ -26,6 +26,10 @@ def chain_matrices(space):
     return G[[0, 1, 3] if space.planar else range(4)]
 
 
+# Violation of a limit, in units of the answer, beyond which a solution is none.
+VIOLATED = 1e-6
+
+
 def least(found, keep, bounds, rows, mechanism, forms, density, thickness):
     """The least mass or change of all designs, and the problem's status.
 
@@ -86,4 +90,8 @@ def least(found, keep, bounds, rows, mechanism, forms, density, thickness):
             value = problem.solve(solver=cp.CLARABEL, **precise)
         if problem.status in ("optimal", "infeasible"):
             break
-    return value * (unit if found.minimise == "mass" else 1.0), problem.status
+    status = problem.status
+    # Now and then the solver calls optimal what is not even allowed.
+    if status == "optimal" and max(np.max(limit.violation()) for limit in limits) > VIOLATED:
+        status = "optimal_inaccurate"
+    return value * (unit if found.minimise == "mass" else 1.0), status

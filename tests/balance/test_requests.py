@@ -139,6 +139,19 @@ def identified_values(linkage, folder):
     return [each.value for each in answer.combinations if each.value is not None]
 
 
+def from_measurements(linkage, folder):
+    """Functions of identification and of tolerances, as in `from_linkages`."""
+    return {
+        "exciting_motion": lambda: (
+            balance.masses.exciting_motion(linkage, 2.0, tries=1).trajectory.q
+        ),
+        "identify": lambda: identified_values(linkage, folder),
+        "shaking_tolerance": lambda: balance.motion.shaking_tolerance(
+            linkage, mass=0.1, trajectories=1
+        ).to_dict(),
+    }
+
+
 def from_linkages(linkage, folder):
     """Every public function of balance on a linkage, called with what stands for one.
 
@@ -176,13 +189,7 @@ def from_linkages(linkage, folder):
         ),
         "one_turn": lambda: balance.motion.one_turn(linkage, 10.0).q,
         "rest_to_rest": lambda: balance.motion.rest_to_rest(linkage, [[0.0], [0.1]]).q,
-        "exciting_motion": lambda: (
-            balance.masses.exciting_motion(linkage, 2.0, tries=1).trajectory.q
-        ),
-        "identify": lambda: identified_values(linkage, folder),
-        "shaking_tolerance": lambda: balance.motion.shaking_tolerance(
-            linkage, mass=0.1, trajectories=1
-        ).to_dict(),
+        **from_measurements(linkage, folder),
         "quiet_motion": lambda: balance.quiet_motion(linkage, [0.0], [0.2], 1.0).bound,
         "quiet_timing": lambda: balance.quiet_timing(linkage, [[0.0], [0.2]], 1.0).bound,
         "reaction_null_space": lambda: (

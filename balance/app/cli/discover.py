@@ -46,14 +46,8 @@ def add_discover(parser: Parser) -> None:
     add_walk(kinds)
 
 
-def _add_run(kinds: Verbs) -> None:
-    """Add ``discover run``."""
-    parser = kinds.add_parser(
-        "run",
-        help="walk from random starts",
-        description="Walks from random starts. Results that were written stay, however the run "
-        "ends. Exits with 0 if a family was found, 1 if none was.",
-    )
+def _add_topology_options(parser: argparse.ArgumentParser) -> None:
+    """Add the options that say whose topology the walks have."""
     where = parser.add_mutually_exclusive_group(required=True)
     where.add_argument(
         "--model",
@@ -68,6 +62,17 @@ def _add_run(kinds: Verbs) -> None:
         "stephenson3, spherical-four-bar, r-u-s-r, 3-rsr, or the pairs of links that joints "
         'connect, as "0-1 1-2 2-3 P0-3", where 0 is the ground and P a sliding joint',
     )
+
+
+def _add_run(kinds: Verbs) -> None:
+    """Add ``discover run``."""
+    parser = kinds.add_parser(
+        "run",
+        help="walk from random starts",
+        description="Walks from random starts. Results that were written stay, however the run "
+        "ends. Exits with 0 if a family was found, 1 if none was.",
+    )
+    _add_topology_options(parser)
     parser.add_argument(
         "--buildable",
         action="store_true",

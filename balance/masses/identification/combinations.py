@@ -13,11 +13,11 @@ Masses of the last links are eliminated first, then moments of inertia, then fir
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 
-from balance.masses.identification.least_squares import complement
 from balance.space.conditions.rank import singular_value_decomposition
 from balance.space.inertial_parameters.body_inertia import in_link_frames
 from balance.space.inertial_parameters.conversions import from_chain, to_chain
@@ -32,6 +32,7 @@ from kinematics.closure.joint_positions import input_chain
 from kinematics.model.arrays import Frame
 from kinematics.numerics.array_types import Array
 from kinematics.numerics.linalg.ties import first_basis
+from kinematics.numerics.linalg.vectors import complement
 from kinematics.wording import number_text
 
 # Units of parameters by the first letter of their labels.
@@ -114,25 +115,9 @@ def relevant_combinations(space: DesignSpace, excited: Array) -> Relevant:
         known = complement(complement(np.linalg.qr(W.T)[0])).T
         some = _eliminated(space, complement(first_basis(known).T), scaled)
         chosen = [item._replace(determined=True) for item in some]
-    rest = _independent(
-        [item.row for item in everything], directions, len(everything) - len(kept)
-    )
+    units = [item.row / np.linalg.norm(item.row) for item in everything]
+    rest = _independent_rows(units, range(len(units)), directions, len(everything) - len(kept))
     return Relevant((*chosen, *(everything[k] for k in rest)), directions, len(everything))
-
-
-def _independent(rows: list[Array], known: Array, count: int) -> list[int]:
-    """Choose rows that are independent of orthonormal columns, and of one another."""
-    chosen: list[int] = []
-    basis = known
-    for clear in (DEPENDENT_ROW_CLEAR, DEPENDENT_ROW):
-        for k, row in enumerate(rows):
-            unit = row / np.linalg.norm(row)
-            rest = unit - basis @ (basis.T @ unit)
-            size = float(np.linalg.norm(rest))
-            if k not in chosen and len(chosen) < count and size > clear:
-                chosen.append(k)
-                basis = np.column_stack([basis, rest / size])
-    return sorted(chosen)
 
 
 def _scales(space: DesignSpace) -> Array:
@@ -173,7 +158,7 @@ def _eliminated(space: DesignSpace, null: Array, scaled: Array) -> list[Combinat
         if label in labels
         for b in reversed(range(len(bodies)))
     ]
-    out = sorted(_pivot_rows(null, order))
+    out = _independent_rows(null, order, np.empty((null.shape[1], 0)), null.shape[1])
     kept = [k for k in range(size) if k not in out]
     factors = np.zeros((len(kept), size))
     factors[range(len(kept)), kept] = 1.0
@@ -181,7 +166,7 @@ def _eliminated(space: DesignSpace, null: Array, scaled: Array) -> list[Combinat
         factors[:, out] = -np.linalg.solve(null[out].T, null[kept].T).T
     factors[np.abs(factors) <= COEFFICIENT_ZERO] = 0.0
     scales = _scales(space)
-    found = []
+    combinations = []
     for k, row in zip(kept, factors, strict=True):
         used = [k, *(j for j in range(size) if j != k and row[j])]
         terms = tuple(
@@ -189,22 +174,34 @@ def _eliminated(space: DesignSpace, null: Array, scaled: Array) -> list[Combinat
             for j in used
         )
         unit = UNITS[_kind(labels[k % count])]
-        found.append(Combination(terms, unit, scales[k] * (row @ scaled), False))
-    return found
+        combinations.append(Combination(terms, unit, scales[k] * (row @ scaled), False))
+    return combinations
 
 
-def _pivot_rows(null: Array, order: list[int]) -> list[int]:
-    """Choose rows of an orthonormal basis that span its columns, the first in an order."""
+def _independent_rows(
+    rows: Sequence[Array] | Array, order: Sequence[int], known: Array, count: int
+) -> list[int]:
+    """Choose rows that are independent of orthonormal columns, and of one another.
+
+    Args:
+        rows: rows of one length n.
+        order: indices of the rows, those first that are chosen first.
+        known: the columns (n, k).
+        count: number of rows to choose.
+
+    Returns:
+        Their indices, ascending.
+    """
     chosen: list[int] = []
-    basis = np.empty((null.shape[1], 0))
+    basis = known
     for clear in (DEPENDENT_ROW_CLEAR, DEPENDENT_ROW):
         for k in order:
-            if k in chosen or len(chosen) == null.shape[1]:
+            if k in chosen or len(chosen) == count:
                 continue
-            rest = null[k] - basis @ (basis.T @ null[k])
+            rest = rows[k] - basis @ (basis.T @ rows[k])
             rest = rest - basis @ (basis.T @ rest)
             size = float(np.linalg.norm(rest))
             if size > clear:
                 chosen.append(k)
                 basis = np.column_stack([basis, rest / size])
-    return chosen
+    return sorted(chosen)

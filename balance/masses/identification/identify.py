@@ -117,8 +117,8 @@ def identify(
         >>> run = balance.verify("robot.urdf", trajectories=1).runs[0]
         >>> names = ("mx", "my", "mz", "fx", "fy", "fz")
         >>> loads = {"time": run.trajectory.time, **dict(zip(names, -run.shaking.T))}
-        >>> found = balance.identify("robot.urdf", run.trajectory, loads, gravity=(0, 0, 0))
-        >>> found.verdict, len(found.combinations)
+        >>> answer = balance.identify("robot.urdf", run.trajectory, loads, gravity=(0, 0, 0))
+        >>> answer.verdict, len(answer.combinations)
         ('identified', 8)
     """
     linkage = as_linkage(linkage)
@@ -220,7 +220,7 @@ def _answer(
             "masses of the right size in the file"
         )
     relevant = relevant_combinations(space, fit.directions)
-    found = tuple(
+    identified = tuple(
         _identified(item, fit, x0.reshape(-1), likely) for item in relevant.combinations
     )
     loads = np.stack([Y @ x0.reshape(-1), Y @ (fit.directions @ fit.estimate)])
@@ -234,7 +234,7 @@ def _answer(
     force, moment = _rounding(linkage, trajectory, z, point)
     channels = _channel_fits(measured, loads, fit)
     return Identification(
-        space, found, fit.directions.shape[1],
+        space, identified, fit.directions.shape[1],
         condition_number(fit.factor, relevant.directions.T @ fit.directions), channels,
         freeze(z), _masses(space, file, z, likely, x0), _shaking(rows, x0.reshape(-1)),
         _shaking(rows, likely.x, fit, likely), (force, moment), prior, gravity, freeze(point),
@@ -294,8 +294,8 @@ def _shaking(
     parts, errors, shares = [], [], []
     for part in (slice(0, 3), slice(3, 6)):
         A = rows.shaking[:, part]
-        own = (A.reshape(*A.shape[:2], rows.bodies, 10) * x.reshape(-1, 10)).sum(axis=3)
-        whole = np.sqrt(np.square(np.linalg.norm(own, axis=1).sum(axis=1)).mean())
+        bodies = (A.reshape(*A.shape[:2], rows.bodies, 10) * x.reshape(-1, 10)).sum(axis=3)
+        whole = np.sqrt(np.square(np.linalg.norm(bodies, axis=1).sum(axis=1)).mean())
         load, spread = A @ x, likely.spread if likely else None
         if fit is not None:
             inside = A @ fit.directions

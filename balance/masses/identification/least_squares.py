@@ -22,6 +22,7 @@ import numpy as np
 from balance.space.conditions.rank import Conditions, singular_value_decomposition
 from balance.support.tolerances import EXCITED_RELATIVE, NOISE_FOUND, NOISE_LEAST
 from kinematics.numerics.array_types import Array
+from kinematics.numerics.linalg.vectors import complement
 
 # Most changes of the weights; a handful is enough.
 MAX_WEIGHTS = 50
@@ -68,12 +69,6 @@ def excited_directions(rows: Array) -> Array:
     return complement(null)
 
 
-def complement(basis: Array) -> Array:
-    """Compute orthonormal columns (n, n - k) that complete orthonormal ones (n, k)."""
-    k = basis.shape[1]
-    return np.asarray(np.linalg.qr(basis, mode="complete")[0][:, k:])
-
-
 def solve(
     rows: Array, loads: Array, sensors: list[Array], rounding: Array
 ) -> LeastSquares | None:
@@ -89,9 +84,9 @@ def solve(
         The estimate; None if there are too few samples for so many unknowns.
     """
     N, channels = loads.shape
-    own = [np.linalg.qr(F)[0] for F in sensors]
+    bases = [np.linalg.qr(F)[0] for F in sensors]
     Y, y = rows.copy(), loads.copy()
-    for c, Q in enumerate(own):
+    for c, Q in enumerate(bases):
         Y[:, c] -= Q @ (Q.T @ Y[:, c])
         y[:, c] -= Q @ (Q.T @ y[:, c])
     size = np.sqrt(np.square(Y).sum(axis=(0, 2)))
@@ -101,7 +96,7 @@ def solve(
     least = np.maximum(ROUNDING_DEVIATION * rounding, NOISE_LEAST * np.abs(loads).max())
     least = np.maximum(least, np.finfo(np.float64).tiny)
     noise = np.maximum(np.sqrt(np.square(y).mean(axis=0)), least)
-    fixed = N - np.array([Q.shape[1] for Q in own])
+    fixed = N - np.array([Q.shape[1] for Q in bases])
     for _ in range(MAX_WEIGHTS):
         flat = (A / noise[:, None]).reshape(N * channels, -1)
         Q, R = np.linalg.qr(flat)

@@ -216,11 +216,7 @@ def build_problem(
     limits = density_limits(space, chosen, density, thickness)
     stocks = stocks_of(space, chosen, limits) if limits else {}
     chosen = {b: stocks[b].region if stocks else region for b, region in chosen.items()}
-    length = space.linkage.spatial_chain.frame.length
-    weight = length if weight_moment is None else float(weight_moment)
-    if not (isfinite(weight) and weight > 0.0):
-        raise UsageError(f"a moment cannot weigh {weight:g} m: give a length above 0")
-    weight = inf if space.balance == "force" else weight
+    weight = _weight_of_moments(space, weight_moment)
     _check_caps(space, max_bearing, max_torque)
     if frame is not None:
         frame.check()
@@ -258,6 +254,14 @@ def build_problem(
         frame,
         freeze(point),
     )
+
+
+def _weight_of_moments(space: DesignSpace, weight: float | None) -> float:
+    """Return the moment that counts as much as a unit force, metres; see `build_problem`."""
+    length = space.linkage.spatial_chain.frame.length if weight is None else float(weight)
+    if not (isfinite(length) and length > 0.0):
+        raise UsageError(f"a moment cannot weigh {length:g} m: give a length above 0")
+    return inf if space.balance == "force" else length
 
 
 def _loads(

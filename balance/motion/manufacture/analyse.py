@@ -19,7 +19,8 @@ from balance.motion.manufacture.deviations import (
     exact_peaks,
 )
 from balance.motion.manufacture.worst_case import worst_case
-from balance.motion.verification.trajectory import Trajectory, random_motions
+from balance.motion.verification.given_motions import Motions, read_motions
+from balance.motion.verification.trajectory import random_motions
 from balance.support.options import point_of
 from kinematics.errors import PoseError
 from kinematics.loading.model_gallery import LinkageLike, as_linkage
@@ -149,7 +150,7 @@ def shaking_tolerance(
     length: float = 0.0,
     com: float = 0.0,
     *,
-    motions: Sequence[Trajectory] | None = None,
+    motions: Motions | None = None,
     about: ArrayLike | None = None,
     z: ArrayLike | None = None,
     trajectories: int = 10,
@@ -169,7 +170,7 @@ def shaking_tolerance(
         length: bound on the place of the axis of each joint that turns, along two directions
             at right angles to it, metres.
         com: bound on the centre of mass of each link, along each axis of its frame, metres.
-        motions: by default the random ones of `balance.verify`.
+        motions: one or several, as for `balance.verify`; by default its random ones.
         about: point for moments in the inertial frame, metres; the middle of the mechanism by
             default.
         z: parameters as in `balance.verify`; those of the file by default.
@@ -197,27 +198,27 @@ def shaking_tolerance(
     linkage = as_linkage(linkage)
     tolerances = Tolerances(mass, length, com)
     deviations = deviations_of(linkage, tolerances)
-    motions = list(
-        motions if motions is not None else random_motions(linkage, trajectories, seed=seed)
-    )
-    if not any(way.moves for way in motions):
+    followed = read_motions(linkage, motions)
+    if followed is None:
+        followed = list(random_motions(linkage, trajectories, seed=seed))
+    if not any(trajectory.moves for trajectory in followed):
         raise PoseError(f"{linkage.source}: nothing moves; give inputs that change with time")
     middle = linkage.spatial_chain.frame.origin
     point = middle if about is None else point_of(about)
     parameters = None if z is None else np.asarray(z, dtype=np.float64)
     loads = [
-        deviating_loads(linkage, way, tolerances, deviations, point, parameters)
-        for way in motions
+        deviating_loads(linkage, trajectory, tolerances, deviations, point, parameters)
+        for trajectory in followed
     ]
     spreads, added = [], []
     peaks = _drawn_peaks(loads, draws, seed)
 
     def reach(vertex: Array) -> tuple[float, float]:
-        pairs = zip(motions, loads, strict=True)
+        pairs = zip(followed, loads, strict=True)
         masses = deviated_masses(linkage, tolerances, loads[0], deviations, vertex, parameters)
         sizes = [
-            exact_peaks(linkage, way, masses, item, deviations, vertex, point)
-            for way, item in pairs
+            exact_peaks(linkage, trajectory, masses, item, deviations, vertex, point)
+            for trajectory, item in pairs
         ]
         moment, force = np.max(sizes, axis=0).tolist()
         return moment, force
@@ -227,21 +228,26 @@ def shaking_tolerance(
         spread, shares = _spread(loads, part, row, peaks[row], len(deviations), reach)
         spreads.append(spread)
         added.append(shares)
-    rows = [
-        DeviationShare(item, float(added[0][i]), float(added[1][i]))
-        for i, item in enumerate(deviations)
-    ]
-    order = rank_least_first([-row.force for row in rows], max(added[0].max(), 1e-300))
     return ShakingTolerance(
         linkage,
         tolerances,
         spreads[0],
         spreads[1],
-        tuple(rows[i] for i in order),
+        _rank_shares(deviations, added[0], added[1]),
         point,
         draws,
         seed,
     )
+
+
+def _rank_shares(
+    deviations: Sequence[Deviation], force: Array, moment: Array
+) -> tuple[DeviationShare, ...]:
+    """List what deviations add, those first that add most of the force."""
+    shares = map(DeviationShare, deviations, force.tolist(), moment.tolist())
+    rows = tuple(shares)
+    order = rank_least_first([-row.force for row in rows], max(float(force.max()), 1e-300))
+    return tuple(rows[i] for i in order)
 
 
 def _spread(

@@ -290,15 +290,6 @@ def _track(
             remaining -= step
         if remaining > 0.0:
             return float(time[k])
-    q, qd, qdd = (chain.units * x for x in (q, qd, qdd))
-    return Trajectory(
-        freeze(time),
-        freeze(u),
-        freeze(ud),
-        freeze(udd),
-        freeze(q),
-        freeze(qd),
-        freeze(qdd),
-        closure,
-        conditioning,
-    )
+    q, qd, qdd = (freeze(chain.units * x) for x in (q, qd, qdd))
+    time, u, ud, udd = map(freeze, path)
+    return Trajectory(time, u, ud, udd, q, qd, qdd, closure, conditioning)

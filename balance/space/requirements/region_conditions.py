@@ -58,6 +58,7 @@ from kinematics.model.linkage import Linkage
 from kinematics.model.motion import Motion
 from kinematics.model.plane import flatten
 from kinematics.numerics.array_types import Array
+from kinematics.numerics.linalg.vectors import complement
 
 # Highest orders about the reference pose for some components of the momentum, tried one after
 # the other, and poses each way along a ray that must not add to them.
@@ -310,17 +311,12 @@ def _decoupled(
     basis = freed.decoupled_space.scaled_basis
     return RegionConditions(
         requirement,
-        complement(basis),
+        complement(basis).T,
         basis[:, : freed.serial_nullity].T,
         freed.freed.settled,
         freed.freed.poses,
         motion,
     )
-
-
-def complement(basis: Array) -> Array:
-    """Compute orthonormal rows that span the complement of orthonormal columns."""
-    return np.linalg.qr(basis, mode="complete")[0][:, basis.shape[1] :].T
 
 
 def _about_pose(common: CommonData, requirement: Requirement, order: int) -> RegionConditions:

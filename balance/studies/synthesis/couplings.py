@@ -20,7 +20,7 @@ from __future__ import annotations
 
 import cmath
 import math
-from io import StringIO
+from importlib.util import find_spec
 from typing import NamedTuple
 
 import numpy as np
@@ -34,6 +34,7 @@ from balance.studies.synthesis.balanced_pantograph import (
 )
 from balance.studies.synthesis.momentum_integral import link_turn, link_turn_rate
 from balance.support.csv_text import csv_table
+from balance.support.dxf import polylines_dxf
 from kinematics.errors import PackageError
 from kinematics.numerics.array_types import Array
 from kinematics.numerics.linalg.ties import first_least
@@ -225,13 +226,8 @@ def _slot_svg(slot: SlotCoupling) -> bytes:
 
 def _slot_dxf(slot: SlotCoupling) -> bytes:
     """Write a slot as an open polyline in mm."""
-    try:
-        from ezdxf.addons.r12writer import r12writer
-    except ImportError:
+    if find_spec("ezdxf") is None:
         command = "python -m pip install 'screwbalance[parts]'"
-        raise PackageError("--slot FILE.dxf", "ezdxf", command) from None
-    text = StringIO(newline="")
-    with r12writer(text) as drawing:
-        points = [(1e3 * z.real, 1e3 * z.imag) for z in slot.points.tolist()]
-        drawing.add_polyline_2d(points, closed=False)
-    return text.getvalue().encode()
+        raise PackageError("--slot FILE.dxf", "ezdxf", command)
+    points = 1e3 * np.column_stack([slot.points.real, slot.points.imag])
+    return polylines_dxf([points], closed=False)

@@ -61,11 +61,12 @@ def four_bars_near(positions: Sequence[Position], kind: str) -> tuple[FourBarDes
         The designs: first those that meet all positions, without defects and with near pivots
         first; then the others, the nearest first.
     """
-    size = size_of(positions)
+    fitting = _Fitting(kind, positions)
+    size = fitting.size
     exact: list[FourBarDesign] = []
     near: list[FourBarDesign] = []
-    for start in _starts(kind, positions):
-        design = _refine(kind, tuple(positions), start)
+    for start in _starts(fitting):
+        design = fitting.refine(start)
         if not _in_reach(design, size) or any(_same(design, x, size) for x in exact + near):
             continue
         (exact if design.miss <= SYNTHESIS_MET * size else near).append(design)
@@ -75,15 +76,15 @@ def four_bars_near(positions: Sequence[Position], kind: str) -> tuple[FourBarDes
     return (*exact, *(near[k] for k in ranks))
 
 
-def _starts(kind: str, positions: Sequence[Position]) -> list[Array]:
+def _starts(fitting: _Fitting) -> list[Array]:
     """Choose the ratios and crank angles of a grid that leave the least."""
-    steps = displacements(positions)
+    steps = displacements(fitting.positions)
     starts = [
         np.array([ratio, *angles])
         for ratio in RATIOS
-        for angles in crank_angles(kind, ratio, steps)
+        for angles in crank_angles(fitting.kind, ratio, steps)
     ]
-    ranks = rank_least_first([_fit(kind, positions, x).left for x in starts])
+    ranks = rank_least_first([float(np.linalg.norm(fitting.residual(x))) for x in starts])
     return [starts[k] for k in ranks[:STARTS]]
 
 
@@ -104,56 +105,61 @@ class _Fit(NamedTuple):
     angles: Array
     residual: Array
 
-    @property
-    def left(self) -> float:
-        """Root of the sum of squares of the residual, metres."""
-        return float(np.linalg.norm(self.residual))
 
+class _Fitting:
+    """Fits of a kind of four-bar to positions, as a function of its ratio and crank angles."""
 
-def _fit(kind: str, positions: Sequence[Position], x: Array) -> _Fit:
-    """Fit the similarity and the place of the tool; x is the ratio and the crank angles."""
-    goal = np.array([each.point for each in positions])
-    wanted = np.array([each.angle for each in positions])
-    A, B = place_four_bar(kind, x[0], x[1:])
-    U = (B - A) / np.abs(B - A)
-    M = np.column_stack([A, np.ones(len(A)), U])
-    parts = np.linalg.lstsq(M, goal, rcond=1e-10)[0]
-    apart = M @ parts - goal
-    turned = U * np.exp(-1j * wanted)
-    misturned = np.angle(turned * np.conj(turned.sum()))
-    arcs = size_of(positions) * misturned
-    return _Fit(
-        complex(parts[0]),
-        complex(parts[1]),
-        apart + goal,
-        misturned + wanted,
-        np.concatenate([apart.real, apart.imag, arcs]),
-    )
+    def __init__(self, kind: str, positions: Sequence[Position]) -> None:
+        """Keep what all fits need."""
+        self.kind, self.positions = kind, tuple(positions)
+        self.size = size_of(positions)
+        self._goal = np.array([each.point for each in positions])
+        self._angles = np.array([each.angle for each in positions])
+        self._backwards = np.exp(-1j * self._angles)
 
+    def fit(self, x: Array) -> _Fit:
+        """Fit the similarity and the place of the tool; x is the ratio and the crank angles."""
+        A, B = place_four_bar(self.kind, x[0], x[1:])
+        U = (B - A) / np.abs(B - A)
+        M = np.column_stack([A, np.ones(len(A)), U])
+        parts = np.linalg.lstsq(M, self._goal, rcond=1e-10)[0]
+        apart = M @ parts - self._goal
+        turned = U * self._backwards
+        misturned = np.angle(turned * np.conj(turned.sum()))
+        return _Fit(
+            complex(parts[0]),
+            complex(parts[1]),
+            apart + self._goal,
+            misturned + self._angles,
+            np.concatenate([apart.real, apart.imag, self.size * misturned]),
+        )
 
-def _refine(kind: str, positions: tuple[Position, ...], start: Array) -> FourBarDesign:
-    """Find the ratio and crank angles next to a start that leave the least."""
-    from scipy.optimize import least_squares
+    def residual(self, x: Array) -> Array:
+        """Compute what the best fit leaves (3 n,), metres."""
+        return self.fit(x).residual
 
-    ends = np.sort(math.copysign(1.0, start[1]) * np.array([CLEAR, math.pi - CLEAR]))
-    low, high = np.full(start.size, ends[0]), np.full(start.size, ends[1])
-    low[0], high[0] = LOWEST, HIGHEST
-    x, size = np.clip(start, low, high), size_of(positions)
+    def refine(self, start: Array) -> FourBarDesign:
+        """Find the ratio and crank angles next to a start that leave the least."""
+        from scipy.optimize import least_squares
 
-    def residual(x: Array) -> Array:
-        return _fit(kind, positions, x).residual
-
-    solution = least_squares(residual, x, bounds=(low, high), max_nfev=30)
-    if np.abs(solution.fun).max() <= NEARLY_MET * size:
-        # Steps without bounds settle faster; they start so near that they keep to them.
-        x = least_squares(residual, solution.x, method="lm", max_nfev=200, **FINE).x
-    else:
-        x = least_squares(residual, solution.x, bounds=(low, high), max_nfev=60).x
-    fit = _fit(kind, positions, x)
-    first = Position(fit.points[0].real, fit.points[0].imag, float(fit.angles[0]))
-    return FourBarDesign(
-        kind, positions, float(x[0]), tuple(x[1:].tolist()), fit.scale, fit.fixed, first
-    )
+        ends = np.sort(math.copysign(1.0, start[1]) * np.array([CLEAR, math.pi - CLEAR]))
+        low, high = np.full(start.size, ends[0]), np.full(start.size, ends[1])
+        low[0], high[0] = LOWEST, HIGHEST
+        bounds = low, high
+        solution = least_squares(
+            self.residual, np.clip(start, low, high), bounds=bounds, max_nfev=30
+        )
+        if np.abs(solution.fun).max() <= NEARLY_MET * self.size:
+            # Steps without bounds settle faster; they start so near that they keep to them.
+            x = least_squares(self.residual, solution.x, method="lm", max_nfev=200, **FINE).x
+        else:
+            x = least_squares(self.residual, solution.x, bounds=bounds, max_nfev=60).x
+        fit = self.fit(x)
+        first = Position(fit.points[0].real, fit.points[0].imag, float(fit.angles[0]))
+        angles = tuple(x[1:].tolist())
+        return FourBarDesign(
+            self.kind, self.positions, float(x[0]), angles, fit.scale, fit.fixed, first
+        )
 
 
 def _in_reach(design: FourBarDesign, size: float) -> bool:

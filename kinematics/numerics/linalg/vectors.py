@@ -1,4 +1,4 @@
-"""Floating-point vectors: groups of equal ones up to a tolerance, and projection."""
+"""Floating-point vectors: groups of equal ones up to a tolerance, projection, complements."""
 
 from __future__ import annotations
 
@@ -46,6 +46,11 @@ def distinct_vectors(vectors: Sequence[Array] | Array, alike: Alike) -> list[int
         Their indices, ascending.
     """
     return [group[0] for group in alike_groups(vectors, alike)]
+
+
+def complement(basis: Array) -> Array:
+    """Compute orthonormal columns (n, n - k) that complete orthonormal ones (n, k)."""
+    return np.asarray(np.linalg.qr(basis, mode="complete")[0][:, basis.shape[1] :])
 
 
 def project_out(vectors: Array, directions: Array) -> Array:

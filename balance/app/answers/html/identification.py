@@ -34,33 +34,26 @@ def identification_picture(answer: Identification, kind: str = "png") -> bytes:
     rows = ceil(len(names) / columns)
     kinds = {joint.name: joint.kind for joint in answer.space.linkage.joints}
 
+    from_file, identified = answer.predicted
+    curves = (
+        (measured.values, ".", COLOURS[2], "measured"),
+        (from_file, "--", COLOURS[1], "masses of the file"),
+        (identified, "-", COLOURS[0], "identified"),
+    )
+
     def draw(figure: Any) -> None:
         panels = figure.subplots(rows, columns, squeeze=False, sharex=True)
         for k, (ax, name) in enumerate(zip(panels.flat, names, strict=False)):
-            ax.plot(
-                measured.time,
-                measured.values[:, k],
-                ".",
-                markersize=2.0,
-                color=COLOURS[2],
-                label="measured",
-            )
-            ax.plot(
-                measured.time,
-                answer.predicted[0, :, k],
-                "--",
-                linewidth=1.2,
-                color=COLOURS[1],
-                label="masses of the file",
-            )
-            ax.plot(
-                measured.time,
-                answer.predicted[1, :, k],
-                "-",
-                linewidth=1.2,
-                color=COLOURS[0],
-                label="identified",
-            )
+            for loads, style, colour, label in curves:
+                ax.plot(
+                    measured.time,
+                    loads[:, k],
+                    style,
+                    markersize=2.0,
+                    linewidth=1.2,
+                    color=colour,
+                    label=label,
+                )
             force = name in WRENCH[:3] or kinds.get(name) == "prismatic"
             ax.set_ylabel(f"{name} ({'N' if force else 'N m'})")
             tidy(ax)

@@ -24,6 +24,7 @@ from balance.masses.counterweights.parts.outlines import Plate, plate_of
 from balance.masses.counterweights.regions import Region
 from balance.space.inertial_parameters.conversions import mass_properties
 from balance.support.csv_text import csv_writer
+from balance.support.dxf import polylines_dxf
 from balance.support.tolerances import PART_MOMENTS, PART_ROUND_OFF
 from kinematics.model.linkage import Notice
 from kinematics.model.spatial.inertia import from_pseudo_inertia
@@ -188,13 +189,7 @@ def _stl(solid: PartMesh) -> bytes:
 
 def _dxf(plate: Plate) -> bytes:
     """Write the outline of a plate as DXF in mm, with arcs; it has no time in it."""
-    from ezdxf.addons.r12writer import r12writer
-
-    text = StringIO(newline="")
-    with r12writer(text) as drawing:
-        for loop in plate.loops():
-            drawing.add_polyline_2d(loop.tolist(), format="xyb", closed=True)
-    return text.getvalue().encode()
+    return polylines_dxf(plate.loops(), closed=True)
 
 
 if TYPE_CHECKING:

@@ -182,7 +182,7 @@ def compare(seed, folder, factor=None):
     if found.verdict == "feasible":
         if status != "optimal":
             return None
-        assert found.value == pytest.approx(value, rel=3e-6, abs=1e-8), one
+        assert found.value == pytest.approx(value, rel=1e-6, abs=1e-8), one
         return "feasible"
     if found.verdict == "infeasible":
         assert status != "optimal", one

@@ -11,7 +11,7 @@ from kinematics.numerics.array_types import Array
 
 
 def polylines_dxf(lines: Iterable[Array], closed: bool) -> bytes:
-    """Write polylines.
+    """Write polylines as the bytes of a DXF file.
 
     Args:
         lines: corners of each (n, 2), mm; or (n, 3) with the bulge of the arc to the next.

@@ -104,7 +104,7 @@ def relevant_combinations(space: DesignSpace, excited: Array) -> Relevant:
     )
     kept = inside[2][sines <= EXCITED_OUTSIDE]
     directions = whole @ kept.T
-    everything = _eliminated(space, null, scaled)
+    everything = _eliminate(space, null, scaled)
     if len(kept) == len(everything):
         chosen = [item._replace(determined=True) for item in everything]
         return Relevant(tuple(chosen), directions, len(everything))
@@ -113,7 +113,7 @@ def relevant_combinations(space: DesignSpace, excited: Array) -> Relevant:
         # Combinations in the frames of the links: W scaled = directions'.
         W = np.linalg.lstsq(scaled.T, directions, rcond=None)[0].T
         known = complement(complement(np.linalg.qr(W.T)[0])).T
-        some = _eliminated(space, complement(first_basis(known).T), scaled)
+        some = _eliminate(space, complement(first_basis(known).T), scaled)
         chosen = [item._replace(determined=True) for item in some]
     units = [item.row / np.linalg.norm(item.row) for item in everything]
     rest = _independent_rows(units, range(len(units)), directions, len(everything) - len(kept))
@@ -148,7 +148,7 @@ def _to_link_frames(space: DesignSpace) -> Array:
     return in_link_frames(columns, space.frames, space.axes, space.labels)
 
 
-def _eliminated(space: DesignSpace, null: Array, scaled: Array) -> list[Combination]:
+def _eliminate(space: DesignSpace, null: Array, scaled: Array) -> list[Combination]:
     """Eliminate as many parameters as an orthonormal basis has columns; see the module."""
     labels, bodies = space.labels, space.bodies
     count, size = len(labels), len(labels) * len(bodies)

@@ -254,11 +254,11 @@ def exciting_motion(
             "on; write the file at a pose further from a singularity"
         )
     middle = starts[int(np.argsort(values)[len(values) // 2])]
-    random = search.excitation(search.followed(middle)[1])
+    random = search.excitation(search.follow(middle)[1])
     best = starts[first_least(values)]
     if tries > len(starts):
-        best = search.improved(best, tries, progress)
-    path, trajectory = search.followed(best, SAMPLES)
+        best = search.improve(best, tries, progress)
+    path, trajectory = search.follow(best, SAMPLES)
     return ExcitingMotion(
         space,
         path,
@@ -340,7 +340,7 @@ class _Search:
                 ratios.append(np.where(most > 0.0, limit / np.maximum(most, 1e-300), np.inf))
         return WITHIN_LIMITS * float(np.min(ratios))
 
-    def followed(self, shape: Array, count: int = 0) -> tuple[SinePath, Trajectory]:
+    def follow(self, shape: Array, count: int = 0) -> tuple[SinePath, Trajectory]:
         """Follow the motion of a shape, smaller until its loops close.
 
         Raises:
@@ -390,14 +390,14 @@ class _Search:
         """Compute what is minimised: the mean logarithm of the half-axes."""
         self.tries += 1
         try:
-            spread = self._spread(self.followed(shape)[1])
+            spread = self._spread(self.follow(shape)[1])
         except PoseError:
             spread = None
         if spread is None or not spread.min(initial=1.0) > 0.0:
             return UNEXCITED
         return float(np.log(spread).mean()) if spread.size else 0.0
 
-    def improved(
+    def improve(
         self, start: Array, tries: int, progress: Callable[[int, int], None] | None
     ) -> Array:
         """Improve a shape by Powell's method, in a number of tries."""

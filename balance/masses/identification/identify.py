@@ -221,7 +221,7 @@ def _answer(
         )
     relevant = relevant_combinations(space, fit.directions)
     identified = tuple(
-        _identified(item, fit, x0.reshape(-1), likely) for item in relevant.combinations
+        _evaluate(item, fit, x0.reshape(-1), likely) for item in relevant.combinations
     )
     loads = np.stack([Y @ x0.reshape(-1), Y @ (fit.directions @ fit.estimate)])
     constants: dict[str, float] = {}
@@ -244,7 +244,7 @@ def _answer(
     )  # fmt: skip
 
 
-def _identified(
+def _evaluate(
     item: Combination, fit: LeastSquares, x0: Array, likely: LikeliestMasses
 ) -> Identified:
     """Evaluate a combination."""
@@ -339,7 +339,7 @@ def _rounding(
 
 
 def _motion_notices(linkage: Linkage, trajectory: Trajectory) -> list[Notice]:
-    """Doubt a table of the motion: its decimals, and angles that may be degrees."""
+    """Warn of few decimals in a table of the motion, and of angles that may be degrees."""
     return [*rounding_notice(trajectory), *large_angles(linkage, trajectory.u)]
 
 

@@ -94,7 +94,7 @@ def worst_case(F: Array, C: Array, extra: Array) -> WorstCase:
 
 
 def _ascend(F: Array, C: Array, n: Array) -> tuple[Array, Array]:
-    """Climb from a direction to a vertex whose own direction leads nowhere else."""
+    """Go from a direction to its vertex and back, until the norm of the load grows no more."""
     vertex = np.where(C.T @ n >= 0.0, 1.0, -1.0)
     for _ in range(MAX_STEPS):
         reached = F + C @ vertex

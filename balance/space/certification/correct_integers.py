@@ -32,7 +32,7 @@ from balance.support.tolerances import KNOWN_RANK_RELATIVE
 from kinematics.closure.assembly.assemble import moving_chain
 from kinematics.model.arrays import Chain, Frame
 from kinematics.numerics.array_types import Array
-from kinematics.numerics.linalg.exact_residuals import rows_apart
+from kinematics.numerics.linalg.exact_residuals import separate_rows
 from kinematics.numerics.linalg.rational import combination, dot
 
 
@@ -247,7 +247,7 @@ def _span(chain: Chain, exact: Exact, transfers: Sequence[ExactTransfer]) -> Arr
     vectors = [_vector(chain, exact, units, transfer) for transfer in independent]
     if not vectors:
         return np.empty((0, units.shape[1] * chain.links.size))
-    return singular_value_decomposition(rows_apart(vectors))[2][: len(vectors)]
+    return singular_value_decomposition(separate_rows(vectors))[2][: len(vectors)]
 
 
 def _vector(

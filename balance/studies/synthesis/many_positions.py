@@ -163,7 +163,7 @@ class _Fitting:
 
 
 def _in_reach(design: FourBarDesign, size: float) -> bool:
-    """Whether the crank is no dot, and no pivot is far away."""
+    """Whether the crank has a length, and no pivot is far away."""
     return SMALLEST * size < abs(design.scale) and design.spread < LARGEST * size
 
 

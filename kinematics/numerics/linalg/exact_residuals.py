@@ -44,7 +44,7 @@ class _Row(NamedTuple):
     unit: Array
 
 
-def rows_apart(rows: Rows[Fraction]) -> Array:
+def separate_rows(rows: Rows[Fraction]) -> Array:
     """Compute unit rows that span exact ones, of which none is nearly in the span of others.
 
     Args:
@@ -58,14 +58,14 @@ def rows_apart(rows: Rows[Fraction]) -> Array:
 
     Example:
         >>> from fractions import Fraction
-        >>> from kinematics.numerics.linalg.exact_residuals import rows_apart
+        >>> from kinematics.numerics.linalg.exact_residuals import separate_rows
         >>> small = Fraction(1, 10**40)
         >>> rows = [[Fraction(1), Fraction(1)], [Fraction(1), 1 + small]]
-        >>> abs(rows_apart(rows)).round(3).tolist()
+        >>> abs(separate_rows(rows)).round(3).tolist()
         [[0.707, 0.707], [0.707, 0.707]]
     """
     if any(isinstance(x, FieldNumber) for row in rows for x in row):
-        return _field_rows_apart(rows)
+        return _separate_field_rows(rows)
     columns = len(rows[0]) if len(rows) else 0
     apart = [_measured(_whole_numbers(row), columns) for row in rows]
     while True:
@@ -79,7 +79,7 @@ def rows_apart(rows: Rows[Fraction]) -> Array:
             apart[i] = _measured(_residual(apart[i], before, coefficients), columns)
 
 
-def _field_rows_apart(rows: Rows[Fraction]) -> Array:
+def _separate_field_rows(rows: Rows[Fraction]) -> Array:
     """Compute unit rows of numbers of a field, by elimination if they are not apart."""
     units = _unit_rows(rows)
     return units if not _split(units)[1] else _unit_rows(eliminate_by_largest(rows)[0])

@@ -8,7 +8,7 @@ import pytest
 from kinematics.numerics.linalg import exact_residuals
 from kinematics.numerics.linalg.complete_pivoting import eliminate_by_largest
 from kinematics.numerics.linalg.cyclotomic import root_of_integer
-from kinematics.numerics.linalg.exact_residuals import rows_apart
+from kinematics.numerics.linalg.exact_residuals import separate_rows
 
 
 def hidden_rows(seed, count=12, columns=20):
@@ -39,7 +39,7 @@ def test_they_span_what_the_exact_rows_span(seed):
     rows, whole = hidden_rows(seed)
     floats = np.array(rows, dtype=np.float64)
     assert np.linalg.matrix_rank(floats, tol=1e-14 * np.linalg.norm(floats)) < len(rows)
-    apart = rows_apart(rows)
+    apart = separate_rows(rows)
     values = np.linalg.svd(apart, compute_uv=False)
     known = orthonormal(whole)
     assert apart.shape == floats.shape and values[-1] > 1e-3
@@ -52,14 +52,14 @@ def test_rows_that_are_apart_are_only_scaled():
         [Fraction(3, 7), Fraction(0), Fraction(4, 7)],
         [Fraction(0), Fraction(-(10**400)), 0],
     ]
-    np.testing.assert_allclose(rows_apart(rows), [[0.6, 0, 0.8], [0, -1, 0]], rtol=1e-15)
-    assert rows_apart([]).shape == (0, 0)
+    np.testing.assert_allclose(separate_rows(rows), [[0.6, 0, 0.8], [0, -1, 0]], rtol=1e-15)
+    assert separate_rows([]).shape == (0, 0)
 
 
 def test_a_combination_of_others_is_refused():
     row = [Fraction(1, 4), Fraction(1, 2)]
     with pytest.raises(ValueError, match="combination of others"):
-        rows_apart([row, [2 * x for x in row]])
+        separate_rows([row, [2 * x for x in row]])
 
 
 def test_numbers_grow_by_the_bits_of_a_double_a_pass(monkeypatch):
@@ -83,7 +83,7 @@ def test_numbers_grow_by_the_bits_of_a_double_a_pass(monkeypatch):
         return measured(entries, columns)
 
     monkeypatch.setattr(exact_residuals, "_measured", note)
-    rows_apart(rows)
+    separate_rows(rows)
     numerators = [x.numerator for row in eliminate_by_largest(rows)[0] for x in row]
     assert len(lengths) > len(rows) and max(lengths) < 62 + 100 + 4 * 53
     assert max(abs(x).bit_length() for x in numerators) > 1000
@@ -93,7 +93,7 @@ def test_numbers_of_a_field():
     """1 and √3 are in the span of both pairs, which differ by 1e-30."""
     r, small = root_of_integer(3, 12), Fraction(1, 10**30)
     rows = [[Fraction(1), r, Fraction(0)], [Fraction(1), r, small]]
-    apart = rows_apart(rows)
+    apart = separate_rows(rows)
     known = orthonormal([[1.0, 3**0.5, 0.0], [0.0, 0.0, 1.0]])
     assert np.abs(apart - apart @ known.T @ known).max() < 1e-14
     assert np.linalg.svd(apart, compute_uv=False)[-1] > 0.1

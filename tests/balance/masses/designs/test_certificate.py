@@ -13,7 +13,7 @@ from balance.masses.designs.certificate_search import refine_matrices
 from balance.masses.designs.constraints import constraints_of
 from balance.masses.designs.feasibility import feasible
 from balance.support.tolerances import CERTIFICATE_RANK_RELATIVE
-from tests.support.laws import bounded_cloud
+from tests.support.laws import bounded_cloud, coordinates
 from tests.support.shapes import conditions, functional, outside
 
 PROVED = ["four_bar_general", "bennett", "three_rsr", "four_bar_spherical", "five_bar"]
@@ -202,8 +202,7 @@ def test_a_flat_design_stays_in_its_plane(entry):
 def test_what_is_balanced_need_not_be_a_body():
     space = design_space(kinematics.load("three_rsr"), "u2=u3")
     z = feasible(space).z
-    y = np.random.default_rng(2).standard_normal(space.nullity)
-    worst = (space.basis @ y).reshape(7, 10)
+    worst = (space.basis @ coordinates(space, seed=2)).reshape(7, 10)
     for share in (0.5, 1.0):
         mixed = (1.0 - share) * z + share * worst * (z[:, 0].sum() / worst[:, 0].sum())
         check = check_design(space, mixed)

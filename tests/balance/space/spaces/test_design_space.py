@@ -23,6 +23,7 @@ from tests.support.laws import (
     MODELS,
     PLANAR,
     altered,
+    coordinates,
     displacement,
     known,
     outside,
@@ -246,7 +247,7 @@ def test_members_of_the_space_are_balanced_as_given(name):
     assert design_space(linkage).as_given.balanced == (name in {*DESIGNS, *BALANCED})
     found = design_space(linkage, spatial=True)
     rng = np.random.default_rng(98)
-    member = (found.basis @ rng.standard_normal(found.nullity)).reshape(-1, 10)
+    member = (found.basis @ coordinates(found)).reshape(-1, 10)
     for z, balanced in ((member, True), (member + 1e-6 * rng.standard_normal(10), False)):
         bodies = tuple(replace(b, inertia=x) for b, x in zip(linkage.bodies, z, strict=True))
         given = design_space(replace(linkage, bodies=bodies), spatial=True).as_given

@@ -243,10 +243,12 @@ def _spherical_figure(
         return None
     signs = np.array([np.sign(a[np.argmax(np.abs(a))]) for a in axes])
     groups = _alike(list(signs[:, None] * axes), widths.angle)
+    # Axes that miss one another by their digits were tilted until they met.
+    tilted = min(linkage.mended, widths.whole.place / extent(linkage).length)
     pins, places = [], []
     for group in groups:
         members = tuple(joints[k] for k in group)
-        pins.append(Pin(members, _pin_angles(widths, members)))
+        pins.append(Pin(members, _pin_angles(widths, members, tilted)))
         places.append(_unit_vector(axes[group[0]]))
     where = np.array([_floats(place) for place in places])
     relations = find_relations(
@@ -317,9 +319,9 @@ def _pin_widths(widths: LinkWidths, joints: Sequence[int], lever: float) -> dict
     )
 
 
-def _pin_angles(widths: LinkWidths, joints: Sequence[int]) -> dict[int, Width]:
+def _pin_angles(widths: LinkWidths, joints: Sequence[int], tilted: float) -> dict[int, Width]:
     """Half widths of the direction of a pin on its links, as its place on the unit sphere."""
-    closing = 0.0 if widths.closed else min(widths.whole.angle, CLOSED_GAP)
+    closing = tilted + (0.0 if widths.closed else min(widths.whole.angle, CLOSED_GAP))
     return _least(
         (link, Width((), width.angle + closing + 1e-15))
         for link, width in _members(widths, joints)

@@ -81,6 +81,8 @@ def test_special_linkages_are_read_as_meant(family, digits, tmp_path):
     [
         ("kite", 7, 9),
         ("spherical_opposite", 12, 6),
+        # Its axes were tilted by more than the digits of their directions, so that they meet.
+        ("spherical_opposite", 3046, 9),
         # Open by 1e-11; its other assembly mode closes.
         ("antiparallelogram", 1051, 12),
     ],

@@ -105,7 +105,7 @@ def least_mass(job: DiscoveryJob, found: FoundFamily) -> str:
     coupler = f"link{coupler_of(job.topology)}"
     try:
         space = design_space(to_linkage(job.topology, job.structure, found.shown))
-        best = design(space, "mass", bounds={coupler: (1.0, HEAVIEST)})
+        best = design(space, "mass", bounds={coupler: (1.0, HEAVIEST)}, density=None)
     except LinkageError:
         return ""
     if best.z is None:

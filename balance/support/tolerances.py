@@ -215,6 +215,9 @@ REACH_RELATIVE = 1e-6
 DENSITY_RELATIVE = 1e-8
 # Part by which the solver is asked for more than a limit of density: what it may violate.
 DENSITY_TIGHTENED = 5e-8
+# Part of its trace that is added to a matrix that measures a body, so that it is positive
+# definite in spite of its round-off.
+REFERENCE_RIDGE = 1e-14
 # Difference between the second moment of a flat body along its normal and that of a plate,
 # relative to it, beside the round-off of all second moments: what a sum of a file keeps.
 PLATE_RELATIVE = 1e-6

@@ -21,8 +21,8 @@ SIZE_DETERMINED = 1e-12
 # The same for differences of two poses that Newton's method closes.
 POSE_DETERMINED = 1e-10
 # The same for the smallest singular value of a regressor and what is derived from it: its
-# absolute error is that of the largest one.
-MARGIN_DETERMINED = 1e-9
+# absolute error is that of the largest one, and two digits of it are written.
+MARGIN_DETERMINED = 1e-8
 # Significant digits of a computed number that round-off leaves.
 NUMBER_DETERMINED = 10
 

@@ -19,7 +19,7 @@ KITE = "four_bar_kite"
 
 @pytest.fixture(scope="module")
 def best():
-    return balance.design(KITE, "mass", bounds={"coupler": (0.1, 1.0)})
+    return balance.design(KITE, "mass", bounds={"coupler": (0.001, 1.0)})
 
 
 def test_a_linkage_comes_from_its_name_its_file_and_its_text():

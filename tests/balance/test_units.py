@@ -57,8 +57,8 @@ def test_units_of_all_quantities_differ():
         ),
         (
             "design four_bar_kite --minimise mass",
-            "--bounds coupler=0.25:1.5",
-            "--bounds coupler=250g:1.5kg",
+            "--bounds coupler=0.001:1.5",
+            "--bounds coupler=1g:1.5kg",
         ),
         ("report four_bar_kite", "--at u1=0.5", "--at u1=500e-3rad"),
         (

@@ -24,11 +24,12 @@ import numpy as np
 
 import kinematics
 from balance import design_space
-from balance.masses.designs.best_design import Design, design
+from balance.masses.designs.best_design import Design
 from kinematics.errors import LinkageError
 from tests.independent import reference
 from tests.independent.second_solvers import second_opinion
 from tests.support import balls
+from tests.support.designs import design_of_any_density
 from tests.support.shapes import functional, matrix, outside
 from tests.support.small_linkages import small_linkage
 
@@ -106,7 +107,7 @@ def asked(one: Question) -> Design | None:
         space = _space(one.model, one.balance)
         if MOVED & {notice.code for notice in space.notices}:
             return None
-        return design(space, keep=one.keep, bounds=one.bounds, within=one.within)
+        return design_of_any_density(space, keep=one.keep, bounds=one.bounds, within=one.within)
     except LinkageError:
         return None
 

@@ -46,6 +46,8 @@ def test_bounds_far_from_other_masses_are_heeded(seed, tmp_path):
     one = question(seed, tmp_path, True)._replace(within=None)
     found = asked(one)
     assert found.verdict == "feasible" and check(one, found) == "feasible"
+    of_steel = design(found.space, keep=one.keep, bounds=one.bounds, within=None)
+    assert of_steel.verdict != "feasible" or of_steel.densest[1] < 7850.001
 
 
 @pytest.mark.slow

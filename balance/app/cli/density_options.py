@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Sequence
+from math import inf
 
 from balance.app.cli.arguments import Parser
 from balance.app.cli.number_arguments import positive_quantity
@@ -19,27 +20,30 @@ MATERIALS = {
 }
 
 
-def add_density_options(parser: Parser, group: str, whose: str) -> None:
+def add_density_options(parser: Parser, group: str, whose: str, default: str = "") -> None:
     """Add the options ``--density`` and ``--thickness``.
 
     Args:
         parser: the parser of a command.
         group: title of their group in the help.
         whose: what has the thickness.
+        default: material without the option; none by default.
     """
+    or_none = f", none (default {default})" if default else ""
+    part_of_size = " (default 1/20 of the size)" if default else ""
     parser.group(group).add_argument(
         "--density",
         action="append",
-        type=_density,
+        type=_density_or_none if default else _density,
         default=[],
         metavar="[L=]KG/M3",
-        help="largest density: 7850, 7.85g/cm3, steel; repeatable",
+        help=f"largest density: 7850, 7.85g/cm3, steel{or_none}; repeatable",
     )
     parser.group(group).add_argument(
         "--thickness",
         type=positive_quantity("length"),
         metavar="METRES",
-        help=f"of {whose}, for --density",
+        help=f"of {whose}, for --density{part_of_size}",
     )
 
 
@@ -50,21 +54,30 @@ def check_density_options(arguments: argparse.Namespace) -> None:
 
 
 def densities_of(
-    arguments: argparse.Namespace, names: Sequence[str]
+    arguments: argparse.Namespace, names: Sequence[str], default: str = ""
 ) -> float | dict[str, float] | None:
     """Collect densities by link; of two for the same links the lower one holds.
 
     Args:
         arguments: those of the command.
         names: links that a density without a name is for.
+        default: material of links for which there is no other; none by default.
+
+    Returns:
+        One density, or those of some links; None for no limits.
     """
     named: dict[str, float] = {}
     for name, value in arguments.density:
         named[name] = min(named.get(name, value), value)
-    rest = named.pop("", None)
-    if rest is None:
+    rest = named.pop("", MATERIALS.get(default, inf))
+    if rest == inf:
         return named or None
     return dict.fromkeys(names, rest) | named if named else rest
+
+
+def _density_or_none(text: str) -> tuple[str, float]:
+    """Parse a density, or ``none``: no limit for the links that are not named."""
+    return ("", inf) if text.strip().lower() == "none" else _density(text)
 
 
 def _density(text: str) -> tuple[str, float]:

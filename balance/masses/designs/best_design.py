@@ -13,7 +13,7 @@ import numpy as np
 
 from balance.masses.designs.certificate import CertificateCheck
 from balance.masses.designs.constraints import Constraints, build_program, constraints_of
-from balance.masses.designs.density import Solid, solid_of
+from balance.masses.designs.density import STEEL, Solid, solid_of
 from balance.masses.designs.design_check import (
     DesignCheck,
     check_design,
@@ -40,6 +40,8 @@ from kinematics.numerics.linalg.ties import first_largest
 from kinematics.wording import html_facts, number_text, repr_lines
 
 DESIGN_SCHEMA = "balance.design/2"
+# Thickness of flat bodies whose density is limited, in lengths of the space, unless given.
+THICKNESS = 0.05
 # Density of the bodies and thickness of flat ones, as `design` takes them.
 Material = tuple[float | Mapping[str, float] | None, float | None]
 # End of the verdict on one pose.
@@ -265,7 +267,7 @@ def design(
     bounds: Mapping[str, tuple[float, float]] | None = None,
     within: float | None = BALL_RADIUS,
     one_pose: bool = False,
-    density: float | Mapping[str, float] | None = None,
+    density: float | Mapping[str, float] | None = STEEL,
     thickness: float | None = None,
 ) -> Design:
     """Compute the best balanced mass distribution, or a certificate that there is none.
@@ -280,8 +282,9 @@ def design(
     A limit of density makes bodies be those that a material allows: a homogeneous ellipsoid of
     at most this density has the inertia of the body, or, in a plane, an elliptic plate of the
     thickness; see `balance.masses.designs.density`. Other solids of the same inertia are less
-    compact and need less density in places only. With such a limit, and without an objective,
-    the design is that of the least change, if all bodies of the file have mass and extent.
+    compact and need less density in places only. Without an objective the design is that of
+    the least change, if all bodies of the file have mass and extent; otherwise, and without
+    limits of density, it is that of the largest margin, with the total mass of the file.
 
     Args:
         space: a design space, or a linkage, its path or its name: dynamic balance of it in
@@ -292,8 +295,7 @@ def design(
             pose, kg m², with sliding coordinates in lengths of ``space.length`` metres;
             ``"change"``: distance from the masses in the file, without a unit, the same in
             every link frame and unit; convex, so its minimum is a global one (see
-            `balance.masses.designs.nearest`). By default, the margin is maximised, or the
-            change minimised with limits of density. Bounds of each: see
+            `balance.masses.designs.nearest`). Bounds of each: see
             `balance.masses.designs.objectives`.
         keep: names of bodies that stay as in the file.
         bounds: least and largest mass of bodies, kg, by name.
@@ -301,8 +303,9 @@ def design(
         one_pose: whether balance at the reference pose alone is enough: no momentum for any
             rates there. The space is then one of order 0, ``max_order=0``.
         density: density that no body exceeds, or that of some bodies by name, kg/m³; bodies
-            that are kept have no limit. None for no limits.
-        thickness: that of the bodies of a planar linkage whose density is limited, m.
+            that are kept have no limit. By default that of steel; None for no limits.
+        thickness: that of the bodies of a planar linkage whose density is limited, m; by
+            default a twentieth of ``space.length``.
 
     Returns:
         The design, or the certificate, and the result of its check.
@@ -310,8 +313,8 @@ def design(
     Raises:
         BodyError: a body is unknown, its bounds contradict each other, it is kept and
             limited, or the change is measured from one that is singular.
-        LinkageError: all bodies are kept; or the thickness is missing, or there is one without
-            a density, or in space.
+        LinkageError: all bodies are kept; or there is a thickness without a density, or in
+            space.
         ValueError: there is no such objective, or the radius, a density or the thickness is
             not above 0.
 
@@ -356,7 +359,10 @@ def _widest_margin(
     constraints = constraints_of(space, keep, bounds, within)
     if space.planar and space.balance == "dynamic" and _leaves_plane(space, constraints):
         space = recompute_spatial(space, 0 if one_pose else None)
-    constraints = constraints_of(space, keep, bounds, within, *material)
+    density, thickness = material
+    if density is not None and thickness is None and space.planar:
+        thickness = THICKNESS * space.length
+    constraints = constraints_of(space, keep, bounds, within, density, thickness)
     answer = decide_feasibility(space, constraints, trusted=one_pose)
     return Design(
         space,
@@ -373,7 +379,7 @@ def _widest_margin(
         answer.residuals,
         answer.words,
         density={space.bodies[b]: it.density for b, it in constraints.densities.items()},
-        thickness=material[1],
+        thickness=thickness,
     ), constraints
 
 

@@ -144,8 +144,8 @@ def constraints_of(
     Raises:
         BodyError: a body is unknown, its bounds contradict each other, or it is kept and
             limited.
-        LinkageError: all bodies are kept, or the thickness is missing, or there is one without
-            a density, or in space.
+        LinkageError: all bodies are kept, or there is a thickness without a density, or in
+            space.
         ValueError: the radius, a density or the thickness is not positive and finite.
     """
     if within is not None and not 0.0 < within < inf:
@@ -193,7 +193,7 @@ def _density_limits(
     """Check densities by position of the body, and the thickness of flat bodies.
 
     Raises:
-        LinkageError: the thickness is missing, or there is one without a density, or in space.
+        LinkageError: there is a thickness without a density, or in space.
         ValueError: a density or the thickness is not positive and finite.
     """
     for what, value in (
@@ -206,9 +206,7 @@ def _density_limits(
     if thickness is not None and not space.planar:
         text = "the bodies of a design in space have no thickness; leave it out"
         raise LinkageError(f"{space.source}: {text}")
-    if limits and space.planar and thickness is None:
-        text = "a density limits flat bodies only together with their thickness; give it too"
-        raise LinkageError(f"{space.source}: {text}")
+    assert thickness is not None or not (limits and space.planar)
     if thickness is not None and not limits:
         text = "a thickness limits nothing without a density; give one too"
         raise LinkageError(f"{space.source}: {text}")

@@ -28,6 +28,7 @@ from typing import NamedTuple
 import numpy as np
 
 from balance.support.clarabel_adapter import TRIANGLES, ConstraintBlock, triangles
+from balance.support.tolerances import REFERENCE_RIDGE
 from kinematics.numerics.array_types import Array
 
 
@@ -77,7 +78,7 @@ def density_rows(
 
     Args:
         blocks: matrices of each coordinate x (bodies, n, k, k).
-        references: positive definite matrices P0 (bodies, k, k).
+        references: matrices P0 (bodies, k, k), positive definite up to round-off.
         unit: the unit of mass.
         kappas: κ of each body, in the units of the matrices.
         constant: part of the matrices that does not depend on x (bodies, k, k); none by
@@ -87,7 +88,10 @@ def density_rows(
     fixed = np.zeros_like(references) if constant is None else constant
     root, further = 1.0 / (k + 2), _further(k)
     width = n + count * further
-    whiten = np.linalg.inv(np.linalg.cholesky(references))
+    # A matrix that is positive definite up to its round-off measures a body as well.
+    least = REFERENCE_RIDGE * np.trace(references, axis1=1, axis2=2)
+    ridge = np.maximum(0.0, least - np.linalg.eigvalsh(references)[:, 0])
+    whiten = np.linalg.inv(np.linalg.cholesky(references + ridge[:, None, None] * np.eye(k)))
     # (det P)^root τ^(2 root) is 1 at the reference.
     sizes = np.prod(np.diagonal(whiten, axis1=1, axis2=2) ** (2.0 * root), axis=1)
     factors = np.array(kappas) ** ((k - 1) * root) * sizes / unit.reference ** (2.0 * root)

@@ -48,6 +48,7 @@ from balance.masses.designs.verdicts import (
     MOTION_IN_DOUBT,
     TOO_NARROW,
     UNCHECKED,
+    UNCHECKED_DENSITY,
     UNSETTLED,
     describe_conflict,
 )
@@ -187,7 +188,7 @@ def _limit_densities(
         for proof in proofs:
             if answer := _proof(space, constraints, program, proof):
                 return answer
-    return _undecided(UNCHECKED)
+    return _undecided(UNCHECKED_DENSITY)
 
 
 def _density_candidates(

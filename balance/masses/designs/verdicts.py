@@ -26,6 +26,10 @@ UNCHECKED = (
     "neither a design nor a certificate stands up to its check; ask less of the masses, or "
     "put the linkage nearer to the origin"
 )
+UNCHECKED_DENSITY = (
+    "bodies of any density balance the linkage, but for this limit of density neither a design "
+    "nor a certificate stands up to its check; give another density, or thickness"
+)
 TOO_NARROW = (
     "a certificate excludes the designs of the space that was found, but conditions near "
     "round-off may be false ones, and there may be more designs"
@@ -68,9 +72,10 @@ def describe_conflict(space: DesignSpace, Z: Array, constraints: Constraints) ->
     sums = f"{what} of {listed} {'are zero' if len(clash) == 1 else 'add up to zero'}"
     positive = "which are positive for bodies that can be built"
     if constraints.densities:
+        thicker = "thicker links, " if space.planar else ""
         return (
             f"{verdict}: with what is kept and bounded, {listed} would be denser than that; "
-            "take a denser material, keep fewer links, or widen the bounds"
+            f"take {thicker}a denser material, keep fewer links, or widen the bounds"
         )
     if constraints.sized:
         return (

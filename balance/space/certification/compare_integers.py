@@ -52,19 +52,6 @@ def integers_differ(space: DesignSpace, certified: DesignSpace) -> bool:
     return any(ranks.get(order.order, certified.rank) != order.rank for order in space.orders)
 
 
-def _orders_within_digits(space: DesignSpace, certified: CertifiedSpace) -> list[int]:
-    """List the orders at which digits of a file of rounded numbers may add conditions."""
-    final = (space.rank, space.serial_nullity) == (certified.rank, certified.serial_nullity)
-    tree = space.linkage.tree
-    if not final or tree is None or file_digits(tree) is None:
-        return []
-    exact = {order.order: order.rank for order in certified.orders}
-    pairs = {x.order: (x.rank, exact.get(x.order, certified.rank)) for x in space.orders}
-    if any(rank > exact_rank for rank, exact_rank in pairs.values()):
-        return []
-    return [order for order, (rank, exact_rank) in pairs.items() if rank < exact_rank]
-
-
 def add_correction_notice(space: DesignSpace, certified: CertifiedSpace) -> CertifiedSpace:
     """Add the notice ``corrected``, with the exact integers, if floating point finds others.
 
@@ -78,20 +65,17 @@ def add_correction_notice(space: DesignSpace, certified: CertifiedSpace) -> Cert
     """
     if not integers_differ(space, certified):
         return certified
-    if orders := _orders_within_digits(space, certified):
-        text = (
-            f"ranks at {_numbered('order', orders)} are those of the numbers as written: a "
-            "pose inside the digits of the file has fewer conditions there; rank and nullity "
-            "are the same"
-        )
-        return replace(
-            certified, notices=(*certified.notices, Notice("orders_as_written", text))
-        )
     ranks = " ".join(str(order.rank) for order in certified.orders)
     text = (
         f"floating point alone finds other integers; exact arithmetic: rank {certified.rank}, "
         f"serial part {certified.serial_nullity}, ranks by order {ranks}"
     )
+    tree = space.linkage.tree
+    if tree is not None and file_digits(tree) is not None:
+        text += (
+            "; these are of the numbers as written: a pose inside the digits of the file may "
+            "have fewer conditions at an order before the last"
+        )
     codes = ("not_settled",) if certified.settled else ()
     kept = tuple(notice for notice in certified.notices if notice.code not in codes)
     return replace(certified, notices=(*kept, Notice("corrected", text)))

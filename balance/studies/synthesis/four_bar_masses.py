@@ -27,7 +27,8 @@ def balanced_four_bar(four_bar: FourBarDesign) -> tuple[bytes | None, Design]:
     """
     linkage = load(Document(four_bar.kind, _four_bar_urdf(four_bar)), bodies="all")
     # Exact arithmetic would see the rounding of the digits, which no design closes.
-    best = design(design_space(linkage), "mass", bounds={"coupler": (COUPLER_MASS, inf)})
+    bounds = {"coupler": (COUPLER_MASS, inf)}
+    best = design(design_space(linkage), "mass", bounds=bounds, density=None)
     if best.verdict != "feasible":
         return None, best
     elements = {body.name: body.urdf for body in best.bodies if body.urdf}

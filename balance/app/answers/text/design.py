@@ -140,18 +140,23 @@ def _region_text(design: Design) -> str:
 
 
 def _density_text(design: Design) -> str:
-    """Describe the limits of density, and the density of the body that needs most."""
-    text = ""
-    if design.density:
+    """Describe the limits of density, and the density of the body that needs most.
+
+    A certificate that holds for any density has no such row.
+    """
+    text, decides = "", design.z is not None or "kg/m³" in design.words
+    if design.density and decides:
         limits = [f"{limit:g}" for limit in sorted(set(design.density.values()))]
         text = f"at most {' to '.join(dict.fromkeys((limits[0], limits[-1])))} kg/m³"
         if design.thickness is not None:
-            text += f", links {1e3 * design.thickness:g} mm thick"
+            text += f", links {number_text(1e3 * design.thickness, '.3g')} mm thick"
         unlimited = [
             name for name in design.space.bodies if name not in {*design.density, *design.keep}
         ]
         if unlimited:
             text += f"; no limit for {', '.join(unlimited)}"
+        else:
+            text += " (--density none lifts this)"
     if design.densest is None:
         return text
     name, density = design.densest

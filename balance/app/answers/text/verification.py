@@ -135,13 +135,13 @@ def _peak_text(verification: Verification, part: str) -> str:
     peak = verification.load_text(part, run.peak(part))
     if verification.crank is None:
         return f"{peak} in motion {number + 1}"
+    rms = verification.load_text(part, run.rms(part))
+    if peak.startswith("below"):
+        return f"peak {peak}, rms {rms}"
     at = verification.linkage.inputs.index(verification.crank.joint)
     sample = first_largest(run.sizes(part), verification.part_scale(part))
     angle = np.degrees(run.trajectory.u[sample, at])
-    return (
-        f"peak {peak} at {number_text(angle, '.1f')}°, "
-        f"rms {verification.load_text(part, run.rms(part))}"
-    )
+    return f"peak {peak} at {number_text(angle, '.1f')}°, rms {rms}"
 
 
 def comparison_sentence(results: Sequence[Verification]) -> str | None:

@@ -83,7 +83,7 @@ MISTAKES = [
     ("design four_bar_kite --density stele", 2, "'stele' is not a positive number.*steel"),
     ("counterweights delta --links upper1", 3, "'upper1': there is no such link; the bodies"),
     ("design four_bar_kite --density 7.85g", 2, "'g' is a unit of mass: write density in"),
-    ("design four_bar_kite --density 7.85g/cm3", 3, "together with their thickness; give it"),
+    ("design four_bar_kite --density none --thickness 5mm", 3, "a thickness limits nothing"),
     ("design four_bar_kite --thickness 10kg", 2, "'kg' is a unit of mass: write length in m"),
     ("design four_bar_kite --keep crnak", 3, "'crnak': .*mean 'crank'.*the bodies are crank"),
     ("design four_bar_kite --bounds crank=2kg:1kg", 3, "'crank': .*give 0 ≤ least ≤ largest"),

@@ -13,12 +13,12 @@ import kinematics
 from balance import design_space
 from balance.app.cli.main import main
 from balance.checks import check_certificate, check_design
-from balance.masses.designs.best_design import design
 from balance.masses.designs.constraints import constraints_of
 from balance.masses.designs.mass_regions import ball_of, reach_of
 from kinematics.closure.assembly.assemble import assemble
 from tests.independent import reference
 from tests.support import balls
+from tests.support.designs import design_of_any_density
 from tests.support.drafts import axis_edge, linked
 from tests.support.laws import altered, placed, resized, sums
 from tests.support.shapes import conditions, functional, matrix, outside
@@ -34,7 +34,9 @@ def space_of(model, motion=None, **more):
 def clashing(within=1.5):
     """No design within the balls, and one without them."""
     model, keep, bounds = CLASH
-    return design(space_of(model, balance="force"), keep=keep, bounds=bounds, within=within)
+    return design_of_any_density(
+        space_of(model, balance="force"), keep=keep, bounds=bounds, within=within
+    )
 
 
 def test_the_linkage_of_the_issue(tmp_path):
@@ -49,7 +51,7 @@ def test_the_linkage_of_the_issue(tmp_path):
         (("coupler",), None, 26.0, 46.0),
         (("coupler",), 1.5, 0.14, 0.38),
     ):
-        bodies = design(space, "mass", keep=keep, within=within).bodies
+        bodies = design_of_any_density(space, "mass", keep=keep, within=within).bodies
         k = [np.sqrt(np.linalg.eigvalsh(body.inertia)[-1] / body.mass) for body in bodies]
         assert max(k) == pytest.approx(gyration, rel=0.05)
         furthest = max(np.linalg.norm(body.link_com) for body in bodies)
@@ -79,7 +81,7 @@ def test_both_verdicts_are_told():
 def test_a_body_whose_mass_is_spread_too_far_is_told():
     """Its centre of mass is within the ball, its radius of gyration is not."""
     space = space_of("four_bar_antiparallelogram")
-    found = design(space, within=0.5)
+    found = design_of_any_density(space, within=0.5)
     told = found.words.rpartition("; ")[2]
     assert found.verdict == "infeasible" and told.startswith("feasible anywhere: ")
     asked = constraints_of(space, [], {}, 0.5)
@@ -113,7 +115,7 @@ def test_the_command_tells_both(capsys):
 
 def test_what_nothing_balances_is_told_once():
     """The proof without balls is the stronger one."""
-    found = design(space_of("four_bar_general"))
+    found = design_of_any_density(space_of("four_bar_general"))
     assert found.anywhere is None and not found.multipliers.any() and found.within == 1.5
     assert "within" not in found.words
     assert check_certificate(found.space, found.certificate).accepted
@@ -121,7 +123,7 @@ def test_what_nothing_balances_is_told_once():
 
 def test_a_wider_ball_holds_the_designs_of_a_narrower():
     space, radii = space_of("four_bar_kite"), (0.4, 1.0, 1.4, 1.5, 2.0, 4.0, 1e3, None)
-    margins = [design(space, within=radius).margin for radius in radii]
+    margins = [design_of_any_density(space, within=radius).margin for radius in radii]
     assert margins[:3] == [0.0] * 3 and 0.0 < margins[3] < 0.9 * margins[4]
     assert all(b >= 0.99999 * a for a, b in zip(margins, margins[1:], strict=False))
     assert margins[-1] == pytest.approx(margins[-2], rel=1e-6)
@@ -135,7 +137,7 @@ def test_a_link_that_is_kept_may_have_its_mass_anywhere():
     linkage = kinematics.load("four_bar_antiparallelogram_balanced")
     coupler = linkage.bodies[1]
     space = design_space(linkage)
-    far = design(space, keep=["coupler"], within=0.9)
+    far = design_of_any_density(space, keep=["coupler"], within=0.9)
     wide = coupler.inertia.copy()
     wide[4:7] += [500.0, 500.0, 1000.0]
     spread = replace(
@@ -150,7 +152,10 @@ def test_a_link_that_is_kept_may_have_its_mass_anywhere():
 
 def test_a_design_outside_its_ball_is_rejected():
     space = space_of("four_bar_kite")
-    anywhere, within = design(space, within=None), design(space, within=1.5)
+    anywhere, within = (
+        design_of_any_density(space, within=None),
+        design_of_any_density(space, within=1.5),
+    )
     asked = constraints_of(space, [], {}, 1.5)
     assert check_design(space, within.z, asked).accepted
     check = check_design(space, anywhere.z, asked)
@@ -177,7 +182,7 @@ def test_certificates_exclude_what_is_in_the_balls(model, within):
     is positive on any masses in the balls.
     """
     space = space_of(model, "u2=u3" if model == "three_rsr" else None)
-    found = design(space, within=within)
+    found = design_of_any_density(space, within=within)
     assert found.verdict == "infeasible" and found.anywhere.verdict == "feasible"
     Z, spare = np.array(found.certificate), found.multipliers
     assert (spare >= 0.0).all() and spare.any()
@@ -247,11 +252,13 @@ def test_a_multiplier_that_is_negative_proves_nothing():
 @pytest.mark.parametrize("size", [1e-6, 1e6])
 @pytest.mark.parametrize(("model", "within"), [("four_bar_kite", 1.5), ("four_bar_kite", 0.9)])
 def test_size_and_place_do_not_matter(model, within, size, tmp_path):
-    plain = design(space_of(model), within=within)
+    plain = design_of_any_density(space_of(model), within=within)
     H = np.eye(4)
     H[:3, :3] = Rotation.from_rotvec([0.3, -1.0, 0.5]).as_matrix()
     H[:3, 3] = 1000.0 * size * plain.space.length * np.array([2.0, -3.0, 6.0]) / 7.0
-    moved = design(space_of(altered(model, tmp_path, resized(size), placed(H))), within=within)
+    moved = design_of_any_density(
+        space_of(altered(model, tmp_path, resized(size), placed(H))), within=within
+    )
     assert moved.verdict == plain.verdict
     assert moved.margin == pytest.approx(plain.margin, rel=1e-4)
     for name, ball in plain.balls.items():
@@ -265,4 +272,4 @@ def test_size_and_place_do_not_matter(model, within, size, tmp_path):
 @pytest.mark.parametrize("within", [0.0, -1.0, np.inf, np.nan])
 def test_a_radius_is_positive(within):
     with pytest.raises(ValueError, match="give lengths of a link"):
-        design(space_of("four_bar_kite"), within=within)
+        design_of_any_density(space_of("four_bar_kite"), within=within)

@@ -30,6 +30,7 @@ from tests.fuzz.random_designs import (
 )
 from tests.independent.second_densities import least
 from tests.support.command_runs import asked
+from tests.support.designs import design_of_any_density
 from tests.support.json_answers import read_schema
 from tests.support.shapes import matrix
 
@@ -221,7 +222,7 @@ def test_the_least_change_keeps_to_the_limit():
     """Nearer designs are denser; without an objective the change is what is minimised."""
     space = design_space("four_bar_kite")
     limits = {"density": STEEL, "thickness": 0.01}
-    free, found = design(space, "change"), design(space, "change", **limits)
+    free, found = design_of_any_density(space, "change"), design(space, "change", **limits)
     assert found.value > 1.01 * free.value and found.residuals.density == pytest.approx(1.0)
     asked_again = constraints_of(space, [], {}, 1.5, STEEL, 0.01)
     assert not check_design(space, free.z, asked_again).accepted
@@ -385,8 +386,11 @@ REFUSED = [
     ("four_bar_kite", {"density": inf, "thickness": 0.01}, "density = inf: give a number"),
     ("four_bar_kite", {"density": 1.0, "thickness": 0.0}, "thickness = 0.0: give a number"),
     ("four_bar_kite", {"density": {"bar": 1.0}, "thickness": 0.01}, "link 'bar'"),
-    ("four_bar_kite", {"density": 1.0}, "together with their thickness"),
-    ("four_bar_kite", {"thickness": 0.01}, "limits nothing without a density"),
+    (
+        "four_bar_kite",
+        {"density": None, "thickness": 0.01},
+        "limits nothing without a density",
+    ),
     (
         "four_bar_kite",
         {"density": {"crank": 1.0}, "thickness": 0.01, "keep": ["crank"]},
@@ -410,7 +414,7 @@ def test_what_cannot_be_asked_is_refused_in_one_line(model, asked_for, text):
         ("four_bar_kite --density =3", 2, "names no link"),
         ("four_bar_kite --density 1 --thickness 0", 2, "'0' is not a positive number"),
         ("four_bar_kite --density bar=3 --thickness 0.01", 3, "link 'bar'"),
-        ("four_bar_kite --density 7850", 3, "together with their thickness"),
+        ("four_bar_kite --density none --thickness 1", 3, "limits nothing without a density"),
         ("bennett --density 7850 --thickness 0.01", 3, "have no thickness"),
     ],
 )
@@ -425,7 +429,10 @@ def test_the_command_prints_solids():
     words = "design four_bar_kite --density 7850 --density coupler=2700 --thickness 0.01"
     outcome = asked(words.split())
     assert outcome.code == 0
-    assert "at most 2700 to 7850 kg/m³, links 10 mm thick; densest body: " in outcome.out
+    assert (
+        "at most 2700 to 7850 kg/m³, links 10 mm thick (--density none lifts this); densest"
+        in outcome.out
+    )
     assert outcome.out.count("elliptic plate") == 3
     data = json.loads(asked([*words.split(), "--json"]).out)
     Draft202012Validator(read_schema("design")).validate(data)
@@ -434,9 +441,37 @@ def test_the_command_prints_solids():
     assert data["bodies"][0]["solid"]["sizes_mm"][2] == pytest.approx(10.0)
 
 
+def test_designs_are_of_steel_unless_another_density_is_asked_for():
+    """A least mass of the crank of 5,300 times the density of steel is none."""
+    space = design_space("four_bar_kite")
+    found, thickness = design(space), 0.05 * space.length
+    assert found.thickness == thickness and set(found.density.values()) == {STEEL}
+    assert max(solid.density for solid in found.solids) == pytest.approx(STEEL, rel=1e-6)
+    asked_for = constraints_of(space, [], {}, 1.5, STEEL, thickness)
+    assert check_design(space, found.z, asked_for).accepted
+    bounds = {"coupler": (0.5, 2.0)}
+    assert design(space, "mass", bounds=bounds).verdict == "infeasible"
+    dense = design_of_any_density(space, "mass", bounds=bounds)
+    assert dense.verdict == "feasible" and dense.densest[1] > 5000.0 * STEEL
+
+
+@pytest.mark.parametrize(
+    ("options", "densities"),
+    [
+        ("", {"crank": 7850.0, "coupler": 7850.0, "rocker": 7850.0}),
+        ("--density coupler=brass", {"crank": 7850.0, "coupler": 8500.0, "rocker": 7850.0}),
+        ("--density none --density coupler=brass", {"coupler": 8500.0}),
+        ("--density none", {}),
+    ],
+)
+def test_links_without_another_density_are_of_steel(options, densities):
+    outcome = asked(["design", "four_bar_kite", "--json", *options.split()])
+    assert outcome.code == 0 and json.loads(outcome.out)["density"] == densities
+
+
 def test_every_design_tells_its_densest_body():
     """Of 17 times the density of steel here."""
-    found = design(design_space("four_bar_kite"))
+    found = design_of_any_density("four_bar_kite")
     name, density = found.densest
     z = found.z[found.space.bodies.index(name)]
     assert name == "crank" and density == pytest.approx(_needed(found.space, z, None))

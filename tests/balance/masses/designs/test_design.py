@@ -11,7 +11,6 @@ import pytest
 import kinematics
 from balance import Design, design_space
 from balance.checks import check_design
-from balance.masses.designs.best_design import design
 from balance.masses.designs.feasibility import feasible
 from balance.motion.verification.to_pinocchio import verify
 from balance.space.inertial_parameters.conversions import violations
@@ -19,6 +18,7 @@ from kinematics.errors import BodyError, LinkageError
 from tests.independent import reference
 from tests.support import balls
 from tests.support.covering import number_of_cases
+from tests.support.designs import design_of_any_density
 from tests.support.shapes import (
     antiparallelogram,
     conditions,
@@ -53,7 +53,7 @@ def given(space):
 @pytest.mark.parametrize(("model", "motion"), FEASIBLE)
 def test_designs_are_balanced_and_can_be_built(model, motion, objective):
     space = space_of(model, motion)
-    found = design(space, objective)
+    found = design_of_any_density(space, objective)
     assert found.verdict == "feasible" and check_design(space, found.z).accepted
     rows = conditions(space)
     left = np.abs(rows @ found.z.reshape(-1)).max()
@@ -67,7 +67,7 @@ def test_designs_are_balanced_and_can_be_built(model, motion, objective):
 def test_the_best_is_better_than_the_others(model, motion):
     """Value of each objective, measured anew: no other design or mixture of two is below."""
     space = space_of(model, motion)
-    found = {name: design(space, name) for name in OBJECTIVES[:3]}
+    found = {name: design_of_any_density(space, name) for name in OBJECTIVES[:3]}
     measured = {name: value_of(name, space) for name in found}
     for name, best in found.items():
         assert measured[name](best.z) == pytest.approx(best.value, rel=1e-6)
@@ -101,7 +101,7 @@ def test_an_input_that_slides_counts_in_lengths():
     values = []
     for chosen in ("u1", "q4"):
         space = design_space(kinematics.load("slider_crank", inputs=[chosen]))
-        values.append(design(space, "rotor").value)
+        values.append(design_of_any_density(space, "rotor").value)
     mechanism = reference.load("slider_crank")
     names = [joint.name for joint in space.linkage.joints]
     rate = reference.velocities(mechanism, np.zeros(len(mechanism.joints)), np.eye(1))
@@ -170,14 +170,14 @@ def test_cvxpy_agrees(within):
     digits = 1e-5 if within else 1e-6
     for space, corners, base, objective in questions():
         limits = balls_of(space, corners, base, within) if within else ()
-        found, model = design(space, within=within), Model(space, balls=limits)
+        found, model = design_of_any_density(space, within=within), Model(space, balls=limits)
         assert found.verdict == model.verdict()
         asked += 1
         # Where the margin is 1e-6, neither solver has six digits.
         if found.verdict == "feasible" and found.margin > 1e-4:
             margin = model.margin()
             assert found.margin == pytest.approx(margin, rel=digits)
-            best = design(space, objective, within=within).value
+            best = design_of_any_density(space, objective, within=within).value
             assert best == pytest.approx(model.best(objective, margin), rel=digits)
             solved += 1
     assert asked == 12 * number_of_cases(3, 9)
@@ -200,7 +200,7 @@ def test_the_designs_of_the_thesis_are_points_of_the_space(model, motion):
     space = space_of(model, motion)
     assert check_design(space, given(space)).accepted
     # The upper links of the thesis' 3-RSR have a radius of gyration of two lengths.
-    found = design(space, "change", within=None if model == "three_rsr" else 1.5)
+    found = design_of_any_density(space, "change", within=None if model == "three_rsr" else 1.5)
     assert found.value == pytest.approx(0.0, abs=1e-7)
     assert np.abs(found.z - given(space)).max() < 1e-6 * np.abs(given(space)).max()
     other = given(space) * (1.0 + 1e-6 * np.random.default_rng(0).standard_normal((1, 10)))
@@ -223,7 +223,7 @@ def test_conditions_that_are_not_complete_allow_no_design(asked):
     space = space_of("four_bar_general", max_order=1)
     assert not space.settled
     assert feasible(space).verdict == feasible(space).words.split(":")[0] == "undecided"
-    found = design(space, **asked)
+    found = design_of_any_density(space, **asked)
     assert (found.verdict, found.z, found.value, found.bodies) == ("undecided", None, None, ())
     assert "not all conditions are known" in found.words and "max_order" in found.words
     assert found.residuals is None and json.loads(json.dumps(found.to_dict()))["bodies"] == []
@@ -245,7 +245,7 @@ def test_a_proof_needs_no_more_conditions():
 def test_kept_bodies_and_bounds_are_heeded(objective):
     space = space_of("four_bar_kite_balanced")
     bounds = {"coupler": (0.15, 0.1965), "rocker": (0.0, 20.0)}
-    found = design(space, objective, keep=["crank"], bounds=bounds)
+    found = design_of_any_density(space, objective, keep=["crank"], bounds=bounds)
     assert found.verdict == "feasible" and found.residuals.accepted
     assert np.array_equal(found.z[0], given(space)[0])
     for name, (low, high) in bounds.items():
@@ -255,7 +255,7 @@ def test_kept_bodies_and_bounds_are_heeded(objective):
 
 def test_an_exact_mass():
     space = space_of("four_bar_kite_balanced")
-    found = design(space, "change", bounds={"coupler": (0.18, 0.18)})
+    found = design_of_any_density(space, "change", bounds={"coupler": (0.18, 0.18)})
     assert found.verdict == "feasible"
     assert found.z[1, 0] == pytest.approx(0.18, rel=1e-12)
 
@@ -264,13 +264,13 @@ def test_kept_bodies_off_the_plane_ask_for_all_parameters():
     """A kept body with a product of inertia, or all kept at a height of their own."""
     linkage = kinematics.load("four_bar_kite_balanced")
     space = design_space(linkage)
-    flat = design(space, keep=["crank"])
+    flat = design_of_any_density(space, keep=["crank"])
     assert flat.space.planar
     crank, *rest = linkage.bodies
     tilted = crank.inertia.copy()
     tilted[9] += 0.01
     changed = replace(linkage, bodies=(replace(crank, inertia=tilted), *rest))
-    found = design(design_space(changed), keep=["crank"])
+    found = design_of_any_density(design_space(changed), keep=["crank"])
     assert not found.space.planar and found.verdict in ("feasible", "infeasible")
     if found.verdict == "feasible":
         shaken = verify(changed, found.z, trajectories=1, samples=20)
@@ -279,7 +279,7 @@ def test_kept_bodies_off_the_plane_ask_for_all_parameters():
     m, x, y, h = lifted[0], lifted[1], lifted[2], 0.3
     lifted[[3, 4, 5, 8, 9]] += [m * h, m * h * h, m * h * h, -x * h, -y * h]
     raised = replace(linkage, bodies=(replace(crank, inertia=lifted), *rest))
-    found = design(design_space(raised), keep=["crank"])
+    found = design_of_any_density(design_space(raised), keep=["crank"])
     assert found.space.planar and found.verdict == "feasible"
     assert np.allclose(found.z[:, 3], h * found.z[:, 0], rtol=1e-12)
     assert verify(raised, found.z, trajectories=1, samples=20).verdict == "balanced"
@@ -289,7 +289,7 @@ def test_kept_bodies_off_the_plane_ask_for_all_parameters():
 
 
 def test_bodies_are_those_of_the_parameters():
-    found = design(space_of("three_rsr", "u2=u3"), "mass")
+    found = design_of_any_density(space_of("three_rsr", "u2=u3"), "mass")
     assert len(found.bodies) == len(found.z) == 7
     for body, z in zip(found.bodies, found.z, strict=True):
         assert body.mass == z[0] and np.allclose(body.com, z[1:4] / z[0], rtol=1e-12)
@@ -298,21 +298,21 @@ def test_bodies_are_those_of_the_parameters():
 
 def test_the_design_as_data():
     infinite = {"crank": (0.1, float("inf"))}
-    found = design(space_of("four_bar_kite"), "mass", bounds=infinite)
+    found = design_of_any_density(space_of("four_bar_kite"), "mass", bounds=infinite)
     data = json.loads(json.dumps(found.to_dict(), allow_nan=False))
     assert data["bounds"] == {"crank": [0.1, None]} and data["verdict"] == "feasible"
     assert data["value"] == found.value == pytest.approx(found.z[:, 0].sum(), rel=1e-7)
     assert [body["name"] for body in data["bodies"]] == ["crank", "coupler", "rocker"]
-    none = design(space_of("four_bar_general")).to_dict()
+    none = design_of_any_density(space_of("four_bar_general")).to_dict()
     assert none["bodies"] == [] and len(none["certificate"]) == 3 and none["value"] is None
     json.dumps(none, allow_nan=False)
 
 
 def test_without_an_objective_the_margin_is_largest():
     space = space_of("four_bar_antiparallelogram")
-    found = design(space)
+    found = design_of_any_density(space)
     assert isinstance(found, Design) and found.value is None
-    assert all(found.margin >= design(space, name).margin for name in OBJECTIVES)
+    assert all(found.margin >= design_of_any_density(space, name).margin for name in OBJECTIVES)
 
 
 REFUSED = [
@@ -334,7 +334,7 @@ REFUSED = [
 def test_what_cannot_be_asked_is_refused_in_one_line(asked, text):
     space = space_of("four_bar_kite")
     with pytest.raises(LinkageError) as caught:
-        design(space, "mass", **asked)
+        design_of_any_density(space, "mass", **asked)
     message = str(caught.value)
     assert text in message and "\n" not in message and message.startswith(space.source)
 
@@ -349,10 +349,10 @@ def test_a_rod_has_no_distance_from_itself():
     point[4:8] = m * cy**2, m * cx**2, m * (cx**2 + cy**2), -m * cx * cy
     space = design_space(replace(linkage, bodies=(replace(crank, inertia=point), *rest)))
     with pytest.raises(BodyError, match="link 'crank': has a singular mass distribution"):
-        design(space, "change")
-    assert design(space, "mass").verdict == "feasible"
+        design_of_any_density(space, "change")
+    assert design_of_any_density(space, "mass").verdict == "feasible"
 
 
 def test_an_unknown_objective():
     with pytest.raises(ValueError, match="mass, inertia, rotor, change"):
-        design(space_of("four_bar_kite"), "cost")
+        design_of_any_density(space_of("four_bar_kite"), "cost")

@@ -11,11 +11,11 @@ from scipy.spatial.transform import Rotation
 import kinematics
 from balance import certify, design_space
 from balance.checks import check_certificate, check_design
-from balance.masses.designs.best_design import design
 from balance.masses.designs.feasibility import feasible
 from balance.motion.verification.to_pinocchio import verify
 from kinematics.closure.assembly.assemble import assemble
 from tests.independent import reference
+from tests.support.designs import design_of_any_density
 from tests.support.drafts import axis_edge, linked
 from tests.support.laws import altered, placed, resized
 from tests.support.shapes import (
@@ -193,7 +193,7 @@ def test_size_and_place_do_not_matter(model, motion, size, tmp_path):
     assert found.verdict == known.verdict
     assert found.margin == pytest.approx(known.margin, rel=1e-5)
     if found.z is not None:
-        lightest = [design(s, "mass").value for s in (plain, space)]
+        lightest = [design_of_any_density(s, "mass").value for s in (plain, space)]
         assert lightest[1] == pytest.approx(lightest[0], rel=1e-5)
         off = found.z.copy()
         off[0, 0] *= 1.0 + 1e-6
@@ -213,11 +213,13 @@ def test_words_say_what_to_ask_less_of():
     """What cannot be balanced anyway is not put down to what is kept."""
     models = ("four_bar_kite", "four_bar_parallelogram")
     kite, none = (design_space(kinematics.load(model)) for model in models)
-    words = design(kite, keep=["crank"]).words
+    words = design_of_any_density(kite, keep=["crank"]).words
     assert "crank, as kept, cannot" in words and words.endswith("; keep fewer links")
-    words = design(kite, bounds={"crank": (1.0, 1.0), "coupler": (1.0, 1.0)}).words
+    words = design_of_any_density(
+        kite, bounds={"crank": (1.0, 1.0), "coupler": (1.0, 1.0)}
+    ).words
     assert words.endswith("keep fewer links, or widen the bounds")
-    words = design(none, bounds={"crank": (0.1, 9.0)}).words
+    words = design_of_any_density(none, bounds={"crank": (0.1, 9.0)}).words
     assert "change the geometry" in words and "bounds" not in words
 
 
@@ -249,7 +251,7 @@ def test_no_masses_at_all_balance_a_hinge_on_a_slide():
     found = feasible(space)
     assert found.verdict == "infeasible"
     assert check_certificate(space, found.certificate).accepted
-    kept = design(space, bounds={"b0": (1.0, 2.0)})
+    kept = design_of_any_density(space, bounds={"b0": (1.0, 2.0)})
     assert kept.verdict == "infeasible"
 
 

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from balance import design, design_space
+from balance import design_space
 from balance.masses.designs.nearest import file_distance, minimise_distance
+from tests.support.designs import design_of_any_density
 from tests.support.laws import altered, placed, resized, words
 
 CASES = [
@@ -20,7 +21,7 @@ CASES = [
 
 def nearest(path, motion, balance, within=1.5):
     """The nearest design, by default within the balls about the links."""
-    return design(design_space(path, motion, balance), "change", within=within)
+    return design_of_any_density(design_space(path, motion, balance), "change", within=within)
 
 
 def heavier(factor):

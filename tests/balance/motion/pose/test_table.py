@@ -105,7 +105,7 @@ def test_the_convex_problem_finds_members_of_the_families(case):
     for number in range(LINKAGES):
         pairs, _, space = drawn(case, number)
         kept = [f"b{k}" for k in range(PAIRS)]
-        best = design(space, keep=kept, within=None, one_pose=True)
+        best = design(space, keep=kept, within=None, one_pose=True, density=None)
         assert best.verdict == "feasible" and best.residuals.accepted
         for k, one in enumerate(families(pairs)):
             z = best.z[space.bodies.index(f"a{k}")]

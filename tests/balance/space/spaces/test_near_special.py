@@ -134,8 +134,8 @@ def test_axes_parallel_to_within_rounding_are_in_doubt_under_a_motion_too(tmp_pa
 def test_what_exact_arithmetic_corrects_is_told(capsys):
     found = report("parallelogram_off_1e-6", capsys)
     assert [order["rank"] for order in found["orders"]] == [3, 6, 7, 8]
-    (told,) = (w["message"] for w in found["warnings"] if w["code"] == "orders_as_written")
-    assert "ranks at orders 2, 3 are those of the numbers as written" in told
+    (told,) = (w["message"] for w in found["warnings"] if w["code"] == "corrected")
+    assert "ranks by order 3 6 7 8; these are of the numbers as written" in told
 
 
 def test_transfers_in_words_are_the_exact_ones(capsys):

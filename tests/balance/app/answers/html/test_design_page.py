@@ -73,14 +73,17 @@ def test_page_holds_the_outcome_and_little_else(model, motion):
 def test_names_from_files_are_text():
     found, _ = case(*CASES[0])
     linkage = found.space.linkage
-    before = linkage.name, found.space.bodies
+    before = linkage.name, found.space.bodies, found.density
+    density = {HOSTILE if name == before[1][0] else name: x for name, x in before[2].items()}
     try:
         object.__setattr__(linkage, "name", HOSTILE)
         object.__setattr__(found.space, "bodies", (HOSTILE, *before[1][1:]))
+        object.__setattr__(found, "density", density)
         text = design_page(found)
     finally:
         object.__setattr__(linkage, "name", before[0])
         object.__setattr__(found.space, "bodies", before[1])
+        object.__setattr__(found, "density", before[2])
     elements = Elements(text)
     assert elements.tags["script"] == Elements(case(*CASES[0])[1]).tags["script"]
     assert elements.tags["b"] == 1 and HOSTILE in elements.text

@@ -53,7 +53,7 @@ DISPLACEMENT_STEP = 1e-5
 # Displacement of an axis for central differences of loads, characteristic lengths: their error
 # is its square.
 AXIS_SHIFT = 1e-5
-# Mismatch of loops with an axis that is displaced so far, radians and characteristic lengths.
+# Closure residual with an axis that is displaced so far, radians and characteristic lengths.
 AXIS_SHIFT_CLOSED = 1e-10
 
 # --- instantaneous
@@ -129,7 +129,7 @@ RIGID_MOTION_HELD = 1e-9
 
 # --- quiet
 
-# Mismatch of loops at samples of a plan, radians and metres: round-off, so that central
+# Closure residual at samples of a plan, radians and metres: round-off, so that central
 # differences of loads keep their digits.
 SAMPLED_LOOPS_CLOSED = 1e-12
 # Excess over a limit, relative to it, up to which a planned motion keeps it: what happens
@@ -164,7 +164,7 @@ SYNTHESIS_SHAKING = 1e-8
 # Distance of a closed pose from Newton's first step, over the length of that step: up to this
 # the geometry is on the branch of the one before.
 SWEEP_BRANCH_DISTANCE = 0.3
-# Mismatch of closed loops, in radians and characteristic lengths.
+# Closure residual of closed loops, in radians and characteristic lengths.
 SWEEP_CLOSED = 1e-11
 # Largest entry of a Newton step after which the next one is round-off.
 SWEEP_NEWTON_DONE = 1e-8

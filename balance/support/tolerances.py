@@ -89,7 +89,7 @@ JOINTS_COINCIDE = 1e-9
 
 # --- search
 
-# Mismatch of the loops in the frame of a geometry: those that stay closed up to this are those
+# Closure residual in the frame of a geometry: those that stay closed up to this are those
 # of a linkage that moves.
 SWEEP_CLOSURE_RESIDUAL = 1e-11
 # Pivots of the loop matrix over the largest: below this a geometry is passed to

@@ -112,7 +112,7 @@ def _place(parent, screws, poses):
 
 
 @kernel(reference_counting=False)
-def _fill_openness(ends, mimics, envelope, poses, b):
+def _fill_closure_residual(ends, mimics, envelope, poses, b):
     """Fill ``-b(q)`` by rows of the envelope: how far loops and relations are open.
 
     Args:
@@ -182,7 +182,7 @@ def _close_loops(chain, screws, mimics, factor, poses):
     store_vector(numbers[2], 0, broadcast(1.0))
     for _ in range(MAX_NEWTON_STEPS):
         _place(parent, screws, poses)
-        _fill_openness(ends, mimics, envelope, poses, factor.b)
+        _fill_closure_residual(ends, mimics, envelope, poses, factor.b)
         if _count_open(numbers) == 0:
             break
         factor_loops(poses.screws, mimics, envelope, factor)

@@ -30,7 +30,7 @@ class LaneSeries(NamedTuple):
         C: joint rates for a unit rate of the coordinate (orders, n, lanes).
         T: link twists (orders, n, 3, lanes).
         joint_twists: what joints add to twists, without the unknown rate (n, 2, lanes).
-        residual: square of the largest mismatch of the loops (lanes,).
+        residual: square of the largest closure residual (lanes,).
         factor: that of the loop matrices.
     """
 
@@ -128,7 +128,7 @@ def _add_known_twists(k, chain, S, C, T, joint_twists):
 
 
 @kernel(reference_counting=False)
-def _fill_mismatch(k, chain, mimics, T, b):
+def _fill_right_side(k, chain, mimics, T, b):
     """Fill the right-hand side by rows of the envelope: twist of side B less that of side A.
 
     Args:
@@ -175,7 +175,7 @@ def lane_series(first, last, chain, screws, mimics, series):
     for k in range(first, last + 1):
         _carry_screws(k, parent, screws, S, T)
         _add_known_twists(k, chain, S, C, T, joint_twists)
-        _fill_mismatch(k, chain, mimics, T, factor.b)
+        _fill_right_side(k, chain, mimics, T, factor.b)
         solve_loops(envelope, factor, residual)
         for d in range(factor.diagonal.shape[0]):
             store_vector(C[k, envelope[JOINT, d]], 0, load_vector(factor.b[d], 0))

@@ -1,6 +1,7 @@
 """Closed finite poses by Newton's method, and steps to further poses along a ray.
 
-``q ← q - S_0⁺ mismatch(q)`` on the dependent joints, with the loop matrix S_0 at the pose.
+``q ← q - S_0⁺ b(q)`` on the dependent joints, with the closure residual b and the loop matrix
+S_0 at the pose.
 """
 
 from __future__ import annotations
@@ -11,7 +12,7 @@ import numpy as np
 
 from kinematics.closure.newton_kernels import (
     MAX_NEWTON_STEPS,
-    fill_loop_mismatch,
+    fill_closure_residual,
     follow_series,
     newton_workspace,
     solve_closure,
@@ -29,7 +30,7 @@ class Pose(NamedTuple):
         q: joint positions (n,).
         H: displacements of the links (n, 4, 4), or (n, 3, 3) if planar.
         screws: joint screws at this pose (n, 6 or 3).
-        error: mismatch of the loops, in radians and units of the chain.
+        error: size of the closure residual, in radians and units of the chain.
     """
 
     q: Array
@@ -145,11 +146,11 @@ def forward_kinematics(chain: Chain, q: Array) -> Pose:
     H, screws = _make_pose_arrays(chain)
     place_links(chain.parent, chain.screws, q, H, screws, np.empty(H.shape[1:]))
     screws.flags.writeable = False
-    error = mismatch(chain, H, q)
+    error = closure_residual(chain, H, q)
     return Pose(q, H, screws, float(np.sqrt(error @ error)))
 
 
-def mismatch(chain: Chain, H: Array, q: Array, gaps: Array | None = None) -> Array:
+def closure_residual(chain: Chain, H: Array, q: Array, gaps: Array | None = None) -> Array:
     """Compute the twists by which the loops are open, then the errors of mimic relations.
 
     Args:
@@ -165,6 +166,6 @@ def mismatch(chain: Chain, H: Array, q: Array, gaps: Array | None = None) -> Arr
     dim = chain.screws.shape[1]
     b = np.empty(len(chain.ends) * dim + len(chain.mimics))
     scratch = np.empty((4, *H.shape[1:]))
-    fill_loop_mismatch(H, chain.ends, H[:0] if gaps is None else gaps, b, dim, scratch)
+    fill_closure_residual(H, chain.ends, H[:0] if gaps is None else gaps, b, dim, scratch)
     b[len(chain.ends) * dim :] = chain.mimics @ q
     return b

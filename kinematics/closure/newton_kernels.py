@@ -1,7 +1,7 @@
 """Newton's method on the loops of a chain, and steps along a series: compiled kernels.
 
 A pose is closed by ``q ← q - S_0⁺ b(q)`` on the dependent joints, with the loop matrix S_0 and
-the mismatch b of the loops. A step along a ray starts it from the sum of a power series.
+the closure residual b. A step along a ray starts it from the sum of a power series.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ MAX_HALVINGS = 6
 
 
 @kernel(reference_counting=False)
-def fill_loop_mismatch(H, ends, gaps, b, dim, scratch):
+def fill_closure_residual(H, ends, gaps, b, dim, scratch):
     """Compute the small twists by which the loops are open at a pose.
 
     With ``D = H_A gap⁻¹ H_B⁻¹``, which is 1 if the loop is closed, it is the skew part of the
@@ -91,16 +91,16 @@ def place_poses(chain, positions, screws, errors, workspace):
         chain: in; arrays of the chain, as `Chain.walked`.
         positions: in; joint positions (poses, n), chain units.
         screws: out; joint screws at each pose (poses, n, 6 or 3).
-        errors: out; mismatch of loops and mimic relations (poses,).
+        errors: out; closure residual of loops and mimic relations (poses,).
         workspace: displacements of the links (n, 4, 4) or (n, 3, 3), four more of them, and
-            the mismatch (rows,).
+            the closure residual (rows,).
     """
     parent, first, ends, mimics, _, _, _ = chain
     H, displacements, b = workspace
     dim = first.shape[1]
     for k in range(positions.shape[0]):
         place_links(parent, first, positions[k], H, screws[k], displacements[0])
-        fill_loop_mismatch(H, ends, H[:0], b, dim, displacements)
+        fill_closure_residual(H, ends, H[:0], b, dim, displacements)
         square = 0.0
         for i in range(ends.shape[0] * dim):
             square += b[i] * b[i]
@@ -134,7 +134,8 @@ def _negate_by_envelope(b, dim, loops, envelope, out):
 def solve_closure(chain, q, H, s, steps, workspace):
     """Close the loops by Newton's method on the dependent joints of q, in place.
 
-    ``q_dependent ← q_dependent - S_0⁺ b(q)`` with the mismatch b; the independent joints stay.
+    ``q_dependent ← q_dependent - S_0⁺ b(q)`` with the closure residual b; the independent
+    joints stay.
 
     Args:
         chain: in; arrays of the chain, as `Chain.walked`.
@@ -145,7 +146,8 @@ def solve_closure(chain, q, H, s, steps, workspace):
         workspace: as from `newton_workspace`.
 
     Returns:
-        The mismatch of the last pose looked at; it is q unless the steps were used up.
+        The size of the closure residual at the last pose looked at; it is q unless the steps
+        were used up.
     """
     parent, screws, ends, mimics, _, _, envelope = chain
     F, numbers, _, displacements = workspace
@@ -156,7 +158,7 @@ def solve_closure(chain, q, H, s, steps, workspace):
     for _ in range(steps):
         place_links(parent, screws, q, H, s, displacements[0])
         # H[:0]: no gaps, the loops are closed at the reference pose
-        fill_loop_mismatch(H, ends, H[:0], b, dim, displacements)
+        fill_closure_residual(H, ends, H[:0], b, dim, displacements)
         # errors of the mimic relations Σ_j mimics[r, j] q_j
         for relation in range(mimics.shape[0]):
             total = 0.0
@@ -258,8 +260,8 @@ def newton_workspace(chain: Chain, orders: int = 0) -> tuple[Array, ...]:
         orders: how many orders the series has at most.
 
     Returns:
-        The loop matrix in its envelope (dependent joints, height); its diagonal, the mismatch
-        and the step; joint rates by order and the prediction (orders + 1, n); four
+        The loop matrix in its envelope (dependent joints, height); its diagonal, the closure
+        residual and the step; joint rates by order and the prediction (orders + 1, n); four
         displacements.
     """
     height, rows = chain.envelope[COUNT, HEIGHT : ROWS + 1].tolist()

@@ -11,7 +11,7 @@ loops are welded at every order, so nothing but the Lie bracket is needed:
 
 Column w of C is the motion of all joints for a unit rate of coordinate w. The link twists
 ``T_w`` that belong to it are accumulated along the tree, so that the right-hand side above
-is the mismatch of two link twists. (A. Müller, "Higher derivatives of the kinematic
+is the difference of two link twists. (A. Müller, "Higher derivatives of the kinematic
 mapping and some applications", Mech. Mach. Theory 76, 2014; J. J. de Jong, PhD thesis,
 University of Twente, chapter 4.)
 
@@ -139,7 +139,7 @@ def _make_series_kernel(dim):
                         add_known_twists(dim, k, w, parent, columns, moves, s, c, t)
                         if nd == 0:
                             continue
-                        fill_mismatch(dim, k, w, ends, mimics, columns, envelope, t, b)
+                        fill_right_side(dim, k, w, ends, mimics, columns, envelope, t, b)
                         residual[k] = max(
                             residual[k], solve_least_norm(F, envelope, diagonal, b)
                         )
@@ -203,7 +203,7 @@ class Series(NamedTuple):
         C: joint rates for unit rates of the coordinates; (rays, order + 1, n, width).
         V: link twists along the rays; (rays, order + 1, n, 6 or 3).
         T: link twists for unit rates; (rays, order + 1, n, width, 6 or 3).
-        residual: largest mismatch of the loops that no joint rate removes, by order; it
+        residual: largest closure residual that no joint rate removes, by order; it
             is round-off if the linkage moves along the rays.
     """
 
@@ -382,7 +382,7 @@ def add_known_twists(dim, k, w, parent, columns, moves, s, c, t):
 
 
 @kernel(inline=True, reference_counting=False)
-def fill_mismatch(dim, k, w, ends, mimics, columns, envelope, t, b):
+def fill_right_side(dim, k, w, ends, mimics, columns, envelope, t, b):
     """Fill the right-hand side of ``S_0 C_k = -Σ_{a≥1} S_a C_{k-a}``, by rows of the envelope.
 
     It is the twist of side B less that of side A of each weld. A mimic relation is constant:

@@ -81,19 +81,19 @@ AXIS_ROUNDING = 1e-4
 RELATION_ROUND_OFF = Fraction(1, 10**12)
 
 # --- closure
-# Mismatch of loops (chain units) below which Newton's method takes no step: round-off.
+# Closure residual (chain units) below which Newton's method takes no step: round-off.
 NEWTON_ROUND_OFF = 1e-15
-# Mismatch (chain units) below which a step that does not halve it ends Newton's method.
+# Closure residual (chain units) below which a step that does not halve it ends Newton's method.
 NEWTON_STALL_RESIDUAL = 1e-12
-# Mismatch (chain units) above which Newton's method has diverged.
+# Closure residual (chain units) above which Newton's method has diverged.
 NEWTON_DIVERGED = 1e6
-# Mismatch (chain units) of a pose that continuation accepts: two decades above the mismatch at
-# which Newton's method may stop.
+# Closure residual (chain units) of a pose that continuation accepts: two decades above the
+# residual at which Newton's method may stop.
 FOLLOWED_POSE_RESIDUAL = 1e-10
 # Squared distance of a pose from the prediction, relative to the square of the step: a pose
 # that is further away is on another branch.
 BRANCH_DISTANCE_SQUARED = 0.01
-# Mismatch (chain units) of loops that counts as closed where a caller gives the positions of
+# Closure residual (chain units) that counts as closed where a caller gives the positions of
 # all joints: eight digits.
 GIVEN_POSE_RESIDUAL = 1e-8
 
@@ -103,13 +103,13 @@ GIVEN_POSE_RESIDUAL = 1e-8
 LOOP_RANK_RELATIVE = 1e-8
 # The same at poses that were solved for, which have errors of their own.
 LOOP_RANK_RELATIVE_SOLVED = 1e-7
-# Mismatch (chain units) of loops that were closed to round-off.
+# Closure residual (chain units) of loops that were closed to round-off.
 CLOSED_TO_ROUND_OFF = 1e-13
-# Mismatch of loops at an order of a power series that is round-off, relative to the joint
+# Closure residual at an order of a power series that is round-off, relative to the joint
 # rates of that order (chain units).
 SERIES_RESIDUAL = 1e-9
-# Mismatch (chain units) of a pose near a singular one that is closed: two decades above the
-# residual at which the search for it ends.
+# Closure residual (chain units) of a pose near a singular one that is closed: two decades above
+# the residual at which the search for it ends.
 NEAR_SINGULAR_RESIDUAL = 1e-12
 # Step, and residual, at which the search for closed poses near a singular one ends (relative to
 # their distance): round-off.
@@ -132,12 +132,12 @@ STANDSTILL_RELATIVE = 1e-5
 REMAINING_FREEDOM = 1e-8
 
 # --- assembly
-# Mismatch of loops (chain units, entries of a displacement) that counts as closed.
+# Closure residual (chain units, entries of a displacement) that counts as closed.
 CLOSURE_RESIDUAL = 1e-11
 # Gap of loops (radians and lengths in parts of the size) that may be meant to close, but for
 # rounded axes.
 ALMOST_CLOSED_RESIDUAL = 1e-2
-# Sum of squares of that mismatch at which steps that close loops end; Newton steps follow.
+# Sum of squares of that residual at which steps that close loops end; Newton steps follow.
 CLOSED_SQUARE = 1e-14
 # Motion that closes loops, in parts of the size of the linkage, for which no nearer pose is
 # looked for.
@@ -172,7 +172,7 @@ INDISTINGUISHABLE_CONDITIONING = 1e-6
 BEYOND_SINGULAR = 1e-3
 # Smallest relative singular value of a loop matrix that twelve digits of a file resolve.
 LOOP_RANK_OF_FILE = 1e-11
-# Mismatch (chain units) of loops with fitted axes, at poses that were not used for the fit.
+# Closure residual (chain units) with fitted axes, at poses that were not used for the fit.
 FIT_RESIDUAL = 1e-12
 # Step (chain units) at which the fit of axes ends: round-off.
 FIT_CONVERGED = 1e-15

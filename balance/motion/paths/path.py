@@ -47,7 +47,7 @@ class ReactionlessPath:
         rates: their derivatives by s (N, mobility), rad and m per unit of arc length.
         momentum: momentum along the path over the sum of the sizes of the bodies' own (N,),
             with the rates of a spline of degree five through the samples.
-        closure: largest mismatch of the loops, radians and characteristic lengths.
+        closure: largest closure residual, radians and characteristic lengths.
         events: ends and meetings, in order of s.
     """
 

@@ -48,7 +48,7 @@ class SampledPoses(NamedTuple):
         C: joint rates for unit rates of the inputs (P, n, w).
         twists: link twists for unit rates (P, n, 6, w).
         inertias: inertia matrices of the links (P, n, 6, 6).
-        loop_inverse: takes the mismatch of the loops to dependent joints (P, dependent, rows).
+        loop_inverse: takes the closure residual to dependent joints (P, dependent, rows).
     """
 
     q: Array
@@ -145,7 +145,7 @@ class SampledLinkage:
         dependent, start, q = self.chain.dependent, q, q.copy()
         for _ in range(NEWTON_STEPS):
             H, screws = self._place(q)
-            b = self._mismatch(H, q)
+            b = self._closure_residual(H, q)
             if np.abs(b).max(initial=0.0) <= SAMPLED_LOOPS_CLOSED:
                 break
             q[:, dependent] -= np.einsum("pdr,pr->pd", self._loop_inverse(screws), b)
@@ -208,12 +208,12 @@ class SampledLinkage:
             V[:, j] = step
         if chain.dependent.size:
             # The loops stay closed: their bias accelerations are made up by joints.
-            mismatch = np.zeros((samples, poses.loop_inverse.shape[2], count))
+            residual = np.zeros((samples, poses.loop_inverse.shape[2], count))
             for k, ends in enumerate(chain.ends.tolist()):
                 for side, link in zip((1.0, -1.0), ends, strict=True):
                     if link >= 0:
-                        mismatch[:, 6 * k : 6 * k + 6] += side * bias[:, link]
-            qdd[:, chain.dependent] -= poses.loop_inverse @ mismatch
+                        residual[:, 6 * k : 6 * k + 6] += side * bias[:, link]
+            qdd[:, chain.dependent] -= poses.loop_inverse @ residual
         A = screws[..., None] * qdd[:, :, None]
         for j, parent in enumerate(chain.parent.tolist()):
             if parent >= 0:
@@ -287,7 +287,7 @@ class SampledLinkage:
             screws[:, j] = np.concatenate([w, v + _cross(before[:, :3, 3], w)], axis=1)
         return H, screws
 
-    def _mismatch(self, H: Array, q: Array) -> Array:
+    def _closure_residual(self, H: Array, q: Array) -> Array:
         """Compute the twists by which the loops are open, then relations (P, rows)."""
         chain = self.chain
         b = np.empty((len(q), 6 * len(chain.ends) + len(chain.mimics)))

@@ -135,7 +135,7 @@ class Verification(WithPage, WithPicture):
 
     @property
     def closure(self) -> float:
-        """Largest mismatch of the loops, radians and characteristic lengths."""
+        """Largest closure residual, radians and characteristic lengths."""
         return max((run.trajectory.closure for run in self.runs), default=0.0)
 
     @property

@@ -24,7 +24,7 @@ from balance.motion.motion_tolerances import (
 from balance.motion.verification.input_paths import InputPath, random_sines
 from balance.motion.verification.table_rounding import InputErrors
 from kinematics.closure.joint_positions import input_chain, joint_positions
-from kinematics.closure.newton import follow_ray, forward_kinematics, mismatch
+from kinematics.closure.newton import closure_residual, follow_ray, forward_kinematics
 from kinematics.closure.series import expand_from
 from kinematics.errors import MotionError, PoseError
 from kinematics.model.arrays import Chain, freeze
@@ -60,7 +60,7 @@ class Trajectory:
         q: positions of all joints, in the order of ``linkage.joints`` (N, n).
         qd: their velocities.
         qdd: their accelerations.
-        closure: largest mismatch of the loops, in radians and characteristic lengths.
+        closure: largest closure residual, in radians and characteristic lengths.
         conditioning: smallest pivot of the loop matrix along the motion over the one at the
             reference pose; 0 at a singularity, near which round-off is amplified.
         path: the inputs as functions of time, if they are known between the samples.
@@ -274,8 +274,8 @@ def _track(
         if not (np.abs(C[0]).max(initial=0.0) <= fastest and conditioning >= least):
             return float(time[k])
         q[k], qd[k], qdd[k] = pose.q, C[0] @ speed, C[0] @ change + C[1] @ speed
-        gap = mismatch(chain, pose.H, pose.q)
-        closure = max(closure, float(np.sqrt(gap @ gap)))
+        residual = closure_residual(chain, pose.H, pose.q)
+        closure = max(closure, float(np.sqrt(residual @ residual)))
         remaining = length
         if not np.array_equal(direction, last):
             # One input always moves along the same line, forwards or backwards.

@@ -134,8 +134,8 @@ def _orders_kernel(dim):
 
         Returns:
             The rank, the largest pivot and largest remainder; number of orders done; whether
-            they are settled; the radius of convergence; the mismatch of the loops; the rate of
-            the slowest joint, relative to the fastest; whether there were enough rays, and
+            they are settled; the radius of convergence; the largest closure residual; the rate
+            of the slowest joint, relative to the fastest; whether there were enough rays, and
             whether a finite pose was found.
         """
         goal, stop, steps = orders
@@ -309,10 +309,10 @@ def _orders_kernel(dim):
                 settled = contains_rows(factor, rank, fresh, 1.0, scale)
         put_factor(F, order, rank, out)
         settled = settled and enough_rays and pose_found
-        # mismatch = max_k |residual_k|
-        mismatch = 0.0
+        # largest_residual = max_k |residual_k|
+        largest_residual = 0.0
         for k in range(top + 1):
-            mismatch = max(mismatch, residual[k])
+            largest_residual = max(largest_residual, residual[k])
         return (
             rank,
             scale,
@@ -320,7 +320,7 @@ def _orders_kernel(dim):
             done,
             settled,
             radius,
-            mismatch,
+            largest_residual,
             slowest,
             enough_rays,
             pose_found,

@@ -49,10 +49,10 @@ class Remainders(NamedTuple):
         loop_signs: the joints around each loop, as signs: A minus B (loops, n).
         screws: joint screws at the reference pose (n, 6).
         dependent: joints whose rates follow from the loops (d,).
-        solver: what makes rates of the dependent joints from the mismatch of the loops, and
-            below what remains of the mismatch (rows, rows).
+        solver: what makes rates of the dependent joints from the closure residual, and
+            below what remains of the residual (rows, rows).
         rates: of all joints at the reference pose (n, w).
-        closed: whether no mismatch remains there.
+        closed: whether no residual remains there.
         links: link of each body.
         momentum: rows of the momentum for unit twists (6, rows × 10).
         parameters: those that are counted, as columns (10, parameters).

@@ -150,7 +150,7 @@ def _settle(lane, g, counts, kmax, checks, factor, results):
         g: number of its geometry.
         counts: number of transfers, of columns, and the rank.
         kmax: highest order that adds a condition.
-        checks: in: squares of the mismatches of the loops (lanes,), and `radius_lanes` (4,
+        checks: in: squares of the closure residuals (lanes,), and `radius_lanes` (4,
             lanes).
         factor: in: factors of the conditions.
         results: out: integers, smallest pivots and bases, as in the loop of one geometry.

@@ -133,7 +133,7 @@ def _sweep_kernel(dim):
             # as many rays each time until they are enough.
             count, stage = fewest, 0
             rank, scale, dropped, done, settled = 0, 0.0, 0.0, 0, False
-            radius = mismatch = slowest = 1.0
+            radius = residual = slowest = 1.0
             permutation = permutations[:p]
             result = ranks, permutation, out
             while count <= rays.shape[0] and stage < len(EXPANSION_ORDERS):
@@ -152,7 +152,7 @@ def _sweep_kernel(dim):
                         here, links, rays[:count], orders, lower, result, for_orders[stage]
                     )
                 rank, scale, dropped, done, settled, radius = answer[:6]
-                mismatch, slowest, enough, pose_found = answer[6:]
+                residual, slowest, enough, pose_found = answer[6:]
                 if settled or not pose_found:
                     break
                 if enough:
@@ -161,7 +161,7 @@ def _sweep_kernel(dim):
                     count, stage = 2 * count, 0
             # Written so that a NaN leaves the geometry unsettled.
             if count > rays.shape[0] or not (
-                settled and mismatch <= SWEEP_CLOSURE_RESIDUAL and slowest >= SWEEP_SLOWEST
+                settled and residual <= SWEEP_CLOSURE_RESIDUAL and slowest >= SWEEP_SLOWEST
             ):
                 continue
             R = out[:rank]

@@ -26,7 +26,7 @@ from kinematics.closure.series import Series, loop_matrix
 from kinematics.model.arrays import Chain
 from kinematics.numerics.array_types import Array
 
-# Number of random sums of all mismatches, which vanish only if every mismatch does.
+# Number of random sums of all closure residuals, which vanish only if every residual does.
 RANDOM_SUMS = 4
 
 
@@ -44,7 +44,7 @@ class ConditionGradients:
         self._chain, self._rays, self._series = chain, rays, series
         self._tensors = product_tensors(chain.planar, force)
         self._path_matrix, self._loop_matrix = _path_and_loop_matrices(chain)
-        # A = Q B, so that the rates of dependent joints are -B⁻¹ Qᵀ (mismatch without them).
+        # A = Q B, so that the rates of dependent joints are -B⁻¹ Qᵀ (residual without them).
         U, values, Vt = singular_value_decomposition(loop_matrix(chain)[:, chain.dependent])
         self._range, self._solver = U, (U / values) @ Vt
         ground = np.zeros_like(series.V[:, :, :1])
@@ -89,7 +89,7 @@ class ConditionGradients:
         return self._convert_to_screws(T_bar, V_bar, rows)
 
     def of_closure(self, weights: Array) -> Array:
-        """Differentiate random sums of the mismatch that no joint rates can remove.
+        """Differentiate random sums of the closure residual that no joint rates can remove.
 
         Args:
             weights: of the orders.
@@ -117,13 +117,13 @@ class ConditionGradients:
                 out[:, k] += np.einsum("rbiq,rbq->rbi", L[:, a], out[:, k - 1 - a]) / k
         return out
 
-    def _convert_to_screws(self, T_bar: Array, V_bar: Array, mismatch_bar: Array) -> Array:
-        """Convert derivatives with respect to twists and mismatch to those of screws.
+    def _convert_to_screws(self, T_bar: Array, V_bar: Array, residual_bar: Array) -> Array:
+        """Convert derivatives with respect to twists and residual to those of screws.
 
         Args:
             T_bar: with respect to T (r, k, n, w, d).
             V_bar: with respect to V (r, k, n, d).
-            mismatch_bar: with respect to the mismatch (r, k, rows, w).
+            residual_bar: with respect to the residual (r, k, rows, w).
         """
         chain, C, s = self._chain, self._series.C, self._screws
         V_bar, s_bar, C_bar = V_bar.copy(), np.zeros_like(s), np.zeros_like(C)
@@ -134,8 +134,8 @@ class ConditionGradients:
             pulled = T_bar[:, k] + V_bar[:, k, :, None] * self._rays[:, None, :, None]
             own_bar = np.einsum("mn,rmwd->rnwd", self._path_matrix, pulled)
             C_bar[:, k] += np.einsum("rnd,rnwd->rnw", s[:, 0], own_bar)
-            reaction = mismatch_bar[:, k] - self._solver @ C_bar[:, k, chain.dependent]
-            own_bar += self._mismatch_at_joints(reaction)
+            reaction = residual_bar[:, k] - self._solver @ C_bar[:, k, chain.dependent]
+            own_bar += self._residual_at_joints(reaction)
             for a in range(k + 1):
                 s_bar[:, a] += np.einsum("rnwd,rnw->rnd", own_bar, C[:, k - a])
                 if a:
@@ -147,8 +147,8 @@ class ConditionGradients:
                 s_bar[:, k - 1 - a] += np.einsum("rnij,rni->rnj", self._ad[:, a], carried_bar)
         return np.asarray(s_bar[:, 0].sum(axis=0))
 
-    def _mismatch_at_joints(self, reaction: Array) -> Array:
-        """Convert derivatives with respect to the mismatch to those with respect to the τ."""
+    def _residual_at_joints(self, reaction: Array) -> Array:
+        """Convert derivatives with respect to the residual to those with respect to the τ."""
         dim = self._screws.shape[3]
         rays, _, width = reaction.shape
         loops = reaction[:, : len(self._loop_matrix) * dim].reshape(rays, -1, dim, width)

@@ -80,8 +80,8 @@ def distance_to_rank_drop(space: DesignSpace | LinkageLike) -> float:
         ConditionGradients(chain, rays, series, force),
         rates_of_changes(linkage, chain),
     )
-    opening = np.einsum("gnd,fnd->gf", changes, slopes.of_closure(weights))
-    closed = np.sqrt(np.sum(opening**2, axis=1)) <= CHANGE_OPENS_LOOPS
+    residual = np.einsum("gnd,fnd->gf", changes, slopes.of_closure(weights))
+    closed = np.sqrt(np.sum(residual**2, axis=1)) <= CHANGE_OPENS_LOOPS
     along = slopes.of_momentum(u * weights.reshape(-1, 1, 1, 1), v)
     square = float(np.sum(np.einsum("gnd,nd->g", changes[closed], along) ** 2))
     nearest = float(values[rank - 1]) / square**0.5 if square > 0.0 else np.inf

@@ -44,7 +44,7 @@ class Poses:
             k, k).
         carried: joint screws there (lanes, poses, joints, dim).
         S: the matrix of loops, relations and covectors (lanes, poses, joints, joints).
-        gaps: largest component by which a loop stays open (lanes,).
+        residual: largest component of the closure residual (lanes,).
         crossed: whether a curve comes near a meeting of motions, or crosses it: there the
             determinant of S vanishes (lanes,).
     """
@@ -57,7 +57,7 @@ class Poses:
     H: Array
     carried: Array
     S: Array
-    gaps: Array
+    residual: Array
     crossed: Flags
 
 
@@ -85,12 +85,12 @@ def _constraints(structure: TopologyArrays, carried: Array, frames: Array) -> Ar
     return np.concatenate([loops.reshape(lanes, poses, rows, n), relations, frames], axis=2)
 
 
-def _openings(structure: TopologyArrays, H: Array) -> Array:
-    """Compute by how much the loops are open (lanes, poses, rows)."""
+def _closure_residuals(structure: TopologyArrays, H: Array) -> Array:
+    """Compute the closure residuals (lanes, poses, rows)."""
     first, last = H[:, :, structure.ends[:, 0]], H[:, :, structure.ends[:, 1]]
-    gap = structure.algebra.gap(first @ structure.algebra.inverse(last))
+    twists = structure.algebra.gap(first @ structure.algebra.inverse(last))
     rows = structure.closure * len(structure.ends)
-    return np.asarray(gap[..., : structure.closure].reshape(*H.shape[:2], rows))
+    return np.asarray(twists[..., : structure.closure].reshape(*H.shape[:2], rows))
 
 
 def _close(
@@ -99,10 +99,10 @@ def _close(
     """Close the loops by Newton's method, keeping ``c q``."""
     for _ in range(steps):
         _, H, carried = _displace(structure, screws, q)
-        wrong = np.zeros((*q.shape, 1))
-        loops = _openings(structure, H)
-        wrong[..., : loops.shape[-1], 0] = loops
-        q = q - _solve(_constraints(structure, carried, frames), wrong)[..., 0]
+        errors = np.zeros((*q.shape, 1))
+        residuals = _closure_residuals(structure, H)
+        errors[..., : residuals.shape[-1], 0] = residuals
+        q = q - _solve(_constraints(structure, carried, frames), errors)[..., 0]
     return q
 
 
@@ -162,7 +162,8 @@ def follow_curves(
         steps: number of poses on each curve.
 
     Returns:
-        The poses, without the reference pose. A lane with an infinite gap has lost its way.
+        The poses, without the reference pose. A lane whose residual is infinite has
+        lost its way.
     """
     screws = structure.screws(geometry)
     rays = _directions(structure.width)
@@ -198,14 +199,14 @@ def _poses(
         E, H, carried = _displace(structure, screws, q)
         S = _constraints(structure, carried, frames)
         C = _rates(structure, S)
-        gaps = np.abs(_openings(structure, H)).max(axis=(1, 2))
-        good = np.isfinite(C).all(axis=(1, 2, 3)) & np.isfinite(gaps)
+        residual = np.abs(_closure_residuals(structure, H)).max(axis=(1, 2))
+        good = np.isfinite(C).all(axis=(1, 2, 3)) & np.isfinite(residual)
         good &= np.max(np.abs(C), axis=(1, 2, 3), initial=0.0) < 1e3
         side = np.linalg.det(np.nan_to_num(S)).reshape(len(S), -1, curves)
     side *= np.sign(side[:, :1])
     crossed = np.any(side < NEAR_NODE * side.max(axis=(1, 2), keepdims=True), axis=(1, 2))
-    gaps = np.where(good, gaps, np.inf)
-    return Poses(screws, q, frames, C, E, H, carried, S, gaps, crossed)
+    residual = np.where(good, residual, np.inf)
+    return Poses(screws, q, frames, C, E, H, carried, S, residual, crossed)
 
 
 def _body_twists(structure: TopologyArrays, poses: Poses) -> tuple[Array, Array]:
@@ -323,18 +324,18 @@ def freedoms(
     def loops(q: Array) -> tuple[Array, Array]:
         _, H, carried = _displace(structure, screws, q[:, None])
         S = _constraints(structure, carried, none)[:, 0]
-        wrong = np.zeros((lanes, S.shape[1]))
-        gaps = _openings(structure, H)[:, 0]
-        wrong[:, : gaps.shape[1]] = gaps
-        return S, wrong
+        errors = np.zeros((lanes, S.shape[1]))
+        residuals = _closure_residuals(structure, H)[:, 0]
+        errors[:, : residuals.shape[1]] = residuals
+        return S, errors
 
-    S, wrong = loops(q)
+    S, errors = loops(q)
     inverse = np.linalg.pinv(S, rcond=SMALL)
     q = q + step - (inverse @ (S @ step)[..., None])[..., 0]
     for _ in range(CLOSING_STEPS):
-        S, wrong = loops(q)
-        q = q - (np.linalg.pinv(S, rcond=SMALL) @ wrong[..., None])[..., 0]
-    S, wrong = loops(q)
+        S, errors = loops(q)
+        q = q - (np.linalg.pinv(S, rcond=SMALL) @ errors[..., None])[..., 0]
+    S, errors = loops(q)
     values = np.linalg.svd(S, compute_uv=False)
     rank = np.sum(values > SMALL * values[:, :1], axis=1)
-    return q, np.where(np.abs(wrong).max(axis=1) < 1e-10, n - rank, 0)
+    return q, np.where(np.abs(errors).max(axis=1) < 1e-10, n - rank, 0)

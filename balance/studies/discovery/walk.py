@@ -38,7 +38,7 @@ POSES_OF_MANY = 3
 STEPS, LARGEST_STEP = 80, 0.25
 # A walk has arrived if the smallest singular value falls below this part of the largest.
 ARRIVED = 1e-9
-# Opening of a loop up to which a lane has kept its way.
+# Closure residual up to which a lane has kept its way.
 CLOSED = 1e-9
 # A walk is given up if its singular value has not fallen by this factor in so many steps.
 SLOW, PATIENCE = 0.7, 15
@@ -89,7 +89,7 @@ def conditions_at(
     """
     count = poses or (POSES if structure.width == 1 else POSES_OF_MANY)
     curves = follow_curves(structure, geometry, reach, count)
-    usable = curves.gaps <= CLOSED
+    usable = curves.residual <= CLOSED
     M = lane_momentum_rows(structure, curves)
     M[~usable] = 0.0
     U, values, Vt = _decompose(M, usable)

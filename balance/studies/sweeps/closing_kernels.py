@@ -1,6 +1,6 @@
 """Compiled kernels that close the loops of many geometries, one after the other.
 
-Newton's method takes the steps ``(Jᵀ J + μ 1) Δ = -Jᵀ b`` with the mismatch b of the loops and
+Newton's method takes the steps ``(Jᵀ J + μ 1) Δ = -Jᵀ b`` with the closure residual b and
 its derivatives J by the positions of some joints. With the sign σ of joint a on loop l, the
 entries of ``Jᵀ J`` are ``(Σ_l σ_la σ_lc) s_a · s_c``, and those of mimic relations.
 """
@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from kinematics.closure.newton_kernels import fill_loop_mismatch
+from kinematics.closure.newton_kernels import fill_closure_residual
 from kinematics.model.spatial.displacements import place_links
 from kinematics.numerics.array_types import Array
 from kinematics.numerics.compiled.jit import kernel
@@ -56,7 +56,7 @@ def _newton_step(topology, s, b, damping, N, x):
     Args:
         topology: in: as for `close_each`.
         s: in: joint screws at the pose (n, 6).
-        b: in: mismatch of loops, then of relations (rows,).
+        b: in: closure residual of loops, then of relations (rows,).
         damping: μ over the mean of the diagonal.
         N: workspace (d, d).
         x: out: the step (d,).
@@ -98,8 +98,8 @@ def close_each(topology, geometries, limits, q, good, workspace):
             (loops, n) and mimic relations (relations, n); products ``Σ_l σ_la σ_lc`` (n, n);
             the joints that move (d,).
         geometries: in: joint screws (g, n, 6) and gaps (g, loops, 4, 4), chain units.
-        limits: in: damping; mismatch of closed loops; last step but one; distance from the
-            first step, over its length; most steps.
+        limits: in: damping; closure residual of closed loops; last step but one; distance from
+            the first step, over its length; most steps.
         q: in: joint positions (g, n) from which to start; out: those that close the loops.
         good: out: whether they do (g,).
         workspace: as from `closing_workspace`.
@@ -117,7 +117,7 @@ def close_each(topology, geometries, limits, q, good, workspace):
             first[a], start[a] = 0.0, q[g, joints[a]]
         for count in range(steps):
             place_links(parent, screws[g], q[g], H, s, scratch[0])
-            fill_loop_mismatch(H, ends, gaps[g], b, 6, scratch)
+            fill_closure_residual(H, ends, gaps[g], b, 6, scratch)
             for r in range(mimics.shape[0]):
                 b[6 * loops + r] = 0.0
                 for j in range(parent.size):

@@ -28,9 +28,9 @@ from kinematics.closure.assembly.closed_component import (
     other_poses_of,
     sum_positions,
 )
-from kinematics.closure.assembly.loop_openness import (
-    loop_residual,
-    minimise_opening,
+from kinematics.closure.assembly.closure_residual import (
+    displacement_residual,
+    minimise_residual,
     newton_closure,
     weld_gaps,
 )
@@ -68,9 +68,9 @@ SEED = 0
 MOST_UNITS = 1e3
 # Weight of the motion of joints that other joints should spare; those of others are up to 1.
 PREFERENCE = 10.0
-# Motion, over the root of the opening at the pose of the file, up to which a closed pose is
-# that pose: at a dead centre it is of the size of 1.
-MOTION_PER_ROOT_OF_OPENING = 30.0
+# Motion, over the root of the closure residual at the pose of the file, up to which a closed
+# pose is that pose: at a dead centre it is of the size of 1.
+MOTION_PER_ROOT_OF_RESIDUAL = 30.0
 # Most joints that are held for a component to fall apart.
 MAX_HELD = 3
 
@@ -176,9 +176,9 @@ def _is_another_pose(part: Component, closed: ClosedComponent) -> bool:
     nothing that near closes loops that are all but closed, their axes are rounded.
     """
     home = forward_kinematics(part.chain, np.zeros(part.joints.size))
-    opening = np.abs(loop_residual(part.chain, weld_gaps(part), home)).max()
-    near = MOTION_PER_ROOT_OF_OPENING * np.sqrt(opening)
-    return bool(opening <= ALMOST_CLOSED_RESIDUAL and closed.motion > near)
+    residual = np.abs(displacement_residual(part.chain, weld_gaps(part), home)).max()
+    near = MOTION_PER_ROOT_OF_RESIDUAL * np.sqrt(residual)
+    return bool(residual <= ALMOST_CLOSED_RESIDUAL and closed.motion > near)
 
 
 def _without_masses(part: Component) -> Component:
@@ -247,20 +247,19 @@ def _close_with_repair(part: Component, repair: Repair) -> ClosedComponent | str
     scaled = part.in_frame(extent(part.draft))
     chain, gaps, home = scaled.chain, weld_gaps(scaled), np.zeros(part.joints.size)
     for far in (False, True):
-        q = minimise_opening(chain, gaps, home) if far else home
+        q = minimise_residual(chain, gaps, home) if far else home
         rule = LeastNorm(NEARLY_CLOSING_STEP_RELATIVE, longest=0.5)
         q = gauss_newton(
             closure_equations(chain, gaps), q, rule, never_stop, never_stop, 10
         ).last.next
-        D = loop_residual(chain, gaps, forward_kinematics(chain, q))[: 12 * len(gaps)].reshape(
-            -1, 3, 4
-        )
+        entries = displacement_residual(chain, gaps, forward_kinematics(chain, q))
+        D = entries[: 12 * len(gaps)].reshape(-1, 3, 4)
         angle, distance = (float(np.abs(part).max()) for part in (D[..., :3], D[..., 3]))
         if max(angle, distance) <= ALMOST_CLOSED_RESIDUAL:
-            openings = angle, distance * chain.frame.length
-            better = repair(rereference(part.draft, chain, q), range(q.size), *openings)
+            residual = angle, distance * chain.frame.length
+            better = repair(rereference(part.draft, chain, q), range(q.size), *residual)
             return (
-                better if isinstance(better, str) else ClosedComponent(scaled, q, open=openings)
+                better if isinstance(better, str) else ClosedComponent(scaled, q, open=residual)
             )
     return ""
 

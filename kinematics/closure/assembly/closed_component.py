@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from kinematics.closure.assembly.loop_openness import loop_residual, weld_gaps
+from kinematics.closure.assembly.closure_residual import displacement_residual, weld_gaps
 from kinematics.closure.mobility.components import Component
 from kinematics.closure.mobility.first_order import first_order_mobility_of
 from kinematics.closure.newton import forward_kinematics
@@ -154,7 +154,7 @@ def closing_notices(closing: ClosedComponent) -> list[Notice]:
     chain, joints = closing.part.chain, closing.part.draft.joints
     q, _ = wrap_turns(joints, closing.q)
     home = forward_kinematics(chain, np.zeros(q.size))
-    opening = np.abs(loop_residual(chain, weld_gaps(closing.part), home)).max()
+    residual = np.abs(displacement_residual(chain, weld_gaps(closing.part), home)).max()
     furthest = first_largest(np.abs(q), relative=MOTION_EQUAL)
     joint = joints[furthest]
     how = "from the pose of the file"
@@ -163,7 +163,7 @@ def closing_notices(closing: ClosedComponent) -> list[Notice]:
     elif closing.starts > 1:
         how = f"at the nearest of the poses that {closing.starts} starts led to"
     text = (
-        f"the loops were open by {opening:.2g} (radians, characteristic lengths); closed "
+        f"the loops were open by {residual:.2g} (radians, characteristic lengths); closed "
         f"{how}; joint '{joint.name}' moved furthest, by "
         f"{position_text(joint, q[furthest] * chain.units[furthest])}"
     )

@@ -66,7 +66,7 @@ class Fit(NamedTuple):
         size: of the linkage, in metres, amid its joints.
         change: the larger of the two, with the shift in parts of the size of the linkage.
         freedom: degrees of freedom that the loops have.
-        gap: mismatch of the loops with the axes as given, at poses that close them as well as
+        gap: closure residual with the axes as given, at poses that close them as well as
             possible; in radians and parts of the size.
     """
 
@@ -246,7 +246,7 @@ def _sample_poses(chain: Chain, rank: int) -> list[Array]:
 
 
 def _close_at_rank(chain: Chain, q: Array, rank: int) -> tuple[Array, Array]:
-    """Find joint positions next to q that close the loops best, and the mismatch there."""
+    """Find joint positions next to q that close the loops best, and the residual there."""
 
     def converged(path: Sequence[Iterate]) -> bool:
         return path[-1].size <= FIT_CONVERGED
@@ -262,7 +262,7 @@ def _move_axes(chain: Chain, poses: list[Array], rank: int, moves: Array) -> Cha
 
     def relations(moved: Chain) -> tuple[Array, Array]:
         nonlocal poses
-        poses, residuals, slopes = _irreducible_mismatch(moved, poses, rank)
+        poses, residuals, slopes = _irreducible_residual(moved, poses, rank)
         return residuals, slopes @ moves
 
     def move(moved: Chain, step: Array) -> Chain:
@@ -313,10 +313,10 @@ class _HalvingSteps:
         return not self.stalled
 
 
-def _irreducible_mismatch(
+def _irreducible_residual(
     chain: Chain, poses: list[Array], rank: int
 ) -> tuple[list[Array], Array, Array]:
-    """Compute the part of the loop mismatch at poses that joint displacements cannot remove.
+    """Compute the part of the closure residual at poses that joint displacements cannot remove.
 
     Args:
         chain: the linkage as arrays.
@@ -324,7 +324,7 @@ def _irreducible_mismatch(
         rank: of the loop matrix.
 
     Returns:
-        The poses; the mismatch left (count,); its derivatives by displacements of the axes
+        The poses; the residual left (count,); its derivatives by displacements of the axes
         (count, 6 n).
     """
     solved, residuals, slopes = [], [], []

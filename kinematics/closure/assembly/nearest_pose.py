@@ -13,8 +13,8 @@ From every start, damped least-norm steps in y close the loops. Then steps
 
     y ← y - A⁺ b - 0.7 (1 - A⁺ A) y
 
-along the freedoms that the loop matrix A leaves, with the openness b, lead to the pose of least
-motion on the branch. All starts take their steps together, as arrays.
+along the freedoms that the loop matrix A leaves, with the closure residual b, lead to the pose
+of least motion on the branch. All starts take their steps together, as arrays.
 """
 
 from __future__ import annotations
@@ -75,8 +75,8 @@ class OpenLoops:
         depth = before[:-1].sum(axis=1)
         self._levels = [np.flatnonzero(depth == d) for d in range(1, int(depth.max()) + 1)]
 
-    def openness(self, q: Array) -> tuple[Array, Array]:
-        """Compute the openness of the loops and its derivatives by joint position.
+    def residual(self, q: Array) -> tuple[Array, Array]:
+        """Compute the closure residual and its derivatives by joint position.
 
         Args:
             q: joint positions (poses, n), chain units.
@@ -170,7 +170,7 @@ def closed_poses(loops: OpenLoops, weights: Array, starts: Array, slide: bool = 
 def _close(loops: OpenLoops, weights: Array, starts: Array) -> Array:
     """Close the loops by damped steps (Levenberg and Marquardt), all starts together."""
     q, damping = starts, np.full(len(starts), FIRST_DAMPING)
-    r, A = loops.openness(q)
+    r, A = loops.residual(q)
     poses = [q[:0]]
     for _ in range(CLOSING_STEPS):
         square = np.sum(r * r, axis=1)
@@ -182,7 +182,7 @@ def _close(loops: OpenLoops, weights: Array, starts: Array) -> Array:
             break
         step = _damped_step(A / weights, r, damping) / weights
         ahead = q - _shortened(step, LONGEST_STEP)
-        r_ahead, A_ahead = loops.openness(ahead)
+        r_ahead, A_ahead = loops.residual(ahead)
         better = np.sum(r_ahead * r_ahead, axis=1) < square
         q = np.where(better[:, None], ahead, q)
         r = np.where(better[:, None], r_ahead, r)
@@ -195,13 +195,13 @@ def _close(loops: OpenLoops, weights: Array, starts: Array) -> Array:
 def _slide(loops: OpenLoops, weights: Array, q: Array, steps: int) -> Array:
     """Go along the freedoms of closed poses to the least motion; loops stay nearly closed.
 
-    A step is taken if it makes ``|y| + 10 |b|`` smaller, with the openness b.
+    A step is taken if it makes ``|y| + 10 |b|`` smaller, with the closure residual b.
     """
     y, best = q * weights, np.full(len(q), np.inf)
     step = np.zeros_like(q)
     for _ in range(steps):
         ahead = y - step
-        r, A = loops.openness(ahead / weights)
+        r, A = loops.residual(ahead / weights)
         A = A / weights
         merit = np.linalg.norm(ahead, axis=1) + 10.0 * np.linalg.norm(r, axis=1)
         better = merit < best

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from kinematics.closure.newton import forward_kinematics, mismatch
+from kinematics.closure.newton import closure_residual, forward_kinematics
 from kinematics.closure.series import loop_matrix
 from kinematics.model.arrays import Chain
 from kinematics.numerics.array_types import Array, IntArray
@@ -37,14 +37,14 @@ def closure_equations(chain: Chain, gaps: Array | None = None) -> Equations:
         gaps: displacements of the welds at the reference pose, if they are not closed.
 
     Returns:
-        The function from q to the mismatch of the loops and of the mimic joints (rows,), in
+        The function from q to the closure residual of loops and mimic joints (rows,), in
         radians and units of the chain, and the loop matrix there (rows, n): its derivative
         where the loops are closed.
     """
 
     def equations(q: Array) -> tuple[Array, Array]:
         pose = forward_kinematics(chain, q)
-        return mismatch(chain, pose.H, q, gaps), loop_matrix(chain, pose.screws)
+        return closure_residual(chain, pose.H, q, gaps), loop_matrix(chain, pose.screws)
 
     return equations
 

@@ -136,7 +136,7 @@ def test_derivatives_of_the_momentum(name):
         return np.einsum("lru,lsu->lsr", lane_momentum_rows(structure, there), z)
 
     differences = (momentum(1e-6) - momentum(-1e-6)) / 2e-6
-    good = poses.gaps < 1e-12
+    good = poses.residual < 1e-12
     error = np.abs(differences - rates)[good].max(axis=(1, 2))
     assert good.sum() >= 3
     assert np.median(error / np.abs(rates)[good].max(axis=(1, 2))) < 1e-7

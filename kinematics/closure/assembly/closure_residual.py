@@ -1,4 +1,4 @@
-"""How far the loops of a component are open at a pose, and Newton's method that closes them."""
+"""The closure residual of a component at a pose, and Newton's method that closes its loops."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def weld_gaps(part: Component) -> Array:
     return np.reshape(gaps, (-1, 4, 4))
 
 
-def minimise_opening(chain: Chain, gaps: Array, start: Array) -> Array:
+def minimise_residual(chain: Chain, gaps: Array, start: Array) -> Array:
     """Find joint positions near ``start`` that leave the loops open as little as possible.
 
     Args:
@@ -35,7 +35,7 @@ def minimise_opening(chain: Chain, gaps: Array, start: Array) -> Array:
 
     before = paths(chain.parent)
     q: Array = least_squares(
-        lambda q: loop_residual(chain, gaps, forward_kinematics(chain, q)),
+        lambda q: displacement_residual(chain, gaps, forward_kinematics(chain, q)),
         start,
         lambda q: _residual_jacobian(chain, gaps, before, forward_kinematics(chain, q)),
         max_nfev=200,
@@ -56,8 +56,8 @@ def newton_closure(chain: Chain, gaps: Array, q: Array) -> Array | None:
 
     def closed(path: Sequence[Iterate]) -> bool:
         pose = forward_kinematics(chain, path[-1].x)
-        opening = float(np.abs(loop_residual(chain, gaps, pose)).max())
-        return opening <= CLOSURE_RESIDUAL and (
+        residual = float(np.abs(displacement_residual(chain, gaps, pose)).max())
+        return residual <= CLOSURE_RESIDUAL and (
             len(path) == 1 or path[-2].size <= CLOSURE_RESIDUAL
         )
 
@@ -66,7 +66,7 @@ def newton_closure(chain: Chain, gaps: Array, q: Array) -> Array | None:
     return last.x if solved else None
 
 
-def loop_residual(chain: Chain, gaps: Array, pose: Pose) -> Array:
+def displacement_residual(chain: Chain, gaps: Array, pose: Pose) -> Array:
     """Compute the entries of ``D - 1`` for every loop, then the errors of mimic joints.
 
     D carries the successor side of the weld to its end side. Unlike the twist of D, the entries
@@ -81,7 +81,7 @@ def loop_residual(chain: Chain, gaps: Array, pose: Pose) -> Array:
 
 
 def _residual_jacobian(chain: Chain, gaps: Array, before: Array, pose: Pose) -> Array:
-    """Compute derivatives of the openness by joint position: ``s D`` to the end, less ``D s``.
+    """Compute derivatives of the residual by joint position: ``s D`` to the end, less ``D s``.
 
     Args:
         chain: the linkage as arrays.

@@ -1,13 +1,15 @@
 """Methods of results that make files: pages and pictures.
 
-What makes them is in `balance.app.answers`, above the results. `balance` registers the function
-that finds it, and so a result that is asked for its page imports what draws it, and no other.
+What makes them is in `balance.app.answers.html`, above the results, whose classes name it as
+``module:function``. `balance` registers the function that imports it by that name, and so a
+result that is asked for its page imports what draws it, and no other.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from os import PathLike, fspath
+from typing import ClassVar
 
 from balance.support.atomic_files import write_all_atomic
 from kinematics.errors import UsageError
@@ -49,7 +51,9 @@ class Picture(bytes):
 
 
 class WithPage:
-    """A result that has a page."""
+    """A result that has a page; ``page_maker`` takes the result."""
+
+    page_maker: ClassVar[str]
 
     def to_html(self, path: str | PathLike[str] | None = None) -> str:
         """Make the page that the command line writes with ``--html``.
@@ -68,7 +72,9 @@ class WithPage:
 
 
 class WithPicture:
-    """A result that has a picture."""
+    """A result that has a picture; ``picture_maker`` takes the result, and the kind of file."""
+
+    picture_maker: ClassVar[str]
 
     def plot(self, path: str | PathLike[str] | None = None) -> Picture:
         """Draw the result.

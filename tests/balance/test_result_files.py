@@ -103,24 +103,20 @@ def test_pictures_are_those_of_the_path(best, tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("kind", "made_by", "least"),
-    [
-        (WithPage, result_files._page, 9),
-        (WithPicture, result_files._picture, 8),
-    ],
+    ("kind", "maker", "least"),
+    [(WithPage, "page_maker", 9), (WithPicture, "picture_maker", 8)],
 )
-def test_every_result_with_a_page_or_a_picture_has_one(kind, made_by, least):
-    """The picture of a design is that of what has none of its own: loads before and after."""
-    text = inspect.getsource(made_by) + inspect.getsource(result_files._verifications)
+def test_every_result_with_a_page_or_a_picture_names_what_makes_it(kind, maker, least):
+    """The function takes results of the class, and may take a kind of picture besides."""
     modules = (balance, balance.motion, balance.flexible)
     values = [getattr(module, name) for module in modules for name in module.__all__]
-    names = {
-        value.__name__
-        for value in values
-        if isinstance(value, type) and issubclass(value, kind)
-    }
-    assert len(names) >= least
-    assert not [name for name in names - {"Design"} if f'"{name}"' not in text]
+    classes = {value for value in values if isinstance(value, type) and issubclass(value, kind)}
+    assert len(classes) >= least
+    for cls in classes:
+        function = result_files.maker_of(getattr(cls, maker))
+        first, *others = inspect.signature(function).parameters.values()
+        assert first.annotation in [base.__name__ for base in cls.__mro__], cls
+        assert ("kind" in [other.name for other in others]) == (kind is WithPicture), cls
 
 
 @pytest.fixture(scope="module")

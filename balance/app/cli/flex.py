@@ -262,11 +262,10 @@ def _simulation_files(simulation: FlexibleSimulation, kind: str) -> Files:
     from balance.app.answers.html.flexible_pictures import shaking_picture
     from balance.motion.flexible.flex_data import motion_table
 
-    flexible, motion = simulation.flexible, simulation.motion
     return {
-        "plot": partial(shaking_picture, motion, flexible.point, kind),
-        "table": partial(motion_table, flexible, motion),
-        "html": partial(flexible_page, flexible, motion),
+        "plot": partial(shaking_picture, simulation, kind),
+        "table": partial(motion_table, simulation.flexible, simulation.motion),
+        "html": partial(flexible_page, simulation),
     }
 
 

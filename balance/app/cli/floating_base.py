@@ -202,8 +202,8 @@ def _files(results: Sequence[FloatingBaseMotion], kind: str) -> Files:
     )
 
     return {
-        "plot": partial(floating_base_picture, results, kind),
-        "html": partial(floating_base_page, results),
+        "plot": partial(floating_base_picture, *results, kind=kind),
+        "html": partial(floating_base_page, *results),
         "table": partial(floating_base_table, results[0]),
     }
 

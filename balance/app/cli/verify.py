@@ -266,8 +266,8 @@ def _files(arguments: argparse.Namespace, results: Sequence[Verification]) -> Fi
     from balance.app.answers.html.verification_page import verification_page
 
     return {
-        "plot": partial(verification_picture, results, kind_of(arguments.plot)),
-        "html": partial(verification_page, results, not arguments.no_meshes),
+        "plot": partial(verification_picture, *results, kind=kind_of(arguments.plot)),
+        "html": partial(verification_page, *results, meshes=not arguments.no_meshes),
         "table": partial(verification_table, results[0]),
     }
 

@@ -118,6 +118,9 @@ class Counterweights(WithPage, WithPicture):
         along: loads along motions, before and after; None if they were not computed.
     """
 
+    page_maker = "counterweights:counterweights_page"
+    picture_maker = "counterweights:counterweights_picture"
+
     space: DesignSpace
     verdict: Verdict
     minimise: AddedObjective

@@ -79,6 +79,9 @@ class Design(WithPage, WithPicture):
         thickness: that of the bodies whose density is limited, m; None in space.
     """
 
+    page_maker = "design:design_page"
+    picture_maker = "design:design_picture"
+
     space: DesignSpace
     verdict: Verdict
     minimise: Objective | None

@@ -151,6 +151,8 @@ class Identification(WithPicture):
         notices: remarks.
     """
 
+    picture_maker = "identification:identification_picture"
+
     space: DesignSpace
     combinations: tuple[Identified, ...]
     excited: int

@@ -52,6 +52,9 @@ class PartialBalance(WithPage, WithPicture):
         frame: the elastic frame, if there is one.
     """
 
+    page_maker = "counterweights:partial_balance_page"
+    picture_maker = "counterweights:partial_balance_picture"
+
     space: DesignSpace
     budget: float
     verdict: Literal["optimal", "infeasible", "undecided"]
@@ -175,6 +178,9 @@ class ParetoFront(WithPage, WithPicture):
         frame: the elastic frame, if there is one.
         point: point of the inertial frame that moments are about (3,), metres.
     """
+
+    page_maker = "counterweights:partial_page"
+    picture_maker = "partial:front_picture"
 
     designs: tuple[PartialBalance, ...]
     weight_moment: float

@@ -66,6 +66,9 @@ class RemedyComparison(WithPage, WithPicture):
         results: results in the order of the catalogue.
     """
 
+    page_maker = "remedies:remedies_page"
+    picture_maker = "remedies:remedies_picture"
+
     request: RemedyRequest
     own: Feasibility
     results: tuple[AppliedRemedy, ...]

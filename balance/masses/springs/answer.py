@@ -81,6 +81,8 @@ class SpringBalance(WithPicture):
         notices: remarks for the user.
     """
 
+    picture_maker = "springs:springs_picture"
+
     linkage: Linkage
     gravity: tuple[float, float, float]
     springs: tuple[Spring, ...]

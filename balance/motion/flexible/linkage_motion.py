@@ -55,6 +55,9 @@ class FlexibleSimulation(WithPage, WithPicture):
         notices: remarks, those of the linkage included.
     """
 
+    page_maker = "flexible:flexible_page"
+    picture_maker = "flexible_pictures:shaking_picture"
+
     flexible: FlexibleLinkage
     motion: FlexibleMotion
     notices: tuple[Notice, ...]

@@ -45,6 +45,9 @@ class FloatingBaseMotion(WithPage, WithPicture):
         path: prescribed motion of the inputs; None if they are free.
     """
 
+    page_maker = "floating_base:floating_base_page"
+    picture_maker = "floating_base:floating_base_picture"
+
     linkage: Linkage
     base: FloatingBase
     length: float

@@ -70,6 +70,9 @@ class ReactionlessPaths(WithPage, WithPicture):
         notices: remarks for the user.
     """
 
+    page_maker = "paths:paths_page"
+    picture_maker = "paths:paths_picture"
+
     linkage: Linkage
     demand: Demand
     motion: Motion | None

@@ -128,6 +128,8 @@ class QuietMotion(WithPicture):
         notices: remarks for the user.
     """
 
+    picture_maker = "quiet:quiet_picture"
+
     linkage: Linkage
     objective: QuietObjective
     limits: InputLimits

@@ -48,6 +48,9 @@ class Verification(WithPage, WithPicture):
         shown: index of the motion to plot; by default the worst one.
     """
 
+    page_maker = "verification_page:verification_page"
+    picture_maker = "verification:verification_picture"
+
     linkage: Linkage
     balance: Balance
     tolerance: float

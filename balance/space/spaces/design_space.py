@@ -96,6 +96,8 @@ class DesignSpace(SpaceData, WithPage, LaterFields):
             both answers, and which one this is.
     """
 
+    page_maker = "report:space_page"
+
     linkage: Linkage
     highest_order: int | None
     decision: Decision = field(repr=False)

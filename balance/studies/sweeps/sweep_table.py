@@ -38,6 +38,9 @@ class SweepTable(WithPage):
         source: name of the study in messages.
     """
 
+    page_maker = "sweep:table_page"
+    picture_maker = "sweep_plot:table_picture"
+
     columns: Mapping[str, NDArray[Any]]
     units: Mapping[str, str]
     reasons: Mapping[str, int]

@@ -111,6 +111,9 @@ class Synthesis(WithPage, WithPicture):
         within: distance up to which positions count as met, metres; 0 if they are met exactly.
     """
 
+    page_maker = "synthesis:synthesis_page"
+    picture_maker = "synthesis:synthesis_picture"
+
     positions: tuple[Position, ...]
     kind: str
     ratio: float | None

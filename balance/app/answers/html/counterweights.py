@@ -17,6 +17,7 @@ from balance.app.answers.html.design import ellipsoid
 from balance.app.answers.html.partial import front_section
 from balance.app.answers.html.render import facts_list, render_page, rows_table
 from balance.app.answers.html.scene import scene
+from balance.app.answers.html.verification import verification_picture
 from balance.app.answers.text.counterweights import (
     WORKSHOP,
     counterweight_rows,
@@ -29,7 +30,7 @@ from balance.masses.counterweights.loads_along import with_loads
 from balance.masses.counterweights.regions import Region
 from balance.masses.designs.density import STEEL
 from balance.masses.partial.loads_along import loads_of
-from balance.masses.partial.results import ParetoFront
+from balance.masses.partial.results import ParetoFront, PartialBalance
 from balance.motion.verification.before_after import BeforeAfter
 from balance.space.spaces.design_space import DesignSpace
 
@@ -60,7 +61,7 @@ def counterweights_page(counterweights: Counterweights) -> str:
     Raises:
         LinkageError: the loads cannot be computed; see `balance.verify`.
     """
-    computed = counterweights if counterweights.along else with_loads(counterweights)
+    computed = _with_loads(counterweights)
     assert computed.along is not None and computed.z is not None
     return _page(
         computed.space,
@@ -73,6 +74,18 @@ def counterweights_page(counterweights: Counterweights) -> str:
         facts=facts_list(counterweights_facts(computed)),
         front="",
     )
+
+
+def counterweights_picture(counterweights: Counterweights, kind: str = "png") -> bytes:
+    """Draw the loads along motions without and with counterweights."""
+    along = _with_loads(counterweights).along
+    assert along is not None
+    return verification_picture(*along.pair, kind=kind)
+
+
+def _with_loads(counterweights: Counterweights) -> Counterweights:
+    """Return counterweights with their loads along motions."""
+    return counterweights if counterweights.along else with_loads(counterweights)
 
 
 def partial_page(front: ParetoFront) -> str:
@@ -101,6 +114,16 @@ def partial_page(front: ParetoFront) -> str:
         facts=facts_list(partial_facts(front)),
         front=front_section(front),
     )
+
+
+def partial_balance_page(balance: PartialBalance) -> str:
+    """Render one design that lets a linkage shake least; see `partial_page`."""
+    return partial_page(balance.front)
+
+
+def partial_balance_picture(balance: PartialBalance, kind: str = "png") -> bytes:
+    """Draw the loads along motions before and after."""
+    return verification_picture(*loads_of(balance).pair, kind=kind)
 
 
 def _page(

@@ -14,9 +14,11 @@ from numpy.typing import NDArray
 
 from balance.app.answers.html.render import facts_list, render_page, rows_table
 from balance.app.answers.html.scene import scene
+from balance.app.answers.html.verification import verification_picture
 from balance.app.answers.text.design import body_rows, design_facts
 from balance.masses.designs.best_design import Design
 from balance.masses.designs.density import solid_of
+from balance.motion.verification.before_after import compare_masses
 from balance.space.inertial_parameters.body_inertia import BodyInertia
 from balance.space.inertial_parameters.conversions import mass_properties
 from kinematics.model.arrays import freeze
@@ -30,6 +32,14 @@ MINIMISED = {
     "rotor": "inertia felt by the inputs",
     "change": "change of the masses in the file",
 }
+
+
+def design_picture(design: Design, kind: str = "png") -> bytes:
+    """Draw the loads along motions with the masses of the file and with those of a design."""
+    assert design.z is not None
+    space = design.space
+    loads = compare_masses(space.linkage, design.z, motion=space.motion, balance=space.balance)
+    return verification_picture(*loads.pair, kind=kind)
 
 
 def ellipsoid(z: Array) -> dict[str, object] | None:

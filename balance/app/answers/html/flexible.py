@@ -14,6 +14,7 @@ from balance.app.answers.html.time_panels import COLOURS
 from balance.app.answers.text.flexible import flexible_motion_facts
 from balance.motion.flexible.flex_data import moment_about, motion_data
 from balance.motion.flexible.from_linkage import FlexibleLinkage
+from balance.motion.flexible.linkage_motion import FlexibleSimulation
 from balance.motion.flexible.simulate import FlexibleMotion
 
 Array = NDArray[np.float64]
@@ -22,12 +23,13 @@ FRAMES = 151
 """Most poses of the animation."""
 
 
-def flexible_page(linkage: FlexibleLinkage, motion: FlexibleMotion) -> str:
+def flexible_page(simulation: FlexibleSimulation) -> str:
     """Render a simulation as one HTML file, in which the beams bend.
 
     Returns:
         The text of the file; the element ``report`` contains `motion_data`.
     """
+    linkage, motion = simulation.flexible, simulation.motion
     return render_page(
         "flexible.html",
         title=linkage.linkage.name,

@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from balance.app.answers.html.plot_style import image, tidy
 from balance.app.answers.html.time_panels import COLOURS, STYLES
-from balance.motion.flexible.flex_data import moment_about
 from balance.motion.flexible.free_modes import FreeMode, mode_shape
+from balance.motion.flexible.linkage_motion import FlexibleSimulation
 from balance.motion.flexible.simulate import FlexibleMotion
 from balance.motion.flexible.support_points import SupportPoints
 from balance.motion.flexible.supported_modes import SupportedModes
@@ -64,16 +64,16 @@ def one_panel_picture(
     return image((6.5, 4.0), kind, draw)
 
 
-def shaking_picture(motion: FlexibleMotion, centre: Array, kind: str = "png") -> bytes:
+def shaking_picture(simulation: FlexibleSimulation, kind: str = "png") -> bytes:
     """Draw shaking force and moment over time.
 
     Args:
-        centre: point of the plane for the moment (2,).
         kind: ``"png"`` or ``"svg"``.
 
     Raises:
         PackageError: Matplotlib is missing.
     """
+    motion, moment = simulation.motion, simulation.moment
 
     def draw(figure: Any) -> None:
         upper, lower = figure.subplots(2, 1, sharex=True)
@@ -86,7 +86,7 @@ def shaking_picture(motion: FlexibleMotion, centre: Array, kind: str = "png") ->
                 lw=1.0,
                 label=f"force along {axis}",
             )
-        lower.plot(motion.times, moment_about(motion, centre), color=COLOURS[2], lw=1.0)
+        lower.plot(motion.times, moment, color=COLOURS[2], lw=1.0)
         upper.set_ylabel("shaking force (N)")
         lower.set_ylabel("shaking moment (N m)")
         lower.set_xlabel("time (s)")

@@ -50,7 +50,7 @@ def _columns(motions: Sequence[FloatingBaseMotion]) -> list[PanelColumn]:
     ]
 
 
-def floating_base_picture(motions: Sequence[FloatingBaseMotion], kind: str = "png") -> bytes:
+def floating_base_picture(*motions: FloatingBaseMotion, kind: str = "png") -> bytes:
     """Draw inputs and motions of bases over time as an image, side by side.
 
     Args:
@@ -66,7 +66,7 @@ def floating_base_picture(motions: Sequence[FloatingBaseMotion], kind: str = "pn
     return panels_picture(_columns(motions), kind)
 
 
-def floating_base_page(motions: Sequence[FloatingBaseMotion]) -> str:
+def floating_base_page(*motions: FloatingBaseMotion) -> str:
     """Render simulations as one HTML file."""
     names = linkage_names([motion.linkage for motion in motions])
     verdicts = "; ".join(

@@ -41,6 +41,11 @@ from kinematics.wording import number_text
 SCRIPTS = ("drawing", "freedoms", "choice", "momentum", "spectrum", "start")
 
 
+def space_page(space: DesignSpace) -> str:
+    """Render a design space as one HTML file."""
+    return report_page(Report(space))
+
+
 def report_page(report: Report, meshes: bool = True) -> str:
     """Render a design space as one HTML file.
 

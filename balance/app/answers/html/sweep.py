@@ -15,6 +15,7 @@ from balance.studies.runs.file_errors import damaged
 from balance.studies.runs.results_file import ResultsFile
 from balance.studies.sweeps.plan import Plan
 from balance.studies.sweeps.study_data import StudyData
+from balance.studies.sweeps.sweep_table import SweepTable
 from kinematics.error_text import clean
 from kinematics.errors import LinkageError, UsageError
 from kinematics.model.chain import rigid_parts
@@ -31,6 +32,12 @@ MAX_AXES = 14
 ROUND_OFF = 1e-11
 # View of a linkage in space: the rows are the axes of the drawing.
 OBLIQUE = np.array([[0.866, -0.5, 0.0], [0.25, 0.433, 0.866]])
+
+
+def table_page(table: SweepTable) -> str:
+    """Render a sweep in memory as one HTML file."""
+    with ResultsFile.in_memory(table.source, table.job, table.columns) as rows:
+        return sweep_page(rows)
 
 
 def sweep_page(file: ResultsFile, order: str = "", descending: bool = False) -> str:

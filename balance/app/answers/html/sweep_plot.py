@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from balance.app.answers.html.plot_style import image, tidy
 from balance.studies.runs.chunk_job import Column
 from balance.studies.runs.results_file import ResultsFile
+from balance.studies.sweeps.sweep_table import SweepTable
 from kinematics.error_text import clean
 from kinematics.errors import UsageError
 
@@ -22,6 +23,12 @@ RANK = "rank"
 MAX_LINES, FILLED = 2000, 0.5
 # Points beyond which they are drawn as an image in a picture of vectors.
 MANY = 5000
+
+
+def table_picture(table: SweepTable, kind: str = "png", columns: Sequence[str] = ()) -> bytes:
+    """Draw columns of a sweep in memory, those of `default_columns` if none are named."""
+    with ResultsFile.in_memory(table.source, table.job, table.columns) as rows:
+        return sweep_picture(rows, columns or default_columns(rows), kind)
 
 
 def sweep_picture(file: ResultsFile, names: Sequence[str], kind: str = "png") -> bytes:

@@ -109,7 +109,7 @@ def _largest_columns(
     return tuple(names[k] for k in chosen), values[:, chosen].T
 
 
-def verification_picture(verifications: Sequence[Verification], kind: str = "png") -> bytes:
+def verification_picture(*verifications: Verification, kind: str = "png") -> bytes:
     """Draw the panels as an image; verifications are side by side with common scales.
 
     Args:

@@ -44,7 +44,7 @@ MAX_SAMPLES = 201
 MAX_NUMBERS = 60_000
 
 
-def verification_page(verifications: Sequence[Verification], meshes: bool = True) -> str:
+def verification_page(*verifications: Verification, meshes: bool = True) -> str:
     """Render verifications as one HTML file.
 
     The page moves each linkage through the motion that is chosen, beside its curves, a polar

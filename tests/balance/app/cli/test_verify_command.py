@@ -217,7 +217,7 @@ def test_the_page_holds_the_report_and_escapes_names():
     found = verify(kinematics.load(BALANCED), trajectories=1, samples=20)
     hostile = '</script><script>alert("x")</script>'
     found = replace(found, linkage=replace(found.linkage, name=hostile))
-    text = verification_page([found, found])
+    text = verification_page(found, found)
     assert hostile not in text
     (report,) = re.findall(r'id="report">(.*?)</script>', text, re.DOTALL)
     assert json.loads(report) == [found.to_dict()] * 2
@@ -230,7 +230,7 @@ def test_the_page_holds_the_report_and_escapes_names():
             *["y3"] * 3,
             *["y4"] * 3,
         ]
-    assert verification_picture([found]) == verification_picture([found])
+    assert verification_picture(found) == verification_picture(found)
 
 
 def test_a_crank_without_a_motion_is_asked_for_its_speed(capsys, caplog):

@@ -60,7 +60,7 @@ def test_the_plotted_motion_has_the_peak_that_is_told(model, seed, decides, othe
         part: pytest.approx(size, rel=1e-12) for part, size in largest.items()
     }
     assert report["worst"] == {part: k + 1 for part, k in worst.items()}
-    assert f"motion {number} of 4" in verification_page([found])
+    assert f"motion {number} of 4" in verification_page(found)
     assert replace(found, balance="force").plotted == worst["force"]
 
 

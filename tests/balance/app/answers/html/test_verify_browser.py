@@ -34,7 +34,7 @@ def found():
 @pytest.fixture
 def opened(browser, tmp_path, found):
     """A browser that shows their page."""
-    show(browser, tmp_path, verification_page(found))
+    show(browser, tmp_path, verification_page(*found))
     settle(browser)
     return browser
 

@@ -55,7 +55,7 @@ from .motion.quiet.answer import QuietMotion as QuietMotion
 from .motion.quiet.quiet_motion import quiet_motion as quiet_motion
 from .motion.quiet.quiet_timing import quiet_timing as quiet_timing
 from .motion.verification.result import Verification as Verification
-from .motion.verification.to_pinocchio import verify as verify
+from .motion.verification.verify_motions import verify as verify
 from .space.certification.certified_space import CertifiedSpace as CertifiedSpace
 from .space.certification.certify_space import certify as certify
 from .space.formulas.derive import formulas as formulas

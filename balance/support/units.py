@@ -90,12 +90,12 @@ def read_unit(unit: str, *quantities: str) -> tuple[str, float]:
         UsageError: it is a unit of another quantity, or none.
     """
     word = unit.translate(SUPERSCRIPTS)
-    known = {name: key for key in quantities for name in UNITS[key]}
+    key_of = {name: key for key in quantities for name in UNITS[key]}
     for name in (word, word.lower()):
-        if name in known:
-            return known[name], UNITS[known[name]][name]
+        if name in key_of:
+            return key_of[name], UNITS[key_of[name]][name]
     others = [key for key, units in UNITS.items() if word in units]
     problem = f"is a unit of {others[0]}" if others else "is no unit that is known"
     raise UsageError(
-        f"'{unit}' {problem}: write {' or '.join(quantities)} in {', '.join(known)}"
+        f"'{unit}' {problem}: write {' or '.join(quantities)} in {', '.join(key_of)}"
     )

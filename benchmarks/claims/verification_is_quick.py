@@ -5,7 +5,7 @@ The error is the largest difference of the shaking loads by Pinocchio and by our
 
 from __future__ import annotations
 
-from balance.motion.verification.to_pinocchio import verify
+from balance.motion.verification.verify_motions import verify
 from kinematics.loading.model_gallery import load
 
 

@@ -20,7 +20,7 @@ class Sampling:
         try:
             import pinocchio as pin
 
-            from balance.motion.verification.to_pinocchio import PinocchioModel
+            from balance.motion.verification.verify_motions import PinocchioModel
         except ImportError:
             raise NotImplementedError("Pinocchio is not installed") from None
         self.pin, self.linkage = pin, linkage

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pinocchio as pin
 
-from balance.motion.verification.to_pinocchio import PinocchioModel
+from balance.motion.verification.verify_motions import PinocchioModel
 from kinematics import ScrewJoint, from_screws
 from kinematics.closure.joint_positions import input_chain, joint_positions
 from kinematics.errors import PoseError

@@ -142,8 +142,8 @@ class Parser(argparse.ArgumentParser):
         if extra:
             from kinematics.error_text import did_you_mean
 
-            known = [name for action in self._actions for name in action.option_strings]
-            meant = did_you_mean(extra[0].partition("=")[0], known)
+            options = [name for action in self._actions for name in action.option_strings]
+            meant = did_you_mean(extra[0].partition("=")[0], options)
             self.error(f"unrecognized arguments: {' '.join(extra)}{meant}")
         return values, extra
 

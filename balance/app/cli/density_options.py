@@ -90,5 +90,5 @@ def _density(text: str) -> tuple[str, float]:
     try:
         return name, positive_quantity("density")(value)
     except argparse.ArgumentTypeError as error:
-        known = ", ".join(MATERIALS)
-        raise argparse.ArgumentTypeError(f"{error}; materials are {known}") from None
+        materials = ", ".join(MATERIALS)
+        raise argparse.ArgumentTypeError(f"{error}; materials are {materials}") from None

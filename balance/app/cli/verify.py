@@ -203,7 +203,7 @@ def _verify(
 
     def verify_first(linkage: Linkage) -> Verification:
         # Load the kernels only after the file is accepted.
-        from balance.motion.verification.to_pinocchio import verify
+        from balance.motion.verification.verify_motions import verify
 
         motions = None
         if arguments.csv or arguments.tool_path:
@@ -213,7 +213,7 @@ def _verify(
         return replace(verification, notices=(*verification.notices, *told))
 
     def verify_other(linkage: Linkage) -> Verification:
-        from balance.motion.verification.to_pinocchio import verify_second
+        from balance.motion.verification.verify_motions import verify_second
 
         return verify_second(first, linkage, **options)
 

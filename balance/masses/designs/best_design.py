@@ -366,7 +366,7 @@ def _widest_margin(
     if density is not None and thickness is None and space.planar:
         thickness = THICKNESS * space.length
     constraints = constraints_of(space, keep, bounds, within, density, thickness)
-    answer = decide_feasibility(space, constraints, trusted=one_pose)
+    answer = decide_feasibility(space, constraints, all_balanced=one_pose)
     return Design(
         space,
         answer.verdict,

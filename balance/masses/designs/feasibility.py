@@ -127,7 +127,7 @@ def feasible(space: DesignSpace | LinkageLike) -> Feasibility:
 
 
 def decide_feasibility(
-    space: DesignSpace, constraints: Constraints, trusted: bool = False
+    space: DesignSpace, constraints: Constraints, all_balanced: bool = False
 ) -> Feasibility:
     """Decide whether a design space contains a realisable distribution under constraints.
 
@@ -135,16 +135,16 @@ def decide_feasibility(
 
     Args:
         constraints: constraints on the bodies.
-        trusted: whether every distribution in the space is known to be balanced.
+        all_balanced: whether every distribution in the space is known to be balanced.
 
     Returns:
         The verdict; see `feasible`.
     """
     if constraints.densities:
-        looser = decide_feasibility(space, constraints._replace(densities={}), trusted)
+        looser = decide_feasibility(space, constraints._replace(densities={}), all_balanced)
         if looser.z is None:
             return looser
-        balanced = space if trusted or space.sure else _transfers_alone(space)
+        balanced = space if all_balanced or space.sure else _transfers_alone(space)
         return _limit_densities(balanced, constraints, looser)
     # A certificate for weaker constraints also proves the constraints infeasible.
     less = constraints.anywhere, Constraints(constraints.keep), Constraints()
@@ -155,7 +155,7 @@ def decide_feasibility(
         for x, proofs in _candidates(program):
             if x is not None and wanted is constraints:
                 if answer := _design(space, constraints, program, x):
-                    sure = trusted or space.sure
+                    sure = all_balanced or space.sure
                     return answer if sure else _decide_by_transfers(space, constraints)
             for proof in proofs:
                 if answer := _proof(space, constraints, program, proof):

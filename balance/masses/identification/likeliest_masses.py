@@ -109,9 +109,9 @@ def likeliest_masses(fit: LeastSquares, prior: Array, share: float) -> Likeliest
         capped = np.minimum(size, 1.0 / error)
         J, target = capped[:, None] * Vt, (capped / size) * misfit
         with suppress(np.linalg.LinAlgError):
-            found = _follow(J, target, bodies, 1.0 / share**2)
-            if found is not None:
-                t, L = found
+            minimum = _follow(J, target, bodies, 1.0 / share**2)
+            if minimum is not None:
+                t, L = minimum
                 followed = error == LIKELIEST_ERRORS[0]
                 return LikeliestMasses(x0 + S @ t, S @ np.linalg.inv(L), followed)
     return None
@@ -133,15 +133,15 @@ def _follow(J: Array, target: Array, bodies: int, weight: float) -> tuple[Array,
     first = max(weight, float(target @ target))
     stages = ceil(log(first / weight, WEIGHT_FACTOR)) if first > weight else 0
     t = np.zeros(J.shape[1])
-    found = None
+    minimum = None
     for stage in range(stages, -1, -1):
         now = weight * WEIGHT_FACTOR**stage
         enough = LIKELIEST_DECREMENT if stage == 0 else NEAR * np.sqrt(now)
-        found = _newton(J, target, bodies, now, t, enough)
-        if found is None:
+        minimum = _newton(J, target, bodies, now, t, enough)
+        if minimum is None:
             return None
-        t = found[0]
-    return found
+        t = minimum[0]
+    return minimum
 
 
 def _matrices(t: Array, bodies: int) -> Array:

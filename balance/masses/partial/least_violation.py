@@ -193,7 +193,7 @@ def _relative_rows(space: RequiredSpace, matter: AddedParameters) -> list[Array]
         columns = np.zeros((*rows.shape[:2], matter.count + 1))
         for k, (b, D) in enumerate(matter.added.items()):
             columns[:, b, 10 * k : 10 * (k + 1)] = rows[:, b] @ D[:size]
-        columns[..., -1] = np.einsum("rbp,bp->rb", rows, matter.own[:, :size])
+        columns[..., -1] = np.einsum("rbp,bp->rb", rows, matter.scaled[:, :size])
         total = float(np.linalg.norm(columns[..., -1], axis=0).sum())
         blocks.append(columns / (total or 1.0))
     return blocks

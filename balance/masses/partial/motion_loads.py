@@ -47,7 +47,7 @@ class AddedParameters:
     Attributes:
         chain: all joints of the linkage, columns the inputs.
         regions: region of each link that gets matter, by the position of its body.
-        own: parameters of the file (bodies, 10), in the units of the chain.
+        scaled: parameters of the file (bodies, 10), in the units of the chain.
         given: the same about the inertial origin, SI units.
         added: parameters of a body per unit of its coordinates (10, 10), by its position, in
             the units of the chain.
@@ -56,7 +56,7 @@ class AddedParameters:
 
     chain: Chain
     regions: Mapping[int, Region]
-    own: Array
+    scaled: Array
     given: Array
     added: Mapping[int, Array]
     si: Mapping[int, Array]
@@ -118,7 +118,7 @@ class AddedParameters:
         inertias = np.zeros((chain.width, self.count + 1))
         for k, (b, D) in enumerate(self.added.items()):
             inertias[:, COORDINATES * k : COORDINATES * (k + 1)] = rows[b] @ D
-        inertias[:, -1] = np.einsum("bwp,bp->w", rows, self.own)
+        inertias[:, -1] = np.einsum("bwp,bp->w", rows, self.scaled)
         return inertias * (chain.frame.length / self.input_units)[:, None] ** 2
 
     @property
@@ -248,7 +248,7 @@ def motion_loads(
     for trajectory in motions:
         ud, udd = trajectory.ud / matter.input_units, trajectory.udd / matter.input_units
         loads = load_regressors(chain, trajectory.q / chain.units, ud, udd)
-        given = np.einsum("kbip,bp->kbi", loads.rate, matter.own)
+        given = np.einsum("kbip,bp->kbi", loads.rate, matter.scaled)
         added = {b: loads.rate[:, b] @ D for b, D in matter.added.items()}
         loads_along.append(MotionLoads(trajectory, matter, given, added, loads.screws, offset))
     return loads_along
@@ -268,6 +268,6 @@ def input_inertia(linkage: Linkage, z: ArrayLike | None = None) -> dict[str, flo
         kg m², for sliding inputs kg, by the name of the input.
     """
     chain, given = input_chain(linkage), mass_parameters(linkage, z)
-    own = to_chain(given, chain.frame, False, False)
-    inertias = freeze(AddedParameters(chain, {}, own, given, {}, {}).input_inertia()[:, -1])
+    scaled = to_chain(given, chain.frame, False, False)
+    inertias = freeze(AddedParameters(chain, {}, scaled, given, {}, {}).input_inertia()[:, -1])
     return dict(zip(linkage.inputs, inertias.tolist(), strict=True))

@@ -12,8 +12,8 @@ from balance.masses.remedies.least_matter import least_matter
 from balance.masses.remedies.request import RemedyRequest, freedoms_of
 from balance.masses.remedies.variant import Variant
 from balance.motion.motion_tolerances import SHAKING_RELATIVE
-from balance.motion.verification.to_pinocchio import measure_shaking
 from balance.motion.verification.trajectory import random_motions
+from balance.motion.verification.verify_motions import measure_shaking
 from balance.space.spaces.compute_space import design_space
 from kinematics.errors import LinkageError
 from kinematics.loading.model_gallery import load
@@ -55,10 +55,10 @@ def judge(request: RemedyRequest, variant: Variant) -> AppliedRemedy:
         return replace(blank, verdict="refused", reason=str(error))
     space = design_space(linkage, motion or None, request.balance)
     least = least_matter(space, variant.free, {**request.regions, **variant.regions})
-    verdict = least.found.verdict
+    verdict = least.matter.verdict
     if verdict != "feasible":
         return replace(blank, verdict=verdict, reason=least.reason, proof=least.proof)
-    urdf = with_counterweights(least.found, merge=frozenset(variant.new_links))
+    urdf = with_counterweights(least.matter, merge=frozenset(variant.new_links))
     return verify_file(request, blank, urdf, motion, inputs)
 
 

@@ -19,11 +19,11 @@ class LeastMatter(NamedTuple):
     """The least matter, or why there is none.
 
     Attributes:
-        found: the matter in the regions.
+        matter: the matter in the regions.
         anywhere: whether any masses whatever balance, if that was asked.
     """
 
-    found: Counterweights
+    matter: Counterweights
     anywhere: Feasibility | None
 
     @property
@@ -31,12 +31,12 @@ class LeastMatter(NamedTuple):
         """Why matter in the regions does not balance, in one line."""
         if self.anywhere is not None and self.anywhere.verdict == "infeasible":
             return f"no masses whatever: {self.anywhere.words.removeprefix('infeasible: ')}"
-        return self.found.words
+        return self.matter.words
 
     @property
     def proof(self) -> dict[str, object] | None:
         """The certificate against it and its check, as plain data; None without one."""
-        matter, anywhere = self.found, self.anywhere
+        matter, anywhere = self.matter, self.anywhere
         if anywhere is not None and anywhere.certificate and anywhere.residuals:
             matrices = [matrix.tolist() for matrix in anywhere.certificate]
             return {"matrices": matrices, "check": anywhere.residuals._asdict()}

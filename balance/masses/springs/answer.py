@@ -143,10 +143,10 @@ class SpringBalance(WithPicture):
             return f"{self.verdict}: {spring} {word} gravity in {where}"
         if self.share_left >= 1.0 - SPRING_TORQUE_LEFT:
             return f"infeasible: {self.reason}; no spring of these helps"
-        left = number_text(100.0 * self.share_left, ".3g")
+        share = number_text(100.0 * self.share_left, ".3g")
         return (
             f"infeasible: {self.reason}; {count_noun(needed, 'spring')} "
-            f"leave{'s' if needed == 1 else ''} {left} % of the torque of gravity (rms)"
+            f"leave{'s' if needed == 1 else ''} {share} % of the torque of gravity (rms)"
         )
 
     @property

@@ -310,16 +310,16 @@ def _attached_points(
     return points[0], points[1]
 
 
-def _certainty(balanced: bool, settled: bool, left: float, count: int) -> Certainty:
+def _certainty(balanced: bool, settled: bool, torque: float, count: int) -> Certainty:
     """State how sure it is that torques vanish in every motion."""
     doubts = []
     if not settled:
         doubts.append("further poses may need more conditions than were found")
-    if balanced and left > SPRING_TORQUE_LEFT:
-        doubts.append(f"torques of {size_text(left)} of those of gravity are left")
+    if balanced and torque > SPRING_TORQUE_LEFT:
+        doubts.append(f"torques of {size_text(torque)} of those of gravity are left")
     reason = "floating point decides; no torque is left at finite poses that decided nothing"
     if not balanced:
         reason = "floating point decides"
     return Certainty(
-        "estimated", doubts[0] if doubts else reason, None, None, left, count, tuple(doubts)
+        "estimated", doubts[0] if doubts else reason, None, None, torque, count, tuple(doubts)
     )

@@ -166,8 +166,8 @@ class SpringProblem:
         """
         poses = islice(_generic_poses(self.linkage, FRESH_RAYS), FRESH_POSES)
         rows = self._checked([self.rows_at(*pose) for pose in poses])
-        left = max(np.abs(row @ np.append(x, 1.0)).max() for row in rows)
-        return float(left / max(np.abs(row[:, -1]).max() for row in rows)), len(rows)
+        largest = max(np.abs(row @ np.append(x, 1.0)).max() for row in rows)
+        return float(largest / max(np.abs(row[:, -1]).max() for row in rows)), len(rows)
 
 
 def _input_ranges(linkage: Linkage, ranges: Mapping[str, tuple[float, float]]) -> Array:

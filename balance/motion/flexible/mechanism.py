@@ -262,7 +262,7 @@ class _PointState(NamedTuple):
     """A point at a state; rows are over the coordinates of its part alone.
 
     Attributes:
-        own: where these coordinates are.
+        at: where these coordinates are.
         x, y: position in the plane.
         rows: derivatives of x and y; shape (2, 3 + n).
         ax, ay: acceleration without that of the coordinates.
@@ -270,7 +270,7 @@ class _PointState(NamedTuple):
         turn: its derivatives; shape (3 + n,).
     """
 
-    own: slice
+    at: slice
     x: float
     y: float
     rows: Array
@@ -363,14 +363,14 @@ def _add_joint(
         k += 1
     else:
         constraints.g[k], constraints.g[k + 1] = b.x - a.x, b.y - a.y
-        constraints.rows[k : k + 2, b.own] += b.rows
-        constraints.rows[k : k + 2, a.own] -= a.rows
+        constraints.rows[k : k + 2, b.at] += b.rows
+        constraints.rows[k : k + 2, a.at] -= a.rows
         constraints.gamma[k], constraints.gamma[k + 1] = a.ax - b.ax, a.ay - b.ay
         k += 2
     if joint.kind != "revolute":
         constraints.g[k] = b.angle - a.angle - joint.angle
-        constraints.rows[k, b.own] += b.turn
-        constraints.rows[k, a.own] -= a.turn
+        constraints.rows[k, b.at] += b.turn
+        constraints.rows[k, a.at] -= a.turn
         k += 1
     return k
 
@@ -386,8 +386,8 @@ def _position_row(joint: MechanismJoint, a: _PointState, b: _PointState, v: Arra
     if joint.kind == "prismatic":
         return _slide(joint, a, b, v, across=False)
     row = np.zeros(len(v))
-    row[b.own] += b.turn
-    row[a.own] -= a.turn
+    row[b.at] += b.turn
+    row[a.at] -= a.turn
     return Row(b.angle - a.angle - joint.angle, row, 0.0)
 
 
@@ -402,11 +402,11 @@ def _slide(
     normal = np.array([-e[1], e[0]])
     apart = np.array([b.x - a.x, b.y - a.y])
     row = np.zeros(len(v))
-    row[b.own] += e @ b.rows
-    row[a.own] -= e @ a.rows
-    row[a.own] += float(normal @ apart) * a.turn
-    speed = b.rows @ v[b.own] - a.rows @ v[a.own]
-    spin, value = float(a.turn @ v[a.own]), float(e @ apart)
+    row[b.at] += e @ b.rows
+    row[a.at] -= e @ a.rows
+    row[a.at] += float(normal @ apart) * a.turn
+    speed = b.rows @ v[b.at] - a.rows @ v[a.at]
+    spin, value = float(a.turn @ v[a.at]), float(e @ apart)
     bias = e[0] * (b.ax - a.ax) + e[1] * (b.ay - a.ay)
     bias += 2.0 * spin * float(normal @ speed) - spin**2 * value
     return Row(value, row, float(bias))

@@ -52,20 +52,20 @@ def prescribed_drive(
     """
     units = chain.units[linkage.positions_of(linkage.inputs)]
     start = 0.0
-    known: Trajectory | InputPath | None
+    recorded: Trajectory | InputPath | None
     if isinstance(motions, str | PathLike):
-        known = from_csv(linkage, motions, motion)
+        recorded = from_csv(linkage, motions, motion)
     else:
-        known = motions
-    if known is None:
+        recorded = motions
+    if recorded is None:
         (trajectory,) = random_motions(linkage, 1, seed=seed, motion=motion)
         assert trajectory.path is not None
         path: InputPath = RestToRest(trajectory.path, trajectory.duration)
-    elif isinstance(known, Trajectory):
-        start = float(known.time[0])
-        path = known.path or SplinePath.through(known.time, known.u)
+    elif isinstance(recorded, Trajectory):
+        start = float(recorded.time[0])
+        path = recorded.path or SplinePath.through(recorded.time, recorded.u)
     else:
-        path = known
+        path = recorded
     if isinstance(path, SplinePath):
         start = path.corners[0]
     span = start, start + _duration(path, duration)

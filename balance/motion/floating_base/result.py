@@ -141,7 +141,7 @@ class FloatingBaseMotion(WithPage, WithPicture):
         It is relative to the peak sum of the momenta of base and bodies.
         """
         total = self.samples.momentum - self.samples.impulse
-        return _ratio(_largest(total - total[0]), self.samples.own.max())
+        return _ratio(_largest(total - total[0]), self.samples.momentum_size.max())
 
     @property
     def agreed(self) -> bool:

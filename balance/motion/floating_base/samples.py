@@ -29,7 +29,7 @@ class Samples(NamedTuple):
         momentum: of linkage and base in the freedoms of the base (N, 3 or 6), about the middle
             of the mechanism at the start, in kg and units of the chain.
         impulse: of the springs in them since the start (N, 3 or 6), likewise.
-        own: sum of the sizes of the momenta of base and bodies (N,), likewise.
+        momentum_size: sum of the sizes of the momenta of base and bodies (N,), likewise.
         speed: largest size of the twist of a body relative to the base (N,), likewise.
         twist: twist of the base in its own coordinates (N, 6), likewise.
     """
@@ -45,7 +45,7 @@ class Samples(NamedTuple):
     work: Array
     momentum: Array
     impulse: Array
-    own: Array
+    momentum_size: Array
     speed: Array
     twist: Array
 

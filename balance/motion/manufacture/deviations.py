@@ -110,17 +110,17 @@ def deviations_of(linkage: Linkage, tolerances: Tolerances) -> tuple[Deviation, 
             raise UsageError(f"{name}: {getattr(tolerances, name):g} m is not 0 or more")
     if not any(tolerances):
         raise UsageError("give a tolerance above 0: of masses, lengths or centres of mass")
-    found = []
+    deviations = []
     for kind in ("mass", "com"):
         if getattr(tolerances, kind) > 0.0:
-            found += [Deviation(kind, body.name) for body in linkage.bodies]
+            deviations += [Deviation(kind, body.name) for body in linkage.bodies]
     if tolerances.length > 0.0:
-        found += [
+        deviations += [
             Deviation("length", joint.name)
             for joint in linkage.joints
             if joint.kind != "prismatic"
         ]
-    return tuple(found)
+    return tuple(deviations)
 
 
 def deviating_loads(
@@ -148,19 +148,19 @@ def deviating_loads(
     units = chain.units[linkage.positions_of(linkage.inputs)]
     q, ud, udd = trajectory.q / chain.units, trajectory.ud / units, trajectory.udd / units
     rate = load_regressors(chain, q, ud, udd).rate
-    own = to_chain(masses, chain.frame, False, False)
+    parameters = to_chain(masses, chain.frame, False, False)
 
     def si(wrenches: Array) -> Array:
         return move_wrenches(wrench_to_si(wrenches, chain.frame), about)
 
-    nominal = si(np.einsum("kbip,bp->ki", rate, own))
+    nominal = si(np.einsum("kbip,bp->ki", rate, parameters))
     columns, owners = [], []
     neglected = np.zeros((len(q), 2))
     at = {(item.kind, item.name): k for k, item in enumerate(deviations)}
     for b, body in enumerate(linkage.bodies):
         R = body.frame[:3, :3]
         if ("mass", body.name) in at:
-            columns.append(si(tolerances.mass * rate[:, b] @ own[b]))
+            columns.append(si(tolerances.mass * rate[:, b] @ parameters[b]))
             owners.append(at["mass", body.name])
         if ("com", body.name) in at:
             grown = (1.0 + tolerances.mass) * tolerances.com

@@ -36,14 +36,14 @@ JUMP = 1e300
 
 
 def measure_path(
-    problem: QuietProblem, duration: float, path: InputPath, known: SampledPoses
+    problem: QuietProblem, duration: float, path: InputPath, nearby: SampledPoses
 ) -> tuple[MotionFigures, Array] | None:
     """Measure a motion at many times, on both sides of its corners.
 
     Args:
         duration: seconds.
         path: the motion of the inputs.
-        known: closed poses that it passes near.
+        nearby: closed poses that it passes near.
 
     Returns:
         Its figures, and its excess over limits by kind and input (5, inputs); None if its loops
@@ -52,7 +52,7 @@ def measure_path(
     beside = [corner + side * BESIDE * duration for corner in path.corners for side in (-1, 1)]
     time = np.sort(np.concatenate([np.linspace(0.0, duration, MEASURED), beside]))
     u, ud, udd = path.at(time)
-    poses = problem.model.near(nearest_poses(problem, known, u), u)
+    poses = problem.model.near(nearest_poses(problem, nearby, u), u)
     if poses is None:
         return None
     loads = problem.model.loads(poses, ud[..., None], udd[..., None])[..., 0]
@@ -69,7 +69,7 @@ def compare_with_laws(
     problem: QuietProblem,
     duration: float,
     path: InputPath,
-    known: SampledPoses,
+    nearby: SampledPoses,
     laws: Sequence[InputPath],
     line: SampledPoses,
     *,
@@ -80,17 +80,17 @@ def compare_with_laws(
     Args:
         duration: seconds.
         path: the plan.
-        known: closed poses of the plan.
+        nearby: closed poses of the plan.
         laws: those of `LAWS` between the same poses.
         line: closed poses of the laws.
         convex: whether the plan is the minimum of a convex program.
     """
     model, objective, limits = problem.model, problem.objective, problem.limits
-    measured = measure_path(problem, duration, path, known)
+    measured = measure_path(problem, duration, path, nearby)
     assert measured is not None
     (after, excess), name = measured, "planned"
     exceeded = exceeded_limit(model.linkage, limits, excess)
-    exceeded = exceeded or _excited_frequency(problem, duration, path, known)
+    exceeded = exceeded or _excited_frequency(problem, duration, path, nearby)
     convex = convex and exceeded is None
     round_off = SHAKING_RELATIVE * problem.inertia_force
     compared = []
@@ -143,14 +143,14 @@ def exceeded_limit(
 
 
 def _excited_frequency(
-    problem: QuietProblem, duration: float, path: InputPath, known: SampledPoses
+    problem: QuietProblem, duration: float, path: InputPath, nearby: SampledPoses
 ) -> LimitExceeded | None:
     """Name the frequency of the base that a motion excites most; None if it excites none."""
     if not problem.frequencies:
         return None
     time = np.linspace(0.0, duration, MEASURED)
     u, ud, udd = path.at(time)
-    poses = problem.model.near(nearest_poses(problem, known, u), u)
+    poses = problem.model.near(nearest_poses(problem, nearby, u), u)
     assert poses is not None
     loads = problem.model.loads(poses, ud[..., None], udd[..., None])[:, :6, 0]
     excited = problem.excited(time, loads)

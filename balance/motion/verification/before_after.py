@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 from balance.motion.verification.crank_revolution import crank_of
 from balance.motion.verification.given_motions import Motions
 from balance.motion.verification.result import Verification, peak_change
-from balance.motion.verification.to_pinocchio import verify
+from balance.motion.verification.verify_motions import verify
 from balance.support.options import Balance
 from kinematics.model.linkage import Linkage
 from kinematics.model.motion import Motion

@@ -222,11 +222,11 @@ def _conditions(
         )
         degrees = interpolation.degrees(range(len(entries)))
         for e in sorted(degrees, key=lambda e: _size(degrees[e])):
-            known = degrees[e]
-            if known is None or known.unknowns() > MAX_UNKNOWNS:
-                _refuse_size(samples, known)
-            assert known is not None
-            fit = interpolation.fit(e, known)
+            degree = degrees[e]
+            if degree is None or degree.unknowns() > MAX_UNKNOWNS:
+                _refuse_size(samples, degree)
+            assert degree is not None
+            fit = interpolation.fit(e, degree)
             if fit is None:
                 raise ExactError(
                     f"{samples.source.linkage.source}: the coefficients of a formula are too "

@@ -390,14 +390,14 @@ class _OneLane(NamedTuple):
 
     Attributes:
         order: places of columns, or their numbers (unknowns,).
-        left: unknowns that the factor has (unknowns,).
-        known: factor of the transfers (unknowns, unknowns).
+        columns: unknowns that the factor has (unknowns,).
+        serial_rows: factor of the transfers (unknowns, unknowns).
         R: factor of the conditions (unknowns, unknowns).
     """
 
     order: IntArray
-    left: IntArray
-    known: Array
+    columns: IntArray
+    serial_rows: Array
     R: Array
 
 
@@ -419,7 +419,7 @@ class _LaneSweep(NamedTuple):
         weight: weight of the rows of one order (lanes,).
         ranks: rank after each order (orders,).
         state: 1 for a lane that is settled, -1 for one that is given up (lanes,).
-        one: for the basis of one lane.
+        lane: for the basis of one lane.
     """
 
     screws: Array
@@ -436,7 +436,7 @@ class _LaneSweep(NamedTuple):
     weight: Array
     ranks: IntArray
     state: IntArray
-    one: _OneLane
+    lane: _OneLane
 
 
 def _lane_workspace(chain: Chain, transfers: int, per: int, size: int) -> _LaneSweep:

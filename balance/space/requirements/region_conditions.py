@@ -217,14 +217,14 @@ def _in_motion(
     """Collect the conditions in all poses of a motion."""
     chain, masses = _motion_chain(common, motion), requirement.masses_alone
     tolerance = relative_tolerance(chain)
-    known = serial_transfers(chain, masses, tolerance).rows
+    transfers = serial_transfers(chain, masses, tolerance).rows
     select = _select_components(common, requirement, masses)
     if requirement.whole:
-        gathered = collect_conditions(chain, known, masses, tolerance, None)
+        gathered = collect_conditions(chain, transfers, masses, tolerance, None)
         conditions, poses, settled = gathered.conditions, gathered.poses, gathered.settled
     else:
         conditions, poses, settled = _partial_conditions(
-            chain, masses, Conditions.given(known, tolerance), select
+            chain, masses, Conditions.given(transfers, tolerance), select
         )
     return RegionConditions(
         requirement,
@@ -325,13 +325,15 @@ def _about_pose(common: CommonData, requirement: Requirement, order: int) -> Reg
     pose = None
     if requirement.pose is not None and any(value for _, value in requirement.pose):
         pose = _pose_at(common, dict(requirement.pose))
-    known, select = (
+    transfers, select = (
         _transfers(common, chain, masses),
         _select_components(common, requirement, masses),
     )
-    none = Conditions.given(known, relative_tolerance(chain))
+    none = Conditions.given(transfers, relative_tolerance(chain))
     conditions = _orders_about(chain, pose, order, masses, select, none, common)
-    return RegionConditions(requirement, conditions.rows, known, True, int(pose is not None))
+    return RegionConditions(
+        requirement, conditions.rows, transfers, True, int(pose is not None)
+    )
 
 
 def _series_rows(
@@ -376,11 +378,11 @@ def _on_places(
         PoseError: a pose of a path, or every pose of a surface tried, cannot be reached.
     """
     chain, masses = common.chain, requirement.masses_alone
-    known, select = (
+    transfers, select = (
         _transfers(common, chain, masses),
         _select_components(common, requirement, masses),
     )
-    conditions = Conditions.given(known, relative_tolerance(chain))
+    conditions = Conditions.given(transfers, relative_tolerance(chain))
     units = chain.units[_input_positions(common)]
     following, batch, used, settled = iter(places), count or FIRST_BATCH, 0, False
     while batch <= LARGEST_BATCH and not settled:
@@ -408,7 +410,7 @@ def _on_places(
             or (used > len(blocks) and conditions.rank == before)
         )
         batch *= 2
-    return RegionConditions(requirement, conditions.rows, known, settled, used)
+    return RegionConditions(requirement, conditions.rows, transfers, settled, used)
 
 
 def _input_positions(common: CommonData) -> Sequence[int]:

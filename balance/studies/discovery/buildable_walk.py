@@ -64,13 +64,13 @@ class BuildableResidual:
     Attributes:
         structure: the topology.
         geometry: the linkages.
-        found: their conditions.
+        conditions: theirs.
         cones: of the bodies.
     """
 
     structure: TopologyArrays
     geometry: LaneGeometry
-    found: LaneConditions
+    conditions: LaneConditions
     cones: _MassCones
 
     @cached_property
@@ -78,14 +78,14 @@ class BuildableResidual:
         """The best masses of each lane."""
         return [
             self.cones.least_momentum(rows) if usable else None
-            for rows, usable in zip(self._rows, self.found.usable, strict=True)
+            for rows, usable in zip(self._rows, self.conditions.usable, strict=True)
         ]
 
     @cached_property
     def _rows(self) -> Array:
         """``Uᵀ M / s_max`` (lanes, p, p)."""
-        values = self.found.values / np.maximum(self.found.values[:, :1], 1e-300)
-        return np.asarray(values[..., None] * self.found.Vt)
+        values = self.conditions.values / np.maximum(self.conditions.values[:, :1], 1e-300)
+        return np.asarray(values[..., None] * self.conditions.Vt)
 
     @cached_property
     def ratio(self) -> Array:
@@ -99,7 +99,10 @@ class BuildableResidual:
 
     def terms(self, lanes: IntArray) -> tuple[Array, Array]:
         """Compute ``Jᵀ J`` and ``Jᵀ r``; see `Measured`."""
-        conditions, largest = take_conditions(self.found, lanes), self.found.values[lanes, 0]
+        conditions, largest = (
+            take_conditions(self.conditions, lanes),
+            self.conditions.values[lanes, 0],
+        )
         unknowns = self.structure.unknowns
         z, Q = np.zeros((len(lanes), 1, unknowns)), np.zeros((len(lanes), unknowns, unknowns))
         for k, lane in enumerate(lanes.tolist()):

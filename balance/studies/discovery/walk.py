@@ -150,25 +150,25 @@ class SmallestValue:
     Attributes:
         structure: the topology.
         geometry: the linkages.
-        found: their conditions.
+        conditions: theirs.
         kept: index of the singular value.
     """
 
     structure: TopologyArrays
     geometry: LaneGeometry
-    found: LaneConditions
+    conditions: LaneConditions
     kept: int
 
     @property
     def ratio(self) -> Array:
         """The value over the largest (lanes,)."""
-        values = self.found.values
+        values = self.conditions.values
         with np.errstate(all="ignore"):
-            return np.where(self.found.usable, values[:, self.kept] / values[:, 0], np.inf)
+            return np.where(self.conditions.usable, values[:, self.kept] / values[:, 0], np.inf)
 
     def terms(self, lanes: IntArray) -> tuple[Array, Array]:
         """Compute ``Jᵀ J`` and ``Jᵀ s u``; see `Measured`."""
-        conditions, kept = take_conditions(self.found, lanes), self.kept
+        conditions, kept = take_conditions(self.conditions, lanes), self.kept
         here = self.geometry.take(lanes)
         D = momentum_rates(
             self.structure, here, conditions.poses, conditions.Vt[:, kept : kept + 1]

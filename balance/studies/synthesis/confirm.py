@@ -8,8 +8,8 @@ import numpy as np
 
 from balance.motion.motion_tolerances import SYNTHESIS_MOMENTUM, SYNTHESIS_SHAKING
 from balance.motion.verification.result import Verification
-from balance.motion.verification.to_pinocchio import verify
 from balance.motion.verification.trajectory import Trajectory, drive
+from balance.motion.verification.verify_motions import verify
 from balance.space.certification.certified_space import CertifiedSpace
 from balance.space.certification.certify_space import certify
 from balance.space.spaces.compute_space import design_space

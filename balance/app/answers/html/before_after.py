@@ -191,8 +191,8 @@ def _largest(
     """Select the columns of the same joints with the largest values before or after."""
     shared = [name for name in names[0] if name in names[1]]
     columns = [
-        array[:, [list(own).index(name) for name in shared]]
-        for array, own in zip(values, names, strict=True)
+        array[:, [list(joints).index(name) for name in shared]]
+        for array, joints in zip(values, names, strict=True)
     ]
     reach = np.max([np.abs(array).max(axis=0, initial=0.0) for array in columns], axis=0)
     ranked = rank_least_first([-size for size in reach.tolist()])

@@ -100,9 +100,11 @@ def density_facts(weights: Sequence[Counterweight]) -> list[tuple[str, str]]:
         return []
     limits = {weight.link: weight.density for weight in weights if weight.density}
     if limits:
-        one = len(set(limits.values())) == 1
+        alike = len(set(limits.values())) == 1
         parts = [f"{number_text(value)} kg/m³ on {link}" for link, value in limits.items()]
-        text = f"{number_text(next(iter(limits.values())))} kg/m³" if one else ", ".join(parts)
+        text = (
+            f"{number_text(next(iter(limits.values())))} kg/m³" if alike else ", ".join(parts)
+        )
         return [("density", f"at most {text}")]
     means = [weight.mean_density for weight in weights]
     densest = first_largest(means)

@@ -88,8 +88,8 @@ def _torque_rows(answer: SpringBalance) -> list[tuple[str, ...]]:
     kinds = {joint.name: joint.kind for joint in answer.linkage.joints}
     before, after = (np.abs(x).max(axis=0).tolist() for x in (answer.before, answer.after))
     rows: list[tuple[str, ...]] = []
-    for name, weight, left in zip(answer.linkage.inputs, before, after, strict=True):
+    for name, weight, torque in zip(answer.linkage.inputs, before, after, strict=True):
         unit, largest = "N" if kinds[name] == "prismatic" else "N m", max(before)
-        rest = size_text(left, ".4g", largest, SPRING_TORQUE_LEFT)
+        rest = size_text(torque, ".4g", largest, SPRING_TORQUE_LEFT)
         rows.append((name, f"{number_text(weight, scale=largest)} {unit}", f"{rest} {unit}"))
     return rows

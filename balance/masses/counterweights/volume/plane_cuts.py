@@ -81,13 +81,13 @@ def _cap(normal: Array, constant: float) -> Array:
         whole = constant > 0.0
         return np.diag([0.2, 0.2, 0.2, 1.0]) * (4.0 / 3.0 * np.pi * whole)
     n, h = normal / size, -constant / size
-    one, three, five = 1.0 - h, (1.0 - h**3) / 3.0, (1.0 - h**5) / 5.0
-    along = np.pi * (three - five)
-    across = 0.25 * np.pi * (one - 2.0 * three + five)
+    linear, cubic, quintic = 1.0 - h, (1.0 - h**3) / 3.0, (1.0 - h**5) / 5.0
+    along = np.pi * (cubic - quintic)
+    across = 0.25 * np.pi * (linear - 2.0 * cubic + quintic)
     moments = np.zeros((4, 4))
     moments[:3, :3] = across * np.eye(3) + (along - across) * np.outer(n, n)
     moments[:3, 3] = moments[3, :3] = 0.25 * np.pi * (1.0 - h * h) ** 2 * n
-    moments[3, 3] = np.pi * (one - three)
+    moments[3, 3] = np.pi * (linear - cubic)
     return moments
 
 
@@ -106,17 +106,17 @@ def _cylinder_part(normal: Array, constant: float) -> Array:
     x, width = np.sin(theta), np.cos(theta)
     low, high = _heights(alpha * x + constant, beta)
     w = 2.0 * w * width**2
-    one, z = high - low, 0.5 * (high**2 - low**2)
+    height, z = high - low, 0.5 * (high**2 - low**2)
     axes = np.column_stack([e, np.cross(np.eye(3)[2], e), np.eye(3)[2], np.zeros(3)])
     frame = np.vstack([axes, np.eye(4)[3]])
-    xx, xz, x1 = w @ (x * x * one), w @ (x * z), w @ (x * one)
-    yy, zz = w @ (width**2 * one) / 3.0, w @ (high**3 - low**3) / 3.0
+    xx, xz, x1 = w @ (x * x * height), w @ (x * z), w @ (x * height)
+    yy, zz = w @ (width**2 * height) / 3.0, w @ (high**3 - low**3) / 3.0
     local = np.array(
         [
             [xx, 0.0, xz, x1],
             [0.0, yy, 0.0, 0.0],
             [xz, 0.0, zz, w @ z],
-            [x1, 0.0, w @ z, w @ one],
+            [x1, 0.0, w @ z, w @ height],
         ]
     )
     return np.asarray(frame @ local @ frame.T)

@@ -17,7 +17,7 @@ from balance.motion.paths.demand import Kept
 from balance.motion.paths.found_paths import ReactionlessPaths
 from balance.motion.paths.path import path_table, timed_path
 from balance.motion.paths.path_search import find_paths
-from balance.motion.verification.to_pinocchio import verify
+from balance.motion.verification.verify_motions import verify
 from kinematics.loading.model_gallery import load
 from kinematics.model.document.element import Document
 from kinematics.model.linkage import Linkage

@@ -19,8 +19,8 @@ from balance.masses.remedies.request import RemedyRequest
 from balance.masses.remedies.variant import append_elements, free_name, names_taken
 from balance.masses.remedies.wheels.varying_ratio import integrate
 from balance.motion.motion_tolerances import SHAKING_RELATIVE
-from balance.motion.verification.to_pinocchio import verify
 from balance.motion.verification.trajectory import Trajectory, random_motions
+from balance.motion.verification.verify_motions import verify
 from balance.space.spaces.compute_space import design_space
 from kinematics.loading.model_gallery import load
 from kinematics.model.arrays import freeze
@@ -189,10 +189,10 @@ def balance_force(request: RemedyRequest) -> ForceBalanced:
     data = request.base.data
     if not space.as_given.balanced:
         least = least_matter(space, request.links, request.regions)
-        verdict = least.found.verdict
+        verdict = least.matter.verdict
         if verdict != "feasible":
             raise NoWheel(verdict, f"a wheel takes no force, and {least.reason}", least.proof)
-        data = with_counterweights(least.found)
+        data = with_counterweights(least.matter)
     document = Document(request.base.name, data)
     made = load(document, None, inputs, angles=angles)
     mass = sum(float(body.inertia[0]) for body in made.bodies)

@@ -22,7 +22,7 @@ from balance.app.answers.html.verification_page import verification_page
 from balance.app.cli.main import main
 from balance.bodies import mass_properties
 from balance.motion.verification.shaking_wrench import mass_parameters
-from balance.motion.verification.to_pinocchio import verify
+from balance.motion.verification.verify_motions import verify
 from tests.support.json_answers import read_schema
 from tests.support.laws import altered, off_axis, sums, words
 from tests.support.rounded_four_bar import four_bar

@@ -12,7 +12,7 @@ import kinematics
 from balance import Design, design_space
 from balance.checks import check_design
 from balance.masses.designs.feasibility import feasible
-from balance.motion.verification.to_pinocchio import verify
+from balance.motion.verification.verify_motions import verify
 from balance.space.inertial_parameters.conversions import violations
 from kinematics.errors import BodyError, LinkageError
 from tests.independent import reference

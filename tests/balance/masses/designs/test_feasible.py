@@ -12,7 +12,7 @@ import kinematics
 from balance import certify, design_space
 from balance.checks import check_certificate, check_design
 from balance.masses.designs.feasibility import feasible
-from balance.motion.verification.to_pinocchio import verify
+from balance.motion.verification.verify_motions import verify
 from kinematics.closure.assembly.assemble import assemble
 from tests.independent import reference
 from tests.support.designs import design_of_any_density

@@ -10,8 +10,8 @@ from balance.masses.counterweights.link_regions import regions_of
 from balance.masses.partial.motion_loads import AddedParameters, motion_loads
 from balance.motion.verification.joint_reactions import joint_reactions
 from balance.motion.verification.shaking_wrench import inertia_loads
-from balance.motion.verification.to_pinocchio import PinocchioModel
 from balance.motion.verification.trajectory import random_motions
+from balance.motion.verification.verify_motions import PinocchioModel
 from tests.support.robots import arm
 
 POINTS = [

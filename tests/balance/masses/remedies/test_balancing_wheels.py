@@ -19,8 +19,8 @@ from balance.masses.remedies.wheels.balancing_wheels import (
 )
 from balance.masses.remedies.wheels.varying_ratio import VaryingRatio, integrate
 from balance.masses.remedies.wheels.wheels_on_base import balance_force
-from balance.motion.verification.to_pinocchio import PinocchioModel
 from balance.motion.verification.trajectory import drive, random_motions
+from balance.motion.verification.verify_motions import PinocchioModel
 from kinematics.errors import PoseError
 from kinematics.model.document.element import Document
 from tests.support.remedy_requests import (

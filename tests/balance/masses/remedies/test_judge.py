@@ -11,7 +11,7 @@ import kinematics
 from balance.masses.remedies.judge import judge
 from balance.masses.remedies.request import RemedyRequest, freedoms_of, input_inertia
 from balance.masses.remedies.variant import Variant, append_elements, free_name, names_taken
-from balance.motion.verification.to_pinocchio import PinocchioModel
+from balance.motion.verification.verify_motions import PinocchioModel
 from kinematics import ScrewJoint, from_screws
 from kinematics.closure.joint_positions import joint_positions
 from kinematics.model.document import make_elements

@@ -12,8 +12,8 @@ import kinematics
 from balance.motion import shaking
 from balance.motion.verification.joint_reactions import joint_reactions
 from balance.motion.verification.shaking_wrench import inertia_loads, wrench_to_si
-from balance.motion.verification.to_pinocchio import PinocchioModel
 from balance.motion.verification.trajectory import drive
+from balance.motion.verification.verify_motions import PinocchioModel
 from kinematics.closure.joint_positions import input_chain
 from kinematics.closure.series import loop_matrix
 from tests.support.motions import around, bodies, slope, states

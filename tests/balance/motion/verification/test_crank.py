@@ -15,7 +15,7 @@ from balance import design, design_space
 from balance.app.cli.main import main
 from balance.app.cli.motion_source import _speed
 from balance.motion.verification.crank_revolution import STEPS, revolve_crank
-from balance.motion.verification.to_pinocchio import verify
+from balance.motion.verification.verify_motions import verify
 from kinematics.errors import CoordinateError, MotionError, PoseError, UsageError
 from tests.support.laws import altered
 from tests.support.verify_command import run

@@ -16,13 +16,13 @@ from balance.motion.verification.shaking_wrench import (
     inertia_sizes,
     mass_parameters,
 )
-from balance.motion.verification.to_pinocchio import (
+from balance.motion.verification.trajectory import drive, random_motions
+from balance.motion.verification.verify_motions import (
     PinocchioModel,
     measure_shaking,
     verify,
     verify_second,
 )
-from balance.motion.verification.trajectory import drive, random_motions
 from kinematics.closure.joint_positions import input_chain
 from kinematics.errors import LinkageError, MotionError, PoseError
 from kinematics.model.spatial.screws import Ad

@@ -14,8 +14,8 @@ from balance.app.answers.html.verification import panels
 from balance.app.answers.html.verification_page import verification_page
 from balance.app.answers.text.verification import verification_facts
 from balance.app.cli.main import main
-from balance.motion.verification.to_pinocchio import verify, verify_second
 from balance.motion.verification.trajectory import drive
+from balance.motion.verification.verify_motions import verify, verify_second
 from kinematics.errors import PoseError
 from kinematics.wording import size_text
 from tests.support.laws import altered

@@ -8,7 +8,7 @@ import pytest
 
 import balance
 import kinematics
-from balance.motion.verification.to_pinocchio import PinocchioModel
+from balance.motion.verification.verify_motions import PinocchioModel
 from kinematics.closure.joint_positions import joint_positions
 from kinematics.errors import PoseError
 

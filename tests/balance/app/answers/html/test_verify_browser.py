@@ -8,7 +8,7 @@ from selenium.webdriver.common.by import By
 
 import kinematics
 from balance.app.answers.html.verification_page import verification_page
-from balance.motion.verification.to_pinocchio import verify, verify_second
+from balance.motion.verification.verify_motions import verify, verify_second
 from tests.support.browser import (
     Select,
     complaints,

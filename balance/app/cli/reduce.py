@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from collections.abc import Callable
 from functools import partial
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from balance.app.answers.answer import Answer, Files
 from balance.app.cli.arguments import Parser
@@ -172,25 +172,34 @@ def _front(arguments: argparse.Namespace) -> ParetoFront:
     linkage = load_model(arguments, arguments.angles)
     # Load the kernels only after the file is accepted.
     from balance.masses.partial.budgets import pareto, single
+    from balance.masses.partial.shaking_problem import ShakingOptions
     from balance.space.spaces.compute_space import design_space
 
     space = design_space(linkage, arguments.motion, arguments.balance, 0)
     with progress_bar("motions and designs") as advance:
-        options = {
+        options: dict[str, Any] = {
             "regions": dict(arguments.region),
             "motions": motions_of(arguments, linkage),
             "weight_moment": arguments.weight_moment,
             "frame": arguments.frame,
             "max_bearing": dict(arguments.max_bearing),
             "max_torque": dict(arguments.max_torque),
-            "progress": advance,
             "about": arguments.about,
             "thickness": arguments.thickness,
             "density": densities_of(arguments, arguments.links),
         }
         if arguments.pareto is None:
-            return single(space, arguments.links, arguments.budget, **options)
-        return pareto(space, arguments.links, arguments.pareto, arguments.budget, **options)
+            return single(
+                space, arguments.links, arguments.budget, ShakingOptions(**options), advance
+            )
+        return pareto(
+            space,
+            arguments.links,
+            arguments.pareto,
+            arguments.budget,
+            progress=advance,
+            **options,
+        )
 
 
 def _files(

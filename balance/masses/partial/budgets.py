@@ -20,6 +20,7 @@ from balance.masses.partial.least_shaking import CapsConflict, LeastShaking
 from balance.masses.partial.results import ParetoFront, PartialBalance
 from balance.masses.partial.shaking_problem import (
     ShakingFigures,
+    ShakingOptions,
     ShakingProblem,
     build_problem,
 )
@@ -104,69 +105,37 @@ def partial(
         >>> found.verdict, found.found.objective < found.given.objective
         ('optimal', True)
     """
-    return single(
-        space,
-        links,
-        budget,
-        regions=regions,
-        motions=motions,
-        frame=frame,
-        weight_moment=weight_moment,
-        max_bearing=max_bearing,
-        max_torque=max_torque,
-        about=about,
-        density=density,
-        thickness=thickness,
-    ).designs[0]
+    options = ShakingOptions(
+        regions,
+        motions,
+        weight_moment,
+        max_bearing,
+        max_torque,
+        frame,
+        about,
+        density,
+        thickness,
+    )
+    return single(space, links, budget, options).designs[0]
 
 
 def single(
     space: DesignSpace | LinkageLike,
     links: Sequence[str],
     budget: float,
-    *,
-    regions: Mapping[str, Region | str] | None = None,
-    motions: Motions | None = None,
-    weight_moment: float | None = None,
-    max_bearing: Mapping[str, float] | None = None,
-    max_torque: Mapping[str, float] | None = None,
-    frame: ElasticFrame | None = None,
-    about: ArrayLike | None = None,
-    density: float | Mapping[str, float] | None = None,
-    thickness: float | None = None,
+    options: ShakingOptions,
     progress: Callable[[int, int], None] | None = None,
 ) -> ParetoFront:
     """Compute what `partial` does, as a front of one design.
 
     Args:
-        space: see `partial`, as for the other arguments.
+        space: see `partial`.
         links: names of the links that may get matter.
         budget: most mass to add, kg.
-        regions: where matter may be added, by link.
-        weight_moment: metres.
-        max_bearing: largest force in joints, N.
-        max_torque: largest drive torque of inputs, N m or N.
-        frame: an elastic frame.
-        about: point for moments, metres.
-        density: kg/m³.
-        thickness: of plates, metres.
         progress: called with the number of motions done and the number of all motions.
     """
     check_budget(budget)
-    problem = build_problem(
-        _space_of(space),
-        links,
-        regions or {},
-        motions,
-        weight_moment,
-        max_bearing or {},
-        max_torque or {},
-        frame,
-        progress,
-        about,
-        density,
-        thickness,
-    )
+    problem = build_problem(_space_of(space), links, options, progress)
     designs = _describe(problem, [budget], [problem.solve(budget)])
     return designs[0].front
 
@@ -237,20 +206,18 @@ def pareto(
         if progress is not None:
             progress(done, count + n)
 
-    problem = build_problem(
-        computed_space,
-        links,
-        regions or {},
+    options = ShakingOptions(
+        regions,
         motions,
         weight_moment,
-        max_bearing or {},
-        max_torque or {},
+        max_bearing,
+        max_torque,
         frame,
-        advance,
         about,
         density,
         thickness,
     )
+    problem = build_problem(computed_space, links, options, advance)
     most = UNLIMITED * given if budget is None else budget
     end = problem.solve(most)
     if isinstance(end, LeastShaking):

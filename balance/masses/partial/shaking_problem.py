@@ -38,6 +38,34 @@ RANDOM_MOTIONS = 10
 SAMPLES = 200
 
 
+@dataclass(frozen=True)
+class ShakingOptions:
+    """What may shake how, and what may be added; None for what `partial` does by default.
+
+    Attributes:
+        regions: where matter may be added, by link; see
+            `balance.masses.counterweights.link_regions.regions_of`.
+        motions: one or several, as for `balance.verify`.
+        weight_moment: a moment of so many newton metres counts as a force of one newton.
+        max_bearing: largest force in joints, N.
+        max_torque: largest drive torque of inputs, N m, for sliding ones N.
+        frame: an elastic frame whose vibration is minimised instead of the shaking.
+        about: point in the inertial frame for moments, metres.
+        density: density that added matter nowhere exceeds, kg/m³.
+        thickness: that of plates of added matter, m.
+    """
+
+    regions: Mapping[str, Region | str] | None = None
+    motions: Motions | None = None
+    weight_moment: float | None = None
+    max_bearing: Mapping[str, float] | None = None
+    max_torque: Mapping[str, float] | None = None
+    frame: ElasticFrame | None = None
+    about: ArrayLike | None = None
+    density: float | Mapping[str, float] | None = None
+    thickness: float | None = None
+
+
 class ShakingFigures(NamedTuple):
     """What a linkage with some masses does along the motions, without gravity.
 
@@ -78,7 +106,7 @@ class ShakingProblem:
         loads: loads along each motion.
         program: objective and caps.
         factors: triangular factors of the mean squares of the moment and of the force.
-        weight_moment: metres; see `build_problem`.
+        weight_moment: metres; see `ShakingOptions`.
         frame: the elastic frame, if there is one.
         point: point of the inertial frame that moments are about (3,), metres.
     """
@@ -177,46 +205,29 @@ class ShakingProblem:
 def build_problem(
     space: DesignSpace,
     links: Sequence[str],
-    regions: Mapping[str, Region | str],
-    motions: Motions | None,
-    weight_moment: float | None,
-    max_bearing: Mapping[str, float],
-    max_torque: Mapping[str, float],
-    frame: ElasticFrame | None,
+    options: ShakingOptions,
     progress: Callable[[int, int], None] | None = None,
-    about: ArrayLike | None = None,
-    density: float | Mapping[str, float] | None = None,
-    thickness: float | None = None,
 ) -> ShakingProblem:
     """Compute the loads along motions and factorise the objective.
 
     Args:
         space: a design space; one for force balance does not count moments.
         links: names of the links that may get matter.
-        regions: where, by name; see `balance.masses.counterweights.link_regions.regions_of`.
-        motions: one or several, as for `balance.verify`; by default its random ones.
-        weight_moment: a moment of so many newton metres counts as a force of one newton; by
-            default the characteristic length of the linkage.
-        max_bearing: largest force in joints, N.
-        max_torque: largest drive torque of inputs, N m, for sliding ones N.
-        frame: an elastic frame whose vibration is minimised instead of the shaking.
         progress: called with the number of motions done and the number of all.
-        about: point in the inertial frame for moments, metres; the middle of the mechanism by
-            default.
-        density: density that added matter nowhere exceeds, kg/m³; None for point masses.
-        thickness: that of plates of added matter, m; None for other matter.
 
     Raises:
         BodyError: a link is unknown, or its region cannot be found.
         PoseError: nothing moves.
         UsageError: a number is out of range, or a joint is unknown.
     """
-    asked = read_motions(space.linkage, motions, space.motion)
-    chosen = regions_of(space, links, regions)
-    limits = density_limits(space, chosen, density, thickness)
+    frame, about = options.frame, options.about
+    max_bearing, max_torque = options.max_bearing or {}, options.max_torque or {}
+    asked = read_motions(space.linkage, options.motions, space.motion)
+    chosen = regions_of(space, links, options.regions or {})
+    limits = density_limits(space, chosen, options.density, options.thickness)
     stocks = stocks_of(space, chosen, limits) if limits else {}
     chosen = {b: stocks[b].region if stocks else region for b, region in chosen.items()}
-    weight = _weight_of_moments(space, weight_moment)
+    weight = _weight_of_moments(space, options.weight_moment)
     _check_caps(space, max_bearing, max_torque)
     if frame is not None:
         frame.check()
@@ -257,7 +268,7 @@ def build_problem(
 
 
 def _weight_of_moments(space: DesignSpace, weight: float | None) -> float:
-    """Return the moment that counts as much as a unit force, metres; see `build_problem`."""
+    """Return the moment that counts as much as a unit force, metres; see `ShakingOptions`."""
     length = space.linkage.spatial_chain.frame.length if weight is None else float(weight)
     if not (isfinite(length) and length > 0.0):
         raise UsageError(f"a moment cannot weigh {length:g} m: give a length above 0")

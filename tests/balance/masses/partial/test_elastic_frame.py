@@ -9,7 +9,7 @@ import kinematics
 from balance import design_space, partial
 from balance.masses import ElasticFrame
 from balance.masses.partial.elastic_frame import is_periodic, vibration
-from balance.masses.partial.shaking_problem import build_problem
+from balance.masses.partial.shaking_problem import ShakingOptions, build_problem
 from balance.motion.verification.crank_revolution import revolve_crank
 from balance.motion.verification.trajectory import Trajectory, random_motions
 from kinematics.errors import UsageError
@@ -101,7 +101,7 @@ def test_full_force_balance_shakes_a_soft_frame_more_than_partial_balance_does()
     assert full.share < 1e-9
     space = design_space("slider_crank", max_order=0)
     best = partial(space, add, full.mass, frame=frame, **options)
-    problem = build_problem(space, add, regions, None, 1.0, {}, {}, frame)
+    problem = build_problem(space, add, ShakingOptions(regions, weight_moment=1.0, frame=frame))
     s = balanced_coordinates(problem, full)
     figures = problem.figures([s])[0]
     assert figures.force < 1e-9 * best.given.force

@@ -6,7 +6,7 @@ from scipy.optimize import lsq_linear
 
 import balance
 from balance.masses.counterweights.region_text import read_region
-from balance.masses.partial.shaking_problem import build_problem
+from balance.masses.partial.shaking_problem import ShakingOptions, build_problem
 from balance.motion.verification.trajectory import random_motions
 from balance.support.clarabel_adapter import triangles
 from kinematics.loading.model_gallery import as_linkage
@@ -43,7 +43,7 @@ def test_the_bound_is_below_bounded_least_squares_and_the_answer_near_it(balance
         space, ["crank", "rocker"], 1000.0, regions=BOXES, motions=motions, density=STEEL
     )
     assert found.verdict == "optimal"
-    problem = build_problem(space, list(BOXES), BOXES, motions, None, {}, {}, None)
+    problem = build_problem(space, list(BOXES), ShakingOptions(BOXES, motions))
     R = problem.program.factor
     parts = cells_of([read_region(text) for text in BOXES.values()], STEEL, 600)
     blocks = [
@@ -64,7 +64,7 @@ def test_no_random_filling_shakes_less_than_the_bound():
         space, ["crank", "rocker"], 0.5, regions=BOXES, motions=motions, density=STEEL
     )
     assert found.verdict == "optimal" and found.mass <= 0.5 * (1.0 + 1e-9)
-    problem = build_problem(space, list(BOXES), BOXES, motions, None, {}, {}, None)
+    problem = build_problem(space, list(BOXES), ShakingOptions(BOXES, motions))
     parts = cells_of([read_region(text) for text in BOXES.values()], STEEL, 200)
     rng, least = np.random.default_rng(0), np.inf
     for _ in range(2000):
@@ -140,7 +140,7 @@ def test_boxes_that_are_too_small_are_filled():
         balance.partial(space, list(boxes), 3.0, regions=boxes, motions=motions, **limits)
         for limits in ({"density": STEEL}, {})
     )
-    problem = build_problem(space, list(boxes), boxes, motions, None, {}, {}, None)
+    problem = build_problem(space, list(boxes), ShakingOptions(boxes, motions))
     whole = []
     for text in boxes.values():
         region = read_region(text)

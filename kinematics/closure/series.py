@@ -50,6 +50,7 @@ from kinematics.numerics.linalg.skyline_qr import (
     fill_envelope,
     solve_least_norm,
 )
+from kinematics.numerics.tolerances import SERIES_RESIDUAL
 
 
 @kernel(reference_counting=False)
@@ -216,6 +217,15 @@ class Series(NamedTuple):
     def order(self) -> int:
         """Highest order."""
         return self.C.shape[1] - 1
+
+    @property
+    def open_order(self) -> int:
+        """First order of the motion along ray 0 at which loops do not close; 0 if they do."""
+        sizes = np.abs(self.C[0]).max(axis=(1, 2))
+        for order, (residual, size) in enumerate(zip(self.residual, sizes, strict=True)):
+            if residual > SERIES_RESIDUAL * max(1.0, size, sizes[0] ** (order + 1)):
+                return order + 1
+        return 0
 
 
 def expand(chain: Chain, rays: Array, order: int) -> Series:

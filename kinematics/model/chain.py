@@ -12,7 +12,7 @@ from dataclasses import replace
 import numpy as np
 
 from kinematics.model.arrays import Chain, Frame, freeze
-from kinematics.model.linkage import UnassembledLinkage
+from kinematics.model.linkage import Body, UnassembledLinkage
 from kinematics.numerics.array_types import Array, Flags, IntArray
 from kinematics.numerics.tolerances import (
     AXIS_ROUNDING,
@@ -71,7 +71,7 @@ def extent(draft: UnassembledLinkage) -> Frame:
     points = np.array([joint.point for joint in draft.joints]).reshape(-1, 3)
     origin = points.mean(axis=0)
     far = float(np.linalg.norm(points - origin, axis=1).max())
-    centres = np.linalg.norm(_centres_of_mass(draft) - origin, axis=1)
+    centres = np.linalg.norm(centres_of_mass(draft.bodies) - origin, axis=1)
     length = max(far, float(np.median(centres)) if centres.size else 0.0)
     return Frame(freeze(np.eye(3)), freeze(origin), length or 1.0)
 
@@ -88,7 +88,7 @@ def _fitted_frame(draft: UnassembledLinkage) -> Frame:
     screws = [joint.screw for joint in draft.joints if joint.kind != "prismatic"]
     turning = np.array(screws).reshape(-1, 6)
     arms = np.cross(turning[:, :3], turning[:, 3:] + np.cross(turning[:, :3], origin))
-    centres = _centres_of_mass(draft)
+    centres = centres_of_mass(draft.bodies)
     largest = max(float(np.abs(a).max(initial=0.0)) for a in (points, centres))
     meeting = not (draft.loops and screws and _are_parallel(turning))
     least = max(
@@ -107,9 +107,9 @@ def _are_parallel(turning: Array) -> bool:
     return bool(np.abs(np.cross(turning[:, :3], turning[0, :3])).max() <= AXIS_ROUNDING)
 
 
-def _centres_of_mass(draft: UnassembledLinkage) -> Array:
+def centres_of_mass(bodies: Sequence[Body]) -> Array:
     """Compute the centres of mass (count, 3) of the bodies that have one."""
-    massive = [body.inertia for body in draft.bodies if body.inertia[0] > 0.0]
+    massive = [body.inertia for body in bodies if body.inertia[0] > 0.0]
     return np.array([z[1:4] / z[0] for z in massive]).reshape(-1, 3)
 
 

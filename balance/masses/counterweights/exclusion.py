@@ -55,6 +55,45 @@ class Exclusion(NamedTuple):
         return check_summary(self, excluded=1.0 / MASS_EXCLUDED)
 
 
+class CertificateValues(NamedTuple):
+    """What a functional on the inertial parameters is worth, divided by its size.
+
+    Attributes:
+        slip: its size on the orthonormal basis of the design space.
+        margin: minus its value on the given masses, less what the slip may hide.
+        forms: its value on a unit point mass at u, ``[u; 1]ᵀ F [u; 1]``, by region
+            (regions, 4, 4).
+        slips: most that the slip may hide of such a value (regions,).
+    """
+
+    slip: float
+    margin: float
+    forms: Array
+    slips: Array
+
+
+def values_of_certificate(
+    space: DesignSpace, regions: Mapping[int, Region], certificate: ArrayLike
+) -> CertificateValues | None:
+    """Evaluate a functional w (parameters,), in the units of the chain; None if it is none."""
+    w = np.asarray(certificate, dtype=np.float64)
+    size = float(np.linalg.norm(w))
+    if not (np.isfinite(size) and size > 0.0):
+        return None
+    w = w / size
+    force = space.balance == "force"
+    file = given_parameters(space)
+    given = to_chain(file, space.chain.frame, space.planar, force).reshape(-1)
+    slip = float(np.linalg.norm(space.scaled_basis.T @ w))
+    margin = -float(w @ given) - slip * float(np.linalg.norm(given))
+    per_moment = parameters_per_moment(space, regions)
+    parts = w.reshape(len(space.bodies), 1, -1)[list(regions)]
+    forms = ((parts @ per_moment)[:, 0] @ TRIANGLES[4].T).reshape(-1, 4, 4)
+    # The size of [u; 1][u; 1]ᵀ is at most 4 in a box, the largest of the shapes.
+    slips = slip * 4.0 * np.linalg.norm(per_moment, 2, axis=(1, 2))
+    return CertificateValues(slip, margin, forms, slips)
+
+
 def check_exclusion(
     space: DesignSpace, regions: Mapping[int, Region], certificate: ArrayLike
 ) -> Exclusion:
@@ -69,25 +108,14 @@ def check_exclusion(
         regions: region by position of the body.
         certificate: w (parameters,) in the units of the chain.
     """
-    w = np.asarray(certificate, dtype=np.float64)
-    size = float(np.linalg.norm(w))
-    if not (np.isfinite(size) and size > 0.0):
+    values = values_of_certificate(space, regions, certificate)
+    if values is None:
         return Exclusion(False, np.inf, 0.0, 0.0)
-    w = w / size
-    file = given_parameters(space)
-    force = space.balance == "force"
-    given = to_chain(file, space.chain.frame, space.planar, force).reshape(-1)
-    slip = float(np.linalg.norm(space.scaled_basis.T @ w))
-    margin = -float(w @ given) - slip * float(np.linalg.norm(given))
-    per_moment = parameters_per_moment(space, regions)
-    parts = w.reshape(len(space.bodies), 1, -1)[list(regions)]
-    forms = (parts @ per_moment)[:, 0] @ TRIANGLES[4].T
-    most = -least_values(list(regions.values()), -forms.reshape(-1, 4, 4))
-    # The size of [u; 1][u; 1]ᵀ is at most 4 in a box, the largest of the shapes.
-    slips = slip * 4.0 * np.linalg.norm(per_moment, 2, axis=(1, 2))
-    gain = float((most + slips).max(initial=0.0))
+    slip, margin = values.slip, values.margin
+    most = -least_values(list(regions.values()), -values.forms)
+    gain = float((most + values.slips).max(initial=0.0))
     excluded = 0.0 if margin <= 0.0 else margin / gain if gain > 0.0 else np.inf
-    enough = excluded >= MASS_EXCLUDED * float(file[:, 0].sum())
+    enough = excluded >= MASS_EXCLUDED * float(given_parameters(space)[:, 0].sum())
     accepted = bool(slip <= CERTIFICATE_ORTHOGONAL and margin > 0.0 and enough)
     return Exclusion(accepted, slip, margin, float(excluded))
 

@@ -55,7 +55,7 @@ from balance.masses.designs.verdicts import (
 from balance.space.certification.certified_space import CertifiedSpace
 from balance.space.spaces.compute_space import as_space
 from balance.space.spaces.design_space import DesignSpace
-from balance.support.clarabel_adapter import ConstraintBlock, solve_conic
+from balance.support.clarabel_adapter import ConicSolution, ConstraintBlock, solve_conic
 from balance.support.tolerances import KEPT_BODY_RESIDUAL
 from kinematics.loading.model_gallery import LinkageLike
 from kinematics.model.arrays import freeze
@@ -227,11 +227,7 @@ def _density_candidates(
         yield None, _density_certificates(program, limits, limited, dual[:split], dual[split:])
     else:
         yield solution.x[:size], ()
-    extended = np.block([[rows, offset[:, None]], [-q, 0.0]])
-    bound = np.append(np.zeros(offset.size), 1.0)
-    solution = solve_conic(
-        np.append(0.0 * q, -1.0), extended, bound, [*parts, ConstraintBlock("nonnegative", 1)]
-    )
+    solution = solve_largest_margin(q, rows, offset, parts)
     dual = solution.dual[:-1]
     yield (
         solution.x[:size],
@@ -334,13 +330,25 @@ def _candidates(program: Program) -> Iterator[tuple[Array | None, Iterable[Certi
         yield None, certificates_from_dual(program, solution.dual)
     else:
         yield solution.x, ()
-    # Maximise t with P_b ⪰ t and τ ≥ t, for traces that add up to at most 1.
+    solution = solve_largest_margin(q, rows, offset, parts)
+    yield solution.x[:-1], certificates_from_dual(program, solution.dual[:-1])
+
+
+def solve_largest_margin(
+    q: Array, rows: Array, offset: Array, parts: Sequence[ConstraintBlock]
+) -> ConicSolution:
+    """Maximise t with P_b ⪰ t and τ ≥ t, for traces that add up to at most 1.
+
+    Args:
+        q: as from `least_traces`, like the other arguments.
+
+    Returns:
+        A solution whose last unknown is t.
+    """
     extended = np.block([[rows, offset[:, None]], [-q, 0.0]])
     bound = np.append(np.zeros(offset.size), 1.0)
-    solution = solve_conic(
-        np.append(0.0 * q, -1.0), extended, bound, [*parts, ConstraintBlock("nonnegative", 1)]
-    )
-    yield solution.x[:-1], certificates_from_dual(program, solution.dual[:-1])
+    blocks = [*parts, ConstraintBlock("nonnegative", 1)]
+    return solve_conic(np.append(0.0 * q, -1.0), extended, bound, blocks)
 
 
 def least_traces(program: Program) -> tuple[Array, Array, Array, list[ConstraintBlock]]:

@@ -20,6 +20,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from balance.motion.verification.shaking_wrench import motion_in_chain
 from balance.motion.verification.trajectory import Trajectory
 from balance.space.momentum.regressor import RegressorSeries
 from kinematics.closure.joint_positions import input_chain
@@ -71,7 +72,7 @@ def load_rows(
     length, bodies = chain.frame.length, chain.links.size
     shaking, weight = np.empty((2, trajectory.time.size, 6, bodies, 10))
     drives = np.empty((trajectory.time.size, units.size, bodies, 10))
-    q, ud, udd = trajectory.q / chain.units, trajectory.ud / units, trajectory.udd / units
+    q, ud, udd = motion_in_chain(linkage, chain, trajectory)
     for k in range(trajectory.time.size):
         shaking[k], weight[k], twists = _one_sample(
             chain, q[k], ud[k], udd[k], gravity / length

@@ -9,6 +9,7 @@ import numpy as np
 from balance.motion.verification.shaking_wrench import (
     inertia_loads,
     mass_parameters,
+    motion_in_chain,
     wrench_to_si,
 )
 from balance.motion.verification.trajectory import Trajectory
@@ -55,14 +56,8 @@ def momentum_along(linkage: Linkage, trajectory: Trajectory) -> Momentum:
         trajectory: a motion of it.
     """
     chain = input_chain(linkage)
-    scale = chain.units[linkage.positions_of(linkage.inputs)]
-    loads = inertia_loads(
-        chain,
-        mass_parameters(linkage),
-        trajectory.q / chain.units,
-        trajectory.ud / scale,
-        trajectory.udd / scale,
-    )
+    motion = motion_in_chain(linkage, chain, trajectory)
+    loads = inertia_loads(chain, mass_parameters(linkage), *motion)
     total, rate = (
         wrench_to_si(x.sum(axis=1), chain.frame) for x in (loads.momentum, loads.rate)
     )

@@ -25,6 +25,7 @@ from balance.motion.verification.shaking_wrench import (
     inertia_loads,
     load_regressors,
     mass_parameters,
+    motion_in_chain,
     move_wrenches,
     wrench_to_si,
 )
@@ -36,7 +37,7 @@ from kinematics.errors import LinkageError, UsageError
 from kinematics.model.arrays import Chain, freeze
 from kinematics.model.linkage import Linkage
 from kinematics.model.plane import plane_axes
-from kinematics.model.spatial.inertia import displace_parameters
+from kinematics.model.spatial.inertia import displace_parameters, stack_parameters
 from kinematics.numerics.array_types import Array
 
 
@@ -145,8 +146,7 @@ def deviating_loads(
     """
     chain = input_chain(linkage)
     masses = mass_parameters(linkage, z)
-    units = chain.units[linkage.positions_of(linkage.inputs)]
-    q, ud, udd = trajectory.q / chain.units, trajectory.ud / units, trajectory.udd / units
+    q, ud, udd = motion_in_chain(linkage, chain, trajectory)
     rate = load_regressors(chain, q, ud, udd).rate
     parameters = to_chain(masses, chain.frame, False, False)
 
@@ -234,14 +234,8 @@ def exact_peaks(
         about: point of moments (3,), metres.
     """
     chain = input_chain(linkage)
-    units = chain.units[linkage.positions_of(linkage.inputs)]
-    rate = inertia_loads(
-        chain,
-        masses,
-        trajectory.q / chain.units,
-        trajectory.ud / units,
-        trajectory.udd / units,
-    ).rate.sum(axis=1)
+    motion = motion_in_chain(linkage, chain, trajectory)
+    rate = inertia_loads(chain, masses, *motion).rate.sum(axis=1)
     wrench = move_wrenches(wrench_to_si(rate, chain.frame), about)
     lengths = [k for k, owner in enumerate(loads.owners) if deviations[owner].kind == "length"]
     wrench = wrench + loads.columns[:, :, lengths] @ vertex[lengths]
@@ -253,8 +247,7 @@ def _displaced(z: Array, d: Array) -> Array:
     """Compute how parameters (10,) change with a displacement of the matter, per metre."""
     m, mc = z[0], z[1:4]
     E = 2.0 * (mc @ d) * np.eye(3) - np.outer(mc, d) - np.outer(d, mc)
-    entries = [E[0, 0], E[1, 1], E[2, 2], E[0, 1], E[0, 2], E[1, 2]]
-    return np.array([0.0, *(m * d), *entries])
+    return stack_parameters(0.0, m * d, E)
 
 
 def _squares(size: float) -> Array:

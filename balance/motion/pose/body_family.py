@@ -35,6 +35,7 @@ from kinematics.model.spatial.inertia import (
     displace_parameters,
     inertia_tensor,
     parameters,
+    stack_parameters,
 )
 from kinematics.model.spatial.screws import twist_axis, wrench_axis
 from kinematics.numerics.array_types import Array
@@ -221,15 +222,15 @@ def _turning(t: Array, h: Array) -> tuple[object, ...]:
     square = across @ across / rate**2
     least = square / moment if moment > 0.0 else np.inf
     E = np.outer(n, e) + np.outer(e, n) - (n @ e) * np.outer(n, n)
-    z = _stack(mass or 0.0, -np.cross(n, p) / rate, E)
+    z = stack_parameters(mass or 0.0, -np.cross(n, p) / rate, E)
     a, b = _across(n)
-    changes = [_stack(0.0, n, np.zeros((3, 3)))]
+    changes = [stack_parameters(0.0, n, np.zeros((3, 3)))]
     changes += [
-        _stack(0.0, np.zeros(3), 0.5 * (np.outer(x, y) + np.outer(y, x)))
+        stack_parameters(0.0, np.zeros(3), 0.5 * (np.outer(x, y) + np.outer(y, x)))
         for x, y in ((a, a), (b, b), (a, b))
     ]
     if not pitch:
-        changes.insert(0, _stack(1.0, np.zeros(3), np.zeros((3, 3))))
+        changes.insert(0, stack_parameters(1.0, np.zeros(3), np.zeros((3, 3))))
     there = displace_parameters(np.array([z, *changes]), _shift(r))
     return (
         freeze(there[0]),
@@ -253,12 +254,12 @@ def _translating(t: Array, h: Array) -> tuple[object, ...]:
     unmet = ("v ∥ p",) * bool(off > MOMENTUM_NULL * size)
     unmet += ("v ⊥ ξ",) * bool(abs(n @ moment) > MOMENTUM_NULL * size)
     first = np.cross(v, moment) / square
-    changes = [_stack(0.0, n, np.zeros((3, 3)))]
+    changes = [stack_parameters(0.0, n, np.zeros((3, 3)))]
     for i, j in ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)):
         E = np.zeros((3, 3))
         E[i, j] = E[j, i] = 1.0
-        changes.append(_stack(0.0, np.zeros(3), E))
-    z = _stack(mass, first, np.zeros((3, 3)))
+        changes.append(stack_parameters(0.0, np.zeros(3), E))
+    z = stack_parameters(mass, first, np.zeros((3, 3)))
     return (
         freeze(z),
         freeze(np.array(changes).T),
@@ -332,9 +333,3 @@ def _shift(r: Array) -> Array:
     H = np.eye(4)
     H[:3, 3] = r
     return H
-
-
-def _stack(mass: float, first: Array, E: Array) -> Array:
-    """Parameters (10,) of mass, first moment and tensor."""
-    entries = [E[0, 0], E[1, 1], E[2, 2], E[0, 1], E[0, 2], E[1, 2]]
-    return np.array([mass, *first, *entries])

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 
+from kinematics.model.document.element import Element
 from kinematics.model.linkage import Linkage
 from kinematics.numerics.array_types import Array
 
@@ -19,15 +22,8 @@ def joint_limits(linkage: Linkage) -> Array:
         Shape (2, n): rad and m; infinite where there is no limit.
     """
     limits = np.full((2, len(linkage.joints)), [[-np.inf], [np.inf]])
-    if linkage.tree is None:
-        return limits
     moved = np.zeros(len(linkage.joints)) if linkage.displaced is None else linkage.displaced
-    elements = {item.name: item for item in linkage.tree.every("joint")}
-    for j, joint in enumerate(linkage.joints):
-        element = elements.get(joint.name)
-        limit = None if element is None else element.first("limit")
-        if element is None or limit is None:
-            continue
+    for j, element, limit in _limit_elements(linkage):
         if element.attributes.get("type") not in ("revolute", "prismatic"):
             continue
         (low,), (high,) = limit.vector("lower", "0"), limit.vector("upper", "0")
@@ -46,17 +42,21 @@ def drive_limits(linkage: Linkage) -> tuple[Array, Array]:
         is no limit.
     """
     limits = np.full((2, len(linkage.joints)), np.inf)
-    if linkage.tree is None:
-        return limits[0], limits[1]
-    elements = {item.name: item for item in linkage.tree.every("joint")}
-    for j, joint in enumerate(linkage.joints):
-        element = elements.get(joint.name)
-        limit = None if element is None else element.first("limit")
-        if limit is None:
-            continue
+    for j, _, limit in _limit_elements(linkage):
         for k, attribute in enumerate(("velocity", "effort")):
             limits[k, j] = _size(limit.attributes.get(attribute, "0"))
     return limits[0], limits[1]
+
+
+def _limit_elements(linkage: Linkage) -> Iterator[tuple[int, Element, Element]]:
+    """Yield the joints with limits in the file: number, element, and that of its limits."""
+    joints = () if linkage.tree is None else linkage.tree.every("joint")
+    elements = {item.name: item for item in joints}
+    for j, joint in enumerate(linkage.joints):
+        element = elements.get(joint.name)
+        limit = None if element is None else element.first("limit")
+        if element is not None and limit is not None:
+            yield j, element, limit
 
 
 def _size(text: str) -> float:

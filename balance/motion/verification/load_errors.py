@@ -14,6 +14,7 @@ import numpy as np
 from balance.motion.motion_tolerances import DISPLACEMENT_STEP
 from balance.motion.verification.shaking_wrench import (
     inertia_loads,
+    motion_in_chain,
     move_wrenches,
     wrench_to_si,
 )
@@ -53,7 +54,7 @@ def load_errors(
     if (errors := trajectory.errors) is None:
         raise ValueError("the inputs of this motion are exact")
     units = chain.units[linkage.positions_of(linkage.inputs)]
-    q, ud, udd = trajectory.q / chain.units, trajectory.ud / units, trajectory.udd / units
+    q, ud, udd = motion_in_chain(linkage, chain, trajectory)
     rest, frame = np.zeros_like(ud), chain.frame
     point = frame.origin if about is None else about
 

@@ -28,7 +28,7 @@ from kinematics.errors import LinkageError, PoseError
 from kinematics.loading.model_gallery import LinkageLike, as_linkage
 from kinematics.model.arrays import Chain, Frame
 from kinematics.model.linkage import Linkage
-from kinematics.model.spatial.inertia import spatial_inertias
+from kinematics.model.spatial.inertia import spatial_inertias, stack_parameters
 from kinematics.model.spatial.screws import Ad, ad, exp
 from kinematics.numerics.array_types import Array
 
@@ -87,11 +87,19 @@ def mass_parameters(linkage: Linkage, z: ArrayLike | None = None) -> Array:
         full[:, 1:4] = given[:, 1:3] @ R[:2]
         if size == 4:
             E = 0.5 * (np.eye(3) + np.outer(R[2], R[2]))
-            entries = [E[0, 0], E[1, 1], E[2, 2], E[0, 1], E[0, 2], E[1, 2]]
+            entries = stack_parameters(0.0, np.zeros(3), E)[4:]
             full[:, 4:] = np.outer(given[:, 3], entries)
     else:
         full[:, :4] = given
     return full
+
+
+def motion_in_chain(
+    linkage: Linkage, chain: Chain, trajectory: Trajectory
+) -> tuple[Array, Array, Array]:
+    """Convert a motion to the units of a chain: q of all joints, u̇ and ü of the inputs."""
+    units = chain.units[linkage.positions_of(linkage.inputs)]
+    return trajectory.q / chain.units, trajectory.ud / units, trajectory.udd / units
 
 
 def inertia_loads(chain: Chain, z: Array, q: Array, ud: Array, udd: Array) -> Loads:

@@ -28,6 +28,7 @@ from balance.motion.verification.shaking_wrench import (
     inertia_loads,
     inertia_sizes,
     mass_parameters,
+    motion_in_chain,
     move_wrenches,
     wrench_to_si,
 )
@@ -217,13 +218,7 @@ def _run(
     """Compute all loads along one motion, in SI units."""
     driven = linkage.positions_of(linkage.inputs)
     scale = chain.units[driven]
-    loads = inertia_loads(
-        chain,
-        model.z,
-        trajectory.q / chain.units,
-        trajectory.ud / scale,
-        trajectory.udd / scale,
-    )
+    loads = inertia_loads(chain, model.z, *motion_in_chain(linkage, chain, trajectory))
     reactions = joint_reactions(chain, loads)
     L = chain.frame.length
     rate, momentum = (

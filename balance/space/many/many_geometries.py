@@ -48,6 +48,7 @@ from kinematics.closure.lane_series import LaneSeries, lane_series_workspace
 from kinematics.errors import LinkageError
 from kinematics.loading.model_gallery import LinkageLike, as_linkage
 from kinematics.model.arrays import Chain, Frame, freeze, read_only
+from kinematics.model.chain import centres_of_mass
 from kinematics.model.linkage import Linkage
 from kinematics.model.spatial.inertia import displace_parameters
 from kinematics.numerics.array_types import Array, IntArray
@@ -176,8 +177,7 @@ class _Sweep:
         self.bases = np.zeros((count if bases else 0, unknowns, unknowns))
         self.origins, self.lengths = np.zeros((count, 3)), np.ones(count)
         self.near_points = np.array([joint.point for joint in linkage.joints])
-        massive = [body.inertia for body in linkage.bodies if body.inertia[0] > 0.0]
-        self.centres = np.array([z[1:4] / z[0] for z in massive]).reshape(-1, 3)
+        self.centres = centres_of_mass(linkage.bodies)
         transfers = serial_transfers(chain, force)
         self.rigid_transfers = transfers.rows[transfers.owner < 0]
         # Lanes are for planar linkages of one input whose loops can determine the others.

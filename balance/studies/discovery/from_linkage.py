@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from itertools import groupby, permutations
+from itertools import groupby
 
 import numpy as np
 
@@ -162,13 +162,7 @@ def _named(graph: Topology) -> tuple[Topology, list[int]]:
         and entry.space == graph.space
         and not entry.gears
     ]
-    ends = {frozenset((a, b)): (k, kind) for k, (kind, a, b) in enumerate(graph.edges)}
-    if graph.links <= MOST_LINKS:
-        for entry in same:
-            for some in permutations(range(1, graph.links)):
-                image = (0, *some)
-                matches = [ends.get(frozenset((image[a], image[b]))) for _, a, b in entry.edges]
-                pairs = zip(matches, entry.edges, strict=True)
-                if all(new is not None and new[1] == edge[0] for new, edge in pairs):
-                    return entry, [new[0] for new in matches if new is not None]
+    for entry in same if graph.links <= MOST_LINKS else ():
+        for joints in graph.matches(entry):
+            return entry, list(joints)
     return graph, list(range(len(graph.edges)))

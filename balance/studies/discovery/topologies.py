@@ -56,15 +56,17 @@ class Topology:
 
     def symmetries(self) -> list[tuple[int, ...]]:
         """Return permutations of the joints that keep graph and ground."""
+        return list(self.matches(self))
+
+    def matches(self, other: Topology) -> Iterator[tuple[int, ...]]:
+        """Yield, for each way in which another graph is this one, the joint for each of its."""
         ends = {frozenset((a, b)): (k, kind) for k, (kind, a, b) in enumerate(self.edges)}
-        symmetries = []
         for order in permutations(range(1, self.links)):
             image = (0, *order)
-            moved = [ends.get(frozenset((image[a], image[b]))) for _, a, b in self.edges]
-            same = zip(moved, self.edges, strict=True)
+            moved = [ends.get(frozenset((image[a], image[b]))) for _, a, b in other.edges]
+            same = zip(moved, other.edges, strict=True)
             if all(new is not None and new[1] == edge[0] for new, edge in same):
-                symmetries.append(tuple(new[0] for new in moved if new is not None))
-        return symmetries
+                yield tuple(new[0] for new in moved if new is not None)
 
     def four_link_loops(self) -> list[tuple[tuple[int, ...], tuple[int, ...]]]:
         """List the loops of four links: the links in order, and the joints between them.

@@ -55,6 +55,46 @@ class ClosedGeometries(NamedTuple):
     placed: OpenGeometries
 
 
+def newton_limits(free: bool) -> tuple[float, float, float, float, int]:
+    """Return the limits of `close_each`.
+
+    Args:
+        free: whether inputs move too.
+    """
+    return (
+        SWEEP_FREE_DAMPING if free else SWEEP_DAMPING,
+        SWEEP_CLOSED,
+        SWEEP_NEWTON_DONE,
+        SWEEP_BRANCH_DISTANCE,
+        NEWTON_STEPS,
+    )
+
+
+def continue_rows(
+    solve: Callable[[IntArray, Array], tuple[Array, Flags]],
+    rows: IntArray,
+    q: Array,
+    share: Array,
+) -> None:
+    """Follow rows as far as loops close, in steps that are doubled, and halved where they fail.
+
+    Args:
+        solve: closes the loops of rows at the λ of each; returns joint positions, and where it
+            did.
+        rows: rows to follow.
+        q: in and out: joint positions of all rows (count, n).
+        share: in and out: λ that each row has reached (count,).
+    """
+    step = np.ones(share.size)
+    while rows.size:
+        step[rows] = np.minimum(step[rows], 1.0 - share[rows])
+        ahead = share[rows] + step[rows]
+        solutions, good = solve(rows, ahead)
+        q[rows[good]], share[rows[good]] = solutions[good], ahead[good]
+        step[rows] *= np.where(good, 2.0, 0.5)
+        rows = rows[(share[rows] < 1.0) & (step[rows] >= SHORTEST)]
+
+
 class Closer:
     """Closes the loops of geometries of one model."""
 
@@ -114,30 +154,19 @@ class Closer:
         share: Array,
     ) -> None:
         """Follow rows from where they are to their own parameters, as far as loops close."""
-        step = np.ones(share.size)
-        while rows.size:
-            step[rows] = np.minimum(step[rows], 1.0 - share[rows])
-            ahead = share[rows] + step[rows]
-            there = between(rows, ahead)
-            solutions, good = self._newton(self.placer.place(rows.size, there), q[rows], joints)
-            q[rows[good]] = solutions[good]
-            share[rows[good]] = ahead[good]
-            step[rows] = np.where(good, 2.0 * step[rows], 0.5 * step[rows])
-            rows = rows[(share[rows] < 1.0) & (step[rows] >= SHORTEST)]
+
+        def solve(rows: IntArray, ahead: Array) -> tuple[Array, Flags]:
+            placed = self.placer.place(rows.size, between(rows, ahead))
+            return self._newton(placed, q[rows], joints)
+
+        continue_rows(solve, rows, q, share)
 
     def _newton(
         self, placed: OpenGeometries, start: Array, joints: IntArray
     ) -> tuple[Array, Flags]:
         """Close loops by Newton's method; return joint positions, and where it did."""
         q, good = start.copy(), np.zeros(len(start), dtype=np.bool_)
-        free = joints is self._coupled
-        limits = (
-            SWEEP_FREE_DAMPING if free else SWEEP_DAMPING,
-            SWEEP_CLOSED,
-            SWEEP_NEWTON_DONE,
-            SWEEP_BRANCH_DISTANCE,
-            NEWTON_STEPS,
-        )
+        limits = newton_limits(free=joints is self._coupled)
         topology = *self._topology, joints
         close_each(topology, self.to_chain(placed), limits, q, good, self._workspace)
         return q, good

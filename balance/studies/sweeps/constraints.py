@@ -13,13 +13,12 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from balance.motion.motion_tolerances import (
-    SWEEP_BRANCH_DISTANCE,
-    SWEEP_CLOSED,
-    SWEEP_FREE_DAMPING,
-    SWEEP_NEWTON_DONE,
+from balance.studies.sweeps.closing import (
+    ClosedGeometries,
+    Closer,
+    continue_rows,
+    newton_limits,
 )
-from balance.studies.sweeps.closing import NEWTON_STEPS, SHORTEST, ClosedGeometries, Closer
 from balance.studies.sweeps.closing_kernels import close_each, closing_workspace
 from balance.studies.sweeps.ranges import is_finite_number
 from balance.support.expressions import Expression, ExpressionError, read_expression
@@ -394,18 +393,9 @@ class _Reach:
         q: Array,
     ) -> Flags:
         """Follow the straight line from the start of each row to the goal."""
-        share, step = np.zeros(len(q)), np.ones(len(q))
-        limits = (
-            SWEEP_FREE_DAMPING,
-            SWEEP_CLOSED,
-            SWEEP_NEWTON_DONE,
-            SWEEP_BRANCH_DISTANCE,
-            NEWTON_STEPS,
-        )
-        rows = np.arange(len(q))
-        while rows.size:
-            step[rows] = np.minimum(step[rows], 1.0 - share[rows])
-            ahead = share[rows] + step[rows]
+        share, limits = np.zeros(len(q)), newton_limits(free=True)
+
+        def solve(rows: IntArray, ahead: Array) -> tuple[Array, Flags]:
             line = start[rows] + ahead[:, None] * (goal - start[rows])
             welds[rows, 0, :3, 3] = line - here[rows]
             solutions, good = q[rows], np.zeros(rows.size, dtype=np.bool_)
@@ -413,7 +403,7 @@ class _Reach:
             close_each(
                 self._topology, (given[0][rows], gaps), limits, solutions, good, self._workspace
             )
-            q[rows[good]], share[rows[good]] = solutions[good], ahead[good]
-            step[rows] *= np.where(good, 2.0, 0.5)
-            rows = rows[(share[rows] < 1.0) & (step[rows] >= SHORTEST)]
+            return solutions, good
+
+        continue_rows(solve, np.arange(len(q)), q, share)
         return share == 1.0

@@ -10,7 +10,7 @@ from kinematics.closure.mobility.first_order import (
     first_order,
 )
 from kinematics.closure.newton import Pose, follow_ray
-from kinematics.closure.series import Series, expand, loop_matrix
+from kinematics.closure.series import expand, loop_matrix
 from kinematics.model.arrays import Chain
 from kinematics.numerics.array_types import Array
 from kinematics.numerics.tolerances import (
@@ -18,7 +18,6 @@ from kinematics.numerics.tolerances import (
     INDISTINGUISHABLE_CONDITIONING,
     LOOP_RANK_RELATIVE,
     NEAR_SINGULAR_CONDITIONING,
-    SERIES_RESIDUAL,
 )
 
 
@@ -32,19 +31,10 @@ def generic_direction(chain: Chain) -> tuple[int, Pose | None]:
     ray = np.random.default_rng(2).standard_normal(chain.width)
     ray /= np.linalg.norm(ray)
     series = expand(chain, ray[None], 4)
-    if order := _find_open_order(series):
+    if order := series.open_order:
         return order, None
     pose, step = follow_ray(chain, np.zeros(chain.parent.size), series, ray)
     return (len(series.residual) + 1, None) if step == 0.0 else (0, pose)
-
-
-def _find_open_order(series: Series) -> int:
-    """Find the first order of motion at which loops do not close; 0 if they do."""
-    sizes = np.abs(series.C[0]).max(axis=(1, 2))
-    for order, (residual, size) in enumerate(zip(series.residual, sizes, strict=True)):
-        if residual > SERIES_RESIDUAL * max(1.0, size, sizes[0] ** (order + 1)):
-            return order + 1
-    return 0
 
 
 def is_near_singular(chain: Chain, values: Array, pose: Pose) -> bool:

@@ -29,7 +29,6 @@ from kinematics.numerics.linalg.ties import first_basis, first_largest
 from kinematics.numerics.tolerances import (
     LOOP_RANK_RELATIVE,
     NEAR_SINGULAR_RESIDUAL,
-    SERIES_RESIDUAL,
 )
 
 # Radii of the sphere about the pose (radians, characteristic lengths). They shrink until two
@@ -116,12 +115,7 @@ def _order_of_single_freedom(chain: Chain, N: Array) -> int:
     """Find the order at which a single freedom stops closing the loops; 0 if none is found."""
     joint = first_largest(np.abs(N[:, 0]))
     moved = move_chain(chain, np.array([joint]), np.eye(1))
-    series = expand(moved, np.ones((1, 1)), MAX_ORDER - 1)
-    sizes = np.abs(series.C[0]).max(axis=(1, 2))
-    for order, residual in enumerate(series.residual):
-        if residual > SERIES_RESIDUAL * max(1.0, sizes[order], sizes[0] ** (order + 1)):
-            return order + 1
-    return 0
+    return expand(moved, np.ones((1, 1)), MAX_ORDER - 1).open_order
 
 
 def _start_directions(N: Array) -> Iterator[Array]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from kinematics.files.urdf.validate import walk_xacro
 from kinematics.model.document.element import Element
 
 
@@ -13,13 +14,8 @@ def uses_xacro(root: Element) -> bool:
     Args:
         root: root element of the file.
     """
-    prefixes = {"xacro"}
-    for item in root.walk():
-        for attribute, value in item.attributes.items():
-            if attribute.startswith("xmlns:") and "xacro" in value:
-                prefixes.add(attribute.removeprefix("xmlns:"))
-        prefix, colon, _ = item.tag.partition(":")
-        if colon and prefix in prefixes:
+    for item, of_xacro in walk_xacro(root):
+        if of_xacro:
             return True
         texts = () if root.tag == "robot" else (item.text,)
         if any("${" in value for value in (*texts, *item.attributes.values())):

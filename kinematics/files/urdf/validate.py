@@ -6,7 +6,7 @@ standard library is imported, so that an invalid file is rejected at once.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
 from kinematics.error_text import clean, closest_names, quoted
 from kinematics.files.urdf.choose_ground import loose_links
@@ -81,17 +81,24 @@ def validate_tree(robot: Element) -> None:
 def _check_xacro(robot: Element) -> None:
     """Reject elements and expressions of xacro."""
     remedy = "run xacro first (xacro robot.xacro > robot.urdf)"
-    prefixes = {"xacro"}
-    for item in robot.walk():
-        for attribute, value in item.attributes.items():
-            if attribute.startswith("xmlns:") and "xacro" in value:
-                prefixes.add(attribute.removeprefix("xmlns:"))
-        if ":" in item.tag and item.tag.partition(":")[0] in prefixes:
+    for item, of_xacro in walk_xacro(robot):
+        if of_xacro:
             raise Refusal(item.label, "a xacro element, not URDF", remedy)
         for attribute, value in item.attributes.items():
             if "${" in value:
                 problem = f'{attribute}="{clean(value)}" is a xacro expression'
                 raise Refusal(item.label, problem, remedy)
+
+
+def walk_xacro(root: Element) -> Iterator[tuple[Element, bool]]:
+    """Yield all elements of a tree, and whether each is one of xacro."""
+    prefixes = {"xacro"}
+    for item in root.walk():
+        for attribute, value in item.attributes.items():
+            if attribute.startswith("xmlns:") and "xacro" in value:
+                prefixes.add(attribute.removeprefix("xmlns:"))
+        prefix, colon, _ = item.tag.partition(":")
+        yield item, bool(colon) and prefix in prefixes
 
 
 def _check_names(*groups: Sequence[Element]) -> None:

@@ -55,7 +55,17 @@ def parameters(mass: float, com: ArrayLike, inertia: ArrayLike) -> Array:
     """
     c = np.asarray(com, dtype=np.float64)
     E = np.asarray(inertia, dtype=np.float64) + mass * (c @ c * np.eye(3) - np.outer(c, c))
-    return np.array([mass, *(mass * c), E[0, 0], E[1, 1], E[2, 2], E[0, 1], E[0, 2], E[1, 2]])
+    return stack_parameters(mass, mass * c, E)
+
+
+def stack_parameters(mass: float, first: ArrayLike, E: Array) -> Array:
+    """Stack mass, first moment of mass (3,) and inertia tensor (3, 3), all about one point.
+
+    Returns:
+        z about that point (10,).
+    """
+    first = np.asarray(first, dtype=np.float64)
+    return np.array([mass, *first, E[0, 0], E[1, 1], E[2, 2], E[0, 1], E[0, 2], E[1, 2]])
 
 
 def inertia_tensor(z: ArrayLike) -> Array:

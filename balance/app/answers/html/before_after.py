@@ -82,7 +82,6 @@ def comparison_section(pair: Sequence[Verification], names: Sequence[str]) -> st
 
 def _shaking_most(pair: Sequence[Verification]) -> list[int]:
     """List the motions that shake most before or after, in their order, and the plotted one."""
-    first = pair[0]
     count = min(len(check.runs) for check in pair)
     peaks = [
         max(
@@ -91,9 +90,14 @@ def _shaking_most(pair: Sequence[Verification]) -> list[int]:
         )
         for k in range(count)
     ]
+    return choose_motions(pair[0], peaks, MAX_MOTIONS)
+
+
+def choose_motions(first: Verification, peaks: Sequence[float], most: int) -> list[int]:
+    """Choose the plotted motion of a verification and those of the largest peaks, in order."""
     ranked = rank_least_first([-peak for peak in peaks], first.scale)
     ranked.sort(key=lambda k: k != first.plotted)
-    return sorted(ranked[:MAX_MOTIONS])
+    return sorted(ranked[:most])
 
 
 def _trace(name: str, x: Array, y: Array, state: int, **more: object) -> dict[str, object]:

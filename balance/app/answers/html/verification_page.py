@@ -9,7 +9,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from balance.app.answers.html.before_after import comparison_charts, comparison_section
+from balance.app.answers.html.before_after import (
+    choose_motions,
+    comparison_charts,
+    comparison_section,
+)
 from balance.app.answers.html.plot_style import short
 from balance.app.answers.html.render import facts_list, render_page
 from balance.app.answers.html.robot_shapes import robot_shapes
@@ -34,7 +38,6 @@ from balance.app.answers.text.verification import (
 )
 from balance.motion.verification.result import Verification
 from balance.motion.verification.run import Run
-from kinematics.numerics.linalg.ties import rank_least_first
 from kinematics.wording import count_noun, number_text
 
 Array = NDArray[np.float64]
@@ -177,9 +180,7 @@ def _motion_choice(verifications: Sequence[Verification]) -> list[int]:
     peaks = [
         max(run.peak("force"), run.peak("moment") / first.length) for run in first.runs[:count]
     ]
-    ranked = rank_least_first([-peak for peak in peaks], first.scale)
-    ranked.sort(key=lambda k: k != first.plotted)
-    return sorted(ranked[:most])
+    return choose_motions(first, peaks, most)
 
 
 def _figures(verifications: Sequence[Verification], number: int) -> list[dict[str, object]]:

@@ -17,12 +17,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from balance.masses.counterweights.added_matter import parameters_per_moment
+from balance.masses.counterweights.exclusion import values_of_certificate
 from balance.masses.counterweights.volume.stock import Stock, support_function
-from balance.masses.designs.pseudo_inertia_cone import given_parameters
-from balance.space.inertial_parameters.conversions import to_chain
 from balance.space.spaces.design_space import DesignSpace
-from balance.support.clarabel_adapter import TRIANGLES
 from balance.support.tolerances import CERTIFICATE_ORTHOGONAL
 from kinematics.wording import check_summary
 
@@ -60,23 +57,11 @@ def check_filling(
         stocks: regions and densities by position of the body.
         certificate: w (parameters,) in the units of the chain.
     """
-    w = np.asarray(certificate, dtype=np.float64)
-    size = float(np.linalg.norm(w))
-    if not (np.isfinite(size) and size > 0.0):
-        return FillingCheck(False, np.inf, 0.0, np.inf)
-    w = w / size
-    force = space.balance == "force"
-    given = to_chain(given_parameters(space), space.chain.frame, space.planar, force).reshape(
-        -1
-    )
-    slip = float(np.linalg.norm(space.scaled_basis.T @ w))
-    margin = -float(w @ given) - slip * float(np.linalg.norm(given))
     regions = {b: stock.region for b, stock in stocks.items()}
-    per_moment = parameters_per_moment(space, regions)
-    parts = w.reshape(len(space.bodies), 1, -1)[list(regions)]
-    forms = ((parts @ per_moment)[:, 0] @ TRIANGLES[4].T).reshape(-1, 4, 4)
-    # The size of [u; 1][u; 1]ᵀ is at most 4 in a box, the largest of the shapes.
-    slips = slip * 4.0 * np.linalg.norm(per_moment, 2, axis=(1, 2))
+    values = values_of_certificate(space, regions, certificate)
+    if values is None:
+        return FillingCheck(False, np.inf, 0.0, np.inf)
+    slip, margin, forms, slips = values
     held = 0.0
     for stock, form, further in zip(stocks.values(), forms, slips, strict=True):
         seen = stock.with_rays_inside(form)

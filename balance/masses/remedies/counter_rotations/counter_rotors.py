@@ -27,6 +27,7 @@ from balance.space.spaces.design_space import DesignSpace
 from balance.support.tolerances import FIXED_RANK_RELATIVE, ROTOR_WITHOUT_MOMENTUM
 from kinematics.model.chain import path
 from kinematics.model.linkage import GROUND, Linkage
+from kinematics.model.spatial.inertia import stack_parameters
 from kinematics.numerics.array_types import Array
 
 
@@ -170,4 +171,4 @@ def _inertia_parameters(space: DesignSpace, E: Array) -> Array:
     if space.planar:
         n = space.axes[2]
         return np.array([0.0, 0.0, 0.0, n @ E @ n])
-    return np.array([0, 0, 0, 0, E[0, 0], E[1, 1], E[2, 2], E[0, 1], E[0, 2], E[1, 2]])
+    return stack_parameters(0.0, np.zeros(3), E)

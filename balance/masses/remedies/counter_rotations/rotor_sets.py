@@ -22,10 +22,10 @@ import numpy as np
 from balance.masses.designs.certificate import PARAMETERS_PER_TRACE, CertificateCheck
 from balance.masses.designs.certificate_search import refine_matrices
 from balance.masses.designs.constraints import Program
-from balance.masses.designs.feasibility import least_traces
+from balance.masses.designs.feasibility import least_traces, solve_largest_margin
 from balance.masses.designs.pseudo_inertia_cone import Cone, cone_of_columns
 from balance.masses.remedies.counter_rotations.counter_rotors import RotorConditions
-from balance.support.clarabel_adapter import ConstraintBlock, solve_conic
+from balance.support.clarabel_adapter import solve_conic
 from balance.support.tolerances import (
     CERTIFICATE_MARGIN,
     DESIGN_RESIDUAL,
@@ -182,11 +182,7 @@ def _solutions(cone: Cone, rotors: Array) -> Iterator[tuple[Array | None, Array]
     q, rows, offset, parts = least_traces(program)
     solution = solve_conic(q, rows, offset, parts)
     yield (None if solution.infeasible else solution.x), solution.dual
-    extended = np.block([[rows, offset[:, None]], [-q, 0.0]])
-    bound = np.append(np.zeros(offset.size), 1.0)
-    solution = solve_conic(
-        np.append(0.0 * q, -1.0), extended, bound, [*parts, ConstraintBlock("nonnegative", 1)]
-    )
+    solution = solve_largest_margin(q, rows, offset, parts)
     yield solution.x[:-1], solution.dual[:-1]
 
 

@@ -22,10 +22,15 @@ from balance.masses.designs.design_check import (
 from balance.masses.designs.feasibility import Verdict, assemble_design, decide_feasibility
 from balance.masses.designs.mass_regions import BALL_RADIUS, Ball
 from balance.masses.designs.objectives import Objective, minimise_objective
-from balance.masses.designs.pseudo_inertia_cone import from_si, given_parameters, matrices_of
+from balance.masses.designs.pseudo_inertia_cone import (
+    bodies_with,
+    from_si,
+    given_parameters,
+    matrices_of,
+)
 from balance.masses.designs.verdicts import describe_furthest, describe_limits
 from balance.masses.designs.write_urdf import replace_inertials
-from balance.space.inertial_parameters.body_inertia import BodyInertia, bodies_of_parameters
+from balance.space.inertial_parameters.body_inertia import BodyInertia
 from balance.space.inertial_parameters.conversions import MassProperties
 from balance.space.requirements.recompute_spatial import recompute_spatial
 from balance.space.requirements.required_space import RequiredSpace, space_of
@@ -136,12 +141,7 @@ class Design(WithPage, WithPicture):
     @property
     def bodies(self) -> tuple[BodyInertia, ...]:
         """Inertial parameters of the bodies in several frames; empty without a design."""
-        if self.z is None:
-            return ()
-        space = self.space
-        return bodies_of_parameters(
-            space.bodies, self.z, space.frames, space.axes, space.length, space.source
-        )
+        return () if self.z is None else bodies_with(self.space, self.z)
 
     @property
     def solids(self) -> tuple[Solid | None, ...]:

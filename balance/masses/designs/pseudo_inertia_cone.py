@@ -15,6 +15,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from balance.space.inertial_parameters.body_inertia import BodyInertia, bodies_of_parameters
 from balance.space.inertial_parameters.conversions import pseudo_inertia
 from balance.space.spaces.design_space import DesignSpace
 from balance.support.clarabel_adapter import TRIANGLES, ConstraintBlock
@@ -231,6 +232,13 @@ def from_si(z: Array, frame: Frame) -> Array:
 def given_parameters(space: DesignSpace) -> Array:
     """Return the parameters of the linkage's bodies (bodies, 10), inertial origin, SI units."""
     return np.array([body.inertia for body in space.linkage.bodies]).reshape(-1, 10)
+
+
+def bodies_with(space: DesignSpace, z: Array) -> tuple[BodyInertia, ...]:
+    """Describe bodies of a space with parameters z (bodies, 10), inertial origin, SI units."""
+    return bodies_of_parameters(
+        space.bodies, z, space.frames, space.axes, space.length, space.source
+    )
 
 
 def matrices_of(space: DesignSpace, z: Array) -> Array:

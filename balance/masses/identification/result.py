@@ -9,11 +9,12 @@ from typing import NamedTuple
 
 import numpy as np
 
+from balance.masses.designs.pseudo_inertia_cone import bodies_with
 from balance.masses.designs.write_urdf import replace_inertials
 from balance.masses.identification.combinations import Combination
 from balance.masses.identification.measurements import Measurements
 from balance.motion.verification.trajectory import Trajectory
-from balance.space.inertial_parameters.body_inertia import BodyInertia, bodies_of_parameters
+from balance.space.inertial_parameters.body_inertia import BodyInertia
 from balance.space.spaces.design_space import DesignSpace
 from balance.support.result_files import WithPicture, write_file
 from kinematics.model.linkage import Notice
@@ -223,10 +224,7 @@ class Identification(WithPicture):
     @property
     def bodies(self) -> tuple[BodyInertia, ...]:
         """Likeliest inertial parameters of the bodies."""
-        space = self.space
-        return bodies_of_parameters(
-            space.bodies, self.z, space.frames, space.axes, space.length, space.source
-        )
+        return bodies_with(self.space, self.z)
 
     def __repr__(self) -> str:
         """Up to six lines: the verdict, and the first combinations."""

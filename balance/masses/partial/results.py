@@ -9,6 +9,7 @@ from typing import Literal
 
 from balance.masses.counterweights.counterweight import Counterweight
 from balance.masses.counterweights.write_counterweights import counterweights_file
+from balance.masses.designs.pseudo_inertia_cone import bodies_with
 from balance.masses.partial.elastic_frame import ElasticFrame
 from balance.masses.partial.shaking_problem import ShakingFigures
 from balance.motion.motion_tolerances import (
@@ -17,7 +18,7 @@ from balance.motion.motion_tolerances import (
     SINGULAR_MOTION_DETERMINED,
 )
 from balance.motion.verification.trajectory import Trajectory
-from balance.space.inertial_parameters.body_inertia import BodyInertia, bodies_of_parameters
+from balance.space.inertial_parameters.body_inertia import BodyInertia
 from balance.space.spaces.design_space import DesignSpace
 from balance.support.change_text import change_text, mass_added_text
 from balance.support.result_files import WithPage, WithPicture
@@ -122,12 +123,7 @@ class PartialBalance(WithPage, WithPicture):
     @property
     def bodies(self) -> tuple[BodyInertia, ...]:
         """Inertial parameters of the bodies with the added matter; empty without a design."""
-        if self.z is None:
-            return ()
-        space = self.space
-        return bodies_of_parameters(
-            space.bodies, self.z, space.frames, space.axes, space.length, space.source
-        )
+        return () if self.z is None else bodies_with(self.space, self.z)
 
     def __repr__(self) -> str:
         """Up to six lines: the verdict, and the matter of each link."""

@@ -120,7 +120,7 @@ def exact_chain(
             linkage, geometry, moving.joints, moving.frame.R[2]
         )
     else:
-        rows, parameters = _unit_vectors(6), _unit_vectors(10)
+        rows, parameters = unit_vectors(6), unit_vectors(10)
     relations = _motion_relations(motion, independent)
     radicands = _radicands(linkage, geometry, relations)
     lengths = [
@@ -148,7 +148,8 @@ def exact_chain(
     )
 
 
-def _unit_vectors(count: int) -> tuple[Vector, ...]:
+def unit_vectors(count: int) -> tuple[Vector, ...]:
+    """Return the rows of the unit matrix."""
     return tuple(tuple(Fraction(int(i == j)) for j in range(count)) for i in range(count))
 
 
@@ -255,7 +256,7 @@ def _planar_rows_and_parameters(
     if deviation:
         raise InexactPlaneError(linkage.source, float(deviation) ** 0.5)
     nearest = max(range(3), key=lambda i: abs(n[i]))
-    helper = _unit_vectors(3)[(nearest + 1) % 3]
+    helper = unit_vectors(3)[(nearest + 1) % 3]
     a = tuple(x - dot(helper, n) / dot(n, n) * y for x, y in zip(helper, n, strict=True))
     b = cross(n, a)
     squares = tuple(n[i] * n[j] for i, j in ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)))

@@ -16,7 +16,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from balance.space.exact.chain import ExactChain
+from balance.space.exact.chain import ExactChain, unit_vectors
 from balance.space.momentum.product_tensors import MOMENTUM, RATE
 from kinematics.model.chain import rigid_parts
 from kinematics.model.linkage import GROUND
@@ -88,7 +88,7 @@ def exact_transfers(chain: ExactChain, idle: Sequence[int] = ()) -> list[ExactTr
                 continue
             crossed.add(frozenset(joints))
             twists = state.twists
-            passing = [list(v) for v in _unit_vectors(len(chain.parameters))]
+            passing = [list(v) for v in unit_vectors(len(chain.parameters))]
             for j in joints:
                 passing = _passing_parameters(chain, chain.screws[j], twists, passing)
                 twists = _attainable_beyond(chain.screws[j], twists)
@@ -129,12 +129,8 @@ def _rigid_transfers(
     """Yield all that bodies can exchange with the first one of their part, or the ground."""
     for b, link in enumerate(chain.links):
         if bodies[parts[link]] != b:
-            for z in _unit_vectors(len(chain.parameters)):
+            for z in unit_vectors(len(chain.parameters)):
                 yield ExactTransfer((), (), bodies[parts[link]], b, z)
-
-
-def _unit_vectors(count: int) -> Iterator[Vector]:
-    return (tuple(Fraction(int(i == j)) for j in range(count)) for i in range(count))
 
 
 def _parts(chain: ExactChain, idle: Sequence[int]) -> list[int]:

@@ -21,7 +21,7 @@ from typing import NamedTuple
 import numpy as np
 
 from kinematics.closure.mobility.finite_pose import finite_pose
-from kinematics.closure.mobility.first_order import first_order, loop_singular_values
+from kinematics.closure.mobility.first_order import conditioning, first_order
 from kinematics.closure.mobility.motion_modes import (
     Mode,
     ModeSearch,
@@ -220,7 +220,7 @@ def _trace_curve(chain: Chain, start: SheetPose, turning: Flags) -> _ModeCurve:
         back, _, both = _follow(chain, start._replace(T=-start.T), turning)
         ended = ended and both
         poses = [pose._replace(T=-pose.T) for pose in back[:0:-1]] + poses
-    values = np.array([_conditioning(chain, pose.q) for pose in poses])
+    values = np.array([conditioning(chain, pose.q, 1) for pose in poses])
     return _ModeCurve(
         np.array([pose.q for pose in poses]),
         np.array([pose.T[:, 0] for pose in poses]),
@@ -280,12 +280,6 @@ def _arrives(chain: Chain, pose: SheetPose, start: SheetPose, away: Array) -> bo
     return there is not None and bool(np.abs(there.q - pose.q - away).max() <= 1e-2 * LONGEST)
 
 
-def _conditioning(chain: Chain, q: Array) -> float:
-    """Compute the smallest singular value but the one that is zero, over the largest."""
-    values, _ = loop_singular_values(loop_matrix(chain, forward_kinematics(chain, q).screws))
-    return float(values[-2] / values[0])
-
-
 def _nodes(
     chain: Chain, poses: Sequence[SheetPose], values: Array, turning: Flags
 ) -> Iterator[Array]:
@@ -318,7 +312,7 @@ def _node_near(chain: Chain, pose: SheetPose) -> Array | None:
         there = follow_sheet(chain, pose, s * pose.T[:, 0]) if s else pose
         if there is None:
             return np.inf
-        here = _conditioning(chain, there.q)
+        here = conditioning(chain, there.q, 1)
         if here < best[0]:
             best = here, there.q
         return here

@@ -6,7 +6,7 @@ that are rational parts of a turn are read as such.
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Iterable, Iterator, Mapping
+from collections.abc import Hashable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from math import lcm, pi, ulp
@@ -74,7 +74,7 @@ def read_roots(tree: Element) -> FileRoots | None:
         Their values in one field; None if there are none.
     """
     vectors = list(_vectors(tree))
-    angles = [angle for item in _items(tree) for angle in _angle_words(item)]
+    angles = [angle for item in frame_items(tree) for angle in _angle_words(item)]
     count = sum(word is not None for vector in vectors for word in vector.words)
     if not count and not angles or count > MAX_NUMBERS:
         return None
@@ -83,7 +83,7 @@ def read_roots(tree: Element) -> FileRoots | None:
     parts = [(item, part) for item, part in angles if conductor % lcm(4, part.denominator) == 0]
     if not forms.numbers and not parts:
         return None
-    labels: dict[Hashable, str] = {(id(item), "xyz"): item.label for item in _items(tree)}
+    labels: dict[Hashable, str] = {(id(item), "xyz"): item.label for item in frame_items(tree)}
     texts = [
         f"{labels[key[0]]}: {float(number)} is read as {forms.texts[key]}"
         for key, number in forms.numbers.items()
@@ -102,8 +102,8 @@ def has_many_digits(tree: Element) -> bool:
     Args:
         tree: the checked tree of a file.
     """
-    words = (word for item in _items(tree) for word in item.attributes.get("xyz", "").split())
-    return any(count_digits(word)[1] >= MIN_DIGITS for word in words)
+    vectors = (item.attributes.get("xyz", "") for item in frame_items(tree))
+    return any(count_digits(word)[1] >= MIN_DIGITS for xyz in vectors for word in xyz.split())
 
 
 def _part_of_turn(angle: float) -> Fraction | None:
@@ -113,18 +113,20 @@ def _part_of_turn(angle: float) -> Fraction | None:
     return part if near else None
 
 
-def _items(tree: Element) -> Iterator[Element]:
+def frame_items(
+    tree: Element, tags: Sequence[str] = ("origin", "axis", "axis2")
+) -> Iterator[Element]:
     """Yield origins and axes of joints and loops."""
     for owner in tree.children:
         if owner.tag in ("joint", "loop"):
             for item in owner.walk():
-                if item.tag in ("origin", "axis", "axis2"):
+                if item.tag in tags:
                     yield item
 
 
 def _vectors(tree: Element) -> Iterator[NumberVector]:
     """Yield the vectors of a file."""
-    for item in _items(tree):
+    for item in frame_items(tree):
         words = item.attributes.get("xyz", "").split()
         if len(words) != 3 or max(map(len, words)) > MAX_DIGITS:
             continue

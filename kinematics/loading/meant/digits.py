@@ -19,6 +19,7 @@ from math import floor, log10, ulp
 from typing import NamedTuple
 
 from kinematics.files.urdf.nominal_angles import nearest_twelfth
+from kinematics.files.urdf.read_roots import frame_items
 from kinematics.model.document.element import Element
 from kinematics.numerics.linalg.rational import decimal
 
@@ -171,13 +172,10 @@ def rounding_of_file(tree: Element, size: float) -> float:
 
 def _words_of(tree: Element, tags: tuple[str, ...], name: str) -> Iterator[str]:
     """Yield the numbers of an attribute, without angles that stand for multiples of π/12."""
-    for owner in tree.children:
-        if owner.tag in ("joint", "loop"):
-            for item in owner.walk():
-                if item.tag in tags:
-                    for word in item.attributes.get(name, "").split():
-                        if name != "rpy" or not nearest_twelfth(word):
-                            yield word
+    for item in frame_items(tree, tags):
+        for word in item.attributes.get(name, "").split():
+            if name != "rpy" or not nearest_twelfth(word):
+                yield word
 
 
 def _geometry_words(tree: Element) -> Iterator[str]:

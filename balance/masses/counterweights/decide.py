@@ -82,7 +82,7 @@ def decide(
     if space.as_given.balanced:
         return _keep_given_masses(blank, program)
     if _left_over(program):
-        return _proved(blank, regions, program.left)
+        return _proved(blank, regions, program.unmatched)
     solution = solve_added(program)
     added = program.unit * float(solution.moments[:, 3, 3].sum())
     # Of a mass that certificates exclude, the dual is a certificate.
@@ -116,7 +116,7 @@ def _left_over(program: AddedProgram) -> bool:
     """Whether the given masses leave something in which no added matter has a part."""
     parts = program.given.reshape(len(program.space.bodies), -1)
     size = float(np.linalg.norm(parts, axis=1).sum())
-    return float(np.linalg.norm(program.left)) > CONDITION_LEFT * size
+    return float(np.linalg.norm(program.unmatched)) > CONDITION_LEFT * size
 
 
 def _proved(blank: Counterweights, regions: Mapping[int, Region], w: Array) -> Counterweights:

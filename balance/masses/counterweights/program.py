@@ -62,8 +62,8 @@ class AddedProgram(NamedTuple):
         target: r (ρ,).
         lift: functionals on the counted parameters of all bodies, in the units of the chain
             (parameters, ρ), of which the conditions are made.
-        left: functional (parameters,) in which no added matter has a part and that the given
-            masses do not fulfil; zero if there is none.
+        unmatched: functional (parameters,) in which no added matter has a part and that the
+            given masses do not fulfil; zero if there is none.
         given: counted parameters of the given masses (parameters,), in units of mass.
         cost: polynomials c_b of the objective, likewise (links, 10).
         inertia: for ``inertia``, moments of inertia about the link's origin: of ΔP
@@ -79,7 +79,7 @@ class AddedProgram(NamedTuple):
     rows: Array
     target: Array
     lift: Array
-    left: Array
+    unmatched: Array
     given: Array
     cost: Array
     inertia: tuple[Array, Array]

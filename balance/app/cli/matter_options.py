@@ -6,6 +6,7 @@ import argparse
 from collections.abc import Sequence
 
 from balance.app.cli.arguments import Parser
+from balance.app.cli.model_options import parse_names
 from kinematics.errors import UsageError
 
 
@@ -75,8 +76,8 @@ class _AddNames(argparse.Action):
 
 def _link_names(text: str) -> list[str]:
     """Parse names of ``a,b``, each once."""
-    names = [name.strip() for name in text.split(",")]
-    if not all(names) or len(set(names)) < len(names):
+    names = parse_names(text)
+    if len(set(names)) < len(names):
         raise argparse.ArgumentTypeError(f"'{text}' is not a list of names: write a,b")
     return names
 

@@ -64,7 +64,7 @@ def _add_reading_options(group: argparse._ArgumentGroup) -> None:
     )
     group.add_argument(
         "--massless",
-        type=_names,
+        type=parse_names,
         default=[],
         metavar="L1,L2",
         help="links that carry no parameters",
@@ -90,7 +90,7 @@ def _add_reading_options(group: argparse._ArgumentGroup) -> None:
 def _add_pose_options(group: argparse._ArgumentGroup) -> None:
     """Add the options for coordinates, reference pose and motion."""
     group.add_argument(
-        "--inputs", type=_names, metavar="J1,J2", help="joints that are the inputs"
+        "--inputs", type=parse_names, metavar="J1,J2", help="joints that are the inputs"
     )
     group.add_argument(
         "--at",
@@ -218,7 +218,7 @@ def check_units(linkage: Linkage, positions: Mapping[str, float]) -> None:
             )
 
 
-def _names(text: str) -> list[str]:
+def parse_names(text: str) -> list[str]:
     """Parse names of ``a,b``."""
     names = [name.strip() for name in text.split(",")]
     if not all(names):

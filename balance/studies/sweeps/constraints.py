@@ -20,7 +20,7 @@ from balance.studies.sweeps.closing import (
     newton_limits,
 )
 from balance.studies.sweeps.closing_kernels import close_each, closing_workspace
-from balance.studies.sweeps.ranges import is_finite_number
+from balance.studies.sweeps.ranges import are_texts, is_finite_number
 from balance.support.expressions import Expression, ExpressionError, read_expression
 from balance.support.tolerances import SCREW_ROUNDED
 from kinematics.error_text import clean, closest_names
@@ -58,7 +58,7 @@ def read_constraints(table: Mapping[str, Any], source: str) -> Mapping[str, Any]
             raise _fault(source, name, "no such constraint", remedy)
         wrong, remedy = {
             "assembles": (value not in ASSEMBLIES, 'write "anywhere" or "here"'),
-            "conditions": (not _are_texts(value), 'write ["q2.origin.x < q4.origin.x"]'),
+            "conditions": (not are_texts(value), 'write ["q2.origin.x < q4.origin.x"]'),
             "grashof": (value not in (True, "crank"), 'write true or "crank"'),
             "reach": (not _is_reach(value), "give link, point and targets in metres"),
             "transmission": (not _is_transmission(value), "give degrees, or {joint, least}"),
@@ -203,10 +203,6 @@ def joint_points(linkage: Linkage, closed: ClosedGeometries) -> Array:
 def _note(reasons: NDArray[Any], broken: NDArray[Any], text: str) -> None:
     """Write a reason where a constraint is broken and no other reason stands."""
     reasons[np.asarray(broken, dtype=bool) & (reasons == "")] = text
-
-
-def _are_texts(value: object) -> bool:
-    return isinstance(value, list | tuple) and all(isinstance(item, str) for item in value)
 
 
 def _is_triple(value: object, texts: bool = False) -> bool:

@@ -174,6 +174,11 @@ def is_finite_number(value: object) -> bool:
     return isinstance(value, int | float) and not isinstance(value, bool) and abs(value) <= MOST
 
 
+def are_texts(value: object) -> bool:
+    """Whether a value of a study is a list of texts."""
+    return isinstance(value, list | tuple) and all(isinstance(item, str) for item in value)
+
+
 def _numbers(value: object) -> tuple[float, ...]:
     """Convert a number or a list of numbers; each must be finite."""
     items: list[Any] = list(value) if isinstance(value, Sequence | np.ndarray) else [value]

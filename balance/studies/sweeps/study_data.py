@@ -23,6 +23,7 @@ from balance.studies.sweeps.ranges import (
     SAMPLED,
     Range,
     RangeError,
+    are_texts,
     is_finite_number,
     read_range,
     stored_range,
@@ -367,7 +368,7 @@ def _check_options(options: Mapping[str, Any]) -> str:
             )
             kind = "table of finite numbers"
         elif name in ("inputs", "massless"):
-            fine = isinstance(value, list | tuple) and all(isinstance(x, str) for x in value)
+            fine = are_texts(value)
             kind = "list of texts"
         elif name == "mode":
             fine = isinstance(value, int) and not isinstance(value, bool) and value > 0

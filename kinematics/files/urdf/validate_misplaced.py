@@ -102,14 +102,14 @@ def _check_attributes(item: Element) -> None:
         if item.tag in _OWN:
             allowed = _OWN[item.tag]
             namespace = item.tag == "robot" and ":" in name
-            if name in allowed or namespace or not (intended := _intended_word(plain, allowed)):
+            if name in allowed or namespace or not (intended := intended_word(plain, allowed)):
                 continue
         elif not attributes or name in attributes or name.startswith(("xmlns", "quat")):
             continue
-        elif ":" in name and not _intended_word(plain, attributes):
+        elif ":" in name and not intended_word(plain, attributes):
             continue
         else:
-            intended = _intended_word(plain, attributes) or " or ".join(attributes)
+            intended = intended_word(plain, attributes) or " or ".join(attributes)
         problem = f"<{item.tag} {clean(name)}> is not read"
         raise Refusal(item.label, problem, f"write {intended}, or remove it")
 
@@ -128,7 +128,7 @@ def _check_child(host: Element, item: Element) -> None:
     word = item.tag.rpartition(":")[2]
     dialect = word if word in _DIALECTS else ""
     if host.tag in ("joint", "robot") and len(word) > len("loop"):
-        dialect = dialect or _intended_word(word, _DIALECTS)
+        dialect = dialect or intended_word(word, _DIALECTS)
     if dialect and (host.tag, item.tag) == ("robot", dialect):
         return
     if dialect:
@@ -144,11 +144,11 @@ def _check_child(host: Element, item: Element) -> None:
         remedy = f"remove it: <{host.tag}> holds attributes only"
         raise Refusal(item.label, f"{where} is not read", remedy)
     parts = _PARTS[host.tag]
-    if (intended := _intended_word(word, parts)) and item.tag not in _FOREIGN:
+    if (intended := intended_word(word, parts)) and item.tag not in _FOREIGN:
         raise Refusal(item.label, f"{where} is not read", f"write <{intended}>, or remove it")
     if word in _FOREIGN:
         return
-    if intended := word if word in _WORDS else _intended_word(word, tuple(sorted(_WORDS))):
+    if intended := word if word in _WORDS else intended_word(word, tuple(sorted(_WORDS))):
         places = [f"<{tag}>" for tag, inside in _PARTS.items() if intended in inside]
         spelling = "" if word == intended else f"write <{intended}> and "
         remedy = f"{spelling}move it into its {' or '.join(places)}, or remove it"
@@ -161,7 +161,7 @@ def _check_child(host: Element, item: Element) -> None:
 
 
 @cache
-def _intended_word(word: str, spellings: tuple[str, ...]) -> str:
+def intended_word(word: str, spellings: tuple[str, ...]) -> str:
     """Find the known word that another one misspells; empty if there is none."""
     if len(word) > MAX_WORD:
         return ""

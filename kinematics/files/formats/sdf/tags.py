@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from difflib import get_close_matches
 
 from kinematics.error_text import clean
+from kinematics.files.urdf.validate_misplaced import intended_word
 from kinematics.files.urdf.xml_tree import Refusal
 from kinematics.model.document.element import Element
 
@@ -53,10 +53,6 @@ _JOINING = ("child_link", "mimicjoint", "mimic_joint", "second_link", "link2")
 # Elements in which other tools write theirs.
 _OPEN = ("model", "link", "joint")
 _PARTS = ("link", "joint", "inertial", "pose")
-# Minimum difflib ratio for a word to count as a misspelling of a known one.
-MIN_SPELLING_RATIO = 0.7
-# Longest word that is compared with known ones.
-MAX_WORD = 40
 
 
 def check_tags(model: Element) -> None:
@@ -100,7 +96,7 @@ def _check_attributes(item: Element) -> None:
     for name in item.attributes if attributes else ():
         if ":" not in name and name != "xmlns" and name not in (attributes or ()):
             problem = f"<{item.tag} {clean(name)}> is not read"
-            close = _intended(name, attributes or ())
+            close = intended_word(name, attributes or ())
             if item.tag != "joint" or close:
                 remedy = f"write {close or ' or '.join(attributes or ())}, or remove it"
                 raise Refusal(item.label, problem, remedy)
@@ -126,7 +122,7 @@ def _check_unknown(host: Element, item: Element, links: set[str]) -> None:
     if not tags:
         remedy = f"remove it: <{host.tag}> holds a text only"
         raise Refusal(item.label, f"{where} is not read", remedy)
-    close = _intended(item.tag, tags)
+    close = intended_word(item.tag, tags)
     if close or host.tag not in _OPEN:
         remedy = f"write {f'<{close}>' if close else ' or '.join(tags)}, or remove it"
         raise Refusal(item.label, f"{where} is not read", remedy)
@@ -142,11 +138,3 @@ def _names(item: Element) -> Iterator[str]:
     """Texts of an element that may be names."""
     yield item.text
     yield from item.attributes.values()
-
-
-def _intended(word: str, spellings: tuple[str, ...]) -> str:
-    """Find the known word that another one misspells; empty if there is none."""
-    matches: list[str] = []
-    if len(word) <= MAX_WORD:
-        matches = get_close_matches(word.lower(), spellings, 1, MIN_SPELLING_RATIO)
-    return matches[0] if matches else ""

@@ -1,7 +1,8 @@
 """Draw the picture of the README: a four-bar as drawn and balanced, and its shaking loads.
 
-``python docs/make_picture.py`` writes ``docs/shaking.svg``; it needs the extra ``plot``. Both
-linkages of the gallery follow one motion; force and moment come from `balance.verify`.
+``python docs/make_picture.py`` writes ``docs/shaking.svg``; it needs the extra ``plot``. The
+four-bar is one of the gallery; its masses are designed as by the command of the start page, and
+both follow one motion. Force and moment come from `balance.verify`.
 """
 
 from __future__ import annotations
@@ -11,16 +12,18 @@ from pathlib import Path
 import numpy as np
 
 import balance
-import kinematics
 from balance.app.answers.html.plot_style import image, tidy
 from balance.motion.verification.verify_motions import verify_second
 from kinematics.closure.joint_positions import joint_positions, si_chain
 from kinematics.closure.newton import forward_kinematics
 
-MODELS = {"as drawn": "four_bar_kite", "balanced": "four_bar_kite_balanced"}
-COLOURS = {"as drawn": "#b8550a", "balanced": "#08264a"}
+MODEL = "four_bar_antiparallelogram"
+DENSITY, THICKNESS = 7850.0, 0.02  # of the links: steel, 20 mm
+LEAST = {"coupler": (0.5, 5.0)}  # kg
+# Colours that can be read on white and on black: a viewer may follow no scheme.
+COLOURS = {"as drawn": "#d06a10", "balanced": "#3a86c8"}
+GREY = "#7c858d"
 GHOSTS = (-0.5, -0.25, 0.25, 0.5)  # displacements of the crank, rad
-DENSITY = 250.0  # of the discs, kg per square metre
 
 
 def joints_of_bodies(linkage):
@@ -50,7 +53,7 @@ def corners(linkage, u):
 
 
 def draw_linkage(ax, name, linkage):
-    """Draw the links at several poses, and a disc for the mass of each."""
+    """Draw the links at several poses, and the mass of each as a disc of steel in scale."""
     colour = COLOURS[name]
     for u in (*GHOSTS, 0.0):
         ends, centres = corners(linkage, u)
@@ -60,30 +63,31 @@ def draw_linkage(ax, name, linkage):
                 *pair[:, :2].T,
                 color=colour,
                 lw=3.0 if strong else 1.0,
-                alpha=1.0 if strong else 0.2,
+                alpha=1.0 if strong else 0.25,
                 solid_capstyle="round",
             )
     for body, centre in zip(linkage.bodies, centres, strict=True):
-        radius = np.sqrt(body.inertia[0] / DENSITY / np.pi)
+        radius = np.sqrt(body.inertia[0] / (DENSITY * THICKNESS) / np.pi)
         ax.add_patch(_disc(centre, radius, colour))
-        ax.annotate(
-            f"{body.inertia[0]:g} kg",
+        label = ax.annotate(
+            f"{body.inertia[0]:.2g} kg",
             centre[:2],
-            xytext=(-24, 4),
+            xytext=(7, -10),
             fontsize=8,
-            color=colour,
+            color=GREY,
             textcoords="offset points",
-            ha="center",
         )
-    ax.plot(*ends.reshape(-1, 3)[:, :2].T, "o", ms=5, mfc="white", mec="#1b1e22")
-    ax.set(aspect="equal", xlim=(-0.45, 1.3), ylim=(-0.5, 1.05), title=name)
+        label.set_in_layout(False)
+    ax.plot(*ends.reshape(-1, 3)[:, :2].T, "o", ms=5, mfc=GREY, mec=GREY)
+    ax.set(aspect="equal", xlim=(-0.2, 1.3), ylim=(-0.6, 0.75), title=name)
+    ax.title.set_color(GREY)
     ax.axis("off")
 
 
 def _disc(centre, radius, colour):
     from matplotlib.patches import Circle
 
-    return Circle(centre[:2], radius, color=colour, alpha=0.5, lw=0, zorder=3)
+    return Circle(centre[:2], radius, color=colour, alpha=0.6, lw=0, zorder=3)
 
 
 def draw_loads(axes, runs):
@@ -94,16 +98,23 @@ def draw_loads(axes, runs):
         lowest = -0.04 * runs["as drawn"].peak(part)
         ax.set(ylabel=f"shaking {part}, {unit}", ylim=(lowest, None))
         tidy(ax)
-    axes[0].legend(frameon=False, fontsize=8)
-    axes[1].set_xlabel("time, s")
+        ax.grid(color=GREY, alpha=0.3, linewidth=0.6)
+        ax.tick_params(colors=GREY)
+        ax.yaxis.label.set_color(GREY)
+        ax.spines[:].set_color(GREY)
+    axes[0].legend(frameon=False, fontsize=8, labelcolor=GREY)
+    axes[1].set_xlabel("time, s", color=GREY)
 
 
 def picture():
-    """Compute the loads of both linkages; return the picture and a line of text."""
-    linkages = {name: kinematics.load(model) for name, model in MODELS.items()}
-    first = balance.verify(linkages["as drawn"], trajectories=1, seed=3)
+    """Design, and compute the loads of both; return the picture and a line of text."""
+    drawn = balance.load(MODEL)
+    best = balance.design(drawn, "mass", bounds=LEAST, density=DENSITY, thickness=THICKNESS)
+    linkages = {"as drawn": drawn, "balanced": balance.load(best.to_urdf())}
+    first = balance.verify(drawn)
     second = verify_second(first, linkages["balanced"])
-    runs = {"as drawn": first.runs[0], "balanced": second.runs[0]}
+    shown = first.plotted
+    runs = {"as drawn": first.runs[shown], "balanced": second.runs[shown]}
 
     def draw(figure):
         left, middle, right = figure.subfigures(1, 3, width_ratios=(1.0, 1.0, 1.15))

@@ -18,12 +18,13 @@ from generated_pages import (
     command_pages,
     copied_pages,
     exit_code_page,
+    gallery_pages,
     json_pages,
 )
 from mkdocs.structure.files import File
 from notebooks import notebook
 
-PAGES = (api_pages, command_pages, copied_pages, exit_code_page, json_pages)
+PAGES = (api_pages, command_pages, copied_pages, exit_code_page, gallery_pages, json_pages)
 
 
 def on_config(config):

@@ -10,6 +10,8 @@ from collections.abc import Iterator
 from pathlib import Path
 from types import ModuleType
 
+from linkage_figure import linkage_figure
+
 import balance
 import kinematics
 from balance.app.cli import exit_codes
@@ -20,14 +22,34 @@ Field = tuple[str, str]
 COPIES = {
     "CHANGELOG.md": "changelog.md",
     "CONTRIBUTING.md": "contributing.md",
-    "urdf_models/README.md": "reference/gallery.md",
 }
+GALLERY = ROOT / "urdf_models"
 
 
 def copied_pages() -> dict[str, str]:
     """Read the pages that live beside the code, by path on the site."""
     texts = {path: (ROOT / name).read_text(encoding="utf-8") for name, path in COPIES.items()}
     return {path: text.replace("](docs/", "](") for path, text in texts.items()}
+
+
+def gallery_pages() -> dict[str, str]:
+    """Make the page of the gallery, with a drawing of each of its linkages."""
+    text = (GALLERY / "README.md").read_text(encoding="utf-8")
+    drawings = {
+        path.stem: linkage_figure(kinematics.load(path), (240, 180), names=False)
+        for path in sorted(GALLERY.glob("*.urdf"))
+    }
+    figures = "\n".join(
+        f'<figure><img src="gallery/{name}.svg" alt="Drawing of {name}" width="240" '
+        f'height="180" loading="lazy"><figcaption><code>{name}</code></figcaption></figure>'
+        for name in drawings
+    )
+    intro, head, rest = text.partition("\n*Rank by order*")
+    page = f'{intro}\n<div class="gallery">\n{figures}\n</div>\n{head}{rest}'
+    return {
+        "reference/gallery.md": page,
+        **{f"reference/gallery/{name}.svg": drawing for name, drawing in drawings.items()},
+    }
 
 
 def command_pages() -> dict[str, str]:

@@ -9,11 +9,15 @@ import logging
 import re
 from importlib import import_module
 from importlib.util import find_spec
+from itertools import combinations
 from pathlib import Path
+from xml.etree import ElementTree
 
 import numpy as np
 import pytest
 from code_blocks import code_blocks, run_page
+
+import balance
 
 ROOT = Path(__file__).parents[2]
 DOCS = ROOT / "docs"
@@ -117,3 +121,63 @@ def test_the_picture_of_the_readme_is_current(monkeypatch):
     # A hundredth of a point cannot be seen, and other versions draw so.
     assert all(one.shape == two.shape for one, two in zip(drawn, kept, strict=True))
     assert max(abs(one - two).max() for one, two in zip(drawn, kept, strict=True)) < 0.01
+
+
+@pytest.mark.parametrize("page", [page for page in TEXTS if page.startswith("tutorials/")])
+def test_a_tutorial_shows_its_machine(page):
+    """As a drawing, which exists and has no ground of its own."""
+    pictures = re.findall(r"!\[([^\]]+)\]\((machines/[\w.]+)\)", TEXTS[page])
+    # The index has no machine, and the machine of the synthesis is drawn by its command.
+    assert pictures or page in ("tutorials/index.md", "tutorials/synthesis.md")
+    for _, path in pictures:
+        drawing = ElementTree.parse(DOCS / "tutorials" / path).getroot()
+        assert len(drawing) > 4 and not drawing.findall("{http://www.w3.org/2000/svg}rect")
+
+
+def test_the_machines_of_the_tutorials_are_current(monkeypatch):
+    monkeypatch.syspath_prepend(str(DOCS))
+    made = import_module("draw_machines")
+    for page, name, model in made.MACHINES:
+        kept = (DOCS / "tutorials" / "machines" / f"{name}.svg").read_text(encoding="utf-8")
+        assert f"(machines/{name}.svg)" in TEXTS[f"tutorials/{page}.md"]
+        drawn = made.machine(page, model)
+        marks, numbers = (
+            [re.split(r"-?\d+\.\d+", text) for text in (drawn, kept)],
+            [np.array(re.findall(r"-?\d+\.\d+", text), float) for text in (drawn, kept)],
+        )
+        assert marks[0] == marks[1], name
+        assert abs(numbers[0] - numbers[1]).max() < 0.11, name  # pixels, written to a tenth
+
+
+def test_a_drawing_shows_all_links_and_joints_where_they_are():
+    """Lines and circles against joint places, turned and scaled: distances keep their ratios."""
+    from linkage_figure import linkage_figure
+
+    linkage = balance.load("four_bar_general")
+    drawing = linkage_figure(linkage)
+    circles = np.array(re.findall(r'cx="([\d.]+)" cy="([\d.]+)"', drawing), float)
+    places = np.array([joint.point for joint in linkage.joints])
+    ratios = [
+        np.linalg.norm(circles[i] - circles[j]) / np.linalg.norm(places[i] - places[j])
+        for i, j in combinations(range(4), 2)
+    ]
+    assert len(circles) == 4 and np.ptp(ratios) < 0.01 * np.mean(ratios)
+    assert drawing.count('stroke-width="4.5"') == len(linkage.bodies)
+    assert all(f">{body.name}<" in drawing for body in linkage.bodies)
+
+
+def test_the_gallery_page_draws_every_model():
+    from generated_pages import gallery_pages
+
+    pages = gallery_pages()
+    names = {path.stem for path in (ROOT / "urdf_models").glob("*.urdf")}
+    shown = set(re.findall(r'<img src="gallery/(\w+)\.svg"', pages["reference/gallery.md"]))
+    assert shown == names == {Path(p).stem for p in pages if p.endswith(".svg")}
+    assert "## How to add a model" in pages["reference/gallery.md"]
+    for path in pages:
+        if path.endswith(".svg"):
+            sizes = ElementTree.fromstring(pages[path]).get("viewBox").split()[2:]
+            links = re.sub("<g .*?</g>", "", pages[path])  # slides have axes of their own
+            points = re.findall(r"[ML](-?[\d.]+) (-?[\d.]+)", links)
+            assert np.all(np.array(points, float) >= 0.0), path
+            assert np.all(np.array(points, float) <= np.array(sizes, float)), path

@@ -37,6 +37,23 @@ def test_the_first_command_runs(capsys):
     assert capsys.readouterr().out == shown
 
 
+def test_the_first_screen_is_that_of_the_start_page():
+    """Both show one machine: its picture, its loads, and the commands, which the page runs."""
+    start = (ROOT / "docs" / "index.md").read_text(encoding="utf-8")
+    screen = README.split("**Install it")[0]
+
+    def commands(text: str) -> list[str]:
+        blocks = "".join(re.findall(r"```sh\n(.*?)```", text, re.DOTALL)).replace("\\\n", " ")
+        lines = (line.partition("  #")[0].split() for line in blocks.splitlines())
+        return [" ".join(words) for words in lines if words and words[0] == "balance"]
+
+    assert len(commands(screen)) == 3
+    assert commands(screen) == commands(start)[:3]
+    tables = [re.findall(r"^\| .*$", text, re.MULTILINE)[:3] for text in (screen, start)]
+    assert tables[0] == tables[1] and len(tables[0]) == 3
+    assert "](docs/shaking.svg)" in screen and "](shaking.svg)" in start
+
+
 def test_the_options_of_the_documents_are_those_of_the_commands(capsys):
     """All that are shown exist, and all that exist are described."""
     section = README.split("## On the command line")[1].split("##")[0]

@@ -1,0 +1,170 @@
+"""Drawings of linkages in SVG, small and without a background, for pages.
+
+Colours can be read on white and on black. A linkage in the plane is seen along its normal, one in
+space obliquely from above.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from html import escape
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from balance.app.answers.html.scene import scene
+from kinematics.model.linkage import Linkage
+
+Array = NDArray[np.float64]
+
+# Room around a drawing, and at its sides if there are names.
+PAD, SIDE = 34, 90
+# Directions of the drawing of a linkage in space.
+OBLIQUE = np.array([[0.866, -0.5, 0.0], [0.25, 0.433, 0.866]])
+LINK, INK, PLATE = "#4f86c0", "#7c858d", "#4f86c033"
+
+
+def linkage_figure(
+    linkage: Linkage, size: tuple[int, int] = (480, 300), names: bool = True
+) -> str:
+    """Draw a linkage at its reference pose.
+
+    Args:
+        linkage: the linkage.
+        size: width and height, pixels.
+        names: whether to name its bodies and its inputs.
+
+    Returns:
+        The text of an SVG file.
+    """
+    drawing: Any = scene(linkage)
+    rows = _upright(np.array(drawing["axes"][2])) if drawing["planar"] else OBLIQUE
+    corners = [np.array(part["corners"]).reshape(-1, 3) for part in drawing["parts"]]
+    points = np.array([joint["point"] for joint in drawing["joints"]])
+    pad = np.array([SIDE if names else PAD, PAD])
+    place = _placed(np.concatenate([*corners, points]) @ rows.T, size, pad)
+    at = [place(part @ rows.T) for part in corners]
+    elements = [_link(points) for points in at[1:] if len(points)]
+    sliding = [joint["point"] for joint in drawing["joints"] if joint["kind"] == "prismatic"]
+    rails = place(np.array(sliding).reshape(-1, 3) @ rows.T)
+    elements += [
+        _foot(foot) for foot in at[0] if not np.isclose(rails, foot, atol=0.5).all(1).any()
+    ]
+    elements += [_joint(joint, place, rows, drawing) for joint in drawing["joints"]]
+    if names:
+        elements += _names(drawing, at, place(points @ rows.T), linkage.inputs)
+    width, height = size
+    return (
+        f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width} {height}" '
+        f'width="{width}" height="{height}">\n' + "\n".join(elements) + "\n</svg>\n"
+    )
+
+
+def _upright(normal: Array) -> Array:
+    """Return the directions to the right and up of a plane; up is z, or y if z is the normal."""
+    lying = abs(normal[2]) > 0.9
+    up = np.array([0.0, 1.0, 0.0] if lying else [0.0, 0.0, 1.0])
+    if normal[2] < 0.0 if lying else normal[0] - normal[1] < 0.0:
+        normal = -normal
+    up = up - (up @ normal) * normal
+    up /= np.sqrt(up @ up)
+    return np.array([np.cross(up, normal), up])
+
+
+def _placed(seen: Array, size: tuple[int, int], pad: Array) -> Any:
+    """Return the function that puts points (N, 2) into the frame, y down, as large as fits."""
+    low, high = seen.min(axis=0), seen.max(axis=0)
+    room = np.array(size) - 2.0 * pad
+    span = high - low
+    scale = float(np.min(room / np.maximum(span, 1e-9 * max(float(span.max()), 1e-9))))
+    middle = (low + high) / 2
+
+    def place(points: Array) -> Array:
+        return np.array(size) / 2 + (points - middle) * scale * np.array([1.0, -1.0])
+
+    return place
+
+
+def _path(points: Array, close: bool = False) -> str:
+    """Write a path through points."""
+    return "M" + "L".join(f"{x:.1f} {y:.1f}" for x, y in points) + "Z" * close
+
+
+def _link(points: Array) -> str:
+    """Draw a link through its corners, around their middle."""
+    wide = len(points) > 2 and _area(points) > 60.0
+    fill = PLATE if wide else "none"
+    return (
+        f'<path d="{_path(points, wide)}" fill="{fill}" stroke="{LINK}" '
+        'stroke-width="4.5" stroke-linejoin="round" stroke-linecap="round"/>'
+    )
+
+
+def _area(points: Array) -> float:
+    """Compute the area inside a polygon."""
+    x, y = points.T
+    return 0.5 * abs(float(x @ np.roll(y, -1) - y @ np.roll(x, -1)))
+
+
+def _foot(point: Array) -> str:
+    """Draw the ground below a joint."""
+    x, y = point
+    foot = np.array([[x, y], [x - 8, y + 14], [x + 8, y + 14]])
+    hatch = "".join(f"M{x + d:.1f} {y + 14:.1f}l-4 5" for d in (-6, 0, 6))
+    return (
+        f'<path d="{_path(foot, True)}{hatch}" fill="none" stroke="{INK}" stroke-width="1.5"/>'
+    )
+
+
+def _joint(joint: dict[str, Any], place: Any, rows: Array, drawing: dict[str, Any]) -> str:
+    """Draw a joint: a circle if it turns, a block on its rail if it slides."""
+    point = np.array(joint["point"])
+    (x, y), (a, b) = place(
+        np.array([point, point + 0.1 * drawing["size"] * np.array(joint["direction"])]) @ rows.T
+    )
+    if joint["kind"] != "prismatic":
+        return f'<circle cx="{x:.1f}" cy="{y:.1f}" r="4" fill="{INK}"/>'
+    angle = float(np.degrees(np.arctan2(b - y, a - x)))
+    return (
+        f'<g transform="translate({x:.1f} {y:.1f}) rotate({angle:.1f})" fill="none" '
+        f'stroke="{INK}" stroke-width="1.5"><path d="M-26 7H26M-26 -7H26"/>'
+        '<rect x="-10" y="-6" width="20" height="12"/></g>'
+    )
+
+
+def _names(
+    drawing: dict[str, Any], at: Sequence[Array], joints: Array, inputs: Sequence[str]
+) -> list[str]:
+    """Write the names of bodies beside their links, and those of inputs at their joints."""
+    elements = [
+        _text(", ".join(part["names"]), corners.mean(axis=0), _beside(corners), LINK)
+        for part, corners in zip(drawing["parts"], at, strict=True)
+        if part["names"] and len(corners)
+    ]
+    for joint, point in zip(drawing["joints"], joints, strict=True):
+        if joint["name"] in inputs:
+            off, anchor = (
+                ((13.0, 15.0), "start") if 0 in joint["parts"] else ((-7.0, 17.0), "end")
+            )
+            elements.append(_text(joint["name"], point, (*off, anchor), INK))
+    return elements
+
+
+def _beside(corners: Array) -> tuple[float, float, str]:
+    """Choose where a name stands beside a line: the offset from its middle, and the anchor."""
+    x, y = corners[-1] - corners[0]
+    if abs(y) < 0.3 * abs(x):
+        return 0.0, -9.0, "middle"
+    if abs(x) < 0.3 * abs(y):
+        return 8.0, 4.0, "start"
+    return 7.0, (13.0 if x * y < 0.0 else -5.0), "start"
+
+
+def _text(text: str, point: Array, beside: tuple[float, float, str], colour: str) -> str:
+    """Write a text beside a point."""
+    x, y, anchor = beside
+    return (
+        f'<text x="{point[0] + x:.1f}" y="{point[1] + y:.1f}" font-family="sans-serif" '
+        f'font-size="13" text-anchor="{anchor}" fill="{colour}">{escape(text)}</text>'
+    )

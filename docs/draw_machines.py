@@ -1,7 +1,7 @@
 """Draw the machine of each tutorial.
 
-``python docs/draw_machines.py`` writes ``docs/tutorials/machines/NAME.svg``: the linkage of a file
-that the page shows, or of a model of the gallery. Pictures of the atlas are made by `make_atlas`.
+``python docs/draw_machines.py`` writes ``docs/tutorials/machines/NAME.svg``: the linkage of a
+file that the page shows, or of a model of the gallery.
 """
 
 from __future__ import annotations

@@ -56,18 +56,18 @@ def command_pages() -> dict[str, str]:
     """Print the help of every command, from its parser."""
     page = "# Help of the commands\n\nWhat `balance COMMAND --help` prints; the options are "
     page += "explained under [Command line](../command_line.md).\n"
-    for name, parser in _commands(command_parser(COMMANDS)):
+    for name, parser in command_parsers(command_parser(COMMANDS)):
         page += f"\n## {name}\n\n```text\n{parser.format_help()}```\n"
     return {"reference/command_help.md": page}
 
 
-def _commands(parser: argparse.ArgumentParser) -> Iterator[tuple[str, argparse.ArgumentParser]]:
+def command_parsers(parser: argparse.ArgumentParser) -> Iterator[tuple[str, argparse.ArgumentParser]]:
     """List a parser and the parsers of its commands, by their full names."""
     yield parser.prog, parser
     for action in parser._actions:
         if isinstance(action, argparse._SubParsersAction):
             for verb in dict.fromkeys(action.choices.values()):
-                yield from _commands(verb)
+                yield from command_parsers(verb)
 
 
 def exit_code_page() -> dict[str, str]:

@@ -1,7 +1,7 @@
 """Drawings of linkages in SVG, small and without a background, for pages.
 
-Colours can be read on white and on black. A linkage in the plane is seen along its normal, one in
-space obliquely from above.
+Colours can be read on white and on black. A linkage in the plane is seen along its normal, one
+in space obliquely from above.
 """
 
 from __future__ import annotations
@@ -62,7 +62,7 @@ def linkage_figure(
 
 
 def _upright(normal: Array) -> Array:
-    """Return the directions to the right and up of a plane; up is z, or y if z is the normal."""
+    """Return the directions to the right and up in a plane; up is z, or y in the x-y plane."""
     lying = abs(normal[2]) > 0.9
     up = np.array([0.0, 1.0, 0.0] if lying else [0.0, 0.0, 1.0])
     if normal[2] < 0.0 if lying else normal[0] - normal[1] < 0.0:

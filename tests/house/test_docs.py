@@ -5,6 +5,7 @@ Pages run first, one test each, and leave their files for the site, which is bui
 
 from __future__ import annotations
 
+import inspect
 import logging
 import re
 from importlib import import_module
@@ -16,8 +17,10 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 from code_blocks import code_blocks, run_page
+from generated_pages import command_parsers
 
 import balance
+from balance.app.cli.main import COMMANDS, command_parser
 
 ROOT = Path(__file__).parents[2]
 DOCS = ROOT / "docs"
@@ -150,7 +153,7 @@ def test_the_machines_of_the_tutorials_are_current(monkeypatch):
 
 
 def test_a_drawing_shows_all_links_and_joints_where_they_are():
-    """Lines and circles against joint places, turned and scaled: distances keep their ratios."""
+    """Circles against the places of joints, turned and scaled: distances keep ratios."""
     from linkage_figure import linkage_figure
 
     linkage = balance.load("four_bar_general")
@@ -181,3 +184,36 @@ def test_the_gallery_page_draws_every_model():
             points = re.findall(r"[ML](-?[\d.]+) (-?[\d.]+)", links)
             assert np.all(np.array(points, float) >= 0.0), path
             assert np.all(np.array(points, float) <= np.array(sizes, float)), path
+
+
+def test_the_index_of_tasks_names_every_verb_and_every_function():
+    """A function once, those of the groups too; options of a command exist."""
+    row = r"^\| [^|]+ \|([^|]*)\|([^|]*)\| (.+) \|$"
+    rows = re.findall(row, TEXTS["tasks.md"], re.MULTILINE)
+    rows = [row for row in rows if row[0] != " command "]
+    verbs, parsers = set(), dict(command_parsers(command_parser(COMMANDS)))
+    for command, _, page in rows:
+        assert page.startswith("["), page
+        for words in map(str.split, re.findall("`(.+?)`", command)):
+            verbs.add(words[1])
+            parser = parsers.get(" ".join(words[:3])) or parsers[" ".join(words[:2])]
+            known = parser.format_help()
+            assert all(word in known for word in words if word.startswith("--")), words
+    assert verbs == {name.split()[1] for name in parsers if " " in name}
+    shown = re.findall(r"`([\w.]+)`", " ".join(python for _, python, _ in rows))
+    assert sorted(shown) == sorted(_public_functions())
+
+
+def _public_functions():
+    """Functions of `balance`, and of the modules that it shows, by the names of the index."""
+    names = []
+    for name in balance.__all__:
+        value = getattr(balance, name)
+        if inspect.isfunction(value):
+            names.append(name)
+        elif inspect.ismodule(value):
+            inner = {key: getattr(value, key) for key in value.__all__}
+            names += [
+                f"{name}.{key}" for key, each in inner.items() if inspect.isfunction(each)
+            ]
+    return names

@@ -6,6 +6,7 @@ import argparse
 import inspect
 import json
 import re
+import tomllib
 from collections.abc import Iterator
 from pathlib import Path
 from types import ModuleType
@@ -24,6 +25,7 @@ COPIES = {
     "CONTRIBUTING.md": "contributing.md",
 }
 GALLERY = ROOT / "urdf_models"
+EXAMPLES = tomllib.loads((ROOT / "docs" / "option_examples.toml").read_text(encoding="utf-8"))
 
 
 def copied_pages() -> dict[str, str]:
@@ -54,14 +56,50 @@ def gallery_pages() -> dict[str, str]:
 
 def command_pages() -> dict[str, str]:
     """Print the help of every command, from its parser."""
-    page = "# Help of the commands\n\nWhat `balance COMMAND --help` prints; the options are "
-    page += "explained under [Command line](../command_line.md).\n"
+    page = "# Help of the commands\n\nWhat `balance COMMAND --help` prints, and an example of "
+    page += "each option; they are explained under [Command line](../command_line.md).\n"
     for name, parser in command_parsers(command_parser(COMMANDS)):
         page += f"\n## {name}\n\n```text\n{parser.format_help()}```\n"
+        if " " not in name:
+            continue
+        rows = [
+            f"| `{_cell(option)}` | {_cell(words)} | `{_cell(example)}` |\n"
+            for option, words, example in option_examples(name.removeprefix("balance "), parser)
+        ]
+        if rows:
+            page += f"\n| option | what it does | example |\n|---|---|---|\n{''.join(rows)}"
     return {"reference/command_help.md": page}
 
 
-def command_parsers(parser: argparse.ArgumentParser) -> Iterator[tuple[str, argparse.ArgumentParser]]:
+def option_examples(
+    command: str, parser: argparse.ArgumentParser
+) -> Iterator[tuple[str, str, str]]:
+    """List the options of a command: the option, its help, and an example.
+
+    Args:
+        command: its name without the first word, such as ``flex modes``.
+        parser: its parser.
+
+    Raises:
+        KeyError: ``docs/option_examples.toml`` has no word for an option.
+    """
+    words = {**EXAMPLES["all"], **EXAMPLES.get(command, {})}
+    for action in parser._actions:
+        if not action.option_strings or action.help == argparse.SUPPRESS:
+            continue
+        name = max(action.option_strings, key=len)
+        text = (action.help or "").replace("%%", "%")
+        yield name, text, name if action.nargs == 0 else f"{name} {_quoted(words[name])}"
+
+
+def _quoted(word: str) -> str:
+    """Quote a word that a shell would take apart."""
+    return f'"{word}"' if re.search(r"[^\w.,:=@/%+*-]", word) else word
+
+
+def command_parsers(
+    parser: argparse.ArgumentParser,
+) -> Iterator[tuple[str, argparse.ArgumentParser]]:
     """List a parser and the parsers of its commands, by their full names."""
     yield parser.prog, parser
     for action in parser._actions:

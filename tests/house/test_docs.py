@@ -8,16 +8,17 @@ from __future__ import annotations
 import inspect
 import logging
 import re
+import shlex
 from importlib import import_module
 from importlib.util import find_spec
-from itertools import combinations
+from itertools import chain, combinations
 from pathlib import Path
 from xml.etree import ElementTree
 
 import numpy as np
 import pytest
 from code_blocks import code_blocks, run_page
-from generated_pages import command_parsers
+from generated_pages import EXAMPLES, command_parsers, option_examples
 
 import balance
 from balance.app.cli.main import COMMANDS, command_parser
@@ -217,3 +218,44 @@ def _public_functions():
                 f"{name}.{key}" for key, each in inner.items() if inspect.isfunction(each)
             ]
     return names
+
+
+COMMAND_PARSERS = {
+    name.removeprefix("balance "): parser
+    for name, parser in command_parsers(command_parser(COMMANDS))
+    if " " in name
+}
+
+
+@pytest.mark.parametrize("command", COMMAND_PARSERS)
+def test_every_option_has_an_example_that_its_command_reads(command):
+    """Each by itself, beside what the command needs; no word is left over."""
+    parser = COMMAND_PARSERS[command]
+    examples = {name: shlex.split(text) for name, _, text in option_examples(command, parser)}
+    needed = [action for action in parser._actions if action.required]
+    flags = [max(action.option_strings, key=len) for action in needed if action.option_strings]
+    words = ["3" for action in needed if not action.option_strings]
+    groups = parser._mutually_exclusive_groups
+    required = [
+        [max(action.option_strings, key=len) for action in group._group_actions]
+        for group in groups
+        if group.required
+    ]
+    for name, example in examples.items():
+        more = [examples[flag] for flag in flags if flag != name]
+        more += [examples[group[0]] for group in required if name not in group]
+        read = parser.parse_args([*words, *example, *chain.from_iterable(more)])
+        assert read is not None
+    unknown = set(EXAMPLES.get(command, {})) - set(examples)
+    assert not unknown
+
+
+def test_examples_of_options_are_those_of_commands():
+    assert set(EXAMPLES) - {"all"} <= set(COMMAND_PARSERS)
+    known = {
+        max(action.option_strings, key=len)
+        for parser in COMMAND_PARSERS.values()
+        for action in parser._actions
+        if action.option_strings
+    }
+    assert set(EXAMPLES["all"]) <= known

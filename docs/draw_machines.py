@@ -14,9 +14,9 @@ HERE = Path(__file__).resolve().parent
 sys.path.append(str(HERE / "hooks"))
 
 from code_blocks import code_blocks  # noqa: E402
-from linkage_figure import linkage_figure  # noqa: E402
 
 import balance  # noqa: E402
+from balance.app.answers.html.linkage_drawing import linkage_drawing  # noqa: E402
 
 TUTORIALS = HERE / "tutorials"
 # Page, name of the picture, and the file on that page or the model of the gallery.
@@ -44,7 +44,7 @@ def machine(page: str, model: str) -> str:
             if not file.title.endswith((".yaml", ".toml")):
                 (Path(folder) / file.title).write_text(file.text, encoding="utf-8")
         path = Path(folder) / model
-        return linkage_figure(balance.load(path if path.exists() else model))
+        return linkage_drawing(balance.load(path if path.exists() else model))
 
 
 def main() -> None:

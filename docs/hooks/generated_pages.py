@@ -11,10 +11,9 @@ from collections.abc import Iterator
 from pathlib import Path
 from types import ModuleType
 
-from linkage_figure import linkage_figure
-
 import balance
 import kinematics
+from balance.app.answers.html.linkage_drawing import linkage_drawing
 from balance.app.cli import exit_codes
 from balance.app.cli.main import COMMANDS, command_parser
 
@@ -38,7 +37,7 @@ def gallery_pages() -> dict[str, str]:
     """Make the page of the gallery, with a drawing of each of its linkages."""
     text = (GALLERY / "README.md").read_text(encoding="utf-8")
     drawings = {
-        path.stem: linkage_figure(kinematics.load(path), (240, 180), names=False)
+        path.stem: linkage_drawing(kinematics.load(path), (240, 180), names=False)
         for path in sorted(GALLERY.glob("*.urdf"))
     }
     figures = "\n".join(

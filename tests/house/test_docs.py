@@ -21,6 +21,7 @@ from code_blocks import code_blocks, run_page
 from generated_pages import EXAMPLES, command_parsers, option_examples
 
 import balance
+from balance.app.answers.html.linkage_drawing import linkage_drawing
 from balance.app.cli.main import COMMANDS, command_parser
 
 ROOT = Path(__file__).parents[2]
@@ -155,10 +156,9 @@ def test_the_machines_of_the_tutorials_are_current(monkeypatch):
 
 def test_a_drawing_shows_all_links_and_joints_where_they_are():
     """Circles against the places of joints, turned and scaled: distances keep ratios."""
-    from linkage_figure import linkage_figure
 
     linkage = balance.load("four_bar_general")
-    drawing = linkage_figure(linkage)
+    drawing = linkage_drawing(linkage)
     circles = np.array(re.findall(r'cx="([\d.]+)" cy="([\d.]+)"', drawing), float)
     places = np.array([joint.point for joint in linkage.joints])
     ratios = [
@@ -259,3 +259,21 @@ def test_examples_of_options_are_those_of_commands():
         if action.option_strings
     }
     assert set(EXAMPLES["all"]) <= known
+
+
+@NEEDS_MKDOCS
+def test_the_brackets_of_a_matrix_grow_with_it():
+    """Each matrix and its brackets are a row of their own; brackets in the text stay small."""
+    from formulas import with_formulas
+
+    matrix = r"\begin{bmatrix} a & b \\\\ c & d \end{bmatrix}"
+    html = with_formulas(rf'<div class="arithmatex">\[f(x) = {matrix} {matrix}\]</div>')
+    math = ElementTree.fromstring(html)
+    space = "{http://www.w3.org/1998/Math/MathML}"
+    rows = [row for row in math.iter(f"{space}mrow") if row.find(f"{space}mtable") is not None]
+    assert len(rows) == 2 and math.get("display") == "block"
+    for row in rows:
+        assert [part.tag.removeprefix(space) for part in row] == ["mo", "mtable", "mo"]
+        assert [part.get("stretchy") for part in row] == ["true", None, "true"]
+        assert [part.get("form") for part in row] == ["prefix", None, "postfix"]
+    assert [mo.get("stretchy") for mo in math.iter(f"{space}mo")].count("false") == 2

@@ -2,18 +2,32 @@
 
 from __future__ import annotations
 
+from html import escape
 from typing import Any, NamedTuple
 
+import numpy as np
+
+from balance.app.answers.html.linkage_drawing import linkage_drawing
 from balance.app.answers.html.plot_style import image, tidy
 from balance.app.answers.html.render import facts_list, render_page, rows_table
 from balance.app.answers.html.time_panels import COLOURS
 from balance.app.answers.text.remedies import remedies_facts, remedy_rows
+from balance.masses.designs.density import STEEL
+from balance.masses.remedies.applied import AppliedRemedy
 from balance.masses.remedies.compare import RemedyComparison
-from kinematics.errors import UsageError
+from balance.masses.remedies.request import RemedyRequest
+from kinematics.errors import LinkageError, UsageError
+from kinematics.loading.model_gallery import load
+from kinematics.model.document.element import Document
+from kinematics.numerics.array_types import Array
 
 # Marks of plotly, and of Matplotlib.
 SYMBOLS = ("circle", "square", "diamond", "triangle-up", "cross", "x", "star")
 MARKS = ("o", "s", "D", "^", "P", "X", "*")
+# Size of a drawing, pixels, and most of them.
+SIZE, MAX_DRAWINGS = (300, 220), 24
+# Part of the given mass below which no weight is drawn.
+DRAWN = 1e-6
 AXES = (
     "added mass, of that of the linkage",
     "inertia felt by the inputs, of that in the file",
@@ -55,8 +69,54 @@ def remedies_page(comparison: RemedyComparison) -> str:
         data={"figures": [_cost_figure(comparison)]},
         scripts=("curves",),
         facts=facts_list(remedies_facts(comparison)),
+        drawings=_drawings(comparison),
         remedies=rows_table(table, [2, 3, 4, 5, 6, 7]),
     )
+
+
+def _drawings(comparison: RemedyComparison) -> str:
+    """Draw the linkage with each remedy that helps, those first that one would build first."""
+    request = comparison.request
+    built = [applied for applied in comparison.by_preference if applied.urdf is not None]
+    figures = []
+    for applied in built[:MAX_DRAWINGS]:
+        drawn = _drawing(request, applied)
+        if drawn:
+            figures.append(
+                f"<figure>{drawn}<figcaption><b>{escape(applied.short)}</b>: "
+                f"{escape(applied.words)}</figcaption></figure>"
+            )
+    if not figures:
+        return ""
+    note = "New links and added matter have the second colour; matter is drawn as balls of "
+    note += "steel, in the scale of the linkage."
+    return (
+        '<section>\n<h2>What is built in</h2>\n<p class="note">'
+        f'{note}</p>\n<div class="drawings">\n{"".join(figures)}\n</div>\n</section>'
+    )
+
+
+def _drawing(request: RemedyRequest, applied: AppliedRemedy) -> str:
+    """Draw the file of one remedy; empty if it cannot be read without the request."""
+    assert applied.urdf is not None
+    try:
+        linkage = load(Document(request.base.name, applied.urdf), angles=request.angles)
+    except LinkageError:
+        return ""
+    given = {body.name: body.inertia for body in request.linkage.bodies}
+    added = [body.inertia - given.get(body.name, np.zeros(10)) for body in linkage.bodies]
+    return linkage_drawing(
+        linkage,
+        SIZE,
+        names=False,
+        marked=applied.new_links,
+        balls=[steel_ball(z) for z in added if z[0] > DRAWN * request.given_mass],
+    )
+
+
+def steel_ball(z: Array) -> tuple[Array, float]:
+    """Return the middle (3,) and the radius of a ball of steel of parameters z (10,), m."""
+    return z[1:4] / z[0], float((0.75 * z[0] / (np.pi * STEEL)) ** (1.0 / 3.0))
 
 
 def remedies_picture(comparison: RemedyComparison, kind: str = "png") -> bytes:

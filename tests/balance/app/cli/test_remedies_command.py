@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import json
+import re
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import balance
@@ -55,6 +58,24 @@ def test_the_page_has_the_numbers_and_no_network(capsys, tmp_path):
     assert '"schema": "balance.remedies/1"' in text and "What each remedy costs" in text
     assert "https://" not in text.partition("<script>")[0]
     assert "less shaking for a budget (partial)" in capsys.readouterr().out
+    drawings = re.findall(r"<figure>(<svg.*?</svg>)", text, re.DOTALL)
+    assert len(drawings) == 1
+    found = json.loads(re.findall(r'id="report">(.*?)</script>', text, re.DOTALL)[0])
+    _, size = _extent(drawings[0])
+    radii = [float(r) / size for r in re.findall(r'r="([\d.]+)" fill="#d06a1099"', drawings[0])]
+    # Volumes of balls of steel, in a drawing whose scale is that of the four-bar.
+    masses = [7850 * 4 / 3 * np.pi * radius**3 for radius in radii]
+    assert sum(masses) == pytest.approx(found["remedies"][0]["added_mass"], rel=0.05)
+
+
+def _extent(drawing):
+    """The largest distance of joints in a drawing, and the pixels of a metre."""
+    circles = re.findall(r'cx="([\d.]+)" cy="([\d.]+)" r="4"', drawing)
+    at = np.array(circles, float)
+    places = np.array([joint.point for joint in balance.load(NO).joints])
+    far = max(np.linalg.norm(a - b) for a in at for b in at)
+    real = max(np.linalg.norm(a - b) for a in places for b in places)
+    return far, far / real
 
 
 @pytest.mark.slow

@@ -6,7 +6,7 @@ in space obliquely from above.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from html import escape
 from typing import Any
 
@@ -22,11 +22,20 @@ Array = NDArray[np.float64]
 PAD, SIDE = 34, 90
 # Directions of the drawing of a linkage in space.
 OBLIQUE = np.array([[0.866, -0.5, 0.0], [0.25, 0.433, 0.866]])
-LINK, INK, PLATE = "#4f86c0", "#7c858d", "#4f86c033"
+LINK, MARKED, INK = "#4f86c0", "#d06a10", "#7c858d"
+# Least area of a plate, square pixels: a smaller one is drawn as a line.
+LEAST_AREA = 60.0
+# Least radius of a ball, pixels; directions to its ends.
+LEAST_RADIUS = 2.0
+OUTWARD = np.array([[1.0, 0.0], [-1.0, 0.0], [0.0, 1.0], [0.0, -1.0]])
 
 
-def linkage_figure(
-    linkage: Linkage, size: tuple[int, int] = (480, 300), names: bool = True
+def linkage_drawing(
+    linkage: Linkage,
+    size: tuple[int, int] = (480, 300),
+    names: bool = True,
+    marked: Collection[str] = (),
+    balls: Sequence[tuple[Array, float]] = (),
 ) -> str:
     """Draw a linkage at its reference pose.
 
@@ -34,24 +43,32 @@ def linkage_figure(
         linkage: the linkage.
         size: width and height, pixels.
         names: whether to name its bodies and its inputs.
+        marked: bodies to draw in a second colour.
+        balls: middles (3,) and radii of balls to draw in scale, metres, in that colour.
 
     Returns:
-        The text of an SVG file.
+        An SVG element.
     """
     drawing: Any = scene(linkage)
     rows = _upright(np.array(drawing["axes"][2])) if drawing["planar"] else OBLIQUE
     corners = [np.array(part["corners"]).reshape(-1, 3) for part in drawing["parts"]]
     points = np.array([joint["point"] for joint in drawing["joints"]])
     pad = np.array([SIDE if names else PAD, PAD])
-    place = _placed(np.concatenate([*corners, points]) @ rows.T, size, pad)
+    ends = [(np.asarray(p) @ rows.T)[None] + r * OUTWARD for p, r in balls]
+    seen = np.concatenate([*corners, points]) @ rows.T
+    place = _placed(np.concatenate([seen, *ends]), size, pad)
     at = [place(part @ rows.T) for part in corners]
-    elements = [_link(points) for points in at[1:] if len(points)]
+    elements = [
+        _link(points, MARKED if set(part["names"]) & set(marked) else LINK)
+        for part, points in zip(drawing["parts"][1:], at[1:], strict=True)
+        if len(points)
+    ]
     sliding = [joint["point"] for joint in drawing["joints"] if joint["kind"] == "prismatic"]
     rails = place(np.array(sliding).reshape(-1, 3) @ rows.T)
-    elements += [
-        _foot(foot) for foot in at[0] if not np.isclose(rails, foot, atol=0.5).all(1).any()
-    ]
+    standing = [foot for foot in at[0] if not np.isclose(rails, foot, atol=0.5).all(1).any()]
+    elements += map(_foot, standing)
     elements += [_joint(joint, place, rows, drawing) for joint in drawing["joints"]]
+    elements += [_ball(place(end)) for end in ends]
     if names:
         elements += _names(drawing, at, place(points @ rows.T), linkage.inputs)
     width, height = size
@@ -91,12 +108,12 @@ def _path(points: Array, close: bool = False) -> str:
     return "M" + "L".join(f"{x:.1f} {y:.1f}" for x, y in points) + "Z" * close
 
 
-def _link(points: Array) -> str:
+def _link(points: Array, colour: str) -> str:
     """Draw a link through its corners, around their middle."""
-    wide = len(points) > 2 and _area(points) > 60.0
-    fill = PLATE if wide else "none"
+    wide = len(points) > 2 and _area(points) > LEAST_AREA
+    fill = f"{colour}33" if wide else "none"
     return (
-        f'<path d="{_path(points, wide)}" fill="{fill}" stroke="{LINK}" '
+        f'<path d="{_path(points, wide)}" fill="{fill}" stroke="{colour}" '
         'stroke-width="4.5" stroke-linejoin="round" stroke-linecap="round"/>'
     )
 
@@ -130,6 +147,16 @@ def _joint(joint: dict[str, Any], place: Any, rows: Array, drawing: dict[str, An
         f'<g transform="translate({x:.1f} {y:.1f}) rotate({angle:.1f})" fill="none" '
         f'stroke="{INK}" stroke-width="1.5"><path d="M-26 7H26M-26 -7H26"/>'
         '<rect x="-10" y="-6" width="20" height="12"/></g>'
+    )
+
+
+def _ball(ends: Array) -> str:
+    """Draw a ball from its ends to both sides, above and below."""
+    x, y = ends.mean(axis=0)
+    radius = max(0.5 * float(np.ptp(ends[:, 0])), LEAST_RADIUS)
+    return (
+        f'<circle cx="{x:.1f}" cy="{y:.1f}" r="{radius:.1f}" fill="{MARKED}99" '
+        f'stroke="{MARKED}"/>'
     )
 
 

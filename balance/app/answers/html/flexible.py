@@ -12,15 +12,22 @@ from balance.app.answers.html.plot_style import short
 from balance.app.answers.html.render import facts_list, render_page
 from balance.app.answers.html.time_panels import COLOURS
 from balance.app.answers.text.flexible import flexible_motion_facts
-from balance.motion.flexible.flex_data import moment_about, motion_data
+from balance.motion.flexible.flex_data import beam_deflection, moment_about, motion_data
 from balance.motion.flexible.from_linkage import FlexibleLinkage
 from balance.motion.flexible.linkage_motion import FlexibleSimulation
 from balance.motion.flexible.simulate import FlexibleMotion
+from kinematics.wording import number_text
 
 Array = NDArray[np.float64]
 
 FRAMES = 151
 """Most poses of the animation."""
+SEEN = 0.1
+"""Largest deformation of the drawing at first, of its larger side."""
+LARGEST_EXPONENT = 9.0
+"""Largest power of ten by which the deformation is multiplied."""
+MARGIN = 0.12
+"""Margin of the drawing, of its larger side."""
 
 
 def flexible_page(simulation: FlexibleSimulation) -> str:
@@ -33,12 +40,24 @@ def flexible_page(simulation: FlexibleSimulation) -> str:
     return render_page(
         "flexible.html",
         title=linkage.linkage.name,
-        summary="A linkage with links that bend, and the force and moment with which it shakes "
-        "its mount.",
+        summary=_summary(linkage, motion),
         report=motion_data(linkage, motion),
         data={"figures": [_figure(linkage, motion)], "frames": _frames(linkage, motion)},
         scripts=("curves", "bend"),
         facts=facts_list(flexible_motion_facts(linkage, motion)),
+    )
+
+
+def _summary(linkage: FlexibleLinkage, motion: FlexibleMotion) -> str:
+    """Say how much the linkage shakes its mount, and how far its beams bend."""
+    moment = float(np.abs(moment_about(motion, linkage.point)).max())
+    bends = (
+        f"{name} bends by {number_text(beam_deflection(motion, linkage, name).max(), '.3g')} m"
+        for name in linkage.beams
+    )
+    return (
+        f"It shakes its mount with at most {number_text(motion.peak_force, '.3g')} N and "
+        f"{number_text(moment, '.3g')} N m; {', '.join(bends)}."
     )
 
 
@@ -67,7 +86,7 @@ def _figure(linkage: FlexibleLinkage, motion: FlexibleMotion) -> dict[str, Any]:
         "yaxis": {"title": {"text": "force (N)"}, "domain": [0.55, 1.0]},
         "yaxis2": {"title": {"text": "moment (N m)"}, "domain": [0.0, 0.45]},
     }
-    layout = {**axes, "hovermode": "x", "height": 480, "showlegend": True}
+    layout = {**axes, "hovermode": "x", "showlegend": True}
     return {"data": curves, "layout": layout}
 
 
@@ -91,16 +110,42 @@ def _frames(linkage: FlexibleLinkage, motion: FlexibleMotion) -> Mapping[str, ob
         for k in linkage.outlines
         if len(linkage.outlines[k]) > 2
     }
+    straight = [_beam_lines(motion, k, chosen, 0.0) for k in beams]
+    bent = [_beam_lines(motion, k, chosen, 1.0) for k in beams]
+    lines = [
+        *(np.array(each, dtype=float).reshape(-1, 2) for each in (*straight, *bent)),
+        *(points.reshape(-1, 2) for points in rigid.values()),
+        np.array(grounds, dtype=float).reshape(-1, 2),
+    ]
     return {
+        "box": _box(np.concatenate(lines)),
+        "exponent": _exponent(straight, bent),
         "times": short(motion.times[::step]),
         "grounds": [short(point) for point in grounds],
         "links": [
             [[short(point) for point in points] for points in frames]
             for frames in rigid.values()
         ],
-        "straight": [_beam_lines(motion, k, chosen, 0.0) for k in beams],
-        "bent": [_beam_lines(motion, k, chosen, 1.0) for k in beams],
+        "straight": straight,
+        "bent": bent,
     }
+
+
+def _exponent(straight: object, bent: object) -> float:
+    """Choose by which power of ten the deformation is multiplied, so that it is seen."""
+    lines = np.array(straight, dtype=float), np.array(bent, dtype=float)
+    peak = float(np.abs(lines[1] - lines[0]).max(initial=0.0))
+    size = float(np.ptp(lines[0].reshape(-1, 2), axis=0).max(initial=0.0))
+    if not 0.0 < peak < SEEN * size:
+        return 0.0
+    return float(min(np.floor(2.0 * np.log10(SEEN * size / peak)) / 2.0, LARGEST_EXPONENT))
+
+
+def _box(points: Array) -> list[list[float]]:
+    """Compute the ranges of x and y of a motion, with a margin for what is exaggerated."""
+    low, high = points.min(axis=0), points.max(axis=0)
+    margin = MARGIN * float((high - low).max())
+    return np.column_stack([low - margin, high + margin]).tolist()
 
 
 def _star(linkage: FlexibleLinkage, k: int, positions: Array) -> Array:

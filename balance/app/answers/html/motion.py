@@ -20,6 +20,7 @@ from balance.app.answers.html.time_panels import COLOURS, MAX_LINES
 from balance.app.answers.text.motion import measure, motion_facts, motion_tables
 from balance.motion.taylor_poses.error_curves import Curves
 from balance.motion.taylor_poses.prediction import Predictions
+from kinematics.closure.assembly.tool_frame import tool_coordinates
 from kinematics.errors import UnreachedError
 from kinematics.model.chain import rigid_parts
 from kinematics.numerics.linalg.ties import rank_least_first
@@ -176,11 +177,16 @@ def motion_page(predictions: Predictions, panels: Sequence[Curves]) -> str:
 
 
 def _summary(predictions: Predictions) -> str:
-    """Summarise the page in one sentence."""
+    """Summarise the page: whether the poses are reached, and what was expanded."""
     count = predictions.motion.scales.size
     size = f"{count} coordinate{'' if count == 1 else 's'}"
     degree = predictions.motion.order
-    return f"All joints as polynomials of degree {degree} in {size}, and their error."
+    what = f"All joints as polynomials of degree {degree} in {size}, and their error."
+    verdict = dict(motion_facts(predictions)).get("verdict")
+    if verdict is None:
+        return what
+    subject = "The pose is" if predictions.line else "The path is"
+    return f"{subject} {verdict}. {what}"
 
 
 def _pose_sections(predictions: Predictions) -> str:
@@ -298,8 +304,9 @@ def _motion_runs(predictions: Predictions) -> dict[str, Any]:
     A run is the way to the target, the path, or a line along each coordinate of the motion.
     """
     linkage = predictions.linkage
+    tool_joints = tool_coordinates(predictions.tool) if predictions.tool else ()
     return {
-        "scene": scene(linkage),
+        "scene": scene(linkage, unseen=tool_joints),
         "tool": _tool(predictions),
         "runs": [
             {

@@ -7,10 +7,9 @@ its points. The page finds these displacements itself, from the screws and the l
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from balance.support.tolerances import POINT_EQUAL_RELATIVE
 from kinematics.closure.joint_positions import si_chain
@@ -19,12 +18,10 @@ from kinematics.model.chain import rigid_parts
 from kinematics.model.linkage import Linkage
 from kinematics.model.motion import Motion
 from kinematics.model.spatial.inertia import pseudo_inertia
+from kinematics.numerics.array_types import Array, Flags, IntArray
 from kinematics.numerics.linalg.ties import first_largest
 from kinematics.numerics.linalg.vectors import distinct_vectors
 from kinematics.wording import number_text
-
-Array = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 # Range of a prismatic input to either side, characteristic lengths.
 SLIDE_RANGE = 0.5
@@ -35,6 +32,7 @@ def scene(
     motion: Motion | None = None,
     idle: Sequence[str] | None = None,
     shapes: Sequence[object] = (),
+    unseen: Collection[str] = (),
 ) -> dict[str, object]:
     """Compute the drawing data of a linkage as plain data.
 
@@ -42,6 +40,7 @@ def scene(
         motion: relations of its inputs; None if they are free.
         idle: names of joints that do not move; by default those of the linkage.
         shapes: from `balance.app.answers.html.robot_shapes.robot_shapes`.
+        unseen: names of joints that no one built, such as those that lead a tool.
 
     Returns:
         ``axes``, whose rows are the axes of the drawing, its last one the normal of a
@@ -52,7 +51,8 @@ def scene(
     chain = si_chain(linkage, spatial=True)
     part = rigid_parts(chain.parent.size, chain.ends)
     points = np.array([joint.point for joint in linkage.joints])
-    size = _size(points, [_centre(body.inertia, body.frame) for body in linkage.bodies])
+    seen = np.array([joint.name not in unseen for joint in linkage.joints])
+    size = _size(points[seen], [_centre(body.inertia, body.frame) for body in linkage.bodies])
     bodies = [
         {
             "name": body.name,
@@ -63,7 +63,7 @@ def scene(
         }
         for body in linkage.bodies
     ]
-    parts = _outlines(chain.parent, part, points, size, bodies)
+    parts = _outlines(chain.parent, part, points, seen, size, bodies)
     for body in bodies:
         body["tip"] = _tip(parts[body["part"]]["corners"], body, linkage)
     return {
@@ -71,7 +71,7 @@ def scene(
         "axes": linkage.chain.frame.R.tolist(),
         "size": size,
         "parts": parts,
-        "joints": _joint_data(linkage, part, linkage.idle if idle is None else idle),
+        "joints": _joint_data(linkage, part, seen, linkage.idle if idle is None else idle),
         "bodies": bodies,
         "shapes": list(shapes),
         "mechanism": _mechanism(linkage, chain, part),
@@ -93,16 +93,21 @@ def _size(points: Array, centres: Sequence[Array]) -> float:
 
 
 def _outlines(
-    parent: IntArray, part: IntArray, points: Array, size: float, bodies: Sequence[dict]
+    parent: IntArray,
+    part: IntArray,
+    points: Array,
+    seen: Flags,
+    size: float,
+    bodies: Sequence[dict],
 ) -> list[dict[str, object]]:
     """Compute the corners of each part in drawing order, and list its bodies.
 
-    The corners are the joint centres. A part with one corner gets the centres of mass of its
-    bodies as further corners.
+    The corners are the centres of the joints that are seen. A part with one corner gets the
+    centres of mass of its bodies as further corners.
     """
     outlines = []
     for p in range(int(part.max()) + 1):
-        touching = (part[parent] == p) | (part[:-1] == p)
+        touching = ((part[parent] == p) | (part[:-1] == p)) & seen
         part_bodies = [body for body in bodies if body["part"] == p]
         corners = _distinct_points(points[touching], POINT_EQUAL_RELATIVE * size)
         if p and len(corners) == 1:
@@ -119,6 +124,8 @@ def _outlines(
 
 def _distinct_points(points: Array, apart: float) -> Array:
     """Return the points without repetitions."""
+    if not len(points):
+        return points
     return points[
         distinct_vectors(
             points, lambda some, point: np.linalg.norm(some - point, axis=1) <= apart
@@ -147,11 +154,13 @@ def _tip(corners: Sequence[Sequence[float]], body: dict, linkage: Linkage) -> li
 
 
 def _joint_data(
-    linkage: Linkage, part: IntArray, idle: Sequence[str]
+    linkage: Linkage, part: IntArray, seen: Flags, idle: Sequence[str]
 ) -> list[dict[str, object]]:
-    """List the joints with their parts, points and directions."""
+    """List the joints that are seen with their parts, points and directions."""
     entries = []
     for j, joint in enumerate(linkage.joints):
+        if not seen[j]:
+            continue
         direction = joint.screw[3:] if joint.kind == "prismatic" else joint.screw[:3]
         entries.append(
             {

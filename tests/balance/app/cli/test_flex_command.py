@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 
 from balance.app.cli.main import main
 from tests.support.json_answers import json_answer
+from tests.support.page_elements import Elements
 
 ARM = "length:0.1,EI:0.0045,rhoA:0.024,tip:0.01,radius:0.01,hub:0.01,inertia:1e-7"
 FAST = ["--duration", "0.2", "--samples", "5", "--elements", "4", "--modes", "1"]
@@ -89,6 +91,22 @@ def test_a_linkage_of_the_gallery(capsys, tmp_path):
     assert found["beams"][0]["link"] == "coupler" and len(found["times"]) == 5
     text = page.read_text("utf-8")
     assert '"schema": "balance.flex/1"' in text and 'id="bend"' in text
+    elements = Elements(text)
+    # The controls of the other pages: a bar with sliders and Play.
+    names = {value for _, name, value in elements.attributes if name == "id"}
+    assert {"controls", "time", "now", "scale", "play"} <= names
+    frames = elements.data("frames")
+    (x0, x1), (y0, y1) = frames["box"]
+    for beam in (*frames["straight"][0], *frames["bent"][0]):
+        assert all(x0 < x < x1 and y0 < y < y1 for x, y in beam)
+    # The first drawing shows the bending, and not more than a tenth of the linkage.
+    apart = np.subtract(frames["bent"], frames["straight"])
+    shown = 10 ** frames["exponent"] * np.abs(apart).max() / (x1 - x0)
+    assert 0.01 < shown < 0.1
+    # The beam of the coupler is as long as its joints are apart, and bends less than is seen.
+    lengths = [np.hypot(*np.subtract(line[-1], line[0])) for line in frames["straight"][0]]
+    assert max(lengths) == pytest.approx(found["beams"][0]["length"], rel=1e-3)
+    assert f"{found['beams'][0]['peak_deflection']:.3g}" in elements.text.partition("Motion")[0]
     assert "https://" not in text.partition("<script>")[0]
     assert (
         main(["flex", *words, "--damping", "1e-6", "--linear", "--drive", "u1=moment:0.1,0.1"])

@@ -1,60 +1,62 @@
-/* Draw the linkage with beams that bend, exaggerated. */
+/* Draw the linkage with beams that bend, exaggerated, beside the loads at the same time. */
 
-(() => {
-  const frames = data("frames"), canvas = byId("bend"), pen = canvas.getContext("2d");
-  const time = byId("bend-time"), scale = byId("bend-scale"), words = byId("bend-words");
-  const dark = "#1b1e22", blue = "#0a5ea8", grey = "#9aa3ab";
-  time.max = frames.times.length - 1;
-  time.value = Math.round(0.6 * time.max);
+const frames = data("frames");
+const time = byId("time"), scale = byId("scale");
+const factor = () => 10 ** Number(scale.value);
 
-  const all = [...frames.grounds, ...frames.links.flat(2), ...frames.straight.flat(2)];
-  const low = [0, 1].map((i) => Math.min(...all.map((p) => p[i])));
-  const high = [0, 1].map((i) => Math.max(...all.map((p) => p[i])));
-  const size = Math.max((high[0] - low[0]) / 1040, (high[1] - low[1]) / 600, 1e-12);
-  const place = (p) => [
-    600 + (p[0] - (low[0] + high[0]) / 2) / size, 360 - (p[1] - (low[1] + high[1]) / 2) / size,
-  ];
+/** Lines one after the other as one trace, apart by gaps. */
+function joined(lines) {
+  const x = [], y = [];
+  for (const line of lines) {
+    for (const [a, b] of line) { x.push(a); y.push(b); }
+    x.push(null); y.push(null);
+  }
+  return {x, y};
+}
 
-  // A narrow page shows the canvas small: lines keep half of their width at least.
-  const thickness = () => Math.max(1, 600 / Math.max(canvas.clientWidth, 1));
+/** Lines from the middle of a link to its corners. */
+const spokes = (points) => points.slice(0, -1).map((p) => [points.at(-1), p]);
 
-  const line = (points, colour, width) => {
-    pen.beginPath();
-    points.forEach((p, i) => pen[i ? "lineTo" : "moveTo"](...place(p)));
-    pen.strokeStyle = tone(colour);
-    pen.lineWidth = width * thickness();
-    pen.stroke();
-  };
+/** The lines of frame k: rigid links, beams without deformation, and deformed ones. */
+function linesAt(k) {
+  const straight = frames.straight.map((poses) => poses[k]);
+  const bent = straight.map((line, b) => line.map((p, i) =>
+    p.map((x, axis) => x + factor() * (frames.bent[b][k][i][axis] - x))));
+  return {links: frames.links.flatMap((poses) => spokes(poses[k])), straight, bent};
+}
 
-  const draw = () => {
-    const k = Number(time.value), factor = 10 ** Number(scale.value);
-    pen.clearRect(0, 0, canvas.width, canvas.height);
-    pen.lineJoin = pen.lineCap = "round";
-    frames.links.forEach((poses) => {
-      const points = poses[k], centre = points[points.length - 1];
-      points.slice(0, -1).forEach((p) => line([centre, p], dark, 7));
-    });
-    frames.straight.forEach((poses, b) => {
-      line(poses[k], grey, 2);
-      const bent = poses[k].map((p, i) => p.map((x, axis) => x + factor * (frames.bent[b][k][i][axis] - x)));
-      line(bent, blue, 6);
-    });
-    frames.grounds.forEach((p) => {
-      const [x, y] = place(p);
-      pen.fillStyle = tone(dark);
-      pen.beginPath();
-      pen.arc(x, y, 8 * thickness(), 0, 2 * Math.PI);
-      pen.fill();
-    });
-    words.textContent = `t = ${frames.times[k].toFixed(3)} s, bending × ${factor.toPrecision(3)}`;
-  };
-
-  player(byId("bend-play"), () => {
-    time.value = (Number(time.value) + 1) % frames.times.length;
-    draw();
+function show() {
+  const k = Number(time.value), {links, straight, bent} = linesAt(k);
+  const line = (name, lines, color, width, dash = "solid") =>
+    ({type: "scatter", mode: "lines", name, ...joined(lines), line: {color, width, dash}, hoverinfo: "skip"});
+  chartOn("bend", [
+    ...(links.length ? [line("rigid links", links, "#1b1e22", 4)] : []),
+    line("beams without deformation", straight, "#9aa3ab", 1.5, "dash"),
+    line(`beams, bending × ${shortNumber(factor())}`, bent, "#0a5ea8", 4),
+    {type: "scatter", mode: "markers", name: "base", x: frames.grounds.map((p) => p[0]), y: frames.grounds.map((p) => p[1]),
+      marker: {color: "#1b1e22", size: 11, symbol: "triangle-up"}},
+  ], {
+    showlegend: true,
+    xaxis: {title: {text: "x (m)"}, range: frames.box[0], scaleanchor: "y"},
+    yaxis: {title: {text: "y (m)"}, range: frames.box[1]},
   });
-  redrawn.add(draw);
-  time.addEventListener("input", draw);
-  scale.addEventListener("input", draw);
-  draw();
-})();
+  byId("now").textContent = `${frames.times[k].toFixed(3)} s`;
+  byId("times").textContent = `× ${shortNumber(factor())}`;
+  time.setAttribute("aria-valuetext", byId("now").textContent);
+  byId("traces0").chart.cursor(frames.times[k]);
+}
+
+time.max = frames.times.length - 1;
+scale.max = Math.max(3, frames.exponent + 1);
+scale.value = frames.exponent;
+time.addEventListener("input", show);
+scale.addEventListener("input", show);
+let at = 0;
+player(byId("play"), (seconds) => {
+  const last = Number(time.max);
+  at = (Math.abs(at - Number(time.value)) <= 1 ? at : Number(time.value)) + seconds * last / 5;
+  if (at > last) at = 0;
+  time.value = Math.round(at);
+  show();
+});
+show();

@@ -177,6 +177,39 @@ def test_the_page_holds_the_report_and_escapes_names():
     assert text.count('data-head="pose"') == 2
 
 
+def moving(text):
+    """What a page moves."""
+    (found,) = re.findall(r'id="motion">(.*?)</script>', text, re.DOTALL)
+    return json.loads(found)
+
+
+def test_a_tool_is_no_ground():
+    """The drawing has the joints that were built, and stands on the pivots of the file."""
+    plain = kinematics.load("five_bar")
+    led = kinematics.tool(plain, "left_upper", "x,rz")
+    motion = taylor_motion(led, 2)
+    found = Predictions(motion, "left_upper", False, (), led.notices)
+    drawing = moving(motion_page(found, error_curves(found)))["scene"]
+    assert [joint["name"] for joint in drawing["joints"]] == [j.name for j in plain.joints]
+    ground = np.array(drawing["parts"][0]["corners"])
+    pivots = [j.point for j in plain.joints if j.parent < 0]
+    assert len(ground) == len(pivots) == 2
+    assert sorted(map(tuple, ground)) == sorted(map(tuple, np.round(pivots, 9)))
+    # What moves has a name, and the links keep their corners.
+    named = [part for part in drawing["parts"] if part["names"]]
+    assert [len(part["corners"]) for part in named] == [2] * 4
+
+
+def test_the_first_sentence_says_whether_the_pose_is_reached():
+    motion = expanded("five_bar", 3)
+    goals = ([0.1, 0.1], "The pose is reached"), ([2.0, -2.0], "The pose is not reached: ")
+    for goal, words in goals:
+        found = foretold(motion, goal, line=True)
+        assert bool(found.poses[0].reason) == ("not" in words)
+        lede = re.findall(r'<p class="lede">(.*?)</p>', motion_page(found, error_curves(found)))
+        assert lede[0].startswith(words)
+
+
 def test_curves_are_drawn_offline(request, tmp_path):
     """Two panels side by side on a wide screen, one below the other on a narrow one."""
     helper = pytest.importorskip("tests.support.browser")

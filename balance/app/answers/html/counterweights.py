@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from balance.app.answers.html.before_after import comparison_charts, comparison_section
-from balance.app.answers.html.design import ellipsoid
+from balance.app.answers.html.design import block
 from balance.app.answers.html.partial import front_section
 from balance.app.answers.html.render import facts_list, render_page, rows_table
 from balance.app.answers.html.scene import scene
@@ -148,7 +148,7 @@ def _page(
         data={
             "scene": scene(space.linkage, space.motion, space.idle),
             "masses": [
-                {"name": body.name, "given": ellipsoid(body.inertia), "designed": ellipsoid(p)}
+                {"name": body.name, "given": block(body.inertia), "designed": block(p)}
                 for body, p in zip(space.linkage.bodies, z, strict=True)
             ],
             "additions": [

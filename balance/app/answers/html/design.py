@@ -1,7 +1,7 @@
 """HTML page of a design: the moving linkage with the masses of the file and of the design.
 
-A body is drawn as the homogeneous solid ellipsoid of its mass and inertia; see
-`balance.masses.designs.density.solid_of`.
+A body is drawn as a homogeneous solid of its mass and inertia, in scale: as the ellipsoid or
+the plate of the answer if its density is limited, else as a block.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from balance.app.answers.html.render import facts_list, render_page, rows_table
 from balance.app.answers.html.scene import scene
 from balance.app.answers.html.verification import verification_picture
-from balance.app.answers.text.design import body_rows, design_facts
+from balance.app.answers.text.design import body_rows, design_facts, solid_rows
 from balance.masses.designs.best_design import Design
 from balance.masses.designs.density import solid_of
 from balance.motion.verification.before_after import compare_masses
@@ -42,25 +42,50 @@ def design_picture(design: Design, kind: str = "png") -> bytes:
     return verification_picture(*loads.pair, kind=kind)
 
 
-def ellipsoid(z: Array) -> dict[str, object] | None:
-    """Compute the homogeneous ellipsoid of parameters z (10,); None if there is none.
+def block(z: Array) -> dict[str, object] | None:
+    """Compute the homogeneous block of parameters z (10,); None if there is none.
+
+    A uniform bar is its own block: it ends where the bar ends.
 
     Returns:
-        ``mass`` in kg, ``centre`` (3,) and ``axes``, whose rows are the three semi-axes
-        (3, 3), in metres, in the frame and about the origin of z.
+        ``shape``, ``mass`` in kg, ``centre`` (3,) and ``axes``, whose rows are the three
+        semi-axes (3, 3), in metres, in the frame and about the origin of z.
     """
     solid = solid_of(mass_properties(z)) if z[0] > 0.0 else None
     if solid is None:
         return None
-    mass, centre, axes = solid.mass, solid.centre, solid.axes
-    return {"mass": mass, "centre": centre.tolist(), "axes": axes.tolist()}
+    # Second moments m a²/5 of an ellipsoid, and m a²/3 of a block.
+    return _solid_data("block", solid.mass, solid.centre, np.sqrt(0.6) * solid.axes)
+
+
+def _solid_data(shape: str, mass: float, centre: Array, axes: Array) -> dict[str, object]:
+    """Return a solid as plain data."""
+    return {"shape": shape, "mass": mass, "centre": centre.tolist(), "axes": axes.tolist()}
+
+
+def _designed(design: Design) -> list[dict[str, object] | None]:
+    """List the solids of the bodies, in the inertial frame.
+
+    Bodies whose density is limited are the ellipsoids or plates of the answer, in their sizes;
+    others are blocks.
+    """
+    assert design.z is not None
+    shapes = [block(z) for z in design.z]
+    space = design.space
+    solids = zip(space.bodies, design.solids, space.frames, strict=True)
+    for k, (name, solid, frame) in enumerate(solids):
+        if solid is not None and name in design.density:
+            R, origin = frame[:3, :3], frame[:3, 3]
+            centre, axes = R @ solid.centre + origin, solid.axes @ R.T
+            shapes[k] = _solid_data(solid.shape, solid.mass, centre, axes)
+    return shapes
 
 
 def design_page(design: Design) -> str:
     """Render a design as one HTML file.
 
     The page shows the linkage in 3D, with a slider for each degree of freedom of the motion,
-    and the masses of the design and of the file as ellipsoids and centres of mass. The element
+    and the masses of the design and of the file as solids and centres of mass. The element
     ``report`` contains `Design.to_dict` as JSON.
 
     Returns:
@@ -69,8 +94,10 @@ def design_page(design: Design) -> str:
     assert design.z is not None
     given = [body.inertia for body in design.space.linkage.bodies]
     shapes = [
-        {"name": name, "given": ellipsoid(before), "designed": ellipsoid(after)}
-        for name, before, after in zip(design.space.bodies, given, design.z, strict=True)
+        {"name": name, "given": block(before), "designed": after}
+        for name, before, after in zip(
+            design.space.bodies, given, _designed(design), strict=True
+        )
     ]
     return render_page(
         "design.html",
@@ -83,9 +110,16 @@ def design_page(design: Design) -> str:
         },
         scripts=SCRIPTS,
         facts=facts_list(design_facts(design)),
-        designed=_table(design.bodies, design.space.length),
+        designed=_table(design.bodies, design.space.length) + _solids(design),
         given=_table(replace(design, z=freeze(given)).bodies, design.space.length),
     )
+
+
+def _solids(design: Design) -> str:
+    """Render the table of the solids whose density is limited; empty without a limit."""
+    if not design.density:
+        return ""
+    return f"<h3>Solids of their inertia</h3>\n{rows_table(solid_rows(design), [3, 4])}"
 
 
 def _summary(design: Design) -> str:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +19,8 @@ from balance.motion.flexible.simulate import FlexibleMotion
 from kinematics.wording import number_text
 
 Array = NDArray[np.float64]
+# Points of a line over time.
+_Lines: TypeAlias = "list[list[list[float | None]]]"
 
 FRAMES = 151
 """Most poses of the animation."""
@@ -131,11 +133,13 @@ def _frames(linkage: FlexibleLinkage, motion: FlexibleMotion) -> Mapping[str, ob
     }
 
 
-def _exponent(straight: object, bent: object) -> float:
+def _exponent(straight: Sequence[_Lines], bent: Sequence[_Lines]) -> float:
     """Choose by which power of ten the deformation is multiplied, so that it is seen."""
-    lines = np.array(straight, dtype=float), np.array(bent, dtype=float)
-    peak = float(np.abs(lines[1] - lines[0]).max(initial=0.0))
-    size = float(np.ptp(lines[0].reshape(-1, 2), axis=0).max(initial=0.0))
+    pairs = [
+        tuple(np.array(each) for each in pair) for pair in zip(straight, bent, strict=True)
+    ]
+    peak = max((float(np.abs(b - a).max()) for a, b in pairs), default=0.0)
+    size = max((float(np.ptp(a.reshape(-1, 2), axis=0).max()) for a, _ in pairs), default=0.0)
     if not 0.0 < peak < SEEN * size:
         return 0.0
     return float(min(np.floor(2.0 * np.log10(SEEN * size / peak)) / 2.0, LARGEST_EXPONENT))
@@ -163,9 +167,7 @@ def _star(linkage: FlexibleLinkage, k: int, positions: Array) -> Array:
     )
 
 
-def _beam_lines(
-    motion: FlexibleMotion, k: int, chosen: Sequence[int], part: float
-) -> list[list[list[float | None]]]:
+def _beam_lines(motion: FlexibleMotion, k: int, chosen: Sequence[int], part: float) -> _Lines:
     """Compute the line of a beam over time, deformed by a part of its deformation."""
     body, at = motion.mechanism.parts[k], motion.mechanism.slices[k]
     outline = body.outline  # type: ignore[attr-defined]

@@ -6,6 +6,7 @@ momenta, of those that do not vanish everywhere: it vanishes where further paths
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import partial
 from html import escape
 from typing import Any, NamedTuple
@@ -33,6 +34,8 @@ from kinematics.closure.newton import forward_kinematics
 from kinematics.errors import PoseError
 from kinematics.model.chain import rigid_parts
 from kinematics.model.linkage import Linkage
+from kinematics.numerics.linalg.ties import rank_least_first
+from kinematics.wording import count_noun, number_text
 
 Array = NDArray[np.float64]
 
@@ -43,6 +46,12 @@ COLOURS = ("#1f5a94", "#c05a10", "#3d7a3d", "#7a3d7a", "#8a6d1a", "#1b1e22")
 # Poses along each input, and every which of them has a stroke.
 POSES = 61
 APART = 3
+# Part of the largest motion of an input below which another one rests.
+RESTS = 1e-3
+# Half of the width of an axis, at least, of the largest motion of an input.
+NARROWEST = 0.05
+ARC_LENGTH = "arc length (radians and characteristic lengths)"
+LOADS = ("force", "moment", "own force", "own moment")
 # Half of the width if there are no paths, radians and characteristic lengths.
 HALF_WIDTH = 0.5
 
@@ -57,7 +66,7 @@ def paths_page(solution: ReactionlessPaths) -> str:
     return render_page(
         "paths.html",
         title=solution.linkage.name,
-        summary="Paths along which this linkage leaves its base at rest.",
+        summary=_summary(solution),
         report=solution.to_dict(),
         data={"run": _run_data(solution, field)},
         scripts=("path_run",),
@@ -67,12 +76,27 @@ def paths_page(solution: ReactionlessPaths) -> str:
     )
 
 
+def _summary(solution: ReactionlessPaths) -> str:
+    """Say whether there is a path, what rests on it, and how long the longest one is."""
+    demand = solution.demand.words
+    if not solution.paths:
+        return f"No path with {demand}: {solution.reason}."
+    longest = max(path.length for path in solution.paths)
+    unit = "radians and characteristic lengths, in all joints"
+    count = count_noun(len(solution.paths), "path")
+    return f"{count} with {demand}, up to {number_text(longest, '.3g')} long ({unit})."
+
+
 def _caption(solution: ReactionlessPaths, shaded: bool) -> str:
     """Describe the figure of the run."""
     text = "Left: the linkage, seen along the last of its axes, and the way of its last joint. "
-    text += "Right: the paths in the plane of the first two inputs"
-    if len(solution.linkage.inputs) < 2:
-        text = text.partition(" Right:")[0]
+    right = f"the paths in the plane of {' and '.join(solution.linkage.inputs)}"
+    if len(solution.linkage.inputs) == 1:
+        right = f"{solution.linkage.inputs[0]} along the path"
+    elif not shaded:
+        right = "the paths in the plane of the two inputs that move most on the chosen one, or "
+        right += "the input that moves along its length"
+    text += f"Right: {right}"
     if not solution.paths:
         text = "There is no path. The plane of the inputs around the pose" * shaded
     field = (
@@ -87,10 +111,10 @@ def _run_data(solution: ReactionlessPaths, field: _MomentumField | None) -> dict
     """Compute all that the script draws."""
     linkage = solution.linkage
     paths = [
-        _path_data(linkage, k, path) for k, path in enumerate(solution.paths[:MAX_PATHS], 1)
+        _path_data(linkage, field, k, path)
+        for k, path in enumerate(solution.paths[:MAX_PATHS], 1)
     ]
     points = np.array([p for path in paths for f in path["frames"] for part in f for p in part])
-    inputs = [*linkage.inputs, *["arc length"] * (len(linkage.inputs) < 2)]
     box = [[-1.0, 1.0]] * 2
     if len(points):
         low, high = points.min(axis=0), points.max(axis=0)
@@ -98,14 +122,16 @@ def _run_data(solution: ReactionlessPaths, field: _MomentumField | None) -> dict
         box = np.column_stack([low - margin, high + margin]).tolist()
     return {
         "paths": paths,
-        "inputs": inputs[:2],
+        "inputs": _labels(linkage),
         "box": box,
         "axes": ["x (m)", "y (m)"],
         "field": None if field is None else field.to_dict(),
     }
 
 
-def _path_data(linkage: Linkage, number: int, path: ReactionlessPath) -> dict[str, Any]:
+def _path_data(
+    linkage: Linkage, field: _MomentumField | None, number: int, path: ReactionlessPath
+) -> dict[str, Any]:
     """Compute frames, inputs and loads of one path."""
     try:
         along = timed_path(linkage, path)
@@ -113,19 +139,21 @@ def _path_data(linkage: Linkage, number: int, path: ReactionlessPath) -> dict[st
         along = None
     picked = np.linspace(0, len(path.s) - 1, FRAMES).round().astype(int)
     q, u, time = path.q[picked], path.u[picked], np.linspace(0.0, 1.0, FRAMES)
-    loads: dict[str, list[float | None]] = {"force": [], "moment": []}
+    loads: dict[str, list[float | None]] = dict.fromkeys(LOADS, [])
     if along is not None:
         picked = np.linspace(0, len(along.time) - 1, FRAMES).round().astype(int)
         q, u, time = along.q[picked], along.u[picked], along.time[picked]
         loads = _loads(linkage, along, picked)
     frames = _frames(linkage, q)
     last = np.array([[p for part in frame for p in part][-1] for frame in frames])
-    second = u[:, 1] if u.shape[1] > 1 else np.linspace(path.s[0], path.s[-1], FRAMES)
+    nearest = np.linalg.norm(q[:, None] - path.q, axis=2).argmin(axis=1)
+    plane = _plane(linkage, [path], field)
     return {
         "label": f"{number}: {path.length:.3g} long, momentum {path.residual_text}",
         "frames": frames,
         "trace": {"x": short(last[:, 0]), "y": short(last[:, 1])},
-        "u": [short(u[:, 0]), short(second)],
+        "u": [*map(short, u.T), short(path.s[nearest])],
+        "plane": plane._asdict(),
         "time": short(time),
         "loads": loads,
         "straight": _straight_loads(linkage, path),
@@ -148,7 +176,11 @@ def _straight_loads(
 def _loads(
     linkage: Linkage, along: Trajectory, picked: NDArray[np.int64]
 ) -> dict[str, list[float | None]]:
-    """Compute sizes of shaking force and moment at samples of a motion."""
+    """Compute sizes of shaking force and moment at samples of a motion.
+
+    Those of ``own`` are the sums of the sizes of the bodies: what would shake if nothing
+    cancelled.
+    """
     chain = input_chain(linkage)
     scale = chain.units[linkage.positions_of(linkage.inputs)]
     loads = inertia_loads(
@@ -158,13 +190,12 @@ def _loads(
         along.ud[picked] / scale,
         along.udd[picked] / scale,
     )
-    wrench = wrench_to_si(loads.rate.sum(axis=1), chain.frame)
-    force = wrench[:, 3:]
-    moment = wrench[:, :3] - np.cross(chain.frame.origin, force)
-    return {
-        "force": short(np.linalg.norm(force, axis=1)),
-        "moment": short(np.linalg.norm(moment, axis=1)),
-    }
+    bodies = wrench_to_si(loads.rate, chain.frame)
+    forces = bodies[..., 3:]
+    moments = bodies[..., :3] - np.cross(chain.frame.origin, forces)
+    sums = [np.linalg.norm(part.sum(axis=1), axis=1) for part in (forces, moments)]
+    own = [np.linalg.norm(part, axis=2).sum(axis=1) for part in (forces, moments)]
+    return dict(zip(LOADS, map(short, (*sums, *own)), strict=True))
 
 
 def _frames(linkage: Linkage, q: Array) -> list[list[list[list[float]]]]:
@@ -204,19 +235,22 @@ def paths_picture(solution: ReactionlessPaths, kind: str = "png") -> bytes:
 def _draw(solution: ReactionlessPaths, figure: Any) -> None:
     """Draw both panels on a Matplotlib figure."""
     plane, along = figure.subplots(1, 2)
-    names = solution.linkage.inputs
     field = momentum_field(solution)
     if field is not None:
         size = field.size.T
         shade = plane.pcolormesh(field.first, field.second, size, cmap="Blues_r", vmin=0.0)
         figure.colorbar(shade, ax=plane, label="smallest singular value over the own momenta")
         plane.plot(*field.strokes.T, color="#5d6a76", linewidth=0.6)
-        plane.set_xlim(field.first[[0, -1]])
-        plane.set_ylim(field.second[[0, -1]])
+    labels = _labels(solution.linkage)
+    if solution.paths or field is not None:
+        shown = _plane(solution.linkage, solution.paths, field)
+        plane.set(xlim=shown.ranges[0], ylim=shown.ranges[1])
+        plane.set(xlabel=labels[shown.axes[0]], ylabel=labels[shown.axes[1]])
     for k, path in enumerate(solution.paths):
         colour = COLOURS[k % len(COLOURS)]
-        second = path.u[:, 1] if len(names) > 1 else path.s
-        plane.plot(path.u[:, 0], second, color=colour, linewidth=1.8)
+        values = np.column_stack([path.u, path.s])
+        drawn = values[:, shown.axes[0]], values[:, shown.axes[1]]
+        plane.plot(*drawn, color=colour, linewidth=1.8)
         along.plot(
             path.s,
             np.maximum(path.momentum, 1e-18),
@@ -224,8 +258,6 @@ def _draw(solution: ReactionlessPaths, figure: Any) -> None:
             linewidth=1.2,
             label=f"path {k + 1}",
         )
-    plane.set_xlabel(f"{names[0]}")
-    plane.set_ylabel(names[1] if len(names) > 1 else "arc length")
     plane.set_title(f"{solution.linkage.name}: paths in the inputs", loc="left", fontsize=9)
     along.set_yscale("log")
     along.set_xlabel("arc length (radians and characteristic lengths)")
@@ -234,6 +266,53 @@ def _draw(solution: ReactionlessPaths, figure: Any) -> None:
         along.legend(frameon=False, fontsize=8)
     for ax in (plane, along):
         tidy(ax)
+
+
+class _Plane(NamedTuple):
+    """The plane in which paths are drawn.
+
+    Attributes:
+        axes: indices of the inputs along both axes; that of the arc length is the number of
+            inputs.
+        ranges: of both axes, rad, m, or radians and characteristic lengths.
+    """
+
+    axes: tuple[int, int]
+    ranges: tuple[tuple[float, float], tuple[float, float]]
+
+
+def _labels(linkage: Linkage) -> list[str]:
+    """Name what may be an axis: the inputs, and the arc length."""
+    kinds = {joint.name: joint.kind for joint in linkage.joints}
+    units = ("m" if kinds[name] == "prismatic" else "rad" for name in linkage.inputs)
+    named = zip(linkage.inputs, units, strict=True)
+    return [*(f"{name} ({unit})" for name, unit in named), ARC_LENGTH]
+
+
+def _plane(
+    linkage: Linkage, paths: Sequence[ReactionlessPath], field: _MomentumField | None
+) -> _Plane:
+    """Choose the plane of paths: that of the field, or of the two inputs that move most.
+
+    An input that rests is no axis; if one moves alone, it is drawn over the arc length.
+    """
+    if field is not None:
+        first, second = ((float(axis[0]), float(axis[-1])) for axis in field[:2])
+        return _Plane((0, 1), (first, second))
+    units = input_chain(linkage).units[linkage.positions_of(linkage.inputs)]
+    u = np.concatenate([path.u for path in paths])
+    low, high = u.min(axis=0), u.max(axis=0)
+    reach = (high - low) / units
+    ranked = rank_least_first((-reach).tolist(), float(reach.max()))
+    moving = sorted(k for k in ranked[:2] if reach[k] > RESTS * reach.max())
+    half = np.maximum(0.55 * (high - low), NARROWEST * reach.max() * units)
+    ends = np.column_stack([0.5 * (low + high) - half, 0.5 * (low + high) + half]).tolist()
+    if len(moving) > 1:
+        first, second = moving
+        return _Plane((first, second), (tuple(ends[first]), tuple(ends[second])))
+    s = np.concatenate([path.s for path in paths])
+    axes = (len(linkage.inputs), ranked[0])
+    return _Plane(axes, ((float(s.min()), float(s.max())), tuple(ends[ranked[0]])))
 
 
 class _MomentumField(NamedTuple):

@@ -93,7 +93,7 @@ def design_body(design: Design) -> AnswerBody:
     if design.bodies:
         body += ["", AnswerTable(body_rows(design.bodies, design.space.length))]
     if design.bodies and design.density:
-        body += ["", AnswerTable(_solid_rows(design))]
+        body += ["", AnswerTable(solid_rows(design))]
     return body
 
 
@@ -174,7 +174,7 @@ def _plain_number(value: float, digits: int) -> str:
     return f"{float(text):.0f}" if "e+0" in text and float(text) < 1e7 else text
 
 
-def _solid_rows(design: Design) -> list[tuple[str, ...]]:
+def solid_rows(design: Design) -> list[tuple[str, ...]]:
     """Build the table of the solids that have the inertia of the bodies, its head first."""
     rows: list[tuple[str, ...]] = [
         ("body", "solid of its inertia", "size (mm)", "mass (g)", "density (kg/m³)")

@@ -38,29 +38,36 @@ function background() {
   ];
 }
 
+/** The plane of a path; without one, that of the field. */
+const planeOf = (path) => path ? path.plane
+  : {axes: [0, 1], ranges: [run.field.x, run.field.y].map((values) => [values[0], values.at(-1)])};
+
 function drawPlane(path, k) {
+  const {axes: [first, second], ranges} = planeOf(path);
   const lines = run.paths.map((other) => ({
-    type: "scatter", mode: "lines", x: other.u[0], y: other.u[1], hoverinfo: "skip",
+    type: "scatter", mode: "lines", x: other.u[first], y: other.u[second], hoverinfo: "skip",
     line: {color: other === path ? "#c05a10" : "#1b1e22", width: other === path ? 3 : 1.5},
   }));
-  const here = path ? [{type: "scatter", mode: "markers", x: [path.u[0][k]], y: [path.u[1][k]],
+  const here = path ? [{type: "scatter", mode: "markers", x: [path.u[first][k]], y: [path.u[second][k]],
     marker: {color: "#1b1e22", size: 9}, hoverinfo: "skip"}] : [];
   chartOn("plane", [...background(), ...lines, ...here], {
     showlegend: false,
-    xaxis: {title: {text: run.inputs[0]}}, yaxis: {title: {text: run.inputs[1]}},
+    xaxis: {title: {text: run.inputs[first]}, range: ranges[0]},
+    yaxis: {title: {text: run.inputs[second]}, range: ranges[1]},
   });
 }
 
 function drawLoads(path, k) {
   for (const [name, unit] of [["force", "N"], ["moment", "N m"]]) {
-    const curves = [["on the path", path.loads[name], "#1f5a94"],
-      ["straight", path.straight ? path.straight[name] : [], "#c05a10"]];
-    chartOn(name, curves.map(([label, y, color]) => ({
-      type: "scatter", mode: "lines", name: label, x: path.time, y, line: {color, width: 2},
+    const curves = [["on the path", path.loads[name], "#1f5a94", "solid"],
+      ["straight", path.straight ? path.straight[name] : [], "#c05a10", "solid"],
+      ["if nothing cancelled, on the path", path.loads[`own ${name}`], "#5d6a76", "dot"]];
+    chartOn(name, curves.map(([label, y, color, dash]) => ({
+      type: "scatter", mode: "lines", name: label, x: path.time, y, line: {color, width: 2, dash},
     })), {
       hovermode: "x", xaxis: {title: {text: "time (s)"}},
       yaxis: {title: {text: `shaking ${name} (${unit})`},
-        range: [0, 1.1 * Math.max(1e-6, ...curves.flatMap((curve) => curve[1] || []))]},
+        range: [0, 1.1 * Math.max(0, ...curves.flatMap((curve) => curve[1] || [])) || 1]},
       shapes: [{type: "line", x0: path.time[k], x1: path.time[k], yref: "paper", y0: 0, y1: 1,
         line: {color: "#1b1e22", width: 1}}],
     });

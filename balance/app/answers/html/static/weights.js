@@ -5,13 +5,13 @@ stage.parts.names.vertices = [];
 const extra = typeof added === "undefined" ? () => [] : added;
 
 const none = {surface: new Mesh(), outlines: new Lines(), centres: new Labels(), values: new Labels()};
-const drawn = Object.fromEntries(STATES.map((state) => [state, shapes(state)]));
+const pictures = Object.fromEntries(STATES.map((state) => [state, shapes(state)]));
 const chosen = () => document.querySelector("#shown input:checked").value;
 
 stage.layers.push((H) => {
   const choice = chosen();
   return [...extra(H, choice !== "given"), ...STATES.flatMap((state) => {
-    const {surface, outlines, centres, values} = [state, "both"].includes(choice) ? drawn[state] : none;
+    const {surface, outlines, centres, values} = [state, "both"].includes(choice) ? pictures[state] : none;
     const colour = COLOURS[state], alone = choice === state || state === "designed";
     return [
       mesh(`${state} surfaces`, alone ? surface : none.surface, H, colour, 0.14),
@@ -22,9 +22,12 @@ stage.layers.push((H) => {
   })];
 });
 
+const SOLIDS = {block: "block", ellipsoid: "ellipsoid", plate: "elliptic plate"};
+
 function caption() {
   const where = stage.atRest ? "at its reference pose" : "away from its reference pose, which is dashed";
-  const bulk = "Each body's mass is drawn as the homogeneous ellipsoid of the same mass, centre of mass and inertia.";
+  const drawn = [...new Set(STATES.flatMap((state) => bulks[state].map(({shape}) => shape)))].sort().map((shape) => SOLIDS[shape]);
+  const bulk = `Each body's mass is drawn in scale, as the homogeneous ${drawn.join(" or ")} of the same mass, centre of mass and inertia.`;
   byId("caption").textContent = `The linkage ${where}. ${chosen() === "added" ? "" : bulk}`;
 }
 

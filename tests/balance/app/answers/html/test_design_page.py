@@ -7,8 +7,9 @@ import json
 import numpy as np
 import pytest
 
-from balance.app.answers.html.design import design_page, ellipsoid
+from balance.app.answers.html.design import block, design_page
 from balance.bodies import mass_properties
+from balance.masses.designs.best_design import design
 from tests.support.design_pages import FOUR_BAR, case
 from tests.support.hostile_names import HOSTILE
 from tests.support.laws import sums
@@ -18,27 +19,34 @@ PARALLEL = "three_rsr"
 CASES = ((FOUR_BAR, None), (PARALLEL, "u2=u3"))
 
 
-def parameters_of(solid):
-    """Parameters (10,) of a homogeneous solid ellipsoid, from its seven equal masses.
+# Second moments about the centre over m a², for each of the semi-axes.
+MOMENTS = {
+    "block": (1 / 3, 1 / 3, 1 / 3),
+    "plate": (1 / 4, 1 / 4, 1 / 3),
+    "ellipsoid": (1 / 5,) * 3,
+}
 
-    One at its centre and two on each axis, at ``√(7/10)`` of its length from the centre, have
-    its second moments: ``2 (m/7) (7/10) a² = m a² / 5``.
+
+def parameters_of(solid):
+    """Parameters (10,) of a homogeneous solid, from seven equal masses.
+
+    One at its centre and two on each axis, at ``√(7 c/2) a`` from the centre, have the second
+    moments ``2 (m/7) (7 c/2) a² = c m a²``.
     """
-    centre, axes = np.array(solid["centre"]), np.sqrt(0.7) * np.array(solid["axes"])
+    centre = np.array(solid["centre"])
+    axes = np.sqrt(3.5 * np.array(MOMENTS[solid["shape"]]))[:, None] * np.array(solid["axes"])
     points = np.concatenate([centre[None], centre + axes, centre - axes])
     return sums(np.full(7, solid["mass"] / 7), points)
 
 
-@pytest.mark.parametrize("model, motion", CASES)
-def test_ellipsoids_have_the_inertia_of_their_bodies(model, motion):
-    found, text = case(model, motion)
-    shapes = Elements(text).data("masses")
+def assert_solids(found, shapes):
+    """Each solid has the mass, centre and inertia of its body, and axes at right angles."""
     assert [shape["name"] for shape in shapes] == list(found.space.bodies)
     given = [body.inertia for body in found.space.linkage.bodies]
     for shape, before, after in zip(shapes, given, found.z, strict=True):
         for z, solid in ((before, shape["given"]), (after, shape["designed"])):
             np.testing.assert_allclose(
-                parameters_of(solid), z, rtol=0.0, atol=1e-12 * np.abs(z).max()
+                parameters_of(solid), z, rtol=0.0, atol=1e-11 * np.abs(z).max()
             )
             axes = np.array(solid["axes"])
             np.testing.assert_allclose(
@@ -46,13 +54,49 @@ def test_ellipsoids_have_the_inertia_of_their_bodies(model, motion):
             )
 
 
-def test_bodies_that_cannot_be_have_no_ellipsoid():
+@pytest.mark.parametrize("model, motion", CASES)
+def test_blocks_have_the_inertia_of_their_bodies(model, motion):
+    found, text = case(model, motion)
+    shapes = Elements(text).data("masses")
+    assert {shape[state]["shape"] for shape in shapes for state in ("given", "designed")} == {
+        "block"
+    }
+    assert_solids(found, shapes)
+
+
+def test_plates_are_drawn_in_their_sizes():
+    """Of steel, 20 mm thick: volume times density is the mass, or more than it."""
+    found = design(
+        FOUR_BAR, "mass", bounds={"coupler": (0.5, 5.0)}, density=7850.0, thickness=0.02
+    )
+    elements = Elements(design_page(found))
+    shapes = elements.data("masses")
+    for shape in shapes:
+        plate = shape["designed"]
+        wide, long, half = np.linalg.norm(plate["axes"], axis=1)
+        assert plate["shape"] == "plate" and half == pytest.approx(0.01, rel=1e-6)
+        assert 2.0 * np.pi * wide * long * half * 7850.0 > (1.0 - 1e-6) * plate["mass"]
+        assert abs(plate["axes"][2][2]) == pytest.approx(half, rel=1e-9)
+        assert f"{2e3 * wide:.3g} × {2e3 * long:.3g} × 20" in elements.text
+    assert_solids(found, shapes)
+
+
+def test_a_uniform_bar_ends_where_its_block_ends():
+    length, mass = 0.8, 1.5
+    moment = mass * length**2 / 3.0  # about the end of a thin bar along x
+    z = np.array([mass, mass * length / 2, 0.0, 0.0, 0.0, moment, moment, 0.0, 0.0, 0.0])
+    bar = block(z)
+    ends = np.sort([bar["centre"][0] + s * np.abs(bar["axes"]).max() for s in (-1.0, 1.0)])
+    assert ends == pytest.approx([0.0, length], abs=1e-12)
+
+
+def test_bodies_that_cannot_be_have_no_block():
     z = np.array([1.0, 0.0, 0.0, 0.0, 1.0, 1.0, 2.0, 0.0, 0.0, 0.0])
-    flat = ellipsoid(z)
-    assert np.allclose(sorted(np.linalg.norm(flat["axes"], axis=1)), [0.0, 5**0.5, 5**0.5])
-    assert ellipsoid(z * [1, 1, 1, 1, 1, 1, 1.01, 1, 1, 1]) is None
-    assert ellipsoid(np.zeros(10)) is None
-    assert ellipsoid(-z) is None
+    flat = block(z)
+    assert np.allclose(sorted(np.linalg.norm(flat["axes"], axis=1)), [0.0, 3**0.5, 3**0.5])
+    assert block(z * [1, 1, 1, 1, 1, 1, 1.01, 1, 1, 1]) is None
+    assert block(np.zeros(10)) is None
+    assert block(-z) is None
 
 
 @pytest.mark.parametrize("model, motion", CASES)

@@ -49,6 +49,41 @@ def test_a_page_without_paths_shows_where_the_linkage_is_quiet():
     assert run_of(paths_page(spatial))["field"] is None
 
 
+@pytest.mark.slow
+def test_an_input_that_rests_is_no_axis():
+    """Each path in the plane of what moves; one input alone over the length of the path."""
+    found = balance.find_paths("pantograph_reaction_wheel", length=0.5)
+    names, alone = found.linkage.inputs, 0
+    data = run_of(paths_page(found))
+    for path, drawn in zip(found.paths, data["paths"], strict=True):
+        reach = np.ptp(path.u, axis=0)
+        axes, ranges = drawn["plane"]["axes"], drawn["plane"]["ranges"]
+        x, y = (np.array(drawn["u"][k]) for k in axes)
+        assert (axes[0] == len(names)) == (np.sort(reach)[-2] < 1e-6)
+        for axis, values in zip(ranges, (x, y), strict=True):
+            assert axis[0] <= values.min() and values.max() <= axis[1]
+            assert np.ptp(axis) < 1.3 * np.ptp(values)
+        if axes[0] == len(names):
+            alone += 1
+            assert data["inputs"][axes[0]].startswith("arc length")
+            assert axes[1] == np.argmax(reach)
+            # The curve: at each place along the path the input is where the path has it.
+            np.testing.assert_allclose(y, np.interp(x, path.s, path.u[:, axes[1]]), atol=5e-3)
+        else:
+            assert set(axes) == set(np.argsort(-reach)[:2])
+    assert 0 < alone < len(found.paths)
+
+
+@pytest.mark.slow
+def test_shaking_is_drawn_beside_what_would_shake_if_nothing_cancelled():
+    """The axis of a path without shaking is not one of round-off."""
+    found = balance.find_paths("slider_pantograph", length=0.5)
+    loads = run_of(paths_page(found))["paths"][0]["loads"]
+    for name in ("force", "moment"):
+        whole, bodies = np.array(loads[name]), np.array(loads[f"own {name}"])
+        assert bodies.max() > 1e-2 and whole.max() < 1e-9 * bodies.max()
+
+
 def test_the_page_runs_offline(request, tmp_path):
     """The slider moves the linkage, another path is chosen; no wider than the screen."""
     helper = pytest.importorskip("tests.support.browser")

@@ -297,8 +297,8 @@ def _plane(
     An input that rests is no axis; if one moves alone, it is drawn over the arc length.
     """
     if field is not None:
-        first, second = ((float(axis[0]), float(axis[-1])) for axis in field[:2])
-        return _Plane((0, 1), (first, second))
+        across, along = ((float(axis[0]), float(axis[-1])) for axis in field[:2])
+        return _Plane((0, 1), (across, along))
     units = input_chain(linkage).units[linkage.positions_of(linkage.inputs)]
     u = np.concatenate([path.u for path in paths])
     low, high = u.min(axis=0), u.max(axis=0)

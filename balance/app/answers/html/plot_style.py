@@ -44,8 +44,8 @@ def image(size: tuple[float, float], kind: str, draw: Callable[[Any], None]) -> 
         from matplotlib.figure import Figure
     except ImportError:
         raise PackageError("a picture", "Matplotlib", "pip install matplotlib") from None
-    style = {"svg.hashsalt": "balance", "font.size": 9.0, **dict.fromkeys(INKED, INK)}
-    with rc_context(style):
+    style: dict[Any, Any] = dict.fromkeys(INKED, INK)
+    with rc_context(style | {"svg.hashsalt": "balance", "font.size": 9.0}):
         figure = Figure(figsize=size, layout="constrained")
         draw(figure)
         file = BytesIO()

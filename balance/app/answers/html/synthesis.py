@@ -10,7 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from balance.app.answers.html.plot_style import image, short, tidy
-from balance.app.answers.html.render import facts_list, render_page, rows_table
+from balance.app.answers.html.render import (
+    facts_list,
+    fill_template,
+    render_page,
+    rows_table,
+)
+from balance.app.answers.html.synthesis_motion import motion_data
 from balance.app.answers.text.synthesis import mechanism_rows, synthesis_facts
 from balance.studies.synthesis.construction import Construction
 from balance.studies.synthesis.couplings import SlotCoupling
@@ -18,6 +24,7 @@ from balance.studies.synthesis.error_map import AngleErrorMap
 from balance.studies.synthesis.mechanism import Synthesis
 from balance.studies.synthesis.positions import Position
 from balance.studies.synthesis.zero_contour import ZeroContour
+from kinematics.wording import number_text
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -40,7 +47,8 @@ def synthesis_page(synthesis: Synthesis) -> str:
     Returns:
         The text of the file; the element ``report`` contains `Synthesis.to_dict`.
     """
-    figures = [_mechanism_figure(synthesis)]
+    figures, motion = [_mechanism_figure(synthesis)], motion_data(synthesis)
+    number = 1 if motion is None else 2
     shown = '<div id="traces1" role="img" aria-label="Map of the error"></div>'
     caption = "Colours: angle error of the tool, clipped at 0.5 rad. Lines: where it vanishes."
     if synthesis.map is None:
@@ -49,7 +57,7 @@ def synthesis_page(synthesis: Synthesis) -> str:
         figures.append(_map_figure(synthesis))
         section = (
             f"<figure>\n<h2>Map of the search</h2>\n{shown}\n"
-            f"<figcaption><b>Figure 2.</b> {caption}</figcaption>\n</figure>"
+            f"<figcaption><b>Figure {number + 1}.</b> {caption}</figcaption>\n</figure>"
         )
     steps = synthesis.construction.steps if synthesis.construction else ()
     items = "".join(f"<li>{escape(step)}</li>" for step in steps)
@@ -57,15 +65,35 @@ def synthesis_page(synthesis: Synthesis) -> str:
     return render_page(
         "synthesis.html",
         title="Synthesis",
-        summary="Mechanisms that are balanced and whose tool passes through given positions.",
+        summary=_summary(synthesis),
         report=synthesis.to_dict(),
-        data={"figures": figures},
-        scripts=("curves",),
+        data={"figures": figures, **({"motion": motion} if motion else {})},
+        scripts=("curves", *["motion"] * (motion is not None)),
         facts=facts_list(synthesis_facts(synthesis)),
+        number=str(number),
+        moving=fill_template("synthesis_motion.html", {}) if motion else "",
         construction=drawn,
         map=section,
         mechanisms=rows_table(mechanism_rows(synthesis)),
     )
+
+
+def _summary(synthesis: Synthesis) -> str:
+    """Say what was found, and where the best mechanism stands."""
+    words = synthesis.words
+    sentence = f"{words[0].upper()}{words[1:]}."
+    if not synthesis.mechanisms:
+        return sentence
+    best = synthesis.mechanisms[0]
+    pivots = (
+        f"{name.replace('_', ' ')} at ({_decimals(z.real)}, {_decimals(z.imag)})"
+        for name, z in best.pivots.items()
+    )
+    return f"{sentence} The best is a {best.kind}: {', '.join(pivots)}, in metres."
+
+
+def _decimals(value: float) -> str:
+    return number_text(value, ".4g").replace("-", "−")
 
 
 def synthesis_picture(synthesis: Synthesis, kind: str) -> bytes:
@@ -235,6 +263,9 @@ def _mechanism_curves(synthesis: Synthesis) -> list[_Curve]:
         colour = COLOURS[k % len(COLOURS)]
         curves.append(_Curve(f"position {k + 1}", np.array(outline), colour, "line", True))
     curves.append(_Curve("path of the tool", best.path, INK))
+    names = tuple(name.replace("_", " ") for name in best.pivots)
+    pivots = np.array([*best.pivots.values()])
+    curves.append(_Curve("pivots at position 1", pivots, INK, "marks", labels=names))
     if isinstance(best.coupling, SlotCoupling):
         slot = best.coupling
         curves.append(_Curve(f"slot for a pin at {slot.pin}", slot.points, COLOURS[1], "dash"))

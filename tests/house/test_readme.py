@@ -88,9 +88,11 @@ def test_the_options_of_the_documents_are_those_of_the_commands(capsys):
 
 
 def test_links_of_the_documents_lead_to_files():
+    """Those to pages made from the code are checked when the site is built."""
     for path in (ROOT / "README.md", *(ROOT / "docs").glob("*.md"), ROOT / "tests/README.md"):
         for link in re.findall(r"\]\(([^)#:]+)\)", path.read_text(encoding="utf-8")):
-            assert (path.parent / link).exists(), f"{path.name}: {link}"
+            made = link.startswith("reference/")
+            assert made or (path.parent / link).exists(), f"{path.name}: {link}"
 
 
 def test_each_verb_has_a_folder(capsys):

@@ -47,8 +47,6 @@ from kinematics.wording import html_facts, number_text, repr_lines
 DESIGN_SCHEMA = "balance.design/2"
 # Thickness of flat bodies whose density is limited, in lengths of the space, unless given.
 THICKNESS = 0.05
-# Density of the bodies and thickness of flat ones, as `design` takes them.
-Material = tuple[float | Mapping[str, float] | None, float | None]
 # End of the verdict on one pose.
 ONE_POSE = "; at the reference pose alone"
 
@@ -334,9 +332,16 @@ def design(
     space = as_space(space)
     if one_pose and len(space.orders) > 1:
         raise ValueError("balance at one pose needs a space of order 0: give it max_order=0")
-    limits = dict(bounds or {})
-    material = (density, thickness)
-    answer, constraints = _widest_margin(space, tuple(keep), limits, within, one_pose, material)
+    answer = widest_margin(
+        space,
+        keep=keep,
+        bounds=bounds,
+        within=within,
+        one_pose=one_pose,
+        density=density,
+        thickness=thickness,
+    )
+    constraints = answer.constraints
     if minimise is None and density is not None and answer.z is not None:
         answer = _least_change(answer, constraints)
     elif minimise and answer.z is not None:
@@ -350,30 +355,35 @@ def design(
     return replace(answer, words=f"{answer.words}{ONE_POSE}") if one_pose else answer
 
 
-def _widest_margin(
+def widest_margin(
     space: DesignSpace,
-    keep: tuple[str, ...],
-    bounds: Mapping[str, tuple[float, float]],
-    within: float | None,
-    one_pose: bool,
-    material: Material,
-) -> tuple[Design, Constraints]:
-    """Compute the design of the largest margin, and its constraints; the space may widen."""
-    constraints = constraints_of(space, keep, bounds, within)
+    *,
+    keep: Sequence[str] = (),
+    bounds: Mapping[str, tuple[float, float]] | None = None,
+    within: float | None = BALL_RADIUS,
+    one_pose: bool = False,
+    density: float | Mapping[str, float] | None = STEEL,
+    thickness: float | None = None,
+) -> Design:
+    """Compute the design of the largest margin; see `design`.
+
+    The space is a spatial one if kept bodies are not symmetric about the plane of the linkage.
+    """
+    limits = dict(bounds or {})
+    constraints = constraints_of(space, keep, limits, within)
     if space.planar and space.balance == "dynamic" and _leaves_plane(space, constraints):
         space = recompute_spatial(space, 0 if one_pose else None)
-    density, thickness = material
     if density is not None and thickness is None and space.planar:
         thickness = THICKNESS * space.length
-    constraints = constraints_of(space, keep, bounds, within, density, thickness)
+    constraints = constraints_of(space, keep, limits, within, density, thickness)
     answer = decide_feasibility(space, constraints, all_balanced=one_pose)
     return Design(
         space,
         answer.verdict,
         None,
         None,
-        keep,
-        bounds,
+        tuple(keep),
+        limits,
         within,
         answer.z,
         answer.certificate,
@@ -383,7 +393,7 @@ def _widest_margin(
         answer.words,
         density={space.bodies[b]: it.density for b, it in constraints.densities.items()},
         thickness=thickness,
-    ), constraints
+    )
 
 
 def _with_answer_anywhere(answer: Design, constraints: Constraints, one_pose: bool) -> Design:

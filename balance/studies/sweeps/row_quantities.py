@@ -14,8 +14,9 @@ import numpy as np
 
 from balance.masses.counterweights.link_regions import regions_of
 from balance.masses.counterweights.volume.plates import density_limits
-from balance.masses.designs.best_design import design
+from balance.masses.designs.best_design import design, widest_margin
 from balance.masses.designs.constraints import constraints_of
+from balance.masses.designs.density import STEEL
 from balance.masses.designs.mass_regions import BALL_RADIUS
 from balance.masses.partial.motion_loads import input_inertia
 from balance.motion.verification.crank_revolution import revolve_crank
@@ -176,7 +177,8 @@ def _design_columns(linkage: Linkage, options: Options) -> tuple[Column, ...]:
 
 def best_design(geometry: SweptGeometry, options: Options) -> tuple[Any, ...]:
     """Compute the verdict on designs, the margin, and the objective if there is one."""
-    answer = design(geometry.space, **_design_options(options))
+    solve = design if "minimise" in options else widest_margin
+    answer = solve(geometry.space, **_design_options(options))
     value = np.nan if answer.value is None else answer.value
     return (answer.verdict, answer.margin, value)[: 3 if "minimise" in options else 2]
 
@@ -186,7 +188,16 @@ def _check_design_options(linkage: Linkage, options: Options) -> None:
     wanted = _design_options(options)
     space = design_space(linkage, None)
     within = wanted.get("within", BALL_RADIUS)
-    constraints_of(space, wanted.get("keep", ()), wanted.get("bounds", {}), within)
+    # The thickness that is the default differs from geometry to geometry.
+    thickness = wanted.get("thickness", 1.0 if space.planar else None)
+    constraints_of(
+        space,
+        wanted.get("keep", ()),
+        wanted.get("bounds", {}),
+        within,
+        wanted.get("density", STEEL),
+        thickness,
+    )
     if options.get("minimise", "mass") not in ("mass", "inertia", "rotor", "change"):
         raise UsageError(f"minimise '{options['minimise']}'; take mass, inertia, rotor, change")
 
@@ -325,7 +336,7 @@ QUANTITIES: dict[str, Quantity] = {
     "design": Quantity(
         _design_columns,
         best_design,
-        ("bounds", "keep", "minimise", "within"),
+        ("bounds", "density", "keep", "minimise", "thickness", "within"),
         _check_design_options,
     ),
     "distance": Quantity(_distance_columns, distance),

@@ -91,6 +91,27 @@ def test_verdicts_only_where_the_rank_drops():
     assert np.array_equal(np.isnan(table["margin"]), ~special)
 
 
+@pytest.mark.parametrize(
+    ("thickness", "density", "verdict"),
+    [
+        (0.02, 7850.0, "feasible"),
+        (0.002, 7850.0, "infeasible"),
+        (0.002, 19300.0, "feasible"),
+    ],
+)
+def test_designs_of_a_sweep_are_of_a_material(thickness, density, verdict):
+    """The verdict is that of a design, with links that are too thin for their least masses."""
+    options = {
+        "bounds": {"coupler": (0.5, 5.0)},
+        "density": density,
+        "thickness": thickness,
+    }
+    model = "four_bar_antiparallelogram"
+    table = balance.sweep(model, {"crank.mass": [1.0]}, quantities={"design": options})
+    assert table["design"].tolist() == [verdict]
+    assert balance.design(model, **options).verdict == verdict
+
+
 def test_masses_of_the_file_are_parameters():
     """``h`` is linear in the masses, and so is the inertia that the crank feels."""
     quantities = ("input_inertia",)

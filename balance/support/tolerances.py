@@ -229,6 +229,9 @@ BALL_DISTANCE_EQUAL = 1e-12
 # Difference of masses, or of lengths of a design, relative to them, up to which they are equal
 # where designs are compared: well above the accuracy of the conic solver.
 MASSES_EQUAL = 1e-6
+# Difference of two densities that count as equal, relative to them: a conic solver leaves 1e-6
+# where the least of a determinant is flat, and three digits are written.
+DENSITIES_EQUAL = 1e-4
 # Smallest eigenvalue of a pseudo-inertia that counts as zero, relative to its trace: below it
 # the inverse has no correct digit.
 PSEUDO_INERTIA_SINGULAR = 1e-12

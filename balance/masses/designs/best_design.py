@@ -37,7 +37,7 @@ from balance.space.requirements.required_space import RequiredSpace, space_of
 from balance.space.spaces.compute_space import as_space
 from balance.space.spaces.design_space import DesignSpace
 from balance.support.result_files import WithPage, WithPicture, write_file
-from balance.support.tolerances import KEPT_BODY_RESIDUAL, MASSES_EQUAL
+from balance.support.tolerances import DENSITIES_EQUAL, KEPT_BODY_RESIDUAL
 from kinematics.errors import BodyError, UsageError
 from kinematics.loading.model_gallery import LinkageLike
 from kinematics.numerics.array_types import Array
@@ -167,7 +167,7 @@ class Design(WithPage, WithPicture):
         }
         if not needed:
             return None
-        first = first_largest(list(needed.values()), relative=MASSES_EQUAL)
+        first = first_largest(list(needed.values()), relative=DENSITIES_EQUAL)
         return list(needed.items())[first]
 
     def to_urdf(self, path: str | PathLike[str] | None = None) -> bytes:

@@ -23,6 +23,7 @@ from generated_pages import (
 )
 from mkdocs.structure.files import File
 from notebooks import notebook
+from output_lines import with_wrapped_lines
 
 PAGES = (api_pages, command_pages, copied_pages, exit_code_page, gallery_pages, json_pages)
 
@@ -96,5 +97,5 @@ def on_page_markdown(markdown, page, **_):
 
 
 def on_page_content(html, **_):
-    """Draw formulas."""
-    return with_formulas(html)
+    """Draw formulas, and let what was printed wrap."""
+    return with_wrapped_lines(with_formulas(html))

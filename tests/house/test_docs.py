@@ -277,3 +277,23 @@ def test_the_brackets_of_a_matrix_grow_with_it():
         assert [part.get("stretchy") for part in row] == ["true", None, "true"]
         assert [part.get("form") for part in row] == ["prefix", None, "postfix"]
     assert [mo.get("stretchy") for mo in math.iter(f"{space}mo")].count("false") == 2
+
+
+def test_sentences_wrap_and_rows_do_not():
+    from output_lines import with_wrapped_lines
+
+    verdict = (
+        "verdict       infeasible: in every balanced distribution some second moments add up"
+    )
+    row = "crank   1.3048     -0.05978, -0.14638, 0     166.2        67.78 and more of it here"
+    block = (
+        '<div class="language-text highlight"><pre><span></span><code>{}\n</code></pre></div>'
+    )
+    text = "\n".join((verdict, row, "short", "Shaking &lt;force" + 9 * " goes on"))
+    html = with_wrapped_lines(block.format(text))
+    marked = re.findall(r'<span class="sentence" style="--column: (\d+)ch">(.*?)</span>', html)
+    lines = text.split("\n")
+    assert [(int(column), line) for column, line in marked] == [(14, lines[0]), (0, lines[3])]
+    unmarked = re.sub(r'<span class="sentence"[^>]*>(.*?)</span>', r"\1", html)
+    assert unmarked == block.format(text)
+    assert with_wrapped_lines("<p>verdict</p>") == "<p>verdict</p>"

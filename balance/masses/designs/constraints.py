@@ -200,7 +200,9 @@ def _density_limits(
         *(("density", value) for value in limits.values()),
         ("thickness", thickness),
     ):
-        if value is not None and not 0.0 < value < inf:
+        if value is not None and not (
+            isinstance(value, int | float | np.number) and 0.0 < value < inf
+        ):
             unit = "kg/m³" if what == "density" else "m"
             raise ValueError(f"{what} = {value}: give a number above 0, in {unit}")
     if thickness is not None and not space.planar:

@@ -383,6 +383,11 @@ def test_the_least_product_is_that_of_a_search(seed, d):
 
 REFUSED = [
     ("four_bar_kite", {"density": -1.0, "thickness": 0.01}, "density = -1.0: give a number"),
+    (
+        "four_bar_kite",
+        {"density": "steel", "thickness": 0.01},
+        "density = steel: give a number",
+    ),
     ("four_bar_kite", {"density": inf, "thickness": 0.01}, "density = inf: give a number"),
     ("four_bar_kite", {"density": 1.0, "thickness": 0.0}, "thickness = 0.0: give a number"),
     ("four_bar_kite", {"density": {"bar": 1.0}, "thickness": 0.01}, "link 'bar'"),

@@ -22,6 +22,7 @@ from balance.motion.verification.before_after import compare_masses
 from balance.space.inertial_parameters.body_inertia import BodyInertia
 from balance.space.inertial_parameters.conversions import mass_properties
 from kinematics.model.arrays import freeze
+from kinematics.wording import number_text
 
 Array = NDArray[np.float64]
 
@@ -124,11 +125,19 @@ def _solids(design: Design) -> str:
 
 def _summary(design: Design) -> str:
     """Summarise the page in one sentence."""
+    assert design.z is not None
     motion = design.space.motion
     when = f"with {', '.join(motion.relations)}" if motion else "in every motion"
     wrench = "force and moment" if design.space.balance == "dynamic" else "force"
     best = f", with the least {MINIMISED[design.minimise]}" if design.minimise else ""
-    return f"Masses that bodies can have and that exert no shaking {wrench} {when}{best}."
+    designed, given = (
+        number_text(sum(float(z[0]) for z in parameters), ".4g")
+        for parameters in (design.z, [body.inertia for body in design.space.linkage.bodies])
+    )
+    return (
+        f"Masses that bodies can have and that exert no shaking {wrench} {when}{best}: "
+        f"{designed} kg in all, {given} kg in the file."
+    )
 
 
 def _table(bodies: Sequence[BodyInertia], length: float) -> str:

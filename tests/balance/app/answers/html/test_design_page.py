@@ -79,6 +79,8 @@ def test_plates_are_drawn_in_their_sizes():
         assert abs(plate["axes"][2][2]) == pytest.approx(half, rel=1e-9)
         assert f"{2e3 * wide:.3g} × {2e3 * long:.3g} × 20" in elements.text
     assert_solids(found, shapes)
+    given = sum(body.inertia[0] for body in found.space.linkage.bodies)
+    assert f"{found.value:.4g} kg in all, {given:.4g} kg in the file" in elements.text
 
 
 def test_a_uniform_bar_ends_where_its_block_ends():

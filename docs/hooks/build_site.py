@@ -1,7 +1,7 @@
 """What MkDocs calls while it builds the site: pages from the code, pictures, notebooks.
 
-A page of the tutorials is run once, in a folder of its own; the files that it makes and shows
-are those of the site. ``DOCS_FOLDER`` names a folder in which pages were run already.
+A page of the tutorials or of machines is run once, in a folder of its own; the files that it makes
+and shows are those of the site. ``DOCS_FOLDER`` names a folder in which pages were run already.
 """
 
 from __future__ import annotations
@@ -25,6 +25,7 @@ from mkdocs.structure.files import File
 from notebooks import notebook
 from output_lines import with_wrapped_lines
 
+MAKERS = ("tutorials", "machines")  # folders whose pages make files that they show
 PAGES = (api_pages, command_pages, copied_pages, exit_code_page, gallery_pages, json_pages)
 
 
@@ -43,27 +44,30 @@ def _title(text):
 
 
 def on_files(files, config):
-    """Add the pages that are made from the code, and what the tutorials make."""
+    """Add the pages that are made from the code, and the files that pages make."""
     for make in PAGES:
         for path, text in make().items():
             files.append(File.generated(config, path, content=text))
-    for file in [file for file in files if file.src_uri.startswith("tutorials/")]:
+    for file in [file for file in files if Path(file.src_uri).parent.name in MAKERS]:
         if file.is_documentation_page():
             _add_made_files(file, files, config)
     return files
 
 
 def _add_made_files(file, files, config):
-    """Add the notebook of a tutorial, and the files that it makes and shows."""
-    name = file.src_uri.removesuffix(".md")
-    text = file.content_string
+    """Add the files that a page makes and shows, and the notebook of a tutorial."""
+    name, maker = file.src_uri.removesuffix(".md"), Path(file.src_uri).parent
+    text, beside = file.content_string, Path(file.abs_src_path).parent
     if not _is_run(text):
         return
-    book = notebook(text)
-    files.append(File.generated(config, f"{name}.ipynb", content=book))
-    made = produced(text, _folder(name, text))
+    if maker.name == "tutorials":
+        book = notebook(text)
+        files.append(File.generated(config, f"{name}.ipynb", content=book))
+    made = produced(text, _folder(name, text, beside))
     for shown, path in made.items():
-        uri = f"tutorials/{shown}"
+        uri = f"{maker.as_posix()}/{shown}"
+        if (beside / shown).is_file():
+            continue
         if files.get_file_from_path(uri):
             raise ValueError(f"{file.src_uri}: another page makes {shown} too")
         files.append(File.generated(config, uri, abs_src_path=str(path)))
@@ -74,14 +78,14 @@ def _is_run(text):
     return any(not block.reason for block in code_blocks(text))
 
 
-def _folder(name, text):
+def _folder(name, text, beside):
     """Run a page, unless its folder is there, and return the folder."""
     digest = sha256(text.encode()).hexdigest()  # `mkdocs serve` builds again and again
     made = os.environ.get("DOCS_FOLDER")
     folder = Path(made) / name if made else Path(_TEMPORARY.name) / name / digest
     if not folder.exists():
         folder.mkdir(parents=True)
-        run_page(text, folder)
+        run_page(text, folder, beside)
     return folder
 
 

@@ -2,7 +2,8 @@
 
 Rules for authors (also in CONTRIBUTING.md):
 
-- A block with ``title="NAME"`` is a file of that name.
+- A block with ``title="NAME"`` is a file of that name. A file that lies beside the page, and to which
+  the page links, is there too.
 - ``sh``: commands of `balance`, one a line; ``# exits with N`` names an exit code other than 0,
   ``> NAME`` keeps what is printed, ``# long`` or ``# exits with N, long`` leaves it to
   ``ALL_CASES=1``. Indented lines that start with ``balance`` are commands too.
@@ -23,6 +24,7 @@ import json
 import os
 import re
 import shlex
+import shutil
 import tomllib
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -78,22 +80,30 @@ def _block(found: re.Match[str], markdown: str) -> Block:
 
 def produced(markdown: str, folder: Path) -> dict[str, Path]:
     """Find the files that a page made in a folder and shows or links, by name."""
-    links = re.findall(r"\]\(([\w.-]+)\)", markdown)
-    return {name: folder / name for name in links if (folder / name).is_file()}
+    return {name: folder / name for name in _links(markdown) if (folder / name).is_file()}
 
 
-def run_page(markdown: str, folder: Path) -> None:
+def _links(markdown: str) -> list[str]:
+    """List the names of files in the same folder to which a page links."""
+    return re.findall(r"\]\(([\w.-]+)\)", markdown)
+
+
+def run_page(markdown: str, folder: Path, beside: Path | None = None) -> None:
     """Run the blocks of a page in a folder, and compare what they print.
 
     Args:
         markdown: the text of the page.
         folder: where files are read and written; it becomes the working directory.
+        beside: the folder of the page, whose files are copied if the page links to them.
 
     Raises:
         AssertionError: a block fails, or prints something else than the page shows.
     """
     session: dict[str, object] = {"__name__": "page"}
     shown = ""
+    for name in _links(markdown) if beside else ():
+        if (beside / name).is_file() and not name.endswith(".md"):
+            shutil.copy(beside / name, folder)
     with contextlib.chdir(folder):
         for block in code_blocks(markdown):
             if block.reason:

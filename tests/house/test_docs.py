@@ -24,6 +24,8 @@ import balance
 from balance.app.answers.html.linkage_drawing import linkage_drawing
 from balance.app.cli.main import COMMANDS, command_parser
 
+from tests.support.pictures import curves_agree
+
 ROOT = Path(__file__).parents[2]
 DOCS = ROOT / "docs"
 PAGES = sorted(DOCS.glob("**/*.md"))
@@ -49,7 +51,7 @@ def made(tmp_path_factory):
 def test_a_page_shows_what_happens(page, made):
     folder = made / page.removesuffix(".md")
     folder.mkdir(parents=True)
-    run_page(TEXTS[page], folder)
+    run_page(TEXTS[page], folder, (DOCS / page).parent)
 
 
 @pytest.mark.parametrize(
@@ -110,22 +112,12 @@ def test_notebooks_hold_the_blocks_of_their_pages():
             assert lines == block.text.splitlines(), f"{page}, line {block.line}"
 
 
-def curves(picture):
-    """Points of all lines in an SVG picture."""
-    paths = re.findall(r'<g id="line2d_\d+">\s*<path d="([^"]*)"', picture)
-    return [np.array(re.findall(r"-?\d+\.\d+", path), float) for path in paths]
-
-
 @pytest.mark.slow
 def test_the_picture_of_the_readme_is_current(monkeypatch):
     pytest.importorskip("matplotlib")
     monkeypatch.syspath_prepend(str(DOCS))
-    drawn = curves(import_module("make_picture").picture()[0].decode())
-    kept = curves((DOCS / "shaking.svg").read_text(encoding="utf-8"))
-    assert len(drawn) == len(kept) > 40
-    # A hundredth of a point cannot be seen, and other versions draw so.
-    assert all(one.shape == two.shape for one, two in zip(drawn, kept, strict=True))
-    assert max(abs(one - two).max() for one, two in zip(drawn, kept, strict=True)) < 0.01
+    drawn = import_module("make_picture").picture()[0].decode()
+    assert curves_agree(drawn, (DOCS / "shaking.svg").read_text(encoding="utf-8"))
 
 
 @pytest.mark.parametrize("page", [page for page in TEXTS if page.startswith("tutorials/")])
@@ -297,3 +289,14 @@ def test_sentences_wrap_and_rows_do_not():
     unmarked = re.sub(r'<span class="sentence"[^>]*>(.*?)</span>', r"\1", html)
     assert unmarked == block.format(text)
     assert with_wrapped_lines("<p>verdict</p>") == "<p>verdict</p>"
+
+
+def test_a_page_finds_the_files_beside_it(tmp_path):
+    beside, folder = tmp_path / "docs", tmp_path / "run"
+    for path in (beside, folder):
+        path.mkdir()
+    (beside / "load.csv").write_text("time\n", encoding="utf-8")
+    (beside / "other.csv").write_text("time\n", encoding="utf-8")
+    text = "[The load](load.csv).\n\n```python\nfrom pathlib import Path\nprint(Path('load.csv').read_text())\n```\n"
+    run_page(text + "\n```text\ntime\n```\n", folder, beside)
+    assert [path.name for path in folder.iterdir()] == ["load.csv"]

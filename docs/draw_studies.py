@@ -52,6 +52,13 @@ MACHINES = {
         3000.0,
         motion={"speed": "240rpm"},
     ),
+    "forbal": Machine(
+        {"without weights": "forbal2_bare.urdf", "with its rings": "forbal2.urdf"},
+        (0, 2),
+        ((-0.3, -0.3), (-0.6, -0.6), (0.3, -0.3), (-0.3, 0.3)),
+        300.0,
+        motion={"trajectories": 1, "seed": 3},
+    ),
 }
 
 

@@ -28,6 +28,7 @@ def mend_oddities(robot: Element, source: str) -> tuple[Element, tuple[tuple[str
     - A ``<robot>`` without a name gets that of its file.
     - An ``<inertial>`` directly in ``<robot>`` belongs to no link, and is dropped.
     - ``rpy="0 0 0"`` of an ``<axis>`` turns nothing, and is dropped. Old files have it.
+    - An ``<axis>`` of a fixed joint turns nothing, and is dropped if it is not three numbers.
     - ``iyx``, ``izx`` and ``izy`` of an ``<inertia>`` are ``ixy``, ``ixz`` and ``iyz``.
     - ``independent="True"`` is ``independent="true"``, in any case.
     - Limits of one position lock no joint: limits are not read, and the remark says so.
@@ -62,7 +63,8 @@ def _mend_child(item: Element, oddities: list[str]) -> Iterator[Element]:
         yield _map_path(item, ("inertial", "inertia"), _mend_inertia, oddities)
     elif item.tag in ("joint", "loop"):
         _note_empty_range(item, oddities)
-        yield _map_path(_mend_mark(item, oddities), ("axis",), _mend_axis, oddities)
+        item = _drop_idle_axis(_mend_mark(item, oddities), oddities)
+        yield _map_path(item, ("axis",), _mend_axis, oddities)
     else:
         yield item
 
@@ -117,6 +119,27 @@ def _mend_axis(axis: Element, oddities: list[str], label: str) -> Element:
     oddities.append(f"{label} has an <axis rpy> of zeros")
     kept = {name: value for name, value in axis.attributes.items() if name != "rpy"}
     return replace(axis, attributes=kept)
+
+
+def _drop_idle_axis(item: Element, oddities: list[str]) -> Element:
+    """Drop axes of a fixed joint that are numbers, but not three of them."""
+    if item.tag != "joint" or item.attributes.get("type") != "fixed":
+        return item
+    idle = [child for child in item.children if child.tag == "axis" and _is_idle(child)]
+    if not idle:
+        return item
+    oddities.append(f"{item.label} is fixed, and its <axis> is not three numbers, nor read")
+    return replace(item, children=tuple(c for c in item.children if c not in idle))
+
+
+def _is_idle(axis: Element) -> bool:
+    """Whether the only attribute of an axis is a list of numbers that are not three."""
+    words = axis.attributes.get("xyz", "").split()
+    try:
+        numbers = [float(word) for word in words]
+    except ValueError:
+        return False
+    return set(axis.attributes) == {"xyz"} and len(numbers) != 3
 
 
 def _mend_mark(item: Element, oddities: list[str]) -> Element:

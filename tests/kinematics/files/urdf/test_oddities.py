@@ -31,6 +31,9 @@ SENSOR = """<link name="camera"><visual><geometry><mesh filename="package://a/b.
 FROZEN = """<link name="t"/><joint name="jt" type="fixed"><parent link="rocker"/>
 <child link="t"/><mimic joint="j1" offset="1"/></joint>"""
 
+FIXED = """<link name="t"/><joint name="jt" type="fixed"><parent link="rocker"/>
+<child link="t"/><axis xyz="100"/></joint>"""
+
 # Files that mean what the plain one means: text replaced and its replacement.
 HARMLESS = {
     "axis not of unit length": ('<axis xyz="0 0 1"/>', '<axis xyz="0 0 25.4"/>'),
@@ -120,6 +123,11 @@ REMARKED = {
         '<axis rpy="0 0 -0.0" xyz="0 0 1"/>',
         "joint 'j1' (line 8) has an <axis rpy> of zeros",
     ),
+    "axis of a fixed joint": (
+        "</robot>",
+        FIXED + "</robot>",
+        "joint 'jt' (line 27) is fixed, and its <axis> is not three numbers",
+    ),
     "inertial outside of links": (
         "</robot>",
         INERTIAL + "</robot>",
@@ -179,6 +187,8 @@ def test_what_may_change_the_model_is_refused(robot, old, new, problem):
 
 # text replaced, replacement, words of the problem, words of the remedy
 REFUSED = {
+    "axis of a joint that turns": (AXIS, '<axis xyz="001"/>', "001", 'xyz="0.5 0'),
+    "axis of words": (AXIS, '<axis xyz="up"/>', "up", 'xyz="0.5 0'),
     "capital type": ('type="continuous"', 'type="Continuous"', "unknown type 'Continuous'",
         'write type="continuous"'),
     "blank in type": ('type="continuous"', 'type="continuous "', "unknown type",

@@ -7,7 +7,7 @@
 from __future__ import annotations
 
 import sys
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -24,42 +24,102 @@ COLOURS = ("#b8550a", "#08264a")
 
 
 @dataclass(frozen=True)
-class Machine:
-    """What a picture shows.
+class Drawing:
+    """One linkage as it is drawn.
 
     Attributes:
-        files: two files of one machine, by what they are called.
+        title: of the drawing.
+        linkage: at the pose that is drawn.
         plane: the two coordinates that are drawn, to the right and upwards.
         ghosts: displacements of the inputs, drawn faintly.
         density: of the discs, kg per square metre.
-        at: the pose that is drawn, positions of inputs.
-        motion: arguments of `balance.verify`.
     """
 
-    files: dict[str, str]
+    title: str
+    linkage: kinematics.Linkage
     plane: tuple[int, int]
     ghosts: tuple[tuple[float, ...], ...]
     density: float
-    at: dict[str, float] = field(default_factory=dict)
-    motion: dict[str, object] = field(default_factory=dict)
 
 
-MACHINES = {
-    "engine": Machine(
-        {"as it is": "engine.urdf", "with the book's weight": "engine_book.urdf"},
-        (0, 1),
-        ((-0.5,), (-0.25,), (0.25,), (0.5,)),
-        3000.0,
-        motion={"speed": "240rpm"},
-    ),
-    "forbal": Machine(
-        {"without weights": "forbal2_bare.urdf", "with its rings": "forbal2.urdf"},
-        (0, 2),
-        ((-0.3, -0.3), (-0.6, -0.6), (0.3, -0.3), (-0.3, 0.3)),
-        300.0,
-        motion={"trajectories": 1, "seed": 3},
-    ),
-}
+@dataclass(frozen=True)
+class Loads:
+    """Sizes of the shaking force and moment over time, N and N m."""
+
+    name: str
+    time: np.ndarray
+    force: np.ndarray
+    moment: np.ndarray
+
+
+def compare(files, plane, ghosts, density, **motion):
+    """Draw two files of one machine, and what shakes along one motion."""
+    linkages = {name: kinematics.load(FOLDER / file) for name, file in files.items()}
+    first, second = linkages.values()
+    before = balance.verify(first, **motion)
+    after = verify_second(before, second, **motion)
+    drawings = [
+        Drawing(name, linkage, plane, ghosts, density) for name, linkage in linkages.items()
+    ]
+    loads = [
+        Loads(name, run.trajectory.time, run.sizes("force"), run.sizes("moment"))
+        for name, run in zip(linkages, (before.runs[0], after.runs[0]), strict=True)
+    ]
+    return drawings, loads
+
+
+def engine():
+    """The engine without and with the weight of the book, in one revolution."""
+    files = {"as it is": "engine.urdf", "with the book's weight": "engine_book.urdf"}
+    ghosts = ((-0.5,), (-0.25,), (0.25,), (0.5,))
+    return compare(files, (0, 1), ghosts, 3000.0, speed="240rpm")
+
+
+def forbal():
+    """Forbal-2 without and with its rings, in a random motion."""
+    files = {"without weights": "forbal2_bare.urdf", "with its rings": "forbal2.urdf"}
+    ghosts = ((-0.3, -0.3), (-0.6, -0.6), (0.3, -0.3), (-0.3, 0.3))
+    return compare(files, (0, 2), ghosts, 300.0, trajectories=1, seed=3)
+
+
+def ur5e():
+    """The arm at both ends of its motion; the quintic law and the best timing."""
+    start = dict(zip(BENT, np.deg2rad([-90.0, 90.0, -90.0, -90.0]).tolist(), strict=True))
+    linkage = kinematics.load(FOLDER / "ur5e.urdf", at=start)
+    swing = np.deg2rad([90.0, -30.0, 40.0, -10.0, 0.0, 0.0])
+    reached = dict(zip(linkage.inputs, swing.tolist(), strict=True))
+    end = {name: start.get(name, 0.0) + reached[name] for name in linkage.inputs}
+    plan = balance.quiet_timing(
+        linkage, [0.0 * swing, swing], 0.9, measure="peak", acceleration=30.0
+    )
+    time, *best = plan.samples(181)
+    s = (time / 0.9)[:, None]
+    quintic = (
+        s**3 * (10 - 15 * s + 6 * s**2) * swing,
+        30 * s**2 * (1 - s) ** 2 * swing / 0.9,
+        60 * s * (1 - 3 * s + 2 * s**2) * swing / 0.9**2,
+    )
+    loads = []
+    for name, motion in (("quintic law", quintic), ("best timing", best)):
+        wrench = balance.motion.shaking(linkage, *motion)
+        moment = wrench[:, :3] - np.cross(plan.objective.point, wrench[:, 3:])
+        sizes = (np.linalg.norm(part, axis=1) for part in (wrench[:, 3:], moment))
+        loads.append(Loads(name, time, *sizes))
+    drawings = [
+        Drawing("start, from the side", linkage, (0, 2), (), 400.0),
+        Drawing(
+            "end, a quarter turn on",
+            kinematics.load(FOLDER / "ur5e.urdf", at=end),
+            (1, 2),
+            tuple(tuple(part * -swing) for part in (0.25, 0.5, 0.75)),
+            400.0,
+        ),
+    ]
+    return drawings, loads
+
+
+BENT = ("shoulder_lift", "elbow", "wrist_1_turn", "wrist_2_turn")
+MACHINES = {"engine": engine, "forbal": forbal, "ur5e": ur5e}
 
 
 def joints_of_links(linkage):
@@ -72,18 +132,18 @@ def joints_of_links(linkage):
     return {link: points for link, points in joints.items() if link >= 0}
 
 
-def draw_linkage(ax, title, linkage, machine, colour):
+def draw_linkage(ax, drawing, colour):
     """Draw the links at several poses, and a disc for the mass of each body."""
     from matplotlib.patches import Circle
 
-    plane = list(machine.plane)
+    linkage, plane = drawing.linkage, list(drawing.plane)
     still = (0.0,) * len(linkage.inputs)
     chain = si_chain(linkage, spatial=True)
 
     def line(ends, **style):
         ax.plot(*np.array(ends).T, color=colour, solid_capstyle="round", **style)
 
-    for u in (*machine.ghosts, still):
+    for u in (*drawing.ghosts, still):
         H = forward_kinematics(chain, joint_positions(linkage, list(u))).H
         for link, points in joints_of_links(linkage).items():
             placed = [(H[link, :3, :3] @ p + H[link, :3, 3])[plane] for p in points]
@@ -97,7 +157,7 @@ def draw_linkage(ax, title, linkage, machine, colour):
         mass = body.inertia[0]
         centre = balance.bodies.mass_properties(body.inertia).com[plane]
         line((carried[body.link][0][plane], centre), lw=1.0, ls=":")
-        radius = np.sqrt(mass / machine.density / np.pi)
+        radius = np.sqrt(mass / drawing.density / np.pi)
         ax.add_patch(Circle(centre, radius, color=colour, alpha=0.45, lw=0, zorder=3))
         ax.annotate(
             f"{mass:.3g} kg",
@@ -108,40 +168,31 @@ def draw_linkage(ax, title, linkage, machine, colour):
             textcoords="offset points",
             ha="center",
         )
-    ax.set(aspect="equal", title=title)
+    ax.set(aspect="equal", title=drawing.title)
     ax.margins(0.12)
     ax.axis("off")
 
 
-def draw_loads(axes, runs):
+def draw_loads(axes, loads):
     """Plot the size of the shaking force and moment over time."""
     for ax, part, unit in zip(axes, ("force", "moment"), ("N", "N m"), strict=True):
-        for (name, run), colour in zip(runs.items(), COLOURS, strict=True):
-            ax.plot(run.trajectory.time, run.sizes(part), color=colour, label=name)
+        for load, colour in zip(loads, COLOURS, strict=True):
+            ax.plot(load.time, getattr(load, part), color=colour, label=load.name)
         ax.set(ylabel=f"shaking {part}, {unit}", ylim=(0.0, None))
         tidy(ax)
     axes[0].legend(frameon=False, fontsize=8)
     axes[1].set_xlabel("time, s")
 
 
-def picture(machine):
-    """Compute the loads of both files of a machine; return the picture."""
-    linkages = {
-        name: kinematics.load(FOLDER / file, at=machine.at or None)
-        for name, file in machine.files.items()
-    }
-    first, second = linkages.values()
-    before = balance.verify(first, **machine.motion)
-    after = verify_second(before, second, **machine.motion)
-    runs = dict(zip(linkages, (before.runs[0], after.runs[0]), strict=True))
+def picture(name):
+    """Compute the picture of a machine."""
+    drawings, loads = MACHINES[name]()
 
     def draw(figure):
         *parts, right = figure.subfigures(1, 3, width_ratios=(1.0, 1.0, 1.15))
-        for part, (name, linkage), colour in zip(
-            parts, linkages.items(), COLOURS, strict=True
-        ):
-            draw_linkage(part.subplots(), name, linkage, machine, colour)
-        draw_loads(right.subplots(2, 1, sharex=True), runs)
+        for part, drawing, colour in zip(parts, drawings, COLOURS, strict=True):
+            draw_linkage(part.subplots(), drawing, colour)
+        draw_loads(right.subplots(2, 1, sharex=True), loads)
 
     return image((9.0, 3.0), "svg", draw)
 
@@ -149,7 +200,7 @@ def picture(machine):
 def main():
     """Write the pictures that are named, or all."""
     for name in sys.argv[1:] or MACHINES:
-        (FOLDER / f"{name}.svg").write_bytes(picture(MACHINES[name]))
+        (FOLDER / f"{name}.svg").write_bytes(picture(name))
 
 
 if __name__ == "__main__":

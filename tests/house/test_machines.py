@@ -236,6 +236,97 @@ def test_the_hand_of_forbal_5_cannot_be_balanced_on_other_links():
     assert answer.verdict == "infeasible" and "ee_motor" in answer.words
 
 
+# --- the UR5e ------------------------------------------------------------------------------
+
+# The table of the maker: a, d, alpha; mass and centre of mass in the frame after the link.
+UR5E = (
+    (0.0, 0.1625, np.pi / 2, 3.761, (0.0, -0.02561, 0.00193)),
+    (-0.425, 0.0, 0.0, 8.058, (0.2125, 0.0, 0.11336)),
+    (-0.3922, 0.0, 0.0, 2.846, (0.15, 0.0, 0.0265)),
+    (0.0, 0.1333, np.pi / 2, 1.37, (0.0, -0.0018, 0.01634)),
+    (0.0, 0.0997, -np.pi / 2, 1.3, (0.0, 0.0018, 0.01634)),
+    (0.0, 0.0996, 0.0, 0.365, (0.0, 0.0, -0.001159)),
+)
+UPRIGHT = np.deg2rad([0.0, -90.0, 90.0, -90.0, -90.0, 0.0])
+SWING = np.deg2rad([90.0, -30.0, 40.0, -10.0, 0.0, 0.0])
+DURATION = 0.9
+
+
+def ur5e_masses(q):
+    """Masses (6,) and centres of mass of the links (6, 3), by products of the table."""
+    T, masses, centres = np.eye(4), [], []
+    for angle, (a, d, alpha, mass, com) in zip(q, UR5E, strict=True):
+        c, s, ca, sa = np.cos(angle), np.sin(angle), np.cos(alpha), np.sin(alpha)
+        T = T @ [
+            [c, -s * ca, s * sa, a * c],
+            [s, c * ca, -c * sa, a * s],
+            [0.0, sa, ca, d],
+            [0.0, 0.0, 0.0, 1.0],
+        ]
+        masses.append(mass)
+        centres.append((T @ [*com, 1.0])[:3])
+    return np.array(masses), np.array(centres)
+
+
+def ur5e_moment(q):
+    """Mass times the position of the common centre of mass (3,)."""
+    masses, centres = ur5e_masses(q)
+    return masses @ centres
+
+
+def ur5e():
+    names = ("shoulder_lift", "elbow", "wrist_1_turn", "wrist_2_turn")
+    at = dict(zip(names, UPRIGHT[1:5].tolist(), strict=True))
+    return kinematics.load(MACHINES / "ur5e.urdf", at=at)
+
+
+def test_the_file_of_the_ur5e_is_the_table_of_its_maker():
+    linkage = ur5e()
+    masses, centres = ur5e_masses(UPRIGHT)
+    known = [balance.bodies.mass_properties(body.inertia) for body in linkage.bodies]
+    assert [body.mass for body in known] == pytest.approx(masses, rel=1e-14)
+    assert np.array([body.com for body in known]) == pytest.approx(centres, abs=1e-12)
+    assert masses.sum() == pytest.approx(17.7, abs=0.001)
+
+
+def test_the_ur5e_shakes_as_its_table_says():
+    """Quintic law by differences of positions, and the bound 4 m d / T²."""
+    s = np.linspace(0.0, 1.0, 2001)
+    law = s**3 * (10.0 - 15.0 * s + 6.0 * s**2)
+    path = np.array([ur5e_moment(UPRIGHT + x * SWING) for x in law])
+    step = DURATION / 2000.0
+    force = np.linalg.norm(np.diff(path, 2, axis=0), axis=1) / step**2
+    assert force.max() == pytest.approx(45.63, rel=1e-3)
+    bound = 4.0 * np.linalg.norm(path[-1] - path[0]) / DURATION**2
+    assert bound == pytest.approx(19.09, rel=1e-3)
+
+
+@pytest.mark.slow
+def test_the_best_timing_of_the_ur5e_by_mujoco():
+    """28.5 N, optimal by the program; its momentum by MuJoCo, differentiated in time."""
+    mujoco = pytest.importorskip("mujoco")
+    linkage = ur5e()
+    plan = balance.quiet_timing(
+        linkage, [0.0 * SWING, SWING], DURATION, measure="peak", acceleration=30.0
+    )
+    assert plan.verdict == "optimal"
+    text = (MACHINES / "ur5e.urdf").read_text(encoding="utf-8")
+    extra = '<mujoco><compiler boundinertia="1e-6"/></mujoco></robot>'  # no effect on forces
+    model = mujoco.MjModel.from_xml_string(text.replace("</robot>", extra))
+    data = mujoco.MjData(model)
+    path, momenta = plan.trajectory(901), []
+    for u, ud in zip(path.u, path.ud, strict=True):
+        data.qpos[:], data.qvel[:] = UPRIGHT + u, ud
+        mujoco.mj_fwdPosition(model, data)
+        mujoco.mj_fwdVelocity(model, data)
+        mujoco.mj_subtreeVel(model, data)
+        momenta.append(model.body_subtreemass[0] * data.subtree_linvel[0])
+    rates = np.gradient(np.array(momenta), path.time, axis=0, edge_order=2)
+    force = np.linalg.norm(rates, axis=1)[2:-2]
+    assert force.max() == pytest.approx(28.5, rel=0.02)
+    assert force.max() < 0.64 * 45.63
+
+
 # --- the pictures --------------------------------------------------------------------------
 
 
@@ -246,5 +337,5 @@ def test_pictures_of_machines_are_current(name, monkeypatch):
     monkeypatch.syspath_prepend(str(DOCS))
     drawer = import_module("draw_studies")
     assert set(drawer.MACHINES) == set(PICTURES)
-    drawn = drawer.picture(drawer.MACHINES[name]).decode()
+    drawn = drawer.picture(name).decode()
     assert curves_agree(drawn, (MACHINES / f"{name}.svg").read_text(encoding="utf-8"))

@@ -123,7 +123,7 @@ MACHINES = {"engine": engine, "forbal": forbal, "ur5e": ur5e}
 
 
 def joints_of_links(linkage):
-    """List the joints of each moving link: the one that carries it, and those that it carries."""
+    """List the points of the joints of each moving link, that which carries it first."""
     welded = {loop.end: loop.successor for loop in linkage.loops}
     joints = {}
     for j, joint in enumerate(linkage.joints):

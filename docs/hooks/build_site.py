@@ -1,7 +1,8 @@
 """What MkDocs calls while it builds the site: pages from the code, pictures, notebooks.
 
-A page of the tutorials or of machines is run once, in a folder of its own; the files that it makes
-and shows are those of the site. ``DOCS_FOLDER`` names a folder in which pages were run already.
+A page of the tutorials or of machines is run once, in a folder of its own; the files that it
+makes and shows are those of the site. ``DOCS_FOLDER`` names a folder in which pages were run
+already.
 """
 
 from __future__ import annotations

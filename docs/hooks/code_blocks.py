@@ -2,8 +2,8 @@
 
 Rules for authors (also in CONTRIBUTING.md):
 
-- A block with ``title="NAME"`` is a file of that name. A file that lies beside the page, and to which
-  the page links, is there too.
+- A block with ``title="NAME"`` is a file of that name. A file that lies beside the page, and to
+  which the page links, is there too.
 - ``sh``: commands of `balance`, one a line; ``# exits with N`` names an exit code other than 0,
   ``> NAME`` keeps what is printed, ``# long`` or ``# exits with N, long`` leaves it to
   ``ALL_CASES=1``. Indented lines that start with ``balance`` are commands too.

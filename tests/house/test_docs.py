@@ -295,8 +295,9 @@ def test_a_page_finds_the_files_beside_it(tmp_path):
     beside, folder = tmp_path / "docs", tmp_path / "run"
     for path in (beside, folder):
         path.mkdir()
-    (beside / "load.csv").write_text("time\n", encoding="utf-8")
-    (beside / "other.csv").write_text("time\n", encoding="utf-8")
-    text = "[The load](load.csv).\n\n```python\nfrom pathlib import Path\nprint(Path('load.csv').read_text())\n```\n"
-    run_page(text + "\n```text\ntime\n```\n", folder, beside)
+    for name in ("load.csv", "other.csv"):
+        (beside / name).write_text("time\n", encoding="utf-8")
+    code = "from pathlib import Path\nprint(Path('load.csv').read_text(encoding='utf-8'))"
+    text = f"[The load](load.csv).\n\n```python\n{code}\n```\n\n```text\ntime\n```\n"
+    run_page(text, folder, beside)
     assert [path.name for path in folder.iterdir()] == ["load.csv"]

@@ -208,7 +208,7 @@ def test_two_weights_balance_forbal(least):
     [("forbal2_bare", 1.0), pytest.param("forbal2", 0.024, marks=pytest.mark.slow)],
 )
 def test_the_force_of_forbal_is_that_of_its_centre_of_mass(name, share):
-    """Momentum along the motion of the verification, and 2.4 % of its largest with the rings."""
+    """Momentum along the motion of the verification; with the rings 2.4 % of the force."""
     run = balance.verify(
         MACHINES / f"{name}.urdf", trajectories=1, seed=0, balance="force"
     ).runs[0]

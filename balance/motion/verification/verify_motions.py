@@ -192,7 +192,7 @@ def verify_second(first: Verification, linkage: LinkageLike, **options: Any) -> 
     linkage, motions = as_linkage(linkage), None
     options = {**options, "about": first.point}
     if first.crank is not None:
-        return verify(linkage, **options)
+        return verify(linkage, **{"speed": first.crank.speed, **options})
     if linkage.inputs == first.linkage.inputs:
         with suppress(PoseError):
             given = [run.trajectory for run in first.runs]

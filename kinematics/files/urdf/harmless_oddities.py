@@ -29,6 +29,7 @@ def mend_oddities(robot: Element, source: str) -> tuple[Element, tuple[tuple[str
     - An ``<inertial>`` directly in ``<robot>`` belongs to no link, and is dropped.
     - ``rpy="0 0 0"`` of an ``<axis>`` turns nothing, and is dropped. Old files have it.
     - An ``<axis>`` of a fixed joint turns nothing, and is dropped if it is not three numbers.
+    - Several ``<origin>`` of a joint with the same numbers are one.
     - ``iyx``, ``izx`` and ``izy`` of an ``<inertia>`` are ``ixy``, ``ixz`` and ``iyz``.
     - ``independent="True"`` is ``independent="true"``, in any case.
     - Limits of one position lock no joint: limits are not read, and the remark says so.
@@ -64,6 +65,7 @@ def _mend_child(item: Element, oddities: list[str]) -> Iterator[Element]:
     elif item.tag in ("joint", "loop"):
         _note_empty_range(item, oddities)
         item = _drop_idle_axis(_mend_mark(item, oddities), oddities)
+        item = _drop_repeated_origins(item, oddities)
         yield _map_path(item, ("axis",), _mend_axis, oddities)
     else:
         yield item
@@ -140,6 +142,30 @@ def _is_idle(axis: Element) -> bool:
     except ValueError:
         return False
     return set(axis.attributes) == {"xyz"} and len(numbers) != 3
+
+
+def _drop_repeated_origins(item: Element, oddities: list[str]) -> Element:
+    """Keep the first of several origins of a joint, if all have the same numbers."""
+    first, *others = [child for child in item.children if child.tag == "origin"] or [item]
+    place = _place(first)
+    if not others or place is None or any(_place(other) != place for other in others):
+        return item
+    oddities.append(f"{item.label} has the same <origin> {len(others) + 1} times")
+    kept = tuple(c for c in item.children if c.tag != "origin" or c is first)
+    return replace(item, children=kept)
+
+
+def _place(origin: Element) -> tuple[list[float], ...] | None:
+    """Return the numbers of an origin; None if it is no origin, or has other attributes."""
+    if origin.tag != "origin" or not set(origin.attributes) <= {"xyz", "rpy"}:
+        return None
+    try:
+        return tuple(
+            [float(word) for word in origin.attributes.get(name, "0 0 0").split()]
+            for name in ("xyz", "rpy")
+        )
+    except ValueError:
+        return None
 
 
 def _mend_mark(item: Element, oddities: list[str]) -> Element:

@@ -15,7 +15,7 @@ from balance import design, design_space
 from balance.app.cli.main import main
 from balance.app.cli.motion_source import _speed
 from balance.motion.verification.crank_revolution import STEPS, revolve_crank
-from balance.motion.verification.verify_motions import verify
+from balance.motion.verification.verify_motions import verify, verify_second
 from kinematics.errors import CoordinateError, MotionError, PoseError, UsageError
 from tests.support.laws import altered
 from tests.support.verify_command import run
@@ -72,6 +72,17 @@ def four_bar(folder, a, b, c, d):
 def harmonics(values):
     """Complex Fourier coefficients of one period, both of whose ends are given."""
     return np.fft.rfft(values[:-1], axis=0) / (len(values) - 1)
+
+
+@pytest.mark.slow
+def test_a_second_crank_turns_at_the_speed_of_the_first(tmp_path):
+    """Without another word on the speed: the peak of the piston alone, for both."""
+    linkage = kinematics.load(slider_crank(tmp_path))
+    first = verify(linkage, speed=-300.0 * RPM)
+    second = verify_second(first, linkage)
+    assert second.crank == first.crank and second.crank.speed == -300.0 * RPM
+    largest = PISTON * R * (300.0 * RPM) ** 2 * (1.0 + R / ROD)
+    assert second.force == pytest.approx(largest, rel=1e-9)
 
 
 def test_a_piston_shakes_as_the_textbook_says(tmp_path):

@@ -128,6 +128,12 @@ REMARKED = {
         FIXED + "</robot>",
         "joint 'jt' (line 27) is fixed, and its <axis> is not three numbers",
     ),
+    "the same origin twice": (
+        FIRST,
+        FIRST + '<origin rpy="0 0 1.50"/>',
+        "joint 'j1' (line 8) has the same <origin> 2 times",
+    ),
+    "the same origin to the letter": (FIRST, FIRST * 3, "has the same <origin> 3 times"),
     "inertial outside of links": (
         "</robot>",
         INERTIAL + "</robot>",
@@ -188,6 +194,7 @@ def test_what_may_change_the_model_is_refused(robot, old, new, problem):
 # text replaced, replacement, words of the problem, words of the remedy
 REFUSED = {
     "axis of a joint that turns": (AXIS, '<axis xyz="001"/>', "001", 'xyz="0.5 0'),
+    "two origins": (FIRST, FIRST + "<origin/>", "more than one <origin>", "keep one"),
     "axis of words": (AXIS, '<axis xyz="up"/>', "up", 'xyz="0.5 0'),
     "capital type": ('type="continuous"', 'type="Continuous"', "unknown type 'Continuous'",
         'write type="continuous"'),

@@ -15,7 +15,7 @@ import numpy as np
 import balance
 import kinematics
 from balance.app.answers.html.plot_style import image, tidy
-from balance.motion.verification.to_pinocchio import verify_second
+from balance.motion.verification.verify_motions import verify_second
 from kinematics.closure.joint_positions import joint_positions, si_chain
 from kinematics.closure.newton import forward_kinematics
 

@@ -23,7 +23,6 @@ from generated_pages import EXAMPLES, command_parsers, option_examples
 import balance
 from balance.app.answers.html.linkage_drawing import linkage_drawing
 from balance.app.cli.main import COMMANDS, command_parser
-
 from tests.support.pictures import curves_agree
 
 ROOT = Path(__file__).parents[2]

@@ -332,15 +332,8 @@ def design(
     space = as_space(space)
     if one_pose and len(space.orders) > 1:
         raise ValueError("balance at one pose needs a space of order 0: give it max_order=0")
-    answer = widest_margin(
-        space,
-        keep=keep,
-        bounds=bounds,
-        within=within,
-        one_pose=one_pose,
-        density=density,
-        thickness=thickness,
-    )
+    limits = (keep, bounds, within, one_pose, density, thickness)
+    answer = widest_margin(space, *limits)
     constraints = answer.constraints
     if minimise is None and density is not None and answer.z is not None:
         answer = _least_change(answer, constraints)
@@ -357,7 +350,6 @@ def design(
 
 def widest_margin(
     space: DesignSpace,
-    *,
     keep: Sequence[str] = (),
     bounds: Mapping[str, tuple[float, float]] | None = None,
     within: float | None = BALL_RADIUS,

@@ -11,6 +11,7 @@ from balance.app.answers.html.design import block, design_page
 from balance.bodies import mass_properties
 from balance.masses.designs.best_design import design
 from tests.support.design_pages import FOUR_BAR, case
+from tests.support.designs import design_of_any_density
 from tests.support.hostile_names import HOSTILE
 from tests.support.laws import sums
 from tests.support.page_elements import Elements
@@ -55,13 +56,18 @@ def assert_solids(found, shapes):
 
 
 @pytest.mark.parametrize("model, motion", CASES)
-def test_blocks_have_the_inertia_of_their_bodies(model, motion):
+def test_solids_have_the_inertia_of_their_bodies(model, motion):
+    """Those of the file are blocks; those of a material are what its density limits."""
     found, text = case(model, motion)
     shapes = Elements(text).data("masses")
-    assert {shape[state]["shape"] for shape in shapes for state in ("given", "designed")} == {
-        "block"
-    }
+    limited = "plate" if found.space.planar else "ellipsoid"
+    for state, kind in (("given", "block"), ("designed", limited)):
+        assert {shape[state]["shape"] for shape in shapes} == {kind}
     assert_solids(found, shapes)
+    free = design_of_any_density(found.space)
+    shapes = Elements(design_page(free)).data("masses")
+    assert {shape["designed"]["shape"] for shape in shapes} == {"block"}
+    assert_solids(free, shapes)
 
 
 def test_plates_are_drawn_in_their_sizes():

@@ -42,9 +42,9 @@ DOUBLE_DIGITS = 16
 # round-off of a double below one.
 TINY, ZERO = 1e-15, 2.0**-54
 # Zeros, or nines, in a row before the last digits of a number that is off on purpose:
-# ``0.500000000001``. Of rounded numbers, one in a million has them.
-RUN = 6
-_RUN = re.compile(rf"(?<=[0-9])(?:0{{{RUN},}}|9{{{RUN},}})[0-9]{{1,4}}$")
+# ``0.500000000001``. Of rounded numbers, one in a million has so many; one in ten thousand has
+# those that suffice in a file of which many numbers are design values.
+RUN, RUN_OF_MANY = 6, 4
 
 
 class FileDigits(NamedTuple):
@@ -74,7 +74,8 @@ class FileDigits(NamedTuple):
         short = self.decimals - places, self.significant - digits
         if min(short) >= self.exact_zeros or abs(float(word)) < TINY:
             return 0.0
-        if digits < DOUBLE_DIGITS and _is_off_on_purpose(word):
+        run = RUN_OF_MANY if self.exact_zeros == EXACT_ZEROS_OF_MANY else RUN
+        if digits < DOUBLE_DIGITS and _is_off_on_purpose(word, run):
             return 0.0
         size = abs(float(word))
         exponent = floor(log10(size)) - self.significant + 1
@@ -202,10 +203,16 @@ def _has_rounded_axis(tree: Element) -> bool:
     return False
 
 
-def _is_off_on_purpose(word: str) -> bool:
-    """Whether a number is a short one but for its last digits, as doubles are by round-off."""
+def _is_off_on_purpose(word: str, run: int) -> bool:
+    """Whether a number is a short one but for its last digits, as doubles are by round-off.
+
+    Args:
+        run: zeros, or nines, in a row before these digits.
+    """
     mantissa = word.lower().partition("e")[0].replace(".", "").lstrip("+-0").rstrip("0")
-    return _RUN.search(mantissa) is not None
+    return (
+        re.search(rf"(?<=[0-9])(?:0{{{run},}}|9{{{run},}})[0-9]{{1,4}}$", mantissa) is not None
+    )
 
 
 def _count_digits(word: str) -> tuple[int, int]:

@@ -42,9 +42,13 @@ DOUBLE_DIGITS = 16
 # round-off of a double below one.
 TINY, ZERO = 1e-15, 2.0**-54
 # Zeros, or nines, in a row before the last digits of a number that is off on purpose:
-# ``0.500000000001``. Of rounded numbers, one in a million has so many; one in ten thousand has
-# those that suffice in a file of which many numbers are design values.
-RUN, RUN_OF_MANY = 6, 4
+# ``0.500000000001``. Of rounded numbers, one in a million has them.
+RUN = 6
+_OFF_ON_PURPOSE = re.compile(rf"(?<=[0-9])(?:0{{{RUN},}}|9{{{RUN},}})[0-9]{{1,4}}$")
+# The same before one last digit, in a file of which many numbers are design values: ``8.79999``
+# is 8.8 less a unit. Of rounded numbers, one in five hundred has them.
+RUN_OF_MANY = 3
+_OFF_BY_A_UNIT = re.compile(rf"(?<=[0-9])(?:0{{{RUN_OF_MANY},}}|9{{{RUN_OF_MANY},}})[0-9]$")
 
 
 class FileDigits(NamedTuple):
@@ -74,8 +78,7 @@ class FileDigits(NamedTuple):
         short = self.decimals - places, self.significant - digits
         if min(short) >= self.exact_zeros or abs(float(word)) < TINY:
             return 0.0
-        run = RUN_OF_MANY if self.exact_zeros == EXACT_ZEROS_OF_MANY else RUN
-        if digits < DOUBLE_DIGITS and _is_off_on_purpose(word, run):
+        if digits < DOUBLE_DIGITS and self._is_off_on_purpose(word):
             return 0.0
         size = abs(float(word))
         exponent = floor(log10(size)) - self.significant + 1
@@ -84,6 +87,14 @@ class FileDigits(NamedTuple):
         if coarse and self.decimals <= -exponent:
             return 0.0
         return max(half, ulp(size)) if digits >= DOUBLE_DIGITS else half
+
+    def _is_off_on_purpose(self, word: str) -> bool:
+        """Whether a number is short but for its last digits, as doubles are by round-off."""
+        mantissa = word.lower().partition("e")[0].replace(".", "").lstrip("+-0").rstrip("0")
+        if _OFF_ON_PURPOSE.search(mantissa):
+            return True
+        many = self.exact_zeros == EXACT_ZEROS_OF_MANY
+        return many and _OFF_BY_A_UNIT.search(mantissa) is not None
 
 
 EXACT = FileDigits(0, 0, exact_zeros=-1000)
@@ -201,18 +212,6 @@ def _has_rounded_axis(tree: Element) -> bool:
         if 0 < off <= unit * sum(map(abs, numbers), Fraction(0)):
             return True
     return False
-
-
-def _is_off_on_purpose(word: str, run: int) -> bool:
-    """Whether a number is a short one but for its last digits, as doubles are by round-off.
-
-    Args:
-        run: zeros, or nines, in a row before these digits.
-    """
-    mantissa = word.lower().partition("e")[0].replace(".", "").lstrip("+-0").rstrip("0")
-    return (
-        re.search(rf"(?<=[0-9])(?:0{{{run},}}|9{{{run},}})[0-9]{{1,4}}$", mantissa) is not None
-    )
 
 
 def _count_digits(word: str) -> tuple[int, int]:

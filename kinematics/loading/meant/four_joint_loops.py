@@ -29,9 +29,9 @@ from kinematics.numerics.linalg.rational import Vector, add_vectors, cross, dot,
 
 # Most rigid links through which loops of four are looked for.
 MAX_PINS = 60
-# Distance of a pin from its image, in parts of the size, with which a relation of lengths is
-# that of this image.
-IMAGE_DISTANCE = 1e-3
+# Distance of a pin from its image, in parts of the size or in half widths of the lengths, the
+# larger of both, with which a relation of lengths is that of this image.
+IMAGE_DISTANCE, IMAGE_WIDTHS = 1e-3, 4.0
 # Distance of two pins that a loop of four joints may have: in parts of the size, or in half
 # widths of their places, the lesser of both.
 PINS_DISTINCT, PINS_DISTINCT_WIDTHS = 1e-6, 1e4
@@ -288,7 +288,8 @@ def _named(
         image = _float_image(name, P, Q, R, figure.planar)
         # The loop may be small beside the linkage.
         size = max(np.linalg.norm(P - Q), np.linalg.norm(Q - R), np.linalg.norm(R - P))
-        if np.linalg.norm(image - S) <= IMAGE_DISTANCE * size:
+        width = error / nearness if nearness else 0.0
+        if np.linalg.norm(image - S) <= max(IMAGE_DISTANCE * size, IMAGE_WIDTHS * width):
             pins, turned = (tuple(x[k] for k in order) for x in (loop, signs))
             return LinkRelation(name, pins, turned, -1, error, nearness)
     return None

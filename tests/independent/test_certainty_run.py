@@ -56,6 +56,11 @@ def test_a_special_geometry_below_the_digits_is_no_proof(tmp_path):
         ("turned", 40246),
         # A parallelogram of a millionth of its arm, at another pose than that of the file.
         ("small_loop", 50282),
+        # Rhombuses off by a unit of the last of their few digits.
+        ("coupled", 20003),
+        ("coupled", 21027),
+        # A rhombus in three digits, which is a kite up to fewer.
+        ("turned", 21056),
     ],
 )
 def test_special_places_are_read(family, seed, tmp_path):
@@ -72,6 +77,10 @@ def test_special_places_are_read(family, seed, tmp_path):
         ("turned", 40557),
         # Slides of four loops, at a special pose up to nine digits.
         ("oblique", 50216),
+        # Cylindrical joints, one on the axis of the crank, up to twelve digits.
+        ("turned", 21337),
+        # Five loops that were closed within their nine digits.
+        ("oblique", 21295),
     ],
 )
 def test_conditions_that_floating_point_does_not_see_are_no_proof(family, seed, tmp_path):

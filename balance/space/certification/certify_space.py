@@ -339,20 +339,18 @@ def _reason_below_digits(space: DesignSpace, corrected: DesignSpace, evidence: E
     meant, tree, limit = space.linkage.meant, space.linkage.tree, 0.0
     adds = corrected.rank > space.rank
     if evidence.inside_digits and meant is not None:
-        if adds or (meant.relations and meant.apart):
+        if adds or (meant.apart and (meant.relations or space.linkage.mended)):
             limit = 10.0 ** (DIGITS_OF_CONDITION - (meant.digits or DOUBLE_DIGITS))
         if adds:
             # As written, axes were moved by round-off alone; their lever enlarges it.
             tilted = space.linkage.as_written
             limit = max(limit, CONDITION_OF_TILTS if tilted else DIGITS_CONDITION)
-    elif (
-        meant is None
-        and adds
-        and not space.linkage.as_written
-        and tree is not None
-        and file_digits(tree) is not None
-    ):
-        limit = 10.0 ** (DIGITS_OF_CONDITION - DOUBLE_DIGITS - 1)
+    elif meant is None and adds and not space.linkage.as_written and tree is not None:
+        digits = file_digits(tree)
+        if digits is not None:
+            doubles = digits.significant >= DOUBLE_DIGITS
+            limit = 10.0 ** (DIGITS_OF_CONDITION - min(digits.significant, DOUBLE_DIGITS))
+            limit *= 0.1 if doubles else 1.0
     if not corrected.rank:
         return ""
     least = float(corrected.singular_values[-1])

@@ -161,6 +161,10 @@ DIGITS_OF_CONDITION = 2.0
 # Least condition over the largest, in parts of the rounding of the file, up to which the
 # distance of the geometry from one of lower rank is computed.
 CONDITION_PER_CHANGE = 100.0
+# Least condition over the largest above which it does not come from digits.
+LARGEST_DIGITS_CONDITION = 1e-6
+# Rounding of a file, in parts of the size, up to which its numbers are doubles.
+DOUBLE_ROUNDING = 1e-15
 # Change of axes with which loops close, in half units of the digits of the file, and radians or
 # parts of the size: up to this, rounding explains it.
 MENDED_RELATIVE = 100.0

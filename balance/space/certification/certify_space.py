@@ -50,6 +50,8 @@ from balance.support.tolerances import (
     CONDITION_PER_CHANGE,
     DIGITS_CONDITION,
     DIGITS_OF_CONDITION,
+    DOUBLE_ROUNDING,
+    LARGEST_DIGITS_CONDITION,
     MOMENTUM_RESIDUAL,
     MOMENTUM_RESIDUAL_ILL_CONDITIONED,
     PARALLEL_AXES_ROUNDED,
@@ -336,21 +338,21 @@ def _reason_below_digits(space: DesignSpace, corrected: DesignSpace, evidence: E
         space: the space by floating point.
         corrected: the space with the integers of that geometry.
     """
-    meant, tree, limit = space.linkage.meant, space.linkage.tree, 0.0
-    adds = corrected.rank > space.rank
+    meant, limit = space.linkage.meant, 0.0
+    adds, rounding = corrected.rank > space.rank, _rounding_of(space)
     if evidence.inside_digits and meant is not None:
-        if adds or (meant.apart and (meant.relations or space.linkage.mended)):
+        if adds or (meant.relations and meant.apart):
             limit = 10.0 ** (DIGITS_OF_CONDITION - (meant.digits or DOUBLE_DIGITS))
+        if meant.apart and space.linkage.mended:
+            limit = max(limit, min(CONDITION_PER_CHANGE * rounding, LARGEST_DIGITS_CONDITION))
         if adds:
             # As written, axes were moved by round-off alone; their lever enlarges it.
             tilted = space.linkage.as_written
             limit = max(limit, CONDITION_OF_TILTS if tilted else DIGITS_CONDITION)
-    elif meant is None and adds and not space.linkage.as_written and tree is not None:
-        digits = file_digits(tree)
-        if digits is not None:
-            doubles = digits.significant >= DOUBLE_DIGITS
-            limit = 10.0 ** (DIGITS_OF_CONDITION - min(digits.significant, DOUBLE_DIGITS))
-            limit *= 0.1 if doubles else 1.0
+    elif meant is None and adds and rounding and not space.linkage.as_written:
+        limit = 10.0 ** (DIGITS_OF_CONDITION - DOUBLE_DIGITS - 1)
+        if rounding > DOUBLE_ROUNDING:
+            limit = max(limit, min(CONDITION_PER_CHANGE * rounding, LARGEST_DIGITS_CONDITION))
     if not corrected.rank:
         return ""
     least = float(corrected.singular_values[-1])
@@ -379,14 +381,9 @@ def _reason_within_rounding(space: DesignSpace, corrected: DesignSpace, least: f
     Returns:
         The doubt; empty without one.
     """
-    linkage = space.linkage
-    if linkage.as_written or not linkage.loops or linkage.tree is None:
+    rounding = _rounding_of(space)
+    if space.linkage.as_written or not space.linkage.loops or not rounding:
         return ""
-    digits = file_digits(linkage.tree)
-    if digits is None:
-        return ""
-    size = max(extent(linkage).length, 1e-300)
-    rounding = half_unit_of_file(linkage.tree, digits, size)
     if least > CONDITION_PER_CHANGE * rounding:
         return ""
     if distance_to_rank_drop(corrected) > rounding:
@@ -395,6 +392,15 @@ def _reason_within_rounding(space: DesignSpace, corrected: DesignSpace, least: f
         f"rank: a change of the geometry by less than {size_text(rounding, '.0e')} of the "
         "size, below the digits of the file, lowers it"
     )
+
+
+def _rounding_of(space: DesignSpace) -> float:
+    """Compute the largest half unit of the numbers of a file, in parts of the size, or 0."""
+    tree = space.linkage.tree
+    digits = None if tree is None else file_digits(tree)
+    if tree is None or digits is None:
+        return 0.0
+    return half_unit_of_file(tree, digits, max(extent(space.linkage).length, 1e-300))
 
 
 def _adds_no_condition(space: DesignSpace, exact: Exact) -> bool:

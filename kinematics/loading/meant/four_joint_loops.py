@@ -289,7 +289,7 @@ def _named(
         # The loop may be small beside the linkage.
         size = max(np.linalg.norm(P - Q), np.linalg.norm(Q - R), np.linalg.norm(R - P))
         width = error / nearness if nearness else 0.0
-        if np.linalg.norm(image - S) <= max(IMAGE_DISTANCE * size, IMAGE_WIDTHS * width):
+        if np.linalg.norm(image - S) <= max(IMAGE_DISTANCE * float(size), IMAGE_WIDTHS * width):
             pins, turned = (tuple(x[k] for k in order) for x in (loop, signs))
             return LinkRelation(name, pins, turned, -1, error, nearness)
     return None

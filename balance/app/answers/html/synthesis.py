@@ -16,7 +16,7 @@ from balance.app.answers.html.render import (
     render_page,
     rows_table,
 )
-from balance.app.answers.html.synthesis_motion import motion_data
+from balance.app.answers.html.synthesis_motion import mechanism_motion
 from balance.app.answers.text.synthesis import mechanism_rows, synthesis_facts
 from balance.studies.synthesis.construction import Construction
 from balance.studies.synthesis.couplings import SlotCoupling
@@ -47,7 +47,7 @@ def synthesis_page(synthesis: Synthesis) -> str:
     Returns:
         The text of the file; the element ``report`` contains `Synthesis.to_dict`.
     """
-    figures, motion = [_mechanism_figure(synthesis)], motion_data(synthesis)
+    figures, motion = [_mechanism_figure(synthesis)], mechanism_motion(synthesis)
     number = 1 if motion is None else 2
     shown = '<div id="traces1" role="img" aria-label="Map of the error"></div>'
     caption = "Colours: angle error of the tool, clipped at 0.5 rad. Lines: where it vanishes."

@@ -44,7 +44,7 @@ class _Played(NamedTuple):
     q: Array
 
 
-def motion_data(synthesis: Synthesis) -> dict[str, Any] | None:
+def mechanism_motion(synthesis: Synthesis) -> dict[str, Any] | None:
     """Collect what the page moves: the best mechanism, from position to position.
 
     Returns:

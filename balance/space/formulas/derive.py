@@ -11,7 +11,6 @@ from itertools import combinations, islice
 from time import monotonic
 
 import numpy as np
-from numpy.typing import NDArray
 
 from balance.space.formulas.assembly_order import assembly_order
 from balance.space.formulas.formula_data import Condition, Formulas, FormulaTerm
@@ -19,7 +18,7 @@ from balance.space.formulas.geometry_samples import GeometrySamples, OutOfTimeEr
 from balance.space.formulas.interpolation import Degrees, Interpolation
 from balance.space.formulas.modular_conditions import ConditionSource
 from balance.space.formulas.modular_pose import UnclosedError
-from balance.space.formulas.parameters import Parameter, name_parameters
+from balance.space.formulas.parameters import Parameter, in_part_frame, name_parameters
 from balance.space.formulas.planar_parts import PlanarParts, planar_parts
 from balance.space.formulas.polynomials import FactorPool, Polynomial
 from balance.space.formulas.relations import (
@@ -129,7 +128,7 @@ def formulas(
         pass
     return Formulas(
         source=space.source,
-        name=space.linkage.name,
+        linkage=space.linkage,
         balance=balance,
         parts=parts,
         relations=tuple(relation.words for relation in relations),
@@ -374,17 +373,7 @@ def _real_rows(
         ]:
             part = parts.parts[parts.body_parts[parameter.body]]
             start = parameter.body * count
-            entry = _in_plane(parameter.kind, part.origin, part.axis)
+            entry = in_part_frame(parameter.kind, part.origin, part.axis)
             row[start : start + count] += coefficient * entry[:count]
         rows += [row.real, row.imag]
     return np.array(rows)
-
-
-def _in_plane(kind: str, origin: complex, axis: complex) -> NDArray[np.complexfloating]:
-    """Express a parameter in the frame of a part by ``m, mcx, mcy, Ezz`` about the origin."""
-    if kind == "m":
-        return np.array([1, 0, 0, 0], complex)
-    if kind == "J":
-        return np.array([abs(origin) ** 2, -2 * origin.real, -2 * origin.imag, 1], complex)
-    s = np.array([-origin, 1, 1j, 0]) * axis.conjugate()
-    return {"s": s, "sx": s.real + 0j, "sy": s.imag + 0j}[kind]

@@ -6,16 +6,26 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, NamedTuple
 
-from balance.space.formulas.notations import LATEX, PYTHON, TEXT, Notation, Writer
+from balance.space.formulas.notations import (
+    LATEX,
+    MATHML,
+    PYTHON,
+    TEXT,
+    Notation,
+    Signed,
+    Writer,
+)
 from balance.space.formulas.parameters import Parameter
 from balance.space.formulas.polynomials import Quotient
 from balance.space.formulas.relations import FreeDimensions
+from balance.support.result_files import WithPage
 from balance.support.tolerances import FORMULA_AGREES
 from kinematics.errors import PackageError
 from kinematics.wording import repr_lines
 
 if TYPE_CHECKING:
     from balance.space.formulas.planar_parts import Dimension, PlanarParts
+    from kinematics.model.linkage import Linkage
 
 
 class FormulaTerm(NamedTuple):
@@ -40,12 +50,12 @@ class Condition(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class Formulas:
+class Formulas(WithPage):
     """Conditions of balance of a planar linkage in its dimensions.
 
     Attributes:
         source: file of the linkage.
-        name: of the linkage.
+        linkage: the linkage itself.
         balance: ``"force"`` or ``"dynamic"``.
         parts: rigid parts, joints and dimensions.
         relations: relations between dimensions that are used, in words.
@@ -59,8 +69,10 @@ class Formulas:
         geometries: number of fresh geometries at which the formulas hold.
     """
 
+    page_maker = "formulas:formulas_page"
+
     source: str
-    name: str
+    linkage: Linkage
     balance: str
     parts: PlanarParts
     relations: tuple[str, ...]
@@ -82,6 +94,11 @@ class Formulas:
         return self.text()
 
     @property
+    def name(self) -> str:
+        """Name of the linkage."""
+        return self.linkage.name
+
+    @property
     def confirmed(self) -> bool:
         """Whether all conditions are known and both checks passed."""
         agrees = self.residual <= FORMULA_AGREES
@@ -95,6 +112,11 @@ class Formulas:
         """Write the conditions as an ``align*`` environment of amsmath."""
         lines = " \\\\\n".join(f"  {line} &= 0" for line in self._sums(LATEX))
         return f"\\begin{{align*}}\n{lines}\n\\end{{align*}}"
+
+    def mathml(self) -> list[str]:
+        """Write the conditions as MathML, which browsers show: a ``math`` element each."""
+        end = "<mo>=</mo><mn>0</mn>"
+        return [f'<math display="block">{line}{end}</math>' for line in self._sums(MATHML)]
 
     def python(self) -> str:
         """Write a Python function that returns the matrix of the conditions.
@@ -187,11 +209,10 @@ SYMPY = PYTHON._replace(unit="i")
 
 def _sum(condition: Condition, writer: Writer) -> str:
     """Write the left side of a condition."""
-    text = writer.notation.symbol(condition.solved.name)
+    terms = [Signed(False, writer.notation.symbol(condition.solved.name))]
     for term in condition.terms:
-        sign, words = writer.term(term.coefficient, term.turns, term.parameter.name)
-        text += f" {'-' if sign else '+'} {words}"
-    return text
+        terms.append(writer.term(term.coefficient, term.turns, term.parameter.name))
+    return writer.notation.sum(terms)
 
 
 def _dimension(dimension: Dimension, link: str, equals: str) -> Mapping[str, object]:

@@ -1,4 +1,4 @@
-"""Formulas in the notation of plain text, of LaTeX and of Python.
+"""Formulas in the notation of plain text, of LaTeX, of MathML and of Python.
 
 A variable is real, a complex number or its conjugate, or i times a real number; powers of i
 are gathered in front.
@@ -7,7 +7,8 @@ are gathered in front.
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
+from fractions import Fraction
 from typing import NamedTuple
 
 from balance.space.formulas.polynomials import Exponents, Polynomial, Quotient
@@ -25,42 +26,6 @@ class Variable(NamedTuple):
     kind: str
 
 
-class Notation(NamedTuple):
-    """How products, quotients and names are written.
-
-    Attributes:
-        times: between factors.
-        conjugate: form of a conjugate.
-        power: form of a power.
-        fraction: form of a quotient.
-        unit: the imaginary unit.
-        latex: whether names are set in LaTeX.
-    """
-
-    times: str
-    conjugate: str
-    power: str
-    fraction: str
-    unit: str
-    latex: bool = False
-
-    def symbol(self, name: str) -> str:
-        """Write the name of a dimension or a parameter."""
-        if not self.latex:
-            return name
-        kind, _, rest = name.partition("_")
-        subscript = rest.replace("_", r"\_")
-        letter, axis = (kind[0], kind[1:] + r",\,") if kind[1:] else (kind, "")
-        return f"{letter}_{{{axis}\\mathrm{{{subscript}}}}}"
-
-
-TEXT = Notation(" ", "conj({})", "{}^{}", "{}/{}", "i")
-LATEX = Notation(
-    r" \, ", r"\overline{{{}}}", "{}^{{{}}}", r"\frac{{{}}}{{{}}}", r"\mathrm{i}", latex=True
-)
-PYTHON = Notation("*", "conj({})", "{}**{}", "{}/{}", "1j")
-
-
 class Signed(NamedTuple):
     """An expression without its sign.
 
@@ -71,6 +36,84 @@ class Signed(NamedTuple):
 
     negative: bool
     text: str
+
+
+class Notation(NamedTuple):
+    """How products, quotients and names are written.
+
+    Attributes:
+        times: between factors.
+        conjugate: form of a conjugate.
+        power: form of a power.
+        fraction: form of a quotient.
+        unit: the imaginary unit.
+        name: form of a name of a letter and a subscript; empty: as it is.
+        axis: form of an x or y before the rest of the subscript.
+        number: form of a number.
+        brackets: form of a sum in brackets.
+        plus, minus: the signs.
+    """
+
+    times: str
+    conjugate: str
+    power: str
+    fraction: str
+    unit: str
+    name: str = ""
+    axis: str = ""
+    number: str = "{}"
+    brackets: str = "({})"
+    plus: str = "+"
+    minus: str = "-"
+
+    @property
+    def stacked(self) -> bool:
+        """Whether fractions are stacked, and need no brackets."""
+        return bool(self.name)
+
+    def symbol(self, name: str) -> str:
+        """Write the name of a dimension or a parameter."""
+        if not self.name:
+            return name
+        kind, _, rest = name.partition("_")
+        axis = self.axis.format(kind[1:]) if kind[1:] else ""
+        subscript = rest.replace("_", r"\_") if self is LATEX else rest
+        return self.name.format(kind[0], axis, subscript)
+
+    def sum(self, terms: Iterable[Signed]) -> str:
+        """Write a sum of terms."""
+        text = ""
+        for negative, term in terms:
+            sign = self.minus if negative else self.plus
+            text += f" {sign} {term}" if text else (sign if negative else "") + term
+        return text
+
+
+TEXT = Notation(" ", "conj({})", "{}^{}", "{}/{}", "i")
+LATEX = Notation(
+    r" \, ",
+    r"\overline{{{}}}",
+    "{}^{{{}}}",
+    r"\frac{{{}}}{{{}}}",
+    r"\mathrm{i}",
+    name=r"{}_{{{}\mathrm{{{}}}}}",
+    axis=r"{},\,",
+)
+PYTHON = Notation("*", "conj({})", "{}**{}", "{}/{}", "1j")
+MATHML = Notation(
+    # The sign between the tags is the product that is not seen.
+    '<mo lspace="0" rspace="0.15em">\u2062</mo>',
+    '<mover accent="true">{}<mo stretchy="true">\u203e</mo></mover>',
+    "<msup>{}<mn>{}</mn></msup>",
+    "<mfrac><mrow>{}</mrow><mrow>{}</mrow></mfrac>",
+    '<mi mathvariant="normal">i</mi>',
+    name="<msub><mi>{}</mi><mrow>{}<mtext>{}</mtext></mrow></msub>",
+    axis='<mi>{}</mi><mo rspace="0.15em">,</mo>',
+    number="<mn>{}</mn>",
+    brackets="<mrow><mo>(</mo>{}<mo>)</mo></mrow>",
+    plus="<mo>+</mo>",
+    minus="<mo>\u2212</mo>",
+)
 
 
 def plain_name(name: str) -> str:
@@ -107,16 +150,18 @@ class Writer:
 
     def polynomial(self, polynomial: Polynomial) -> str:
         """Write a sum of terms, the leading one first."""
-        text = ""
+        terms = []
         for exponents in sorted(polynomial, reverse=True):
             coefficient, turns = polynomial[exponents], self._turns(exponents) % 4
             negative = (coefficient < 0) != (turns in (2, 3))
-            size = abs(coefficient)
-            factors = [str(size)] * (size != 1) + [self.notation.unit] * (turns % 2)
-            term = self.notation.times.join(factors + self._factors(exponents)) or "1"
-            joint = (" - " if negative else " + ") if text else "-" * negative
-            text += joint + term
-        return text
+            factors = self._number(abs(coefficient)) + [self.notation.unit] * (turns % 2)
+            term = self.notation.times.join(factors + self._factors(exponents))
+            terms.append(Signed(negative, term or self.notation.number.format(1)))
+        return self.notation.sum(terms)
+
+    def _number(self, size: Fraction | int) -> list[str]:
+        """Write a positive factor; none for 1."""
+        return [self.notation.number.format(size)] * (size != 1)
 
     def quotient(self, quotient: Quotient, turns: int = 0) -> Signed:
         """Write a quotient times a power of i."""
@@ -125,13 +170,11 @@ class Writer:
         negative = (content < 0) != (turns in (2, 3))
         over = self._factors(tuple(-n for n in monomial))
         size = abs(content)
-        above = [str(size.numerator)] * (size.numerator != 1) + [self.notation.unit] * (
-            turns % 2
-        )
+        above = self._number(size.numerator) + [self.notation.unit] * (turns % 2)
         above += self._factors(monomial)
-        below = [str(size.denominator)] * (size.denominator != 1) + over
+        below = self._number(size.denominator) + over
         for polynomial, n in quotient.factors:
-            factor = f"({self.polynomial(polynomial)})"
+            factor = self.notation.brackets.format(self.polynomial(polynomial))
             power = factor if abs(n) == 1 else self.notation.power.format(factor, abs(n))
             (above if n > 0 else below).append(power)
         return Signed(negative, self._fraction(above, below))
@@ -142,11 +185,17 @@ class Writer:
         if not below:
             return up
         down = times.join(below)
-        if self.notation.latex:
-            up, down = _bare(above, up), _bare(below, down)
+        if self.notation.stacked:
+            up, down = self._bare(above, up), self._bare(below, down)
         elif len(below) > 1:
             down = f"({down})"
-        return self.notation.fraction.format(up or "1", down)
+        return self.notation.fraction.format(up or self.notation.number.format(1), down)
+
+    def _bare(self, factors: Sequence[str], text: str) -> str:
+        """Drop the brackets around the one factor of a side of a fraction."""
+        start, end = self.notation.brackets.split("{}")
+        bracketed = len(factors) == 1 and text.startswith(start) and text.endswith(end)
+        return text[len(start) : -len(end)] if bracketed else text
 
     def term(self, quotient: Quotient, turns: int, parameter: str) -> Signed:
         """Write a coefficient and its parameter."""
@@ -157,9 +206,3 @@ class Writer:
         if "/" in text and self.notation is TEXT:
             text = f"({text})"
         return Signed(sign, f"{text}{self.notation.times}{symbol}")
-
-
-def _bare(factors: Sequence[str], text: str) -> str:
-    """Drop the brackets around the one factor of a side of a fraction."""
-    bracketed = len(factors) == 1 and text.startswith("(") and text.endswith(")")
-    return text[1:-1] if bracketed else text

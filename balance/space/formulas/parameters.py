@@ -5,6 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import NamedTuple
 
+import numpy as np
+from numpy.typing import NDArray
+
 from balance.space.formulas.notations import plain_name
 
 
@@ -39,3 +42,13 @@ def name_parameters(bodies: Sequence[str], force: bool) -> tuple[Parameter, ...]
     return tuple(
         Parameter(f"{kind}_{body}", kind, b) for kind in kinds for b, body in enumerate(words)
     )
+
+
+def in_part_frame(kind: str, origin: complex, axis: complex) -> NDArray[np.complexfloating]:
+    """Express a parameter in the frame of a part by ``m, mcx, mcy, Ezz`` about the origin."""
+    if kind == "m":
+        return np.array([1, 0, 0, 0], complex)
+    if kind == "J":
+        return np.array([abs(origin) ** 2, -2 * origin.real, -2 * origin.imag, 1], complex)
+    s = np.array([-origin, 1, 1j, 0]) * axis.conjugate()
+    return {"s": s, "sx": s.real + 0j, "sy": s.imag + 0j}[kind]

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import argparse
+from functools import partial
 from typing import TYPE_CHECKING
 
-from balance.app.answers.answer import Answer
+from balance.app.answers.answer import Answer, Files
 from balance.app.cli.arguments import Parser
 from balance.app.cli.exit_codes import DONE, UNDECIDED
 from balance.app.cli.model_options import add_model_options, load_model
 from balance.app.cli.number_arguments import positive_number
+from balance.app.cli.outputs import add_page_option
 
 if TYPE_CHECKING:
     from balance.space.formulas.formula_data import Formulas
@@ -55,6 +57,7 @@ def add_formulas(parser: Parser) -> None:
         metavar="S",
         help="return what is known after this time",
     )
+    add_page_option(parser, "with the drawing of the linkage, its dimensions and the formulas")
 
 
 def _run(arguments: argparse.Namespace) -> Answer:
@@ -80,7 +83,15 @@ def _run(arguments: argparse.Namespace) -> Answer:
         answer.to_dict,
         lambda: [*map(str, expressions)] or formulas_body(answer, arguments.notation),
         remark=_remark(answer),
+        files=lambda: _files(answer),
     )
+
+
+def _files(answer: Formulas) -> Files:
+    """Find what makes the page."""
+    from balance.app.answers.html.formulas import formulas_page
+
+    return {"html": partial(formulas_page, answer)}
 
 
 def _remark(answer: Formulas) -> str:

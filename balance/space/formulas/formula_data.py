@@ -26,6 +26,7 @@ from kinematics.wording import repr_lines
 if TYPE_CHECKING:
     from balance.space.formulas.planar_parts import Dimension, PlanarParts
     from kinematics.model.linkage import Linkage
+    from kinematics.numerics.array_types import Array
 
 
 class FormulaTerm(NamedTuple):
@@ -97,6 +98,11 @@ class Formulas(WithPage):
     def name(self) -> str:
         """Name of the linkage."""
         return self.linkage.name
+
+    @property
+    def axes(self) -> Array:
+        """Axes of the plane, and its normal, in rows (3, 3)."""
+        return self.linkage.chain.frame.R
 
     @property
     def confirmed(self) -> bool:

@@ -6,9 +6,9 @@ in space obliquely from above.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Callable, Collection, Sequence
 from html import escape
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,12 +30,29 @@ LEAST_RADIUS = 2.0
 OUTWARD = np.array([[1.0, 0.0], [-1.0, 0.0], [0.0, 1.0], [0.0, -1.0]])
 
 
+class Placement(NamedTuple):
+    """Where the parts of a drawing are.
+
+    Attributes:
+        place: puts points (N, 3) in the inertial frame, metres, into the drawing, pixels.
+        parts: the rigid parts of `scene`, the ground first.
+        corners: their corners (N, 2) in the drawing.
+        feet: points (2,) below which the ground is drawn.
+    """
+
+    place: Callable[[Array], Array]
+    parts: Sequence[dict[str, Any]]
+    corners: Sequence[Array]
+    feet: Sequence[Array]
+
+
 def linkage_drawing(
     linkage: Linkage,
     size: tuple[int, int] = (480, 300),
     names: bool = True,
     marked: Collection[str] = (),
     balls: Sequence[tuple[Array, float]] = (),
+    over: Callable[[Placement], Sequence[str]] | None = None,
 ) -> str:
     """Draw a linkage at its reference pose.
 
@@ -45,6 +62,7 @@ def linkage_drawing(
         names: whether to name its bodies and its inputs.
         marked: bodies to draw in a second colour.
         balls: middles (3,) and radii of balls to draw in scale, metres, in that colour.
+        over: draws more elements over it, with room for them at all sides.
 
     Returns:
         An SVG element.
@@ -53,7 +71,7 @@ def linkage_drawing(
     rows = _upright(np.array(drawing["axes"][2])) if drawing["planar"] else OBLIQUE
     corners = [np.array(part["corners"]).reshape(-1, 3) for part in drawing["parts"]]
     points = np.array([joint["point"] for joint in drawing["joints"]])
-    pad = np.array([SIDE if names else PAD, PAD])
+    pad = np.array([SIDE if names else PAD, PAD]) if over is None else np.array([SIDE, SIDE])
     ends = [(np.asarray(p) @ rows.T)[None] + r * OUTWARD for p, r in balls]
     seen = np.concatenate([*corners, points]) @ rows.T
     place = _placed(np.concatenate([seen, *ends]), size, pad)
@@ -71,6 +89,8 @@ def linkage_drawing(
     elements += [_ball(place(end)) for end in ends]
     if names:
         elements += _names(drawing, at, place(points @ rows.T), linkage.inputs)
+    if over is not None:
+        elements += over(Placement(lambda p: place(p @ rows.T), drawing["parts"], at, standing))
     width, height = size
     return (
         f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width} {height}" '

@@ -16,20 +16,24 @@ def formulas_body(formulas: Formulas, notation: str) -> AnswerBody:
         return [formulas.latex()]
     if notation == "python":
         return [formulas.python().rstrip("\n")]
-    head = [
+    return [
+        Facts(formulas_facts(formulas)),
+        "",
+        AnswerTable(dimension_rows(formulas)),
+        "",
+        *formulas.text().splitlines(),
+        "",
+        *legend(formulas),
+    ]
+
+
+def formulas_facts(formulas: Formulas) -> list[tuple[str, str]]:
+    """List the linkage, the conditions, the relations that are used, and the checks."""
+    return [
         ("linkage", f"{formulas.name}, {formulas.balance} balance"),
         ("conditions", _conditions(formulas)),
         *(("relation", words) for words in formulas.relations),
         ("checked", _checks(formulas)),
-    ]
-    return [
-        Facts(head),
-        "",
-        AnswerTable(_dimension_rows(formulas)),
-        "",
-        *formulas.text().splitlines(),
-        "",
-        *_legend(formulas),
     ]
 
 
@@ -51,20 +55,27 @@ def _checks(formulas: Formulas) -> str:
     )
 
 
-def _dimension_rows(formulas: Formulas) -> list[tuple[str, ...]]:
+def dimension_rows(formulas: Formulas) -> list[tuple[str, ...]]:
     """Build the table of dimensions, its head first."""
     rows: list[tuple[str, ...]] = [("dimension", "link", "joints", "in the file", "equals")]
     for i, (name, kind, part, joints, value) in enumerate(formulas.parts.dimensions):
-        number = number_text(value.real, ".6g")
-        if kind == "point":
-            number = f"{number} {'-' if value.imag < 0 else '+'} "
-            number += f"{number_text(abs(value.imag), '.6g')} i"
+        number = complex_text(value, kind == "point")
         link = formulas.parts.parts[part].name
         rows.append((name, link, joints, number, formulas.free.equals(i)))
     return rows
 
 
-def _legend(formulas: Formulas) -> list[str]:
+def complex_text(value: complex, both: bool) -> str:
+    """Write a number with six digits, and its imaginary part if it has one."""
+    size = abs(value)
+    text = number_text(value.real, ".6g", size)
+    if not both:
+        return text
+    sign = "-" if value.imag < 0 else "+"
+    return f"{text} {sign} {number_text(abs(value.imag), '.6g', size)} i"
+
+
+def legend(formulas: Formulas) -> list[str]:
     """Explain the symbols, in lines."""
     force = formulas.balance == "force"
     point = "z = x + i y a point" if force else "(x, y) a point"

@@ -1,0 +1,109 @@
+"""HTML page of formulas: the linkage with its dimensions, the conditions, and their symbols."""
+
+from __future__ import annotations
+
+from html import escape
+
+from balance.app.answers.html.dimension_drawing import dimension_drawing
+from balance.app.answers.html.render import facts_list, html_table, render_page
+from balance.app.answers.text.formulas import (
+    complex_text,
+    dimension_rows,
+    formulas_facts,
+    legend,
+)
+from balance.space.formulas.file_values import FileValues, file_values
+from balance.space.formulas.formula_data import Formulas
+from balance.space.formulas.notations import MATHML
+from kinematics.wording import count_noun
+
+# Unit of a parameter, and what it is.
+PARAMETERS = {
+    "m": ("kg", "mass"),
+    "s": ("kg m", "first moment"),
+    "sx": ("kg m", "first moment, x"),
+    "sy": ("kg m", "first moment, y"),
+    "J": ("kg m²", "second moment"),
+}
+
+
+def formulas_page(formulas: Formulas) -> str:
+    """Render formulas as one HTML file.
+
+    Returns:
+        The text of the file; the element ``report`` contains `Formulas.to_dict`.
+    """
+    values = file_values(formulas)
+    return render_page(
+        "formulas.html",
+        title=formulas.name,
+        summary=_summary(formulas),
+        report=formulas.to_dict(),
+        data={},
+        scripts=("copy",),
+        drawing=dimension_drawing(formulas),
+        conditions=_conditions(formulas, values),
+        facts=facts_list(formulas_facts(formulas)[1:]),
+        legend=escape(" ".join(legend(formulas))),
+        dimensions=_dimensions(formulas),
+        parameters=_parameters(formulas, values),
+        latex=escape(formulas.latex()) if formulas.conditions else "",
+        python=escape(formulas.python()),
+    )
+
+
+def _summary(formulas: Formulas) -> str:
+    """Say what the page answers, in one sentence."""
+    kind = "complex condition" if formulas.balance == "force" else "condition"
+    known = count_noun(len(formulas.conditions), kind)
+    what = f"{formulas.balance} balance in the dimensions of this linkage"
+    if formulas.unknown:
+        return f"{known} of {what}; {formulas.unknown} more are not known."
+    if not formulas.confirmed:
+        return f"{known} of {what}; a check of them failed: do not rely on them."
+    return (
+        f"{known} of {what}, which hold in {count_noun(formulas.geometries, 'other geometry')} "
+        "and in that of the file."
+    )
+
+
+def _symbol(name: str) -> str:
+    """Write a symbol in MathML."""
+    return f"<math>{MATHML.symbol(name)}</math>"
+
+
+def _conditions(formulas: Formulas, values: FileValues) -> str:
+    """Render the conditions, each with what its left side is in the file."""
+    rows = []
+    for condition, math, total in zip(
+        formulas.conditions, formulas.mathml(), values.sums, strict=True
+    ):
+        unit = PARAMETERS[condition.solved.kind][0]
+        text = complex_text(total, formulas.balance == "force")
+        rows.append([math, escape(f"{text} {unit}")])
+    if not rows:
+        return "<p>None is known.</p>"
+    return html_table(["condition", "left side in the file"], rows, [1])
+
+
+def _dimensions(formulas: Formulas) -> str:
+    """Render the table of dimensions."""
+    head, *rows = dimension_rows(formulas)
+    cells = []
+    for name, link, joints, value, equals in rows:
+        terms = [escape(link), escape(joints), escape(f"{value} m"), escape(equals)]
+        cells.append([_symbol(name), f"<code>{escape(name)}</code>", *terms])
+    return html_table(["Symbol", "Name", *(each.capitalize() for each in head[1:])], cells, [4])
+
+
+def _parameters(formulas: Formulas, values: FileValues) -> str:
+    """Render the table of the parameters of the bodies."""
+    cells = []
+    for parameter, value in zip(formulas.parameters, values.parameters, strict=True):
+        unit, meaning = PARAMETERS[parameter.kind]
+        body = formulas.linkage.bodies[parameter.body].name
+        text = complex_text(value, parameter.kind == "s")
+        name = f"<code>{escape(parameter.name)}</code>"
+        words = [escape(meaning), escape(body), escape(f"{text} {unit}")]
+        cells.append([_symbol(parameter.name), name, *words])
+    return html_table(["Symbol", "Name", "Meaning", "Body", "In the file"], cells, [4])

@@ -1,0 +1,53 @@
+"""Masses of a file in the parameters of its formulas, and what the formulas make of them."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from balance.space.formulas.formula_data import Formulas
+from balance.space.formulas.parameters import in_part_frame
+from kinematics.numerics.array_types import Array
+
+# Left side of a condition over the sum of the sizes of its terms: up to this it is round-off.
+SUM_VANISHES = 1e-9
+
+
+class FileValues(NamedTuple):
+    """Values in the file of a linkage, SI units.
+
+    Attributes:
+        parameters: of the bodies, in the order of `Formulas.parameters`; s is complex.
+        sums: left sides of the conditions; 0 where the masses of the file fulfil them.
+    """
+
+    parameters: tuple[complex, ...]
+    sums: tuple[complex, ...]
+
+
+def file_values(formulas: Formulas) -> FileValues:
+    """Evaluate formulas with the dimensions and masses of the file."""
+    parts = formulas.parts
+    masses = [_planar(each.inertia, formulas.axes) for each in formulas.linkage.bodies]
+    values = {}
+    for parameter in formulas.parameters:
+        part = parts.parts[parts.body_parts[parameter.body]]
+        row = in_part_frame(parameter.kind, part.origin, part.axis)
+        values[parameter] = complex(row @ masses[parameter.body])
+    at, sums = formulas.free.values_in_file(), []
+    for condition in formulas.conditions:
+        terms = [values[condition.solved]]
+        for term in condition.terms:
+            factor = 1j**term.turns * term.coefficient.value(at)
+            terms.append(factor * values[term.parameter])
+        total = sum(terms)
+        sums.append(total if abs(total) > SUM_VANISHES * sum(map(abs, terms)) else 0j)
+    return FileValues(tuple(values.values()), tuple(sums))
+
+
+def _planar(z: Array, axes: Array) -> Array:
+    """Return ``m, mcx, mcy, Ezz`` in axes (3, 3) of parameters (10,) about the origin."""
+    xx, yy, zz, xy, xz, yz = z[4:]
+    E = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+    return np.array([z[0], *(axes[:2] @ z[1:4]), axes[2] @ E @ axes[2]])

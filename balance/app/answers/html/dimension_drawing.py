@@ -26,15 +26,15 @@ from balance.space.formulas.planar_parts import Dimension, PlanarParts
 from kinematics.numerics.array_types import Array
 from kinematics.numerics.linalg.ties import first_least
 
-SIZE = (760, 480)
+SIZE = (820, 560)
 # Width of a character over the size of the font, and sizes of the fonts, pixels.
 WIDTH, FONT, SMALL = 0.58, 14, 11
 # Half the side of the square that a point of a line covers; steps along a line, pixels.
 COVERED, STEP = 3.0, 7.0
 # Distances of dimension lines from what they measure, and of labels from their places.
 AWAY = (17.0, 31.0, 45.0)
-# A label costs this for each pixel of its distance, and outside the drawing far more.
-FAR, OUTSIDE = 0.6, 50.0
+# A label costs this for each pixel of its distance, a line less; outside of the drawing far more.
+FAR, LINE_FAR, OUTSIDE = 0.6, 0.2, 50.0
 # Length of an arrow; below twice this it has no room.
 ARROW = 7.0
 # Angles around a place at which a label may stand.
@@ -42,18 +42,22 @@ AROUND = np.exp(0.25j * np.pi * np.arange(8))
 
 
 class _Box(NamedTuple):
-    """A rectangle that is covered: its middle and half its sides, pixels."""
+    """A rectangle that is covered: its middle and half its sides, pixels.
+
+    The weight says how bad it is to cover it once more.
+    """
 
     x: float
     y: float
     half_x: float
     half_y: float
+    weight: float = 1.0
 
     def overlap(self, other: _Box) -> float:
-        """Compute the area in both."""
+        """Compute the area in both, times the weight of the other."""
         x = min(self.half_x + other.half_x - abs(self.x - other.x), 2 * self.half_x)
         y = min(self.half_y + other.half_y - abs(self.y - other.y), 2 * self.half_y)
-        return max(x, 0.0) * max(y, 0.0)
+        return max(x, 0.0) * max(y, 0.0) * other.weight
 
     def outside(self) -> float:
         """Compute how far it reaches out of the drawing."""
@@ -99,11 +103,11 @@ def _labels(parts: PlanarParts, axes: Array, placement: Placement) -> list[str]:
     covered = [_Box(z.real, z.imag, 7, 7) for z in joints]
     for z, joint in zip(joints, parts.joints, strict=True):
         covered += [_Box(z.real, z.imag, 24, 9)] * joint.slides
-    covered += [_Box(float(x), float(y) + 12, 11, 9) for x, y in placement.feet]
+    covered += [_Box(float(x), float(y) + 12, 11, 11, 3.0) for x, y in placement.feet]
     for corners in placement.corners[1:]:
         outline = [complex(x, y) for x, y in corners]
         for ends in pairwise([*outline, *outline[:1]] if len(outline) > 2 else outline):
-            covered += _boxes_along(*ends)
+            covered += _boxes_along(*ends, weight=3.0)
     elements = []
     for index, dimension in enumerate(parts.dimensions):
         a, b = pixels(measured(parts, index))
@@ -122,11 +126,11 @@ def _labels(parts: PlanarParts, axes: Array, placement: Placement) -> list[str]:
     return elements
 
 
-def _boxes_along(a: complex, b: complex) -> list[_Box]:
+def _boxes_along(a: complex, b: complex, weight: float = 1.0) -> list[_Box]:
     """Cover a line with squares."""
     count = max(2, round(abs(b - a) / STEP))
     points = [a + (b - a) * t for t in np.linspace(0.0, 1.0, count)]
-    return [_Box(z.real, z.imag, COVERED, COVERED) for z in points]
+    return [_Box(z.real, z.imag, COVERED, COVERED, weight) for z in points]
 
 
 def _cost(boxes: Sequence[_Box], covered: Sequence[_Box]) -> float:
@@ -143,7 +147,7 @@ def _dimension(dimension: Dimension, a: complex, b: complex, covered: list[_Box]
     if dimension.name.startswith("h_"):
         lines.insert(0, (a, b))  # it is drawn where it is, between two lines
     costs = [
-        _cost(_boxes_along(*line), covered) + FAR * abs(line[0] - a) * length / STEP
+        _cost(_boxes_along(*line), covered) + LINE_FAR * abs(line[0] - a) * length / STEP
         for line in lines
     ]
     p, q = lines[first_least(costs, 1.0)]
@@ -212,5 +216,5 @@ def _beside(
                 boxes.append(box)
                 costs.append(_cost([box], covered) + FAR * distance)
     box = boxes[first_least(costs, 1.0)]
-    covered.append(box)
+    covered.append(box._replace(weight=4.0))
     return text.format(x=box.x, y=box.y + 0.36 * FONT)

@@ -18,8 +18,8 @@ from kinematics.model.linkage import Linkage
 
 Array = NDArray[np.float64]
 
-# Room around a drawing, and at its sides if there are names.
-PAD, SIDE = 34, 90
+# Room around a drawing, at its sides if there are names, and above and below more elements.
+PAD, SIDE, WIDE = 34, 90, 66
 # Directions of the drawing of a linkage in space.
 OBLIQUE = np.array([[0.866, -0.5, 0.0], [0.25, 0.433, 0.866]])
 LINK, MARKED, INK = "#4f86c0", "#d06a10", "#7c858d"
@@ -71,7 +71,7 @@ def linkage_drawing(
     rows = _upright(np.array(drawing["axes"][2])) if drawing["planar"] else OBLIQUE
     corners = [np.array(part["corners"]).reshape(-1, 3) for part in drawing["parts"]]
     points = np.array([joint["point"] for joint in drawing["joints"]])
-    pad = np.array([SIDE if names else PAD, PAD]) if over is None else np.array([SIDE, SIDE])
+    pad = np.array([SIDE if names else PAD, PAD]) if over is None else np.array([SIDE, WIDE])
     ends = [(np.asarray(p) @ rows.T)[None] + r * OUTWARD for p, r in balls]
     seen = np.concatenate([*corners, points]) @ rows.T
     place = _placed(np.concatenate([seen, *ends]), size, pad)

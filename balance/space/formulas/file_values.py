@@ -10,7 +10,7 @@ from balance.space.formulas.formula_data import Formulas
 from balance.space.formulas.parameters import in_part_frame
 from kinematics.numerics.array_types import Array
 
-# Left side of a condition over the sum of the sizes of its terms: up to this it is round-off.
+# A sum over the sizes of what is added: up to this it is round-off.
 SUM_VANISHES = 1e-9
 
 
@@ -30,20 +30,34 @@ def file_values(formulas: Formulas) -> FileValues:
     """Evaluate formulas with the dimensions and masses of the file."""
     parts = formulas.parts
     masses = [_planar(each.inertia, formulas.axes) for each in formulas.linkage.bodies]
-    values = {}
+    values, sizes = {}, {}
     for parameter in formulas.parameters:
         part = parts.parts[parts.body_parts[parameter.body]]
-        row = in_part_frame(parameter.kind, part.origin, part.axis)
-        values[parameter] = complex(row @ masses[parameter.body])
+        row, mass = (
+            in_part_frame(parameter.kind, part.origin, part.axis),
+            masses[parameter.body],
+        )
+        sizes[parameter] = float(abs(row) @ abs(mass))
+        values[parameter] = _cleared(complex(row @ mass), sizes[parameter])
     at, sums = formulas.free.values_in_file(), []
     for condition in formulas.conditions:
-        terms = [values[condition.solved]]
+        total, size = values[condition.solved], sizes[condition.solved]
         for term in condition.terms:
             factor = 1j**term.turns * term.coefficient.value(at)
-            terms.append(factor * values[term.parameter])
-        total = sum(terms)
-        sums.append(total if abs(total) > SUM_VANISHES * sum(map(abs, terms)) else 0j)
+            total += factor * values[term.parameter]
+            size += abs(factor) * sizes[term.parameter]
+        sums.append(_cleared(total, size))
     return FileValues(tuple(values.values()), tuple(sums))
+
+
+def _cleared(value: complex, size: float) -> complex:
+    """Replace round-off by zero, in each part of a number.
+
+    Args:
+        size: sum of the sizes of what was added.
+    """
+    real, imag = (x if abs(x) > SUM_VANISHES * size else 0.0 for x in (value.real, value.imag))
+    return complex(real, imag)
 
 
 def _planar(z: Array, axes: Array) -> Array:

@@ -33,7 +33,7 @@ WIDTH, FONT, SMALL = 0.58, 14, 11
 COVERED, STEP = 3.0, 7.0
 # Distances of dimension lines from what they measure, and of labels from their places.
 AWAY = (17.0, 31.0, 45.0)
-# A label costs this for each pixel of its distance, a line less; outside of the drawing far more.
+# A label costs this for each pixel of its distance, a line less, outside of the drawing more.
 FAR, LINE_FAR, OUTSIDE = 0.6, 0.2, 50.0
 # Length of an arrow; below twice this it has no room.
 ARROW = 7.0
@@ -72,9 +72,8 @@ def dimension_drawing(formulas: Formulas) -> str:
     Returns:
         An SVG element, in which a label of a dimension has its name as ``title``.
     """
-    return linkage_drawing(
-        formulas.linkage, SIZE, names=False, over=partial(_labels, formulas.parts, formulas.axes)
-    )
+    over = partial(_labels, formulas.parts, formulas.axes)
+    return linkage_drawing(formulas.linkage, SIZE, names=False, over=over)
 
 
 def measured(parts: PlanarParts, index: int) -> tuple[complex, complex]:

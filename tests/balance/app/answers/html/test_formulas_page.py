@@ -99,9 +99,7 @@ def violations(page, masses):
             if name.startswith("z_"):  # real formulas have its parts
                 values["x" + name[1:]] = page.dimensions[name].real
                 values["y" + name[1:]] = page.dimensions[name].imag
-        row = [
-            value(condition, values | dict.fromkeys(names, 0) | {name: 1}) for name in names
-        ]
+        row = [value(condition, values | dict.fromkeys(names, 0) | {name: 1}) for name in names]
         rows.append(np.array(row, complex))
     rows = np.array(rows)
     sizes = (abs(rows) @ abs(masses)).max(axis=1, keepdims=True)
@@ -110,12 +108,13 @@ def violations(page, masses):
 
 def offset_slider():
     """A slider-crank whose slider runs beside the pivot of the crank."""
+    end = (1.0, 0.1, 0.0)
     joints = [
         ScrewJoint("u1", "base", "crank", axis=(0, 0, 1)),
         ScrewJoint("q2", "crank", "coupler", axis=(0, 0, 1), point=(0.3, 0.4, 0)),
-        ScrewJoint("p", "base", "slider", axis=(1, 0, 0), point=(1.0, 0.1, 0), kind="prismatic"),
+        ScrewJoint("p", "base", "slider", axis=(1, 0, 0), point=end, kind="prismatic"),
     ]
-    loop = ScrewJoint("q3", "coupler", "slider", axis=(0, 0, 1), point=(1.0, 0.1, 0))
+    loop = ScrewJoint("q3", "coupler", "slider", axis=(0, 0, 1), point=end)
     return from_screws(joints, [loop])
 
 
@@ -196,7 +195,7 @@ def test_labels_are_inside_and_lines_measure_what_the_table_says(pages, model, k
 
 @pytest.mark.slow
 def test_masses_of_the_file_are_those_of_the_table():
-    """A balanced file has zeros as left sides; its values fulfil the MathML; another does not."""
+    """Left sides of a balanced file are zero; its values fulfil the MathML, others do not."""
     for model, zero in (("four_bar_kite_balanced", True), ("four_bar_kite", False)):
         found = balance.formulas(model)
         page = Page(found.to_html())

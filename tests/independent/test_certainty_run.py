@@ -59,6 +59,7 @@ def test_a_special_geometry_below_the_digits_is_no_proof(tmp_path):
         # Rhombuses off by a unit of the last of their few digits.
         ("coupled", 20003),
         ("coupled", 21027),
+        ("coupled", 22125),
         # A rhombus in three digits, which is a kite up to fewer.
         ("turned", 21056),
     ],

@@ -45,10 +45,10 @@ TINY, ZERO = 1e-15, 2.0**-54
 # ``0.500000000001``. Of rounded numbers, one in a million has them.
 RUN = 6
 _OFF_ON_PURPOSE = re.compile(rf"(?<=[0-9])(?:0{{{RUN},}}|9{{{RUN},}})[0-9]{{1,4}}$")
-# The same before one last digit, in a file of which many numbers are design values: ``8.79999``
-# is 8.8 less a unit. Of rounded numbers, one in five hundred has them.
-RUN_OF_MANY = 3
-_OFF_BY_A_UNIT = re.compile(rf"(?<=[0-9])(?:0{{{RUN_OF_MANY},}}|9{{{RUN_OF_MANY},}})[0-9]$")
+# In a file of which many numbers are design values, one whose last digits are within so many
+# units of zero, in so many digits, is off on purpose, too: ``8.79999`` and ``11.55999`` are 8.8
+# and 11.56 less a unit. Of rounded numbers, one in two hundred is.
+OFF_BY_UNITS = ((9, 4), (1, 3))
 
 
 class FileDigits(NamedTuple):
@@ -93,8 +93,13 @@ class FileDigits(NamedTuple):
         mantissa = word.lower().partition("e")[0].replace(".", "").lstrip("+-0").rstrip("0")
         if _OFF_ON_PURPOSE.search(mantissa):
             return True
-        many = self.exact_zeros == EXACT_ZEROS_OF_MANY
-        return many and _OFF_BY_A_UNIT.search(mantissa) is not None
+        if self.exact_zeros != EXACT_ZEROS_OF_MANY:
+            return False
+        return any(
+            len(mantissa) > places
+            and min(int(mantissa) % 10**places, -int(mantissa) % 10**places) <= units
+            for units, places in OFF_BY_UNITS
+        )
 
 
 EXACT = FileDigits(0, 0, exact_zeros=-1000)

@@ -33,7 +33,7 @@ REPORTS = tuple(
     f"report {model}" for model in ("four_bar_kite", "five_bar", "bennett", "sarrus")
 )
 VERIFIED = tuple(f"verify {model} --trajectories 1" for model in ("four_bar_kite", "five_bar"))
-DESIGN = ("design four_bar_kite --minimise mass --bounds coupler=0.1:1",)
+DESIGN = ("design four_bar_antiparallelogram --minimise mass --bounds coupler=0.5:2",)
 ADDED = ("counterweights four_bar_general --balance force --links crank,rocker",)
 MOTION = ("motion four_bar_kite --to u1=0.05",)
 MODES = ("flex modes --count 2",)

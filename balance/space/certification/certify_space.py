@@ -343,7 +343,7 @@ def _reason_below_digits(space: DesignSpace, corrected: DesignSpace, evidence: E
     if evidence.inside_digits and meant is not None:
         if adds or (meant.relations and meant.apart):
             limit = 10.0 ** (DIGITS_OF_CONDITION - (meant.digits or DOUBLE_DIGITS))
-        if meant.apart and space.linkage.mended:
+        if meant.apart and space.linkage.mended and meant.near is None:
             limit = max(limit, min(CONDITION_PER_CHANGE * rounding, LARGEST_DIGITS_CONDITION))
         if adds:
             # As written, axes were moved by round-off alone; their lever enlarges it.

@@ -153,7 +153,7 @@ def test_the_verdict_is_that_of_the_convex_problem(case):
         one = pair(rng, *case)
         one = replace(one, ratio=one.ratio * (-1) ** k)  # no body exists for the other sense
         space = design_space(linkage_of([one]), max_order=0)
-        best = design(space, keep=["b0"], within=None, one_pose=True)
+        best = design(space, keep=["b0"], within=None, one_pose=True, density=None)
         found = balancing_family(one.a, one.wanted)
         seen.add(found.possible)
         assert best.verdict == ("feasible" if found.possible else "infeasible")

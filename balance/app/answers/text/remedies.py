@@ -14,10 +14,8 @@ from kinematics.wording import number_text, size_text
 
 DIGITS = 4
 NONE = "-"
-OTHER_WAYS = (
-    "of these remedies only copies of the whole linkage balance it; --balance force: the forces"
-    " alone; balance reduce --budget KG: the least shaking"
-)
+ONLY_COPIES = "of these remedies only copies of the whole linkage balance it; "
+LESS_SHAKING = "balance reduce --budget KG: the least shaking"
 HEAD = (
     "remedy",
     "verdict",
@@ -49,7 +47,8 @@ def remedies_facts(comparison: RemedyComparison) -> list[tuple[str, str]]:
         first = comparison.by_preference[0]
         pairs.append(("build first", f"{first.short}: {first.words}; {first.reason}"))
     if comparison.only_copies:
-        pairs.append(("other ways", OTHER_WAYS))
+        forces = "--balance force: the forces alone; " if request.balance == "dynamic" else ""
+        pairs.append(("other ways", f"{ONLY_COPIES}{forces}{LESS_SHAKING}"))
     return pairs
 
 

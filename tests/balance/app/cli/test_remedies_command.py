@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -205,3 +206,6 @@ def test_where_only_copies_help_one_sentence_says_so():
     found = comparison_of(("own_masses", "infeasible", None), ("duplicates", "feasible", 1.0))
     said = dict(remedies_facts(found))["other ways"]
     assert "only copies" in said and "--balance force" in said and "balance reduce" in said
+    forces = replace(found, request=replace(found.request, balance="force"))
+    said = dict(remedies_facts(forces))["other ways"]
+    assert "only copies" in said and "--balance" not in said and "balance reduce" in said

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from balance.app.answers.html.linkage_drawing import draw_ground, draw_path
 from balance.studies.discovery.structure import LaneGeometry, TopologyArrays
 from balance.studies.discovery.to_linkage import joint_places
 from balance.studies.discovery.topologies import Topology
@@ -35,7 +36,7 @@ def member_figure(graph: Topology, structure: TopologyArrays, geometry: LaneGeom
     ground = graph.joints_of(0)
     for k, (kind, _, _) in enumerate(graph.edges):
         if k in ground and kind != "P":
-            parts.append(_foot(at[k]))
+            parts.append(draw_ground(at[k], INK))
     for k, (kind, _, _) in enumerate(graph.edges):
         parts.append(_slide(at[k], geometry, sites[k]) if kind == "P" else _joint(at[k], kind))
     parts += _letters(at, graph)
@@ -54,11 +55,6 @@ def _fitted(seen: Array) -> Array:
     return np.array([WIDTH / 2, HEIGHT / 2]) + (seen - middle) * scale * np.array([1.0, -1.0])
 
 
-def _path(points: Array, close: bool = False) -> str:
-    """Write a path through points."""
-    return "M" + "L".join(f"{x:.1f} {y:.1f}" for x, y in points) + "Z" * close
-
-
 def _link(at: Array, joints: list[int]) -> str:
     """Draw a link through its joints, around their middle."""
     points = at[joints]
@@ -67,18 +63,8 @@ def _link(at: Array, joints: list[int]) -> str:
         points = points[np.argsort(np.arctan2(off[:, 1], off[:, 0]))]
     fill = PLATE if len(joints) > 2 else "none"
     return (
-        f'<path d="{_path(points, len(joints) > 2)}" fill="{fill}" stroke="{LINK}" '
+        f'<path d="{draw_path(points, len(joints) > 2)}" fill="{fill}" stroke="{LINK}" '
         'stroke-width="5" stroke-linejoin="round" stroke-linecap="round"/>'
-    )
-
-
-def _foot(point: Array) -> str:
-    """Draw the ground below a joint."""
-    x, y = point
-    foot = np.array([[x, y], [x - 8, y + 14], [x + 8, y + 14]])
-    hatch = "".join(f"M{x + d:.1f} {y + 14:.1f}l-4 5" for d in (-6, 0, 6))
-    return (
-        f'<path d="{_path(foot, True)}{hatch}" fill="none" stroke="{INK}" stroke-width="1.5"/>'
     )
 
 

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from balance.masses.designs.best_design import widest_margin
+from balance.masses.designs.best_design import maximise_margin
 from balance.masses.designs.feasibility import Verdict
 from balance.space.certification.certified_space import CertifiedSpace
 from balance.space.certification.certify_space import certify
@@ -217,6 +217,6 @@ def _answer(mode: ModeOfMotion, options: Mapping[str, Any]) -> ModeAnswer:
     try:
         space = certify(design_space(mode.linkage, **options))
         complete = space.settled or options.get("max_order") is not None
-        return ModeAnswer(mode, space, widest_margin(space).verdict, complete)
+        return ModeAnswer(mode, space, maximise_margin(space).verdict, complete)
     except LinkageError as error:
         return ModeAnswer(mode, None, None, problem=str(error))

@@ -332,8 +332,7 @@ def design(
     space = as_space(space)
     if one_pose and len(space.orders) > 1:
         raise ValueError("balance at one pose needs a space of order 0: give it max_order=0")
-    limits = (keep, bounds, within, one_pose, density, thickness)
-    answer = widest_margin(space, *limits)
+    answer = maximise_margin(space, keep, bounds, within, one_pose, density, thickness)
     constraints = answer.constraints
     if minimise is None and density is not None and answer.z is not None:
         answer = _least_change(answer, constraints)
@@ -348,7 +347,7 @@ def design(
     return replace(answer, words=f"{answer.words}{ONE_POSE}") if one_pose else answer
 
 
-def widest_margin(
+def maximise_margin(
     space: DesignSpace,
     keep: Sequence[str] = (),
     bounds: Mapping[str, tuple[float, float]] | None = None,

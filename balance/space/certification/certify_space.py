@@ -339,20 +339,21 @@ def _reason_below_digits(space: DesignSpace, corrected: DesignSpace, evidence: E
         corrected: the space with the integers of that geometry.
     """
     meant, limit = space.linkage.meant, 0.0
-    adds, rounding = corrected.rank > space.rank, _rounding_of(space)
+    adds = corrected.rank > space.rank
     if evidence.inside_digits and meant is not None:
         if adds or (meant.relations and meant.apart):
             limit = 10.0 ** (DIGITS_OF_CONDITION - (meant.digits or DOUBLE_DIGITS))
         if meant.apart and space.linkage.mended and meant.near is None:
-            limit = max(limit, min(CONDITION_PER_CHANGE * rounding, LARGEST_DIGITS_CONDITION))
+            limit = max(limit, _condition_of_rounding(_rounding_of(space)))
         if adds:
             # As written, axes were moved by round-off alone; their lever enlarges it.
             tilted = space.linkage.as_written
             limit = max(limit, CONDITION_OF_TILTS if tilted else DIGITS_CONDITION)
-    elif meant is None and adds and rounding and not space.linkage.as_written:
-        limit = 10.0 ** (DIGITS_OF_CONDITION - DOUBLE_DIGITS - 1)
+    elif meant is None and adds and not space.linkage.as_written:
+        if rounding := _rounding_of(space):
+            limit = 10.0 ** (DIGITS_OF_CONDITION - DOUBLE_DIGITS - 1)
         if rounding > DOUBLE_ROUNDING:
-            limit = max(limit, min(CONDITION_PER_CHANGE * rounding, LARGEST_DIGITS_CONDITION))
+            limit = max(limit, _condition_of_rounding(rounding))
     if not corrected.rank:
         return ""
     least = float(corrected.singular_values[-1])
@@ -392,6 +393,11 @@ def _reason_within_rounding(space: DesignSpace, corrected: DesignSpace, least: f
         f"rank: a change of the geometry by less than {size_text(rounding, '.0e')} of the "
         "size, below the digits of the file, lowers it"
     )
+
+
+def _condition_of_rounding(rounding: float) -> float:
+    """Compute the largest condition, over the largest of all, that rounding may add."""
+    return min(CONDITION_PER_CHANGE * rounding, LARGEST_DIGITS_CONDITION)
 
 
 def _rounding_of(space: DesignSpace) -> float:

@@ -14,7 +14,7 @@ import numpy as np
 
 from balance.masses.counterweights.link_regions import regions_of
 from balance.masses.counterweights.volume.plates import density_limits
-from balance.masses.designs.best_design import design, widest_margin
+from balance.masses.designs.best_design import design, maximise_margin
 from balance.masses.designs.constraints import constraints_of
 from balance.masses.designs.density import STEEL
 from balance.masses.designs.mass_regions import BALL_RADIUS
@@ -177,7 +177,7 @@ def _design_columns(linkage: Linkage, options: Options) -> tuple[Column, ...]:
 
 def best_design(geometry: SweptGeometry, options: Options) -> tuple[Any, ...]:
     """Compute the verdict on designs, the margin, and the objective if there is one."""
-    solve = design if "minimise" in options else widest_margin
+    solve = design if "minimise" in options else maximise_margin
     answer = solve(geometry.space, **_design_options(options))
     value = np.nan if answer.value is None else answer.value
     return (answer.verdict, answer.margin, value)[: 3 if "minimise" in options else 2]

@@ -84,7 +84,7 @@ def linkage_drawing(
     sliding = [joint["point"] for joint in drawing["joints"] if joint["kind"] == "prismatic"]
     rails = place(np.array(sliding).reshape(-1, 3) @ rows.T)
     standing = [foot for foot in at[0] if not np.isclose(rails, foot, atol=0.5).all(1).any()]
-    elements += map(_foot, standing)
+    elements += map(draw_ground, standing)
     elements += [_joint(joint, place, rows, drawing) for joint in drawing["joints"]]
     elements += [_ball(place(end)) for end in ends]
     if names:
@@ -123,7 +123,7 @@ def _placed(seen: Array, size: tuple[int, int], pad: Array) -> Any:
     return place
 
 
-def _path(points: Array, close: bool = False) -> str:
+def draw_path(points: Array, close: bool = False) -> str:
     """Write a path through points."""
     return "M" + "L".join(f"{x:.1f} {y:.1f}" for x, y in points) + "Z" * close
 
@@ -133,7 +133,7 @@ def _link(points: Array, colour: str) -> str:
     wide = len(points) > 2 and _area(points) > LEAST_AREA
     fill = f"{colour}33" if wide else "none"
     return (
-        f'<path d="{_path(points, wide)}" fill="{fill}" stroke="{colour}" '
+        f'<path d="{draw_path(points, wide)}" fill="{fill}" stroke="{colour}" '
         'stroke-width="4.5" stroke-linejoin="round" stroke-linecap="round"/>'
     )
 
@@ -144,14 +144,13 @@ def _area(points: Array) -> float:
     return 0.5 * abs(float(x @ np.roll(y, -1) - y @ np.roll(x, -1)))
 
 
-def _foot(point: Array) -> str:
+def draw_ground(point: Array, colour: str = INK) -> str:
     """Draw the ground below a joint."""
     x, y = point
     foot = np.array([[x, y], [x - 8, y + 14], [x + 8, y + 14]])
     hatch = "".join(f"M{x + d:.1f} {y + 14:.1f}l-4 5" for d in (-6, 0, 6))
-    return (
-        f'<path d="{_path(foot, True)}{hatch}" fill="none" stroke="{INK}" stroke-width="1.5"/>'
-    )
+    d = draw_path(foot, True) + hatch
+    return f'<path d="{d}" fill="none" stroke="{colour}" stroke-width="1.5"/>'
 
 
 def _joint(joint: dict[str, Any], place: Any, rows: Array, drawing: dict[str, Any]) -> str:

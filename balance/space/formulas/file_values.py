@@ -38,7 +38,7 @@ def file_values(formulas: Formulas) -> FileValues:
             masses[parameter.body],
         )
         sizes[parameter] = float(abs(row) @ abs(mass))
-        values[parameter] = _cleared(complex(row @ mass), sizes[parameter])
+        values[parameter] = _drop_round_off(complex(row @ mass), sizes[parameter])
     at, sums = formulas.free.values_in_file(), []
     for condition in formulas.conditions:
         total, size = values[condition.solved], sizes[condition.solved]
@@ -46,11 +46,11 @@ def file_values(formulas: Formulas) -> FileValues:
             factor = 1j**term.turns * term.coefficient.value(at)
             total += factor * values[term.parameter]
             size += abs(factor) * sizes[term.parameter]
-        sums.append(_cleared(total, size))
+        sums.append(_drop_round_off(total, size))
     return FileValues(tuple(values.values()), tuple(sums))
 
 
-def _cleared(value: complex, size: float) -> complex:
+def _drop_round_off(value: complex, size: float) -> complex:
     """Replace round-off by zero, in each part of a number.
 
     Args:

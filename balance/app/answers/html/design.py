@@ -64,7 +64,7 @@ def _solid_data(shape: str, mass: float, centre: Array, axes: Array) -> dict[str
     return {"shape": shape, "mass": mass, "centre": centre.tolist(), "axes": axes.tolist()}
 
 
-def _designed(design: Design) -> list[dict[str, object] | None]:
+def _solids_of(design: Design) -> list[dict[str, object] | None]:
     """List the solids of the bodies, in the inertial frame.
 
     Bodies whose density is limited are the ellipsoids or plates of the answer, in their sizes;
@@ -97,7 +97,7 @@ def design_page(design: Design) -> str:
     shapes = [
         {"name": name, "given": block(before), "designed": after}
         for name, before, after in zip(
-            design.space.bodies, given, _designed(design), strict=True
+            design.space.bodies, given, _solids_of(design), strict=True
         )
     ]
     return render_page(
@@ -111,12 +111,12 @@ def design_page(design: Design) -> str:
         },
         scripts=SCRIPTS,
         facts=facts_list(design_facts(design)),
-        designed=_table(design.bodies, design.space.length) + _solids(design),
+        designed=_table(design.bodies, design.space.length) + _solids_table(design),
         given=_table(replace(design, z=freeze(given)).bodies, design.space.length),
     )
 
 
-def _solids(design: Design) -> str:
+def _solids_table(design: Design) -> str:
     """Render the table of the solids whose density is limited; empty without a limit."""
     if not design.density:
         return ""

@@ -76,7 +76,7 @@ def dimension_drawing(formulas: Formulas) -> str:
     return linkage_drawing(formulas.linkage, SIZE, names=False, over=over)
 
 
-def measured(parts: PlanarParts, index: int) -> tuple[complex, complex]:
+def find_ends(parts: PlanarParts, index: int) -> tuple[complex, complex]:
     """Return the two points in the plane between which a dimension is, metres."""
     dimension = parts.dimensions[index]
     for joint in parts.joints:
@@ -109,7 +109,7 @@ def _labels(parts: PlanarParts, axes: Array, placement: Placement) -> list[str]:
             covered += _boxes_along(*ends, weight=3.0)
     elements = []
     for index, dimension in enumerate(parts.dimensions):
-        a, b = pixels(measured(parts, index))
+        a, b = pixels(find_ends(parts, index))
         elements += _dimension(dimension, a, b, covered)
     for z, joint in zip(joints, parts.joints, strict=True):
         text = _text(joint.letter, weight="bold", colour=INK, title=joint.name)

@@ -28,7 +28,7 @@ COUPLER = "coupler"
 SAMPLES = 121
 
 
-class _Played(NamedTuple):
+class _MechanismMotion(NamedTuple):
     """A motion of a mechanism.
 
     Attributes:
@@ -56,13 +56,13 @@ def mechanism_motion(synthesis: Synthesis) -> dict[str, Any] | None:
         return None
     best = synthesis.mechanisms[0]
     try:
-        played = _played(best)
+        motion = _move_mechanism(best)
     except LinkageError:
         return None
-    linkage = played.linkage
+    linkage = motion.linkage
     body = next(body for body in linkage.bodies if body.name == TOOLS.get(best.kind, COUPLER))
     chain = si_chain(linkage, spatial=True)
-    H = np.array([forward_kinematics(chain, q).H[body.link] for q in played.q])
+    H = np.array([forward_kinematics(chain, q).H[body.link] for q in motion.q])
     first = synthesis.positions[0].point
     start = H[0, :3, :3].T @ ([first.real, first.imag, 0.0] - H[0, :3, 3])
     ways = (H[:, :2, :3] @ start) + H[:, :2, 3]
@@ -71,15 +71,15 @@ def mechanism_motion(synthesis: Synthesis) -> dict[str, Any] | None:
     part = rigid_parts(chain.parent.size, chain.ends)
     run = {
         "label": "the motion through the positions",
-        "x": short(played.time),
-        "q": [short(q) for q in played.q],
-        "chart": _chart(played, at.tolist()),
+        "x": short(motion.time),
+        "q": [short(q) for q in motion.q],
+        "chart": _chart(motion, at.tolist()),
     }
     tool = {"name": "the tool", "part": int(part[body.link]), "point": start.tolist()}
     return {"scene": scene(linkage), "tool": tool, "runs": [run], "at": at.tolist()}
 
 
-def _played(mechanism: SynthesizedMechanism) -> _Played:
+def _move_mechanism(mechanism: SynthesizedMechanism) -> _MechanismMotion:
     """Compute the motion of the file of a mechanism, from its first position to the last."""
     linkage = load(Document("the synthesised mechanism", mechanism.urdf))
     table = mechanism.table
@@ -91,21 +91,21 @@ def _played(mechanism: SynthesizedMechanism) -> _Played:
         start = np.array([mechanism.first_position.get(name, 0.0) for name in linkage.inputs])
         poses = start + np.array(mechanism.link_turns)[:, None] * np.eye(len(start))[0]
         moved = rest_to_rest(linkage, poses, samples=SAMPLES)
-    return _Played(linkage, moved.time, moved.u, moved.q)
+    return _MechanismMotion(linkage, moved.time, moved.u, moved.q)
 
 
-def _chart(played: _Played, at: list[int]) -> dict[str, Any]:
+def _chart(motion: _MechanismMotion, at: list[int]) -> dict[str, Any]:
     """Build the curves of the inputs over time, with a line at each position."""
     traces = [
         {
             "type": "scatter",
             "mode": "lines",
             "name": name,
-            "x": short(played.time),
-            "y": short(played.u[:, k]),
+            "x": short(motion.time),
+            "y": short(motion.u[:, k]),
             "line": {"color": COLOURS[k], "width": 1.8},
         }
-        for k, name in enumerate(played.linkage.inputs)
+        for k, name in enumerate(motion.linkage.inputs)
     ]
     layout = {
         "hovermode": "x",
@@ -115,8 +115,8 @@ def _chart(played: _Played, at: list[int]) -> dict[str, Any]:
         "shapes": [
             {
                 "type": "line",
-                "x0": float(played.time[k]),
-                "x1": float(played.time[k]),
+                "x0": float(motion.time[k]),
+                "x1": float(motion.time[k]),
                 "line": {"color": "#5a626b", "width": 1, "dash": "dash"},
             }
             for k in at

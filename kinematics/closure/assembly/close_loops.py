@@ -153,14 +153,15 @@ def _close_component(
     if chosen.any():
         starts += list(np.concatenate(further))
     nearest = _nearest_pose(part, loops, weights, np.array(starts))
+    if nearest is None:
+        q, pieces = close_by_pieces(part, partial(_close_component, repair=None))
+        if q is not None and (whole := _nearest_pose(part, loops, weights, q[None])):
+            nearest = whole._replace(pieces=pieces)
     if nearest is not None:
         if repair is None or not _is_another_pose(part, nearest):
             return nearest
         repaired = _close_with_repair(part, repair)
         return nearest if isinstance(repaired, str) else repaired
-    there, pieces = close_by_pieces(part, partial(_close_component, repair=None))
-    if there is not None and (component := _nearest_pose(part, loops, weights, there[None])):
-        return component._replace(pieces=pieces)
     if repair is not None:
         repaired = _close_with_repair(part, repair)
         if not isinstance(repaired, str):

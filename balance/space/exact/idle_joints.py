@@ -12,12 +12,13 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from fractions import Fraction
-from itertools import combinations
+from functools import partial
+from itertools import combinations, takewhile
 from typing import NamedTuple
 
-from balance.space.exact.chain import ExactChain, lie_algebra, loops_are_regular
-from kinematics.model.chain import loop_joints, rigid_parts
-from kinematics.numerics.linalg.rational import Vector, cross, dot, echelon
+from balance.space.exact.chain import ExactChain, lie_algebra
+from kinematics.model.chain import loop_joints, path, rigid_parts
+from kinematics.numerics.linalg.rational import Vector, cross, dot, echelon, rational_bracket
 
 Span = tuple[tuple[Fraction, ...], ...]
 
@@ -25,8 +26,8 @@ Span = tuple[tuple[Fraction, ...], ...]
 def joints_shown_at_rest(chain: ExactChain, idle: Collection[int]) -> set[int]:
     """Show that joints are at rest in every motion, however high the order.
 
-    All of them are if the linkage is regular, and still is with them locked; see
-    `loops_are_regular`. Otherwise joints are shown one loop after the other. Let g be the Lie
+    All of them are if the linkage moves as freely with them locked; see `_moves_if_locked`.
+    Otherwise joints are shown one loop after the other. Let g be the Lie
     algebra that the other joints of a loop generate. These move links in cosets of its group
     G, which g fixes. Where the screws of joints are independent modulo g, products of their
     displacements and of elements of G leave the unit coset at first order as soon as one of
@@ -42,7 +43,7 @@ def joints_shown_at_rest(chain: ExactChain, idle: Collection[int]) -> set[int]:
         Those of them that are shown to be at rest.
     """
     free = {j for j in idle if j in chain.dependent or any(chain.columns[j])}
-    if not free or (loops_are_regular(chain) and loops_are_regular(chain, idle)):
+    if not free or _moves_if_locked(chain, set(idle)):
         return set(idle)
     resting, before = (set(idle) - free) | (joints_at_rest_by_symmetry(chain) & free), -1
     while len(resting) > before:
@@ -59,19 +60,114 @@ def joints_shown_at_rest(chain: ExactChain, idle: Collection[int]) -> set[int]:
     return resting
 
 
+def _moves_if_locked(chain: ExactChain, idle: set[int]) -> bool:
+    """Whether a linkage has all its degrees of freedom left with some of its joints locked.
+
+    If so, these joints are at rest in every motion: the closed poses lie on a manifold that
+    has as many dimensions as the loop matrix leaves rates, and those of the locked linkage
+    are one of that dimension within it, so that they are the same near the reference pose.
+
+    Closed poses of the locked linkage are a manifold where independent constraints close its
+    loops: each loop stays in the group that its screws generate, which is closed by as many
+    constraints as it has dimensions; or it is closed if joints cancel, by linear constraints.
+    """
+    if any(any(chain.columns[j]) for j in idle - set(chain.dependent)):
+        return False
+    constraints = sum(
+        any(c and j not in idle for j, c in enumerate(row)) for row in chain.mimics
+    )
+    relations: list[list[Fraction]] = []
+    for ends in chain.ends:
+        around = [(j, sign) for j, sign in _loop_in_order(chain, *ends) if j not in idle]
+        cancelling = _cancelling_relations(chain, around)
+        if cancelling is None:
+            constraints += len(lie_algebra([chain.screws[j] for j, _ in around]))
+        else:
+            relations += cancelling
+    constraints += len(echelon(relations)[0])
+    return len(set(chain.dependent) - idle) == constraints
+
+
+def _loop_in_order(chain: ExactChain, end: int, successor: int) -> list[tuple[int, int]]:
+    """List the joints around a loop, with 1 where it passes them outwards, and -1 inwards."""
+    out, back = path(chain.parent, end), path(chain.parent, successor)
+    shared = set(out) & set(back)
+    outwards = [(j, 1) for j in reversed(out) if j not in shared]
+    return outwards + [(j, -1) for j in back if j not in shared]
+
+
+def _cancelling_relations(
+    chain: ExactChain, around: Sequence[tuple[int, int]]
+) -> list[list[Fraction]] | None:
+    """Find linear relations of positions with which the displacements around a loop cancel.
+
+    ``exp(a ŝ) exp(b ŝ) = 1`` for ``a + b = 0``: neighbours of one screw cancel, which makes
+    their neighbours new ones of each other. What is left cancels if all its screws commute
+    and its displacements add up to none.
+
+    Args:
+        around: joints in order, with signs.
+
+    Returns:
+        Rows (relations, n), where positions count in parts of the screws; None if joints are
+        left that do not commute.
+    """
+    rest, relations = list(around), list[list[Fraction]]()
+    while run := _neighbours_of_one_screw(chain, rest):
+        relations += _sum_of_displacements(chain, run)
+        rest = [step for step in rest if step not in run]
+    screws = [chain.screws[j] for j, _ in rest]
+    if any(any(rational_bracket(a, b)) for a, b in combinations(screws, 2)):
+        return None
+    return relations + _sum_of_displacements(chain, rest)
+
+
+def _neighbours_of_one_screw(
+    chain: ExactChain, around: Sequence[tuple[int, int]]
+) -> list[tuple[int, int]]:
+    """Find all joints of one screw next to one another, if others are left around the loop."""
+    for k in range(len(around)):
+        first, *others = [*around[k:], *around[:k]]
+        run = [first, *takewhile(partial(_has_same_screw, chain, first), others)]
+        if 1 < len(run) < len(around) and not _has_same_screw(chain, first, others[-1]):
+            return run
+    return []
+
+
+def _has_same_screw(chain: ExactChain, step: tuple[int, int], other: tuple[int, int]) -> bool:
+    return len(echelon([chain.screws[j] for j, _ in (step, other)])[0]) == 1
+
+
+def _sum_of_displacements(
+    chain: ExactChain, steps: Sequence[tuple[int, int]]
+) -> list[list[Fraction]]:
+    """Write ``Σ ± s_j q_j = 0``, a row for each component of a twist (6, n)."""
+    rows = [[Fraction(0)] * len(chain.parent) for _ in range(6)]
+    for j, sign in steps:
+        for row, x in zip(rows, chain.screws[j], strict=True):
+            row[j] += sign * x
+    return rows
+
+
 def _loops(
     chain: ExactChain, joints: Collection[int], resting: Collection[int]
 ) -> Iterator[set[int]]:
-    """Yield the moving joints of each loop of the file, and of the shortest through joints."""
+    """Yield the moving joints of loops: each of the file, and the shortest through joints.
+
+    Of these, one is the shortest through sliding joints alone: the translations that these
+    generate are a smaller algebra than one with turns.
+    """
     for ends in chain.ends:
         yield loop_joints(chain.parent, *ends) - set(resting)
     welds = [*((chain.parent[j], j) for j in resting), *chain.ends]
     part = rigid_parts(len(chain.parent), welds).tolist()
     moving = [j for j in range(len(chain.parent)) if j not in resting]
     sides = {j: (part[chain.parent[j]], part[j]) for j in moving}
+    sliding = {j: ends for j, ends in sides.items() if not any(chain.screws[j][:3])}
     for joint in sorted(joints):
-        if path := _shortest_path(sides, joint):
-            yield path | {joint}
+        for links in (sides, sliding | {joint: sides[joint]}):
+            if others := _shortest_path(links, joint):
+                yield others | {joint}
 
 
 def _shortest_path(sides: Mapping[int, tuple[int, int]], joint: int) -> set[int]:
@@ -85,11 +181,11 @@ def _shortest_path(sides: Mapping[int, tuple[int, int]], joint: int) -> set[int]
             if j != joint and here in (a, b) and there not in before:
                 before[there] = here, j
                 queue.append(there)
-    path: set[int] = set()
+    joints: set[int] = set()
     while goal in before and goal != start:
         goal, j = before[goal]
-        path.add(j)
-    return path
+        joints.add(j)
+    return joints
 
 
 def _leaves_group_of_others(chain: ExactChain, around: set[int], joints: set[int]) -> bool:

@@ -12,6 +12,7 @@ import balance
 from balance.space.exact.chain import exact_chain
 from balance.space.exact.idle_joints import joints_shown_at_rest
 from kinematics.files.urdf.rational_screws import exact_geometry
+from tests.independent.certainty_cases import certainty_case
 from tests.independent.hard_families import add_yoke, loops_last
 from tests.independent.plain_linkage import AXES, Joint, Linkage, Mimic, urdf, vector
 from tests.independent.planar_families import ring
@@ -75,6 +76,29 @@ def test_joints_rest_around_the_shortest_loop(tmp_path):
     assert joints_shown_at_rest(chain, idle) == idle
     # A joint that moves is not shown to rest.
     assert not joints_shown_at_rest(chain, [names.index("j0")])
+
+
+@pytest.mark.parametrize(
+    "seed",
+    [
+        pytest.param(21245, id="two coaxial pairs of joints cancel around a loop"),
+        pytest.param(21236, id="a link spins between coaxial joints that two loops share"),
+        pytest.param(22277, id="slides alone connect the links of a pivot"),
+        pytest.param(21113, id="loops close by fewer constraints than they have"),
+    ],
+)
+def test_joints_rest_where_the_linkage_moves_as_freely_without_them(seed, tmp_path):
+    """A linkage with its resting joints locked keeps all its degrees of freedom."""
+    case = certainty_case("grid", seed)
+    space, true = certified(case.text, tmp_path), truth(case.readings[0], seed)
+    assert (set(space.idle), space.rank, space.doubts) == (set(true.idle), true.rank, ())
+    chain = exact_chain(space.linkage, exact_geometry(space.linkage), None, False, True)
+    idle = {j for j, joint in enumerate(space.linkage.joints) if joint.name in true.idle}
+    assert joints_shown_at_rest(chain, idle) == idle
+    moving = set(range(len(chain.parent))) - idle
+    for joint in moving:
+        assert joint not in joints_shown_at_rest(chain, {*idle, joint})
+        assert joint not in joints_shown_at_rest(chain, {joint})
 
 
 @pytest.mark.parametrize("digits", [pytest.param(9, marks=pytest.mark.slow), 12, 16, 17])

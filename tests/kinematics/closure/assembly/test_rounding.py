@@ -15,7 +15,9 @@ from kinematics.closure.assembly.assemble import assemble
 from kinematics.errors import LinkageError, MobilityError, OpenLoopError
 from kinematics.files.formats.robot_files import read_unassembled
 from kinematics.model.arrays import freeze
+from kinematics.model.document.element import Document
 from kinematics.model.spatial.screws import Ad
+from tests.independent.certainty_cases import certainty_case
 from tests.support.laws import altered
 from tests.support.urdf_text import about, along, joint, link, loop, saved
 
@@ -185,3 +187,15 @@ def test_a_loop_out_of_plane_by_rounding(tmp_path):
     with pytest.raises(OpenLoopError) as caught:
         assemble(read_unassembled(path), exactly=True)
     assert caught.value.distance == pytest.approx(1e-6, rel=1e-6)
+
+
+def test_pieces_of_rounded_loops_stay_where_the_file_has_them():
+    """A parallelogram and a four-bar on one crank, with frames that turn, in 12 digits.
+
+    With its axes as written, the parallelogram closes only where its modes of motion meet, and
+    from there as an antiparallelogram.
+    """
+    case = certainty_case("coupled", 22212)
+    linkage = assemble(read_unassembled(Document("coupled", case.text.encode())))
+    assert np.abs(linkage.displaced if linkage.displaced is not None else 0.0).max() <= 1e-10
+    assert {notice.code for notice in linkage.notices} >= {"closes_to_rounding"}

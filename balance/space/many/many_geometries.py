@@ -62,7 +62,7 @@ Results = tuple[IntArray, Array, Array]
 # Number of geometries in a task of one thread: at least, and in large sweeps, where threads
 # would otherwise wait for one another between the short calls of kernels.
 CHUNK_SIZE = 512
-LARGE_CHUNK_SIZE = 8192
+LARGE_CHUNK_SIZE = 4096
 # Tasks that a sweep has at least before they become larger.
 TASKS = 24
 
@@ -108,15 +108,14 @@ def design_space_many(
     linkage = as_linkage(linkage)
     if balance not in ("dynamic", "force"):
         raise ValueError(f"balance must be 'dynamic' or 'force', not {balance!r}")
-    screws = _check_screws(linkage, geometries)
+    screws = _read_screws(linkage, geometries)
     sweep = _Sweep(linkage, screws, balance == "force", spatial or not linkage.planar, bases)
-    if not linkage.idle:
-        starts = range(0, len(screws), sweep.chunk_size)
-        if workers == 1:
-            list(map(sweep.solve_chunk, starts))
-        else:
-            with ThreadPoolExecutor(workers or os.cpu_count()) as pool:
-                list(pool.map(sweep.solve_chunk, starts))
+    starts = range(0, len(screws), sweep.chunk_size)
+    if workers == 1:
+        list(map(sweep.solve_chunk, starts))
+    else:
+        with ThreadPoolExecutor(workers or os.cpu_count()) as pool:
+            list(pool.map(sweep.solve_chunk, starts))
     refused, unsure = {}, {}
     thin = (sweep.kept < SWEEP_PIVOT_CLEAR) & (sweep.answers[:, 0] >= 0)
     for number in np.flatnonzero(sweep.answers[:, 0] < 0).tolist():
@@ -133,29 +132,16 @@ def design_space_many(
     return sweep.result(refused, unsure)
 
 
-def _check_screws(linkage: Linkage, geometries: ArrayLike) -> Array:
-    """Convert joint screws to an array, and check that each is of the kind of its joint.
+def _read_screws(linkage: Linkage, geometries: ArrayLike) -> Array:
+    """Convert joint screws to a read-only array (count, joints, 6), metres.
 
     Raises:
-        LinkageError: a screw is of another kind.
         ValueError: the array has another shape.
     """
     screws = read_only(np.ascontiguousarray(geometries, dtype=np.float64))
     count = len(linkage.joints)
     if screws.ndim != 3 or screws.shape[1:] != (count, 6):
         raise ValueError(f"geometries must have the shape (count, {count}, 6)")
-    sliding, helical = (
-        np.array([joint.kind == kind for joint in linkage.joints])
-        for kind in ("prismatic", "helical")
-    )
-    wrong = int(find_wrong_screw(screws, sliding, helical))
-    if wrong >= 0:
-        number, j = divmod(wrong, count)
-        joint = linkage.joints[j]
-        raise LinkageError(
-            f"{linkage.source}: joint '{joint.name}': its screw in geometry {number} is not "
-            f"that of a {joint.kind} joint; see Joint.screw"
-        )
     return screws
 
 
@@ -172,10 +158,15 @@ class _Sweep:
         self.parameters_per_body = parameters_per_body(chain.planar, force)
         self.chunk_size = max(CHUNK_SIZE, min(LARGE_CHUNK_SIZE, len(screws) // TASKS))
         count, unknowns = len(screws), self.parameters_per_body * chain.links.size
-        self.answers = np.full((count, 4), -1)
+        # Filled by the threads, as are the others: pages of memory are first used there.
+        self.answers = np.empty((count, 4), np.int64)
         self.kept = np.zeros(count)
         self.bases = np.zeros((count if bases else 0, unknowns, unknowns))
         self.origins, self.lengths = np.zeros((count, 3)), np.ones(count)
+        self.sliding, self.helical = (
+            np.array([joint.kind == kind for joint in linkage.joints])
+            for kind in ("prismatic", "helical")
+        )
         self.near_points = np.array([joint.point for joint in linkage.joints])
         self.centres = centres_of_mass(linkage.bodies)
         transfers = serial_transfers(chain, force)
@@ -218,9 +209,33 @@ class _Sweep:
         screws.flags.writeable = mimics.flags.writeable = False
         return screws, mimics, tolerances
 
+    def check_screws(self, part: slice) -> None:
+        """Check that joint screws are of the kinds of their joints.
+
+        Raises:
+            LinkageError: one is not.
+        """
+        joints = self.linkage.joints
+        wrong = int(find_wrong_screw(self.screws[part], self.sliding, self.helical))
+        if wrong >= 0:
+            number, j = divmod(wrong, len(joints))
+            raise LinkageError(
+                f"{self.linkage.source}: joint '{joints[j].name}': its screw in geometry "
+                f"{part.start + number} is not that of a {joints[j].kind} joint; see "
+                "Joint.screw"
+            )
+
     def solve_chunk(self, start: int) -> None:
-        """Compute the geometries of a chunk that `solve_alone` need not compute."""
+        """Check a chunk, and compute its geometries that `solve_alone` need not compute.
+
+        Raises:
+            LinkageError: a screw is not of the kind of its joint.
+        """
         part = slice(start, min(start + self.chunk_size, len(self.screws)))
+        self.check_screws(part)
+        self.answers[part] = -1
+        if self.linkage.idle:
+            return
         geometries = *self.place(part), self.lengths[part]
         results = self.answers[part], self.kept[part], self.bases[part]
         if self.listed is not None:
@@ -322,7 +337,7 @@ class _Sweep:
 
     def result(self, refused: dict[int, str], unsure: dict[int, str]) -> ManySpaces:
         """Collect the results, read-only."""
-        rank, nullity, serial, kmax = (freeze(a, np.int64) for a in self.answers.T)
+        rank, nullity, serial, kmax = (read_only(column) for column in self.answers.T)
         return ManySpaces(
             rank,
             nullity,

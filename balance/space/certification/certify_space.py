@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from dataclasses import replace
 
 import numpy as np
 
+from balance.space.certification.below_digits import joints_as_subject, reason_below_digits
 from balance.space.certification.certified_space import CertifiedSpace, with_certainty
 from balance.space.certification.compare_integers import (
     add_correction_notice,
@@ -22,7 +22,6 @@ from balance.space.certification.correct_integers import (
 from balance.space.certification.meant_notice import (
     add_meant_notice,
     add_mending_doubt,
-    decimals_have_rank,
 )
 from balance.space.certification.replaced_numbers import (
     add_roots_notice,
@@ -44,14 +43,7 @@ from balance.space.exact.serial import exact_transfers, has_branching_links
 from balance.space.spaces.certainty import Certainty
 from balance.space.spaces.compute_space import as_space
 from balance.space.spaces.design_space import DesignSpace
-from balance.space.spaces.distance_to_rank_drop import distance_to_rank_drop
 from balance.support.tolerances import (
-    CONDITION_OF_TILTS,
-    CONDITION_PER_CHANGE,
-    DIGITS_CONDITION,
-    DIGITS_OF_CONDITION,
-    DOUBLE_ROUNDING,
-    LARGEST_DIGITS_CONDITION,
     MOMENTUM_RESIDUAL,
     MOMENTUM_RESIDUAL_ILL_CONDITIONED,
     PARALLEL_AXES_ROUNDED,
@@ -62,13 +54,7 @@ from kinematics.errors import (
     LinkageError,
 )
 from kinematics.files.urdf.rational_screws import Geometry, of_lowest_rank
-from kinematics.loading.meant.digits import (
-    DOUBLE_DIGITS,
-    file_digits,
-    half_unit_of_file,
-)
 from kinematics.loading.model_gallery import LinkageLike
-from kinematics.model.chain import extent
 from kinematics.model.linkage import Notice
 from kinematics.numerics.array_types import IntArray
 from kinematics.wording import count_noun, size_text
@@ -153,8 +139,9 @@ def _certify(space: DesignSpace) -> CertifiedSpace:
         evidence = _gather_evidence(corrected)
         corrected = correct_integers(corrected, evidence)
         residual, poses = _measure_residual(corrected)
+    corrected = _settle(corrected, evidence, residual, poses)
     certainty = _certainty_of(corrected, evidence, residual, poses)
-    if doubt := _reason_below_digits(space, corrected, evidence):
+    if doubt := reason_below_digits(space, corrected, evidence):
         certainty = certainty.with_doubt(doubt)
     certified = add_correction_notice(space, with_certainty(corrected, certainty))
     certified = add_roots_notice(certified, evidence)
@@ -224,6 +211,21 @@ def _joints_in_doubt(chain: ExactChain, lowest: IntArray) -> tuple[int, ...]:
     return tuple(sorted(set(idle) - joints_shown_at_rest(chain, idle)))
 
 
+def _settle(space: DesignSpace, evidence: Evidence, residual: float, poses: int) -> DesignSpace:
+    """Settle a space some of whose conditions only exact arithmetic sees.
+
+    They are below round-off: floating point does not choose the directions that they exclude,
+    and the basis leaves no momentum at fresh poses in any case.
+    """
+    exact = evidence.exact
+    if space.settled or not exact.settled or exact.rank != space.rank:
+        return space
+    if not poses or residual > MOMENTUM_RESIDUAL or not _adds_no_condition(space, exact):
+        return space
+    notices = tuple(x for x in space.notices if x.code != "not_settled")
+    return replace(space, settled=True, notices=notices)
+
+
 def _needs_poses(space: DesignSpace, evidence: Evidence, residual: float) -> bool:
     """Whether fresh poses leave momentum, so that more poses may add conditions."""
     complete = evidence.exact.rank + len(evidence.independent) == evidence.exact.parameters
@@ -233,15 +235,19 @@ def _needs_poses(space: DesignSpace, evidence: Evidence, residual: float) -> boo
 def _add_rounding_notice(space: CertifiedSpace, error: LinkageError) -> CertifiedSpace:
     """Add the doubt, or the notice, about rounding that exact arithmetic refused."""
     doubt, mobility = "", space.linkage.mobility
-    if isinstance(error, InexactPlaneError) and error.deviation > PARALLEL_AXES_ROUNDED:
+    written = space.linkage.as_written and space.linkage.meant is None
+    if isinstance(error, InexactPlaneError) and (
+        written or error.deviation > PARALLEL_AXES_ROUNDED
+    ):
         doubt = f"its axes are parallel to within {error.deviation:.0e} rad only"
     if isinstance(error, InexactClosureError):
         if 0 < error.mobility != mobility:
             doubt = f"mobility: {mobility} up to rounding, and {error.mobility} as written"
-        elif error.orders:
+        elif error.orders or written:
+            explained = "" if written else "which rounding hardly leaves, "
             doubt = (
                 f"mobility: in the decimals of the file the loops close at {error.orders} "
-                "orders, which rounding hardly leaves, and open at the next"
+                f"orders, {explained}and open at the next"
             )
     if doubt:
         certainty = space.certainty
@@ -308,7 +314,7 @@ def _reason_unverified(
     if not closes:
         return f"mobility: its loops do not close exactly up to order {order}"
     if evidence.in_doubt:
-        joints = _names(space, evidence.in_doubt)
+        joints = joints_as_subject(space, evidence.in_doubt)
         return f"idle joints: {joints} at rest up to order {order}, and may move at others"
     if not evidence.use_exact_transfers(space.serial_nullity) and space.doubts:
         return f"the serial part is that of floating point: {space.doubts[0]}"
@@ -327,99 +333,11 @@ def _momenta_left(residual: float) -> str:
     return f"momenta of {size_text(residual)} of the conditions are left at finite poses"
 
 
-def _reason_below_digits(space: DesignSpace, corrected: DesignSpace, evidence: Evidence) -> str:
-    """State why conditions of a geometry inside the digits may not be meant; empty if not.
-
-    A geometry that has the relations found is at another place inside the digits than the
-    linkage, so that it may break relations that were not looked for. Nor are those looked for
-    that rounded numbers break in loops that are neither planar nor spherical.
-
-    Args:
-        space: the space by floating point.
-        corrected: the space with the integers of that geometry.
-    """
-    meant, limit = space.linkage.meant, 0.0
-    adds = corrected.rank > space.rank
-    if evidence.inside_digits and meant is not None:
-        if adds or (meant.relations and meant.apart):
-            limit = 10.0 ** (DIGITS_OF_CONDITION - (meant.digits or DOUBLE_DIGITS))
-        if meant.apart and space.linkage.mended and meant.near is None:
-            limit = max(limit, _condition_of_rounding(_rounding_of(space)))
-        if adds:
-            # As written, axes were moved by round-off alone; their lever enlarges it.
-            tilted = space.linkage.as_written
-            limit = max(limit, CONDITION_OF_TILTS if tilted else DIGITS_CONDITION)
-    elif meant is None and adds and not space.linkage.as_written:
-        if rounding := _rounding_of(space):
-            limit = 10.0 ** (DIGITS_OF_CONDITION - DOUBLE_DIGITS - 1)
-        if rounding > DOUBLE_ROUNDING:
-            limit = max(limit, _condition_of_rounding(rounding))
-    if not corrected.rank:
-        return ""
-    least = float(corrected.singular_values[-1])
-    if least >= limit:
-        inexact = meant is None and evidence.replaced > 0
-        return _reason_within_rounding(space, corrected, least) if inexact else ""
-    if decimals_have_rank(space, corrected.rank):
-        return ""
-    return (
-        f"rank: the least condition is {size_text(least, '.0e')} of the largest, and may come "
-        "from digits that the file does not have"
-    )
-
-
-def _reason_within_rounding(space: DesignSpace, corrected: DesignSpace, least: float) -> str:
-    """State that a change of the geometry within the digits of the file lowers the rank.
-
-    For linkages whose loops do not close in the decimals of the file. Relations of loops that
-    are neither planar nor spherical are not looked for by name.
-
-    Args:
-        space: the space by floating point.
-        corrected: the space with the exact integers.
-        least: its least condition over the largest.
-
-    Returns:
-        The doubt; empty without one.
-    """
-    rounding = _rounding_of(space)
-    if space.linkage.as_written or not space.linkage.loops or not rounding:
-        return ""
-    if least > CONDITION_PER_CHANGE * rounding:
-        return ""
-    if distance_to_rank_drop(corrected) > rounding:
-        return ""
-    return (
-        f"rank: a change of the geometry by less than {size_text(rounding, '.0e')} of the "
-        "size, below the digits of the file, lowers it"
-    )
-
-
-def _condition_of_rounding(rounding: float) -> float:
-    """Compute the largest condition, over the largest of all, that rounding may add."""
-    return min(CONDITION_PER_CHANGE * rounding, LARGEST_DIGITS_CONDITION)
-
-
-def _rounding_of(space: DesignSpace) -> float:
-    """Compute the largest half unit of the numbers of a file, in parts of the size, or 0."""
-    tree = space.linkage.tree
-    digits = None if tree is None else file_digits(tree)
-    if tree is None or digits is None:
-        return 0.0
-    return half_unit_of_file(tree, digits, max(extent(space.linkage).length, 1e-300))
-
-
 def _adds_no_condition(space: DesignSpace, exact: Exact) -> bool:
     """Whether exact arithmetic finds no condition at many further orders."""
     last = PLATEAU_WITHOUT_BOUND + 3 * exact.kmax
     further = ranks_of(space.linkage.source, exact.chain, exact.notices, last)
     return further.rank == exact.rank
-
-
-def _names(space: DesignSpace, joints: Iterable[int]) -> str:
-    """Name joints as the subject of a sentence in the present tense."""
-    names = [f"'{space.linkage.joints[j].name}'" for j in joints]
-    return f"joint {names[0]} is" if len(names) == 1 else f"joints {', '.join(names)} are"
 
 
 def _certify_rounded(
@@ -470,8 +388,8 @@ def _list_unseen(space: DesignSpace) -> tuple[str, ...]:
         )
     if idle := np.flatnonzero([j.name in space.idle for j in space.linkage.joints]).tolist():
         unseen.append(
-            f"idle joints: {_names(space, idle)} at rest by floating point alone, which does "
-            "not see motions below round-off"
+            f"idle joints: {joints_as_subject(space, idle)} at rest by floating point alone, "
+            "which does not see motions below round-off"
         )
     return tuple(unseen)
 

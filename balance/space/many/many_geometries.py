@@ -139,9 +139,8 @@ def _read_screws(linkage: Linkage, geometries: ArrayLike) -> Array:
         ValueError: the array has another shape.
     """
     screws = read_only(np.ascontiguousarray(geometries, dtype=np.float64))
-    count = len(linkage.joints)
-    if screws.ndim != 3 or screws.shape[1:] != (count, 6):
-        raise ValueError(f"geometries must have the shape (count, {count}, 6)")
+    if screws.ndim != 3 or screws.shape[1:] != (len(linkage.joints), 6):
+        raise ValueError(f"geometries must have the shape (count, {len(linkage.joints)}, 6)")
     return screws
 
 
@@ -163,10 +162,8 @@ class _Sweep:
         self.kept = np.zeros(count)
         self.bases = np.zeros((count if bases else 0, unknowns, unknowns))
         self.origins, self.lengths = np.zeros((count, 3)), np.ones(count)
-        self.sliding, self.helical = (
-            np.array([joint.kind == kind for joint in linkage.joints])
-            for kind in ("prismatic", "helical")
-        )
+        kinds = np.array([joint.kind for joint in linkage.joints])
+        self.sliding, self.helical = kinds == "prismatic", kinds == "helical"
         self.near_points = np.array([joint.point for joint in linkage.joints])
         self.centres = centres_of_mass(linkage.bodies)
         transfers = serial_transfers(chain, force)
@@ -215,14 +212,13 @@ class _Sweep:
         Raises:
             LinkageError: one is not.
         """
-        joints = self.linkage.joints
         wrong = int(find_wrong_screw(self.screws[part], self.sliding, self.helical))
         if wrong >= 0:
-            number, j = divmod(wrong, len(joints))
+            number, j = divmod(wrong, len(self.linkage.joints))
+            joint = self.linkage.joints[j]
             raise LinkageError(
-                f"{self.linkage.source}: joint '{joints[j].name}': its screw in geometry "
-                f"{part.start + number} is not that of a {joints[j].kind} joint; see "
-                "Joint.screw"
+                f"{self.linkage.source}: joint '{joint.name}': its screw in geometry "
+                f"{part.start + number} is not that of a {joint.kind} joint; see Joint.screw"
             )
 
     def solve_chunk(self, start: int) -> None:

@@ -17,6 +17,7 @@ import numpy as np
 
 from kinematics.closure.assembly.assemble import assemble_mode
 from kinematics.errors import LinkageError
+from kinematics.files.urdf.rational_screws import exact_geometry
 from kinematics.loading.meant.digits import EXACT, MIN_DIGITS, FileDigits, file_digits
 from kinematics.loading.meant.exact_screws import exact_screws, find_figures
 from kinematics.loading.meant.four_joint_loops import LinkRelation
@@ -67,6 +68,8 @@ def as_meant(linkage: Linkage, *, exactly: bool = False, again: bool = True) -> 
     digits = file_digits(linkage.tree, 0 if mended else MIN_DIGITS)
     if digits is None and linkage.displaced is None:
         return linkage
+    if exactly and _has_exact_numbers(linkage):
+        return linkage
     if digits is None or (exactly and linkage.displaced is not None):
         # Numbers are exact, and so are the links; only another pose is rounded.
         digits = EXACT
@@ -104,6 +107,14 @@ def as_meant(linkage: Linkage, *, exactly: bool = False, again: bool = True) -> 
         apart=len(linkage.joints) - len({j for x in inside for j in _joints_of(x)}),
     )
     return _with_screws(linkage, meant, again)
+
+
+def _has_exact_numbers(linkage: Linkage) -> bool:
+    """Whether screws are those of the decimals of the file: it has no angles to round."""
+    try:
+        return linkage.displaced is None and not exact_geometry(linkage).notices
+    except LinkageError:
+        return False
 
 
 def _open_chain_as_meant(

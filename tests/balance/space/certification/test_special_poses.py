@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import balance
+import kinematics
 from balance.space.exact.chain import exact_chain
 from balance.space.exact.idle_joints import joints_shown_at_rest
 from kinematics.files.urdf.rational_screws import exact_geometry
@@ -194,3 +195,32 @@ def test_coincidences_that_doubles_break_are_in_doubt(tmp_path):
     text = turned_text(linkage, np.random.default_rng(0), 17, True, "plain")
     space = certified(text, tmp_path, spatial=True)
     assert space.rank == true.rank or space.doubts
+
+
+def test_conditions_below_round_off_are_counted_exactly(tmp_path):
+    """Small yokes leave conditions that no finite pose shows, and no momentum either."""
+    case = certainty_case("yokes", 23197)
+    space, true = certified(case.text, tmp_path), truth(case.readings[0], 23197)
+    assert (space.rank, space.serial_nullity) == (true.rank, true.serial)
+    assert (space.level, space.settled, space.doubts) == ("verified", True, ())
+    assert "not_settled" not in {notice.code for notice in space.notices}
+
+
+def test_rates_below_the_digits_of_the_file_are_in_doubt(tmp_path):
+    """Slides that are parallel to 12 digits let the joints between them turn that slowly."""
+    case = certainty_case("oblique", 23161)
+    space, true = certified(case.text, tmp_path, balance="force"), truth(case.readings[0])
+    assert true.idle == ("j1", "j5")
+    assert any("j1" in doubt and "digits" in doubt for doubt in space.doubts)
+
+
+def test_decimals_that_open_a_loop_are_in_doubt_as_written(tmp_path):
+    """A slide leaves the plane of its loop in the 15th digit: as written, nothing moves."""
+    case = certainty_case("embedded", 23119)
+    assert truth(case.readings[0]).mobility == 0
+    path = tmp_path / "linkage.urdf"
+    path.write_text(case.text)
+    for spatial in (False, True):
+        linkage = kinematics.load(path, angles="as_written")
+        space = balance.certify(balance.design_space(linkage, spatial=spatial))
+        assert space.level == "estimated" and space.doubts

@@ -161,6 +161,9 @@ DIGITS_OF_CONDITION = 2.0
 # Least condition over the largest, in parts of the rounding of the file, up to which the
 # distance of the geometry from one of lower rank is computed.
 CONDITION_PER_CHANGE = 100.0
+# Distance from a geometry of lower rank, in parts of the rounding of the file, up to which
+# rounding explains it: a joint has that of its axis, of its frame, and of the frames before.
+ROUNDING_OF_JOINTS = 3.0
 # Least condition over the largest above which it does not come from digits.
 LARGEST_DIGITS_CONDITION = 1e-6
 # Rounding of a file, in parts of the size, up to which its numbers are doubles.

@@ -16,6 +16,7 @@ from balance.support.tolerances import (
     DIGITS_OF_CONDITION,
     DOUBLE_ROUNDING,
     LARGEST_DIGITS_CONDITION,
+    ROUNDING_OF_JOINTS,
 )
 from kinematics.loading.meant.digits import (
     DOUBLE_DIGITS,
@@ -107,11 +108,12 @@ def _reason_within_rounding(space: DesignSpace, corrected: DesignSpace, least: f
         return ""
     if least > CONDITION_PER_CHANGE * rounding:
         return ""
-    if distance_to_rank_drop(corrected) > rounding:
+    if distance_to_rank_drop(corrected) > ROUNDING_OF_JOINTS * rounding:
         return ""
+    change = size_text(ROUNDING_OF_JOINTS * rounding, ".0e")
     return (
-        f"rank: a change of the geometry by less than {size_text(rounding, '.0e')} of the "
-        "size, below the digits of the file, lowers it"
+        f"rank: a change of the geometry by less than {change} of the size, within the "
+        "rounding of the file, lowers it"
     )
 
 

@@ -224,3 +224,11 @@ def test_decimals_that_open_a_loop_are_in_doubt_as_written(tmp_path):
         linkage = kinematics.load(path, angles="as_written")
         space = balance.certify(balance.design_space(linkage, spatial=spatial))
         assert space.level == "estimated" and space.doubts
+
+
+def test_a_dead_joint_that_rounded_frames_free_is_in_doubt(tmp_path):
+    """The centre of a ball joint lies on the axis of the rocker, to eight digits."""
+    case = certainty_case("turned", 25130)
+    space, true = certified(case.text, tmp_path, spatial=True), truth(case.readings[0])
+    assert true.idle == ("j0",) and space.rank != true.rank
+    assert any("within the rounding of the file" in doubt for doubt in space.doubts)

@@ -207,6 +207,9 @@ ROUNDED_ANGLE_RELATIVE = 4e-3
 ANGLE_ROUND_OFF = 1e-11
 # Distance of an angle from the multiple of π/12 that replaces it in exact arithmetic, rad.
 EXACT_ANGLE_ERROR = Fraction(1, 10**12)
+# Coordinate of an origin, in parts of the largest of all, that is left of sums of others in
+# double precision: a hundred units of its last digit.
+ORIGIN_ROUND_OFF = 3e-14
 # Difference of joint screws from those of the reference pose, relative to the largest entry:
 # exact arithmetic refuses screws of another pose.
 EXACT_SCREW_DIFFERENCE = 1e-12

@@ -3,7 +3,7 @@
 Exporters compose displacements in double precision, and write what is left, in the exponent
 notation of a program. A component of an axis so written and below 1e-12 of the largest one
 turns the axis by less than the angle within which an angle of the file is a multiple of π/12:
-it is zero, and so is such an angle of an origin, and a coordinate below 1e-12 of the largest of
+it is zero, and so is such an angle of an origin, and a coordinate below 3e-14 of the largest of
 all origins, unless the user chooses ``as_written``. Remarks name the places. A number with as
 many decimals, ``0.00000000000003``, is within the digits of the file, and stays.
 """
@@ -15,7 +15,7 @@ from dataclasses import replace
 
 from kinematics.error_text import clean
 from kinematics.model.document.element import Element
-from kinematics.numerics.tolerances import EXACT_ANGLE_ERROR
+from kinematics.numerics.tolerances import EXACT_ANGLE_ERROR, ORIGIN_ROUND_OFF
 
 AXIS_NOISE = "axis_noise"
 """The code of the remark on such axes."""
@@ -41,9 +41,14 @@ def remove_exporter_noise(
         The tree, the same if there is no round-off, and codes and messages of the remarks.
     """
     remarks = []
+    axes = f"components of axes below {float(EXACT_ANGLE_ERROR):.0e} of the largest"
+    origins = (
+        f"coordinates of origins below {ORIGIN_ROUND_OFF:.0e} of the largest, and angles below "
+        f"{float(EXACT_ANGLE_ERROR):.0e},"
+    )
     for code, what, clean_part in (
-        (AXIS_NOISE, "components of axes below {} of the largest", _clean_axis),
-        (ORIGIN_NOISE, "numbers of origins below {} of the largest", _origin_cleaner(tree)),
+        (AXIS_NOISE, axes, _clean_axis),
+        (ORIGIN_NOISE, origins, _origin_cleaner(tree)),
     ):
         children = tuple(_without_noise(item, clean_part) for item in tree.children)
         changed = [
@@ -59,8 +64,7 @@ def remove_exporter_noise(
             (
                 code,
                 (
-                    f"{clean(source, 1000)}: "
-                    f"{what.format(f'{float(EXACT_ANGLE_ERROR):.0e}')} are read as zero: "
+                    f"{clean(source, 1000)}: {what} are read as zero: "
                     f"{', '.join(changed[:MAX_NAMED])}{more}; --as-written "
                     "(angles='as_written') takes them"
                 ),
@@ -99,7 +103,7 @@ def _origin_cleaner(tree: Element) -> Callable[[Element], Element]:
         if part.tag == "origin"
         for word in part.attributes.get("xyz", "").split()
     ]
-    least = float(EXACT_ANGLE_ERROR) * max(lengths, default=0.0)
+    least = ORIGIN_ROUND_OFF * max(lengths, default=0.0)
 
     def clean_origin(origin: Element) -> Element:
         if origin.tag != "origin":

@@ -21,6 +21,14 @@ USAGE = {
     "cylinder": "cylinder(x,y,z,ax,ay,az,r,length)",
     "ellipsoid": "ellipsoid(x,y,z,a,b,c) or with ,roll,pitch,yaw",
 }
+# What each number of a region is; a direction is a number without a unit.
+_LENGTH, _ANGLE, _DIRECTION = ("length",), ("angle",), ()
+_QUANTITIES: dict[str, tuple[tuple[str, ...], ...]] = {
+    "ball": (_LENGTH,) * 4,
+    "box": (_LENGTH,) * 6,
+    "cylinder": (*(_LENGTH,) * 3, *(_DIRECTION,) * 3, *(_LENGTH,) * 2),
+    "ellipsoid": (*(_LENGTH,) * 6, *(_ANGLE,) * 3),
+}
 
 
 def read_region(text: str) -> Region:
@@ -31,7 +39,7 @@ def read_region(text: str) -> Region:
     """
     words = text.strip()
     kind, _, inner = words.partition("(")
-    numbers = _numbers(inner, ":" if kind == "box" else "")
+    numbers = _numbers(inner, ":" if kind == "box" else "", _QUANTITIES.get(kind, ()))
     if kind in USAGE and words.endswith(")") and numbers is not None:
         if kind == "ball" and numbers.size == 4:
             return ball_region(numbers[:3], float(numbers[3]))
@@ -49,15 +57,21 @@ def read_region(text: str) -> Region:
     raise UsageError(f"region '{text}' has no known form: write {wanted}")
 
 
-def _numbers(inner: str, separator: str) -> Array | None:
-    """Parse the numbers of ``a,12mm:c)``; None if one is no number."""
+def _numbers(
+    inner: str, separator: str, quantities: tuple[tuple[str, ...], ...]
+) -> Array | None:
+    """Parse the numbers of ``a,12mm:c)``; None if one is no number, or they are too many."""
     words = inner.removesuffix(")").split(",")
     split = [word.split(separator) if separator else [word] for word in words]
     parts = [part for group in split for part in group]
-    turned = ["length"] * 6 + ["angle"] * 3
-    if len(parts) > len(turned):
+    if len(parts) > len(quantities):
         return None
     try:
-        return np.array(list(map(read_quantity, parts, turned)))
+        return np.array(
+            [
+                read_quantity(part, *units)
+                for part, units in zip(parts, quantities, strict=False)
+            ]
+        )
     except UsageError:
         return None

@@ -117,8 +117,10 @@ class Program(NamedTuple):
 
 def unknown_body(space: DesignSpace, name: str) -> BodyError:
     """Make the exception for a link that is none, or carries no parameters; to be raised."""
-    known = name in space.linkage.places
-    problem = "carries no inertial parameters" if known else "there is no such link"
+    place, problem = space.linkage.places.get(name), "there is no such link"
+    if place is not None:
+        remedy = "" if place.link < 0 else "; --bodies all (bodies='all') gives it some"
+        problem = f"carries no inertial parameters{remedy}"
     return BodyError(space.source, name, problem, space.bodies)
 
 

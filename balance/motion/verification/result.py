@@ -221,10 +221,14 @@ class Verification(WithPage, WithPicture):
 
     @property
     def verdict(self) -> str:
-        """``"balanced"``, ``"not balanced"``, or ``"no verdict"``; see `decided`."""
+        """``"balanced"`` or ``"not balanced"``, ``"no verdict"`` unless it is `decided`.
+
+        With force balance it begins with ``"forces"``: the moment does not count.
+        """
         if not self.decided:
             return "no verdict"
-        return "balanced" if self.balanced else "not balanced"
+        words = "balanced" if self.balanced else "not balanced"
+        return f"forces {words}" if self.balance == "force" else words
 
     @property
     def brief(self) -> str:

@@ -89,7 +89,7 @@ def _table_facts(verification: Verification) -> list[tuple[str, str]]:
 def _verdict(verification: Verification) -> str:
     """Return the verdict; of forces alone, if nothing else counts."""
     if verification.balance == "force" and verification.decided:
-        return f"forces {verification.verdict}; the moment does not count"
+        return f"{verification.verdict}; the moment does not count"
     return verification.verdict
 
 

@@ -38,6 +38,12 @@ MISTAKES = [
     ("report cut.urdf", 3, "cut.urdf: .*not well-formed XML"),
     ("report no_links.urdf", 3, "no_links.urdf: .*no <link>"),
     ("report", 2, "required: MODEL$"),
+    ("verify five_bar --speed u1=200rpm --speed u2=200rpm", 2, "--speed: given twice"),
+    (
+        "counterweights slider_crank --region crank=cylinder(0,0,0,0,0,1mm,45mm,30mm)",
+        2,
+        "write cylinder.x,y,z,ax,ay,az,r,length.",
+    ),
     ("reports four_bar_kite", 2, "'reports' .choose from 'report'.*mean 'report'"),
     ("verfy four_bar_kite", 2, "'verfy' .*did you mean 'verify'"),
     ("verify slider_crank --trajectoires 3", 2, "--trajectoires 3 .did you mean '--traj"),

@@ -196,3 +196,5 @@ def test_what_does_not_go_with_a_shape_is_told(name, arm):
 def test_units_of_shapes():
     assert read_weight_shape("disc=20mm") == read_weight_shape("disc=0.02")
     assert read_region("ball(0,0,0,20mm)").size == 0.02
+    cylinders = (f"cylinder(0,0,0,0,0,1,{size})" for size in ("45mm,3cm", "0.045,0.03"))
+    assert len({repr(read_region(text)) for text in cylinders}) == 1

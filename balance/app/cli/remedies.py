@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import argparse
+import os
+import sys
 from collections.abc import Callable
 from functools import partial
 from typing import TYPE_CHECKING
@@ -19,11 +21,13 @@ from balance.app.cli.outputs import (
     check_folder,
     kind_of,
 )
-from balance.app.cli.progress import progress_bar
+from balance.app.cli.progress import STANDARD_ERROR, progress_bar
 from balance.masses.remedies.catalogue import CATALOGUE
 from kinematics.error_text import did_you_mean
+from kinematics.wording import number_text
 
 if TYPE_CHECKING:
+    from balance.masses.remedies.applied import AppliedRemedy
     from balance.masses.remedies.compare import RemedyComparison
     from balance.masses.remedies.request import RemedyRequest
 
@@ -86,7 +90,8 @@ def _run(arguments: argparse.Namespace) -> Answer:
         request = _request(arguments, advance)
         from balance.masses.remedies.compare import compare_request
 
-        comparison = compare_request(request, arguments.only)
+        report = _print_result if os.isatty(STANDARD_ERROR) else None
+        comparison = compare_request(request, arguments.only, report)
     from balance.app.answers.text.remedies import remedies_body
 
     helps = any(applied.helps for applied in comparison.results)
@@ -99,6 +104,12 @@ def _run(arguments: argparse.Namespace) -> Answer:
         f"not written, for no remedy helps: {undrawn}" if undrawn else "",
         lambda: _files(arguments, comparison),
     )
+
+
+def _print_result(applied: AppliedRemedy) -> None:
+    """Print a result on the terminal while others are computed; the bar is drawn below."""
+    added = "" if applied.added_mass is None else f", {number_text(applied.added_mass)} kg"
+    print(f"{applied.short}: {applied.verdict}{added}", file=sys.stderr, flush=True)
 
 
 def _files(arguments: argparse.Namespace, comparison: RemedyComparison) -> Files:

@@ -36,6 +36,8 @@ _MODULES = {
     "active_wheel": "wheels.balancing_wheels",
     "input_relation": "constraints.input_relations",
     "slider_path": "constraints.slider_path",
+    "balance_shafts": "shafts.balance_shafts",
+    "force_masses": "matter_on_links",
     "partial": "matter_on_links",
 }
 """The module of each remedy, in the order in which they are applied.

@@ -46,15 +46,27 @@ def judge(request: RemedyRequest, variant: Variant) -> AppliedRemedy:
     )
     motion = (*request.motion, *variant.motion)
     inputs = request.linkage.inputs if variant.inputs is None else variant.inputs
-    massless = (*request.massless, *variant.massless)
-    try:
-        linkage = load(
-            variant.urdf, None, inputs, bodies="all", massless=massless, angles=request.angles
-        )
-    except LinkageError as error:
-        return replace(blank, verdict="refused", reason=str(error))
-    space = design_space(linkage, motion or None, request.balance)
-    least = least_matter(space, variant.free, {**request.regions, **variant.regions})
+    regions = {**request.regions, **variant.regions}
+    if variant.urdf is request.base and not variant.motion:
+        # Nothing is built in but matter: the spaces of the request are known, and certified.
+        flat = request.space.planar and request.balance == "dynamic"
+        whole = request.spatial_space if flat else None
+        least = least_matter(request.space, variant.free, regions, whole)
+    else:
+        massless = (*request.massless, *variant.massless)
+        try:
+            linkage = load(
+                variant.urdf,
+                None,
+                inputs,
+                bodies="all",
+                massless=massless,
+                angles=request.angles,
+            )
+        except LinkageError as error:
+            return replace(blank, verdict="refused", reason=str(error))
+        space = design_space(linkage, motion or None, request.balance)
+        least = least_matter(space, variant.free, regions)
     verdict = least.matter.verdict
     if verdict != "feasible":
         return replace(blank, verdict=verdict, reason=least.reason, proof=least.proof)

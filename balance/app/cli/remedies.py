@@ -14,7 +14,7 @@ from balance.app.cli.arguments import Parser
 from balance.app.cli.exit_codes import verdict_code
 from balance.app.cli.matter_options import add_matter_options, check_matter_options
 from balance.app.cli.model_options import add_model_options, load_model
-from balance.app.cli.number_arguments import positive_number, positive_quantity
+from balance.app.cli.number_arguments import positive_number, positive_quantity, whole_number
 from balance.app.cli.outputs import (
     add_page_option,
     add_picture_option,
@@ -67,6 +67,13 @@ def add_remedies(parser: Parser) -> None:
         type=positive_quantity("mass"),
         metavar="KG",
         help="of partial balance (default: mass of the links)",
+    )
+    group.add_argument(
+        "--trade-off",
+        type=whole_number(2, 50),
+        default=0,
+        metavar="N",
+        help="also N points of mass against input inertia",
     )
     parser.group("output").add_argument(
         "--out",
@@ -147,6 +154,7 @@ def _request(
         spatial=arguments.spatial,
         angles=arguments.angles,
         progress=advance,
+        trade_off=arguments.trade_off,
     )
 
 

@@ -5,12 +5,14 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from importlib import import_module
+from itertools import chain
 
 from balance.masses.counterweights.regions import Region
 from balance.masses.designs.feasibility import Feasibility, feasible
 from balance.masses.remedies.applied import AppliedRemedy
 from balance.masses.remedies.catalogue import CATALOGUE
 from balance.masses.remedies.request import RemedyRequest
+from balance.masses.remedies.trade_off import GEAR_SHARES, best_points
 from balance.support.options import Balance
 from balance.support.result_files import WithPage, WithPicture
 from balance.support.tolerances import MASSES_EQUAL
@@ -47,11 +49,33 @@ their remedy is applied: who names one waits for no other.
 """
 
 
+# Remedies with counter-rotations at the gear of the request.
+_GEARED = (
+    "separate_rotors",
+    "counter_rotary_masses",
+    "planetary_transmission",
+    "parallelogram_transmission",
+)
+
+
 def _apply(name: str, request: RemedyRequest) -> Iterator[AppliedRemedy]:
-    """Apply one remedy."""
+    """Apply one remedy, with the points of its trade-off at all gears that are tried."""
     module = import_module(f"balance.masses.remedies.{_MODULES[name]}")
-    results: Iterator[AppliedRemedy] = getattr(module, f"apply_{name}")(request)
-    return results
+    apply: Callable[[RemedyRequest], Iterator[AppliedRemedy]]
+    apply = getattr(module, f"apply_{name}")
+    if not request.trade_off or name not in _GEARED:
+        yield from apply(request)
+        return
+    results = list(apply(request))
+    others = [
+        applied
+        for share in GEAR_SHARES
+        for applied in apply(request.at_gear(share * request.gear))
+    ]
+    for applied in results:
+        same = [each.trade_off for each in others if each.new_joints == applied.new_joints]
+        points = best_points(chain(applied.trade_off, *same)) if applied.trade_off else ()
+        yield replace(applied, trade_off=points)
 
 
 @dataclass(frozen=True, eq=False)
@@ -166,6 +190,7 @@ def compare_remedies(
     gear: float = 1.0,
     radius: float | None = None,
     budget: float | None = None,
+    trade_off: int = 0,
     progress: Callable[[int, int], None] | None = None,
     report: Callable[[AppliedRemedy], None] | None = None,
 ) -> RemedyComparison:
@@ -188,6 +213,8 @@ def compare_remedies(
         radius: radius of rotors and wheels, metres; by default a quarter of the characteristic
             length, or of the length of a link at the end of a chain if that is longer.
         budget: most mass that partial balance may add, kg; by default the mass of the linkage.
+        trade_off: points of added mass against input inertia for each remedy that balances by
+            the least matter: `AppliedRemedy.trade_off`; 0 for none.
         progress: called with the number of steps done and of all steps.
         report: called with each result, as soon as it is there.
 
@@ -220,6 +247,7 @@ def compare_remedies(
         radius,
         budget,
         progress=progress,
+        trade_off=trade_off,
     )
     return compare_request(request, only, report)
 

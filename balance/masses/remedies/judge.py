@@ -7,9 +7,10 @@ from dataclasses import replace
 
 from balance.masses.counterweights.write_counterweights import with_counterweights
 from balance.masses.partial.motion_loads import input_inertia
-from balance.masses.remedies.applied import AppliedRemedy, with_cost
+from balance.masses.remedies.applied import AppliedRemedy, total_inertia, with_cost
 from balance.masses.remedies.least_matter import least_matter
 from balance.masses.remedies.request import RemedyRequest, freedoms_of
+from balance.masses.remedies.trade_off import TradeOff, trade_off_of
 from balance.masses.remedies.variant import Variant
 from balance.motion.motion_tolerances import SHAKING_RELATIVE
 from balance.motion.verification.trajectory import random_motions
@@ -71,7 +72,13 @@ def judge(request: RemedyRequest, variant: Variant) -> AppliedRemedy:
     if verdict != "feasible":
         return replace(blank, verdict=verdict, reason=least.reason, proof=least.proof)
     urdf = with_counterweights(least.matter, merge=frozenset(variant.new_links))
-    return verify_file(request, blank, urdf, motion, inputs)
+    done = verify_file(request, blank, urdf, motion, inputs)
+    if not request.trade_off or done.added_mass is None or done.input_inertia is None:
+        return done
+    inertia, gap = total_inertia(request, done.input_inertia), least.matter.gap or 0.0
+    first = TradeOff(done.added_mass, inertia, request.gear, None, gap)
+    points = trade_off_of(least, variant.free, first, request.trade_off)
+    return replace(done, trade_off=points)
 
 
 def verify_file(

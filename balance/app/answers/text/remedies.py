@@ -80,7 +80,7 @@ def _row(applied: AppliedRemedy, given_mass: float) -> tuple[str, ...]:
 def remedies_body(comparison: RemedyComparison) -> AnswerBody:
     """Build what is printed on a comparison."""
     reasons = [
-        f"{each.short} ({each.remedy}): {each.words}; {each.reason}"
+        f"{each.short} ({each.remedy}): {_what_and_why(each)}"
         for each in comparison.by_preference
     ]
     return [
@@ -91,6 +91,13 @@ def remedies_body(comparison: RemedyComparison) -> AnswerBody:
         *reasons,
         *_trade_offs(comparison),
     ]
+
+
+def _what_and_why(applied: AppliedRemedy) -> str:
+    """Say what is built in and what comes of it, or why it is not for this linkage."""
+    if applied.verdict == "refused":
+        return f"not for this machine, because: {applied.reason}"
+    return f"{applied.words}; {applied.reason}"
 
 
 def _trade_offs(comparison: RemedyComparison) -> AnswerBody:

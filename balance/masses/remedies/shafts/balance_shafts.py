@@ -31,6 +31,7 @@ from kinematics.model.document.write_numbers import number_words
 from kinematics.model.linkage import GROUND, Linkage
 from kinematics.model.motion import motion_of
 from kinematics.numerics.array_types import Array
+from kinematics.numerics.linalg.ties import round_decimals
 from kinematics.wording import count_noun, number_text, size_text
 
 KEY = "balance_shafts"
@@ -40,6 +41,8 @@ BUILT, LISTED = (1, 2), 4
 STEPS = 360
 # Furthest place of a shaft from the axis of the crank, in characteristic lengths.
 FURTHEST = 2.0
+# Digits of places, of the characteristic length: fewer would leave a moment.
+PLACE_DIGITS = 12
 
 
 def apply_balance_shafts(request: RemedyRequest) -> Iterator[AppliedRemedy]:
@@ -153,6 +156,7 @@ def _built(request: RemedyRequest, turn: _Turn, orders: Sequence[int]) -> Applie
         f"{count_noun(len(shafts), 'shaft')} geared to {turn.crank}, against the {number} of "
         "the shaking at constant speed"
     )
+    least = SHAKING_RELATIVE * float(turn.harmonics.forces.max())
     details = {
         "crank": turn.crank,
         "orders": list(orders),
@@ -168,23 +172,24 @@ def _built(request: RemedyRequest, turn: _Turn, orders: Sequence[int]) -> Applie
         "harmonics": {
             "orders": list(range(1, LISTED + 1)),
             "unit": "N s^2 and N m s^2: times the square of the speed in rad/s",
-            "force_before": turn.harmonics.forces.tolist(),
-            "force_after": after.forces.tolist(),
-            "moment_before": turn.harmonics.moments.tolist(),
-            "moment_after": after.moments.tolist(),
+            "force_before": _sizes(turn.harmonics.forces, least),
+            "force_after": _sizes(after.forces, least),
+            "moment_before": _sizes(turn.harmonics.moments, least * request.space.length),
+            "moment_after": _sizes(after.moments, least * request.space.length),
         },
         "moment_taken": bool(moments.all()),
     }
     if not left <= SHAKING_RELATIVE:
         reason = f"{size_text(left)} of these harmonics is left in its file"
         return replace(blank, words=words, reason=reason, details=details)
-    taken = "force and moment" if moments.all() else "force"
+    asked = request.balance == "dynamic"
+    taken = "force and moment" if asked and moments.all() else "force"
     reason = (
         f"at constant speed they take the {taken} of the {number}, and leave "
         f"{number_text(residual, '.3g')} of the force in the file (root mean square); their "
         "places are within two characteristic lengths of the crank"
     )
-    if not moments.all():
+    if asked and not moments.all():
         reason += ", where they cannot take the moment"
     done = replace(
         blank,
@@ -199,10 +204,18 @@ def _built(request: RemedyRequest, turn: _Turn, orders: Sequence[int]) -> Applie
     return with_cost(request, done, added, input_inertia(linkage))
 
 
+def _sizes(sizes: Array, least: float) -> list[float]:
+    """List sizes of harmonics; 0 for those that round-off decides."""
+    determined: list[float] = np.where(sizes > least, sizes, 0.0).tolist()
+    return determined
+
+
 def _place(request: RemedyRequest, turn: _Turn, p: complex) -> Array:
     """Convert a place in the plane to the inertial frame (3,)."""
     R = request.linkage.chain.frame.R
-    return np.asarray(np.array([p.real, p.imag, turn.near[1]]) @ R)
+    decimals = PLACE_DIGITS - int(np.floor(np.log10(request.space.length)))
+    place = np.array([p.real, p.imag, turn.near[1]]) @ R
+    return np.asarray(round_decimals(place, decimals))
 
 
 def _document(

@@ -23,7 +23,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from kinematics.numerics.array_types import Array
+from kinematics.numerics.array_types import Array, IntArray
 
 
 class Harmonics(NamedTuple):
@@ -66,7 +66,7 @@ class Shaft(NamedTuple):
     place: complex
 
 
-def harmonics_of(u: Array, force: Array, moment: Array, orders: Array) -> Harmonics:
+def harmonics_of(u: Array, force: Array, moment: Array, orders: IntArray) -> Harmonics:
     """Compute harmonics of a periodic shaking.
 
     Args:
@@ -76,7 +76,9 @@ def harmonics_of(u: Array, force: Array, moment: Array, orders: Array) -> Harmon
         orders: k ≥ 1 (h,).
     """
     waves = np.exp(-1j * np.outer(orders, u)) / u.size
-    return Harmonics(orders, waves @ force, waves.conj() @ force, waves @ moment)
+    return Harmonics(
+        orders.astype(np.float64), waves @ force, waves.conj() @ force, waves @ moment
+    )
 
 
 def shafts_against(harmonics: Harmonics, near: complex, furthest: float) -> list[Shaft]:
@@ -92,8 +94,7 @@ def shafts_against(harmonics: Harmonics, near: complex, furthest: float) -> list
         Two shafts for each order, one if its force only turns; ``|s| > 0``.
     """
     shafts = []
-    parts = zip(*map(np.ndarray.tolist, map(np.asarray, harmonics)), strict=True)
-    for k, c, d, M in parts:
+    for k, c, d, M in zip(*(part.tolist() for part in harmonics), strict=True):
         wanted = -2j * M + near.conjugate() * c - near * d.conjugate()
         square = abs(c) ** 2 + abs(d) ** 2
         steps = [(-c.conjugate() * wanted / square).conjugate(), d * wanted / square]

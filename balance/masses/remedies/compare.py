@@ -70,7 +70,7 @@ def _apply(name: str, request: RemedyRequest) -> Iterator[AppliedRemedy]:
     others = [
         applied
         for share in GEAR_SHARES
-        for applied in apply(request.at_gear(share * request.gear))
+        for applied in apply(request.changed(gear=share * request.gear))
     ]
     for applied in results:
         same = [each.trade_off for each in others if each.new_joints == applied.new_joints]

@@ -16,6 +16,7 @@ from balance.motion.motion_tolerances import SHAKING_RELATIVE
 from balance.motion.verification.trajectory import random_motions
 from balance.motion.verification.verify_motions import measure_shaking
 from balance.space.spaces.compute_space import design_space
+from balance.space.spaces.design_space import DesignSpace
 from kinematics.errors import LinkageError
 from kinematics.loading.model_gallery import load
 from kinematics.model.document.element import Document
@@ -46,7 +47,7 @@ def judge(request: RemedyRequest, variant: Variant) -> AppliedRemedy:
         details=variant.details,
     )
     motion = (*request.motion, *variant.motion)
-    inputs = request.linkage.inputs if variant.inputs is None else variant.inputs
+    inputs = _inputs(request, variant)
     regions = {**request.regions, **variant.regions}
     if variant.urdf is request.base and not variant.motion:
         # Nothing is built in but matter: the spaces of the request are known, and certified.
@@ -54,19 +55,10 @@ def judge(request: RemedyRequest, variant: Variant) -> AppliedRemedy:
         whole = request.spatial_space if flat else None
         least = least_matter(request.space, variant.free, regions, whole)
     else:
-        massless = (*request.massless, *variant.massless)
         try:
-            linkage = load(
-                variant.urdf,
-                None,
-                inputs,
-                bodies="all",
-                massless=massless,
-                angles=request.angles,
-            )
+            space = space_of(request, variant)
         except LinkageError as error:
             return replace(blank, verdict="refused", reason=str(error))
-        space = design_space(linkage, motion or None, request.balance)
         least = least_matter(space, variant.free, regions)
     verdict = least.matter.verdict
     if verdict != "feasible":
@@ -79,6 +71,28 @@ def judge(request: RemedyRequest, variant: Variant) -> AppliedRemedy:
     first = TradeOff(done.added_mass, inertia, request.gear, None, gap)
     points = trade_off_of(least, variant.free, first, request.trade_off)
     return replace(done, trade_off=points)
+
+
+def space_of(request: RemedyRequest, variant: Variant) -> DesignSpace:
+    """Compute the design space of a variant, all of whose links may carry matter.
+
+    Raises:
+        LinkageError: it does not assemble.
+    """
+    linkage = load(
+        variant.urdf,
+        None,
+        _inputs(request, variant),
+        bodies="all",
+        massless=(*request.massless, *variant.massless),
+        angles=request.angles,
+    )
+    motion = (*request.motion, *variant.motion)
+    return design_space(linkage, motion or None, request.balance)
+
+
+def _inputs(request: RemedyRequest, variant: Variant) -> tuple[str, ...]:
+    return request.linkage.inputs if variant.inputs is None else variant.inputs
 
 
 def verify_file(

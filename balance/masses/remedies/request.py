@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -89,9 +90,9 @@ class RemedyRequest:
             )
         regions_of(self.space, self.links, self.regions)
 
-    def at_gear(self, gear: float) -> RemedyRequest:
-        """Return the same request for another gear; what is known of the linkage stays."""
-        request = replace(self, gear=gear)
+    def changed(self, **changes: Any) -> RemedyRequest:
+        """Return the request with another gear or trade-off; what is known of it stays."""
+        request = replace(self, **changes)
         for name in ("space", "spatial_space", "base", "massless", "input_inertia"):
             if name in self.__dict__:
                 request.__dict__[name] = self.__dict__[name]

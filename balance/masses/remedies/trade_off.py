@@ -51,6 +51,12 @@ class TradeOff(NamedTuple):
     gap: float
 
 
+def prices_of(count: int) -> list[float]:
+    """List the prices of all points but the first, squares of the characteristic length."""
+    prices: list[float] = np.geomspace(*PRICES, count - 1).tolist()
+    return prices
+
+
 def trade_off_of(
     least: LeastMatter, links: Sequence[str], first: TradeOff, count: int
 ) -> tuple[TradeOff, ...]:
@@ -69,7 +75,7 @@ def trade_off_of(
     space, regions = matter.space, dict(matter.regions)
     parts = first.added_mass - matter.added_mass
     points = [first]
-    for price in np.geomspace(*PRICES, count - 1).tolist():
+    for price in prices_of(count):
         answer = counterweights(
             space, links, regions, "rotor", price_of_mass=price, relax=False
         )

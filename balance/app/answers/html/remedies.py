@@ -149,6 +149,8 @@ def remedies_picture(comparison: RemedyComparison, kind: str = "png") -> bytes:
                 color=COLOURS[k % len(COLOURS)],
                 label=group.name,
             )
+        for curve in _trade_off_curves(comparison):
+            ax.plot(curve["x"], curve["y"], ".-", lw=0.8, color=curve["line"]["color"])
         ax.set_xlim(0.0, 1.05 * max(1e-3, *(x for group in groups for x in group.mass)))
         ax.set_ylim(0.0, 1.05 * max(1.0, *(y for group in groups for y in group.inertia)))
         ax.set_xlabel(AXES[0])
@@ -185,9 +187,10 @@ def _trade_off_curves(comparison: RemedyComparison) -> list[dict[str, Any]]:
             "x": [point.added_mass / request.given_mass for point in applied.trade_off],
             "y": [point.inertia / felt for point in applied.trade_off],
             "text": [f"gear {point.gear:g}" for point in applied.trade_off],
-            "mode": "lines",
+            "mode": "lines+markers",
             "type": "scatter",
-            "line": {"color": colours[applied.short], "width": 1.5},
+            "marker": {"size": 5, "color": colours[applied.short]},
+            "line": {"color": colours[applied.short], "width": 1},
         }
         for applied in comparison.results
         if applied.trade_off and felt > 0.0 and applied.short in colours

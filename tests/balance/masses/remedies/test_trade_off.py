@@ -12,6 +12,9 @@ import pytest
 from scipy.optimize import minimize
 
 from balance.masses.remedies.compare import compare_request
+from balance.masses.remedies.counter_rotations.counter_rotary_masses import (
+    apply_counter_rotary_masses,
+)
 from balance.masses.remedies.counter_rotations.separate_rotors import apply_separate_rotors
 from balance.masses.remedies.trade_off import TradeOff, best_points
 from tests.balance.masses.remedies.test_rotors import REACH, pendulum
@@ -86,3 +89,42 @@ def test_smaller_gears_take_heavier_rotors_of_less_inertia():
 def test_points_that_others_beat_are_left_out():
     points = [TradeOff(m, i, 1.0, None, 0.0) for m, i in ((1, 5), (2, 6), (3, 4), (3.1, 3.999))]
     assert [point.added_mass for point in best_points(points)] == [1, 3]
+
+
+def turning_costs(masses, gear):
+    """Added mass, input inertia, and how far limits are kept, of two turning counterweights."""
+    m1, m2 = masses
+    a1 = 1.5 + m2
+    second = 1.0 / 3.0 + 0.25 / m2
+    first = 1.0 / 3.0 + 1.0 + m2 + a1**2 / m1 + second + second / gear
+    rims = m1 * RADIUS**2 - first / gear, m2 * RADIUS**2 - second / gear
+    levers = REACH - a1 / m1, REACH - 0.5 / m2
+    return m1 + m2, (1.0 + gear) * (first + second), np.array([*rims, *levers])
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("gear", [1.0, 2.0])
+def test_turning_counterweights_move_to_where_they_are_felt_least(gear):
+    """Levers are sizes of the trade-off: no two masses that keep all limits do better."""
+    request = with_points(4, gear)
+    turning = next(apply_counter_rotary_masses(request))
+    first, *rest = turning.trade_off
+    assert first.added_mass == turning.added_mass and len(rest) >= 2
+    for point in rest:
+        price = point.price
+
+        def total(masses, price=price):
+            mass, inertia, _ = turning_costs(masses, gear)
+            return inertia + price * mass
+
+        best = minimize(
+            total,
+            [8.0, 3.0],
+            bounds=[(0.1, 1e3)] * 2,
+            constraints={"type": "ineq", "fun": lambda m: turning_costs(m, gear)[2]},
+            options={"ftol": 1e-13, "maxiter": 500},
+        )
+        reached = point.inertia + price * point.added_mass
+        assert reached == pytest.approx(best.fun, rel=1e-3)
+        assert reached >= best.fun * (1.0 - 1e-6)
+        assert 0.0 <= point.gap < 1e-3

@@ -38,7 +38,7 @@ KEY = "balance_shafts"
 # Harmonics that shafts are built against, and those that are listed.
 BUILT, LISTED = (1, 2), 4
 # Samples of one turn.
-STEPS = 360
+STEPS = 120
 # Furthest place of a shaft from the axis of the crank, in characteristic lengths.
 FURTHEST = 2.0
 # Digits of places, of the characteristic length: fewer would leave a moment.

@@ -16,6 +16,7 @@ from balance.app.cli.main import main
 from balance.masses.remedies.matter_on_links import apply_force_masses
 from balance.masses.remedies.request import RemedyRequest
 from balance.masses.remedies.shafts.balance_shafts import apply_balance_shafts
+from balance.masses.remedies.shafts.harmonic_shafts import harmonics_of, shafts_against
 from kinematics.loading.model_gallery import as_linkage, load
 from kinematics.model.document.element import Document
 from tests.independent import reference
@@ -105,6 +106,25 @@ def _harmonics(model, count=48):
         )
     waves = np.fft.fft(np.array(momenta), axis=0)[:4] / count
     return np.stack([np.abs(waves[:, 2]), np.linalg.norm(waves[:, 3:5], axis=1)], axis=1)
+
+
+@pytest.mark.parametrize("size", [0.3, 300.0])
+def test_shafts_take_any_force_and_the_moment_if_they_can(size):
+    """Forces of the shafts add up in time; a moment that asks for far places stays."""
+    u = np.arange(24) * 2.0 * np.pi / 24
+    force = (1.0 + 2.0j) * np.exp(2j * u) + (0.4 - 0.3j) * np.exp(-2j * u)
+    moment = size * np.cos(2.0 * u + 0.4)
+    near, furthest = 0.2 - 0.1j, 5.0
+    shafts = shafts_against(harmonics_of(u, force, moment, np.array([2])), near, furthest)
+    assert [shaft.ratio for shaft in shafts] == [2, -2]
+    for shaft in shafts:
+        taken = -(shaft.ratio**2) * shaft.unbalance * np.exp(1j * shaft.ratio * u)
+        force = force + taken
+        moment = moment + (shaft.place.conjugate() * taken).imag
+    assert np.abs(force).max() < 1e-12
+    near_enough = size < 100.0
+    assert (np.abs(moment).max() < 1e-12) == near_enough
+    assert all((shaft.place == near) != near_enough for shaft in shafts)
 
 
 def test_where_shafts_are_no_remedy():

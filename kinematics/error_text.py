@@ -13,7 +13,9 @@ NEAR = 0.7
 
 def clean(text: str, limit: int = 80) -> str:
     """Put a text on one line, without control characters, and shorten it."""
-    line = "".join(c if c.isprintable() else " " for c in text)
+    line = text
+    if not text.isprintable():
+        line = "".join(c if c.isprintable() else " " for c in text)
     return line if len(line) <= limit else line[:limit] + "…"
 
 

@@ -143,7 +143,7 @@ GOOD: dict[str, list[str]] = {
     "sweep show --out": ["{folder}/plot.svg", "--plot", "rank,closed"],
     "sweep show --count": ["3"], "sweep export --out": ["{folder}/b.parquet"],
     "--out": ["{folder}/out.urdf"], "remedies --out": ["{folder}/remedies"],
-    "--only": ["own_masses"], "--gear": ["2"], "--rotor-radius": ["0.1"],
+    "--only": ["own_masses"], "--gear": ["2"], "--rotor-radius": ["0.1"], "--trade-off": ["2"],
     "--write-closed": ["{folder}/closed.urdf"],
     "--tool": ["{tool}", "--along", "x"],
     "--along": ["x", "--tool", "{tool}"],

@@ -387,6 +387,7 @@ WORDS: dict[str, Maker] = {
     "--only": _of("own_masses", "partial", "own_masses,partial", "wheel"),
     "--gear": lambda rng, place: [_number(rng)],
     "--rotor-radius": lambda rng, place: [_number(rng)],
+    "--trade-off": _of("2", "3", "1", "0", "x"),
     "--weight-moment": lambda rng, place: [_number(rng)],
     "--pareto": _of("2", "3", "1", "0", "x"),
     "--max-bearing": lambda rng, place: [f"{_one(rng, place.names.joints)}={_number(rng)}"],

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import argparse
+import os
+import sys
 from collections.abc import Callable
 from functools import partial
 from typing import TYPE_CHECKING
@@ -12,18 +14,20 @@ from balance.app.cli.arguments import Parser
 from balance.app.cli.exit_codes import verdict_code
 from balance.app.cli.matter_options import add_matter_options, check_matter_options
 from balance.app.cli.model_options import add_model_options, load_model
-from balance.app.cli.number_arguments import positive_number, positive_quantity
+from balance.app.cli.number_arguments import positive_number, positive_quantity, whole_number
 from balance.app.cli.outputs import (
     add_page_option,
     add_picture_option,
     check_folder,
     kind_of,
 )
-from balance.app.cli.progress import progress_bar
+from balance.app.cli.progress import STANDARD_ERROR, progress_bar
 from balance.masses.remedies.catalogue import CATALOGUE
 from kinematics.error_text import did_you_mean
+from kinematics.wording import number_text
 
 if TYPE_CHECKING:
+    from balance.masses.remedies.applied import AppliedRemedy
     from balance.masses.remedies.compare import RemedyComparison
     from balance.masses.remedies.request import RemedyRequest
 
@@ -64,6 +68,13 @@ def add_remedies(parser: Parser) -> None:
         metavar="KG",
         help="of partial balance (default: mass of the links)",
     )
+    group.add_argument(
+        "--trade-off",
+        type=whole_number(2, 50),
+        default=0,
+        metavar="N",
+        help="also N points of mass against input inertia",
+    )
     parser.group("output").add_argument(
         "--out",
         metavar="DIR",
@@ -86,7 +97,8 @@ def _run(arguments: argparse.Namespace) -> Answer:
         request = _request(arguments, advance)
         from balance.masses.remedies.compare import compare_request
 
-        comparison = compare_request(request, arguments.only)
+        report = _print_result if os.isatty(STANDARD_ERROR) else None
+        comparison = compare_request(request, arguments.only, report)
     from balance.app.answers.text.remedies import remedies_body
 
     helps = any(applied.helps for applied in comparison.results)
@@ -99,6 +111,12 @@ def _run(arguments: argparse.Namespace) -> Answer:
         f"not written, for no remedy helps: {undrawn}" if undrawn else "",
         lambda: _files(arguments, comparison),
     )
+
+
+def _print_result(applied: AppliedRemedy) -> None:
+    """Print a result on the terminal while others are computed; the bar is drawn below."""
+    added = "" if applied.added_mass is None else f", {number_text(applied.added_mass)} kg"
+    print(f"{applied.short}: {applied.verdict}{added}", file=sys.stderr, flush=True)
 
 
 def _files(arguments: argparse.Namespace, comparison: RemedyComparison) -> Files:
@@ -136,6 +154,7 @@ def _request(
         spatial=arguments.spatial,
         angles=arguments.angles,
         progress=advance,
+        trade_off=arguments.trade_off,
     )
 
 

@@ -134,7 +134,7 @@ def build_added_program(
     rank = int(np.sum(values > CONDITION_WITHOUT_MATTER * values.max(initial=0.0)))
     r, kept = -conditions @ given, U[:, :rank] / values[:rank]
     rows = V[:rank].reshape(rank, len(regions), 10).transpose(1, 0, 2)
-    cost, inertia, scale, constant = _objective(space, regions, minimise, price, file, unit)
+    cost, inertia, scale, constant = objective_of(space, regions, minimise, price, file, unit)
     # Twice, because what is left may be much smaller than r.
     remainder = conditions.T @ project_out(project_out(r, U[:, :rank]), U[:, :rank])
     return AddedProgram(
@@ -306,7 +306,7 @@ def orthonormal_conditions(basis: Array) -> Array:
     return np.asarray(Q[:, basis.shape[1] :].T)
 
 
-def _objective(
+def objective_of(
     space: DesignSpace,
     regions: Mapping[int, Region],
     minimise: AddedObjective,
@@ -314,7 +314,12 @@ def _objective(
     file: Array,
     unit: float,
 ) -> tuple[Array, tuple[Array, Array], float, float]:
-    """Compute ``cost``, ``inertia``, ``scale`` and ``constant`` of the program."""
+    """Compute ``cost``, ``inertia``, ``scale`` and ``constant`` of the program.
+
+    Args:
+        file: parameters of the given masses (bodies, 10), kg.
+        unit: kilograms per unit of mass.
+    """
     empty, S = np.empty(0), symmetric_basis()
     cost = np.zeros((len(regions), 10))
     if minimise == "mass":

@@ -11,6 +11,7 @@ import numpy as np
 
 from balance.masses.remedies.catalogue import CATALOGUE
 from balance.masses.remedies.request import RemedyRequest
+from balance.masses.remedies.trade_off import TradeOff
 from balance.support.result_files import write_file
 from kinematics.errors import UsageError
 from kinematics.wording import number_text, repr_lines
@@ -47,6 +48,8 @@ class AppliedRemedy:
         urdf: file of the linkage with the remedy and its masses; None if there is none.
         files: other files by name, such as the table of a varying ratio.
         details: plain data for JSON.
+        trade_off: added mass against inertia, if the request asks for it; see
+            `balance.masses.remedies.trade_off`.
     """
 
     remedy: str
@@ -65,6 +68,7 @@ class AppliedRemedy:
     urdf: bytes | None = field(default=None, repr=False)
     files: Mapping[str, bytes] = field(default_factory=dict, repr=False)
     details: Mapping[str, object] = field(default_factory=dict, repr=False)
+    trade_off: tuple[TradeOff, ...] = field(default=(), repr=False)
 
     def __repr__(self) -> str:
         """Two lines: the remedy, and its verdict."""
@@ -128,6 +132,7 @@ class AppliedRemedy:
             "lost_freedoms": self.lost_freedoms,
             "residual": self.residual,
             "details": dict(self.details),
+            "trade_off": [point._asdict() for point in self.trade_off],
         }
 
 
@@ -153,21 +158,22 @@ def inertia_ratio(request: RemedyRequest, now: Mapping[str, float]) -> float | N
     Returns:
         The ratio; None if the inputs of the file feel no inertia.
     """
+    before = total_inertia(request, request.input_inertia)
+    return total_inertia(request, now) / before if before > 0.0 else None
+
+
+def total_inertia(request: RemedyRequest, inertias: Mapping[str, float]) -> float:
+    """Add up inertias by input, those of sliding inputs times the square of the length."""
     kinds = {joint.name: joint.kind for joint in request.linkage.joints}
     square = request.space.length**2
-
-    def total(inertias: Mapping[str, float]) -> float:
-        return float(
-            np.sum(
-                [
-                    value * (square if kinds.get(name) == "prismatic" else 1.0)
-                    for name, value in inertias.items()
-                ]
-            )
+    return float(
+        np.sum(
+            [
+                value * (square if kinds.get(name) == "prismatic" else 1.0)
+                for name, value in inertias.items()
+            ]
         )
-
-    before = total(request.input_inertia)
-    return total(now) / before if before > 0.0 else None
+    )
 
 
 def with_cost(

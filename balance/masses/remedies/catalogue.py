@@ -99,6 +99,20 @@ CATALOGUE: dict[str, Remedy] = {
             _BECHT,
         ),
         Remedy(
+            "balance_shafts",
+            "balance shafts",
+            "balance shafts against harmonics at constant speed",
+            "",
+            "F. W. Lanchester, 1911; E. N. Stevensen, J. Engineering for Industry 95(2), 1973",
+        ),
+        Remedy(
+            "force_masses",
+            "counterweights for the force",
+            "counter-masses against the force alone",
+            "CM",
+            _REVIEW,
+        ),
+        Remedy(
             "partial",
             "less shaking for a budget",
             "least shaking for a budget of matter",

@@ -4,29 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from importlib import import_module
+from itertools import chain
 
 from balance.masses.counterweights.regions import Region
 from balance.masses.designs.feasibility import Feasibility, feasible
 from balance.masses.remedies.applied import AppliedRemedy
 from balance.masses.remedies.catalogue import CATALOGUE
-from balance.masses.remedies.constraints.input_relations import apply_input_relation
-from balance.masses.remedies.constraints.slider_path import apply_slider_path
-from balance.masses.remedies.copies.duplicates import apply_duplicates
-from balance.masses.remedies.counter_rotations.counter_rotary_masses import (
-    apply_counter_rotary_masses,
-)
-from balance.masses.remedies.counter_rotations.separate_rotors import apply_separate_rotors
-from balance.masses.remedies.counter_rotations.transmissions import (
-    apply_parallelogram_transmission,
-    apply_planetary_transmission,
-)
-from balance.masses.remedies.dyads.added_dyad import apply_added_dyad
-from balance.masses.remedies.matter_on_links import apply_own_masses, apply_partial
 from balance.masses.remedies.request import RemedyRequest
-from balance.masses.remedies.wheels.balancing_wheels import (
-    apply_active_wheel,
-    apply_passive_wheel,
-)
+from balance.masses.remedies.trade_off import GEAR_SHARES, best_points
 from balance.support.options import Balance
 from balance.support.result_files import WithPage, WithPicture
 from balance.support.tolerances import MASSES_EQUAL
@@ -40,20 +26,56 @@ REMEDIES_SCHEMA = "balance.remedies/1"
 # Remedies that build the whole linkage again.
 COPIES = ("duplicates",)
 
-_APPLY: dict[str, Callable[[RemedyRequest], Iterator[AppliedRemedy]]] = {
-    "own_masses": apply_own_masses,
-    "separate_rotors": apply_separate_rotors,
-    "counter_rotary_masses": apply_counter_rotary_masses,
-    "planetary_transmission": apply_planetary_transmission,
-    "parallelogram_transmission": apply_parallelogram_transmission,
-    "duplicates": apply_duplicates,
-    "added_dyad": apply_added_dyad,
-    "passive_wheel": apply_passive_wheel,
-    "active_wheel": apply_active_wheel,
-    "input_relation": apply_input_relation,
-    "slider_path": apply_slider_path,
-    "partial": apply_partial,
+_MODULES = {
+    "own_masses": "matter_on_links",
+    "separate_rotors": "counter_rotations.separate_rotors",
+    "counter_rotary_masses": "counter_rotations.counter_rotary_masses",
+    "planetary_transmission": "counter_rotations.transmissions",
+    "parallelogram_transmission": "counter_rotations.transmissions",
+    "duplicates": "copies.duplicates",
+    "added_dyad": "dyads.added_dyad",
+    "passive_wheel": "wheels.balancing_wheels",
+    "active_wheel": "wheels.balancing_wheels",
+    "input_relation": "constraints.input_relations",
+    "slider_path": "constraints.slider_path",
+    "balance_shafts": "shafts.balance_shafts",
+    "force_masses": "matter_on_links",
+    "partial": "matter_on_links",
 }
+"""The module of each remedy, in the order in which they are applied.
+
+Its function ``apply_REMEDY`` takes a request and yields results. Modules are imported when
+their remedy is applied: who names one waits for no other.
+"""
+
+
+# Remedies with counter-rotations at the gear of the request.
+_GEARED = (
+    "separate_rotors",
+    "counter_rotary_masses",
+    "planetary_transmission",
+    "parallelogram_transmission",
+)
+
+
+def _apply(name: str, request: RemedyRequest) -> Iterator[AppliedRemedy]:
+    """Apply one remedy, with the points of its trade-off at all gears that are tried."""
+    module = import_module(f"balance.masses.remedies.{_MODULES[name]}")
+    apply: Callable[[RemedyRequest], Iterator[AppliedRemedy]]
+    apply = getattr(module, f"apply_{name}")
+    if not request.trade_off or name not in _GEARED:
+        yield from apply(request)
+        return
+    results = list(apply(request))
+    others = [
+        applied
+        for share in GEAR_SHARES
+        for applied in apply(request.changed(gear=share * request.gear))
+    ]
+    for applied in results:
+        same = [each.trade_off for each in others if each.new_joints == applied.new_joints]
+        points = best_points(chain(applied.trade_off, *same)) if applied.trade_off else ()
+        yield replace(applied, trade_off=points)
 
 
 @dataclass(frozen=True, eq=False)
@@ -168,7 +190,9 @@ def compare_remedies(
     gear: float = 1.0,
     radius: float | None = None,
     budget: float | None = None,
+    trade_off: int = 0,
     progress: Callable[[int, int], None] | None = None,
+    report: Callable[[AppliedRemedy], None] | None = None,
 ) -> RemedyComparison:
     """Apply the remedies of the literature to a linkage, and compare what each costs.
 
@@ -189,7 +213,10 @@ def compare_remedies(
         radius: radius of rotors and wheels, metres; by default a quarter of the characteristic
             length, or of the length of a link at the end of a chain if that is longer.
         budget: most mass that partial balance may add, kg; by default the mass of the linkage.
+        trade_off: points of added mass against input inertia for each remedy that balances by
+            the least matter: `AppliedRemedy.trade_off`; 0 for none.
         progress: called with the number of steps done and of all steps.
+        report: called with each result, as soon as it is there.
 
     Returns:
         The results, one or more for each remedy.
@@ -220,15 +247,21 @@ def compare_remedies(
         radius,
         budget,
         progress=progress,
+        trade_off=trade_off,
     )
-    return compare_request(request, only)
+    return compare_request(request, only, report)
 
 
-def compare_request(request: RemedyRequest, only: Sequence[str] = ()) -> RemedyComparison:
+def compare_request(
+    request: RemedyRequest,
+    only: Sequence[str] = (),
+    report: Callable[[AppliedRemedy], None] | None = None,
+) -> RemedyComparison:
     """Apply remedies to what a request describes; see `compare_remedies`.
 
     Args:
         only: names of remedies; by default all.
+        report: called with each result, as soon as it is there.
     """
     for name in only:
         if name not in CATALOGUE:
@@ -236,10 +269,11 @@ def compare_request(request: RemedyRequest, only: Sequence[str] = ()) -> RemedyC
             raise UsageError(f"no remedy '{name}'{meant}: choose from {', '.join(CATALOGUE)}")
     request = replace(request, only=tuple(only))
     request.check()
-    results = tuple(
-        applied
-        for name, apply in _APPLY.items()
-        if name in (only or _APPLY)
-        for applied in apply(request)
-    )
-    return RemedyComparison(request, feasible(request.space), results)
+    results = []
+    for name in _MODULES:
+        if name in (only or _MODULES):
+            for applied in _apply(name, request):
+                results.append(applied)
+                if report is not None:
+                    report(applied)
+    return RemedyComparison(request, feasible(request.space), tuple(results))

@@ -7,14 +7,16 @@ from dataclasses import replace
 
 from balance.masses.counterweights.write_counterweights import with_counterweights
 from balance.masses.partial.motion_loads import input_inertia
-from balance.masses.remedies.applied import AppliedRemedy, with_cost
+from balance.masses.remedies.applied import AppliedRemedy, total_inertia, with_cost
 from balance.masses.remedies.least_matter import least_matter
 from balance.masses.remedies.request import RemedyRequest, freedoms_of
+from balance.masses.remedies.trade_off import TradeOff, trade_off_of
 from balance.masses.remedies.variant import Variant
 from balance.motion.motion_tolerances import SHAKING_RELATIVE
 from balance.motion.verification.trajectory import random_motions
 from balance.motion.verification.verify_motions import measure_shaking
 from balance.space.spaces.compute_space import design_space
+from balance.space.spaces.design_space import DesignSpace
 from kinematics.errors import LinkageError
 from kinematics.loading.model_gallery import load
 from kinematics.model.document.element import Document
@@ -45,21 +47,52 @@ def judge(request: RemedyRequest, variant: Variant) -> AppliedRemedy:
         details=variant.details,
     )
     motion = (*request.motion, *variant.motion)
-    inputs = request.linkage.inputs if variant.inputs is None else variant.inputs
-    massless = (*request.massless, *variant.massless)
-    try:
-        linkage = load(
-            variant.urdf, None, inputs, bodies="all", massless=massless, angles=request.angles
-        )
-    except LinkageError as error:
-        return replace(blank, verdict="refused", reason=str(error))
-    space = design_space(linkage, motion or None, request.balance)
-    least = least_matter(space, variant.free, {**request.regions, **variant.regions})
+    inputs = _inputs(request, variant)
+    regions = {**request.regions, **variant.regions}
+    if variant.urdf is request.base and not variant.motion:
+        # Nothing is built in but matter: the spaces of the request are known, and certified.
+        flat = request.space.planar and request.balance == "dynamic"
+        whole = request.spatial_space if flat else None
+        least = least_matter(request.space, variant.free, regions, whole)
+    else:
+        try:
+            space = space_of(request, variant)
+        except LinkageError as error:
+            return replace(blank, verdict="refused", reason=str(error))
+        least = least_matter(space, variant.free, regions)
     verdict = least.matter.verdict
     if verdict != "feasible":
         return replace(blank, verdict=verdict, reason=least.reason, proof=least.proof)
     urdf = with_counterweights(least.matter, merge=frozenset(variant.new_links))
-    return verify_file(request, blank, urdf, motion, inputs)
+    done = verify_file(request, blank, urdf, motion, inputs)
+    if not request.trade_off or done.added_mass is None or done.input_inertia is None:
+        return done
+    inertia, gap = total_inertia(request, done.input_inertia), least.matter.gap or 0.0
+    first = TradeOff(done.added_mass, inertia, request.gear, None, gap)
+    points = trade_off_of(least, variant.free, first, request.trade_off)
+    return replace(done, trade_off=points)
+
+
+def space_of(request: RemedyRequest, variant: Variant) -> DesignSpace:
+    """Compute the design space of a variant, all of whose links may carry matter.
+
+    Raises:
+        LinkageError: it does not assemble.
+    """
+    linkage = load(
+        variant.urdf,
+        None,
+        _inputs(request, variant),
+        bodies="all",
+        massless=(*request.massless, *variant.massless),
+        angles=request.angles,
+    )
+    motion = (*request.motion, *variant.motion)
+    return design_space(linkage, motion or None, request.balance)
+
+
+def _inputs(request: RemedyRequest, variant: Variant) -> tuple[str, ...]:
+    return request.linkage.inputs if variant.inputs is None else variant.inputs
 
 
 def verify_file(

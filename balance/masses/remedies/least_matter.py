@@ -46,7 +46,10 @@ class LeastMatter(NamedTuple):
 
 
 def least_matter(
-    space: DesignSpace, links: Sequence[str], regions: Mapping[str, Region | str]
+    space: DesignSpace,
+    links: Sequence[str],
+    regions: Mapping[str, Region | str],
+    whole: DesignSpace | None = None,
 ) -> LeastMatter:
     """Find the least matter in some regions, or in wider ones if these are too small.
 
@@ -56,10 +59,12 @@ def least_matter(
     Args:
         links: links that may get matter.
         regions: where, by name of the link; see `balance.counterweights`.
+        whole: the space with all components of the momentum, if it is known.
     """
     flat = space.planar and space.balance == "dynamic"
     # The space of all components of the momentum, once for all programs.
-    whole = recompute_spatial(space) if flat else space
+    if whole is None or not flat:
+        whole = recompute_spatial(space) if flat else space
     matter = counterweights(whole, links, regions, relax=False)
     if matter.verdict == "feasible":
         return LeastMatter(matter, None)

@@ -2,18 +2,28 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
+
+import numpy as np
 
 from balance.masses.counterweights.write_counterweights import with_counterweights
 from balance.masses.partial.budgets import partial
 from balance.masses.partial.motion_loads import input_inertia
-from balance.masses.remedies.applied import AppliedRemedy, with_cost
-from balance.masses.remedies.judge import judge
+from balance.masses.remedies.applied import AppliedRemedy, refused, with_cost
+from balance.masses.remedies.judge import MOTIONS, POSES, judge
 from balance.masses.remedies.request import RemedyRequest
 from balance.masses.remedies.variant import Variant
+from balance.motion.motion_tolerances import SHAKING_RELATIVE
+from balance.motion.verification.shaking_wrench import move_wrenches, shaking_along
+from balance.motion.verification.trajectory import Trajectory, random_motions
+from balance.motion.verification.verify_motions import measure_shaking
+from kinematics.closure.joint_positions import input_chain
 from kinematics.loading.model_gallery import load
 from kinematics.model.document.element import Document
+from kinematics.model.linkage import Linkage
+from kinematics.model.motion import motion_of
+from kinematics.wording import number_text, size_text
 
 
 def apply_own_masses(request: RemedyRequest) -> Iterator[AppliedRemedy]:
@@ -24,6 +34,78 @@ def apply_own_masses(request: RemedyRequest) -> Iterator[AppliedRemedy]:
     """
     words = f"matter on {', '.join(request.links)}"
     yield judge(request, Variant("own_masses", words, request.base, request.links))
+
+
+def apply_force_masses(request: RemedyRequest) -> Iterator[AppliedRemedy]:
+    """Balance the force by counterweights on the links, and measure the moment that is left.
+
+    The residual is the root mean square of the shaking moment about the middle of the linkage
+    over that of the file, along the same random motions; it may be above 1.
+
+    Yields:
+        One result: ``"partial"``, for the moment stays.
+    """
+    from balance.masses.remedies.wheels.wheels_on_base import NoWheel, balance_force
+
+    if request.balance == "force":
+        yield refused("force_masses", "the force alone is asked for: see own_masses")
+        return
+    words = f"matter on {', '.join(request.links)} against the force alone"
+    try:
+        balanced = balance_force(request)
+    except NoWheel as no:
+        reason = no.reason.removeprefix("a wheel takes no force, and ")
+        yield replace(
+            refused("force_masses", reason, words), verdict=no.verdict, proof=no.proof
+        )
+        return
+    motions = _random_motions(request, request.linkage)
+    before, after = (
+        _root_mean_squares(linkage, motions) for linkage in (request.linkage, balanced.linkage)
+    )
+    force = measure_shaking(balanced.linkage, motions).force
+    blank = AppliedRemedy("force_masses", words, "undecided", "")
+    if not force <= SHAKING_RELATIVE:
+        reason = f"its file shakes by {size_text(force)} of the bodies' own inertia"
+        yield replace(blank, reason=reason)
+        return
+    residual = after[1] / before[1] if before[1] > 0.0 else 0.0
+    details = {
+        "motions": f"{MOTIONS} random motions of 1 s",
+        "force_before": before[0],
+        "force_after": after[0],
+        "moment_before": before[1],
+        "moment_after": after[1],
+    }
+    reason = (
+        f"no force is left; the moment is {number_text(residual, '.3g')} times that of the "
+        f"file ({number_text(after[1], '.3g')} N m, root mean square along random motions of "
+        "1 s)"
+    )
+    done = replace(
+        blank,
+        verdict="partial",
+        reason=reason,
+        residual=residual,
+        urdf=balanced.document.data,
+        details=details,
+    )
+    yield with_cost(request, done, balanced.added, input_inertia(balanced.linkage))
+
+
+def _random_motions(request: RemedyRequest, linkage: Linkage) -> list[Trajectory]:
+    """Make the random motions along which files of remedies are verified."""
+    limits = motion_of(linkage, request.motion or None)
+    return list(random_motions(linkage, MOTIONS, POSES, motion=limits))
+
+
+def _root_mean_squares(linkage: Linkage, motions: Sequence[Trajectory]) -> tuple[float, float]:
+    """Compute the root mean squares of force and moment, about the middle, along motions."""
+    chain = input_chain(linkage)
+    wrenches = np.concatenate([shaking_along(linkage, motion) for motion in motions])
+    moved = move_wrenches(wrenches, chain.frame.origin)
+    squares = np.square(moved).sum(axis=0) / len(moved)
+    return float(np.sqrt(squares[3:].sum())), float(np.sqrt(squares[:3].sum()))
 
 
 def apply_partial(request: RemedyRequest) -> Iterator[AppliedRemedy]:

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -49,6 +50,8 @@ class RemedyRequest:
         angles: how angles that look rounded are read; see `kinematics.load`.
         progress: called with the number of steps done and of all steps of a search.
         only: remedies that the user names: long searches are made for these alone.
+        trade_off: points of added mass against input inertia for each remedy that balances by
+            the least matter; 0 for none.
     """
 
     linkage: Linkage
@@ -63,6 +66,7 @@ class RemedyRequest:
     angles: str = "nominal"
     progress: Callable[[int, int], None] | None = None
     only: tuple[str, ...] = ()
+    trade_off: int = 0
 
     def check(self) -> None:
         """Refuse a request that no remedy can serve.
@@ -75,6 +79,8 @@ class RemedyRequest:
         for name, value in (("gear", self.gear), ("rotor radius", self.rotor_radius)):
             if not 0.0 < value < float("inf"):
                 raise UsageError(f"{name} {value:g}: give a positive number")
+        if self.trade_off < 0 or self.trade_off == 1:
+            raise UsageError(f"a trade-off of {self.trade_off} points: give 2 or more")
         if self.budget is not None and not 0.0 <= self.budget < float("inf"):
             raise UsageError(f"budget {self.budget:g}: a mass is not negative")
         if not self.given_mass > 0.0:
@@ -83,6 +89,14 @@ class RemedyRequest:
                 "what they add: give the links that move an <inertial>"
             )
         regions_of(self.space, self.links, self.regions)
+
+    def changed(self, **changes: Any) -> RemedyRequest:
+        """Return the request with another gear or trade-off; what is known of it stays."""
+        request = replace(self, **changes)
+        for name in ("space", "spatial_space", "base", "massless", "input_inertia"):
+            if name in self.__dict__:
+                request.__dict__[name] = self.__dict__[name]
+        return request
 
     @property
     def links(self) -> tuple[str, ...]:

@@ -11,16 +11,20 @@ opposite one on its base.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from balance.motion.motion_tolerances import RATE_RESIDUAL_RELATIVE
+from balance.motion.verification.motion_kernels import (
+    fill_load_regressors,
+    fill_loads,
+    load_workspace,
+)
 from balance.motion.verification.trajectory import Trajectory
 from balance.space.inertial_parameters.conversions import to_chain
-from balance.space.momentum.regressor import RegressorSeries
 from kinematics.closure.joint_positions import input_chain, joint_positions
 from kinematics.closure.newton import forward_kinematics
 from kinematics.closure.series import expand_from
@@ -118,10 +122,7 @@ def inertia_loads(chain: Chain, z: Array, q: Array, ud: Array, udd: Array) -> Lo
     """
     chain_z = to_chain(z, chain.frame, False, False)
     loads = np.zeros((2, len(q), len(chain_z), 6))
-    screws = np.empty((len(q), *chain.screws.shape))
-    for k, (pose, both) in enumerate(_regressors(chain, q, ud, udd)):
-        screws[k], loads[:, k] = pose, np.einsum("kibp,bp->kbi", both, chain_z)
-    return Loads(loads[0], loads[1], screws)
+    return _filled(chain, (q, ud, udd), fill_loads, loads, chain_z)
 
 
 def inertia_wrenches(
@@ -210,21 +211,24 @@ def load_regressors(chain: Chain, q: Array, ud: Array, udd: Array) -> Loads:
         the units of the chain (N, bodies, 6, 10).
     """
     loads = np.zeros((2, len(q), chain.links.size, 6, 10))
+    return _filled(chain, (q, ud, udd), fill_load_regressors, loads)
+
+
+def _filled(
+    chain: Chain,
+    motion: tuple[Array, Array, Array],
+    fill: Callable[..., None],
+    loads: Array,
+    *masses: Array,
+) -> Loads:
+    """Fill loads along a motion by a kernel, with a workspace that the chain keeps."""
+    q, ud, udd = (np.ascontiguousarray(x) for x in motion)
     screws = np.empty((len(q), *chain.screws.shape))
-    for k, (pose, both) in enumerate(_regressors(chain, q, ud, udd)):
-        screws[k], loads[:, k] = pose, both.swapaxes(1, 2)
+    workspace = chain.borrow(("loads",), lambda: load_workspace(chain))
+    samples = q, ud[:, None], udd[:, None]
+    fill(chain.walked, chain.links, *masses, samples, workspace, screws, loads)
+    chain.give_back(("loads",), workspace)
     return Loads(loads[0], loads[1], screws)
-
-
-def _regressors(chain: Chain, q: Array, ud: Array, udd: Array) -> Iterator[tuple[Array, Array]]:
-    """Yield screws, and regressors of momentum and rate (2, 6, bodies, 10), of each sample."""
-    for position, speed, change in zip(q, ud, udd, strict=True):
-        pose = forward_kinematics(chain, position)
-        series = expand_from(chain, pose.screws, speed[None], 1)
-        X = RegressorSeries(chain, series, pose=pose).rows(1)[:, 0]
-        steady, changing = X.reshape(2, speed.size, -1)
-        both = np.stack([speed @ steady, change @ steady + speed @ changing])
-        yield pose.screws, both.reshape(2, 6, -1, 10)
 
 
 def wrench_to_si(wrenches: Array, frame: Frame) -> Array:

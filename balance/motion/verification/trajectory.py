@@ -22,9 +22,10 @@ from balance.motion.motion_tolerances import (
     MOTION_RETURN,
 )
 from balance.motion.verification.input_paths import InputPath, random_sines
+from balance.motion.verification.motion_kernels import follow_samples, motion_workspace
 from balance.motion.verification.table_rounding import InputErrors
 from kinematics.closure.joint_positions import input_chain, joint_positions
-from kinematics.closure.newton import closure_residual, follow_ray, forward_kinematics
+from kinematics.closure.newton import forward_kinematics
 from kinematics.closure.series import expand_from
 from kinematics.errors import MotionError, PoseError
 from kinematics.model.arrays import Chain, freeze
@@ -33,10 +34,6 @@ from kinematics.model.motion import Motion
 from kinematics.numerics.array_types import Array
 from kinematics.numerics.linalg.skyline_qr import pivots
 
-# Order of the series that predicts the next sample.
-PREDICTION_ORDER = 3
-# Most steps between two samples; the first sample may be far from the reference pose.
-MAX_STEPS = 200
 # Random motions: their first amplitude, radians and characteristic lengths.
 FIRST_AMPLITUDE = 0.8
 # Factor by which the amplitude shrinks after a motion that cannot be followed.
@@ -249,47 +246,34 @@ def _track(
         least: bound on the conditioning, relative to the reference pose.
     """
     time, u, ud, udd = path
-    inputs = linkage.positions_of(linkage.inputs)
-    scale = chain.units[inputs]
+    scale = chain.units[linkage.positions_of(linkage.inputs)]
     # Random motions start at the reference pose, where the loops are closed.
     start = np.zeros(chain.parent.size)
     if u[:1].any():
         start = joint_positions(linkage, u[0]) / chain.units
     pose = forward_kinematics(chain, start)
-    q, qd, qdd = (np.zeros((time.size, chain.parent.size)) for _ in range(3))
-    closure, conditioning = 0.0, 1.0
-    reference_pivot = loop_pivot(chain, chain.screws)
+    motion = tuple(np.zeros((time.size, chain.parent.size)) for _ in range(3))
+    extremes = np.array([0.0, 1.0])
     # Predict along one direction only: the expansion has far fewer numbers.
     moves = freeze(chain.moves.any(axis=1, keepdims=True), np.bool_)
     narrow = replace(chain, columns=freeze(chain.columns[:, :1]), moves=moves)
-    last, line = np.full(chain.width, np.nan), narrow
-    steps = zip(u / scale, ud / scale, udd / scale, strict=True)
-    for k, (now, speed, change) in enumerate(steps):
-        advance = u[min(k + 1, len(u) - 1)] / scale - now
-        length = float(np.sqrt(advance @ advance))
-        direction = advance / length if length > 0.0 else advance
-        C = expand_from(chain, pose.screws, speed[None], 1).C[0]
-        pivot = loop_pivot(chain, pose.screws)
-        conditioning = min(conditioning, pivot / reference_pivot)
-        if not (np.abs(C[0]).max(initial=0.0) <= fastest and conditioning >= least):
-            return float(time[k])
-        q[k], qd[k], qdd[k] = pose.q, C[0] @ speed, C[0] @ change + C[1] @ speed
-        residual = closure_residual(chain, pose.H, pose.q)
-        closure = max(closure, float(np.sqrt(residual @ residual)))
-        remaining = length
-        if not np.array_equal(direction, last):
-            # One input always moves along the same line, forwards or backwards.
-            last, line = direction, narrow.with_columns((chain.columns @ direction)[:, None])
-        for _ in range(MAX_STEPS):
-            if remaining == 0.0:
-                break
-            series = expand_from(line, pose.screws, np.ones((1, 1)), PREDICTION_ORDER)
-            pose, step = follow_ray(line, pose.q, series, np.ones(1), remaining)
-            if step == 0.0:
-                return float(time[k])
-            remaining -= step
-        if remaining > 0.0:
-            return float(time[k])
-    q, qd, qdd = (freeze(chain.units * x) for x in (q, qd, qdd))
+    advance = np.diff(u / scale, axis=0, append=u[-1:] / scale)
+    lengths = np.sqrt(np.einsum("kw,kw->k", advance, advance))
+    directions = advance / np.where(lengths > 0.0, lengths, 1.0)[:, None]
+    lines = freeze((directions @ chain.columns.T)[:, :, None])
+    purpose = ("motion",)
+    workspace = chain.borrow(purpose, lambda: motion_workspace(chain, narrow))
+    reached = follow_samples(
+        chain.walked,
+        (lines, moves, lengths, (ud / scale)[:, None], (udd / scale)[:, None]),
+        np.array([fastest, least, loop_pivot(chain, chain.screws)]),
+        (start.copy(), pose.H, pose.screws.copy(), np.empty(start.size)),
+        (*motion, extremes),
+        workspace,
+    )
+    chain.give_back(purpose, workspace)
+    if reached < time.size:
+        return float(time[reached])
+    q, qd, qdd = (freeze(chain.units * x) for x in motion)
     time, u, ud, udd = map(freeze, path)
-    return Trajectory(time, u, ud, udd, q, qd, qdd, closure, conditioning)
+    return Trajectory(time, u, ud, udd, q, qd, qdd, *extremes.tolist())

@@ -210,6 +210,8 @@ class RationalJoints:
         if origin is not None:
             words = origin.attributes.get("rpy", "0 0 0").split()
             for axis, word in zip(reversed(AXES), reversed(words), strict=True):
+                if not word.strip("+-0."):  # a zero, as most files have it: no turn
+                    continue
                 pose = pose @ RationalPose(self._turn(label, axis, exact_angle(word), word))
         return pose
 

@@ -11,6 +11,7 @@ import re
 import stat
 from collections.abc import Iterator
 from contextlib import contextmanager
+from functools import lru_cache
 from xml.parsers import expat
 
 from kinematics.error_text import clean
@@ -29,6 +30,8 @@ MAX_VALUE = 100_000
 MAX_TOKEN = 2**20
 # Bytes that are parsed at a time.
 _CHUNK = 2**16
+# Largest file whose tree is kept for the next who reads the same bytes.
+_KEPT = 2**17
 
 _POINTER = b"version https://git-lfs"
 # Byte order mark, blanks and comments, and a declaration after them. What is before it is
@@ -132,6 +135,11 @@ def build_tree(data: bytes) -> Element:
     Raises:
         Refusal: the document is not well-formed, or exceeds a limit.
     """
+    return _parse_again(data) if len(data) <= _KEPT else _parse(data)
+
+
+def _parse(data: bytes) -> Element:
+    """Parse a document; see `build_tree`."""
     builder = _Builder()
     try:
         builder.feed(_declaration_first(data))
@@ -144,6 +152,10 @@ def build_tree(data: bytes) -> Element:
         problem = f"not readable as XML ({clean(str(error))})"
         raise Refusal("", problem, "save it as UTF-8") from None
     return builder.closed[0]
+
+
+# The last few trees of small files: who changes a file step by step reads it again and again.
+_parse_again = lru_cache(maxsize=4)(_parse)
 
 
 def _declaration_first(data: bytes) -> bytes:

@@ -13,7 +13,7 @@ from balance.app.answers.html.render import facts_list, render_page, rows_table
 from balance.app.answers.html.time_panels import COLOURS
 from balance.app.answers.text.remedies import remedies_facts, remedy_rows
 from balance.masses.designs.density import STEEL
-from balance.masses.remedies.applied import AppliedRemedy
+from balance.masses.remedies.applied import AppliedRemedy, total_inertia
 from balance.masses.remedies.compare import RemedyComparison
 from balance.masses.remedies.request import RemedyRequest
 from kinematics.errors import LinkageError, UsageError
@@ -149,6 +149,8 @@ def remedies_picture(comparison: RemedyComparison, kind: str = "png") -> bytes:
                 color=COLOURS[k % len(COLOURS)],
                 label=group.name,
             )
+        for curve in _trade_off_curves(comparison):
+            ax.plot(curve["x"], curve["y"], ".-", lw=0.8, color=curve["line"]["color"])
         ax.set_xlim(0.0, 1.05 * max(1e-3, *(x for group in groups for x in group.mass)))
         ax.set_ylim(0.0, 1.05 * max(1.0, *(y for group in groups for y in group.inertia)))
         ax.set_xlabel(AXES[0])
@@ -171,6 +173,30 @@ def _cost_groups(comparison: RemedyComparison) -> list[_CostGroup]:
     return list(groups.values())
 
 
+def _trade_off_curves(comparison: RemedyComparison) -> list[dict[str, Any]]:
+    """Build the curves of mass against inertia, in the colour of their remedy."""
+    request = comparison.request
+    felt = total_inertia(request, request.input_inertia)
+    colours = {
+        group.name: COLOURS[k % len(COLOURS)]
+        for k, group in enumerate(_cost_groups(comparison))
+    }
+    return [
+        {
+            "name": f"{applied.short}: trade-off",
+            "x": [point.added_mass / request.given_mass for point in applied.trade_off],
+            "y": [point.inertia / felt for point in applied.trade_off],
+            "text": [f"gear {point.gear:g}" for point in applied.trade_off],
+            "mode": "lines+markers",
+            "type": "scatter",
+            "marker": {"size": 5, "color": colours[applied.short]},
+            "line": {"color": colours[applied.short], "width": 1},
+        }
+        for applied in comparison.results
+        if applied.trade_off and felt > 0.0 and applied.short in colours
+    ]
+
+
 def _cost_figure(comparison: RemedyComparison) -> dict[str, Any]:
     """Build the figure of added mass against input inertia, a mark for each remedy."""
     marks = [
@@ -189,6 +215,7 @@ def _cost_figure(comparison: RemedyComparison) -> dict[str, Any]:
         }
         for k, group in enumerate(_cost_groups(comparison))
     ]
+    marks += _trade_off_curves(comparison)
     x, y = ({"title": {"text": text}, "rangemode": "tozero"} for text in AXES)
     layout = {"xaxis": x, "yaxis": y, "height": 460, "showlegend": True}
     return {"data": marks, "layout": layout}

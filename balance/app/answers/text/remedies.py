@@ -14,6 +14,8 @@ from kinematics.wording import number_text, size_text
 
 DIGITS = 4
 NONE = "-"
+# Gaps below it are those of the solver.
+GAP_DETERMINED = 1e-6
 ONLY_COPIES = "of these remedies only copies of the whole linkage balance it; "
 LESS_SHAKING = "balance reduce --budget KG: the least shaking"
 HEAD = (
@@ -78,7 +80,7 @@ def _row(applied: AppliedRemedy, given_mass: float) -> tuple[str, ...]:
 def remedies_body(comparison: RemedyComparison) -> AnswerBody:
     """Build what is printed on a comparison."""
     reasons = [
-        f"{each.short} ({each.remedy}): {each.words}; {each.reason}"
+        f"{each.short} ({each.remedy}): {_what_and_why(each)}"
         for each in comparison.by_preference
     ]
     return [
@@ -87,4 +89,32 @@ def remedies_body(comparison: RemedyComparison) -> AnswerBody:
         AnswerTable(remedy_rows(comparison)),
         "",
         *reasons,
+        *_trade_offs(comparison),
     ]
+
+
+def _what_and_why(applied: AppliedRemedy) -> str:
+    """Say what is built in and what comes of it, or why it is not for this linkage."""
+    if applied.verdict == "refused":
+        return f"not for this machine, because: {applied.reason}"
+    return f"{applied.words}; {applied.reason}"
+
+
+def _trade_offs(comparison: RemedyComparison) -> AnswerBody:
+    """Build the tables of mass against inertia, if they were asked for."""
+    given = comparison.request.given_mass
+    rows = [
+        (
+            applied.short,
+            number_text(point.added_mass, f".{DIGITS}g", given),
+            number_text(point.inertia, f".{DIGITS}g"),
+            f"{point.gear:g}",
+            size_text(point.gap, ".1e", floor=GAP_DETERMINED),
+        )
+        for applied in comparison.by_preference
+        for point in applied.trade_off
+    ]
+    if not rows:
+        return []
+    head = "trade-off", "added (kg)", "input inertia (kg m2)", "gear", "gap"
+    return ["", AnswerTable([head, *rows])]

@@ -17,6 +17,7 @@ carries, ``I + a² / m = N m ρ²``.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -29,8 +30,10 @@ from balance.masses.counterweights.added_matter import (
 )
 from balance.masses.counterweights.counterweights import counterweights
 from balance.masses.counterweights.link_regions import default_region, regions_of, wide_region
+from balance.masses.counterweights.program import objective_of
 from balance.masses.counterweights.regions import Region
-from balance.masses.remedies.applied import AppliedRemedy, refused
+from balance.masses.designs.pseudo_inertia_cone import given_parameters
+from balance.masses.remedies.applied import AppliedRemedy, refused, total_inertia
 from balance.masses.remedies.counter_rotations.counter_rotors import (
     RotorConditions,
     disc_columns,
@@ -49,13 +52,16 @@ from balance.masses.remedies.counter_rotations.separate_rotors import (
     rotor_variant,
     unusable,
 )
-from balance.masses.remedies.judge import judge
+from balance.masses.remedies.judge import judge, space_of
 from balance.masses.remedies.request import RemedyRequest
+from balance.masses.remedies.trade_off import TradeOff, best_points, prices_of
 from balance.masses.remedies.variant import Variant
+from balance.space.requirements.recompute_spatial import recompute_spatial
 from balance.space.spaces.compute_space import design_space
 from balance.space.spaces.design_space import DesignSpace
 from balance.support.clarabel_adapter import ConstraintBlock, solve_conic, triangles
 from balance.support.tolerances import CONDITION_WITHOUT_MATTER, ROTOR_WITHOUT_MOMENTUM
+from kinematics.closure.series import expand
 from kinematics.numerics.array_types import Array
 from kinematics.numerics.linalg.ties import round_decimals
 from kinematics.wording import count_noun, number_text
@@ -92,15 +98,56 @@ def apply_counter_rotary_masses(request: RemedyRequest) -> Iterator[AppliedRemed
     if fewest.verdict != "feasible" or not fewest.count:
         yield answer_without_rotors("counter_rotary_masses", fewest)
         return
+    plain = request.changed(trade_off=0)
     for rotor_set in fewest.sets[:MOST_SETS]:
-        yield judge(request, _variant(request, fewest, rotor_set))
+        lightest = lightest_places(request, rotor_set.joints)
+        applied = judge(plain, _variant(request, fewest, rotor_set, lightest))
+        if request.trade_off and lightest is not None and applied.verdict == "feasible":
+            points = _trade_off(request, fewest, rotor_set, applied, lightest)
+            applied = replace(applied, trade_off=points)
+        yield applied
 
 
-def _variant(request: RemedyRequest, fewest: FewestRotors, rotor_set: RotorSet) -> Variant:
-    """Build turning counterweights where they are lightest, or where forces want them."""
+def _trade_off(
+    request: RemedyRequest,
+    fewest: FewestRotors,
+    rotor_set: RotorSet,
+    applied: AppliedRemedy,
+    lightest: LightestPlaces,
+) -> tuple[TradeOff, ...]:
+    """Find the places of the least inertia and price of mass, and what they take when built."""
+    assert applied.added_mass is not None and applied.input_inertia is not None
+    inertia = total_inertia(request, applied.input_inertia)
+    gap = max(0.0, 1.0 - lightest.mass / applied.added_mass)
+    points = [TradeOff(applied.added_mass, inertia, request.gear, None, gap)]
+    area, spatial = request.space.length**2, request.space.planar
+    for price in prices_of(request.trade_off):
+        best = lightest_places(request, rotor_set.joints, price)
+        if best is None:
+            continue
+        variant = _variant(request, fewest, rotor_set, best)
+        space = space_of(request, variant)
+        space = recompute_spatial(space) if spatial else space
+        regions = {**request.regions, **variant.regions}
+        built = counterweights(
+            space, variant.free, regions, "rotor", price_of_mass=price, relax=False
+        )
+        if built.verdict != "feasible" or built.value is None or built.priced is None:
+            continue
+        gap = max(0.0, 1.0 - best.mass / built.priced)
+        points.append(TradeOff(built.added_mass, built.value, request.gear, price * area, gap))
+    return best_points(points)
+
+
+def _variant(
+    request: RemedyRequest,
+    fewest: FewestRotors,
+    rotor_set: RotorSet,
+    lightest: LightestPlaces | None,
+) -> Variant:
+    """Build turning counterweights where they are best, or where forces want them."""
     writer, linkage = RotorWriter(request), request.linkage
     bodies = {body.link: body for body in linkage.bodies}
-    lightest = lightest_places(request, rotor_set.joints)
     places = _force_places(request) if lightest is None else lightest.centres
     decimals = DECIMALS - int(np.floor(np.log10(request.space.length)))
     links, rotors, levers = [], [], {}
@@ -139,19 +186,29 @@ class LightestPlaces(NamedTuple):
     Attributes:
         centres: centre by name of the link (3,), metres, in its frame.
         mass: least mass of all added matter, kg: no places need less. These places need it for
-            rotors that are smaller by a part of 1e-4.
+            rotors that are smaller by a part of 1e-4. With a price, the least sum of the
+            inertia that the inputs feel at the reference pose and of the price, kg m².
     """
 
     centres: Mapping[str, Array]
     mass: float
 
 
-def lightest_places(request: RemedyRequest, joints: Sequence[str]) -> LightestPlaces | None:
+def lightest_places(
+    request: RemedyRequest, joints: Sequence[str], price: float | None = None
+) -> LightestPlaces | None:
     """Find where turning counterweights against some joints are lightest.
+
+    A rotor of the inertia J about the axis n of its joint turns -(N + 1) times against its
+    link: for a unit rate of an input with the rotation ω of the link, the input feels
+
+        J (n·ω - (N + 1) q̇_j)²    in a plane, and J (|ω|² - (n·ω)²) / 2 besides in space.
 
     Args:
         request: the request, for its gear, its radius, and the regions of its links.
         joints: joints with a turning counterweight on the link after them.
+        price: minimise the inertia that the inputs feel, and this price of mass, in squares of
+            the characteristic length; the mass alone by default.
 
     Returns:
         The places; None if there is no such matter, also in wider regions.
@@ -169,9 +226,9 @@ def lightest_places(request: RemedyRequest, joints: Sequence[str]) -> LightestPl
     }
     for chosen in within | regions, wide:
         parts = {b: chosen[b] for b in regions}, [chosen[b] for b in bodies]
-        least = _solve(request, conditions, *parts, request.rotor_radius)
+        least = _solve(request, conditions, *parts, request.rotor_radius, price)
         inner = (1.0 - SPARE_RADIUS) * request.rotor_radius
-        places = least and _solve(request, conditions, *parts, inner)
+        places = least and _solve(request, conditions, *parts, inner, price)
         if least is not None and places is not None:
             return places._replace(mass=least.mass)
     return None
@@ -189,6 +246,7 @@ def _solve(
     regions: Mapping[int, Region],
     rotor_regions: Sequence[Region],
     radius: float,
+    price: float | None,
 ) -> LightestPlaces | None:
     """Solve the program, first the matter of the links, then that of the rotors."""
     space, count = conditions.space, len(rotor_regions)
@@ -228,7 +286,12 @@ def _solve(
     parts.append(ConstraintBlock("nonnegative", 2 * count))
     offset = np.zeros(len(stacked))
     offset[: len(target)] = -target
-    solution = solve_conic(masses, stacked, offset, parts)
+    cost, scale, constant = masses, unit, 0.0
+    if price is not None:
+        chosen = [*regions.items(), *zip(bodies, rotor_regions, strict=True)]
+        felt, scale, constant = _felt(request, conditions, chosen, cones, unit)
+        cost = felt + price * masses
+    solution = solve_conic(cost, stacked, offset, parts)
     if solution.infeasible or not np.isfinite(solution.x).all():
         return None
     centres = {}
@@ -237,7 +300,37 @@ def _solve(
         if not moments[3, 3] > ROTOR_WITHOUT_MOMENTUM:
             return None
         centres[space.bodies[b]] = (region.place @ moments[:, 3] / moments[3, 3])[:3]
-    return LightestPlaces(centres, unit * float(masses @ solution.x))
+    return LightestPlaces(centres, scale * float(cost @ solution.x) + constant)
+
+
+def _felt(
+    request: RemedyRequest,
+    conditions: RotorConditions,
+    regions: Sequence[tuple[int, Region]],
+    cones: Sequence[MomentCone],
+    unit: float,
+) -> tuple[Array, float, float]:
+    """Compute the inertia that the inputs feel, as a linear function of the variables.
+
+    Returns:
+        The function, kg m² per unit of it, and the part of the given masses.
+    """
+    space, chain = conditions.space, conditions.space.chain
+    file, costs = given_parameters(space), []
+    for (b, region), cone in zip(regions, cones, strict=True):
+        cost, _, scale, constant = objective_of(space, {b: region}, "rotor", 0.0, file, unit)
+        costs.append(triangles(cone.matrices) @ cost[0])
+    motion = expand(chain, np.zeros((1, chain.width)), 0)
+    rings, joints = [], chain.joints.tolist()
+    positions = space.linkage.positions_of(conditions.joints).tolist()
+    for j, b in zip(positions, _bodies_after(space, conditions.joints), strict=True):
+        at = joints.index(j)
+        rotations, n = motion.T[0, 0][chain.links[b]][:, :3], chain.screws[at, :3]
+        along = rotations @ n
+        turns = along - (request.gear + 1.0) * motion.C[0, 0][at]
+        across = 0.5 * (np.square(rotations).sum(axis=1) - along**2)
+        rings.append(float(np.sum(turns**2 + across)))
+    return np.concatenate([*costs, rings]), scale, constant
 
 
 def _independent(columns: Array, target: Array) -> tuple[Array | None, Array]:

@@ -32,7 +32,8 @@ def reason_below_digits(space: DesignSpace, corrected: DesignSpace, evidence: Ev
 
     A geometry that has the relations found is at another place inside the digits than the
     linkage, so that it may break relations that were not looked for. Nor are those looked for
-    that rounded numbers break in loops that are neither planar nor spherical.
+    that rounded numbers break in loops that are neither planar nor spherical: the distance to
+    a geometry of lower rank decides there, and where exact arithmetic adds a condition.
 
     Args:
         space: the space by floating point.
@@ -60,8 +61,9 @@ def reason_below_digits(space: DesignSpace, corrected: DesignSpace, evidence: Ev
         return ""
     least = float(corrected.singular_values[-1])
     if least >= limit:
-        inexact = meant is None and evidence.replaced > 0
-        return _reason_within_rounding(space, corrected, least) if inexact else ""
+        small = least <= CONDITION_PER_CHANGE * _rounding_of(space)
+        inexact = small and evidence.replaced > 0 if meant is None else adds
+        return _reason_within_rounding(space, corrected) if inexact else ""
     if decimals_have_rank(space, corrected.rank):
         return ""
     return (
@@ -89,16 +91,12 @@ def _reason_freed_by_rounding(space: DesignSpace, evidence: Evidence) -> str:
     return f"idle joints: {joints} at rest but for rates below the digits of the file"
 
 
-def _reason_within_rounding(space: DesignSpace, corrected: DesignSpace, least: float) -> str:
+def _reason_within_rounding(space: DesignSpace, corrected: DesignSpace) -> str:
     """State that a change of the geometry within the digits of the file lowers the rank.
-
-    For linkages whose loops do not close in the decimals of the file. Relations of loops that
-    are neither planar nor spherical are not looked for by name.
 
     Args:
         space: the space by floating point.
         corrected: the space with the exact integers.
-        least: its least condition over the largest.
 
     Returns:
         The doubt; empty without one.
@@ -106,13 +104,11 @@ def _reason_within_rounding(space: DesignSpace, corrected: DesignSpace, least: f
     rounding = _rounding_of(space)
     if space.linkage.as_written or not space.linkage.loops or not rounding:
         return ""
-    if least > CONDITION_PER_CHANGE * rounding:
-        return ""
     if distance_to_rank_drop(corrected) > ROUNDING_OF_JOINTS * rounding:
         return ""
-    change = size_text(ROUNDING_OF_JOINTS * rounding, ".0e")
+    change = ROUNDING_OF_JOINTS * rounding
     return (
-        f"rank: a change of the geometry by less than {change} of the size, within the "
+        f"rank: a change of the geometry by less than {change:.0e} of the size, within the "
         "rounding of the file, lowers it"
     )
 

@@ -232,3 +232,11 @@ def test_a_dead_joint_that_rounded_frames_free_is_in_doubt(tmp_path):
     space, true = certified(case.text, tmp_path, spatial=True), truth(case.readings[0])
     assert true.idle == ("j0",) and space.rank != true.rank
     assert any("within the rounding of the file" in doubt for doubt in space.doubts)
+
+
+def test_a_condition_that_rounding_adds_to_a_planar_linkage_is_in_doubt(tmp_path):
+    """Coaxial joints leave parts of a planar linkage at rest, to twelve digits."""
+    case = certainty_case("oblique", 29141)
+    space, true = certified(case.text, tmp_path), truth(case.readings[0])
+    assert space.rank == true.rank + 1
+    assert any("within the rounding of the file" in doubt for doubt in space.doubts)

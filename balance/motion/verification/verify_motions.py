@@ -316,8 +316,8 @@ class PinocchioModel:
 
     Coordinates are inertial axes with the origin in the middle of the mechanism, SI units. The
     frame of each joint is on the joint axis, parallel to the inertial axes at the reference
-    pose. Branches that stand on the base apart from each other are computed one after the other:
-    the memory of Pinocchio grows with the cube of the number of joints of a model.
+    pose. Branches that stand on the base apart from each other are computed one after the
+    other: the memory of Pinocchio grows with the cube of the number of joints of a model.
 
     Attributes:
         model: ``pinocchio.Model``, without gravity.
@@ -335,7 +335,7 @@ class PinocchioModel:
             LinkageError: a body without mass has a first moment of mass, or a branch has so
                 many joints that Pinocchio would need more than a few gigabytes.
         """
-        pin = self._pin = _import_pinocchio()
+        self._pin = _import_pinocchio()
         self.z = z
         self._origin = input_chain(linkage).frame.origin
         self._points = [_axis_point(joint, self._origin) for joint in linkage.joints]
@@ -352,7 +352,7 @@ class PinocchioModel:
             self._parts.append(_Part(joints, model, model.createData(), bodies))
 
     def _model_of(self, linkage: Linkage, joints: Sequence[int]) -> Any:
-        """Build the ``pinocchio.Model`` of some joints, in their order; parents are among them."""
+        """Build the ``pinocchio.Model`` of some joints, whose parents are among them."""
         pin = self._pin
         model, position = pin.Model(), {joint: k for k, joint in enumerate(joints, 1)}
         model.gravity.setZero()
@@ -448,8 +448,8 @@ def _independent_parts(linkage: Linkage) -> list[list[int]]:
         if len(branch) > MOST_JOINTS:
             size = CUBE_BYTES * len(branch) ** 3 / 1e9
             raise LinkageError(
-                f"{linkage.source}: {len(branch)} joints stand on one another: Pinocchio, which "
-                f"verifies, needs {size:.0f} GB for them; verify a shorter part of the linkage"
+                f"{linkage.source}: {len(branch)} joints stand on one another: Pinocchio, "
+                f"which verifies, needs {size:.0f} GB; verify a shorter part of the linkage"
             )
         if not parts or len(parts[-1]) + len(branch) > PART_JOINTS:
             parts.append([])

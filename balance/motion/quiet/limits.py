@@ -38,7 +38,7 @@ class InputLimits(NamedTuple):
     @property
     def spans(self) -> Array:
         """Sizes that violations are compared with (5, inputs)."""
-        with np.errstate(invalid="ignore"):
+        with np.errstate(invalid="ignore", over="ignore"):
             width = self.upper - self.lower
         middle = np.where(np.isfinite(width), width, 1.0)
         spans = np.where(np.isfinite(self.upper), np.abs(self.upper), 1.0)

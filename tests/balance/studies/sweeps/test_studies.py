@@ -29,6 +29,7 @@ BAD = {
     "unknown number": ({"parameters": {"q2.size": "0:1:3"}}, "'q2' has the numbers origin.x"),
     "no length": ({"parameters": {"base.length": "1:2:2"}, "model": {"file": "four_rrr"}},
                   "link 'base' has 4 joints"),
+    "name of no file": ({"parameters": X, "model": {"file": "x" * 400}}, "File name too long"),
     "empty grid": ({"parameters": {"q2.origin.x": "0.1:0.3:0"}}, "is empty"),
     "empty list": ({"parameters": {"q2.origin.x": []}}, "the list is empty"),
     "empty interval": ({"parameters": {"q2.origin.x": {"uniform": [2, 1]}},

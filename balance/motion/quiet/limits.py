@@ -57,7 +57,8 @@ class InputLimits(NamedTuple):
             kind: index in `KINDS`.
         """
         above = np.maximum(values - self.upper[kind], self.lower[kind] - values)
-        return np.asarray(above.max(axis=0) / self.spans[kind])
+        with np.errstate(over="ignore"):  # beyond a limit next to zero by any factor
+            return np.asarray(above.max(axis=0) / self.spans[kind])
 
     def tightened(self, excess: Array) -> InputLimits:
         """Return limits that are closer by parts (5, inputs) of their spans."""

@@ -276,3 +276,5 @@ def test_the_widest_limits_are_none():
         warnings.simplefilter("error")
         assert limits.excess(1, np.array([[2.0], [-3.0]])) == -1.0
         assert limits.spans[0] == 1.0
+        least = np.full((5, 1), 1e-300)
+        assert InputLimits(-least, least).excess(3, np.array([[1e200]])) == np.inf

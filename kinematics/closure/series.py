@@ -391,7 +391,21 @@ def add_known_twists(dim, k, w, parent, columns, moves, s, c, t):
                     now[i] += s[a, j, i] * rate
 
 
-@kernel(inline=True, reference_counting=False)
+def _fill_right_side_by_arrays(dim, k, w, ends, mimics, columns, envelope, t, b):
+    """Fill the right-hand side as `fill_right_side` does: all mimic relations at once."""
+    row, loops = envelope[ROW], len(ends)
+    b[:] = 0.0
+    for loop, (before, after) in enumerate(ends.tolist()):
+        side = b[row[loop] : row[loop] + dim]
+        if before >= 0:
+            side -= t[k, before, w, :dim]
+        if after >= 0:
+            side += t[k, after, w, :dim]
+    if k == 0:
+        b[row[loops : loops + len(mimics)]] -= mimics @ columns[:, w]
+
+
+@kernel(inline=True, reference_counting=False, uncompiled=_fill_right_side_by_arrays)
 def fill_right_side(dim, k, w, ends, mimics, columns, envelope, t, b):
     """Fill the right-hand side of ``S_0 C_k = -Σ_{a≥1} S_a C_{k-a}``, by rows of the envelope.
 

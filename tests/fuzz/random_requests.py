@@ -15,7 +15,7 @@ import sys
 import tempfile
 import time
 from collections import Counter
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Collection, Iterable
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -44,6 +44,7 @@ LEVELS = ("estimated", "verified", "proved")
 # Seconds after which a request hangs.
 LIMIT = 600.0
 FLEX = ("flex simulate", "flex modes", "flex simulate", "flex supports", "flex similar")
+LATER = ("springs", "quiet", "identify", "formulas")
 # Models that take long are asked seldom.
 LARGE = (
     "delta",
@@ -220,6 +221,7 @@ def request(seed: int, folder: Path) -> list[str]:
     # Chosen by the seed, so that the other requests stay as they were.
     verb = "synthesize" if seed % 13 == 5 else verb
     verb = FLEX[seed // 17 % len(FLEX)] if seed % 17 == 3 else verb
+    verb = LATER[seed // 19 % len(LATER)] if seed % 19 == 7 else verb
     if seed % 17 == 11:
         return [*sweep_words(rng, folder, ODD), *["--json"] * (rng.random() < 0.75)]
     parser, words = parsers()[verb], verb.split()
@@ -238,10 +240,7 @@ def request(seed: int, folder: Path) -> list[str]:
         words += ["--only", rng.choice(("own_masses", "partial"))]
     if verb == "paths" and "--length" not in picked:
         words += ["--length", "0.2"]
-    on_links = verb.startswith("flex") or verb in ("counterweights", "reduce")
-    link = rng.choice(place.names.links or ("ghost",)) if on_links else ""
-    table = WORDS["--csv"](rng, place)[0] if verb == "reduce" else ""
-    words += [word.format(link=link, table=table) for word in needed(verb, picked)]
+    words += _needed_words(rng, place, verb, picked)
     for name in picked:
         # Pages and pictures take long.
         if name in ("--html", "--plot") and rng.random() < 0.6:
@@ -254,6 +253,21 @@ def request(seed: int, folder: Path) -> list[str]:
     if rng.random() < 0.75 and "--json" not in words:
         words.append("--json")
     return words
+
+
+def _needed_words(
+    rng: random.Random, place: Place, verb: str, picked: Collection[str]
+) -> list[str]:
+    """What a command needs beside the options picked, for the model of the place."""
+    on_links = verb.startswith("flex") or verb in ("counterweights", "reduce", "springs")
+    names = {
+        "link": rng.choice(place.names.links or ("ghost",)) if on_links else "",
+        "table": WORDS["--csv"](rng, place)[0] if verb in ("reduce", "identify") else "",
+        "loads": WORDS["--wrench"](rng, place)[0] if verb == "identify" else "",
+        "tool": rng.choice(place.names.links or ("ghost",)) if verb == "springs" else "",
+        "first": (*place.names.inputs, "ghost")[0],
+    }
+    return [word.format(**names) for word in needed(verb, picked)]
 
 
 def _model(rng: random.Random, folder: Path) -> str:

@@ -421,6 +421,7 @@ WORDS: dict[str, Maker] = {
     "--solve": lambda rng, place: [
         f"{rng.choice(('s', 'sx', 'J', 'q'))}_{link}" for link in [_one(rng, place.names.links)]
     ],
+    "formulas --seconds": _of("60", "20", "1", "0", "nan", "x"),
     "--notation": _of("text", "latex", "python", "sympy"),
     "--which": _of("1", "2", "0", "99"),
     "--base-inertia": _of("1", "0.5", "1,1,1", "1,1,3", "1,2", "-1", "x"),

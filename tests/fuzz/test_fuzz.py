@@ -111,3 +111,16 @@ def test_files_of_a_case(tmp_path):
     assert path.with_suffix(".yaml").read_bytes() == beside.yaml
     assert written(plain, tmp_path).read_bytes() == plain.urdf
     assert not path.with_suffix(".yaml").exists()
+
+
+def test_an_origin_repeated_with_its_numbers_is_one_for_both_readers(tmp_path):
+    text = gallery()["bennett"].read_text(encoding="utf-8")
+    origin = '<origin xyz="-0.3 0.5 -0.3"'
+    (line,) = [each for each in text.splitlines() if origin in each]
+    path = tmp_path / "robot.urdf"
+    path.write_text(text.replace(line, f"{line}\n{line}"), encoding="utf-8")
+    draft = read_unassembled(path, options=EXACT)
+    assert "oddities" in {notice.code for notice in draft.notices}
+    compare(draft, read(path.read_bytes()))
+    with pytest.raises(Strange, match="twice"):
+        read(text.replace(line, f"{line}\n{line.replace('0.5', '0.6')}").encode())

@@ -75,11 +75,20 @@ def strict(item: Tree) -> None:
             continue
         elif child.tag not in parts:
             raise Strange(f"<{child.tag}> in <{item.tag}>")
-        elif child.tag in seen:
+        elif child.tag in seen and not _same_origin(item, child):
             raise Strange(f"<{child.tag}> twice")
         else:
             strict(child)
             seen |= {child.tag} - SEVERAL
+
+
+def _same_origin(joint: Tree, origin: Tree) -> bool:
+    """Whether all origins of a joint have the numbers of this one, which are then said once."""
+    places = {
+        tuple(float(word) for key in ("xyz", "rpy") for word in each.get(key, "0 0 0").split())
+        for each in joint.findall(origin.tag)
+    }
+    return (joint.tag, origin.tag) == ("joint", "origin") and len(places) == 1
 
 
 def _resembles(item: Tree) -> bool:

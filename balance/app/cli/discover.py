@@ -129,6 +129,7 @@ def _compute(arguments: argparse.Namespace) -> Answer:
     from kinematics.wording import count_noun
 
     job, name = _job(arguments)
+    job.generic  # noqa: B018 - computed before there is a file: a topology may close nowhere
     path = arguments.out or f"{name}.db"
     open_file = ResultsFile.resume if arguments.resume else ResultsFile.create
     with open_file(path, job) as file:

@@ -16,6 +16,8 @@ if TYPE_CHECKING:
 
 # Radians from which an angle without a unit is more than a turn.
 MORE_THAN_A_TURN = 6.4
+# Degrees beyond which nobody means an angle.
+MOST_DEGREES = 3600.0
 
 
 def add_model_options(
@@ -208,7 +210,8 @@ def check_units(linkage: Linkage, positions: Mapping[str, float]) -> None:
             raise PoseError(
                 f"{linkage.source}: joint '{name}' is {kinds[name]}: its position is {article}"
             )
-        if abs(value) > MORE_THAN_A_TURN and not slides and not isinstance(value, UnitNumber):
+        degrees = MORE_THAN_A_TURN < abs(value) <= MOST_DEGREES
+        if degrees and not slides and not isinstance(value, UnitNumber):
             logging.warning(
                 "degrees: %s=%g are radians, more than a turn: for degrees write %s=%gdeg",
                 name,

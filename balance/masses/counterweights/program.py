@@ -128,7 +128,8 @@ def build_added_program(
     frame, force = space.chain.frame, space.balance == "force"
     given = to_chain(file, frame, space.planar, force).reshape(-1) / unit
     conditions = orthonormal_conditions(space.scaled_basis)
-    by_body = conditions.reshape(len(conditions), len(file), -1).transpose(1, 0, 2)
+    width = conditions.shape[1] // len(file)
+    by_body = conditions.reshape(len(conditions), len(file), width).transpose(1, 0, 2)
     raw = by_body[list(regions)] @ parameters_per_moment(space, regions)
     U, values, V = np.linalg.svd(np.concatenate(raw, axis=1), full_matrices=False)
     rank = int(np.sum(values > CONDITION_WITHOUT_MATTER * values.max(initial=0.0)))

@@ -221,7 +221,7 @@ def pareto(
     most = UNLIMITED * given if budget is None else budget
     end = problem.solve(most)
     if isinstance(end, LeastShaking):
-        needed = float(problem.matter.masses @ end.s)
+        needed = max(0.0, float(problem.matter.masses @ end.s))
         most = needed if needed < most * (1.0 - LEAST_SHAKING_GAP) else most
     count, budgets = len(problem.loads), np.linspace(0.0, most, n).tolist()
     answers = [end]

@@ -22,6 +22,8 @@ from kinematics.wording import repr_lines
 ELEMENTS = 16
 
 CONDITION_HOLDS = 1e-9
+# Largest scale, and the inverse of the smallest: thicknesses and widths are powers of it.
+LARGEST_SCALE = 1e6
 """Largest relative difference of two sides of a condition that holds."""
 
 
@@ -140,7 +142,7 @@ def similar_arm(arm: Arm, scale: float) -> Arm:
         scale: f, positive.
 
     Raises:
-        LinkageError: the scale is not positive.
+        LinkageError: the scale is not positive, or beyond 1e6 or 1e-6.
 
     Example:
         >>> from balance.flexible import Arm, Beam, similar_arm
@@ -177,7 +179,7 @@ def similar_section(section: Section, scale: float) -> tuple[Section, float]:
         width of rigid parts.
 
     Raises:
-        LinkageError: the scale is not positive.
+        LinkageError: the scale is not positive, or beyond 1e6 or 1e-6.
 
     Example:
         >>> from balance.motion.flexible.similarity import Section, similar_section
@@ -227,13 +229,18 @@ def _arm_frequency(arm: Arm) -> float:
 
 
 def _checked_scale(scale: float) -> float:
-    """Return a scale that is positive and finite.
+    """Return a scale that is positive and of a size that can be built.
 
     Raises:
         LinkageError: it is not.
     """
     if not 0.0 < scale < math.inf:
         raise LinkageError(f"scale {scale:g} is not positive")
+    if not 1.0 / LARGEST_SCALE <= scale <= LARGEST_SCALE:
+        raise LinkageError(
+            f"scale {scale:g} is none that is built; choose one from {1.0 / LARGEST_SCALE:g} "
+            f"to {LARGEST_SCALE:g}"
+        )
     return scale
 
 

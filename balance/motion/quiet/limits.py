@@ -38,7 +38,7 @@ class InputLimits(NamedTuple):
     @property
     def spans(self) -> Array:
         """Sizes that violations are compared with (5, inputs)."""
-        with np.errstate(invalid="ignore"):
+        with np.errstate(invalid="ignore", over="ignore"):
             width = self.upper - self.lower
         middle = np.where(np.isfinite(width), width, 1.0)
         spans = np.where(np.isfinite(self.upper), np.abs(self.upper), 1.0)
@@ -57,7 +57,8 @@ class InputLimits(NamedTuple):
             kind: index in `KINDS`.
         """
         above = np.maximum(values - self.upper[kind], self.lower[kind] - values)
-        return np.asarray(above.max(axis=0) / self.spans[kind])
+        with np.errstate(over="ignore"):  # beyond a limit next to zero by any factor
+            return np.asarray(above.max(axis=0) / self.spans[kind])
 
     def tightened(self, excess: Array) -> InputLimits:
         """Return limits that are closer by parts (5, inputs) of their spans."""

@@ -47,6 +47,11 @@ from kinematics.numerics.array_types import Array
 
 # Largest distance of a centre of mass from its joint, metres; the mass counts as zero beyond.
 MAX_CENTRE_DISTANCE = 1e9
+# Bytes that ``pinocchio.Data`` takes per cube of the number of joints: second derivatives of
+# the inverse dynamics, eight arrays of that size.
+CUBE_BYTES = 64
+# Joints of a model with several branches, and most joints of a branch: 4 MB and 8 GB.
+PART_JOINTS, MOST_JOINTS = 40, 500
 
 
 def verify(
@@ -290,12 +295,29 @@ def measure_shaking(linkage: Linkage, motions: Iterable[Trajectory]) -> Relative
     return RelativeShaking(force / inertia, moment / length / inertia)
 
 
+class _Part(NamedTuple):
+    """Branches of an opened linkage, in Pinocchio.
+
+    Attributes:
+        joints: their joints in the linkage, in the order of the model.
+        model: ``pinocchio.Model``.
+        data: its ``pinocchio.Data``.
+        bodies: joints of the model that carry bodies.
+    """
+
+    joints: list[int]
+    model: Any
+    data: Any
+    bodies: list[int]
+
+
 class PinocchioModel:
     """A linkage in Pinocchio, opened at its welds.
 
     Coordinates are inertial axes with the origin in the middle of the mechanism, SI units. The
     frame of each joint is on the joint axis, parallel to the inertial axes at the reference
-    pose.
+    pose. Branches that stand on the base apart from each other are computed one after the
+    other: the memory of Pinocchio grows with the cube of the number of joints of a model.
 
     Attributes:
         model: ``pinocchio.Model``, without gravity.
@@ -310,24 +332,40 @@ class PinocchioModel:
 
         Raises:
             PackageError: Pinocchio is missing.
-            LinkageError: a body without mass has a first moment of mass.
+            LinkageError: a body without mass has a first moment of mass, or a branch has so
+                many joints that Pinocchio would need more than a few gigabytes.
         """
-        pin = self._pin = _import_pinocchio()
+        self._pin = _import_pinocchio()
         self.z = z
         self._origin = input_chain(linkage).frame.origin
         self._points = [_axis_point(joint, self._origin) for joint in linkage.joints]
-        self.model = pin.Model()
-        self.model.gravity.setZero()
-        for joint, point in zip(linkage.joints, self._points, strict=True):
+        self._inertias = {
+            body.link: self._inertia(linkage, body.name, body_z, self._points[body.link])
+            for body, body_z in zip(linkage.bodies, z, strict=True)
+        }
+        self.model = self._model_of(linkage, range(len(linkage.joints)))
+        self._parts = []
+        for joints in _independent_parts(linkage):
+            whole = len(joints) == len(linkage.joints)
+            model = self.model if whole else self._model_of(linkage, joints)
+            bodies = [k + 1 for k, joint in enumerate(joints) if joint in self._inertias]
+            self._parts.append(_Part(joints, model, model.createData(), bodies))
+
+    def _model_of(self, linkage: Linkage, joints: Sequence[int]) -> Any:
+        """Build the ``pinocchio.Model`` of some joints, whose parents are among them."""
+        pin = self._pin
+        model, position = pin.Model(), {joint: k for k, joint in enumerate(joints, 1)}
+        model.gravity.setZero()
+        for j in joints:
+            joint, point = linkage.joints[j], self._points[j]
             before = self._points[joint.parent] if joint.parent >= 0 else np.zeros(3)
             place = pin.SE3(np.eye(3), point - before)
-            self.model.addJoint(joint.parent + 1, _joint_model(pin, joint), place, joint.name)
-        for body, body_z in zip(linkage.bodies, z, strict=True):
-            # Set the inertia itself: Pinocchio adds only bodies of positive mass.
-            inertia = self._inertia(linkage, body.name, body_z, self._points[body.link])
-            self.model.inertias[body.link + 1] = inertia
-        self._links = {body.link for body in linkage.bodies}
-        self._data = self.model.createData()
+            parent = position.get(joint.parent, 0)
+            model.addJoint(parent, _joint_model(pin, joint), place, joint.name)
+            if j in self._inertias:
+                # Set the inertia itself: Pinocchio adds only bodies of positive mass.
+                model.inertias[position[j]] = self._inertias[j]
+        return model
 
     def _inertia(self, linkage: Linkage, name: str, z: Array, point: Array) -> Any:
         """Build the ``pinocchio.Inertia`` of a body about the point of its joint.
@@ -359,34 +397,64 @@ class PinocchioModel:
         ``[moment; force]`` about the inertial origin, SI units. Pinocchio does not compute
         ``data.f[0]``, so the wrenches of the joints on the ground are summed.
         """
-        pin, model, data = self._pin, self.model, self._data
-        wrenches = np.empty((len(trajectory.time), 6))
-        for k, (q, qd, qdd) in enumerate(
-            zip(trajectory.q, trajectory.qd, trajectory.qdd, strict=True)
-        ):
-            pin.rnea(model, data, q, qd, qdd)
-            total = pin.Force.Zero()
-            for joint in model.children[0]:
-                total += data.liMi[joint].act(data.f[joint])
-            wrenches[k] = total.vector
+        pin, wrenches = self._pin, np.zeros((len(trajectory.time), 6))
+        for joints, model, data, _ in self._parts:
+            motion = (x[:, joints] for x in (trajectory.q, trajectory.qd, trajectory.qdd))
+            for k, (q, qd, qdd) in enumerate(zip(*motion, strict=True)):
+                pin.rnea(model, data, q, qd, qdd)
+                total = pin.Force.Zero()
+                for joint in model.children[0]:
+                    total += data.liMi[joint].act(data.f[joint])
+                wrenches[k] += total.vector
         return self._to_inertial(wrenches)
 
     def momenta(self, trajectory: Trajectory) -> Array:
         """Compute the total momentum ``[ξ; p]`` about the inertial origin (N, 6), SI units."""
-        pin, model, data = self._pin, self.model, self._data
-        momenta = np.empty((len(trajectory.time), 6))
-        bodies = [(link + 1, model.inertias[link + 1]) for link in sorted(self._links)]
-        for k, (q, qd) in enumerate(zip(trajectory.q, trajectory.qd, strict=True)):
-            pin.forwardKinematics(model, data, q, qd)
-            total = pin.Force.Zero()
-            for joint, inertia in bodies:
-                total += data.oMi[joint].act(inertia * data.v[joint])
-            momenta[k] = total.vector
+        pin, momenta = self._pin, np.zeros((len(trajectory.time), 6))
+        for joints, model, data, bodies in self._parts:
+            inertias = [(joint, model.inertias[joint]) for joint in bodies]
+            motion = (x[:, joints] for x in (trajectory.q, trajectory.qd))
+            for k, (q, qd) in enumerate(zip(*motion, strict=True)):
+                pin.forwardKinematics(model, data, q, qd)
+                total = pin.Force.Zero()
+                for joint, inertia in inertias:
+                    total += data.oMi[joint].act(inertia * data.v[joint])
+                momenta[k] += total.vector
         return self._to_inertial(momenta)
 
     def _to_inertial(self, forces: Array) -> Array:
         """Convert wrenches of Pinocchio (N, 6) to ours about the inertial origin."""
         return move_wrenches(np.roll(forces, 3, axis=1), -self._origin)
+
+
+def _independent_parts(linkage: Linkage) -> list[list[int]]:
+    """Divide the joints of an opened linkage into parts that have no joint in common.
+
+    Returns:
+        Joints of each part, ascending: branches on the base that together have at most
+        `PART_JOINTS`, or one branch of more.
+
+    Raises:
+        LinkageError: a branch has more than `MOST_JOINTS`.
+    """
+    root: list[int] = []
+    for j, joint in enumerate(linkage.joints):
+        root.append(root[joint.parent] if joint.parent >= 0 else j)
+    branches: dict[int, list[int]] = {}
+    for j, first in enumerate(root):
+        branches.setdefault(first, []).append(j)
+    parts: list[list[int]] = []
+    for branch in branches.values():
+        if len(branch) > MOST_JOINTS:
+            size = CUBE_BYTES * len(branch) ** 3 / 1e9
+            raise LinkageError(
+                f"{linkage.source}: {len(branch)} joints stand on one another: Pinocchio, "
+                f"which verifies, needs {size:.0f} GB; verify a shorter part of the linkage"
+            )
+        if not parts or len(parts[-1]) + len(branch) > PART_JOINTS:
+            parts.append([])
+        parts[-1] += branch
+    return [sorted(part) for part in parts]
 
 
 def _axis_point(joint: Joint, origin: Array) -> Array:

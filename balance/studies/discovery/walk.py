@@ -27,6 +27,7 @@ from balance.studies.discovery.lane_motion import (
     momentum_rates,
 )
 from balance.studies.discovery.structure import LaneGeometry, TopologyArrays
+from kinematics.errors import UsageError
 from kinematics.numerics.array_types import Array, Flags, IntArray
 
 Watcher = Callable[[IntArray, LaneGeometry, Array], None]
@@ -114,9 +115,17 @@ def generic_nullity(structure: TopologyArrays, geometry: LaneGeometry) -> int:
 
     Args:
         geometry: a few random linkages.
+
+    Raises:
+        UsageError: the loops of none of them stay closed.
     """
     conditions = conditions_at(structure, geometry)
     values = conditions.values[conditions.usable]
+    if not len(values):
+        raise UsageError(
+            f"the loops of none of {len(conditions.usable)} random geometries stay closed as "
+            "they move: no walk can start; choose another topology"
+        )
     counts = np.sum(values < 1e-10 * values[:, :1], axis=1)
     return int(np.median(counts))
 

@@ -97,7 +97,9 @@ class SweepJob:
         stop = min(start + self.chunk_rows, self.rows)
         if not 0 <= start < stop:
             raise ValueError(f"there is no chunk {chunk}")
-        values = _compute_rows(_plan_of(self.description), start, stop)
+        # Values of a study may be of any size; what overflows is no finite number in its row.
+        with np.errstate(over="ignore", invalid="ignore"):
+            values = _compute_rows(_plan_of(self.description), start, stop)
         return {column.name: values[column.name] for column in self.columns}
 
 

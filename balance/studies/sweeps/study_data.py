@@ -258,7 +258,12 @@ def _read_model(
     if wrong := _check_options(options):
         remedy = "write lists of texts, and a table of numbers for at"
         raise FileError(source, "[model]", wrong, remedy)
-    return _text_of_file(beside if beside.is_file() else name, options)[0]
+    try:
+        is_beside = beside.is_file()
+    except OSError as error:  # a name that is too long
+        remedy = 'write file = "robot.urdf"'
+        raise FileError(source, "[model]", f"file: {error.strerror}", remedy) from None
+    return _text_of_file(beside if is_beside else name, options)[0]
 
 
 def _read_ranges(table: Tables, source: str) -> Iterator[tuple[str, Range]]:

@@ -156,8 +156,9 @@ def _drop_repeated_origins(item: Element, oddities: list[str]) -> Element:
 
 
 def _place(origin: Element) -> tuple[list[float], ...] | None:
-    """Return the numbers of an origin; None if it is no origin, or has other attributes."""
-    if origin.tag != "origin" or not set(origin.attributes) <= {"xyz", "rpy"}:
+    """Return the numbers of an origin; None if it is no origin, or holds anything else."""
+    strange = origin.children or not set(origin.attributes) <= {"xyz", "rpy"}
+    if origin.tag != "origin" or strange:
         return None
     try:
         return tuple(

@@ -25,6 +25,7 @@ def kernel(
     *,
     inline: bool = False,
     reference_counting: bool = True,
+    uncompiled: Callable[..., Any] | None = None,
 ) -> Any:
     """Make a kernel of ``function``: compiled at its first call, or not at all.
 
@@ -39,13 +40,18 @@ def kernel(
             then needs no atomic instructions for array arguments, which makes the sweep of
             `balance.space.design_space_many` two to three times as fast, and single answers by
             a sixth.
+        uncompiled: a function of the same arguments and effects by operations on whole arrays,
+            which is called until the kernel is compiled: for loops that Python runs a hundred
+            times slower.
 
     Returns:
         The kernel; a decorator if there is no function.
     """
     if function is None:
-        return partial(kernel, inline=inline, reference_counting=reference_counting)
-    wrapper = _Kernel(function, inline, reference_counting)
+        return partial(
+            kernel, inline=inline, reference_counting=reference_counting, uncompiled=uncompiled
+        )
+    wrapper = _Kernel(function, inline, reference_counting, uncompiled or function)
     return wrapper.compiled if compile_mode() == "now" else wrapper
 
 
@@ -66,24 +72,29 @@ class _Kernel:
     """
 
     def __init__(
-        self, function: Callable[..., Any], inline: bool, reference_counting: bool
+        self,
+        function: Callable[..., Any],
+        inline: bool,
+        reference_counting: bool,
+        uncompiled: Callable[..., Any],
     ) -> None:
         """Keep the options of the compiler."""
         update_wrapper(self, function)
+        self._uncompiled = uncompiled
         self.py_func, self._options = function, (inline, reference_counting)
         self._name = kernel_name(function)
 
     def __call__(self, *args: Any) -> Any:
         """Call the function, uncompiled unless compiled kernels are worth loading by now."""
         if _running.kernel:
-            return self.py_func(*args)
+            return self._uncompiled(*args)
         if kernel_clock.runs_compiled(self._name):
             return self.compiled(*args)
         _running.kernel, start = True, perf_counter()
         try:
             with np.errstate(all="ignore"):
                 numbers = (np.float64(x) if type(x) is float else x for x in args)
-                return _unbox_numbers(self.py_func(*numbers))
+                return _unbox_numbers(self._uncompiled(*numbers))
         finally:
             _running.kernel = False
             kernel_clock.add(perf_counter() - start)

@@ -71,7 +71,23 @@ def null_space(A, m, n, tolerance, order, out, gap):
     return n - rank
 
 
-@kernel(reference_counting=False)
+def _orthonormal_by_arrays(rows, count, n):
+    """Make the first rows orthonormal as `orthonormal` does: off all rows before at once.
+
+    Args:
+        rows: in, out: the rows (≥ count, ≥ n).
+    """
+    for i in range(count):
+        x, before = rows[i, :n], np.inf
+        size = x @ x
+        while size < 0.25 * before:
+            before = size
+            x -= (rows[:i, :n] @ x) @ rows[:i, :n]
+            size = x @ x
+        x /= np.sqrt(size)
+
+
+@kernel(reference_counting=False, uncompiled=_orthonormal_by_arrays)
 def orthonormal(rows, count, n):
     """Make the first rows orthonormal: ``x_i -= Σ_{k<i} (x_i · x_k) x_k``, of size 1.
 
@@ -126,7 +142,25 @@ def extend(known_rows: Array, without: IntArray, factor: Array, columns: IntArra
     return rows
 
 
-@kernel(reference_counting=False)
+def _put_solutions_by_arrays(solutions, factor, permutation, columns, out):
+    """Solve as `put_solutions` does: for all free unknowns at once.
+
+    Args:
+        solutions: in: as there, as are the next three.
+        out: out: as there.
+    """
+    s, rank = len(solutions), len(factor)
+    R = factor[:, permutation]
+    out[:s], out[s:] = solutions, 0.0
+    x = np.eye(permutation.size)[rank:]
+    for k in range(rank - 1, -1, -1):
+        x[:, k] = -(x[:, k + 1 :] @ R[k, k + 1 :]) / R[k, k]
+    out[s:, columns[permutation]] = x
+    _orthonormal_by_arrays(out, *out.shape)
+    out[np.abs(out) < ORTHONORMAL_ROUND_OFF] = 0.0
+
+
+@kernel(reference_counting=False, uncompiled=_put_solutions_by_arrays)
 def put_solutions(solutions, factor, permutation, columns, out):
     """Solve ``R x = 0`` for a triangular factor; orthonormal solutions, after those known.
 

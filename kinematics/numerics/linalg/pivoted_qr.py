@@ -101,7 +101,15 @@ def put_factor(F, permutation, rank, R):
             R[i, permutation[j]] = F[i, j]
 
 
-@kernel(reference_counting=False)
+def _append_rows_by_arrays(factor, rank, rows, weight):
+    """Append rows as `append_rows` does: all at once."""
+    F, permutation, columns, _ = factor
+    below = F[rank : rank + len(rows)]
+    below[:, : columns.size] = weight * rows[:, columns[permutation]]
+    below[:, columns.size :] = 0.0
+
+
+@kernel(reference_counting=False, uncompiled=_append_rows_by_arrays)
 def append_rows(factor, rank, rows, weight):
     """Append rows below a factor: ``F[rank + i, j] = weight rows[i, columns[permutation[j]]]``.
 
@@ -178,7 +186,21 @@ def update_factor(factor, rank, m, scale):
     return rank, scale, np.sqrt(remainder)
 
 
-@kernel(reference_counting=False)
+def _contains_rows_by_arrays(factor, rank, rows, weight, scale):
+    """Decide as `contains_rows` does: by operations on whole rows."""
+    F, permutation, columns, tolerance = factor
+    p = permutation.size
+    x = weight * np.cos((np.arange(len(rows)) + 1.0) ** 2) @ rows[:, columns[permutation]]
+    size, growth = x @ x, 1.0
+    for k in range(rank):
+        multiplier = x[k] / F[k, k]
+        growth = max(growth, abs(multiplier))
+        x[k:] -= multiplier * F[k, k:p]
+    limit = tolerance * max(scale, np.sqrt(size)) + ELIMINATION_ROUND_OFF * growth * scale
+    return np.sqrt(x[rank:] @ x[rank:]) <= limit
+
+
+@kernel(reference_counting=False, uncompiled=_contains_rows_by_arrays)
 def contains_rows(factor, rank, rows, weight, scale):
     """Decide whether ``weight * rows`` follow from a factor: ``x = cᵀ rows`` is in its span.
 
@@ -323,7 +345,30 @@ def smallest_pivot(R, permutation):
     return size
 
 
-@kernel(reference_counting=False)
+def _reflect_by_arrays(f, P, k, begin, end, diagonal):
+    """Apply a reflector as `apply_reflector_sparse` does: to all columns at once.
+
+    Returns:
+        The rows below (end - begin, P), a view.
+    """
+    start = k // VECTOR_WIDTH * VECTOR_WIDTH
+    top, rows = f[k * P : (k + 1) * P], f[begin * P : end * P].reshape(-1, P)
+    head, below = top[k] - diagonal, rows[:, k].copy()
+    total = (head * top[start:] + below @ rows[:, start:]) / (diagonal * head)
+    top[start:] += head * total
+    rows[:, start:] += below[:, None] * total
+    top[k], rows[:, k] = diagonal, 0.0
+    return rows
+
+
+def _reflect_and_measure_by_arrays(f, P, k, end, diagonal, norms):
+    """Apply a reflector as `apply_reflector` does: to all columns at once."""
+    start = k // VECTOR_WIDTH * VECTOR_WIDTH
+    rows = _reflect_by_arrays(f, P, k, k + 1, end, diagonal)
+    norms[start:] = np.einsum("ij,ij->j", rows[:, start:], rows[:, start:])
+
+
+@kernel(reference_counting=False, uncompiled=_reflect_by_arrays)
 def apply_reflector_sparse(f, P, k, begin, end, diagonal):
     """Apply ``I - v vᵀ / (d (r - d))`` to row k of a factor and to rows begin … end below.
 
@@ -358,7 +403,7 @@ def apply_reflector_sparse(f, P, k, begin, end, diagonal):
         f[i * P + k] = 0.0
 
 
-@kernel(reference_counting=False)
+@kernel(reference_counting=False, uncompiled=_reflect_and_measure_by_arrays)
 def apply_reflector(f, P, k, end, diagonal, norms):
     """Apply ``I - v vᵀ / (d (r - d))`` to rows k … end; and compute norms below row k.
 

@@ -145,4 +145,5 @@ def _residual(loop: _Closure, M: Array, size: float) -> float:
         "spherical": [np.abs(d).max()],
         "universal": [np.abs(d).max(), abs(n @ R @ loop.second)],
     }
-    return float(max(parts[loop.kind]))
+    # A floating joint allows every pose: it repeats no other loop, and is judged as it is.
+    return float(max(parts.get(loop.kind, [np.inf])))

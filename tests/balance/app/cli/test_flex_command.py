@@ -124,6 +124,8 @@ def test_a_linkage_of_the_gallery(capsys, tmp_path):
         (["modes", "--beam", "length:1,EI:1,rhoA:1", "--pin", "2"], 3, "not on the beam"),
         (["supports", "0"], 2, "from 1 to 40"),
         (["similar", "--arm", ARM, "--scale", "0"], 2, "not a positive number"),
+        (["similar", "--arm", ARM, "--scale", "1e308"], 3, "choose one from 1e-06 to 1e+06"),
+        (["similar", "--arm", ARM, "--scale", "1e-308"], 3, "choose one from 1e-06 to 1e+06"),
         (["similar", "--arm", ARM, "--scale", "1", "--plot", "x.png"], 2, "add --spin"),
         (["similar", "--arm", ARM, "--scale", "1", "--translator", BLOCK], 2, "go together"),
         (["similar", "--arm", ARM, "--scale", "1", "--both-hubs"], 2, "needs --translator"),

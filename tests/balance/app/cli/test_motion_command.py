@@ -11,6 +11,7 @@ from jsonschema import Draft202012Validator, ValidationError
 import kinematics
 from balance.app.cli.main import main
 from tests.independent import reference
+from tests.support.command_runs import asked
 from tests.support.json_answers import read_schema
 from tests.support.motion_command import named, refused, run, table
 from tests.support.motions import followed
@@ -289,3 +290,9 @@ def test_a_missing_library_costs_a_line(monkeypatch, tmp_path, capsys):
     monkeypatch.setitem(sys.modules, "matplotlib", None)
     assert "pip install matplotlib'" in refused(capsys, 2, "bennett", *option)
     assert list(tmp_path.iterdir()) == []
+
+
+def test_nobody_means_degrees_by_a_number_out_of_all_reach():
+    """Its refusal is one line, without a notice before it."""
+    done = asked(["motion", "five_bar", "--to=u1=-1e300"])
+    assert done.code == 3 and done.err.count("\n") == 1 and "too far away" in done.err

@@ -1,5 +1,6 @@
 """Counterweights: textbook formulas, second routes, certificates, growth of regions, files."""
 
+import json
 import random
 from pathlib import Path
 
@@ -18,6 +19,7 @@ from balance.masses.counterweights.write_counterweights import with_counterweigh
 from kinematics.errors import BodyError, UsageError
 from tests.independent.counterweight_requests import random_region, random_request
 from tests.independent.second_counterweights import by_points, certificate_fault, samples
+from tests.support.command_runs import asked
 from tests.support.four_rrr import BODIES, CROSSED, GENERAL, PAIR
 
 
@@ -355,3 +357,11 @@ def test_links_may_be_named_one_by_one(capsys):
         )
         printed.append(capsys.readouterr().out)
     assert printed[0] == printed[1]
+
+
+def test_what_holds_without_conditions_needs_no_matter():
+    """Gravity along the normal of the plane does no work, whatever the masses are."""
+    words = ["counterweights", "four_bar_antiparallelogram", "--links", "crank", "--json"]
+    done = asked([*words, "--require", "gravity"])
+    answer = json.loads(done.out)
+    assert done.code == 0 and answer["verdict"] == "feasible" and answer["value"] == 0.0

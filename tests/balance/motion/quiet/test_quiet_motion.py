@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import warnings
+
 import numpy as np
 import pytest
 from scipy.interpolate import CubicHermiteSpline
@@ -9,6 +11,7 @@ from scipy.optimize import minimize
 
 import balance
 from balance.app.answers.text.quiet import quiet_facts
+from balance.motion.quiet.limits import InputLimits
 from balance.motion.verification.given_motions import from_csv
 from kinematics.errors import LinkageError
 from tests.support.covering import number_of_cases
@@ -263,3 +266,15 @@ def test_a_balanced_linkage_does_not_shake(minimise):
     assert plan.words.startswith("optimal: below 1e-")
     facts = dict(quiet_facts(plan))
     assert facts["quintic"] == facts["trapezoidal"] == "does not shake"
+
+
+def test_the_widest_limits_are_none():
+    """Velocities from -1e308 to 1e308: their distance is no number of double precision."""
+    widest = np.full((5, 1), 1e308)
+    limits = InputLimits(-widest, widest)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert limits.excess(1, np.array([[2.0], [-3.0]])) == -1.0
+        assert limits.spans[0] == 1.0
+        least = np.full((5, 1), 1e-300)
+        assert InputLimits(-least, least).excess(3, np.array([[1e200]])) == np.inf

@@ -10,6 +10,7 @@ import pytest
 import kinematics
 from balance import design_space
 from balance.motion import shaking
+from balance.motion.verification import verify_motions
 from balance.motion.verification.given_motions import rest_to_rest
 from balance.motion.verification.shaking_wrench import (
     inertia_loads,
@@ -29,6 +30,7 @@ from kinematics.model.spatial.screws import Ad
 from tests.support.covering import spread
 from tests.support.figures import FIGURES
 from tests.support.laws import altered, coordinates, displacement, off_axis, placed, space, sums
+from tests.support.limited_process import run_limited
 from tests.support.motions import around, bodies, slope, states
 
 TWENTY = (
@@ -73,6 +75,71 @@ def test_three_routes_agree(model):
     assert np.abs(ours / unit).max() > 1e-3
     assert (np.abs(ours - theirs) <= 1e-9 * unit).all()
     assert (np.abs(ours - by_slope) <= 1e-9 * unit).all()
+
+
+# Pinocchio takes 64 bytes for each cube of the joints of a model: 4 GB for 384.
+LEGS = """
+import sys
+from pathlib import Path
+import numpy as np
+from kinematics import load
+from balance.motion.verification.trajectory import Trajectory
+from balance.motion.verification.verify_motions import PinocchioModel
+from balance.motion.verification.shaking_wrench import mass_parameters
+
+rows = []
+for leg in range(24):
+    below = "base"
+    for k in range(16):
+        name = f"L{leg}_{k}"
+        rows.append(
+            f'<link name="{name}"><inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1" '
+            f'ixy="0" ixz="0" iyz="0"/></inertial></link><joint name="j{name}" '
+            f'type="continuous"><parent link="{below}"/><child link="{name}"/>'
+            f'<origin xyz="0.1 0 0"/><axis xyz="0 0 1"/></joint>'
+        )
+        below = name
+Path(sys.argv[1]).write_text(f'<robot name="r"><link name="base"/>{"".join(rows)}</robot>')
+linkage = load(sys.argv[1])
+motion = [np.random.default_rng(0).normal(size=(1, 384)) for _ in range(3)]
+way = Trajectory(np.zeros(1), *motion, *motion, 0.0, 1.0)
+model = PinocchioModel(linkage, mass_parameters(linkage))
+print(*model.reactions(way)[0])
+"""
+
+
+@pytest.mark.slow
+def test_many_legs_take_little_memory(tmp_path):
+    """A walker of 24 legs with 16 joints each needs less than a gigabyte."""
+    run_limited(LEGS, str(tmp_path / "legs.urdf"))
+
+
+def test_a_branch_of_too_many_joints_is_refused(monkeypatch):
+    linkage = kinematics.load("five_bar")
+    monkeypatch.setattr(verify_motions, "MOST_JOINTS", 2)
+    with pytest.raises(LinkageError, match="3 joints stand on one another.*GB"):
+        PinocchioModel(linkage, bodies(linkage))
+
+
+def test_branches_apart_have_the_reactions_of_the_whole(monkeypatch):
+    import pinocchio as pin
+
+    linkage = kinematics.load("three_rsr")
+    z = bodies(linkage)
+    (way,) = random_motions(linkage, 1, 5)
+    monkeypatch.setattr(verify_motions, "PART_JOINTS", 1)
+    robot = PinocchioModel(linkage, z)
+    assert len(robot._parts) == 3
+    whole, data = robot.model, robot.model.createData()
+    origin, sums = input_chain(linkage).frame.origin, []
+    for q, qd, qdd in zip(way.q, way.qd, way.qdd, strict=True):
+        # The rate of the momentum about the centre of mass, moved to the origin.
+        pin.computeCentroidalMomentumTimeVariation(whole, data, q, qd, qdd)
+        rate = data.dhg.copy()
+        arm = data.com[0] + origin
+        sums.append([*(rate.angular + np.cross(arm, rate.linear)), *rate.linear])
+    size = sizes(linkage, way, z).max()
+    assert np.abs(robot.reactions(way) - sums).max() <= 1e-9 * size
 
 
 @pytest.mark.parametrize("model", ["slider_crank", "three_rsr"])

@@ -9,6 +9,8 @@ from balance.studies.discovery.polish import decide_special
 from balance.studies.discovery.structure import LaneGeometry
 from balance.studies.discovery.topologies import topology
 from balance.studies.discovery.walk import generic_nullity
+from tests.fuzz.random_requests import check
+from tests.support.command_runs import asked
 from tests.support.covering import number_of_cases
 from tests.support.planted import (
     FAMILIES,
@@ -198,3 +200,15 @@ def test_links_that_do_not_turn_are_rejected():
         lanes.append([0.0, a, a + b, b, a + c, a + c + d, b + d + c])
     _, fates, accepted = judged("watt1", np.array(lanes))
     assert not accepted.any(), fates
+
+
+@pytest.mark.parametrize("job", [["run", "--starts", "1", "--workers", "0"], ["walk"]])
+def test_a_topology_whose_loops_never_stay_closed_is_refused_before_a_file_is_made(
+    tmp_path, job
+):
+    """A chain of universal and turning joints that closes at no random geometry."""
+    out = ["--out", str(tmp_path / "a.db")] if job[0] == "run" else ["--start", "0"]
+    words = ["discover", *job, "--topology=space: R0-1 R0-2 R2-4 R3-5 U5-6 R2-6 R6-3", *out]
+    done = asked(words)
+    assert check(words, done) == "discover: 2"
+    assert "random geometries stay closed" in done.err and not [*tmp_path.iterdir()]

@@ -5,6 +5,7 @@ from __future__ import annotations
 import pickle
 import re
 import tomllib
+import warnings
 from datetime import date
 from pathlib import Path
 
@@ -29,6 +30,7 @@ BAD = {
     "unknown number": ({"parameters": {"q2.size": "0:1:3"}}, "'q2' has the numbers origin.x"),
     "no length": ({"parameters": {"base.length": "1:2:2"}, "model": {"file": "four_rrr"}},
                   "link 'base' has 4 joints"),
+    "name of no file": ({"parameters": X, "model": {"file": "x" * 400}}, "File name too long"),
     "empty grid": ({"parameters": {"q2.origin.x": "0.1:0.3:0"}}, "is empty"),
     "empty list": ({"parameters": {"q2.origin.x": []}}, "the list is empty"),
     "empty interval": ({"parameters": {"q2.origin.x": {"uniform": [2, 1]}},
@@ -347,3 +349,16 @@ def test_tables_are_read_only_and_short_to_print():
         table["rank"][0] = 1
     pandas = pytest.importorskip("pandas")
     assert isinstance(table.to_pandas(), pandas.DataFrame)
+
+
+def test_masses_of_any_size_give_rows_without_a_warning(tmp_path):
+    path = tmp_path / "study.toml"
+    path.write_text(
+        '[model]\nfile = "four_bar_general"\n[parameters]\n"rocker.mass" = [1.0, 1e300]\n'
+        '[compute]\nquantities = ["distance", "design"]\n',
+        encoding="utf-8",
+    )
+    study = balance.studies.read_study(path)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert len(study.job().compute(0)["distance"]) == 2

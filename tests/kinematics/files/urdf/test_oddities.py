@@ -182,6 +182,7 @@ def test_many_oddities_are_one_remark(robot):
     ("old", "new", "problem"),
     [
         (AXIS, '<axis xyz="0 0 1" rpy="0 0 1"/>', "<axis rpy> is not read"),
+        (FIRST, f"{FIRST}{FIRST[:-2]}>{AXIS}</origin>", "<axis> in <origin> is not read"),
         ('<robot name="four_bar"', '<robot Name="four_bar"', "<robot Name> is not read"),
         ('ixy="0"', 'ixy="0" iyx="0.1"', "<inertia iyx> is not read"),
         ('type="revolute">', 'type="revolute" independent="yes">', "neither true nor false"),

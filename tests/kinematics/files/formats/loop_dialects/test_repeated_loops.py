@@ -2,6 +2,7 @@
 
 import pytest
 
+from kinematics.errors import LinkageError
 from tests.support.dialect_loops import (
     BALL,
     PAIR,
@@ -96,6 +97,16 @@ def test_kinds_that_imply_each_other(kind, tmp_path):
         draft = draft_of(tmp_path, OPEN, text.replace('"l"', '"m"'), hand_written(kind, axis))
         count = 1 if other in weaker.get(kind, [other]) or kind in weaker.get(other, []) else 2
         assert len(draft.loops) == count, other
+
+
+def test_a_floating_joint_repeats_no_loop(tmp_path):
+    """It closes nothing, and is refused as it is where it stands alone."""
+    floating = hand_written("floating", "")
+    with pytest.raises(LinkageError) as alone:
+        draft_of(tmp_path, OPEN, floating)
+    with pytest.raises(LinkageError) as beside:
+        draft_of(tmp_path, OPEN, floating, constraint("ball").replace('"l"', '"m"'))
+    assert "floating" in str(alone.value) and "floating" in str(beside.value)
 
 
 def test_two_hinges_of_a_universal_loop(tmp_path):

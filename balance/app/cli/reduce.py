@@ -8,7 +8,7 @@ from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from balance.app.answers.answer import Answer, Files
-from balance.app.cli.arguments import Parser
+from balance.app.cli.arguments import Parser, refuse_given
 from balance.app.cli.density_options import (
     add_density_options,
     check_density_options,
@@ -42,6 +42,10 @@ from balance.app.cli.part_options import (
     make_parts,
 )
 from balance.app.cli.progress import progress_bar
+from balance.app.cli.requirement_options import (
+    add_requirement_options,
+    check_requirement_options,
+)
 
 if TYPE_CHECKING:
     from balance.masses.counterweights.parts.part_files import CounterweightPart
@@ -51,15 +55,22 @@ if TYPE_CHECKING:
 
 # Largest budget, kilograms.
 MOST_BUDGET = 1e9
+# Options on the shaking along motions, and on what is made of it.
+OF_MOTIONS = (
+    *("csv", "tool_path", "speed", "about", "density", "thickness"),
+    *("pareto", "weight_moment", "max_bearing", "max_torque", "frame", "parts", "plot", "html"),
+)
 
 
 def add_reduce(parser: Parser) -> None:
     """Add the options of the command ``reduce``."""
     parser.description = (
-        "The least shaking along motions that so many kilograms of matter buy. Exits with 0 if "
-        "it is known, 1 if no matter keeps the caps, 4 if that is undecided."
+        "The least shaking along motions that so many kilograms of matter buy, or with "
+        "--require the least that requirements are missed by. Exits with 0 if it is known, 1 "
+        "if no matter keeps the caps, 4 if that is undecided."
     )
     add_model_options(parser, unused=("--spatial",))
+    add_requirement_options(parser)
     parser.set_defaults(run=_run)
     add_motion_source(parser.group("motion"), "random")
     add_about(parser.group("motion"), "the middle")
@@ -75,6 +86,7 @@ def add_reduce(parser: Parser) -> None:
         "balance reduce robot.urdf --links crank --speed 300rpm --budget 1.5",
         "balance reduce robot.urdf --links crank,rocker --pareto 6 --plot front.svg",
         "balance reduce robot.urdf --links crank,rocker --budget 0.6 --out quiet.urdf",
+        "balance reduce robot.urdf --links crank --budget 1 --require 'force; gravity'",
     )
 
 
@@ -118,6 +130,12 @@ def _add_least_options(parser: Parser) -> None:
         metavar="M,I,K,D",
         help="least vibration of a frame: kg,kg m²,N/m,N s/m",
     )
+    group.add_argument(
+        "--weights",
+        type=_weights,
+        metavar="W1,W2",
+        help="of the squares of --require, in their order (1)",
+    )
 
 
 def _check_options(arguments: argparse.Namespace) -> None:
@@ -142,13 +160,57 @@ def _check_options(arguments: argparse.Namespace) -> None:
             arguments.refuse(f"{flag}: one joint has two caps")
 
 
+def _check_requirements(arguments: argparse.Namespace) -> None:
+    """End the command with code 2 if other options are about shaking along motions."""
+    check_requirement_options(arguments, ())
+    if not arguments.require:
+        refuse_given(arguments, ("weights",), "{} needs --require")
+        return
+    refuse_given(arguments, OF_MOTIONS, "{} is about motions: it does not go with --require")
+    if not arguments.budget:
+        arguments.refuse("--require needs a --budget above 0 kg")
+
+
+def _run_required(arguments: argparse.Namespace) -> Answer:
+    """Compute the matter that leaves the least of the requirements unmet.
+
+    Raises:
+        LinkageError: the file, the linkage, a requirement, a link or a region cannot be used.
+    """
+    from balance.app.answers.text.violation import violation_body
+    from balance.masses.counterweights.link_regions import distant_regions
+    from balance.masses.counterweights.write_counterweights import with_counterweights
+    from balance.masses.partial.least_violation import least_violation, weights_in_order
+    from balance.space.requirements.require import require
+    from balance.support.options import GRAVITY
+
+    weights = weights_in_order(arguments.require, arguments.weights)
+    linkage = load_model(arguments, arguments.angles)
+    space = require(linkage, arguments.require, gravity=arguments.gravity or GRAVITY)
+    regions = dict(arguments.region)
+    answer = least_violation(
+        space, arguments.links, arguments.budget, regions=regions, weights=weights
+    )
+    return Answer(
+        verdict_code(answer.verdict),
+        answer.to_dict,
+        lambda: violation_body(answer),
+        (*space.warnings, *distant_regions(space, regions)),
+        describe_written(arguments, True),
+        lambda: {"out": partial(with_counterweights, answer, merge=arguments.merge)},
+    )
+
+
 def _run(arguments: argparse.Namespace) -> Answer:
     """Compute the designs of the options.
 
     Raises:
         LinkageError: the file, the linkage, a motion, a link or a region cannot be used.
     """
+    _check_requirements(arguments)
     _check_options(arguments)
+    if arguments.require:
+        return _run_required(arguments)
     front = _front(arguments)
     from balance.app.answers.text.partial import partial_body
     from balance.masses.counterweights.link_regions import distant_regions
@@ -229,6 +291,14 @@ def _cap(*quantities: str) -> Callable[[str], tuple[str, float]]:
         return name, finite_quantity(*quantities)(value)
 
     return read
+
+
+def _weights(text: str) -> list[float]:
+    """Parse weights of ``1,0.5``."""
+    values = [finite_number(word) for word in text.split(",")]
+    if not all(value > 0.0 for value in values):
+        raise argparse.ArgumentTypeError(f"'{text}': a weight is above 0")
+    return values
 
 
 def _frame(text: str) -> ElasticFrame:

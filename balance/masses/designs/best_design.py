@@ -31,8 +31,8 @@ from balance.masses.designs.verdicts import describe_furthest, describe_limits
 from balance.masses.designs.write_urdf import replace_inertials
 from balance.space.inertial_parameters.body_inertia import BodyInertia
 from balance.space.inertial_parameters.conversions import MassProperties
-from balance.space.requirements.recompute_spatial import recompute_spatial
 from balance.space.requirements.contradiction import contradiction, contradiction_words
+from balance.space.requirements.recompute_spatial import recompute_spatial
 from balance.space.requirements.required_space import RequiredSpace, space_of
 from balance.space.spaces.compute_space import as_space
 from balance.space.spaces.design_space import DesignSpace

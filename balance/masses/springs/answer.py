@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -13,6 +13,9 @@ from balance.support.tolerances import SPRING_TORQUE_LEFT
 from kinematics.model.linkage import Linkage, Notice
 from kinematics.numerics.array_types import Array
 from kinematics.wording import count_noun, html_facts, number_text, repr_lines, vector_text
+
+if TYPE_CHECKING:
+    from balance.masses.springs.energy_identity import EnergyProof
 
 SCHEMA = "balance.springs/1"
 
@@ -78,6 +81,9 @@ class SpringBalance(WithPicture):
         before: what the inputs hold there without springs (poses, inputs), N m and N.
         after: what they hold with the springs.
         certainty: how sure it is that the torques vanish in all motions.
+        excluded: whether springs that balance, or fewer of them, are excluded where none are
+            given; False where both ends of a spring are free, and a search found none.
+        proof: springs in rational numbers that balance identically; None without such a proof.
         notices: remarks for the user.
     """
 
@@ -95,6 +101,8 @@ class SpringBalance(WithPicture):
     before: Array
     after: Array
     certainty: Certainty
+    excluded: bool = True
+    proof: EnergyProof | None = None
     notices: tuple[Notice, ...] = ()
 
     def __repr__(self) -> str:
@@ -117,10 +125,11 @@ class SpringBalance(WithPicture):
     def verdict(self) -> str:
         """``"feasible"`` if springs balance, ``"infeasible"`` if none do.
 
-        ``"undecided"`` if they balance, and it is in doubt whether in every pose.
+        ``"undecided"`` if they balance, and it is in doubt whether in every pose; or if none
+        were found with both ends of a spring free, and none are excluded.
         """
         if not self.balanced:
-            return "infeasible"
+            return "infeasible" if self.excluded else "undecided"
         return "undecided" if self.certainty.doubts else "feasible"
 
     @property
@@ -142,10 +151,10 @@ class SpringBalance(WithPicture):
             spring = count_noun(needed, "spring")
             return f"{self.verdict}: {spring} {word} gravity in {where}"
         if self.share_left >= 1.0 - SPRING_TORQUE_LEFT:
-            return f"infeasible: {self.reason}; no spring of these helps"
+            return f"{self.verdict}: {self.reason}; no spring of these helps"
         share = number_text(100.0 * self.share_left, ".3g")
         return (
-            f"infeasible: {self.reason}; {count_noun(needed, 'spring')} "
+            f"{self.verdict}: {self.reason}; {count_noun(needed, 'spring')} "
             f"leave{'s' if needed == 1 else ''} {share} % of the torque of gravity (rms)"
         )
 
@@ -154,6 +163,8 @@ class SpringBalance(WithPicture):
         """Why there is no balance, in words; empty if there is."""
         if self.balanced:
             return ""
+        if not self.excluded:
+            return "no points of both ends were found that balance, and none are excluded"
         if self.in_span:
             return "some stiffness would be negative, or out of its range"
         return "no stiffnesses, of either sign, make the energy constant"
@@ -183,6 +194,7 @@ class SpringBalance(WithPicture):
             "unknowns": self.unknowns,
             "rank": self.rank,
             "in_span": self.in_span,
+            "excluded": self.excluded,
             "share_left": self.share_left,
             "poses": len(self.inputs),
             "peak_torque": {
@@ -195,4 +207,19 @@ class SpringBalance(WithPicture):
                 "residual": self.certainty.residual,
                 "poses": self.certainty.poses,
             },
+            "proof": None if self.proof is None else self._proof_data(self.proof),
+        }
+
+    def _proof_data(self, proof: EnergyProof) -> dict[str, object]:
+        """Write the rational springs of a proof as text of fractions."""
+        needed = [k for k, spring in enumerate(self.springs, 1) if spring.stiffness > 0.0]
+        return {
+            "springs": [
+                {"spring": k, "stiffness": str(stiffness), "shifts": [str(x) for x in shifts]}
+                for k, stiffness, shifts in zip(
+                    needed, proof.stiffnesses, proof.shifts, strict=True
+                )
+            ],
+            "poses": proof.poses,
+            "multipliers": proof.multipliers,
         }

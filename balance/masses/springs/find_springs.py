@@ -11,13 +11,18 @@ import numpy as np
 
 from balance.masses.springs.answer import AttachedPoint, Spring, SpringBalance
 from balance.masses.springs.attached_springs import AttachedSpring, attach_springs
-from balance.masses.springs.gradient_rows import point_at
-from balance.masses.springs.spring_cone import (
-    SpringCone,
-    balanced_unknowns,
-    least_unknowns,
-    make_cone,
+from balance.masses.springs.both_ends import balance_springs, least_springs
+from balance.masses.springs.energy_identity import (
+    EnergyProof,
+    FreeEnd,
+    Vector,
+    direction,
+    place,
+    prove_constant,
+    prove_none,
 )
+from balance.masses.springs.gradient_rows import point_at
+from balance.masses.springs.spring_cone import SpringCone, balanced_unknowns, make_cone
 from balance.masses.springs.spring_problem import SpringProblem
 from balance.masses.springs.spring_text import MAX_STIFFNESS, read_spring
 from balance.space.spaces.certainty import Certainty
@@ -25,6 +30,7 @@ from balance.support.options import GRAVITY
 from balance.support.tolerances import SPRING_ABSENT, SPRING_IN_MIDDLE, SPRING_TORQUE_LEFT
 from kinematics.errors import UsageError
 from kinematics.loading.model_gallery import LinkageLike, as_linkage
+from kinematics.model.linkage import Linkage
 from kinematics.numerics.array_types import Array
 from kinematics.numerics.linalg.ties import first_least, rank_least_first
 from kinematics.wording import size_text
@@ -33,6 +39,8 @@ Range = tuple[float, float]
 
 # Most springs, most sets of them, and most choices of stiffnesses of a catalogue.
 MAX_SPRINGS, MAX_SETS, MAX_CHOICES = 30, 4096, 4096
+# Part of a range by which what an exact identity may shift lies inside of it.
+SPRING_INSIDE = 1e-9
 
 
 class _Choice(NamedTuple):
@@ -70,7 +78,8 @@ def springs(
         linkage: an assembled linkage, or what `kinematics.load` accepts.
         between: one or several springs, each as text: ``"base,arm"``, or
             ``"base@0,0,0:0.5 arm@0.2,0,0 k=100:200"``: two links, points in their frames in
-            metres, and a stiffness in N/m. A number may be a range, at one end of a spring.
+            metres, and a stiffness in N/m. A number may be a range; where both ends of a spring
+            have ranges, see `balance.masses.springs.both_ends`.
             Without points a spring ends at the centre of mass of the second link, and within a
             characteristic length about the joint by which that hangs on the first.
         gravity: acceleration of gravity (3,), m/s², inertial frame.
@@ -117,22 +126,19 @@ def springs(
 def _find(problem: SpringProblem, gravity: Array, catalogue: Sequence[float]) -> SpringBalance:
     """Find the springs of a problem."""
     whole, given = _asked_cone(problem), [s.asked.stiffness for s in problem.springs]
+    sure = True
     conditions, settled = problem.conditions
     rows = conditions.rows
     if catalogue:
         choices = _choices(catalogue, given)
-        balanced, best, every_set = _of_catalogue(problem, rows, choices), None, True
+        (balanced, sure), best, every_set = _of_catalogue(problem, rows, choices), None, True
         if not balanced:
             best = _least_of_catalogue(problem, choices)
     else:
-        balanced, every_set = _smallest_sets(rows, whole)
-        best = (
-            None
-            if balanced
-            else _Choice(
-                tuple(range(len(problem.springs))), least_unknowns(_flat(problem), whole)
-            )
-        )
+        balanced, every_set, sure = _smallest_sets(problem, rows, whole, given)
+        if not balanced:
+            x = least_springs(_flat(problem), problem.springs, given, problem.unit)
+            best = _Choice(tuple(range(len(problem.springs))), x)
     if balanced:
         sizes = [float(sum(x[_starts(problem, used)])) for used, x in balanced]
         best = balanced[first_least(sizes)]
@@ -143,11 +149,13 @@ def _find(problem: SpringProblem, gravity: Array, catalogue: Sequence[float]) ->
     in_span = bool(balanced) or balanced_unknowns(rows, unsigned) is not None
     torque, count = problem.fresh_torque(x)
     certainty = _certainty(bool(balanced), settled, torque, count)
+    found = tuple(_springs(problem, whole, x))
+    proof, certainty = _proved(problem, found, gravity, bool(balanced), in_span, certainty)
     sets = list(dict.fromkeys(tuple(used) for used, _ in balanced))
     return SpringBalance(
         problem.linkage,
         (float(gravity[0]), float(gravity[1]), float(gravity[2])),
-        tuple(_springs(problem, whole, x)),
+        found,
         tuple(sets),
         every_set,
         unknowns,
@@ -157,6 +165,8 @@ def _find(problem: SpringProblem, gravity: Array, catalogue: Sequence[float]) ->
         problem.torques(None),
         problem.torques(x),
         certainty,
+        sure,
+        proof,
     )
 
 
@@ -178,31 +188,44 @@ def _starts(problem: SpringProblem, used: Sequence[int]) -> list[int]:
     return [sum(counts[:k]) for k in range(len(counts))]
 
 
-def _smallest_sets(rows: Array, cone: SpringCone) -> tuple[list[_Choice], bool]:
-    """Find the smallest sets of springs that balance, and whether all sets were tried."""
-    count, tried = len(cone.starts) - 1, 0
+def _smallest_sets(
+    problem: SpringProblem, rows: Array, cone: SpringCone, given: Sequence[Range]
+) -> tuple[list[_Choice], bool, bool]:
+    """Find the smallest sets of springs that balance.
+
+    Returns:
+        The sets; whether all sets were tried; whether smaller ones, or all, are excluded.
+    """
+    count, tried, sure = len(cone.starts) - 1, 0, True
     for size in range(1, count + 1):
         if tried + comb(count, size) > MAX_SETS:
             break
         tried += comb(count, size)
-        balanced = [
-            _Choice(used, x)
-            for used in combinations(range(count), size)
-            if (x := _balance(rows, cone, used)) is not None
-        ]
+        balanced = []
+        for used in combinations(range(count), size):
+            x, known = _balance(problem, rows, cone, used, [given[k] for k in used])
+            balanced += [] if x is None else [_Choice(used, x)]
+            sure = sure and known
         if balanced:
-            return balanced, True
+            return balanced, True, sure
     else:
-        return [], True
+        return [], True, sure
     every = tuple(range(count))
-    x = _balance(rows, cone, every)
-    return ([] if x is None else [_Choice(every, x)]), False
+    x, known = _balance(problem, rows, cone, every, given)
+    return ([] if x is None else [_Choice(every, x)]), False, sure and known
 
 
-def _balance(rows: Array, cone: SpringCone, used: Sequence[int]) -> Array | None:
-    """Balance with some of the springs."""
+def _balance(
+    problem: SpringProblem,
+    rows: Array,
+    cone: SpringCone,
+    used: Sequence[int],
+    ranges: Sequence[Range],
+) -> tuple[Array | None, bool]:
+    """Balance with some of the springs; see `balance_springs`."""
     columns = [*cone.columns_of(used), rows.shape[1] - 1]
-    return balanced_unknowns(rows[:, columns], cone.of(used))
+    chosen = [problem.springs[k] for k in used]
+    return balance_springs(rows[:, columns], chosen, ranges, problem.unit)
 
 
 def _choices(catalogue: Sequence[float], given: Sequence[Range]) -> list[tuple[Range, ...]]:
@@ -228,17 +251,23 @@ def _used(choice: Sequence[Range]) -> tuple[int, ...]:
 
 def _of_catalogue(
     problem: SpringProblem, rows: Array, choices: Sequence[tuple[Range, ...]]
-) -> list[_Choice]:
-    """Find the choices of stiffnesses of a catalogue with the fewest springs that balance."""
+) -> tuple[list[_Choice], bool]:
+    """Find the choices of stiffnesses of a catalogue with the fewest springs that balance.
+
+    Returns:
+        The choices; and whether fewer springs, or all, are excluded.
+    """
     balanced: list[_Choice] = []
+    sure, cone = True, _asked_cone(problem)
     for choice in choices:
         used = _used(choice)
         if balanced and len(used) > len(balanced[0].used):
             break
         if used:
-            x = _balance(rows, make_cone(problem.springs, problem.unit, choice), used)
+            x, known = _balance(problem, rows, cone, used, [choice[k] for k in used])
             balanced += [] if x is None else [_Choice(used, x)]
-    return balanced
+            sure = sure and known
+    return balanced, sure
 
 
 def _least_of_catalogue(
@@ -246,13 +275,13 @@ def _least_of_catalogue(
 ) -> _Choice:
     """Find the choice of stiffnesses of a catalogue that leaves the least torque."""
     tried, torques = [], []
-    flat = _flat(problem)
+    flat, cone = _flat(problem), _asked_cone(problem)
     for choice in choices:
         used = _used(choice)
-        cone = make_cone(problem.springs, problem.unit, choice)
         columns = [*cone.columns_of(used), flat.shape[1] - 1]
-        few = flat[:, columns]
-        x = least_unknowns(few, cone.of(used)) if used else np.empty(0)
+        few, chosen = flat[:, columns], [problem.springs[k] for k in used]
+        ranges = [choice[k] for k in used]
+        x = least_springs(few, chosen, ranges, problem.unit) if used else np.empty(0)
         tried.append(_Choice(used, x))
         torques.append(float(np.linalg.norm(few @ np.append(x, 1.0))))
     return tried[rank_least_first(torques, torques[0])[0]]
@@ -274,7 +303,7 @@ def _springs(problem: SpringProblem, cone: SpringCone, x: Array) -> Iterator[Spr
     length = problem.length
     for start, spring in zip(cone.starts, problem.springs, strict=False):
         stiffness = float(x[start])
-        shares = x[start + 1 : start + spring.columns] / (stiffness or 1.0)
+        shares = x[start + 1 : start + 1 + spring.free] / (stiffness or 1.0)
         shares = np.where(np.abs(shares) < SPRING_IN_MIDDLE, 0.0, np.clip(shares, -1.0, 1.0))
         distances = [
             length * float(np.linalg.norm(first - second))
@@ -308,6 +337,67 @@ def _attached_points(
         )
         points.append(AttachedPoint(end.link, (x, y, z)))
     return points[0], points[1]
+
+
+def _proved(
+    problem: SpringProblem,
+    found: Sequence[Spring],
+    gravity: Array,
+    balanced: bool,
+    in_span: bool,
+    certainty: Certainty,
+) -> tuple[EnergyProof | None, Certainty]:
+    """Seek a proof in rational numbers of balance, or that no stiffnesses balance."""
+    linkage, g = problem.linkage, gravity.tolist()
+    if balanced and not certainty.doubts:
+        free = [_free_end(*pair) for pair in zip(problem.springs, found, strict=True)]
+        proof = prove_constant(linkage, found, free, g, problem.turns)
+        if isinstance(proof, str):
+            return None, certainty._replace(reason=f"{certainty.reason}; {proof}")
+        reason = "the energies add up to a constant, identically in rational numbers"
+        return proof, certainty._replace(level="proved", reason=reason)
+    if not balanced and not in_span:
+        ends = [_open_ends(linkage, spring) for spring in problem.springs]
+        if prove_none(linkage, ends, g):
+            reason = "no stiffnesses make the energies constant, in rational numbers"
+            return None, certainty._replace(level="proved", reason=reason)
+    return None, certainty
+
+
+def _free_end(spring: AttachedSpring, found: Spring) -> FreeEnd:
+    """List what of a spring is within its limits: the end with more of such coordinates."""
+    inside = [
+        tuple(
+            axis
+            for axis, ((low, high), x) in enumerate(
+                zip(end.box or (), there.point, strict=True)
+            )
+            if min(x - low, high - x) > SPRING_INSIDE * (high - low)
+        )
+        for end, there in zip(spring.asked.ends, found.ends, strict=True)
+    ]
+    end = 0 if len(inside[0]) >= len(inside[1]) else 1
+    low, high = spring.asked.stiffness
+    k, least = found.stiffness, SPRING_INSIDE * found.stiffness
+    return FreeEnd(end, inside[end], k - low > least and high - k > least)
+
+
+def _inside(x: float, low: float, high: float) -> bool:
+    """Whether a number is in the inside of a range."""
+    return min(x - low, high - x) > SPRING_INSIDE * (high - low)
+
+
+def _open_ends(
+    linkage: Linkage, spring: AttachedSpring
+) -> tuple[tuple[int, Vector, tuple[Vector, ...]], ...]:
+    """Write where a spring may be attached in rational numbers."""
+    ends = []
+    for end in spring.asked.ends:
+        box = end.box or ()
+        link, point = place(linkage, end.link, [low for low, _ in box])
+        axes = [axis for axis, (low, high) in enumerate(box) if low < high]
+        ends.append((link, point, tuple(direction(linkage, end.link, axis) for axis in axes)))
+    return tuple(ends)
 
 
 def _certainty(balanced: bool, settled: bool, torque: float, count: int) -> Certainty:

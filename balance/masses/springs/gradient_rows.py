@@ -8,7 +8,9 @@ Where b may be chosen, ``b = c + Σ_j s_j e_j`` with |p_B| turning rigidly, and
 
     ∂U/∂u_w = k (p_A - p_C)·(v_A - v_C) - Σ_j k s_j [(v_A - v_C)·n_j + (p_A - p_C)·(ω_B × n_j)]
 
-with n_j the turned e_j: linear in k and in k s_j. Gravity stores ``-g · Σ (m d + R mc)``. With
+with n_j the turned e_j: linear in k and in k s_j. Where the other end is free too, at ``a = d +
+Σ_i r_i f_i``, products ``k r_i s_j`` join them, with ``-∂(m_i·n_j)/∂u_w``, m_i the turned f_i.
+Gravity stores ``-g · Σ (m d + R mc)``. With
 springs of positive k only, and |s_j| ≤ 1, the unknowns (k, k s) form a convex cone. (S. K.
 Agrawal, A. Fattah, Mechanism and Machine Theory 39, 2004; S. R. Deepak, G. K. Ananthasuresh,
 Journal of Mechanisms and Robotics 4, 2012.)
@@ -95,10 +97,16 @@ def _spring_columns(pose: Pose, T: Array, spring: AttachedSpring) -> list[Array]
     )
     apart, away = points[0] - points[1], rates[0] - rates[1]
     columns = [away @ apart]
+    axes = []
     for sign, end, turn in zip((1.0, -1.0), spring.ends, turns, strict=True):
         R = np.eye(3) if end.link == GROUND else pose.H[end.link, :3, :3]
-        for axis in end.axes @ R.T:
+        axes.append(end.axes @ R.T)
+        for axis in axes[-1]:
             columns.append(sign * (away @ axis + np.cross(turn, axis) @ apart))
+    for first in axes[0]:
+        for second in axes[1]:
+            turned = np.cross(turns[0], first) @ second + np.cross(turns[1], second) @ first
+            columns.append(-turned)
     return columns
 
 

@@ -75,9 +75,18 @@ def make_cone(
         if np.isfinite(high):
             rows.append(-stiffness)
             offset.append(high / unit)
-        for coordinate in unknowns[start + 1 : start + spring.columns]:
+        free = unknowns[start + 1 : start + 1 + spring.free]
+        for coordinate in free:
             rows += [stiffness - coordinate, stiffness + coordinate]
             offset += [0.0, 0.0]
+        first, second = np.split(free, [len(spring.ends[0].axes)])
+        products = iter(unknowns[start + 1 + spring.free : start + spring.columns])
+        for s in first:
+            for t in second:
+                both = next(products)
+                for a, b in ((1, 1), (1, -1), (-1, 1), (-1, -1)):
+                    rows.append(stiffness + a * s + b * t + a * b * both)
+                    offset.append(0.0)
     return SpringCone(np.array(rows), np.array(offset), tuple(starts.tolist()))
 
 

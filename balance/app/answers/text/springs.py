@@ -46,7 +46,8 @@ def _sets_text(answer: SpringBalance) -> str:
     if not answer.every_set:
         return f"not sought among so many springs; these balance: {listed}"
     word = "set" if len(sets) == 1 else "sets"
-    return f"{word} {listed} of springs, and none of fewer"
+    fewer = "none of fewer" if answer.excluded else "none of fewer were found"
+    return f"{word} {listed} of springs, and {fewer}"
 
 
 def springs_body(answer: SpringBalance) -> AnswerBody:

@@ -15,7 +15,9 @@ from kinematics.numerics.array_types import Array
 from kinematics.wording import count_noun, html_facts, number_text, repr_lines, vector_text
 
 if TYPE_CHECKING:
+    from balance.masses.payload import Payload
     from balance.masses.springs.energy_identity import EnergyProof
+    from balance.masses.springs.spring_loads import SpringLoads
 
 SCHEMA = "balance.springs/1"
 
@@ -84,6 +86,8 @@ class SpringBalance(WithPicture):
         excluded: whether springs that balance, or fewer of them, are excluded where none are
             given; False where both ends of a spring are free, and a search found none.
         proof: springs in rational numbers that balance identically; None without such a proof.
+        payload: the load that is not in the file; of a range, the springs are for its mean.
+        loads: what these springs, and others whose points move, do for a range of loads.
         notices: remarks for the user.
     """
 
@@ -103,6 +107,8 @@ class SpringBalance(WithPicture):
     certainty: Certainty
     excluded: bool = True
     proof: EnergyProof | None = None
+    payload: Payload | None = None
+    loads: SpringLoads | None = None
     notices: tuple[Notice, ...] = ()
 
     def __repr__(self) -> str:
@@ -126,8 +132,11 @@ class SpringBalance(WithPicture):
         """``"feasible"`` if springs balance, ``"infeasible"`` if none do.
 
         ``"undecided"`` if they balance, and it is in doubt whether in every pose; or if none
-        were found with both ends of a spring free, and none are excluded.
+        were found with both ends of a spring free, and none are excluded. For a range of
+        loads, whether springs balance every load whose points may move with it.
         """
+        if self.loads is not None:
+            return "feasible" if self.loads.springs else "infeasible"
         if not self.balanced:
             return "infeasible" if self.excluded else "undecided"
         return "undecided" if self.certainty.doubts else "feasible"
@@ -142,6 +151,8 @@ class SpringBalance(WithPicture):
     @property
     def words(self) -> str:
         """The verdict in words."""
+        if self.loads is not None:
+            return f"{self.verdict}: {self.loads.words}"
         needed = sum(spring.stiffness > 0.0 for spring in self.springs)
         if self.balanced:
             word = "balances" if needed == 1 else "balance"
@@ -207,6 +218,7 @@ class SpringBalance(WithPicture):
                 "residual": self.certainty.residual,
                 "poses": self.certainty.poses,
             },
+            "payload": self._payload_data(),
             "proof": None if self.proof is None else self._proof_data(self.proof),
         }
 
@@ -223,3 +235,9 @@ class SpringBalance(WithPicture):
             "poses": proof.poses,
             "multipliers": proof.multipliers,
         }
+
+    def _payload_data(self) -> dict[str, object] | None:
+        """Write the payload, and what springs do for a range of loads."""
+        if self.loads is not None:
+            return self.loads.to_dict()
+        return None if self.payload is None else self.payload.to_dict()

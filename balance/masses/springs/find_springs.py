@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from itertools import combinations, product
 from math import comb
 from typing import NamedTuple
 
 import numpy as np
 
+from balance.masses.payload import Payload, carrying, read_payload
 from balance.masses.springs.answer import AttachedPoint, Spring, SpringBalance
 from balance.masses.springs.attached_springs import AttachedSpring, attach_springs
 from balance.masses.springs.both_ends import balance_springs, least_springs
@@ -23,6 +25,7 @@ from balance.masses.springs.energy_identity import (
 )
 from balance.masses.springs.gradient_rows import point_at
 from balance.masses.springs.spring_cone import SpringCone, balanced_unknowns, make_cone
+from balance.masses.springs.spring_loads import MovedSpring, SpringLoads, moved_unknowns
 from balance.masses.springs.spring_problem import SpringProblem
 from balance.masses.springs.spring_text import MAX_STIFFNESS, read_spring
 from balance.space.spaces.certainty import Certainty
@@ -62,6 +65,7 @@ def springs(
     gravity: Sequence[float] = GRAVITY,
     catalogue: Sequence[float] = (),
     ranges: Mapping[str, tuple[float, float]] | None = None,
+    payload: Payload | str | None = None,
 ) -> SpringBalance:
     """Find springs between links of a linkage that balance gravity in every pose.
 
@@ -87,6 +91,10 @@ def springs(
         ranges: workspace: least and greatest displacement of inputs by name, radians and
             metres, for the least torque and for lengths; by default the limits in the file,
             without limits 1 rad or one characteristic length each way.
+        payload: a load at a point of a link that is not in the file, or its text, such as
+            ``"tool@0,0,0.1=0:2"``. For a range of loads the springs are those for its mean,
+            which leave the least mean square of the torques over all loads; how points must
+            move with the load to balance each of them is in ``SpringBalance.loads``.
 
     Returns:
         The springs, the smallest sets that balance, and the torques before and after.
@@ -96,7 +104,8 @@ def springs(
         LinkageError: gravity does no work, the linkage does not move, or both ends of a spring
             are on one rigid body.
         PoseError: a range names no input, or no pose of the ranges is reached.
-        UsageError: a spring cannot be read, or there are too many.
+        UsageError: a spring or the payload cannot be read, there are too many springs, or both
+            ends of one are free where loads vary.
 
     Source:
         S. K. Agrawal, A. Fattah, Mechanism and Machine Theory 39(12), 2004; S. R. Deepak, G.
@@ -119,8 +128,26 @@ def springs(
         raise UsageError(f"gravity has three coordinates that are not all 0, not {gravity!r}")
     if not all(0.0 < k <= MAX_STIFFNESS for k in catalogue):
         raise UsageError(f"a catalogue has stiffnesses above 0 and up to {MAX_STIFFNESS:g} N/m")
-    problem = SpringProblem(linkage, attach_springs(linkage, asked), g, ranges or {})
-    return _find(problem, g, sorted(set(catalogue)))
+    carried = read_payload(payload) if isinstance(payload, str) else payload
+    # Points that nothing is said of are those without the load, for every load.
+    asked = [spring.asked for spring in attach_springs(linkage, asked)]
+
+    def problem_of(loaded: Linkage) -> SpringProblem:
+        return SpringProblem(loaded, attach_springs(loaded, asked), g, ranges or {})
+
+    problem = problem_of(linkage if carried is None else carrying(linkage, carried))
+    steps = sorted(set(catalogue))
+    answer = _find(problem, g, steps)
+    if carried is None or not carried.varies:
+        return replace(answer, payload=carried)
+    paired = next((spring for spring in problem.springs if spring.paired), None)
+    if paired is not None:
+        raise UsageError(
+            f"spring '{paired.asked.text}': for a range of loads one end may be free, not "
+            "both: give one a point"
+        )
+    ends = [problem_of(carrying(linkage, carried, m)) for m in (carried.low, carried.high)]
+    return replace(answer, payload=carried, loads=_loads(problem, ends, carried, steps, answer))
 
 
 def _find(problem: SpringProblem, gravity: Array, catalogue: Sequence[float]) -> SpringBalance:
@@ -168,6 +195,66 @@ def _find(problem: SpringProblem, gravity: Array, catalogue: Sequence[float]) ->
         sure,
         proof,
     )
+
+
+def _loads(
+    problem: SpringProblem,
+    ends: Sequence[SpringProblem],
+    payload: Payload,
+    catalogue: Sequence[float],
+    answer: SpringBalance,
+) -> SpringLoads:
+    """Find what springs that stay leave for both ends of a range, and springs that move."""
+    x = _unknowns(problem, answer)
+    left = []
+    for end in ends:
+        there = x * problem.unit / end.unit
+        left.append(
+            float(np.linalg.norm(end.torques(there)) / np.linalg.norm(end.torques(None)))
+        )
+    rows = [end.conditions[0].rows for end in ends]
+    weights = [end.unit / problem.unit for end in ends]
+    given = [spring.asked.stiffness for spring in problem.springs]
+    choices = _choices(catalogue, given) if catalogue else [tuple(given)]
+    for choice in choices:
+        cone = make_cone(problem.springs, problem.unit, choice)
+        moved = moved_unknowns(rows, cone, weights)
+        if moved is not None:
+            return SpringLoads(payload, (left[0], left[1]), _moved_springs(problem, moved))
+    return SpringLoads(payload, (left[0], left[1]), ())
+
+
+def _unknowns(problem: SpringProblem, answer: SpringBalance) -> Array:
+    """Read the unknowns of springs that were found, one end of each fixed at most."""
+    parts = []
+    for spring, found in zip(problem.springs, answer.springs, strict=True):
+        shares = [
+            (2.0 * x - low - high) / (high - low)
+            for end, there in zip(spring.asked.ends, found.ends, strict=True)
+            for x, (low, high) in zip(there.point, end.box or (), strict=True)
+            if low < high
+        ]
+        parts.append(found.stiffness / problem.unit * np.array([1.0, *shares]))
+    return np.concatenate(parts)
+
+
+def _moved_springs(
+    problem: SpringProblem, moved: tuple[Array, Array]
+) -> tuple[MovedSpring, ...]:
+    """Describe the springs of unknowns for two loads."""
+    listed, at = [], 0
+    largest = max(float(np.abs(x).max()) for x in moved)
+    for number, spring in enumerate(problem.springs, 1):
+        k = float(moved[0][at])
+        if k > SPRING_ABSENT * largest:
+            places = []
+            for x in moved:
+                shares = np.clip(x[at + 1 : at + spring.columns] / k, -1.0, 1.0)
+                points = _attached_points(spring, shares)
+                places.append(np.array([end.point for end in points]))
+            listed.append(MovedSpring(number, k * problem.unit, places[0], places[1]))
+        at += spring.columns
+    return tuple(listed)
 
 
 def _asked_cone(problem: SpringProblem) -> SpringCone:

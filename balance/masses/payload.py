@@ -17,6 +17,7 @@ from typing import NamedTuple
 import numpy as np
 
 from balance.support.units import read_quantity
+from kinematics.closure.joint_positions import with_bodies
 from kinematics.error_text import did_you_mean
 from kinematics.errors import BodyError, UsageError
 from kinematics.model.arrays import freeze
@@ -151,9 +152,9 @@ def carrying(
     notice = Notice("payload", f"a payload of {number_text(mass)} kg is carried: {asked.words}")
     body = linkage.bodies[b]
     if apart:
-        links = freeze([*linkage.chain.links, linkage.chain.links[b]], np.int64)
-        spatial = freeze(
-            [*linkage.spatial_chain.links, linkage.spatial_chain.links[b]], np.int64
+        planar, spatial = (
+            replace(chain, links=freeze([*chain.links, chain.links[b]], np.int64))
+            for chain in (linkage.chain, linkage.spatial_chain)
         )
         return replace(
             linkage,
@@ -163,9 +164,8 @@ def carrying(
             spatial_chain=spatial,
             notices=(*linkage.notices, notice),
         )
-    bodies = list(linkage.bodies)
-    bodies[b] = replace(body, inertia=freeze(body.inertia + z))
-    return replace(linkage, bodies=tuple(bodies), notices=(*linkage.notices, notice))
+    told = replace(linkage, notices=(*linkage.notices, notice))
+    return with_parameters(told, {b: body.inertia + z})
 
 
 def point_parameters(linkage: Linkage, payload: Payload, load: float) -> Array:
@@ -181,7 +181,7 @@ def with_parameters(linkage: Linkage, parameters: Mapping[int, Array]) -> Linkag
         replace(body, inertia=freeze(parameters[b])) if b in parameters else body
         for b, body in enumerate(linkage.bodies)
     ]
-    return replace(linkage, bodies=tuple(bodies))
+    return with_bodies(linkage, bodies)
 
 
 def _body_of(linkage: Linkage, payload: Payload) -> int:

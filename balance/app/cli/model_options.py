@@ -182,7 +182,11 @@ def load_model(arguments: argparse.Namespace, angles: str, other: str = "") -> L
         for positions in value if isinstance(value, list) else [value]:
             if isinstance(positions, Coordinates):
                 check_units(linkage, positions)
-    return linkage
+    if getattr(arguments, "payload", None) is None:
+        return linkage
+    from balance.masses.payload import carrying
+
+    return carrying(linkage, arguments.payload, apart=arguments.payload_apart)
 
 
 def check_units(linkage: Linkage, positions: Mapping[str, float]) -> None:

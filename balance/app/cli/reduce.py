@@ -41,6 +41,7 @@ from balance.app.cli.part_options import (
     counterweight_files,
     make_parts,
 )
+from balance.app.cli.payload_option import add_payload_option
 from balance.app.cli.progress import progress_bar
 from balance.app.cli.requirement_options import (
     add_requirement_options,
@@ -50,7 +51,9 @@ from balance.app.cli.requirement_options import (
 if TYPE_CHECKING:
     from balance.masses.counterweights.parts.part_files import CounterweightPart
     from balance.masses.partial.elastic_frame import ElasticFrame
+    from balance.masses.partial.load_range import LoadsLeft
     from balance.masses.partial.results import ParetoFront
+    from balance.masses.payload import Payload
 
 
 # Largest budget, kilograms.
@@ -75,6 +78,7 @@ def add_reduce(parser: Parser) -> None:
     add_motion_source(parser.group("motion"), "random")
     add_about(parser.group("motion"), "the middle")
     add_matter_options(parser, "links that may get matter", required=True)
+    add_payload_option(parser)
     add_density_options(parser, "matter", "plates on a planar linkage")
     _add_least_options(parser)
     add_out_option(parser)
@@ -143,6 +147,8 @@ def _check_options(arguments: argparse.Namespace) -> None:
     check_matter_options(arguments)
     check_density_options(arguments)
     check_parts_option(arguments)
+    if arguments.payload is not None and arguments.merge:
+        arguments.refuse("--merge does not go with --payload, which no file holds")
     if arguments.budget is None and arguments.pareto is None:
         arguments.refuse("give a --budget in kg, or --pareto")
     if arguments.budget is not None and arguments.budget < 0.0:
@@ -177,10 +183,12 @@ def _run_required(arguments: argparse.Namespace) -> Answer:
     Raises:
         LinkageError: the file, the linkage, a requirement, a link or a region cannot be used.
     """
+    from balance.app.answers.text.payload import payload_section
     from balance.app.answers.text.violation import violation_body
     from balance.masses.counterweights.link_regions import distant_regions
     from balance.masses.counterweights.write_counterweights import with_counterweights
     from balance.masses.partial.least_violation import least_violation, weights_in_order
+    from balance.masses.partial.load_range import violation_left
     from balance.space.requirements.require import require
     from balance.support.options import GRAVITY
 
@@ -191,10 +199,12 @@ def _run_required(arguments: argparse.Namespace) -> Answer:
     answer = least_violation(
         space, arguments.links, arguments.budget, regions=regions, weights=weights
     )
+    payload: Payload | None = arguments.payload
+    load = violation_left(answer, payload) if payload and payload.varies else payload
     return Answer(
         verdict_code(answer.verdict),
-        answer.to_dict,
-        lambda: violation_body(answer),
+        lambda: answer.to_dict() | ({} if load is None else {"payload": load.to_dict()}),
+        lambda: [*violation_body(answer), *payload_section(load)],
         (*space.warnings, *distant_regions(space, regions)),
         describe_written(arguments, True),
         lambda: {"out": partial(with_counterweights, answer, merge=arguments.merge)},
@@ -211,8 +221,9 @@ def _run(arguments: argparse.Namespace) -> Answer:
     _check_options(arguments)
     if arguments.require:
         return _run_required(arguments)
-    front = _front(arguments)
+    front, load = _front(arguments)
     from balance.app.answers.text.partial import partial_body
+    from balance.app.answers.text.payload import payload_section
     from balance.masses.counterweights.link_regions import distant_regions
     from balance.masses.counterweights.parts.part_files import rough_parts
 
@@ -221,19 +232,22 @@ def _run(arguments: argparse.Namespace) -> Answer:
     far = distant_regions(best.space, dict(arguments.region))
     return Answer(
         verdict_code(best.verdict),
-        front.to_dict,
-        lambda: partial_body(front),
+        lambda: front.to_dict() | ({} if load is None else {"payload": load.to_dict()}),
+        lambda: [*partial_body(front), *payload_section(load)],
         (*front.notices, *far, *rough_parts(parts)),
         describe_written(arguments, best.z is not None),
         lambda: _files(arguments, front, parts),
     )
 
 
-def _front(arguments: argparse.Namespace) -> ParetoFront:
-    """Compute the designs of the options."""
+def _front(
+    arguments: argparse.Namespace,
+) -> tuple[ParetoFront, Payload | LoadsLeft | None]:
+    """Compute the designs of the options, and what the last leaves for a range of loads."""
     linkage = load_model(arguments, arguments.angles)
     # Load the kernels only after the file is accepted.
     from balance.masses.partial.budgets import pareto, single
+    from balance.masses.partial.load_range import shaking_left
     from balance.masses.partial.shaking_problem import ShakingOptions
     from balance.space.spaces.compute_space import design_space
 
@@ -250,18 +264,17 @@ def _front(arguments: argparse.Namespace) -> ParetoFront:
             "thickness": arguments.thickness,
             "density": densities_of(arguments, arguments.links),
         }
+        links, given = arguments.links, ShakingOptions(**options)
         if arguments.pareto is None:
-            return single(
-                space, arguments.links, arguments.budget, ShakingOptions(**options), advance
+            front = single(space, links, arguments.budget, given, advance)
+        else:
+            front = pareto(
+                space, links, arguments.pareto, arguments.budget, progress=advance, **options
             )
-        return pareto(
-            space,
-            arguments.links,
-            arguments.pareto,
-            arguments.budget,
-            progress=advance,
-            **options,
-        )
+        payload: Payload | None = arguments.payload
+        if payload is None or not payload.varies:
+            return front, payload
+        return front, shaking_left(front, payload, tuple(links), given)
 
 
 def _files(

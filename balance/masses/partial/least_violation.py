@@ -21,15 +21,18 @@ from balance.masses.counterweights.counterweight import Counterweight
 from balance.masses.counterweights.link_regions import regions_of
 from balance.masses.counterweights.regions import Region
 from balance.masses.counterweights.write_counterweights import counterweights_file
+from balance.masses.designs.pseudo_inertia_cone import given_parameters
 from balance.masses.partial.added_weights import check_budget, counterweights_at
 from balance.masses.partial.least_shaking import LeastShaking, least_shaking, quadratic_factor
 from balance.masses.partial.motion_loads import AddedParameters
 from balance.masses.partial.shaking_program import ShakingProgram
+from balance.space.inertial_parameters.conversions import to_chain
 from balance.space.requirements.contradiction import contradiction, contradiction_words
 from balance.space.requirements.recompute_spatial import recompute_spatial
 from balance.space.requirements.required_space import RequiredSpace
 from balance.space.requirements.requirement import read_requirements
 from balance.support.tolerances import SHAKING_GAP_PROVED
+from kinematics.closure.joint_positions import input_chain
 from kinematics.errors import UsageError
 from kinematics.model.arrays import freeze
 from kinematics.numerics.array_types import Array
@@ -266,6 +269,32 @@ def _contradiction(
         return best.value > SHAKING_GAP_PROVED * program.scale
 
     return contradiction(texts, excluded)
+
+
+def missed_by(answer: LeastViolation, z: Array) -> float:
+    """Compute what other masses miss, by the measure of a least violation.
+
+    Args:
+        answer: the least violation, for its requirements, weights and sizes.
+        z: parameters (bodies, 10) about the inertial origin, SI units.
+
+    Returns:
+        Root of the weighted sum of squares.
+    """
+    space = recompute_spatial(answer.space) if answer.space.planar else answer.space
+    assert isinstance(space, RequiredSpace)
+    frame, size = input_chain(space.linkage).frame, len(space.labels)
+    given, other = (
+        to_chain(np.asarray(x), frame, False, False)[:, :size]
+        for x in (given_parameters(space), z)
+    )
+    total = 0.0
+    for region, item in zip(space.regions, answer.violations, strict=True):
+        rows = region.rows.reshape(len(region.rows), len(space.bodies), size)
+        alone = np.linalg.norm(np.einsum("rbp,bp->rb", rows, given), axis=0).sum() or 1.0
+        left = float(np.linalg.norm(np.einsum("rbp,bp->r", rows, other)) / alone)
+        total += item.weight * left**2
+    return float(np.sqrt(total))
 
 
 def weights_in_order(

@@ -152,7 +152,8 @@ class SpringBalance(WithPicture):
     def words(self) -> str:
         """The verdict in words."""
         if self.loads is not None:
-            return f"{self.verdict}: {self.loads.words}"
+            able = "balance" if self.loads.springs else "do not balance"
+            return f"{self.verdict}: springs whose points move with the load {able} every load"
         needed = sum(spring.stiffness > 0.0 for spring in self.springs)
         if self.balanced:
             word = "balances" if needed == 1 else "balance"

@@ -9,6 +9,7 @@ import numpy as np
 
 from balance.app.answers.answer import MISSING, AnswerBody, AnswerTable, Facts
 from balance.app.answers.text.linkage import linkage_facts
+from balance.app.answers.text.payload import payload_section
 from balance.masses.springs.answer import AttachedPoint, Spring, SpringBalance
 from balance.support.tolerances import SPRING_TORQUE_LEFT
 from kinematics.wording import count_noun, number_text, size_text, vector_text
@@ -61,7 +62,7 @@ def springs_body(answer: SpringBalance) -> AnswerBody:
             "Springs act as if of no free length: lead each over a pulley at one end, "
             "with its free length behind it.",
         ]
-    return body
+    return [*body, *payload_section(answer.loads or answer.payload)]
 
 
 def _spring_row(number: int, spring: Spring) -> tuple[str, ...]:

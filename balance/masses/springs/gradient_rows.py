@@ -19,39 +19,15 @@ Journal of Mechanisms and Robotics 4, 2012.)
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import NamedTuple
 
 import numpy as np
 
 from balance.masses.springs.attached_springs import AttachedEnd, AttachedSpring
+from balance.motion.verification.holding_torques import Weights, gravity_gradient
 from kinematics.closure.newton import Pose, expand_at
-from kinematics.model.arrays import Chain, Frame
-from kinematics.model.linkage import GROUND, Linkage
-from kinematics.numerics.array_types import Array, IntArray
-
-
-class Weights(NamedTuple):
-    """Masses that gravity acts on, in the frame and units of a chain.
-
-    Attributes:
-        links: rigid body of each (bodies,).
-        moments: mass, and mass times centre of mass at the reference pose (bodies, 4).
-        gravity: g times the length of the chain (3,), in its axes.
-    """
-
-    links: IntArray
-    moments: Array
-    gravity: Array
-
-
-def weights_of(linkage: Linkage, frame: Frame, gravity: Array) -> Weights:
-    """Collect the weights of a linkage."""
-    bodies = [body for body in linkage.bodies if body.link != GROUND]
-    inertia = np.array([body.inertia[:4] for body in bodies]).reshape(-1, 4)
-    m, mc = inertia[:, :1], inertia[:, 1:]
-    moments = np.hstack([m, (mc - m * frame.origin) @ frame.R.T / frame.length])
-    links = np.array([body.link for body in bodies], dtype=np.int64)
-    return Weights(links, moments, frame.length * (frame.R @ gravity))
+from kinematics.model.arrays import Chain
+from kinematics.model.linkage import GROUND
+from kinematics.numerics.array_types import Array
 
 
 def gradient_rows(
@@ -67,12 +43,7 @@ def gradient_rows(
     columns: list[Array] = []
     for spring in springs:
         columns += _spring_columns(pose, T, spring)
-    turned = np.einsum("bij,bj->bi", pose.H[weights.links, :3, :3], weights.moments[:, 1:])
-    turned += weights.moments[:, :1] * pose.H[weights.links, :3, 3]
-    twists = T[weights.links]
-    rates = weights.moments[:, :1, None] * twists[:, :, 3:]
-    rates = rates + np.cross(twists[:, :, :3], turned[:, None])
-    columns.append(-(rates.sum(axis=0) @ weights.gravity))
+    columns.append(gravity_gradient(pose, T, weights))
     return np.stack(columns, axis=1)
 
 

@@ -9,7 +9,8 @@ from itertools import islice
 import numpy as np
 
 from balance.masses.springs.attached_springs import AttachedSpring
-from balance.masses.springs.gradient_rows import Weights, gradient_rows, weights_of
+from balance.masses.springs.gradient_rows import gradient_rows
+from balance.motion.verification.holding_torques import Weights, weights_of
 from balance.motion.verification.joint_limits import joint_limits
 from balance.space.conditions.collect import relative_tolerance
 from balance.space.conditions.rank import Conditions

@@ -122,3 +122,41 @@ def random_arm(seed):
             box = "-6:6,-6:6,-6:6"
             between.append(f"{earlier}@{box} {name}@{far}")
     return linkage, between
+
+
+def mujoco_model(mujoco, linkage, answer):
+    """An arm without loops in MuJoCo, its springs as tendons, all frames those of the world."""
+    sites = {link: "" for link in (-1, *range(len(linkage.joints)))}
+    tendons = ""
+    for k, spring in enumerate(answer.springs):
+        if not spring.stiffness:
+            continue
+        names = []
+        for end in spring.ends:
+            link, pose = linkage.places[end.link]
+            place = " ".join(repr(float(x)) for x in pose[:3, :3] @ end.point + pose[:3, 3])
+            names.append(f"s{k}_{len(names)}")
+            sites[link] += f'<site name="{names[-1]}" pos="{place}"/>'
+        tendons += (
+            f'<spatial stiffness="{spring.stiffness!r}" springlength="0 0">'
+            f'<site site="{names[0]}"/><site site="{names[1]}"/></spatial>'
+        )
+    masses = {body.link: body.inertia for body in linkage.bodies}
+    inside = ""
+    for link in reversed(range(len(linkage.joints))):
+        joint, z = linkage.joints[link], masses[link]
+        assert joint.parent == link - 1
+        axis, point, centre = (
+            " ".join(repr(float(x)) for x in values)
+            for values in (joint.direction, joint.point, z[1:4] / z[0])
+        )
+        inside = (
+            f'<body><joint axis="{axis}" pos="{point}"/>'
+            f'<inertial pos="{centre}" mass="{float(z[0])!r}" diaginertia="1 1 1"/>'
+            f"{sites[link]}{inside}</body>"
+        )
+    gravity = " ".join(map(repr, answer.gravity))
+    return mujoco.MjModel.from_xml_string(
+        f'<mujoco><option gravity="{gravity}"/><worldbody>{sites[-1]}{inside}</worldbody>'
+        f"<tendon>{tendons}</tendon></mujoco>"
+    )

@@ -90,8 +90,8 @@ class EnergyProof(NamedTuple):
             floating point gave.
         poses: poses of the grid at which the sum is the same.
         multipliers: number of closure functions with a multiplier that is not zero.
-        points: both ends of the springs without the shifts, inertial frame at the reference
-            pose, metres.
+        points: both ends of the springs with the shifts, inertial frame at the reference pose,
+            metres.
         masses: link, mass, and mass times centre of mass of each body, inertial frame at the
             reference pose, kg and kg m; within 1e-11 of those of the file.
         gravity: m/s².
@@ -195,7 +195,7 @@ def _read_proof(
 ) -> EnergyProof | str:
     """Read the springs of a solution; those of the springs begin at a place."""
     multipliers = sum(x != 0 for x in solution[:at])
-    stiffnesses, shifts = [], []
+    stiffnesses, shifts, points = [], [], []
     for term in terms:
         k = term.stiffness if term.given else solution[at]
         at += not term.given
@@ -207,12 +207,13 @@ def _read_proof(
             return "the rational points are others than those of floating point"
         stiffnesses.append(k)
         shifts.append(tuple(x / k for x in rest))
+        points.append(_shifted(term, shifts[-1]))
     return EnergyProof(
         tuple(stiffnesses),
         tuple(shifts),
         poses,
         multipliers,
-        tuple(term.points for term in terms),
+        tuple(points),
         tuple(
             (link, mass, _add(moment, shift))
             for (link, mass, moment), shift in zip(weights, moved, strict=True)
@@ -299,6 +300,14 @@ def _weights(linkage: Linkage) -> list[tuple[int, Fraction, Vector]]:
         for body in linkage.bodies
         if body.link != GROUND
     ]
+
+
+def _shifted(term: SpringTerm, shifts: Sequence[Fraction]) -> tuple[Vector, Vector]:
+    """Shift the free end of a spring: ``½ |a + s e - b|²`` is linear in s up to a constant."""
+    points = list(term.points)
+    for shift, axis in zip(shifts, term.axes, strict=True):
+        points[term.end] = _add(points[term.end], _scale(shift, axis))
+    return points[0], points[1]
 
 
 class _GridPose(NamedTuple):

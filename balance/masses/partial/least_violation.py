@@ -39,6 +39,8 @@ from kinematics.numerics.array_types import Array
 from kinematics.numerics.linalg.ties import first_largest
 from kinematics.wording import number_text, repr_lines, size_text
 
+# Part of a budget that is none: what the solver leaves where matter does not help.
+NOTHING_ADDED = 1e-9
 VIOLATION_SCHEMA = "balance.violation/1"
 
 
@@ -220,7 +222,9 @@ def least_violation(
     best = least_shaking(program, budget)
     assert isinstance(best, LeastShaking)
     gap = (best.value - best.bound) / program.scale
-    points = np.stack([np.zeros(matter.count), best.s])
+    nothing = float(matter.masses @ best.s) <= NOTHING_ADDED * budget
+    added = np.zeros(matter.count) if nothing else best.s
+    points = np.stack([np.zeros(matter.count), added])
     sizes = [
         [float(np.linalg.norm(block.sum(axis=1) @ np.append(s, 1.0))) for s in points]
         for block in blocks
@@ -236,8 +240,8 @@ def least_violation(
         "optimal" if gap <= SHAKING_GAP_PROVED else "undecided",
         violations,
         best.bound,
-        counterweights_at(space, matter, best.s),
-        freeze(matter.parameters(best.s)),
+        () if nothing else counterweights_at(space, matter, added),
+        freeze(matter.parameters(added)),
         float(budget),
         between,
     )

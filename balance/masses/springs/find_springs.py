@@ -397,6 +397,8 @@ def _springs(problem: SpringProblem, cone: SpringCone, x: Array) -> Iterator[Spr
             for first, second in _end_points(problem, spring, shares)
         ]
         k = stiffness * problem.unit
+        if k > 0.0:
+            k = float(np.clip(k, *spring.asked.stiffness))
         ends = _attached_points(spring, shares)
         lengths = min(distances), max(distances)
         yield Spring(spring.asked.text, ends, k, lengths, k * lengths[1])
@@ -464,9 +466,8 @@ def _free_end(spring: AttachedSpring, found: Spring) -> FreeEnd:
         for end, there in zip(spring.asked.ends, found.ends, strict=True)
     ]
     end = 0 if len(inside[0]) >= len(inside[1]) else 1
-    low, high = spring.asked.stiffness
-    k, least = found.stiffness, SPRING_INSIDE * found.stiffness
-    return FreeEnd(end, inside[end], k - low > least and high - k > least)
+    k, (low, high) = found.stiffness, spring.asked.stiffness
+    return FreeEnd(end, inside[end], min(k - low, high - k) > SPRING_INSIDE * k)
 
 
 def _inside(x: float, low: float, high: float) -> bool:

@@ -161,6 +161,9 @@ GOOD: dict[str, list[str]] = {
     "--base-inertia": ["1,1,1", *BASE], "verify --base-com": ["0.1,0,0", *BASE],
     "--stiffness": ["1e3", "--base", "spring", *BASE[2:]], "--duration": ["0.1", *BASE[:6]],
     "--initial": ["vx=0.1", *BASE], "--torque": ["{first}=0.01", *BASE],
+    "--payload": ["{link}@0.1,0,0=0.5"], "reduce --weights": ["2", "--require", "force"],
+    "reduce --require": ["force"], "reduce --gravity": ["0,-9.81,0", "--require", "gravity"],
+    "verify --gravity": ["0.1,-9.81,0"],
     "--between": ["{tool},{link}"], "--catalogue": ["10,0.1N/mm"],
     "--range": ["{first}=-0.1:0.1"], "springs --gravity": ["0.1,-9.81,0"],
     "quiet --from": ["{first}=0.02"], "quiet --duration": ["0.5"], "quiet --csv": [

@@ -34,17 +34,27 @@ from balance.masses.springs.rational_solution import (
     rational,
     solve_rational,
 )
+from balance.masses.springs.rational_vectors import (
+    NO_TURN,
+    ONE,
+    ZERO,
+    Rotation,
+    Vector,
+    add,
+    compose,
+    dot,
+    rotations,
+    scale,
+    subtract,
+    turn,
+)
 from kinematics.model.linkage import GROUND, Linkage
 from kinematics.numerics.array_types import Array
 
-Vector = tuple[Fraction, Fraction, Fraction]
-Rotation = tuple[Vector, Vector, Vector]
 # Most joints of the opened linkage: the grid has three poses to the power of their number.
 MAX_JOINTS = 7
 # How near rational springs are to those of floating point, and centres of mass to the file.
 FOUND, NEAR = Fraction(1, 10**8), Fraction(1, 10**11)
-ZERO, ONE = Fraction(0), Fraction(1)
-NO_TURN: Rotation = ((ONE, ZERO, ZERO), (ZERO, ONE, ZERO), (ZERO, ZERO, ONE))
 
 
 class SpringTerm(NamedTuple):
@@ -215,7 +225,7 @@ def _read_proof(
         multipliers,
         tuple(points),
         tuple(
-            (link, mass, _add(moment, shift))
+            (link, mass, add(moment, shift))
             for (link, mass, moment), shift in zip(weights, moved, strict=True)
         ),
         g,
@@ -276,7 +286,7 @@ def place(linkage: Linkage, link: str, point: Sequence[float]) -> tuple[int, Vec
     number, pose = linkage.places[link]
     R, origin = [_vector(row) for row in pose[:3, :3]], _vector(pose[:3, 3])
     local = _vector(point)
-    x, y, z = (o + _dot(row, local) for row, o in zip(R, origin, strict=True))
+    x, y, z = (o + dot(row, local) for row, o in zip(R, origin, strict=True))
     return number, (x, y, z)
 
 
@@ -306,7 +316,7 @@ def _shifted(term: SpringTerm, shifts: Sequence[Fraction]) -> tuple[Vector, Vect
     """Shift the free end of a spring: ``½ |a + s e - b|²`` is linear in s up to a constant."""
     points = list(term.points)
     for shift, axis in zip(shifts, term.axes, strict=True):
-        points[term.end] = _add(points[term.end], _scale(shift, axis))
+        points[term.end] = add(points[term.end], scale(shift, axis))
     return points[0], points[1]
 
 
@@ -323,7 +333,7 @@ class _GridPose(NamedTuple):
 
     def point(self, link: int, p: Vector) -> Vector:
         """Displace a point of a link."""
-        return _add(_turn(self.R[link], p), self.r[link])
+        return add(turn(self.R[link], p), self.r[link])
 
 
 def _grid(linkage: Linkage) -> Iterator[_GridPose]:
@@ -332,14 +342,14 @@ def _grid(linkage: Linkage) -> Iterator[_GridPose]:
     for chosen in product(*choices):
         R: list[Rotation] = []
         r: list[Vector] = []
-        for joint, (turn, shift) in zip(linkage.joints, chosen, strict=True):
+        for joint, (turned, shift) in zip(linkage.joints, chosen, strict=True):
             if joint.parent == GROUND:
-                R.append(turn)
+                R.append(turned)
                 r.append(shift)
                 continue
             before, origin = R[joint.parent], r[joint.parent]
-            R.append(_compose(before, turn))
-            r.append(_add(_turn(before, shift), origin))
+            R.append(compose(before, turned))
+            r.append(add(turn(before, shift), origin))
         yield _GridPose((*R, NO_TURN), (*r, (ZERO, ZERO, ZERO)))
 
 
@@ -364,21 +374,17 @@ def _mode_grid(
     if any(joint.kind != "revolute" for joint in linkage.joints):
         return None
     n = _vector(linkage.joints[0].direction)
-    if any(_vector(joint.direction) not in (n, _scale(-ONE, n)) for joint in linkage.joints):
+    if any(_vector(joint.direction) not in (n, scale(-ONE, n)) for joint in linkage.joints):
         return None
     poses = []
-    for chosen in product(_rotations(n), repeat=linkage.mobility):
+    for chosen in product(rotations(n), repeat=linkage.mobility):
         angles = (NO_TURN, *chosen)
-        R = [angles[turn] for turn in turns]
+        R = [angles[number] for number in turns]
         r: list[Vector] = []
         for j, joint in enumerate(linkage.joints):
             p = _vector(joint.point)
-            at = (
-                p
-                if joint.parent == GROUND
-                else _add(_turn(R[joint.parent], p), r[joint.parent])
-            )
-            r.append(_subtract(at, _turn(R[j], p)))
+            at = p if joint.parent == GROUND else add(turn(R[joint.parent], p), r[joint.parent])
+            r.append(subtract(at, turn(R[j], p)))
         poses.append(_GridPose((*R, NO_TURN), (*r, (ZERO, ZERO, ZERO))))
     closed = all(
         _closure_value(linkage, pose, *item) == 0
@@ -389,30 +395,14 @@ def _mode_grid(
     return poses if closed else None
 
 
-def _rotations(n: Vector) -> list[Rotation]:
-    """List the rotations about an axis at t = 0, 1 and infinity; see the module."""
-    N, turned = _dot(n, n), []
-    for c, s in ((ONE, ZERO), ((1 - N) / (1 + N), 2 / (1 + N)), (-ONE, ZERO)):
-        f = (1 - c) / N
-        x, y, z = n
-        turned.append(
-            (
-                (c + f * x * x, f * x * y - s * z, f * x * z + s * y),
-                (f * x * y + s * z, c + f * y * y, f * y * z - s * x),
-                (f * x * z - s * y, f * y * z + s * x, c + f * z * z),
-            )
-        )
-    return turned
-
-
 def _displacements(linkage: Linkage, j: int) -> list[tuple[Rotation, Vector]]:
     """List the three displacements of a joint in the inertial frame at the reference pose."""
     joint = linkage.joints[j]
     n = _vector(joint.direction)
     if joint.kind == "prismatic":
-        return [(NO_TURN, _scale(Fraction(k), n)) for k in (0, 1, -1)]
+        return [(NO_TURN, scale(Fraction(k), n)) for k in (0, 1, -1)]
     p = _vector(joint.point)
-    return [(R, _subtract(p, _turn(R, p))) for R in _rotations(n)]
+    return [(R, subtract(p, turn(R, p))) for R in rotations(n)]
 
 
 def _gravity_energy(
@@ -421,8 +411,8 @@ def _gravity_energy(
     """Compute ``-g·Σ (m r + R mc)``."""
     total = ZERO
     for link, mass, moment in weights:
-        at = _add(_scale(mass, pose.r[link]), _turn(pose.R[link], moment))
-        total -= _dot(g, at)
+        at = add(scale(mass, pose.r[link]), turn(pose.R[link], moment))
+        total -= dot(g, at)
     return total
 
 
@@ -431,10 +421,10 @@ def _spring_values(pose: _GridPose, term: SpringTerm) -> list[Fraction]:
     first, second = (
         pose.point(link, p) for link, p in zip(term.links, term.points, strict=True)
     )
-    apart = _subtract(first, second)
+    apart = subtract(first, second)
     sign = 1 if term.end == 0 else -1
     R = pose.R[term.links[term.end]]
-    return [_dot(apart, apart) / 2, *(sign * _dot(apart, _turn(R, axis)) for axis in term.axes)]
+    return [dot(apart, apart) / 2, *(sign * dot(apart, turn(R, axis)) for axis in term.axes)]
 
 
 def _pair_values(
@@ -443,13 +433,13 @@ def _pair_values(
     second: tuple[int, Vector, tuple[Vector, ...]],
 ) -> list[Fraction]:
     """Compute the functions of k, k s, k t and k s t; see `gradient_rows`."""
-    apart = _subtract(pose.point(*first[:2]), pose.point(*second[:2]))
-    a, b = ([_turn(pose.R[end[0]], axis) for axis in end[2]] for end in (first, second))
+    apart = subtract(pose.point(*first[:2]), pose.point(*second[:2]))
+    a, b = ([turn(pose.R[end[0]], axis) for axis in end[2]] for end in (first, second))
     return [
-        _dot(apart, apart) / 2,
-        *(_dot(apart, axis) for axis in a),
-        *(-_dot(apart, axis) for axis in b),
-        *(-_dot(x, y) for x in a for y in b),
+        dot(apart, apart) / 2,
+        *(dot(apart, axis) for axis in a),
+        *(-dot(apart, axis) for axis in b),
+        *(-dot(x, y) for x in a for y in b),
     ]
 
 
@@ -467,7 +457,7 @@ def _closures(linkage: Linkage) -> Iterator[tuple[int, Vector, tuple[int, int] |
                 links.add(link)
                 link = linkage.joints[link].parent
         for step in steps:
-            p = _add(o, step)
+            p = add(o, step)
             yield k, p, None
             yield from ((k, p, (link, axis)) for link in sorted(links) for axis in range(3))
 
@@ -477,42 +467,8 @@ def _closure_value(
 ) -> Fraction:
     """Compute a function of `_closures` in a pose of the opened linkage."""
     loop = linkage.loops[k]
-    e = _subtract(pose.point(loop.end, p), pose.point(loop.successor, p))
+    e = subtract(pose.point(loop.end, p), pose.point(loop.successor, p))
     if along is None:
-        return _dot(e, e)
+        return dot(e, e)
     link, axis = along
     return sum((e[i] * pose.R[link][i][axis] for i in range(3)), ZERO)
-
-
-def _dot(a: Vector, b: Vector) -> Fraction:
-    """Compute a scalar product."""
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-
-
-def _add(a: Vector, b: Vector) -> Vector:
-    """Add vectors."""
-    return a[0] + b[0], a[1] + b[1], a[2] + b[2]
-
-
-def _subtract(a: Vector, b: Vector) -> Vector:
-    """Subtract vectors."""
-    return a[0] - b[0], a[1] - b[1], a[2] - b[2]
-
-
-def _scale(k: Fraction, a: Vector) -> Vector:
-    """Multiply a vector by a number."""
-    return k * a[0], k * a[1], k * a[2]
-
-
-def _turn(R: Rotation, a: Vector) -> Vector:
-    """Turn a vector."""
-    return _dot(R[0], a), _dot(R[1], a), _dot(R[2], a)
-
-
-def _compose(A: Rotation, B: Rotation) -> Rotation:
-    """Multiply rotations."""
-    columns = tuple(zip(*B, strict=True))
-    x, y, z = (
-        (_dot(row, columns[0]), _dot(row, columns[1]), _dot(row, columns[2])) for row in A
-    )
-    return x, y, z

@@ -14,19 +14,11 @@ from balance.masses.payload import Payload, carrying, read_payload
 from balance.masses.springs.answer import AttachedPoint, Spring, SpringBalance
 from balance.masses.springs.attached_springs import AttachedSpring, attach_springs
 from balance.masses.springs.both_ends import balance_springs, least_springs
-from balance.masses.springs.energy_identity import (
-    EnergyProof,
-    FreeEnd,
-    Vector,
-    direction,
-    place,
-    prove_constant,
-    prove_none,
-)
 from balance.masses.springs.gradient_rows import point_at
 from balance.masses.springs.spring_cone import SpringCone, balanced_unknowns, make_cone
 from balance.masses.springs.spring_loads import MovedSpring, SpringLoads, moved_unknowns
 from balance.masses.springs.spring_problem import SpringProblem
+from balance.masses.springs.spring_proof import proved_certainty
 from balance.masses.springs.spring_text import MAX_STIFFNESS, read_spring
 from balance.space.spaces.certainty import Certainty
 from balance.support.options import GRAVITY
@@ -42,8 +34,6 @@ Range = tuple[float, float]
 
 # Most springs, most sets of them, and most choices of stiffnesses of a catalogue.
 MAX_SPRINGS, MAX_SETS, MAX_CHOICES = 30, 4096, 4096
-# Part of a range by which what an exact identity may shift lies inside of it.
-SPRING_INSIDE = 1e-9
 
 
 class _Choice(NamedTuple):
@@ -177,7 +167,9 @@ def _find(problem: SpringProblem, gravity: Array, catalogue: Sequence[float]) ->
     torque, count = problem.fresh_torque(x)
     certainty = _certainty(bool(balanced), settled, torque, count)
     found = tuple(_springs(problem, whole, x))
-    proof, certainty = _proved(problem, found, gravity, bool(balanced), in_span, certainty)
+    proof, certainty = proved_certainty(
+        problem, found, gravity, bool(balanced), in_span, certainty
+    )
     sets = list(dict.fromkeys(tuple(used) for used, _ in balanced))
     return SpringBalance(
         problem.linkage,
@@ -426,66 +418,6 @@ def _attached_points(
         )
         points.append(AttachedPoint(end.link, (x, y, z)))
     return points[0], points[1]
-
-
-def _proved(
-    problem: SpringProblem,
-    found: Sequence[Spring],
-    gravity: Array,
-    balanced: bool,
-    in_span: bool,
-    certainty: Certainty,
-) -> tuple[EnergyProof | None, Certainty]:
-    """Seek a proof in rational numbers of balance, or that no stiffnesses balance."""
-    linkage, g = problem.linkage, gravity.tolist()
-    if balanced and not certainty.doubts:
-        free = [_free_end(*pair) for pair in zip(problem.springs, found, strict=True)]
-        proof = prove_constant(linkage, found, free, g, problem.turns)
-        if isinstance(proof, str):
-            return None, certainty._replace(reason=f"{certainty.reason}; {proof}")
-        reason = "the energies add up to a constant, identically in rational numbers"
-        return proof, certainty._replace(level="proved", reason=reason)
-    if not balanced and not in_span:
-        ends = [_open_ends(linkage, spring) for spring in problem.springs]
-        if prove_none(linkage, ends, g):
-            reason = "no stiffnesses make the energies constant, in rational numbers"
-            return None, certainty._replace(level="proved", reason=reason)
-    return None, certainty
-
-
-def _free_end(spring: AttachedSpring, found: Spring) -> FreeEnd:
-    """List what of a spring is within its limits: the end with more of such coordinates."""
-    inside = [
-        tuple(
-            axis
-            for axis, ((low, high), x) in enumerate(
-                zip(end.box or (), there.point, strict=True)
-            )
-            if min(x - low, high - x) > SPRING_INSIDE * (high - low)
-        )
-        for end, there in zip(spring.asked.ends, found.ends, strict=True)
-    ]
-    end = 0 if len(inside[0]) >= len(inside[1]) else 1
-    k, (low, high) = found.stiffness, spring.asked.stiffness
-    return FreeEnd(end, inside[end], min(k - low, high - k) > SPRING_INSIDE * k)
-
-
-def _inside(x: float, low: float, high: float) -> bool:
-    """Whether a number is in the inside of a range."""
-    return min(x - low, high - x) > SPRING_INSIDE * (high - low)
-
-
-def _open_ends(
-    linkage: Linkage, spring: AttachedSpring
-) -> tuple[tuple[int, Vector, tuple[Vector, ...]], ...]:
-    """Write where a spring may be attached in rational numbers."""
-    ends = []
-    for end in spring.asked.ends:
-        box = end.box or ()
-        link, point = place(linkage, end.link, [low for low, _ in box])
-        axes = [axis for axis, (low, high) in enumerate(box) if low < high]
-        ends.append((link, point, tuple(direction(linkage, end.link, axis) for axis in axes)))
-    return tuple(ends)
 
 
 def _certainty(balanced: bool, settled: bool, torque: float, count: int) -> Certainty:

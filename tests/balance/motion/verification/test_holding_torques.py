@@ -69,7 +69,9 @@ def test_a_balanced_linkage_holds_nothing(tmp_path):
 
 
 def test_verify_shows_what_is_held(capsys):
-    assert main(["verify", "four_bar_general", "--trajectories", "1", "--gravity=0,-9.81,0"]) == 1
+    assert (
+        main(["verify", "four_bar_general", "--trajectories", "1", "--gravity=0,-9.81,0"]) == 1
+    )
     assert "held by u1" in capsys.readouterr().out
 
 

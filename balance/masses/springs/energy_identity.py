@@ -39,10 +39,9 @@ from balance.masses.springs.rational_vectors import (
     ONE,
     ZERO,
     Rotation,
-    Vector,
+    Vector3,
     add,
     compose,
-    dot,
     rotations,
     scale,
     subtract,
@@ -50,6 +49,7 @@ from balance.masses.springs.rational_vectors import (
 )
 from kinematics.model.linkage import GROUND, Linkage
 from kinematics.numerics.array_types import Array
+from kinematics.numerics.linalg.rational import dot
 
 # Most joints of the opened linkage: the grid has three poses to the power of their number.
 MAX_JOINTS = 7
@@ -70,8 +70,8 @@ class SpringTerm(NamedTuple):
     """
 
     links: tuple[int, int]
-    points: tuple[Vector, Vector]
-    axes: tuple[Vector, ...]
+    points: tuple[Vector3, Vector3]
+    axes: tuple[Vector3, ...]
     end: int
     stiffness: Fraction
     given: bool
@@ -111,9 +111,9 @@ class EnergyProof(NamedTuple):
     shifts: tuple[tuple[Fraction, ...], ...]
     poses: int
     multipliers: int
-    points: tuple[tuple[Vector, Vector], ...]
-    masses: tuple[tuple[int, Fraction, Vector], ...]
-    gravity: Vector
+    points: tuple[tuple[Vector3, Vector3], ...]
+    masses: tuple[tuple[int, Fraction, Vector3], ...]
+    gravity: Vector3
 
 
 def prove_constant(
@@ -168,7 +168,7 @@ def prove_constant(
     return _read_proof(terms, solution, len(closures), len(poses), weights, shifts, g)
 
 
-def _take(solution: Sequence[Fraction], at: int) -> Vector:
+def _take(solution: Sequence[Fraction], at: int) -> Vector3:
     """Take three unknowns."""
     return solution[at], solution[at + 1], solution[at + 2]
 
@@ -176,10 +176,10 @@ def _take(solution: Sequence[Fraction], at: int) -> Vector:
 def _energies(
     linkage: Linkage,
     pose: _GridPose,
-    closures: Sequence[tuple[int, Vector, tuple[int, int] | None]],
+    closures: Sequence[tuple[int, Vector3, tuple[int, int] | None]],
     terms: Sequence[SpringTerm],
-    weights: Sequence[tuple[int, Fraction, Vector]],
-    g: Vector,
+    weights: Sequence[tuple[int, Fraction, Vector3]],
+    g: Vector3,
 ) -> tuple[list[Fraction], Fraction]:
     """Compute all functions with an unknown factor in a pose, and the energy without."""
     row = [_closure_value(linkage, pose, *item) for item in closures]
@@ -199,9 +199,9 @@ def _read_proof(
     solution: Sequence[Fraction],
     at: int,
     poses: int,
-    weights: Sequence[tuple[int, Fraction, Vector]],
-    moved: Sequence[Vector],
-    g: Vector,
+    weights: Sequence[tuple[int, Fraction, Vector3]],
+    moved: Sequence[Vector3],
+    g: Vector3,
 ) -> EnergyProof | str:
     """Read the springs of a solution; those of the springs begin at a place."""
     multipliers = sum(x != 0 for x in solution[:at])
@@ -234,7 +234,7 @@ def _read_proof(
 
 def prove_none(
     linkage: Linkage,
-    springs: Sequence[tuple[tuple[int, Vector, tuple[Vector, ...]], ...]],
+    springs: Sequence[tuple[tuple[int, Vector3, tuple[Vector3, ...]], ...]],
     gravity: Sequence[float],
 ) -> bool:
     """Prove that no springs make the energies of a linkage without loops constant.
@@ -275,13 +275,13 @@ def _refusal(linkage: Linkage) -> str:
     return ""
 
 
-def _vector(values: Sequence[float] | Array) -> Vector:
+def _vector(values: Sequence[float] | Array) -> Vector3:
     """Read three numbers as rational ones."""
     x, y, z = map(rational, values)
     return x, y, z
 
 
-def place(linkage: Linkage, link: str, point: Sequence[float]) -> tuple[int, Vector]:
+def place(linkage: Linkage, link: str, point: Sequence[float]) -> tuple[int, Vector3]:
     """Find a link, and a point of it at the reference pose in rational numbers."""
     number, pose = linkage.places[link]
     R, origin = [_vector(row) for row in pose[:3, :3]], _vector(pose[:3, 3])
@@ -290,7 +290,7 @@ def place(linkage: Linkage, link: str, point: Sequence[float]) -> tuple[int, Vec
     return number, (x, y, z)
 
 
-def direction(linkage: Linkage, link: str, axis: int) -> Vector:
+def direction(linkage: Linkage, link: str, axis: int) -> Vector3:
     """Find the direction of an axis of a link frame at the reference pose."""
     return _vector(linkage.places[link].pose[:3, axis])
 
@@ -303,7 +303,7 @@ def _term(linkage: Linkage, spring: Spring, free: FreeEnd) -> SpringTerm:
     return SpringTerm((a, b), (p, q), axes, free.end, k, not free.stiffness)
 
 
-def _weights(linkage: Linkage) -> list[tuple[int, Fraction, Vector]]:
+def _weights(linkage: Linkage) -> list[tuple[int, Fraction, Vector3]]:
     """Read link, mass, and mass times centre of mass of each body that moves."""
     return [
         (body.link, rational(body.inertia[0]), _vector(body.inertia[1:4]))
@@ -312,7 +312,7 @@ def _weights(linkage: Linkage) -> list[tuple[int, Fraction, Vector]]:
     ]
 
 
-def _shifted(term: SpringTerm, shifts: Sequence[Fraction]) -> tuple[Vector, Vector]:
+def _shifted(term: SpringTerm, shifts: Sequence[Fraction]) -> tuple[Vector3, Vector3]:
     """Shift the free end of a spring: ``½ |a + s e - b|²`` is linear in s up to a constant."""
     points = list(term.points)
     for shift, axis in zip(shifts, term.axes, strict=True):
@@ -329,9 +329,9 @@ class _GridPose(NamedTuple):
     """
 
     R: tuple[Rotation, ...]
-    r: tuple[Vector, ...]
+    r: tuple[Vector3, ...]
 
-    def point(self, link: int, p: Vector) -> Vector:
+    def point(self, link: int, p: Vector3) -> Vector3:
         """Displace a point of a link."""
         return add(turn(self.R[link], p), self.r[link])
 
@@ -341,7 +341,7 @@ def _grid(linkage: Linkage) -> Iterator[_GridPose]:
     choices = [_displacements(linkage, j) for j in range(len(linkage.joints))]
     for chosen in product(*choices):
         R: list[Rotation] = []
-        r: list[Vector] = []
+        r: list[Vector3] = []
         for joint, (turned, shift) in zip(linkage.joints, chosen, strict=True):
             if joint.parent == GROUND:
                 R.append(turned)
@@ -356,7 +356,7 @@ def _grid(linkage: Linkage) -> Iterator[_GridPose]:
 def _mode_grid(
     linkage: Linkage,
     turns: Sequence[int],
-    closures: Sequence[tuple[int, Vector, tuple[int, int] | None]],
+    closures: Sequence[tuple[int, Vector3, tuple[int, int] | None]],
 ) -> list[_GridPose] | None:
     """Move the angles of links that turn alike, if these are coordinates of the motion.
 
@@ -380,7 +380,7 @@ def _mode_grid(
     for chosen in product(rotations(n), repeat=linkage.mobility):
         angles = (NO_TURN, *chosen)
         R = [angles[number] for number in turns]
-        r: list[Vector] = []
+        r: list[Vector3] = []
         for j, joint in enumerate(linkage.joints):
             p = _vector(joint.point)
             at = p if joint.parent == GROUND else add(turn(R[joint.parent], p), r[joint.parent])
@@ -395,7 +395,7 @@ def _mode_grid(
     return poses if closed else None
 
 
-def _displacements(linkage: Linkage, j: int) -> list[tuple[Rotation, Vector]]:
+def _displacements(linkage: Linkage, j: int) -> list[tuple[Rotation, Vector3]]:
     """List the three displacements of a joint in the inertial frame at the reference pose."""
     joint = linkage.joints[j]
     n = _vector(joint.direction)
@@ -406,7 +406,7 @@ def _displacements(linkage: Linkage, j: int) -> list[tuple[Rotation, Vector]]:
 
 
 def _gravity_energy(
-    pose: _GridPose, weights: Sequence[tuple[int, Fraction, Vector]], g: Vector
+    pose: _GridPose, weights: Sequence[tuple[int, Fraction, Vector3]], g: Vector3
 ) -> Fraction:
     """Compute ``-g·Σ (m r + R mc)``."""
     total = ZERO
@@ -429,8 +429,8 @@ def _spring_values(pose: _GridPose, term: SpringTerm) -> list[Fraction]:
 
 def _pair_values(
     pose: _GridPose,
-    first: tuple[int, Vector, tuple[Vector, ...]],
-    second: tuple[int, Vector, tuple[Vector, ...]],
+    first: tuple[int, Vector3, tuple[Vector3, ...]],
+    second: tuple[int, Vector3, tuple[Vector3, ...]],
 ) -> list[Fraction]:
     """Compute the functions of k, k s, k t and k s t; see `gradient_rows`."""
     apart = subtract(pose.point(*first[:2]), pose.point(*second[:2]))
@@ -443,7 +443,7 @@ def _pair_values(
     ]
 
 
-def _closures(linkage: Linkage) -> Iterator[tuple[int, Vector, tuple[int, int] | None]]:
+def _closures(linkage: Linkage) -> Iterator[tuple[int, Vector3, tuple[int, int] | None]]:
     """List functions that vanish where the loops are closed.
 
     Each is a loop, a point p, and a link and axis of ``e_p·(R a)``, or None for ``e_p·e_p``.
@@ -463,7 +463,7 @@ def _closures(linkage: Linkage) -> Iterator[tuple[int, Vector, tuple[int, int] |
 
 
 def _closure_value(
-    linkage: Linkage, pose: _GridPose, k: int, p: Vector, along: tuple[int, int] | None
+    linkage: Linkage, pose: _GridPose, k: int, p: Vector3, along: tuple[int, int] | None
 ) -> Fraction:
     """Compute a function of `_closures` in a pose of the opened linkage."""
     loop = linkage.loops[k]

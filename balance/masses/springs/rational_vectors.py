@@ -4,13 +4,15 @@ from __future__ import annotations
 
 from fractions import Fraction
 
-Vector = tuple[Fraction, Fraction, Fraction]
-Rotation = tuple[Vector, Vector, Vector]
+from kinematics.numerics.linalg.rational import dot
+
+Vector3 = tuple[Fraction, Fraction, Fraction]
+Rotation = tuple[Vector3, Vector3, Vector3]
 ZERO, ONE = Fraction(0), Fraction(1)
 NO_TURN: Rotation = ((ONE, ZERO, ZERO), (ZERO, ONE, ZERO), (ZERO, ZERO, ONE))
 
 
-def rotations(n: Vector) -> list[Rotation]:
+def rotations(n: Vector3) -> list[Rotation]:
     """List the rotations about an axis at t = 0, 1 and infinity; see `energy_identity`."""
     N, turned = dot(n, n), []
     for c, s in ((ONE, ZERO), ((1 - N) / (1 + N), 2 / (1 + N)), (-ONE, ZERO)):
@@ -26,27 +28,22 @@ def rotations(n: Vector) -> list[Rotation]:
     return turned
 
 
-def dot(a: Vector, b: Vector) -> Fraction:
-    """Compute a scalar product."""
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-
-
-def add(a: Vector, b: Vector) -> Vector:
+def add(a: Vector3, b: Vector3) -> Vector3:
     """Add vectors."""
     return a[0] + b[0], a[1] + b[1], a[2] + b[2]
 
 
-def subtract(a: Vector, b: Vector) -> Vector:
+def subtract(a: Vector3, b: Vector3) -> Vector3:
     """Subtract vectors."""
     return a[0] - b[0], a[1] - b[1], a[2] - b[2]
 
 
-def scale(k: Fraction, a: Vector) -> Vector:
+def scale(k: Fraction, a: Vector3) -> Vector3:
     """Multiply a vector by a number."""
     return k * a[0], k * a[1], k * a[2]
 
 
-def turn(R: Rotation, a: Vector) -> Vector:
+def turn(R: Rotation, a: Vector3) -> Vector3:
     """Turn a vector."""
     return dot(R[0], a), dot(R[1], a), dot(R[2], a)
 

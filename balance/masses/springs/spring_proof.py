@@ -14,7 +14,7 @@ from balance.masses.springs.energy_identity import (
     prove_constant,
     prove_none,
 )
-from balance.masses.springs.rational_vectors import Vector
+from balance.masses.springs.rational_vectors import Vector3
 from balance.masses.springs.spring_problem import SpringProblem
 from balance.space.spaces.certainty import Certainty
 from kinematics.model.linkage import Linkage
@@ -73,7 +73,7 @@ def _inside(x: float, low: float, high: float) -> bool:
 
 def _open_ends(
     linkage: Linkage, spring: AttachedSpring
-) -> tuple[tuple[int, Vector, tuple[Vector, ...]], ...]:
+) -> tuple[tuple[int, Vector3, tuple[Vector3, ...]], ...]:
     """Write where a spring may be attached in rational numbers."""
     ends = []
     for end in spring.asked.ends:

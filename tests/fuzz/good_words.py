@@ -82,7 +82,7 @@ NEEDED: dict[str, tuple[tuple[str, ...], ...]] = {
 def needed(verb: str, given: Collection[str]) -> list[str]:
     """What a command needs beside the options that are given."""
     without = {*given, *["--scale"] * ("--against" in given)}
-    without |= {"--csv"} if "--motion" in given else set()
+    without |= {"--csv"} if "--motion" in given or "--require" in given else set()
     without |= {"--topology"} if "--model" in given else set()
     without |= {"--to"} if "--path" in given else set()
     without |= {"--motion", "--wrench"} if "--plan" in given else set()

@@ -39,13 +39,15 @@ def payload_section(
         ]
         head = ("link", "mass (kg)", f"{low} (link frame, m)", high)
         return [*body, "", AnswerTable([head, *rows], "<><")] if rows else body
-    rows = [
-        (
-            str(spring.number),
-            number_text(spring.stiffness),
-            *(" and ".join(map(vector_text, ends)) for ends in (spring.start, spring.end)),
-        )
-        for spring in load.springs
+    moves: list[tuple[str, ...]] = [
+        ("spring", "stiffness (N/m)", f"{low} (link frames, m)", high),
+        *(
+            (
+                str(spring.number),
+                number_text(spring.stiffness),
+                *(" and ".join(map(vector_text, ends)) for ends in (spring.start, spring.end)),
+            )
+            for spring in load.springs
+        ),
     ]
-    head = ("spring", "stiffness (N/m)", f"{low} (link frames, m)", high)
-    return [*body, "", AnswerTable([head, *rows], "<><")] if rows else body
+    return [*body, "", AnswerTable(moves, "<><")] if load.springs else body

@@ -10,6 +10,28 @@ from kinematics import ScrewJoint, from_screws
 from kinematics.closure.joint_positions import input_chain, joint_positions
 from kinematics.errors import PoseError
 
+G = 9.81
+Y = (0, 1, 0)
+
+
+def balancer(mass=2.0, centre=0.3):
+    """One link on a hinge."""
+    bodies = {"arm": (mass, (centre, 0, 0), 0.01 * np.eye(3))}
+    return from_screws([ScrewJoint("u1", "base", "arm", axis=Y)], bodies=bodies, name="arm")
+
+
+def lamp(m1=0.3, s1=0.2, l1=0.4, m2=0.6, s2=0.3):
+    """Two links on parallel hinges: the lower stands, the upper lies."""
+    joints = [
+        ScrewJoint("u1", "base", "lower", axis=Y),
+        ScrewJoint("u2", "lower", "upper", axis=Y, point=(0, 0, l1)),
+    ]
+    bodies = {
+        "lower": (m1, (0, 0, s1), 0.01 * np.eye(3)),
+        "upper": (m2, (s2, 0, l1), 0.01 * np.eye(3)),
+    }
+    return from_screws(joints, bodies=bodies, name="lamp")
+
 
 def closed_poses(linkage, count, reach):
     """Closed poses around the reference pose (poses, joints)."""

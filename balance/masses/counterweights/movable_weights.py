@@ -130,7 +130,7 @@ def movable_weights(
         >>> from balance.masses import movable_weights, read_payload
         >>> linkage = kinematics.load("robot.urdf")
         >>> space = balance.design_space(linkage, balance="force")
-        >>> payload = read_payload("crank=0:0.5")
+        >>> payload = read_payload("coupler=0:0.5")
         >>> movable_weights(space, linkage, payload, ["crank", "rocker"]).fixed
         False
     """

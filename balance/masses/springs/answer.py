@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 import numpy as np
 
+from balance.masses.springs.found_spring import Spring
 from balance.space.spaces.certainty import Certainty
 from balance.support.result_files import WithPicture
 from balance.support.tolerances import SPRING_TORQUE_LEFT
 from kinematics.model.linkage import Linkage, Notice
 from kinematics.numerics.array_types import Array
-from kinematics.wording import count_noun, html_facts, number_text, repr_lines, vector_text
+from kinematics.wording import count_noun, html_facts, number_text, repr_lines
 
 if TYPE_CHECKING:
     from balance.masses.payload import Payload
@@ -20,50 +21,6 @@ if TYPE_CHECKING:
     from balance.masses.springs.spring_loads import SpringLoads
 
 SCHEMA = "balance.springs/1"
-
-
-class AttachedPoint(NamedTuple):
-    """Where a spring is attached.
-
-    Attributes:
-        link: name of the link.
-        point: in the frame of the link (3,), metres.
-    """
-
-    link: str
-    point: tuple[float, float, float]
-
-    def __repr__(self) -> str:
-        """Give one line: the link and the point."""
-        return f"AttachedPoint: {self.words}"
-
-    @property
-    def words(self) -> str:
-        """The link and the point in words."""
-        return f"{self.link} at {vector_text(self.point)} m"
-
-
-class Spring(NamedTuple):
-    """A spring that acts as one without free length: its force is stiffness times length.
-
-    Attributes:
-        asked: the text that asked for it.
-        ends: where it is attached.
-        stiffness: N/m; 0 if it is not needed.
-        lengths: least and greatest distance of its ends over the workspace, metres.
-        force: greatest force over the workspace, N.
-    """
-
-    asked: str
-    ends: tuple[AttachedPoint, AttachedPoint]
-    stiffness: float
-    lengths: tuple[float, float]
-    force: float
-
-    def __repr__(self) -> str:
-        """Give one line: stiffness and ends."""
-        first, second = self.ends
-        return f"Spring: {number_text(self.stiffness)} N/m, {first.words} to {second.words}"
 
 
 @dataclass(frozen=True, eq=False)

@@ -28,7 +28,7 @@ from fractions import Fraction
 from itertools import product
 from typing import NamedTuple
 
-from balance.masses.springs.answer import Spring
+from balance.masses.springs.found_spring import Spring
 from balance.masses.springs.rational_solution import (
     inconsistency,
     rational,

@@ -11,9 +11,10 @@ from typing import NamedTuple
 import numpy as np
 
 from balance.masses.payload import Payload, carrying, read_payload
-from balance.masses.springs.answer import AttachedPoint, Spring, SpringBalance
+from balance.masses.springs.answer import SpringBalance
 from balance.masses.springs.attached_springs import AttachedSpring, attach_springs
 from balance.masses.springs.both_ends import balance_springs, least_springs
+from balance.masses.springs.found_spring import AttachedPoint, Spring
 from balance.masses.springs.gradient_rows import point_at
 from balance.masses.springs.spring_cone import SpringCone, balanced_unknowns, make_cone
 from balance.masses.springs.spring_loads import MovedSpring, SpringLoads, moved_unknowns

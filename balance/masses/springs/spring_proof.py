@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from balance.masses.springs.answer import Spring
 from balance.masses.springs.attached_springs import AttachedSpring
 from balance.masses.springs.energy_identity import (
     EnergyProof,
@@ -14,6 +13,7 @@ from balance.masses.springs.energy_identity import (
     prove_constant,
     prove_none,
 )
+from balance.masses.springs.found_spring import Spring
 from balance.masses.springs.rational_vectors import Vector3
 from balance.masses.springs.spring_problem import SpringProblem
 from balance.space.spaces.certainty import Certainty

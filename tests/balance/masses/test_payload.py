@@ -14,13 +14,10 @@ from balance.app.cli.main import main
 from balance.masses import carrying, least_violation, movable_weights, read_payload
 from balance.masses.partial.least_violation import missed_by
 from balance.masses.payload import point_parameters, with_parameters
-from balance.masses.springs.answer import AttachedPoint, Spring
+from balance.masses.springs.found_spring import AttachedPoint, Spring
 from kinematics.errors import BodyError, UsageError
-from tests.balance.masses.springs.test_springs import G, balancer, lamp
-from tests.balance.space.requirements.test_gravity import energies, poses_of
-from tests.support.spring_energies import torques_with_springs
-
-GRAVITY = np.array([0.6, -1.3, 0.4])
+from tests.support.potential_energies import GRAVITY, energies, poses_of
+from tests.support.spring_energies import G, balancer, lamp, torques_with_springs
 
 
 def energy_range(linkage, z):

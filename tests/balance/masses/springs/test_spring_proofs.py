@@ -18,8 +18,13 @@ from balance.app.cli.main import main
 from balance.masses.springs.energy_identity import FreeEnd, prove_constant
 from balance.masses.springs.rational_solution import inconsistency, rational, solve_rational
 from kinematics.errors import UsageError
-from tests.balance.masses.springs.test_springs import G, balancer, lamp
-from tests.support.spring_energies import random_arm, torques_with_springs
+from tests.support.spring_energies import (
+    G,
+    balancer,
+    lamp,
+    random_arm,
+    torques_with_springs,
+)
 
 LAMP_SPRINGS = (
     "base@0,0,0.2 upper@0.4,0,0",

@@ -14,33 +14,15 @@ from balance.masses.springs.spring_text import read_spring
 from kinematics import ScrewJoint, from_screws
 from kinematics.errors import BodyError, LinkageError, PoseError, UsageError
 from tests.support.spring_energies import (
+    G,
+    Y,
+    balancer,
     energies_with_springs,
+    lamp,
     mujoco_model,
     random_arm,
     torques_with_springs,
 )
-
-G = 9.81
-Y = (0, 1, 0)
-
-
-def balancer(mass=2.0, centre=0.3):
-    """One link on a hinge."""
-    bodies = {"arm": (mass, (centre, 0, 0), 0.01 * np.eye(3))}
-    return from_screws([ScrewJoint("u1", "base", "arm", axis=Y)], bodies=bodies, name="arm")
-
-
-def lamp(m1=0.3, s1=0.2, l1=0.4, m2=0.6, s2=0.3):
-    """Two links on parallel hinges: the lower stands, the upper lies."""
-    joints = [
-        ScrewJoint("u1", "base", "lower", axis=Y),
-        ScrewJoint("u2", "lower", "upper", axis=Y, point=(0, 0, l1)),
-    ]
-    bodies = {
-        "lower": (m1, (0, 0, s1), 0.01 * np.eye(3)),
-        "upper": (m2, (s2, 0, l1), 0.01 * np.eye(3)),
-    }
-    return from_screws(joints, bodies=bodies, name="lamp")
 
 
 def parallelogram_lamp():

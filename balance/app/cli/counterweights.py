@@ -57,7 +57,7 @@ def add_counterweights(parser: Parser) -> None:
         "none. Exits with 0 if there is, 1 if not, 4 if undecided."
     )
     add_model_options(parser)
-    add_requirement_options(parser)
+    add_requirement_options(parser, explain=False)
     parser.set_defaults(run=_run)
     parser.group("motion").add_argument(
         "--max-order",

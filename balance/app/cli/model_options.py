@@ -19,7 +19,10 @@ MORE_THAN_A_TURN = 6.4
 
 
 def add_model_options(
-    parser: Parser, unused: Collection[str] = (), explain: bool = False
+    parser: Parser,
+    unused: Collection[str] = (),
+    explain: bool = False,
+    poses_alone: bool = False,
 ) -> None:
     """Add the options of a model, of its motion, and of output.
 
@@ -28,12 +31,13 @@ def add_model_options(
         unused: of ``--motion``, ``--balance`` and ``--spatial``, those that mean nothing to the
             command: it does not get them, and their values are the defaults.
         explain: whether its help explains how a file is read.
+        poses_alone: whether its help has the names of inputs and poses alone.
     """
     parser.group("model").add_argument(
         "model", metavar="MODEL", help="robot file, - for stdin, or name of a model"
     )
     _add_reading_options(parser.group("model" if explain else NAMED_ALONE))
-    _add_pose_options(parser.group("motion"))
+    _add_pose_options(parser.group(NAMED_ALONE if poses_alone else "motion"))
     _add_restrictions(parser, unused)
     output = parser.group("output")
     output.add_argument("--json", action="store_true", help="print one JSON object")

@@ -25,7 +25,7 @@ def add_payload_option(parser: Parser, ranges: bool = True) -> None:
         "--payload",
         type=_payload if ranges else _single_load,
         metavar="L=KG" if not ranges else "L=KG[:KG]",
-        help="carried at link L, or L@X,Y,Z; not in the file" + "; or a range" * ranges,
+        help="load at L, or L@X,Y,Z, that is not in the file",
     )
 
 

@@ -68,12 +68,11 @@ OF_MOTIONS = (
 def add_reduce(parser: Parser) -> None:
     """Add the options of the command ``reduce``."""
     parser.description = (
-        "The least shaking along motions that so many kilograms of matter buy, or with "
-        "--require the least that requirements are missed by. Exits with 0 if it is known, 1 "
-        "if no matter keeps the caps, 4 if that is undecided."
+        "The least shaking, or miss of --require, that so much matter buys. Exits with 0 if it "
+        "is known, 1 if no matter keeps the caps, 4 if that is undecided."
     )
-    add_model_options(parser, unused=("--spatial",))
-    add_requirement_options(parser)
+    add_model_options(parser, unused=("--spatial",), poses_alone=True)
+    add_requirement_options(parser, explain=False)
     parser.set_defaults(run=_run)
     add_motion_source(parser.group("motion"), "random")
     add_about(parser.group("motion"), "the middle")
@@ -88,9 +87,8 @@ def add_reduce(parser: Parser) -> None:
     add_page_option(parser, "with the loads before and after")
     parser.add_examples(
         "balance reduce robot.urdf --links crank --speed 300rpm --budget 1.5",
-        "balance reduce robot.urdf --links crank,rocker --pareto 6 --plot front.svg",
-        "balance reduce robot.urdf --links crank,rocker --budget 0.6 --out quiet.urdf",
         "balance reduce robot.urdf --links crank --budget 1 --require 'force; gravity'",
+        "balance reduce robot.urdf --links crank,rocker --budget 0.6 --out quiet.urdf",
     )
 
 

@@ -24,6 +24,7 @@ MACHINES = (
     ("counterweights", "four_bar_general", "four_bar_general"),
     ("desk_lamp", "lamp", "lamp.urdf"),
     ("desk_lamp", "anglepoise", "anglepoise.urdf"),
+    ("exoskeleton_leg", "leg", "leg.urdf"),
     ("flexible_coupler", "strip", "strip.urdf"),
     ("four_bar_from_nothing", "four_bar", "four_bar.urdf"),
     ("parallel_robot", "robot", "robot.urdf"),

@@ -8,6 +8,12 @@ Names for users, beside those of `balance` itself:
 - ``ElasticFrame``: a frame on springs and dampers that carries a linkage
 - ``least_violation``: matter within a budget that leaves least of several requirements unmet
 - ``LeastViolation``: what is left of each, and which costs most
+- ``carrying``: a linkage with a payload that is not in its file
+- ``read_payload``: a payload from its text
+- ``Payload``: a load, or a range of loads, at a point of a link
+- ``movable_weights``: weights that balance every load of a range by moving with it
+- ``MovableWeights``: result of ``movable_weights``
+- ``MovableWeight``: a weight that moves, and from where to where
 - ``feasible``: whether a space holds a distribution that can be built
 - ``Feasibility``: the verdict on a space
 - ``buildable_masses``: masses that can be built, from chosen pure inertias

@@ -1,3 +1,6 @@
+from .counterweights.movable_weights import MovableWeight as MovableWeight
+from .counterweights.movable_weights import MovableWeights as MovableWeights
+from .counterweights.movable_weights import movable_weights as movable_weights
 from .counterweights.parts.part_files import part_files as part_files
 from .counterweights.parts.part_files import parts_of as parts_of
 from .counterweights.regions import Region as Region
@@ -9,6 +12,9 @@ from .mode_answers import ModeAnswer as ModeAnswer
 from .partial.elastic_frame import ElasticFrame as ElasticFrame
 from .partial.least_violation import LeastViolation as LeastViolation
 from .partial.least_violation import least_violation as least_violation
+from .payload import Payload as Payload
+from .payload import carrying as carrying
+from .payload import read_payload as read_payload
 from .pure_inertias.buildable_masses import (
     BuildableMasses as BuildableMasses,
 )

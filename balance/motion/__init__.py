@@ -3,6 +3,7 @@
 Names for users, beside those of `balance` itself:
 
 - ``shaking``: shaking force and moment along a motion
+- ``holding_torques``: what inputs hold at rest against gravity
 - ``shaking_tolerance``: worst case and spread of shaking of a linkage made within tolerances
 - ``ShakingTolerance``: result of ``shaking_tolerance``
 - ``Trajectory``: a motion sampled in time

@@ -12,6 +12,7 @@ from .verification.given_motions import (
 from .verification.given_motions import (
     rest_to_rest as rest_to_rest,
 )
+from .verification.holding_torques import holding_torques as holding_torques
 from .verification.shaking_wrench import shaking as shaking
 from .verification.tool_motion import from_tool_csv as from_tool_csv
 from .verification.trajectory import Trajectory as Trajectory

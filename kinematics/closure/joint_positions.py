@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
 from math import hypot
 
 import numpy as np
@@ -14,7 +15,7 @@ from kinematics.error_text import did_you_mean
 from kinematics.errors import PoseError, UnreachedError
 from kinematics.model.arrays import Chain, Frame
 from kinematics.model.chain import arrange_loops, lock_joints, move_chain
-from kinematics.model.linkage import Linkage, names_of
+from kinematics.model.linkage import Body, Linkage, names_of
 from kinematics.model.plane import flatten
 from kinematics.numerics.array_types import Array
 from kinematics.numerics.tolerances import GIVEN_POSE_RESIDUAL
@@ -91,6 +92,19 @@ def check_inputs(linkage: Linkage, names: Iterable[str]) -> None:
 def input_chain(linkage: Linkage) -> Chain:
     """Return the spatial chain of all joints whose columns are the inputs."""
     return linkage.once(_input_chain)
+
+
+def with_bodies(linkage: Linkage, bodies: Sequence[Body]) -> Linkage:
+    """Replace the masses of the bodies of a linkage; all chains keep their coordinates.
+
+    Args:
+        linkage: the linkage.
+        bodies: its bodies, with other masses.
+    """
+    changed = replace(linkage, bodies=tuple(bodies))
+    # Where all axes meet, the coordinates of a new chain would follow the masses.
+    changed._made[_input_chain,] = input_chain(linkage)
+    return changed
 
 
 def _input_chain(linkage: Linkage, frame: Frame | None = None) -> Chain:

@@ -82,7 +82,7 @@ NEEDED: dict[str, tuple[tuple[str, ...], ...]] = {
 def needed(verb: str, given: Collection[str]) -> list[str]:
     """What a command needs beside the options that are given."""
     without = {*given, *["--scale"] * ("--against" in given)}
-    without |= {"--csv"} if "--motion" in given else set()
+    without |= {"--csv"} if "--motion" in given or "--require" in given else set()
     without |= {"--topology"} if "--model" in given else set()
     without |= {"--to"} if "--path" in given else set()
     without |= {"--motion", "--wrench"} if "--plan" in given else set()
@@ -161,6 +161,9 @@ GOOD: dict[str, list[str]] = {
     "--base-inertia": ["1,1,1", *BASE], "verify --base-com": ["0.1,0,0", *BASE],
     "--stiffness": ["1e3", "--base", "spring", *BASE[2:]], "--duration": ["0.1", *BASE[:6]],
     "--initial": ["vx=0.1", *BASE], "--torque": ["{first}=0.01", *BASE],
+    "--payload": ["{link}@0.1,0,0=0.5"], "reduce --weights": ["2", "--require", "force"],
+    "reduce --require": ["force"], "reduce --gravity": ["0,-9.81,0", "--require", "gravity"],
+    "verify --gravity": ["0.1,-9.81,0"],
     "--between": ["{tool},{link}"], "--catalogue": ["10,0.1N/mm"],
     "--range": ["{first}=-0.1:0.1"], "springs --gravity": ["0.1,-9.81,0"],
     "quiet --from": ["{first}=0.02"], "quiet --duration": ["0.5"], "quiet --csv": [

@@ -177,6 +177,14 @@ def _spring(rng: random.Random, place: Place) -> str:
     return rng.choice(kinds).format(*numbers, a=first, b=second)
 
 
+def _payload(rng: random.Random, place: Place) -> str:
+    """A payload, good or bad."""
+    kinds = ("{a}={0}", "{a}@{0},{1},0={2}", "{a}=0:{0}", "{a}={0}:{1}", "{a}", "{a}@1,2=3", "")
+    numbers = [_number(rng, 0.05) for _ in range(3)]
+    name = _one(rng, ("base", *place.names.links), 0.05)
+    return rng.choice(kinds).format(*numbers, a=name)
+
+
 def _target(rng: random.Random, place: Place) -> str:
     inputs = place.names.inputs
     if rng.random() < 0.5:
@@ -429,6 +437,9 @@ WORDS: dict[str, Maker] = {
     "--initial": lambda rng, place: [_values(rng, ("wx", "wz", "vy", *place.names.inputs))],
     "--torque": lambda rng, place: [_values(rng, place.names.inputs)],
     "--duration": _of("0.1", "0.02", "0", "nan", "1e9"),
+    "--payload": lambda rng, place: [_payload(rng, place)],
+    "--weights": _of("1", "2,1", "0", "1,x", "-1"),
+    "verify --gravity": _of("0,-9.81,0", "0.1,-9.81,0", "0,0,0", "1,2", "x"),
     "--between": lambda rng, place: [_spring(rng, place)],
     "--catalogue": _of("100,200", "0.1N/mm", "0", "-1", "x", ""),
     "--range": lambda rng, place: [

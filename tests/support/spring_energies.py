@@ -10,6 +10,28 @@ from kinematics import ScrewJoint, from_screws
 from kinematics.closure.joint_positions import input_chain, joint_positions
 from kinematics.errors import PoseError
 
+G = 9.81
+Y = (0, 1, 0)
+
+
+def balancer(mass=2.0, centre=0.3):
+    """One link on a hinge."""
+    bodies = {"arm": (mass, (centre, 0, 0), 0.01 * np.eye(3))}
+    return from_screws([ScrewJoint("u1", "base", "arm", axis=Y)], bodies=bodies, name="arm")
+
+
+def lamp(m1=0.3, s1=0.2, l1=0.4, m2=0.6, s2=0.3):
+    """Two links on parallel hinges: the lower stands, the upper lies."""
+    joints = [
+        ScrewJoint("u1", "base", "lower", axis=Y),
+        ScrewJoint("u2", "lower", "upper", axis=Y, point=(0, 0, l1)),
+    ]
+    bodies = {
+        "lower": (m1, (0, 0, s1), 0.01 * np.eye(3)),
+        "upper": (m2, (s2, 0, l1), 0.01 * np.eye(3)),
+    }
+    return from_screws(joints, bodies=bodies, name="lamp")
+
 
 def closed_poses(linkage, count, reach):
     """Closed poses around the reference pose (poses, joints)."""
@@ -122,3 +144,41 @@ def random_arm(seed):
             box = "-6:6,-6:6,-6:6"
             between.append(f"{earlier}@{box} {name}@{far}")
     return linkage, between
+
+
+def mujoco_model(mujoco, linkage, answer):
+    """An arm without loops in MuJoCo, its springs as tendons, all frames those of the world."""
+    sites = {link: "" for link in (-1, *range(len(linkage.joints)))}
+    tendons = ""
+    for k, spring in enumerate(answer.springs):
+        if not spring.stiffness:
+            continue
+        names = []
+        for end in spring.ends:
+            link, pose = linkage.places[end.link]
+            place = " ".join(repr(float(x)) for x in pose[:3, :3] @ end.point + pose[:3, 3])
+            names.append(f"s{k}_{len(names)}")
+            sites[link] += f'<site name="{names[-1]}" pos="{place}"/>'
+        tendons += (
+            f'<spatial stiffness="{spring.stiffness!r}" springlength="0 0">'
+            f'<site site="{names[0]}"/><site site="{names[1]}"/></spatial>'
+        )
+    masses = {body.link: body.inertia for body in linkage.bodies}
+    inside = ""
+    for link in reversed(range(len(linkage.joints))):
+        joint, z = linkage.joints[link], masses[link]
+        assert joint.parent == link - 1
+        axis, point, centre = (
+            " ".join(repr(float(x)) for x in values)
+            for values in (joint.direction, joint.point, z[1:4] / z[0])
+        )
+        inside = (
+            f'<body><joint axis="{axis}" pos="{point}"/>'
+            f'<inertial pos="{centre}" mass="{float(z[0])!r}" diaginertia="1 1 1"/>'
+            f"{sites[link]}{inside}</body>"
+        )
+    gravity = " ".join(map(repr, answer.gravity))
+    return mujoco.MjModel.from_xml_string(
+        f'<mujoco><option gravity="{gravity}"/><worldbody>{sites[-1]}{inside}</worldbody>'
+        f"<tendon>{tendons}</tendon></mujoco>"
+    )

@@ -19,7 +19,7 @@ Verbs: TypeAlias = "argparse._SubParsersAction[Parser]"
 MAX_ERROR_LENGTH = 20_000
 """Most characters of an error message."""
 # Title of the group of which the help has the names alone: another command explains them.
-NAMED_ALONE = "reading of the file (see balance report --help)"
+NAMED_ALONE = "file and motion (see balance report --help)"
 # Groups of options, in the order of the help; before them, words without a group.
 GROUPS = (
     "model",

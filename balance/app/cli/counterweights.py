@@ -30,6 +30,7 @@ from balance.app.cli.part_options import (
     counterweight_files,
     make_parts,
 )
+from balance.app.cli.payload_option import add_payload_option
 from balance.app.cli.progress import spinner
 from balance.app.cli.requirement_options import (
     add_requirement_options,
@@ -39,7 +40,10 @@ from kinematics.errors import UsageError
 
 if TYPE_CHECKING:
     from balance.masses.counterweights.answer import Counterweights
+    from balance.masses.counterweights.movable_weights import MovableWeights
     from balance.masses.counterweights.parts.part_files import CounterweightPart
+    from balance.masses.payload import Payload
+    from balance.space.spaces.design_space import DesignSpace
     from kinematics.model.linkage import Notice
 
 
@@ -53,7 +57,7 @@ def add_counterweights(parser: Parser) -> None:
         "none. Exits with 0 if there is, 1 if not, 4 if undecided."
     )
     add_model_options(parser)
-    add_requirement_options(parser)
+    add_requirement_options(parser, explain=False)
     parser.set_defaults(run=_run)
     parser.group("motion").add_argument(
         "--max-order",
@@ -76,6 +80,7 @@ def add_counterweights(parser: Parser) -> None:
         metavar="X",
         help="X length² for inertia, rotor (0.01)",
     )
+    add_payload_option(parser)
     add_density_options(parser, "matter", "plates on a planar linkage")
     parser.group("matter").add_argument(
         "--shape",
@@ -105,7 +110,10 @@ def _run(arguments: argparse.Namespace) -> Answer:
     check_matter_options(arguments)
     _check_objective(arguments)
     check_parts_option(arguments)
+    if arguments.payload is not None and arguments.merge:
+        arguments.refuse("--merge does not go with --payload, which no file holds")
     from balance.app.answers.text.counterweights import counterweights_body
+    from balance.app.answers.text.payload import payload_section
     from balance.masses.counterweights.counterweights import counterweights
     from balance.masses.counterweights.link_regions import distant_regions
     from balance.masses.counterweights.parts.part_files import rough_parts
@@ -125,6 +133,7 @@ def _run(arguments: argparse.Namespace) -> Answer:
             shape=arguments.shape,
         )
         matter, told = _with_loads(arguments, matter)
+        load = _load_data(arguments, space)
     parts = make_parts(arguments, matter)
     notices = (
         *space.warnings,
@@ -134,12 +143,26 @@ def _run(arguments: argparse.Namespace) -> Answer:
     )
     return Answer(
         verdict_code(matter.verdict),
-        matter.to_dict,
-        lambda: counterweights_body(matter),
+        lambda: matter.to_dict() | ({} if load is None else {"payload": load.to_dict()}),
+        lambda: [*counterweights_body(matter), *payload_section(load)],
         notices,
         describe_written(arguments, matter.z is not None),
         lambda: _files(arguments, matter, parts),
     )
+
+
+def _load_data(
+    arguments: argparse.Namespace, space: DesignSpace
+) -> Payload | MovableWeights | None:
+    """Find what weights that move must do for a range of loads; else the load, if any."""
+    payload: Payload | None = arguments.payload
+    if payload is None or not payload.varies:
+        return payload
+    from balance.masses.counterweights.movable_weights import movable_weights
+    from balance.masses.payload import carrying
+
+    bare = carrying(space.linkage, payload, -payload.mean)
+    return movable_weights(space, bare, payload, arguments.links, dict(arguments.region))
 
 
 def _with_loads(

@@ -16,6 +16,7 @@ from balance.app.cli.model_options import add_model_options, model_words
 from balance.app.cli.model_readings import certified_space
 from balance.app.cli.number_arguments import whole_number
 from balance.app.cli.outputs import add_out_option, add_page_option, describe_written
+from balance.app.cli.payload_option import add_payload_option
 from balance.app.cli.progress import spinner
 from balance.app.cli.requirement_options import (
     add_requirement_options,
@@ -81,6 +82,7 @@ def _add_mass_options(parser: Parser) -> None:
         metavar="L=LO:HI",
         help="least and largest mass of a link, kg; repeatable",
     )
+    add_payload_option(parser, ranges=False)
     add_density_options(parser, "matter", "planar links", "steel")
     group.add_argument(
         "--anywhere", action="store_true", help="masses may lie far from their links"
@@ -102,7 +104,7 @@ def _run(arguments: argparse.Namespace) -> Answer:
         if arguments.max_order != 0 or notice.code != "not_settled"
     )
     remark = describe_written(arguments, design.z is not None)
-    if arguments.out and design.z is not None:
+    if arguments.out and design.z is not None and arguments.payload is None:
         remark += f"; to {_checked_claim(arguments)}: {_verify_command(arguments, design)}"
     return Answer(
         verdict_code(design.verdict),
@@ -128,11 +130,16 @@ def _design(arguments: argparse.Namespace, space: DesignSpace) -> Design:
         least, most = limits.get(name, (low, high))
         limits[name] = max(least, low), min(most, high)
     within = None if arguments.anywhere else BALL_RADIUS
-    free = [name for name in space.bodies if name not in arguments.keep]
+    keep = list(arguments.keep)
+    if arguments.payload is not None:
+        from balance.masses.payload import PAYLOAD_BODY
+
+        keep.append(PAYLOAD_BODY)
+    free = [name for name in space.bodies if name not in keep]
     return design(
         space,
         arguments.minimise,
-        keep=arguments.keep,
+        keep=keep,
         bounds=limits,
         within=within,
         one_pose=arguments.max_order == 0,

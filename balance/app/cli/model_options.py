@@ -21,7 +21,10 @@ MOST_DEGREES = 3600.0
 
 
 def add_model_options(
-    parser: Parser, unused: Collection[str] = (), explain: bool = False
+    parser: Parser,
+    unused: Collection[str] = (),
+    explain: bool = False,
+    poses_alone: bool = False,
 ) -> None:
     """Add the options of a model, of its motion, and of output.
 
@@ -30,12 +33,13 @@ def add_model_options(
         unused: of ``--motion``, ``--balance`` and ``--spatial``, those that mean nothing to the
             command: it does not get them, and their values are the defaults.
         explain: whether its help explains how a file is read.
+        poses_alone: whether its help has the names of inputs and poses alone.
     """
     parser.group("model").add_argument(
         "model", metavar="MODEL", help="robot file, - for stdin, or name of a model"
     )
     _add_reading_options(parser.group("model" if explain else NAMED_ALONE))
-    _add_pose_options(parser.group("motion"))
+    _add_pose_options(parser.group(NAMED_ALONE if poses_alone else "motion"))
     _add_restrictions(parser, unused)
     output = parser.group("output")
     output.add_argument("--json", action="store_true", help="print one JSON object")
@@ -184,7 +188,11 @@ def load_model(arguments: argparse.Namespace, angles: str, other: str = "") -> L
         for positions in value if isinstance(value, list) else [value]:
             if isinstance(positions, Coordinates):
                 check_units(linkage, positions)
-    return linkage
+    if getattr(arguments, "payload", None) is None:
+        return linkage
+    from balance.masses.payload import carrying
+
+    return carrying(linkage, arguments.payload, apart=arguments.payload_apart)
 
 
 def check_units(linkage: Linkage, positions: Mapping[str, float]) -> None:

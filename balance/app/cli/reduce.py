@@ -8,7 +8,7 @@ from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from balance.app.answers.answer import Answer, Files
-from balance.app.cli.arguments import Parser
+from balance.app.cli.arguments import Parser, refuse_given
 from balance.app.cli.density_options import (
     add_density_options,
     check_density_options,
@@ -41,29 +41,43 @@ from balance.app.cli.part_options import (
     counterweight_files,
     make_parts,
 )
+from balance.app.cli.payload_option import add_payload_option
 from balance.app.cli.progress import progress_bar
+from balance.app.cli.requirement_options import (
+    add_requirement_options,
+    check_requirement_options,
+)
 
 if TYPE_CHECKING:
     from balance.masses.counterweights.parts.part_files import CounterweightPart
     from balance.masses.partial.elastic_frame import ElasticFrame
+    from balance.masses.partial.load_range import LoadsLeft
     from balance.masses.partial.results import ParetoFront
+    from balance.masses.payload import Payload
 
 
 # Largest budget, kilograms.
 MOST_BUDGET = 1e9
+# Options on the shaking along motions, and on what is made of it.
+OF_MOTIONS = (
+    *("csv", "tool_path", "speed", "about", "density", "thickness"),
+    *("pareto", "weight_moment", "max_bearing", "max_torque", "frame", "parts", "plot", "html"),
+)
 
 
 def add_reduce(parser: Parser) -> None:
     """Add the options of the command ``reduce``."""
     parser.description = (
-        "The least shaking along motions that so many kilograms of matter buy. Exits with 0 if "
-        "it is known, 1 if no matter keeps the caps, 4 if that is undecided."
+        "The least shaking, or miss of --require, that so much matter buys. Exits with 0 if it "
+        "is known, 1 if no matter keeps the caps, 4 if that is undecided."
     )
-    add_model_options(parser, unused=("--spatial",))
+    add_model_options(parser, unused=("--spatial",), poses_alone=True)
+    add_requirement_options(parser, explain=False)
     parser.set_defaults(run=_run)
     add_motion_source(parser.group("motion"), "random")
     add_about(parser.group("motion"), "the middle")
     add_matter_options(parser, "links that may get matter", required=True)
+    add_payload_option(parser)
     add_density_options(parser, "matter", "plates on a planar linkage")
     _add_least_options(parser)
     add_out_option(parser)
@@ -73,7 +87,7 @@ def add_reduce(parser: Parser) -> None:
     add_page_option(parser, "with the loads before and after")
     parser.add_examples(
         "balance reduce robot.urdf --links crank --speed 300rpm --budget 1.5",
-        "balance reduce robot.urdf --links crank,rocker --pareto 6 --plot front.svg",
+        "balance reduce robot.urdf --links crank --budget 1 --require 'force; gravity'",
         "balance reduce robot.urdf --links crank,rocker --budget 0.6 --out quiet.urdf",
     )
 
@@ -118,6 +132,12 @@ def _add_least_options(parser: Parser) -> None:
         metavar="M,I,K,D",
         help="least vibration of a frame: kg,kg m²,N/m,N s/m",
     )
+    group.add_argument(
+        "--weights",
+        type=_weights,
+        metavar="W1,W2",
+        help="of the squares of --require, in their order (1)",
+    )
 
 
 def _check_options(arguments: argparse.Namespace) -> None:
@@ -125,6 +145,8 @@ def _check_options(arguments: argparse.Namespace) -> None:
     check_matter_options(arguments)
     check_density_options(arguments)
     check_parts_option(arguments)
+    if arguments.payload is not None and arguments.merge:
+        arguments.refuse("--merge does not go with --payload, which no file holds")
     if arguments.budget is None and arguments.pareto is None:
         arguments.refuse("give a --budget in kg, or --pareto")
     if arguments.budget is not None and arguments.budget < 0.0:
@@ -142,15 +164,64 @@ def _check_options(arguments: argparse.Namespace) -> None:
             arguments.refuse(f"{flag}: one joint has two caps")
 
 
+def _check_requirements(arguments: argparse.Namespace) -> None:
+    """End the command with code 2 if other options are about shaking along motions."""
+    check_requirement_options(arguments, ())
+    if not arguments.require:
+        refuse_given(arguments, ("weights",), "{} needs --require")
+        return
+    refuse_given(arguments, OF_MOTIONS, "{} is about motions: it does not go with --require")
+    if not arguments.budget:
+        arguments.refuse("--require needs a --budget above 0 kg")
+
+
+def _run_required(arguments: argparse.Namespace) -> Answer:
+    """Compute the matter that leaves the least of the requirements unmet.
+
+    Raises:
+        LinkageError: the file, the linkage, a requirement, a link or a region cannot be used.
+    """
+    from balance.app.answers.text.payload import payload_section
+    from balance.app.answers.text.violation import violation_body
+    from balance.masses.counterweights.link_regions import distant_regions
+    from balance.masses.counterweights.write_counterweights import with_counterweights
+    from balance.masses.partial.least_violation import least_violation, weights_in_order
+    from balance.masses.partial.load_range import violation_left
+    from balance.space.requirements.require import require
+    from balance.support.options import GRAVITY
+
+    weights = weights_in_order(arguments.require, arguments.weights)
+    linkage = load_model(arguments, arguments.angles)
+    space = require(linkage, arguments.require, gravity=arguments.gravity or GRAVITY)
+    regions = dict(arguments.region)
+    answer = least_violation(
+        space, arguments.links, arguments.budget, regions=regions, weights=weights
+    )
+    payload: Payload | None = arguments.payload
+    load = violation_left(answer, payload) if payload and payload.varies else payload
+    return Answer(
+        verdict_code(answer.verdict),
+        lambda: answer.to_dict() | ({} if load is None else {"payload": load.to_dict()}),
+        lambda: [*violation_body(answer), *payload_section(load)],
+        (*space.warnings, *distant_regions(space, regions)),
+        describe_written(arguments, True),
+        lambda: {"out": partial(with_counterweights, answer, merge=arguments.merge)},
+    )
+
+
 def _run(arguments: argparse.Namespace) -> Answer:
     """Compute the designs of the options.
 
     Raises:
         LinkageError: the file, the linkage, a motion, a link or a region cannot be used.
     """
+    _check_requirements(arguments)
     _check_options(arguments)
-    front = _front(arguments)
+    if arguments.require:
+        return _run_required(arguments)
+    front, load = _front(arguments)
     from balance.app.answers.text.partial import partial_body
+    from balance.app.answers.text.payload import payload_section
     from balance.masses.counterweights.link_regions import distant_regions
     from balance.masses.counterweights.parts.part_files import rough_parts
 
@@ -159,19 +230,22 @@ def _run(arguments: argparse.Namespace) -> Answer:
     far = distant_regions(best.space, dict(arguments.region))
     return Answer(
         verdict_code(best.verdict),
-        front.to_dict,
-        lambda: partial_body(front),
+        lambda: front.to_dict() | ({} if load is None else {"payload": load.to_dict()}),
+        lambda: [*partial_body(front), *payload_section(load)],
         (*front.notices, *far, *rough_parts(parts)),
         describe_written(arguments, best.z is not None),
         lambda: _files(arguments, front, parts),
     )
 
 
-def _front(arguments: argparse.Namespace) -> ParetoFront:
-    """Compute the designs of the options."""
+def _front(
+    arguments: argparse.Namespace,
+) -> tuple[ParetoFront, Payload | LoadsLeft | None]:
+    """Compute the designs of the options, and what the last leaves for a range of loads."""
     linkage = load_model(arguments, arguments.angles)
     # Load the kernels only after the file is accepted.
     from balance.masses.partial.budgets import pareto, single
+    from balance.masses.partial.load_range import shaking_left
     from balance.masses.partial.shaking_problem import ShakingOptions
     from balance.space.spaces.compute_space import design_space
 
@@ -188,18 +262,17 @@ def _front(arguments: argparse.Namespace) -> ParetoFront:
             "thickness": arguments.thickness,
             "density": densities_of(arguments, arguments.links),
         }
+        links, given = arguments.links, ShakingOptions(**options)
         if arguments.pareto is None:
-            return single(
-                space, arguments.links, arguments.budget, ShakingOptions(**options), advance
+            front = single(space, links, arguments.budget, given, advance)
+        else:
+            front = pareto(
+                space, links, arguments.pareto, arguments.budget, progress=advance, **options
             )
-        return pareto(
-            space,
-            arguments.links,
-            arguments.pareto,
-            arguments.budget,
-            progress=advance,
-            **options,
-        )
+        payload: Payload | None = arguments.payload
+        if payload is None or not payload.varies:
+            return front, payload
+        return front, shaking_left(front, payload, tuple(links), given)
 
 
 def _files(
@@ -229,6 +302,14 @@ def _cap(*quantities: str) -> Callable[[str], tuple[str, float]]:
         return name, finite_quantity(*quantities)(value)
 
     return read
+
+
+def _weights(text: str) -> list[float]:
+    """Parse weights of ``1,0.5``."""
+    values = [finite_number(word) for word in text.split(",")]
+    if not all(value > 0.0 for value in values):
+        raise argparse.ArgumentTypeError(f"'{text}': a weight is above 0")
+    return values
 
 
 def _frame(text: str) -> ElasticFrame:

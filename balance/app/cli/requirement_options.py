@@ -5,13 +5,18 @@ from __future__ import annotations
 import argparse
 from collections.abc import Sequence
 
-from balance.app.cli.arguments import Parser, refuse_given
+from balance.app.cli.arguments import NAMED_ALONE, Parser, refuse_given
 from balance.app.cli.number_arguments import point
 
 
-def add_requirement_options(parser: Parser) -> None:
-    """Add the options of requirements to a command on design spaces."""
-    group = parser.group("motion")
+def add_requirement_options(parser: Parser, explain: bool = True) -> None:
+    """Add the options of requirements to a command on design spaces.
+
+    Args:
+        parser: the parser of the command.
+        explain: whether its help explains them.
+    """
+    group = parser.group("motion" if explain else NAMED_ALONE)
     group.add_argument(
         "--require",
         action="append",

@@ -12,6 +12,7 @@ from balance.app.cli.exit_codes import verdict_code
 from balance.app.cli.model_options import Coordinates, add_model_options, load_model
 from balance.app.cli.number_arguments import point
 from balance.app.cli.outputs import add_picture_option, kind_of
+from balance.app.cli.payload_option import add_payload_option
 from balance.app.cli.progress import spinner
 from balance.support.options import GRAVITY
 from balance.support.units import read_quantity
@@ -33,6 +34,7 @@ def add_springs(parser: Parser) -> None:
         "balance springs lamp.urdf --between base,lower --between base,upper",
         "balance springs lamp.urdf --between 'base@0,0,0:0.2 lower@0.1,0,0 k=800'",
         "balance springs lamp.urdf --between base,lower --catalogue 400,600,800",
+        "balance springs lamp.urdf --between base,lower --payload upper=0:1",
     )
     add_model_options(parser, unused=("--motion", "--balance", "--spatial"))
     parser.set_defaults(run=_run)
@@ -52,6 +54,7 @@ def add_springs(parser: Parser) -> None:
         metavar="K1,K2",
         help="stiffnesses that can be had, N/m (default: any)",
     )
+    add_payload_option(parser)
     motion = parser.group("motion")
     motion.add_argument(
         "--gravity",
@@ -99,6 +102,7 @@ def _find(arguments: argparse.Namespace) -> SpringBalance:
         Coordinates((name, values[k]) for name, values in arguments.range) for k in range(2)
     )
     arguments.lowest, arguments.highest = low, high
+    payload, arguments.payload = arguments.payload, None  # `springs` carries it
     linkage = load_model(arguments, arguments.angles)
     from balance.masses.springs.find_springs import springs
 
@@ -108,6 +112,7 @@ def _find(arguments: argparse.Namespace) -> SpringBalance:
         gravity=arguments.gravity,
         catalogue=arguments.catalogue,
         ranges=dict(arguments.range),
+        payload=payload,
     )
 
 

@@ -19,7 +19,7 @@ from balance.app.cli.floating_base import (
 from balance.app.cli.model_options import add_model_options
 from balance.app.cli.model_readings import solve_model
 from balance.app.cli.motion_source import add_other_motion, motions_of, notices_of
-from balance.app.cli.number_arguments import add_about, whole_number
+from balance.app.cli.number_arguments import add_about, point, whole_number
 from balance.app.cli.outputs import (
     add_meshes_option,
     add_page_option,
@@ -38,6 +38,7 @@ from balance.support.units import UnitNumber, read_quantity
 from kinematics.errors import UsageError
 
 if TYPE_CHECKING:
+    from balance.motion.verification.holding_torques import HoldingTorques
     from balance.motion.verification.result import Verification
     from kinematics.model.linkage import Linkage
 
@@ -72,6 +73,9 @@ def add_verify(parser: Parser) -> None:
         "--against", metavar="MODEL", help="the linkage before, on the same motions"
     )
     add_about(check, "the middle")
+    check.add_argument(
+        "--gravity", type=point, metavar="X,Y,Z", help="show what inputs hold at rest (m/s²)"
+    )
     add_picture_option(parser)
     add_page_option(parser, "on which the linkage moves")
     add_meshes_option(parser)
@@ -105,18 +109,23 @@ def _run(arguments: argparse.Namespace) -> Answer:
         return run_floating_base(arguments)
     with progress_bar("motions") as advance:
         results = _verify(arguments, advance)
-    from balance.app.answers.text.verification import verification_body, verification_facts
+    from balance.app.answers.text.verification import (
+        holding_body,
+        verification_body,
+        verification_facts,
+    )
 
     def files() -> Files:
         return _files(arguments, results)
 
+    held = _holding(arguments, results)
     if isinstance(arguments.tolerance, dict):
         return _with_tolerances(arguments, results[0], files)
     if not arguments.others:
         return Answer(
             _code(results[0]),
-            lambda: _data(results),
-            lambda: verification_body(results),
+            lambda: _data(results) | ({"holding": held[0].to_dict()} if held else {}),
+            lambda: [*verification_body(results), *holding_body(held)],
             [notice for result in results for notice in result.notices],
             _speed_remark(arguments, results[0].linkage),
             files,
@@ -153,6 +162,17 @@ def _with_tolerances(
         _speed_remark(arguments, result.linkage),
         files,
     )
+
+
+def _holding(
+    arguments: argparse.Namespace, results: Sequence[Verification]
+) -> list[HoldingTorques]:
+    """Compute what the inputs hold against gravity along the motions, if that is asked for."""
+    if arguments.gravity is None:
+        return []
+    from balance.motion.verification.holding_torques import holding_along
+
+    return [holding_along(result, arguments.gravity) for result in results]
 
 
 def _data(results: Sequence[Verification]) -> dict[str, object]:
@@ -232,6 +252,13 @@ def _refuse_exclusive_options(arguments: argparse.Namespace) -> None:
         arguments.refuse("--against: not with several models; name it among them")
     if arguments.about is not None and arguments.base != "fixed":
         arguments.refuse("--about: not with --base, which tells no moments")
+    if arguments.gravity is not None:
+        if arguments.others or arguments.base != "fixed":
+            arguments.refuse("--gravity: what is held is shown of a linkage on a fixed base")
+        if isinstance(arguments.tolerance, dict):
+            arguments.refuse("--gravity: not with --tolerance mass=…; ask for each")
+        if not any(arguments.gravity):
+            arguments.refuse("--gravity 0,0,0: nothing is held; give a direction")
     if isinstance(arguments.tolerance, dict):
         if arguments.others or arguments.against is not None:
             arguments.refuse("--tolerance mass=…: not with a second linkage; ask for each")

@@ -26,7 +26,13 @@ from balance.masses.counterweights.volume.plates import (
     with_further_links,
 )
 from balance.motion.verification.given_motions import Motions
+from balance.space.requirements.contradiction import contradiction, contradiction_words
 from balance.space.requirements.recompute_spatial import recompute_spatial
+from balance.space.requirements.required_space import (
+    RequiredSpace,
+    space_of,
+    with_requirements,
+)
 from balance.space.spaces.compute_space import as_space
 from balance.space.spaces.design_space import DesignSpace
 from balance.support.tolerances import BOUND_RELATIVE, GROWTH_RELATIVE
@@ -148,7 +154,25 @@ def counterweights(
     helps = (*answer.relaxations, *_single_relaxations(asked, body_regions, mass_of))
     answer = replace(answer, relaxations=helps)
     worth = answer.worth_naming
-    return replace(answer, words=f"{answer.words}; {worth[0].words}") if worth else answer
+    words = f"{answer.words}; {worth[0].words}" if worth else answer.words
+    if isinstance(asked, RequiredSpace) and len(asked.regions) > 1 and not limits:
+        words = f"{words}; {_contradiction(asked, body_regions)}"
+    return replace(answer, words=words)
+
+
+def _contradiction(space: RequiredSpace, regions: Mapping[int, Region]) -> str:
+    """Name the requirements that no matter in the regions meets: one alone, or two."""
+
+    def excluded(chosen: Sequence[int]) -> bool:
+        some = with_requirements(
+            space_of(space.common, [space.regions[k] for k in chosen]),
+            space.certainty,
+            space.common,
+            [space.regions[k] for k in chosen],
+        )
+        return decide(some, regions).verdict == "infeasible"
+
+    return contradiction_words(contradiction(space.texts, excluded), "counterweight")
 
 
 def _wanted_shape(

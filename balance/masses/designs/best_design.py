@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from itertools import combinations
 from math import inf
 from os import PathLike
 from typing import get_args
@@ -32,6 +31,7 @@ from balance.masses.designs.verdicts import describe_furthest, describe_limits
 from balance.masses.designs.write_urdf import replace_inertials
 from balance.space.inertial_parameters.body_inertia import BodyInertia
 from balance.space.inertial_parameters.conversions import MassProperties
+from balance.space.requirements.contradiction import contradiction, contradiction_words
 from balance.space.requirements.recompute_spatial import recompute_spatial
 from balance.space.requirements.required_space import RequiredSpace, space_of
 from balance.space.spaces.compute_space import as_space
@@ -414,9 +414,8 @@ def _with_answer_anywhere(answer: Design, constraints: Constraints, one_pose: bo
 
 def _contradiction(answer: Design, space: RequiredSpace) -> str:
     """Name the requirements that leave no design: one alone, or the first two of them."""
-    texts, count = space.texts, len(space.regions)
 
-    def excluded(*chosen: int) -> bool:
+    def excluded(chosen: Sequence[int]) -> bool:
         some = space_of(space.common, [space.regions[k] for k in chosen])
         constraints = constraints_of(
             some,
@@ -428,16 +427,7 @@ def _contradiction(answer: Design, space: RequiredSpace) -> str:
         )
         return decide_feasibility(some, constraints).verdict == "infeasible"
 
-    alone = next((k for k in range(count) if excluded(k)), None)
-    if alone is not None:
-        return f"'{texts[alone]}' alone has no design"
-    pairs = combinations(range(count), 2) if count > 2 else [(0, 1)]
-    for i, j in pairs:
-        if count == 2 or excluded(i, j):
-            return (
-                f"'{texts[i]}' and '{texts[j]}' contradict each other: each alone has a design"
-            )
-    return "no two of the requirements contradict each other, but all together do"
+    return contradiction_words(contradiction(space.texts, excluded), "design")
 
 
 def _leaves_plane(space: DesignSpace, constraints: Constraints) -> bool:

@@ -12,6 +12,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from math import isfinite
+from os import PathLike
 from typing import Literal, NamedTuple
 
 import numpy as np
@@ -19,18 +20,28 @@ import numpy as np
 from balance.masses.counterweights.counterweight import Counterweight
 from balance.masses.counterweights.link_regions import regions_of
 from balance.masses.counterweights.regions import Region
+from balance.masses.counterweights.write_counterweights import counterweights_file
+from balance.masses.designs.pseudo_inertia_cone import given_parameters
 from balance.masses.partial.added_weights import check_budget, counterweights_at
 from balance.masses.partial.least_shaking import LeastShaking, least_shaking, quadratic_factor
 from balance.masses.partial.motion_loads import AddedParameters
 from balance.masses.partial.shaking_program import ShakingProgram
+from balance.space.inertial_parameters.conversions import to_chain
+from balance.space.requirements.contradiction import contradiction, contradiction_words
 from balance.space.requirements.recompute_spatial import recompute_spatial
 from balance.space.requirements.required_space import RequiredSpace
+from balance.space.requirements.requirement import read_requirements
 from balance.support.tolerances import SHAKING_GAP_PROVED
+from kinematics.closure.joint_positions import input_chain
 from kinematics.errors import UsageError
 from kinematics.model.arrays import freeze
 from kinematics.numerics.array_types import Array
 from kinematics.numerics.linalg.ties import first_largest
 from kinematics.wording import number_text, repr_lines, size_text
+
+# Part of a budget that is none: what the solver leaves where matter does not help.
+NOTHING_ADDED = 1e-9
+VIOLATION_SCHEMA = "balance.violation/1"
 
 
 class Violation(NamedTuple):
@@ -67,6 +78,9 @@ class LeastViolation:
             solver.
         weights: the counterweight of each link that gets matter.
         z: parameters (bodies, 10) about the inertial origin, SI units.
+        budget: most mass that may be added, kg.
+        between: one requirement that no matter within the budget meets, or the first two that
+            none meets together; empty if there are none.
     """
 
     space: RequiredSpace
@@ -75,6 +89,8 @@ class LeastViolation:
     bound: float
     weights: tuple[Counterweight, ...]
     z: Array
+    budget: float
+    between: tuple[str, ...]
 
     def __repr__(self) -> str:
         """Up to six lines: the verdict, and the matter of each link."""
@@ -105,7 +121,57 @@ class LeastViolation:
         if dearest is None:
             return f"{self.verdict}: {number_text(mass)} kg meet all requirements"
         part = dearest.cost / self.total**2
-        return f"{text}; '{dearest.text}' costs most, {part:.0%} of the sum of squares"
+        text = f"{text}; '{dearest.text}' costs most, {part:.0%} of the sum of squares"
+        if len(self.violations) == 1:
+            return text
+        return f"{text}; {contradiction_words(self.between, 'counterweight of this budget')}"
+
+    @property
+    def mass(self) -> float:
+        """Mass of the added matter, kg."""
+        return float(sum(weight.mass for weight in self.weights))
+
+    def to_urdf(self, path: str | PathLike[str] | None = None, *, merge: bool = False) -> bytes:
+        """Return the file of the linkage with the matter, and no other change.
+
+        Args:
+            path: file to write it to; None for none.
+            merge: whether it goes into the masses of its links; else it is in links of its own.
+
+        Raises:
+            FileError: the linkage has no file, or the new one cannot be written.
+        """
+        return counterweights_file(self, path, merge)
+
+    def to_dict(self) -> dict[str, object]:
+        """Return plain data for JSON; see ``schemas/violation.schema.json``."""
+        dearest = self.dearest
+        return {
+            "schema": VIOLATION_SCHEMA,
+            "model": self.space.linkage.name,
+            "at": self.space.linkage.at,
+            "gravity": [float(x) for x in self.space.common.gravity],
+            "verdict": self.verdict,
+            "words": self.words,
+            "budget": self.budget,
+            "mass": self.mass,
+            "requirements": [
+                {
+                    "text": item.text,
+                    "weight": item.weight,
+                    "before": item.before,
+                    "after": item.after,
+                    "multiplier": item.after**2,
+                    "cost": item.cost,
+                }
+                for item in self.violations
+            ],
+            "dearest": None if dearest is None else dearest.text,
+            "contradict": list(self.between),
+            "total": self.total,
+            "bound": self.bound,
+            "weights": [weight.to_dict() for weight in self.weights],
+        }
 
 
 def least_violation(
@@ -152,16 +218,13 @@ def least_violation(
     matter = AddedParameters.of(spatial, regions_of(space, links, regions or {}))
     blocks = _relative_rows(spatial, matter)
     factors = _checked_weights(weights, len(blocks))
-    rows = [np.sqrt(w) * block.sum(axis=1) for w, block in zip(factors, blocks, strict=True)]
-    alone = [
-        np.sqrt(w) * np.linalg.norm(block[..., -1], axis=0).sum()
-        for w, block in zip(factors, blocks, strict=True)
-    ]
-    program = ShakingProgram(matter, quadratic_factor(rows), float(np.linalg.norm(alone)))
+    program = _program(matter, blocks, factors)
     best = least_shaking(program, budget)
     assert isinstance(best, LeastShaking)
     gap = (best.value - best.bound) / program.scale
-    points = np.stack([np.zeros(matter.count), best.s])
+    nothing = float(matter.masses @ best.s) <= NOTHING_ADDED * budget
+    added = np.zeros(matter.count) if nothing else best.s
+    points = np.stack([np.zeros(matter.count), added])
     sizes = [
         [float(np.linalg.norm(block.sum(axis=1) @ np.append(s, 1.0))) for s in points]
         for block in blocks
@@ -170,14 +233,99 @@ def least_violation(
         Violation(item.text, w, before, after)
         for item, w, (before, after) in zip(space.requirements, factors, sizes, strict=True)
     )
+    missed = best.value > SHAKING_GAP_PROVED * program.scale and len(blocks) > 1
+    between = _contradiction(space.texts, matter, blocks, budget) if missed else ()
     return LeastViolation(
         space,
         "optimal" if gap <= SHAKING_GAP_PROVED else "undecided",
         violations,
         best.bound,
-        counterweights_at(space, matter, best.s),
-        freeze(matter.parameters(best.s)),
+        () if nothing else counterweights_at(space, matter, added),
+        freeze(matter.parameters(added)),
+        float(budget),
+        between,
     )
+
+
+def _program(
+    matter: AddedParameters, blocks: Sequence[Array], factors: Sequence[float]
+) -> ShakingProgram:
+    """Build the program of some requirements and their weights."""
+    rows = [np.sqrt(w) * block.sum(axis=1) for w, block in zip(factors, blocks, strict=True)]
+    alone = [
+        np.sqrt(w) * np.linalg.norm(block[..., -1], axis=0).sum()
+        for w, block in zip(factors, blocks, strict=True)
+    ]
+    return ShakingProgram(matter, quadratic_factor(rows), float(np.linalg.norm(alone)))
+
+
+def _contradiction(
+    texts: Sequence[str], matter: AddedParameters, blocks: Sequence[Array], budget: float
+) -> tuple[str, ...]:
+    """Find requirements that no matter within a budget meets: one, or the first two."""
+
+    def excluded(chosen: Sequence[int]) -> bool:
+        program = _program(matter, [blocks[k] for k in chosen], [1.0] * len(chosen))
+        if not program.scale > 0.0:
+            return False
+        best = least_shaking(program, budget)
+        assert isinstance(best, LeastShaking)
+        return best.value > SHAKING_GAP_PROVED * program.scale
+
+    return contradiction(texts, excluded)
+
+
+def missed_by(answer: LeastViolation, z: Array) -> float:
+    """Compute what other masses miss, by the measure of a least violation.
+
+    Args:
+        answer: the least violation, for its requirements, weights and sizes.
+        z: parameters (bodies, 10) about the inertial origin, SI units.
+
+    Returns:
+        Root of the weighted sum of squares.
+    """
+    space = recompute_spatial(answer.space) if answer.space.planar else answer.space
+    assert isinstance(space, RequiredSpace)
+    frame, size = input_chain(space.linkage).frame, len(space.labels)
+    given, other = (
+        to_chain(np.asarray(x), frame, False, False)[:, :size]
+        for x in (given_parameters(space), z)
+    )
+    total = 0.0
+    for region, item in zip(space.regions, answer.violations, strict=True):
+        rows = region.rows.reshape(len(region.rows), len(space.bodies), size)
+        alone = np.linalg.norm(np.einsum("rbp,bp->rb", rows, given), axis=0).sum() or 1.0
+        left = float(np.linalg.norm(np.einsum("rbp,bp->r", rows, other)) / alone)
+        total += item.weight * left**2
+    return float(np.sqrt(total))
+
+
+def weights_in_order(
+    requirements: str | Sequence[str], weights: Sequence[float] | None
+) -> list[float] | None:
+    """Bring weights of requirements from the order of the texts to that of their space.
+
+    Args:
+        requirements: the texts, as for `balance.require`.
+        weights: one for each requirement in the order in which they are written; None for
+            equal ones.
+
+    Raises:
+        UsageError: a requirement cannot be read, there are not as many weights as
+            requirements, or one requirement has two.
+    """
+    if weights is None:
+        return None
+    texts = [requirements] if isinstance(requirements, str) else requirements
+    written = [read_requirements(part)[0].text for part in ";".join(texts).split(";")]
+    if len(weights) != len(written) or len(set(written)) < len(written):
+        raise UsageError(
+            f"{len(weights)} weights for {len(written)} requirements: give one for each, and "
+            "each requirement once"
+        )
+    by_text = dict(zip(written, weights, strict=True))
+    return [by_text[item.text] for item in read_requirements(requirements)]
 
 
 def _relative_rows(space: RequiredSpace, matter: AddedParameters) -> list[Array]:

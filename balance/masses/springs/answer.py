@@ -3,62 +3,24 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import TYPE_CHECKING
 
 import numpy as np
 
+from balance.masses.springs.found_spring import Spring
 from balance.space.spaces.certainty import Certainty
 from balance.support.result_files import WithPicture
 from balance.support.tolerances import SPRING_TORQUE_LEFT
 from kinematics.model.linkage import Linkage, Notice
 from kinematics.numerics.array_types import Array
-from kinematics.wording import count_noun, html_facts, number_text, repr_lines, vector_text
+from kinematics.wording import count_noun, html_facts, number_text, repr_lines
+
+if TYPE_CHECKING:
+    from balance.masses.payload import Payload
+    from balance.masses.springs.energy_identity import EnergyProof
+    from balance.masses.springs.spring_loads import SpringLoads
 
 SCHEMA = "balance.springs/1"
-
-
-class AttachedPoint(NamedTuple):
-    """Where a spring is attached.
-
-    Attributes:
-        link: name of the link.
-        point: in the frame of the link (3,), metres.
-    """
-
-    link: str
-    point: tuple[float, float, float]
-
-    def __repr__(self) -> str:
-        """Give one line: the link and the point."""
-        return f"AttachedPoint: {self.words}"
-
-    @property
-    def words(self) -> str:
-        """The link and the point in words."""
-        return f"{self.link} at {vector_text(self.point)} m"
-
-
-class Spring(NamedTuple):
-    """A spring that acts as one without free length: its force is stiffness times length.
-
-    Attributes:
-        asked: the text that asked for it.
-        ends: where it is attached.
-        stiffness: N/m; 0 if it is not needed.
-        lengths: least and greatest distance of its ends over the workspace, metres.
-        force: greatest force over the workspace, N.
-    """
-
-    asked: str
-    ends: tuple[AttachedPoint, AttachedPoint]
-    stiffness: float
-    lengths: tuple[float, float]
-    force: float
-
-    def __repr__(self) -> str:
-        """Give one line: stiffness and ends."""
-        first, second = self.ends
-        return f"Spring: {number_text(self.stiffness)} N/m, {first.words} to {second.words}"
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,6 +40,11 @@ class SpringBalance(WithPicture):
         before: what the inputs hold there without springs (poses, inputs), N m and N.
         after: what they hold with the springs.
         certainty: how sure it is that the torques vanish in all motions.
+        excluded: whether springs that balance, or fewer of them, are excluded where none are
+            given; False where both ends of a spring are free, and a search found none.
+        proof: springs in rational numbers that balance identically; None without such a proof.
+        payload: the load that is not in the file; of a range, the springs are for its mean.
+        loads: what these springs, and others whose points move, do for a range of loads.
         notices: remarks for the user.
     """
 
@@ -95,6 +62,10 @@ class SpringBalance(WithPicture):
     before: Array
     after: Array
     certainty: Certainty
+    excluded: bool = True
+    proof: EnergyProof | None = None
+    payload: Payload | None = None
+    loads: SpringLoads | None = None
     notices: tuple[Notice, ...] = ()
 
     def __repr__(self) -> str:
@@ -117,10 +88,14 @@ class SpringBalance(WithPicture):
     def verdict(self) -> str:
         """``"feasible"`` if springs balance, ``"infeasible"`` if none do.
 
-        ``"undecided"`` if they balance, and it is in doubt whether in every pose.
+        ``"undecided"`` if they balance, and it is in doubt whether in every pose; or if none
+        were found with both ends of a spring free, and none are excluded. For a range of
+        loads, whether springs balance every load whose points may move with it.
         """
+        if self.loads is not None:
+            return "feasible" if self.loads.springs else "infeasible"
         if not self.balanced:
-            return "infeasible"
+            return "infeasible" if self.excluded else "undecided"
         return "undecided" if self.certainty.doubts else "feasible"
 
     @property
@@ -133,6 +108,9 @@ class SpringBalance(WithPicture):
     @property
     def words(self) -> str:
         """The verdict in words."""
+        if self.loads is not None:
+            able = "balance" if self.loads.springs else "do not balance"
+            return f"{self.verdict}: springs whose points move with the load {able} every load"
         needed = sum(spring.stiffness > 0.0 for spring in self.springs)
         if self.balanced:
             word = "balances" if needed == 1 else "balance"
@@ -142,10 +120,10 @@ class SpringBalance(WithPicture):
             spring = count_noun(needed, "spring")
             return f"{self.verdict}: {spring} {word} gravity in {where}"
         if self.share_left >= 1.0 - SPRING_TORQUE_LEFT:
-            return f"infeasible: {self.reason}; no spring of these helps"
+            return f"{self.verdict}: {self.reason}; no spring of these helps"
         share = number_text(100.0 * self.share_left, ".3g")
         return (
-            f"infeasible: {self.reason}; {count_noun(needed, 'spring')} "
+            f"{self.verdict}: {self.reason}; {count_noun(needed, 'spring')} "
             f"leave{'s' if needed == 1 else ''} {share} % of the torque of gravity (rms)"
         )
 
@@ -154,6 +132,8 @@ class SpringBalance(WithPicture):
         """Why there is no balance, in words; empty if there is."""
         if self.balanced:
             return ""
+        if not self.excluded:
+            return "no points of both ends were found that balance, and none are excluded"
         if self.in_span:
             return "some stiffness would be negative, or out of its range"
         return "no stiffnesses, of either sign, make the energy constant"
@@ -183,6 +163,7 @@ class SpringBalance(WithPicture):
             "unknowns": self.unknowns,
             "rank": self.rank,
             "in_span": self.in_span,
+            "excluded": self.excluded,
             "share_left": self.share_left,
             "poses": len(self.inputs),
             "peak_torque": {
@@ -195,4 +176,26 @@ class SpringBalance(WithPicture):
                 "residual": self.certainty.residual,
                 "poses": self.certainty.poses,
             },
+            "payload": self._payload_data(),
+            "proof": None if self.proof is None else self._proof_data(self.proof),
         }
+
+    def _proof_data(self, proof: EnergyProof) -> dict[str, object]:
+        """Write the rational springs of a proof as text of fractions."""
+        needed = [k for k, spring in enumerate(self.springs, 1) if spring.stiffness > 0.0]
+        return {
+            "springs": [
+                {"spring": k, "stiffness": str(stiffness), "shifts": [str(x) for x in shifts]}
+                for k, stiffness, shifts in zip(
+                    needed, proof.stiffnesses, proof.shifts, strict=True
+                )
+            ],
+            "poses": proof.poses,
+            "multipliers": proof.multipliers,
+        }
+
+    def _payload_data(self) -> dict[str, object] | None:
+        """Write the payload, and what springs do for a range of loads."""
+        if self.loads is not None:
+            return self.loads.to_dict()
+        return None if self.payload is None else self.payload.to_dict()

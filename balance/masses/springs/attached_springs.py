@@ -35,7 +35,7 @@ class AttachedSpring(NamedTuple):
 
     Attributes:
         asked: the text that asks for it.
-        ends: its two ends; at most one of them has axes.
+        ends: its two ends.
     """
 
     asked: SpringText
@@ -47,9 +47,39 @@ class AttachedSpring(NamedTuple):
         return sum(len(end.axes) for end in self.ends)
 
     @property
+    def paired(self) -> bool:
+        """Whether both ends are free, so that products of their coordinates are unknowns."""
+        return all(len(end.axes) for end in self.ends)
+
+    @property
     def columns(self) -> int:
-        """Number of unknowns: stiffness, and stiffness times each free coordinate."""
-        return 1 + self.free
+        """Number of unknowns: k, k s_i of the first end, k t_j of the second, k s_i t_j."""
+        first, second = (len(end.axes) for end in self.ends)
+        return (1 + first) * (1 + second)
+
+    def fixed(self, end: int, shares: Array) -> AttachedSpring:
+        """Fix one end at coordinates in its box."""
+        ends = list(self.ends)
+        there = ends[end]
+        ends[end] = there._replace(
+            middle=there.middle + shares @ there.axes, axes=there.axes[:0]
+        )
+        return self._replace(ends=(ends[0], ends[1]))
+
+    def spread(self, end: int, shares: Array) -> Array:
+        """Compute all unknowns (columns, n) from those with one end fixed (n,).
+
+        Args:
+            end: the end that is fixed, 0 or 1.
+            shares: its coordinates.
+        """
+        factors = [np.eye(1 + len(self.ends[k].axes)) for k in range(2)]
+        factors[end] = np.append(1.0, shares)[:, None]
+        table = np.einsum("iI,jJ->ijIJ", *factors)
+        rows = [(0, 0), *((i, 0) for i in range(1, len(table)))]
+        rows += [(0, j) for j in range(1, table.shape[1])]
+        rows += [(i, j) for i in range(1, len(table)) for j in range(1, table.shape[1])]
+        return np.array([table[i, j].reshape(-1) for i, j in rows])
 
 
 def attach_springs(
@@ -64,7 +94,7 @@ def attach_springs(
     Raises:
         BodyError: a link is unknown, or has no mass where its centre is asked for.
         LinkageError: both ends are on one rigid body.
-        UsageError: both ends are free, or nothing says where an end is.
+        UsageError: nothing says where an end is.
     """
     return tuple(_attach(linkage, spring) for spring in springs)
 
@@ -93,11 +123,6 @@ def _attach(linkage: Linkage, spring: SpringText) -> AttachedSpring:
         raise LinkageError(
             f"{linkage.source}: spring '{spring.text}': both ends are on one rigid body: name "
             "two links that move against each other"
-        )
-    if first.box is None and second.free:
-        raise UsageError(
-            f"{linkage.source}: spring '{spring.text}': one end may be free, not both: give "
-            f"link '{first.link}' a point"
         )
     far = second.box or _mass_centre(linkage, spring, places[1])
     near = first.box or _box_about_joint(linkage, places, spring)

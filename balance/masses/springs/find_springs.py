@@ -3,28 +3,30 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from itertools import combinations, product
 from math import comb
 from typing import NamedTuple
 
 import numpy as np
 
-from balance.masses.springs.answer import AttachedPoint, Spring, SpringBalance
+from balance.masses.payload import Payload, carrying, read_payload
+from balance.masses.springs.answer import SpringBalance
 from balance.masses.springs.attached_springs import AttachedSpring, attach_springs
+from balance.masses.springs.both_ends import balance_springs, least_springs
+from balance.masses.springs.found_spring import AttachedPoint, Spring
 from balance.masses.springs.gradient_rows import point_at
-from balance.masses.springs.spring_cone import (
-    SpringCone,
-    balanced_unknowns,
-    least_unknowns,
-    make_cone,
-)
+from balance.masses.springs.spring_cone import SpringCone, balanced_unknowns, make_cone
+from balance.masses.springs.spring_loads import MovedSpring, SpringLoads, moved_unknowns
 from balance.masses.springs.spring_problem import SpringProblem
+from balance.masses.springs.spring_proof import proved_certainty
 from balance.masses.springs.spring_text import MAX_STIFFNESS, read_spring
 from balance.space.spaces.certainty import Certainty
 from balance.support.options import GRAVITY
 from balance.support.tolerances import SPRING_ABSENT, SPRING_IN_MIDDLE, SPRING_TORQUE_LEFT
 from kinematics.errors import UsageError
 from kinematics.loading.model_gallery import LinkageLike, as_linkage
+from kinematics.model.linkage import Linkage
 from kinematics.numerics.array_types import Array
 from kinematics.numerics.linalg.ties import first_least, rank_least_first
 from kinematics.wording import size_text
@@ -54,6 +56,7 @@ def springs(
     gravity: Sequence[float] = GRAVITY,
     catalogue: Sequence[float] = (),
     ranges: Mapping[str, tuple[float, float]] | None = None,
+    payload: Payload | str | None = None,
 ) -> SpringBalance:
     """Find springs between links of a linkage that balance gravity in every pose.
 
@@ -70,7 +73,8 @@ def springs(
         linkage: an assembled linkage, or what `kinematics.load` accepts.
         between: one or several springs, each as text: ``"base,arm"``, or
             ``"base@0,0,0:0.5 arm@0.2,0,0 k=100:200"``: two links, points in their frames in
-            metres, and a stiffness in N/m. A number may be a range, at one end of a spring.
+            metres, and a stiffness in N/m. A number may be a range; where both ends of a spring
+            have ranges, see `balance.masses.springs.both_ends`.
             Without points a spring ends at the centre of mass of the second link, and within a
             characteristic length about the joint by which that hangs on the first.
         gravity: acceleration of gravity (3,), m/s², inertial frame.
@@ -78,6 +82,10 @@ def springs(
         ranges: workspace: least and greatest displacement of inputs by name, radians and
             metres, for the least torque and for lengths; by default the limits in the file,
             without limits 1 rad or one characteristic length each way.
+        payload: a load at a point of a link that is not in the file, or its text, such as
+            ``"tool@0,0,0.1=0:2"``. For a range of loads the springs are those for its mean,
+            which leave the least mean square of the torques over all loads; how points must
+            move with the load to balance each of them is in ``SpringBalance.loads``.
 
     Returns:
         The springs, the smallest sets that balance, and the torques before and after.
@@ -87,7 +95,8 @@ def springs(
         LinkageError: gravity does no work, the linkage does not move, or both ends of a spring
             are on one rigid body.
         PoseError: a range names no input, or no pose of the ranges is reached.
-        UsageError: a spring cannot be read, or there are too many.
+        UsageError: a spring or the payload cannot be read, there are too many springs, or both
+            ends of one are free where loads vary.
 
     Source:
         S. K. Agrawal, A. Fattah, Mechanism and Machine Theory 39(12), 2004; S. R. Deepak, G.
@@ -110,29 +119,44 @@ def springs(
         raise UsageError(f"gravity has three coordinates that are not all 0, not {gravity!r}")
     if not all(0.0 < k <= MAX_STIFFNESS for k in catalogue):
         raise UsageError(f"a catalogue has stiffnesses above 0 and up to {MAX_STIFFNESS:g} N/m")
-    problem = SpringProblem(linkage, attach_springs(linkage, asked), g, ranges or {})
-    return _find(problem, g, sorted(set(catalogue)))
+    carried = read_payload(payload) if isinstance(payload, str) else payload
+    # Points that nothing is said of are those without the load, for every load.
+    asked = [spring.asked for spring in attach_springs(linkage, asked)]
+
+    def problem_of(loaded: Linkage) -> SpringProblem:
+        return SpringProblem(loaded, attach_springs(loaded, asked), g, ranges or {})
+
+    problem = problem_of(linkage if carried is None else carrying(linkage, carried))
+    steps = sorted(set(catalogue))
+    answer = _find(problem, g, steps)
+    if carried is None or not carried.varies:
+        return replace(answer, payload=carried)
+    paired = next((spring for spring in problem.springs if spring.paired), None)
+    if paired is not None:
+        raise UsageError(
+            f"spring '{paired.asked.text}': for a range of loads one end may be free, not "
+            "both: give one a point"
+        )
+    ends = [problem_of(carrying(linkage, carried, m)) for m in (carried.low, carried.high)]
+    return replace(answer, payload=carried, loads=_loads(problem, ends, carried, steps, answer))
 
 
 def _find(problem: SpringProblem, gravity: Array, catalogue: Sequence[float]) -> SpringBalance:
     """Find the springs of a problem."""
     whole, given = _asked_cone(problem), [s.asked.stiffness for s in problem.springs]
+    sure = True
     conditions, settled = problem.conditions
     rows = conditions.rows
     if catalogue:
         choices = _choices(catalogue, given)
-        balanced, best, every_set = _of_catalogue(problem, rows, choices), None, True
+        (balanced, sure), best, every_set = _of_catalogue(problem, rows, choices), None, True
         if not balanced:
             best = _least_of_catalogue(problem, choices)
     else:
-        balanced, every_set = _smallest_sets(rows, whole)
-        best = (
-            None
-            if balanced
-            else _Choice(
-                tuple(range(len(problem.springs))), least_unknowns(_flat(problem), whole)
-            )
-        )
+        balanced, every_set, sure = _smallest_sets(problem, rows, whole, given)
+        if not balanced:
+            x = least_springs(_flat(problem), problem.springs, given, problem.unit)
+            best = _Choice(tuple(range(len(problem.springs))), x)
     if balanced:
         sizes = [float(sum(x[_starts(problem, used)])) for used, x in balanced]
         best = balanced[first_least(sizes)]
@@ -143,11 +167,15 @@ def _find(problem: SpringProblem, gravity: Array, catalogue: Sequence[float]) ->
     in_span = bool(balanced) or balanced_unknowns(rows, unsigned) is not None
     torque, count = problem.fresh_torque(x)
     certainty = _certainty(bool(balanced), settled, torque, count)
+    found = tuple(_springs(problem, whole, x))
+    proof, certainty = proved_certainty(
+        problem, found, gravity, bool(balanced), in_span, certainty
+    )
     sets = list(dict.fromkeys(tuple(used) for used, _ in balanced))
     return SpringBalance(
         problem.linkage,
         (float(gravity[0]), float(gravity[1]), float(gravity[2])),
-        tuple(_springs(problem, whole, x)),
+        found,
         tuple(sets),
         every_set,
         unknowns,
@@ -157,7 +185,69 @@ def _find(problem: SpringProblem, gravity: Array, catalogue: Sequence[float]) ->
         problem.torques(None),
         problem.torques(x),
         certainty,
+        sure,
+        proof,
     )
+
+
+def _loads(
+    problem: SpringProblem,
+    ends: Sequence[SpringProblem],
+    payload: Payload,
+    catalogue: Sequence[float],
+    answer: SpringBalance,
+) -> SpringLoads:
+    """Find what springs that stay leave for both ends of a range, and springs that move."""
+    x = _unknowns(problem, answer)
+    left = []
+    for end in ends:
+        there = x * problem.unit / end.unit
+        left.append(
+            float(np.linalg.norm(end.torques(there)) / np.linalg.norm(end.torques(None)))
+        )
+    rows = [end.conditions[0].rows for end in ends]
+    weights = [end.unit / problem.unit for end in ends]
+    given = [spring.asked.stiffness for spring in problem.springs]
+    choices = _choices(catalogue, given) if catalogue else [tuple(given)]
+    for choice in choices:
+        cone = make_cone(problem.springs, problem.unit, choice)
+        moved = moved_unknowns(rows, cone, weights)
+        if moved is not None:
+            return SpringLoads(payload, (left[0], left[1]), _moved_springs(problem, moved))
+    return SpringLoads(payload, (left[0], left[1]), ())
+
+
+def _unknowns(problem: SpringProblem, answer: SpringBalance) -> Array:
+    """Read the unknowns of springs that were found, one end of each fixed at most."""
+    parts = []
+    for spring, found in zip(problem.springs, answer.springs, strict=True):
+        shares = [
+            (2.0 * x - low - high) / (high - low)
+            for end, there in zip(spring.asked.ends, found.ends, strict=True)
+            for x, (low, high) in zip(there.point, end.box or (), strict=True)
+            if low < high
+        ]
+        parts.append(found.stiffness / problem.unit * np.array([1.0, *shares]))
+    return np.concatenate(parts)
+
+
+def _moved_springs(
+    problem: SpringProblem, moved: tuple[Array, Array]
+) -> tuple[MovedSpring, ...]:
+    """Describe the springs of unknowns for two loads."""
+    listed, at = [], 0
+    largest = max(float(np.abs(x).max()) for x in moved)
+    for number, spring in enumerate(problem.springs, 1):
+        k = float(moved[0][at])
+        if k > SPRING_ABSENT * largest:
+            places = []
+            for x in moved:
+                shares = np.clip(x[at + 1 : at + spring.columns] / k, -1.0, 1.0)
+                points = _attached_points(spring, shares)
+                places.append(np.array([end.point for end in points]))
+            listed.append(MovedSpring(number, k * problem.unit, places[0], places[1]))
+        at += spring.columns
+    return tuple(listed)
 
 
 def _asked_cone(problem: SpringProblem) -> SpringCone:
@@ -178,31 +268,44 @@ def _starts(problem: SpringProblem, used: Sequence[int]) -> list[int]:
     return [sum(counts[:k]) for k in range(len(counts))]
 
 
-def _smallest_sets(rows: Array, cone: SpringCone) -> tuple[list[_Choice], bool]:
-    """Find the smallest sets of springs that balance, and whether all sets were tried."""
-    count, tried = len(cone.starts) - 1, 0
+def _smallest_sets(
+    problem: SpringProblem, rows: Array, cone: SpringCone, given: Sequence[Range]
+) -> tuple[list[_Choice], bool, bool]:
+    """Find the smallest sets of springs that balance.
+
+    Returns:
+        The sets; whether all sets were tried; whether smaller ones, or all, are excluded.
+    """
+    count, tried, sure = len(cone.starts) - 1, 0, True
     for size in range(1, count + 1):
         if tried + comb(count, size) > MAX_SETS:
             break
         tried += comb(count, size)
-        balanced = [
-            _Choice(used, x)
-            for used in combinations(range(count), size)
-            if (x := _balance(rows, cone, used)) is not None
-        ]
+        balanced = []
+        for used in combinations(range(count), size):
+            x, known = _balance(problem, rows, cone, used, [given[k] for k in used])
+            balanced += [] if x is None else [_Choice(used, x)]
+            sure = sure and known
         if balanced:
-            return balanced, True
+            return balanced, True, sure
     else:
-        return [], True
+        return [], True, sure
     every = tuple(range(count))
-    x = _balance(rows, cone, every)
-    return ([] if x is None else [_Choice(every, x)]), False
+    x, known = _balance(problem, rows, cone, every, given)
+    return ([] if x is None else [_Choice(every, x)]), False, sure and known
 
 
-def _balance(rows: Array, cone: SpringCone, used: Sequence[int]) -> Array | None:
-    """Balance with some of the springs."""
+def _balance(
+    problem: SpringProblem,
+    rows: Array,
+    cone: SpringCone,
+    used: Sequence[int],
+    ranges: Sequence[Range],
+) -> tuple[Array | None, bool]:
+    """Balance with some of the springs; see `balance_springs`."""
     columns = [*cone.columns_of(used), rows.shape[1] - 1]
-    return balanced_unknowns(rows[:, columns], cone.of(used))
+    chosen = [problem.springs[k] for k in used]
+    return balance_springs(rows[:, columns], chosen, ranges, problem.unit)
 
 
 def _choices(catalogue: Sequence[float], given: Sequence[Range]) -> list[tuple[Range, ...]]:
@@ -228,17 +331,23 @@ def _used(choice: Sequence[Range]) -> tuple[int, ...]:
 
 def _of_catalogue(
     problem: SpringProblem, rows: Array, choices: Sequence[tuple[Range, ...]]
-) -> list[_Choice]:
-    """Find the choices of stiffnesses of a catalogue with the fewest springs that balance."""
+) -> tuple[list[_Choice], bool]:
+    """Find the choices of stiffnesses of a catalogue with the fewest springs that balance.
+
+    Returns:
+        The choices; and whether fewer springs, or all, are excluded.
+    """
     balanced: list[_Choice] = []
+    sure, cone = True, _asked_cone(problem)
     for choice in choices:
         used = _used(choice)
         if balanced and len(used) > len(balanced[0].used):
             break
         if used:
-            x = _balance(rows, make_cone(problem.springs, problem.unit, choice), used)
+            x, known = _balance(problem, rows, cone, used, [choice[k] for k in used])
             balanced += [] if x is None else [_Choice(used, x)]
-    return balanced
+            sure = sure and known
+    return balanced, sure
 
 
 def _least_of_catalogue(
@@ -246,13 +355,13 @@ def _least_of_catalogue(
 ) -> _Choice:
     """Find the choice of stiffnesses of a catalogue that leaves the least torque."""
     tried, torques = [], []
-    flat = _flat(problem)
+    flat, cone = _flat(problem), _asked_cone(problem)
     for choice in choices:
         used = _used(choice)
-        cone = make_cone(problem.springs, problem.unit, choice)
         columns = [*cone.columns_of(used), flat.shape[1] - 1]
-        few = flat[:, columns]
-        x = least_unknowns(few, cone.of(used)) if used else np.empty(0)
+        few, chosen = flat[:, columns], [problem.springs[k] for k in used]
+        ranges = [choice[k] for k in used]
+        x = least_springs(few, chosen, ranges, problem.unit) if used else np.empty(0)
         tried.append(_Choice(used, x))
         torques.append(float(np.linalg.norm(few @ np.append(x, 1.0))))
     return tried[rank_least_first(torques, torques[0])[0]]
@@ -274,13 +383,15 @@ def _springs(problem: SpringProblem, cone: SpringCone, x: Array) -> Iterator[Spr
     length = problem.length
     for start, spring in zip(cone.starts, problem.springs, strict=False):
         stiffness = float(x[start])
-        shares = x[start + 1 : start + spring.columns] / (stiffness or 1.0)
+        shares = x[start + 1 : start + 1 + spring.free] / (stiffness or 1.0)
         shares = np.where(np.abs(shares) < SPRING_IN_MIDDLE, 0.0, np.clip(shares, -1.0, 1.0))
         distances = [
             length * float(np.linalg.norm(first - second))
             for first, second in _end_points(problem, spring, shares)
         ]
         k = stiffness * problem.unit
+        if k > 0.0:
+            k = float(np.clip(k, *spring.asked.stiffness))
         ends = _attached_points(spring, shares)
         lengths = min(distances), max(distances)
         yield Spring(spring.asked.text, ends, k, lengths, k * lengths[1])

@@ -8,7 +8,9 @@ Where b may be chosen, ``b = c + Σ_j s_j e_j`` with |p_B| turning rigidly, and
 
     ∂U/∂u_w = k (p_A - p_C)·(v_A - v_C) - Σ_j k s_j [(v_A - v_C)·n_j + (p_A - p_C)·(ω_B × n_j)]
 
-with n_j the turned e_j: linear in k and in k s_j. Gravity stores ``-g · Σ (m d + R mc)``. With
+with n_j the turned e_j: linear in k and in k s_j. Where the other end is free too, at ``a = d +
+Σ_i r_i f_i``, products ``k r_i s_j`` join them, with ``-∂(m_i·n_j)/∂u_w``, m_i the turned f_i.
+Gravity stores ``-g · Σ (m d + R mc)``. With
 springs of positive k only, and |s_j| ≤ 1, the unknowns (k, k s) form a convex cone. (S. K.
 Agrawal, A. Fattah, Mechanism and Machine Theory 39, 2004; S. R. Deepak, G. K. Ananthasuresh,
 Journal of Mechanisms and Robotics 4, 2012.)
@@ -17,39 +19,15 @@ Journal of Mechanisms and Robotics 4, 2012.)
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import NamedTuple
 
 import numpy as np
 
 from balance.masses.springs.attached_springs import AttachedEnd, AttachedSpring
+from balance.motion.verification.holding_torques import Weights, gravity_gradient
 from kinematics.closure.newton import Pose, expand_at
-from kinematics.model.arrays import Chain, Frame
-from kinematics.model.linkage import GROUND, Linkage
-from kinematics.numerics.array_types import Array, IntArray
-
-
-class Weights(NamedTuple):
-    """Masses that gravity acts on, in the frame and units of a chain.
-
-    Attributes:
-        links: rigid body of each (bodies,).
-        moments: mass, and mass times centre of mass at the reference pose (bodies, 4).
-        gravity: g times the length of the chain (3,), in its axes.
-    """
-
-    links: IntArray
-    moments: Array
-    gravity: Array
-
-
-def weights_of(linkage: Linkage, frame: Frame, gravity: Array) -> Weights:
-    """Collect the weights of a linkage."""
-    bodies = [body for body in linkage.bodies if body.link != GROUND]
-    inertia = np.array([body.inertia[:4] for body in bodies]).reshape(-1, 4)
-    m, mc = inertia[:, :1], inertia[:, 1:]
-    moments = np.hstack([m, (mc - m * frame.origin) @ frame.R.T / frame.length])
-    links = np.array([body.link for body in bodies], dtype=np.int64)
-    return Weights(links, moments, frame.length * (frame.R @ gravity))
+from kinematics.model.arrays import Chain
+from kinematics.model.linkage import GROUND
+from kinematics.numerics.array_types import Array
 
 
 def gradient_rows(
@@ -65,12 +43,7 @@ def gradient_rows(
     columns: list[Array] = []
     for spring in springs:
         columns += _spring_columns(pose, T, spring)
-    turned = np.einsum("bij,bj->bi", pose.H[weights.links, :3, :3], weights.moments[:, 1:])
-    turned += weights.moments[:, :1] * pose.H[weights.links, :3, 3]
-    twists = T[weights.links]
-    rates = weights.moments[:, :1, None] * twists[:, :, 3:]
-    rates = rates + np.cross(twists[:, :, :3], turned[:, None])
-    columns.append(-(rates.sum(axis=0) @ weights.gravity))
+    columns.append(gravity_gradient(pose, T, weights))
     return np.stack(columns, axis=1)
 
 
@@ -95,10 +68,16 @@ def _spring_columns(pose: Pose, T: Array, spring: AttachedSpring) -> list[Array]
     )
     apart, away = points[0] - points[1], rates[0] - rates[1]
     columns = [away @ apart]
+    axes = []
     for sign, end, turn in zip((1.0, -1.0), spring.ends, turns, strict=True):
         R = np.eye(3) if end.link == GROUND else pose.H[end.link, :3, :3]
-        for axis in end.axes @ R.T:
+        axes.append(end.axes @ R.T)
+        for axis in axes[-1]:
             columns.append(sign * (away @ axis + np.cross(turn, axis) @ apart))
+    for first in axes[0]:
+        for second in axes[1]:
+            turned = np.cross(turns[0], first) @ second + np.cross(turns[1], second) @ first
+            columns.append(-turned)
     return columns
 
 

@@ -75,9 +75,18 @@ def make_cone(
         if np.isfinite(high):
             rows.append(-stiffness)
             offset.append(high / unit)
-        for coordinate in unknowns[start + 1 : start + spring.columns]:
+        free = unknowns[start + 1 : start + 1 + spring.free]
+        for coordinate in free:
             rows += [stiffness - coordinate, stiffness + coordinate]
             offset += [0.0, 0.0]
+        first, second = np.split(free, [len(spring.ends[0].axes)])
+        products = iter(unknowns[start + 1 + spring.free : start + spring.columns])
+        for s in first:
+            for t in second:
+                both = next(products)
+                for a, b in ((1, 1), (1, -1), (-1, 1), (-1, -1)):
+                    rows.append(stiffness + a * s + b * t + a * b * both)
+                    offset.append(0.0)
     return SpringCone(np.array(rows), np.array(offset), tuple(starts.tolist()))
 
 
@@ -91,7 +100,9 @@ def balanced_unknowns(conditions: Array, cone: SpringCone) -> Array | None:
     Returns:
         The unknowns whose squares have the least sum; None if there are none.
     """
-    basis = Conditions.none(conditions.shape[1]).append(conditions).decide().basis
+    equal, cone = _split_equations(cone)
+    rows = Conditions.none(conditions.shape[1]).append(np.concatenate([conditions, equal]))
+    basis = rows.decide().basis
     last = basis[-1]
     if not last @ last > SPRING_CARRIES_GRAVITY**2:
         return None
@@ -103,6 +114,23 @@ def balanced_unknowns(conditions: Array, cone: SpringCone) -> Array | None:
         return None
     x = start + directions @ v
     return x if _keeps_limits(x, cone) else None
+
+
+def _split_equations(cone: SpringCone) -> tuple[Array, SpringCone]:
+    """Take limits that leave no room, ``low = k = high``, out of a cone as equations.
+
+    Returns:
+        Rows (count, unknowns + 1) that vanish, each of size 1; and the other limits.
+    """
+    opposite = [
+        k
+        for k in range(len(cone.rows) - 1)
+        if cone.offset[k] == -cone.offset[k + 1] and (cone.rows[k] == -cone.rows[k + 1]).all()
+    ]
+    kept = np.setdiff1d(np.arange(len(cone.rows)), [*opposite, *(k + 1 for k in opposite)])
+    equal = np.column_stack([cone.rows[opposite], cone.offset[opposite]])
+    sizes = np.linalg.norm(equal, axis=1, keepdims=True)
+    return equal / sizes, cone._replace(rows=cone.rows[kept], offset=cone.offset[kept])
 
 
 def least_unknowns(rows: Array, cone: SpringCone) -> Array:

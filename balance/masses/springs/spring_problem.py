@@ -9,14 +9,15 @@ from itertools import islice
 import numpy as np
 
 from balance.masses.springs.attached_springs import AttachedSpring
-from balance.masses.springs.gradient_rows import Weights, gradient_rows, weights_of
+from balance.masses.springs.gradient_rows import gradient_rows
+from balance.motion.verification.holding_torques import Weights, weights_of
 from balance.motion.verification.joint_limits import joint_limits
 from balance.space.conditions.collect import relative_tolerance
 from balance.space.conditions.rank import Conditions
 from balance.support.tolerances import SPRING_TORQUE_LEFT
 from kinematics.closure.continuation import continue_in_directions
 from kinematics.closure.joint_positions import check_inputs, input_chain, joint_positions
-from kinematics.closure.newton import Pose, forward_kinematics
+from kinematics.closure.newton import Pose, expand_at, forward_kinematics
 from kinematics.errors import LinkageError, PoseError, UnreachedError, UsageError
 from kinematics.model.arrays import Chain
 from kinematics.model.linkage import Linkage
@@ -32,6 +33,8 @@ POSES_OF_ONE, POSES_OF_SEVERAL = 61, 96
 # Range of an input each way where neither the file nor a caller gives one, rad and
 # characteristic lengths.
 DEFAULT_RANGE = 1.0
+# Poses at which links are compared, and angular velocities that are alike for unit rates.
+TURN_POSES, TURNS_ALIKE = 6, 1e-9
 # Generic rays along which a linkage is followed for conditions.
 RAYS = 2
 
@@ -136,6 +139,20 @@ class SpringProblem:
             if not batch:
                 break
         return conditions, settled
+
+    @cached_property
+    def turns(self) -> list[int]:
+        """Number of the angle of each link: links that turn alike have one, 0 is none."""
+        poses = list(islice(_generic_poses(self.linkage, FRESH_RAYS), TURN_POSES))
+        rates = np.array([expand_at(chain, pose).T[0, 0][..., :3] for chain, pose in poses])
+        kinds = [np.zeros_like(rates[:, 0])]
+        numbers = []
+        for link in range(len(self.linkage.joints)):
+            alike = (np.abs(rates[:, link] - kind).max() < TURNS_ALIKE for kind in kinds)
+            number = next((k for k, same in enumerate(alike) if same), len(kinds))
+            kinds += [rates[:, link]] if number == len(kinds) else []
+            numbers.append(number)
+        return numbers
 
     @cached_property
     def workspace(self) -> tuple[list[Pose], Array]:

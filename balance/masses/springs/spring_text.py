@@ -66,8 +66,6 @@ def read_spring(text: str) -> SpringText:
     if len(words) != 2 or not all(words):
         raise UsageError(f"spring '{text}' has no known form: {FORM}")
     first, second = (_read_end(text, word) for word in words)
-    if first.free and second.free:
-        raise UsageError(f"spring '{text}': one end may be free, not both: give one a point")
     return SpringText(" ".join(text.split()), (first, second), stiffness)
 
 

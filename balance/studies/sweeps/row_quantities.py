@@ -25,10 +25,12 @@ from balance.motion.verification.input_paths import SteadyPath
 from balance.motion.verification.shaking_wrench import shaking_along
 from balance.motion.verification.trajectory import Trajectory, drive
 from balance.space.certification.certify_space import certify
+from balance.space.requirements.require import require
 from balance.space.spaces.compute_space import design_space
 from balance.space.spaces.distance_to_rank_drop import distance_to_rank_drop
 from balance.studies.runs.chunk_job import Column
 from balance.studies.sweeps.geometry import SweptGeometry
+from balance.support.options import GRAVITY
 from kinematics.errors import UsageError
 from kinematics.loading.model_gallery import load
 from kinematics.model.document.element import Document
@@ -325,6 +327,30 @@ def _motion(linkage: Linkage, options: Options) -> Trajectory:
     )
 
 
+def _required_columns(linkage: Linkage, options: Options) -> tuple[Column, ...]:
+    """Name rank and dimension of the space of requirements, and the verdict on designs."""
+    return (
+        Column("required_rank", "integer"),
+        Column("required_nullity", "integer"),
+        Column("required_design", "text"),
+    )
+
+
+def requirements(geometry: SweptGeometry, options: Options) -> tuple[Any, ...]:
+    """Compute the space of several requirements, and whether it has designs."""
+    space = require(
+        geometry.linkage, options["require"], gravity=options.get("gravity", GRAVITY)
+    )
+    return space.rank, space.nullity, maximise_margin(space).verdict
+
+
+def _check_requirements(linkage: Linkage, options: Options) -> None:
+    """Refuse requirements that cannot be read, or that the model cannot meet."""
+    if "require" not in options:
+        raise UsageError('nothing is required; write require = "force; dynamic at u1=0.3"')
+    require(linkage, options["require"], gravity=options.get("gravity", GRAVITY))
+
+
 QUANTITIES: dict[str, Quantity] = {
     "certainty": Quantity(_certainty_columns, certainty),
     "counterweights": Quantity(
@@ -342,6 +368,9 @@ QUANTITIES: dict[str, Quantity] = {
     "distance": Quantity(_distance_columns, distance),
     "input_inertia": Quantity(_inertia_columns, inertia),
     "orders": Quantity(_order_columns, orders, ("count",), _check_orders),
+    "requirements": Quantity(
+        _required_columns, requirements, ("gravity", "require"), _check_requirements
+    ),
     "shaking": Quantity(
         _shaking_columns,
         _shaking_of_masses,

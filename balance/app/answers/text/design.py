@@ -227,7 +227,9 @@ def _row(body: BodyInertia, length: float) -> tuple[str, ...]:
     moments = (
         ""
         if inertia is None
-        else vector_digits(np.asarray(np.linalg.eigvalsh(inertia)), MOMENT_DIGITS)
+        else vector_digits(
+            np.asarray(np.linalg.eigvalsh(inertia)), MOMENT_DIGITS, body.mass * length**2
+        )
     )
     return body.name, number_text(body.mass, f".{DIGITS}g"), com, moments
 

@@ -9,7 +9,9 @@ import numpy as np
 
 from balance.app.answers.answer import MISSING, AnswerBody, AnswerTable, Facts
 from balance.app.answers.text.linkage import linkage_facts
-from balance.masses.springs.answer import AttachedPoint, Spring, SpringBalance
+from balance.app.answers.text.payload import payload_section
+from balance.masses.springs.answer import SpringBalance
+from balance.masses.springs.found_spring import AttachedPoint, Spring
 from balance.support.tolerances import SPRING_TORQUE_LEFT
 from kinematics.wording import count_noun, number_text, size_text, vector_text
 
@@ -46,7 +48,8 @@ def _sets_text(answer: SpringBalance) -> str:
     if not answer.every_set:
         return f"not sought among so many springs; these balance: {listed}"
     word = "set" if len(sets) == 1 else "sets"
-    return f"{word} {listed} of springs, and none of fewer"
+    fewer = "none of fewer" if answer.excluded else "none of fewer were found"
+    return f"{word} {listed} of springs, and {fewer}"
 
 
 def springs_body(answer: SpringBalance) -> AnswerBody:
@@ -60,7 +63,7 @@ def springs_body(answer: SpringBalance) -> AnswerBody:
             "Springs act as if of no free length: lead each over a pulley at one end, "
             "with its free length behind it.",
         ]
-    return body
+    return [*body, *payload_section(answer.loads or answer.payload)]
 
 
 def _spring_row(number: int, spring: Spring) -> tuple[str, ...]:

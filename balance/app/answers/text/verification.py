@@ -11,10 +11,14 @@ import numpy as np
 
 from balance.app.answers.answer import AnswerBody, Facts, joined_facts
 from balance.app.answers.text.linkage import linkage_names
+from balance.motion.verification.holding_torques import HoldingTorques
 from balance.motion.verification.result import Verification, peak_change
 from kinematics.numerics.linalg.ties import first_largest
 from kinematics.numerics.tolerances import SIZE_DETERMINED, TIE_RELATIVE
 from kinematics.wording import first_names, number_text, size_text, vector_text
+
+# Part of weight times length above which a holding torque is no round-off.
+HELD_DETERMINED = 1e-12
 
 
 def verification_facts(check: Verification) -> list[tuple[str, str]]:
@@ -174,3 +178,21 @@ def verification_body(results: Sequence[Verification]) -> AnswerBody:
     sentence = comparison_sentence(results)
     assert sentence is not None
     return [sentence, "", Facts([*rows, *notes], least=15)]
+
+
+def holding_body(held: Sequence[HoldingTorques]) -> AnswerBody:
+    """Build what is printed on what inputs hold against gravity, for one linkage or two."""
+    if not held:
+        return []
+    gravity = f"gravity {vector_text(held[0].gravity)} m/s²"
+    rows = [
+        (f"held by {name}", " before, ".join(_held_text(x, name) for x in reversed(held)))
+        for name in held[0].peaks
+        if all(name in x.peaks for x in held)
+    ]
+    return ["", Facts([("at rest", f"largest torques (N m) or forces (N), {gravity}"), *rows])]
+
+
+def _held_text(held: HoldingTorques, name: str) -> str:
+    """Write the largest torque of an input."""
+    return size_text(held.peaks[name], ".4g", held.scale, HELD_DETERMINED)

@@ -97,10 +97,61 @@ def test_counterweights_hold_a_linkage_against_gravity(capsys):
         "report five_bar --require force --explain",
         "report five_bar --require force --max-order 2",
         "design five_bar --require force --max-order 0",
-        "reduce five_bar --links left_upper --budget 1 --require force",
+        "reduce five_bar --links left_upper --budget 1 --require force --motion u1=u2",
         "report five_bar --require force --gravity 0,0",
     ],
 )
 def test_options_that_contradict_each_other(words, capsys):
     assert main(words.split()) == 2
     assert capsys.readouterr().err.strip()
+
+
+def test_reduce_leaves_the_least_of_requirements(tmp_path, capsys):
+    """What is printed is what `least_violation` computes, and the file has the matter."""
+    path = str(tmp_path / "out.urdf")
+    words = ["reduce", "four_bar_general", "--links", "crank,rocker", "--budget", "3"]
+    words += ["--require", "force; dynamic", "--weights", "2,1", "--out", path]
+    data = printed(capsys, words)
+    space = balance.require("four_bar_general", "force; dynamic")
+    # The weights are in the order of the texts, those of the space in its own: dynamic, force.
+    answer = balance.masses.least_violation(space, ["crank", "rocker"], 3.0, weights=(1, 2))
+    assert data["total"] == pytest.approx(answer.total, rel=1e-6)
+    assert [item["weight"] for item in data["requirements"]] == [1, 2]
+    assert (data["dearest"], data["contradict"]) == ("dynamic", ["dynamic"])
+    added = sum(body.inertia[0] for body in kinematics.load(path).bodies) - sum(
+        body.inertia[0] for body in kinematics.load("four_bar_general").bodies
+    )
+    assert added == pytest.approx(data["mass"], rel=1e-6)
+
+
+def test_reduce_and_counterweights_name_two_that_contradict(capsys):
+    """Each alone is met by the budget, and both together need more."""
+    one, two = "force x at u1=0", "force y at u1=0"
+    words = ["reduce", "four_bar_general", "--links", "crank", "--budget"]
+    needed = [
+        printed(capsys, [*words, "50", "--require", text])["mass"]
+        for text in (one, two, f"{one};{two}")
+    ]
+    budget = 0.5 * (max(needed[:2]) + needed[2])
+    assert max(needed[:2]) < budget < needed[2]
+    data = printed(capsys, [*words, str(budget), "--require", f"{one};{two}"])
+    assert data["contradict"] == [one, two]
+    assert f"'{one}' and '{two}' contradict each other" in data["words"]
+
+
+@pytest.mark.parametrize(
+    ("words", "told"),
+    [
+        (["--require", "force", "--speed", "300rpm"], "does not go with --require"),
+        (["--require", "force", "--pareto", "3"], "does not go with --require"),
+        (["--require", "force", "--balance", "force"], "does not go with --require"),
+        (["--require", "force", "--budget", "0"], "a --budget above 0"),
+        (["--weights", "1"], "--weights needs --require"),
+        (["--require", "force", "--weights", "0"], "a weight is above 0"),
+        (["--require", "force", "--weights", "1,2"], "2 weights for 1 requirements"),
+    ],
+)
+def test_what_reduce_refuses(words, told, capsys):
+    given = ["reduce", "four_bar_general", "--links", "crank", "--budget", "1"]
+    assert main([*given, *words]) == 2
+    assert told in capsys.readouterr().err.splitlines()[0]

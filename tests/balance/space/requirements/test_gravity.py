@@ -3,17 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
-import pinocchio as pin
 import pytest
 
 import balance
 import kinematics
-from balance.motion.verification.verify_motions import PinocchioModel
-from kinematics.closure.joint_positions import joint_positions
-from kinematics.errors import PoseError
+from tests.support.potential_energies import GRAVITY, energies, poses_of
 
-GRAVITY = np.array([0.6, -1.3, 0.4])
-POSES, REACH = 50, 0.4
 # Parallelogram arms (pantographs), delta, chains, closed loops in a plane and in space.
 MODELS = [
     "pantograph", "hprs", "five_bar", "delta", "four_bar_parallelogram", "fuga_i", "bennett",
@@ -24,28 +19,6 @@ MODELS = [
     "double_pendulum_counter_rotary", "principal_vector_linkage_slider", "two_rrr_bisector",
     "pantograph_reaction_wheel", "four_rrr_symmetric",
 ]  # fmt: skip
-
-
-def poses_of(linkage):
-    """Closed poses around the reference pose (poses, joints)."""
-    rng, poses = np.random.default_rng(7), []
-    while len(poses) < POSES:
-        try:
-            u = rng.uniform(-REACH, REACH, linkage.mobility)
-            poses.append(joint_positions(linkage, u))
-        except PoseError:
-            continue
-    return np.array(poses)
-
-
-def energies(linkage, poses, masses, moments):
-    """Potential energy of bodies with masses and first moments (bodies, 3), pose by pose."""
-    z = np.zeros((len(linkage.bodies), 10))
-    z[:, 0], z[:, 1:4] = masses, moments
-    model = PinocchioModel(linkage, z).model
-    model.gravity.linear = GRAVITY
-    data = model.createData()
-    return np.array([pin.computePotentialEnergy(model, data, q) for q in poses])
 
 
 def energy_changes(linkage, poses):

@@ -26,6 +26,9 @@ ONE_INPUT = [
     ["moment", "moment about 0.4,0.1,0.3"],
     ["decoupled", "force"],
     ["moment z at A=0.2", "force x,y up to order 1"],
+    ["force at A=0.15", "gravity"],
+    ["dynamic at A=0.1", "dynamic at A=-0.15"],
+    ["moment about 0.2,0,0.1 at A=0.1", "gravity", "force at A=-0.1"],
 ]
 TWO_INPUTS = [
     ["dynamic along A=B", "force"],

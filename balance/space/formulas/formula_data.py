@@ -17,7 +17,6 @@ from balance.space.formulas.notations import (
 )
 from balance.space.formulas.parameters import Parameter
 from balance.space.formulas.polynomials import Quotient
-from balance.space.formulas.relations import FreeDimensions
 from balance.support.result_files import WithPage
 from balance.support.tolerances import FORMULA_AGREES
 from kinematics.errors import PackageError
@@ -25,6 +24,9 @@ from kinematics.wording import repr_lines
 
 if TYPE_CHECKING:
     from balance.space.formulas.planar_parts import Dimension, PlanarParts
+    from balance.space.formulas.relations import FreeDimensions
+    from balance.space.formulas.spatial_dimensions import SpatialDimensions
+    from balance.space.formulas.spatial_parts import SpatialParts
     from kinematics.model.linkage import Linkage
     from kinematics.numerics.array_types import Array
 
@@ -52,7 +54,7 @@ class Condition(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Formulas(WithPage):
-    """Conditions of balance of a planar linkage in its dimensions.
+    """Conditions of balance of a linkage in its dimensions.
 
     Attributes:
         source: file of the linkage.
@@ -75,9 +77,9 @@ class Formulas(WithPage):
     source: str
     linkage: Linkage
     balance: str
-    parts: PlanarParts
+    parts: PlanarParts | SpatialParts
     relations: tuple[str, ...]
-    free: FreeDimensions
+    free: FreeDimensions | SpatialDimensions
     parameters: tuple[Parameter, ...]
     conditions: tuple[Condition, ...]
     unknown: int
@@ -98,6 +100,11 @@ class Formulas(WithPage):
     def name(self) -> str:
         """Name of the linkage."""
         return self.linkage.name
+
+    @property
+    def planar(self) -> bool:
+        """Whether the linkage moves in a plane."""
+        return self.linkage.chain.planar
 
     @property
     def axes(self) -> Array:

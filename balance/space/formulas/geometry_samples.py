@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import random
-from collections.abc import Sequence
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Sequence
 from time import monotonic
 
 from balance.space.formulas.modular_conditions import ConditionSource, ModularRow
@@ -28,81 +29,56 @@ class OutOfTimeError(Exception):
     """The time that was given is over."""
 
 
-class GeometrySamples:
-    """Echelon forms at geometries whose conditions have a known rank.
+class Samples(ABC):
+    """Echelon forms of conditions at dimensions drawn at random.
 
     Attributes:
-        source: computes conditions.
-        free: the dimensions that can be chosen.
-        target: the rank, of real conditions.
         solved: columns with pivots, in the order of the rows.
         entries: row and column of the entries that do not vanish.
+        deadline: when time is over; None for never.
+        rng: draws dimensions and poses.
     """
 
-    def __init__(
-        self,
-        source: ConditionSource,
-        free: FreeDimensions,
-        target: int,
-        deadline: float | None = None,
-    ) -> None:
-        """Find how many orders and rays the rank needs.
-
-        Raises:
-            UnclosedError: no geometry drawn has that rank.
-        """
-        self.source, self.free, self.target, self.deadline = source, free, target, deadline
-        self.rng = random.Random(5)
-        self.attempts = POSES_OF_ONE_LOOP << max(source.linkage.loops() - 1, 0)
-        p = PRIMES_OF_61_BITS[0]
-        # Of dimensions with several motions, one extent more tells them apart.
-        self.extent = EXTENTS[min(self._least_extent(p) + free.special, len(EXTENTS) - 1)]
-        self._base_rows = self.rows(free.draw(p, self.rng), p)
+    def __init__(self, deadline: float | None) -> None:
+        """Start without dimensions."""
+        self.deadline, self.rng = deadline, random.Random(5)
         self.solved: list[int] = []
         self.entries: list[tuple[int, int]] = []
+        self._base_rows: list[ModularRow] = []
 
-    def _least_extent(self, p: int) -> int:
-        """Find the fewest orders and rays, by index, that give the rank, and no more beyond."""
-        values = self.free.pairs(self.free.draw(p, self.rng), p)
-        for _ in range(self.attempts):
-            motion, origins = self.source.motion_at(values, p, self.rng)
-            counts: list[int] = []
-            for self.extent in EXTENTS:
-                counts.append(self.source.real_rank(self._reduced(motion, origins, p)))
-                if (
-                    counts[-1] > self.target
-                    or counts[-SURE_EXTENTS:] == [self.target] * SURE_EXTENTS
-                ):
-                    break
-            if counts[-1] == self.target:
-                return counts.index(self.target)
-        raise UnclosedError
+    def start(self, rows: list[ModularRow]) -> None:
+        """Keep rows in which columns are chosen."""
+        self._base_rows = rows
 
+    @abstractmethod
     def rows(self, point: Sequence[int], p: int) -> list[ModularRow]:
         """Compute independent conditions at values of the variables.
 
-        Where two motions have the same dimensions, a parallelogram and an antiparallelogram,
-        poses are drawn until the conditions have the rank of the linkage.
+        Raises:
+            UnclosedError: no pose has the rank of the linkage.
+            OutOfTimeError: the time is over.
+        """
+
+    @abstractmethod
+    def agree(
+        self, conditions: Callable[[int], list[ModularRow]], point: Sequence[int], p: int
+    ) -> bool:
+        """Check conditions at finite poses modulo a prime, without series.
+
+        Args:
+            conditions: computes rows modulo a number, each with 1 where it is solved.
+            point: values of the variables.
+            p: a prime.
+        """
+
+    def check_time(self) -> None:
+        """Stop when the time is over.
 
         Raises:
-            UnclosedError: no pose has that rank.
-            OutOfTimeError: the time is over.
+            OutOfTimeError: it is.
         """
         if self.deadline is not None and monotonic() > self.deadline:
             raise OutOfTimeError
-        values = self.free.pairs(point, p)
-        for _ in range(self.attempts):
-            rows = self._reduced(*self.source.motion_at(values, p, self.rng), p)
-            if self.source.real_rank(rows) == self.target:
-                return rows
-        raise UnclosedError
-
-    def _reduced(
-        self, motion: ModularMotion, origins: list[Coefficients], p: int
-    ) -> list[ModularRow]:
-        """Reduce the conditions of a motion."""
-        rows = self.source.rows_from(motion, origins, p, self.rng, *self.extent)
-        return echelon_modulo(rows, range(self.source.width), p)[0]
 
     def pivots_for(self, columns: Sequence[int]) -> list[int]:
         """Find the columns with pivots for an order of the columns."""
@@ -133,6 +109,86 @@ class GeometrySamples:
         if len(pivots) < len(self.solved):
             raise UnclosedError
         return [rows[r][c] for r, c in self.entries]
+
+
+class GeometrySamples(Samples):
+    """Echelon forms at geometries of planar linkages whose conditions have a known rank.
+
+    Attributes:
+        source: computes conditions.
+        free: the dimensions that can be chosen.
+        target: the rank, of real conditions.
+    """
+
+    def __init__(
+        self,
+        source: ConditionSource,
+        free: FreeDimensions,
+        target: int,
+        deadline: float | None = None,
+    ) -> None:
+        """Find how many orders and rays the rank needs.
+
+        Raises:
+            UnclosedError: no geometry drawn has that rank.
+        """
+        self.source, self.free, self.target = source, free, target
+        super().__init__(deadline)
+        self.attempts = POSES_OF_ONE_LOOP << max(source.linkage.loops() - 1, 0)
+        p = PRIMES_OF_61_BITS[0]
+        # Of dimensions with several motions, one extent more tells them apart.
+        self.extent = EXTENTS[min(self._least_extent(p) + free.special, len(EXTENTS) - 1)]
+        self.start(self.rows(free.draw(p, self.rng), p))
+
+    def _least_extent(self, p: int) -> int:
+        """Find the fewest orders and rays, by index, that give the rank, and no more beyond."""
+        values = self.free.pairs(self.free.draw(p, self.rng), p)
+        for _ in range(self.attempts):
+            motion, origins = self.source.motion_at(values, p, self.rng)
+            counts: list[int] = []
+            for self.extent in EXTENTS:
+                counts.append(self.source.real_rank(self._reduced(motion, origins, p)))
+                if (
+                    counts[-1] > self.target
+                    or counts[-SURE_EXTENTS:] == [self.target] * SURE_EXTENTS
+                ):
+                    break
+            if counts[-1] == self.target:
+                return counts.index(self.target)
+        raise UnclosedError
+
+    def rows(self, point: Sequence[int], p: int) -> list[ModularRow]:
+        """Compute independent conditions at values of the variables.
+
+        Where two motions have the same dimensions, a parallelogram and an antiparallelogram,
+        poses are drawn until the conditions have the rank of the linkage.
+
+        Raises:
+            UnclosedError: no pose has that rank.
+            OutOfTimeError: the time is over.
+        """
+        self.check_time()
+        values = self.free.pairs(point, p)
+        for _ in range(self.attempts):
+            rows = self._reduced(*self.source.motion_at(values, p, self.rng), p)
+            if self.source.real_rank(rows) == self.target:
+                return rows
+        raise UnclosedError
+
+    def _reduced(
+        self, motion: ModularMotion, origins: list[Coefficients], p: int
+    ) -> list[ModularRow]:
+        """Reduce the conditions of a motion."""
+        rows = self.source.rows_from(motion, origins, p, self.rng, *self.extent)
+        return echelon_modulo(rows, range(self.source.width), p)[0]
+
+    def agree(
+        self, conditions: Callable[[int], list[ModularRow]], point: Sequence[int], p: int
+    ) -> bool:
+        """Check that conditions span those of velocities at finite poses."""
+        every = range(self.source.width)
+        finite = echelon_modulo(self.finite_rows(point, p), every, p)
+        return echelon_modulo(conditions(p), every, p) == finite
 
     def finite_rows(self, point: Sequence[int], p: int) -> list[ModularRow]:
         """Compute conditions from velocities at finite poses of one motion.

@@ -12,7 +12,11 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
+import numpy as np
+from numpy.typing import NDArray
+
 from balance.space.formulas.notations import plain_name
+from balance.space.formulas.parameters import Parameter, in_part_frame
 from balance.space.spaces.design_space import DesignSpace
 from balance.support.tolerances import FORMULA_ZERO
 from kinematics.errors import ExactError
@@ -104,6 +108,11 @@ class PlanarParts:
     dimensions: tuple[Dimension, ...]
     body_parts: tuple[int, ...]
     mobility: int
+
+    def in_file(self, parameter: Parameter) -> NDArray[np.complexfloating]:
+        """Express a parameter by ``m, mcx, mcy, Ezz`` about the inertial origin."""
+        part = self.parts[self.body_parts[parameter.body]]
+        return in_part_frame(parameter.kind, part.origin, part.axis)
 
     def loops(self) -> int:
         """Count the independent loops."""

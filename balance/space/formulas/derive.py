@@ -8,19 +8,19 @@ from __future__ import annotations
 import random
 from collections.abc import Sequence
 from functools import partial
-from itertools import combinations, islice
 from time import monotonic
 
 import numpy as np
 
 from balance.space.formulas.formula_data import Condition, Formulas, FormulaTerm
 from balance.space.formulas.geometry_samples import OutOfTimeError, Samples
-from balance.space.formulas.interpolation import Degrees, Interpolation, TooManyTermsError
+from balance.space.formulas.interpolation import Degrees, TooManyTermsError
 from balance.space.formulas.modular_pose import UnclosedError
 from balance.space.formulas.parameters import Parameter, name_parameters
 from balance.space.formulas.polynomials import FactorPool, Polynomial, in_fewest_terms
 from balance.space.formulas.problem import Dimensions, Parts, Problem, problem_of
 from balance.space.formulas.relations import DimensionRelation
+from balance.space.formulas.solved_parameters import choose_solved, interpolation_of
 from balance.space.spaces.compute_space import design_space
 from balance.space.spaces.design_space import DesignSpace
 from balance.support.options import Balance
@@ -31,8 +31,6 @@ from kinematics.numerics.linalg.prime_field import PRIMES_OF_61_BITS, echelon_mo
 
 MAX_UNKNOWNS = 600
 """Most monomials of an entry; the time of a fit grows with their cube."""
-MAX_SOLVED_CHOICES = 300
-"""Most choices of solved parameters that are compared."""
 SAME_GEOMETRY = 4
 """Number of times that two poses of one geometry are compared."""
 
@@ -115,7 +113,7 @@ def formulas(
     try:
         relations, samples = _relations_for(problem, space, given, deadline)
         free = samples.free
-        samples.solve_for(_solved(samples, parameters, solve))
+        samples.solve_for(choose_solved(samples, parameters, solve, space.chain.planar))
         conditions, unknown = _conditions(samples, space, parameters)
         samples.deadline = None
         geometries = 0 if unknown else fresh_geometries(samples, parameters, conditions)
@@ -183,47 +181,15 @@ def _samples(
         return None
 
 
-def _solved(
-    samples: Samples, parameters: Sequence[Parameter], names: Sequence[str]
-) -> list[int]:
-    """Choose the columns to solve for."""
-    by_name = {parameter.name: i for i, parameter in enumerate(parameters)}
-    for name in names:
-        if name not in by_name:
-            raise ExactError(f"no parameter '{name}': there are {', '.join(by_name)}")
-    asked = [by_name[name] for name in names]
-    rest = [i for i in range(len(parameters)) if i not in asked]
-    first = samples.pivots_for([*asked, *rest])
-    if missing := [parameters[i].name for i in asked if i not in first]:
-        raise ExactError(f"the conditions cannot be solved for {', '.join(missing)} as well")
-    if asked:
-        return first
-    moments = [i for i, parameter in enumerate(parameters) if not parameter.is_mass]
-    if len(first) > len(moments):
-        return first
-    choices = [tuple(first), *islice(combinations(moments, len(first)), MAX_SOLVED_CHOICES)]
-    counted = ((samples.count_terms(choice), choice) for choice in choices)
-    fewest = min((count, choice) for count, choice in counted if count is not None)
-    return list(fewest[1])
-
-
 def _conditions(
     samples: Samples, space: DesignSpace, parameters: Sequence[Parameter]
 ) -> tuple[tuple[Condition, ...], int]:
     """Interpolate all entries; count the conditions that time did not suffice for."""
     entries, source = samples.entries, space.source
     fitted: dict[int, tuple[Polynomial, Polynomial]] = {}
-    rng = random.Random(7)
-    p = PRIMES_OF_61_BITS[0]
     try:
-        _check_one_motion(samples, source, rng)
-        interpolation = Interpolation(
-            samples.values,
-            samples.free.angles,
-            lambda: samples.free.draw(p, rng),
-            p,
-            MAX_UNKNOWNS,
-        )
+        _check_one_motion(samples, source)
+        interpolation = interpolation_of(samples, MAX_UNKNOWNS)
         degrees = interpolation.degrees(range(len(entries)))
         for e in sorted(degrees, key=lambda e: _size(degrees[e])):
             degree = degrees[e]
@@ -244,14 +210,15 @@ def _conditions(
     return _write(samples, parameters, fitted, turns=space.chain.planar)
 
 
-def _check_one_motion(samples: Samples, source: str, rng: random.Random) -> None:
+def _check_one_motion(samples: Samples, source: str) -> None:
     """Check that the dimensions determine the conditions, whatever the pose.
 
     Raises:
         ExactError: several motions of these dimensions have the same rank.
     """
-    point = samples.free.draw(PRIMES_OF_61_BITS[0], rng)
-    if any(samples.values(point) != samples.values(point) for _ in range(SAME_GEOMETRY)):
+    point = samples.free.draw(PRIMES_OF_61_BITS[0], random.Random(7))
+    first = samples.fresh_values(point)
+    if any(samples.fresh_values(point) != first for _ in range(SAME_GEOMETRY)):
         raise ExactError(
             f"{source}: several motions of its dimensions have as many conditions: formulas do "
             "not tell them apart"

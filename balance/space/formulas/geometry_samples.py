@@ -12,6 +12,7 @@ from balance.space.formulas.modular_motion import ModularMotion
 from balance.space.formulas.modular_pose import UnclosedError
 from balance.space.formulas.planar_functions import Coefficients
 from balance.space.formulas.relations import FreeDimensions
+from balance.space.formulas.spatial_dimensions import SpatialDimensions
 from kinematics.numerics.linalg.prime_field import PRIMES_OF_61_BITS, echelon_modulo
 
 # Orders of the series, and numbers of rays, that are tried.
@@ -35,9 +36,12 @@ class Samples(ABC):
     Attributes:
         solved: columns with pivots, in the order of the rows.
         entries: row and column of the entries that do not vanish.
+        free: the dimensions that can be chosen.
         deadline: when time is over; None for never.
         rng: draws dimensions and poses.
     """
+
+    free: FreeDimensions | SpatialDimensions
 
     def __init__(self, deadline: float | None) -> None:
         """Start without dimensions."""
@@ -45,6 +49,7 @@ class Samples(ABC):
         self.solved: list[int] = []
         self.entries: list[tuple[int, int]] = []
         self._base_rows: list[ModularRow] = []
+        self._kept: dict[tuple[int, ...], list[ModularRow]] = {}
 
     def start(self, rows: list[ModularRow]) -> None:
         """Keep rows in which columns are chosen."""
@@ -103,12 +108,24 @@ class Samples(ABC):
         ]
 
     def values(self, point: Sequence[int]) -> list[int]:
-        """Compute the entries at values of the variables, modulo the first prime."""
-        p = PRIMES_OF_61_BITS[0]
-        rows, pivots = echelon_modulo(self.rows(point, p), self.solved, p)
+        """Compute the entries at values of the variables, modulo the first prime.
+
+        Rows are kept: those of one point serve every choice of solved parameters.
+        """
+        key = tuple(point)
+        if key not in self._kept:
+            self._kept[key] = self.rows(point, PRIMES_OF_61_BITS[0])
+        return self._entries_of(self._kept[key])
+
+    def fresh_values(self, point: Sequence[int]) -> list[int]:
+        """Compute the entries at another pose of the same dimensions."""
+        return self._entries_of(self.rows(point, PRIMES_OF_61_BITS[0]))
+
+    def _entries_of(self, rows: list[ModularRow]) -> list[int]:
+        solved, pivots = echelon_modulo(rows, self.solved, PRIMES_OF_61_BITS[0])
         if len(pivots) < len(self.solved):
             raise UnclosedError
-        return [rows[r][c] for r, c in self.entries]
+        return [solved[r][c] for r, c in self.entries]
 
 
 class GeometrySamples(Samples):

@@ -129,7 +129,7 @@ class SpatialParts:
         return row
 
 
-@dataclass
+@dataclass(eq=False)
 class _Axis:
     """The line of a joint, or its point, and where it is used."""
 

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from fractions import Fraction
-from itertools import product
+from itertools import count, product
 from typing import NamedTuple
 
 from balance.space.formulas.polynomials import Exponents, Polynomial
@@ -175,6 +175,22 @@ class Interpolation:
             ]
             out[e] = Degrees(known[-1], tuple(single), self.angles)
         return out
+
+    def divides_by(self, entry: int, degrees: Degrees) -> int:
+        """Sum the degrees of the denominator of an entry in each variable."""
+        total = 0
+        for i, (pair, angle) in enumerate(zip(degrees.single, self.angles, strict=True)):
+            if not angle or pair == (0, 0):
+                total += pair[1]
+                continue
+            # Times (1 + t²)^n a polynomial in cosine and sine is one in t.
+            column = []
+            for row, k in zip(self._lines[i], count(1)):
+                t = self._base[i] + k * self._slope[i]
+                column.append(row[entry] * pow(1 + t * t, pair[0], self.p) % self.p)
+            of_t = degrees_of_fraction(range(1, len(column) + 1), column, self.p)
+            total += 2 * pair[0] if of_t is None else of_t[1]
+        return total
 
     def _line_degrees(
         self, line: int, entries: Sequence[int]

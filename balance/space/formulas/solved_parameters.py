@@ -23,6 +23,8 @@ MAX_SOLVED_CHOICES = 300
 MOMENTS_FIRST = (*SPATIAL_MOMENTS, *SPATIAL_SECOND_MOMENTS)
 SECOND_MOMENTS_FIRST = (*SPATIAL_SECOND_MOMENTS, *SPATIAL_MOMENTS)
 AXES_LAST = ("sx", "sy", "Jzz", "Jxy", "Jxz", "Jyz", "Jxx", "sz", "Jyy")
+# Weight of a degree in a denominator.
+DIVISION = 4
 # Degree of an entry whose degree lines do not show.
 UNKNOWN_DEGREE = 100
 
@@ -73,11 +75,15 @@ def _of_least_degrees(samples: Samples, parameters: Sequence[Parameter]) -> list
             continue
         tried.add(tuple(solved))
         samples.solve_for(solved)
-        degrees = interpolation_of(samples).degrees(range(len(samples.entries)))
-        size = sum(
-            UNKNOWN_DEGREE if each is None else 1 + sum(map(sum, each.single))
-            for each in degrees.values()
-        )
+        interpolation = interpolation_of(samples)
+        degrees = interpolation.degrees(range(len(samples.entries)))
+        size = 0
+        for e, each in degrees.items():
+            if each is None:
+                size += UNKNOWN_DEGREE
+            else:
+                size += 1 + sum(n for n, _ in each.single)
+                size += DIVISION * interpolation.divides_by(e, each)
         if best is None or size < best[0]:
             best = size, solved
     assert best is not None

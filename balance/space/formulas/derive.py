@@ -124,7 +124,7 @@ def formulas(
         linkage=space.linkage,
         balance=balance,
         parts=problem.parts,
-        relations=tuple(relation.words for relation in relations),
+        relations=(*(relation.words for relation in relations), *free.further_words()),
         free=free,
         parameters=parameters,
         conditions=conditions,

@@ -107,6 +107,11 @@ class Formulas(WithPage):
         return self.linkage.chain.planar
 
     @property
+    def complex(self) -> bool:
+        """Whether the conditions are complex: those of forces in a plane."""
+        return self.planar and self.balance == "force"
+
+    @property
     def axes(self) -> Array:
         """Axes of the plane, and its normal, in rows (3, 3)."""
         return self.linkage.chain.frame.R

@@ -194,6 +194,10 @@ class FreeDimensions:
         """Whether there are relations."""
         return len(self.free) < len(self.terms)
 
+    def further_words(self) -> list[str]:
+        """State relations that are not linear: there are none."""
+        return []
+
     def _variables_of(self, i: int) -> list[Variable]:
         name, kind, *_ = self.linkage.dimensions[i]
         if kind != "point":

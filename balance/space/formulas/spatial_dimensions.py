@@ -66,11 +66,17 @@ def bennett_loop(
     relations = []
     for i, j in ((lengths[0], lengths[2]), (twists[0], twists[2])):
         assert i is not None and j is not None
-        names = [linkage.dimensions[k].name for k in (j, i)]
-        relations.append(
-            DimensionRelation(" = ".join(names), {j: Fraction(1), i: Fraction(-1)})
-        )
+        relations.append(_equality(linkage, i, j))
     return loop, relations
+
+
+def _equality(linkage: SpatialParts, i: int, j: int) -> DimensionRelation:
+    """Write that dimension j equals dimension i."""
+    first, second = linkage.dimensions[i], linkage.dimensions[j]
+    words = f"{second.name} = {first.name}"
+    if first.kind == "angle":
+        words = f"c_{second.name} = c_{first.name}, s_{second.name} = s_{first.name}"
+    return DimensionRelation(words, {j: Fraction(1), i: Fraction(-1)})
 
 
 class SpatialDimensions:
@@ -123,6 +129,13 @@ class SpatialDimensions:
     def special(self) -> bool:
         """Whether there are relations."""
         return len(self.free) < len(self.linkage.dimensions)
+
+    def further_words(self) -> list[str]:
+        """State the relation of a Bennett linkage."""
+        if self.bennett is None:
+            return []
+        i = self.bennett.second_length
+        return [f"{self.linkage.dimensions[i].name} = {self.equals(i)}"]
 
     def argument_names(self) -> list[str]:
         """List the names of the variables."""
@@ -196,9 +209,7 @@ def spatial_relations(linkage: SpatialParts) -> list[DimensionRelation]:
         x, y = a.value.real, b.value.real
         if abs(x - y) <= FORMULA_RELATION * abs(x):
             followed.add(j)
-            relations.append(
-                DimensionRelation(f"{b.name} = {a.name}", {j: Fraction(1), i: Fraction(-1)})
-            )
+            relations.append(_equality(linkage, i, j))
     return relations
 
 
@@ -215,7 +226,10 @@ def parse_spatial_relations(
     for i, dimension in enumerate(linkage.dimensions):
         if dimension.kind == "length":
             known |= {dimension.joints: i, dimension.joints[::-1]: i}
-        known[dimension.name] = i
+        if dimension.kind == "angle":
+            known |= {f"c_{dimension.name}": i, f"s_{dimension.name}": i}
+        else:
+            known[dimension.name] = i
     parsed = []
     for text in (word for each in texts for word in each.split(",")):
         sides = [_side(text, side, known) for side in text.split("=")]

@@ -52,6 +52,7 @@ class SpatialJoint(NamedTuple):
         letter: in formulas.
         kind: ``"revolute"``, ``"prismatic"`` or ``"spherical"``.
         parts: the two parts; the last one of a loop leads back to the ground.
+        place: a point of it in the inertial frame (3,), for drawing.
         constant: dimension between the frames of the two parts that does not change: offset of a
             revolute joint, angle of a prismatic one; None for 0.
     """
@@ -60,6 +61,7 @@ class SpatialJoint(NamedTuple):
     letter: str
     kind: str
     parts: tuple[int, int]
+    place: Array
     constant: int | None = None
 
 
@@ -107,6 +109,18 @@ class SpatialParts:
     body_parts: tuple[int, ...]
     mobility: int
     closed: bool
+
+    def normal_ends(self, number: int, k: int) -> tuple[Array, Array]:
+        """Compute the feet of a normal on the first axis of a part, and on a further one."""
+        part = self.parts[number]
+        place = part.places[k]
+        angle, along, length = (
+            0.0 if index is None else self.dimensions[index].value.real
+            for index in (place.turn, place.along, place.normal)
+        )
+        x, y, z = part.axes
+        foot = part.origin + along * z
+        return foot, foot + length * (np.cos(angle) * x + np.sin(angle) * y)
 
     def in_file(self, parameter: Parameter) -> Array:
         """Express a parameter by ``m, mcx, mcy, mcz, Exx … Eyz`` about the inertial origin."""
@@ -239,8 +253,15 @@ def _order_parts(source: str, axes: Sequence[_Axis]) -> tuple[list[int], list[in
     return order, joints, bool(loops)
 
 
-def _normal(a: _Axis, b: _Axis) -> tuple[Array | None, Array, float, float]:
+def _normal(
+    a: _Axis, b: _Axis, size: float
+) -> tuple[Array | None, Array, float, float]:
     """Find the common normal of two lines or points.
+
+    Args:
+        a: the first one.
+        b: the second one.
+        size: of the linkage; what is below round-off of it vanishes.
 
     Returns:
         Its foot on the first one, None if any point of it is one; its direction, 0 if it is not
@@ -256,13 +277,11 @@ def _normal(a: _Axis, b: _Axis) -> tuple[Array | None, Array, float, float]:
         elif b.kind != "spherical":
             side = gap - b.direction * (b.direction @ gap)
         length = float(np.linalg.norm(side))
-        size = max(float(np.linalg.norm(gap)), FORMULA_ZERO)
         if length <= FORMULA_ZERO * size:
             return foot, np.zeros(3), 0.0, 0.0
         return foot, side / length, length, 0.0
     across = np.cross(a.direction, b.direction)
     sine = float(np.linalg.norm(across))
-    size = max(float(np.linalg.norm(gap)), FORMULA_ZERO)
     if sine <= FORMULA_ZERO:
         side = gap - a.direction * (a.direction @ gap)
         length = float(np.linalg.norm(side))
@@ -295,7 +314,7 @@ class _Builder:
         bodies: dict[int, list[int]],
         closed: bool,
     ) -> None:
-        self.axes, self.closed, self.dimensions = axes, closed, list[Dimension]()
+        self.axes, self.size, self.dimensions = axes, space.length, list[Dimension]()
         self.parts = [SpatialPart("ground", [])]
         letter = letters()
         self.joints: list[SpatialJoint] = []
@@ -303,7 +322,7 @@ class _Builder:
             ends = order.index(axis.ends[0]), order.index(axis.ends[1])
             back = closed and k == len(axes) - 1
             base, part = (max(ends), 0) if back else (min(ends), max(ends))
-            self.joints.append(SpatialJoint(axis.name, next(letter), axis.kind, (base, part)))
+            self.joints.append(SpatialJoint(axis.name, next(letter), axis.kind, (base, part), axis.point))
         used = {"ground"}
         for number, label in enumerate(order[1:], 1):
             first = next(k for k, joint in enumerate(self.joints) if joint.parts[1] == number)
@@ -316,7 +335,6 @@ class _Builder:
             part = SpatialPart(name, own, first)
             part.further = [k for k, j in enumerate(self.joints) if j.parts[0] == number]
             self.parts.append(part)
-        self.size = space.length
         self._direct_axes()
         self._place_frames(space.source)
         for number in range(1, len(self.parts)):
@@ -332,7 +350,7 @@ class _Builder:
                 axis = self.axes[k]
                 if first.kind == "spherical":
                     continue
-                _, normal, length, sine = _normal(first, axis)
+                _, normal, length, sine = _normal(first, axis, self.size)
                 if sine == 0.0:
                     sign = float(first.direction @ axis.direction)
                 elif length == 0.0:
@@ -362,7 +380,7 @@ class _Builder:
                     if second.kind == "spherical":
                         direction = _across(second.point - first.point)
             if second is not None:
-                foot, normal, _, _ = _normal(first, second)
+                foot, normal, _, _ = _normal(first, second, self.size)
                 feet[number] = foot if foot is not None else feet[number]
                 normals[number] = normal if normal.any() else None
             z.append(direction)
@@ -403,7 +421,7 @@ class _Builder:
         first, axis = self.axes[part.first], self.axes[k]
         if axis.kind == "spherical":
             return axis.point
-        foot, normal, length, _ = _normal(first, axis)
+        foot, normal, length, _ = _normal(first, axis, self.size)
         if foot is None or first.kind == "spherical":
             foot = part.origin
         return foot + normal * length
@@ -424,7 +442,7 @@ class _Builder:
             axis, letter = self.axes[k], self.joints[k].letter
             ends = self.joints[part.first].letter + letter
             name = part.name if len(part.further) == 1 else f"{part.name}_{letter}"
-            foot, normal, length, sine = _normal(first, axis)
+            foot, normal, length, sine = _normal(first, axis, self.size)
             if foot is None or (first.kind == "spherical" and axis.kind != "spherical"):
                 foot = part.origin
             along = turn = None
@@ -460,5 +478,5 @@ class _Builder:
 
     def _axis_x(self, part: SpatialPart, k: int) -> Array:
         """Return the normal of a part to a further joint; where there is none, its x-axis."""
-        normal = _normal(self.axes[part.first], self.axes[k])[1]
+        normal = _normal(self.axes[part.first], self.axes[k], self.size)[1]
         return normal if normal.any() else part.axes[0]

@@ -26,6 +26,7 @@ from balance.space.spaces.design_space import DesignSpace
 from balance.support.options import Balance
 from kinematics.errors import ExactError
 from kinematics.loading.model_gallery import LinkageLike
+from kinematics.model.motion import Motion
 from kinematics.numerics.array_types import Array
 from kinematics.numerics.linalg.prime_field import PRIMES_OF_61_BITS, echelon_modulo
 
@@ -48,6 +49,7 @@ FRESH_GEOMETRIES = 20
 def formulas(
     linkage: LinkageLike,
     balance: Balance = "dynamic",
+    motion: Motion | str | Sequence[str] | None = None,
     *,
     where: str | Sequence[str] = (),
     solve: Sequence[str] = (),
@@ -74,6 +76,7 @@ def formulas(
         linkage: an assembled linkage, or what `kinematics.load` accepts.
         balance: ``"force"`` for complex conditions on m and s, or ``"dynamic"`` for real ones
             on m, s and J; those of spatial linkages are real.
+        motion: restriction of the inputs, as for `balance.design_space`.
         where: relations between distances of joints, such as ``"AB=CD"``, that hold too; of
             spatial linkages between common normals, or dimensions by their names.
         solve: names of parameters to solve for, such as ``"s_crank"``; by default those that
@@ -101,7 +104,7 @@ def formulas(
         s_crank + (l_crank/l_rocker) s_rocker + l_crank m_coupler = 0
         s_coupler + (l_coupler/l_rocker) s_rocker = 0
     """
-    space = design_space(linkage, balance=balance)
+    space = design_space(linkage, motion, balance=balance)
     force = balance == "force"
     problem = problem_of(space, force)
     deadline = None if seconds is None else monotonic() + seconds
@@ -122,6 +125,7 @@ def formulas(
     return Formulas(
         source=space.source,
         linkage=space.linkage,
+        motion=space.motion,
         balance=balance,
         parts=problem.parts,
         relations=(*(relation.words for relation in relations), *free.further_words()),
@@ -220,9 +224,18 @@ def _check_one_motion(samples: Samples, source: str) -> None:
     first = samples.fresh_values(point)
     if any(samples.fresh_values(point) != first for _ in range(SAME_GEOMETRY)):
         raise ExactError(
-            f"{source}: several motions of its dimensions have as many conditions: formulas do "
-            "not tell them apart"
+            f"{source}: {_what_differs(samples)}"
         )
+
+
+def _what_differs(samples: Samples) -> str:
+    """Say on what conditions depend beside dimensions."""
+    if samples.free.linkage.relations:
+        return (
+            "under this motion its conditions depend on the pose in which the file has it, not "
+            "on its dimensions alone"
+        )
+    return "several motions of its dimensions have as many conditions: formulas do not tell them apart"
 
 
 def _size(degrees: Degrees | None) -> int:

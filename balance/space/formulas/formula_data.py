@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from balance.space.formulas.spatial_dimensions import SpatialDimensions
     from balance.space.formulas.spatial_parts import SpatialParts
     from kinematics.model.linkage import Linkage
+    from kinematics.model.motion import Motion
     from kinematics.numerics.array_types import Array
 
 
@@ -59,6 +60,7 @@ class Formulas(WithPage):
     Attributes:
         source: file of the linkage.
         linkage: the linkage itself.
+        motion: restriction of the inputs; None if all are free.
         balance: ``"force"`` or ``"dynamic"``.
         parts: rigid parts, joints and dimensions.
         relations: relations between dimensions that are used, in words.
@@ -76,6 +78,7 @@ class Formulas(WithPage):
 
     source: str
     linkage: Linkage
+    motion: Motion | None
     balance: str
     parts: PlanarParts | SpatialParts
     relations: tuple[str, ...]
@@ -194,6 +197,7 @@ class Formulas(WithPage):
             "source": self.source,
             "name": self.name,
             "balance": self.balance,
+            "motion": [] if self.motion is None else list(self.motion.relations),
             "joints": [
                 {
                     "letter": joint.letter,

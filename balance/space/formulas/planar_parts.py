@@ -15,12 +15,15 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from balance.space.formulas.input_relations import RateRelation, rate_relations
 from balance.space.formulas.notations import plain_name
 from balance.space.formulas.parameters import Parameter, in_part_frame
 from balance.space.spaces.design_space import DesignSpace
 from balance.support.tolerances import FORMULA_ZERO
 from kinematics.errors import ExactError
 from kinematics.model.chain import rigid_parts
+from kinematics.model.linkage import Joint
+from kinematics.numerics.array_types import Array
 
 GROUND_PART = 0
 
@@ -99,7 +102,9 @@ class PlanarParts:
         joints: all of them.
         dimensions: all of them; none is zero in the linkage.
         body_parts: part of each body of the design space.
-        mobility: degrees of freedom.
+        mobility: degrees of freedom, without relations of inputs.
+        relations: of the rates of joints, which the motion obeys; they turn about the normal
+            of the plane.
     """
 
     source: str
@@ -108,6 +113,12 @@ class PlanarParts:
     dimensions: tuple[Dimension, ...]
     body_parts: tuple[int, ...]
     mobility: int
+    relations: tuple[RateRelation, ...] = ()
+
+    @property
+    def freedoms(self) -> int:
+        """Count the degrees of freedom of the motion."""
+        return self.mobility - len(self.relations)
 
     def in_file(self, parameter: Parameter) -> NDArray[np.complexfloating]:
         """Express a parameter by ``m, mcx, mcy, Ezz`` about the inertial origin."""
@@ -169,14 +180,24 @@ def planar_parts(space: DesignSpace) -> PlanarParts:
     for k, joint in enumerate(joints):
         if joint.slides:
             joints[k] = _with_offset(joint, parts, dimensions)
+    relations = [
+        {k: c * _sign_of_turn(linkage.joints[int(chain.joints[k])], axes) for k, c in row.items()}
+        for row in rate_relations(space)
+    ]
     return PlanarParts(
         space.source,
         tuple(parts),
         tuple(joints),
         tuple(dimensions),
         tuple(part_of[link] for link in chain.links.tolist()),
-        linkage.mobility,
+        chain.columns.shape[1] + len(relations),
+        tuple(relations),
     )
+
+
+def _sign_of_turn(joint: Joint, axes: Array) -> int:
+    """Return -1 if a joint turns against the normal of the plane."""
+    return -1 if joint.kind == "revolute" and joint.direction @ axes[2] < 0.0 else 1
 
 
 def _name_parts(

@@ -45,7 +45,7 @@ def displaced_pose(
         The pose; None if it does not close, which a pose of a linkage that moves does.
     """
     start = place_parts(linkage, values, joints, modulus)
-    motion = SpatialMotion(linkage, start, modulus)
+    motion = SpatialMotion(linkage, start, modulus, related=False)
     ground = start.last
     assert ground is not None
     joints = [*joints[:-1], ()]

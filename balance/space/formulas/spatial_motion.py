@@ -12,6 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from balance.space.formulas.input_relations import RateRelation
 from balance.space.formulas.spatial_parts import SpatialParts
 from balance.space.formulas.spatial_pose import ModularFrame, SpatialPose, Vector, cross
 from kinematics.numerics.linalg.prime_field import echelon_modulo
@@ -73,17 +74,28 @@ class SpatialMotion:
         columns: indices of the rates that are free.
     """
 
-    def __init__(self, parts: SpatialParts, pose: SpatialPose, p: int) -> None:
-        """Choose dependent rates, and independent rows."""
+    def __init__(
+        self, parts: SpatialParts, pose: SpatialPose, p: int, related: bool = True
+    ) -> None:
+        """Choose dependent rates, and independent rows.
+
+        Args:
+            parts: the linkage.
+            pose: from which it moves.
+            p: the modulus.
+            related: whether the motion obeys the relations of the inputs.
+        """
         self.parts, self.pose, self.p = parts, pose, p
         # Rate of a joint: its part, its axis there, and whether it slides.
         self.rates: list[tuple[int, int, bool]] = []
         self.path: list[list[int]] = [[]]
         self.closing: list[int] = []
+        self.first: list[int] = []
         for joint in parts.joints:
             base, part = joint.parts
             several = (0, 1, 2) if joint.kind == "spherical" else (2,)
             own = list(range(len(self.rates), len(self.rates) + len(several)))
+            self.first.append(len(self.rates))
             self.rates += [(part, axis, joint.kind == "prismatic") for axis in several]
             if part:
                 self.path.append([*self.path[base], *own])
@@ -93,10 +105,15 @@ class SpatialMotion:
         self.rows: list[int] = []
         self.dependent: list[int] = []
         self.inverse: list[list[int]] = []
+        A: list[list[int]] = []
         if parts.closed:
             screws = [self._screw(v, [pose.parts], 0) for v in range(size)]
             A = [[(w + u)[r] for w, u in screws] for r in range(6)]
-            self.rows = echelon_modulo(list(zip(*A, strict=True)), range(6), p)[1]
+        # Relations are constant: they add rows of order 0 after those of the loop.
+        self.related = [self._related(row) for row in parts.relations] if related else []
+        A += self.related
+        if A:
+            self.rows = echelon_modulo(list(zip(*A, strict=True)), range(len(A)), p)[1]
             A = [A[r] for r in self.rows]
             self.dependent = echelon_modulo(A, range(size), p)[1]
             square = [
@@ -107,6 +124,13 @@ class SpatialMotion:
             inverse = dict(zip(pivots, solved, strict=True))
             self.inverse = [inverse[r][len(A) :] for r in range(len(A))]
         self.columns = [v for v in range(size) if v not in self.dependent]
+
+    def _related(self, relation: RateRelation) -> list[int]:
+        """Write a relation of joints as a row on the rates."""
+        row = [0] * len(self.rates)
+        for k, c in relation.items():
+            row[self.first[k]] = c.numerator * pow(c.denominator, -1, self.p) % self.p
+        return row
 
     def closing_step(self, gap: Sequence[int]) -> list[int]:
         """Compute rates of the dependent joints that remove a small gap of the loop."""
@@ -218,7 +242,7 @@ class SpatialMotion:
         rates = [0] * size
         if free >= 0:
             rates[free] = 1
-        if not self.parts.closed:
+        if not self.rows:
             return rates
         if free >= 0:
             total = screws[0][free]
@@ -228,8 +252,9 @@ class SpatialMotion:
                 self._sum(screws, known, self.closing, k, 0),
                 self._sum(screws, known, self.closing, k, 1),
             )
-        six = total[0] + total[1]
-        sums = [six[r] for r in self.rows]
+        known_sums = [*total[0], *total[1]] if self.parts.closed else []
+        known_sums += [row[free] if free >= 0 else 0 for row in self.related]
+        sums = [known_sums[r] for r in self.rows]
         for r, v in enumerate(self.dependent):
             rates[v] = -sum(x * y for x, y in zip(self.inverse[r], sums, strict=True)) % p
         return rates

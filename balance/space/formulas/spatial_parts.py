@@ -10,12 +10,13 @@ A spherical joint is a point: its normal to an axis is its distance from it, wit
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
 
+from balance.space.formulas.input_relations import RateRelation, rate_relations
 from balance.space.formulas.notations import plain_name
 from balance.space.formulas.parameters import Parameter
 from balance.space.formulas.planar_parts import Dimension, letters
@@ -98,8 +99,9 @@ class SpatialParts:
         joints: each carries a part; in a loop the last one leads back to the ground.
         dimensions: all of them; none is zero in the linkage. Those of the ground are left out.
         body_parts: part of each body of the design space.
-        mobility: degrees of freedom.
+        freedoms: degrees of freedom of the motion.
         closed: whether it is a loop.
+        relations: of the rates of joints, by their numbers; the motion obeys them.
     """
 
     source: str
@@ -107,8 +109,9 @@ class SpatialParts:
     joints: tuple[SpatialJoint, ...]
     dimensions: tuple[Dimension, ...]
     body_parts: tuple[int, ...]
-    mobility: int
+    freedoms: int
     closed: bool
+    relations: tuple[RateRelation, ...] = ()
 
     def normal_ends(self, number: int, k: int) -> tuple[Array, Array]:
         """Compute the feet of a normal on the first axis of a part, and on a further one."""
@@ -152,6 +155,7 @@ class _Axis:
     point: Array
     direction: Array
     ends: tuple[int, int]
+    joints: tuple[int, ...]
 
 
 def spatial_parts(space: DesignSpace) -> SpatialParts:
@@ -171,7 +175,7 @@ def spatial_parts(space: DesignSpace) -> SpatialParts:
         if joint.kind == "helical":
             raise ExactError(f"{space.source}: joint '{joint.name}': formulas know no screws")
         ends = part_of[int(chain.parent[k])], part_of[k]
-        axes.append(_Axis(joint.whole, joint.kind, joint.point, joint.direction, ends))
+        axes.append(_Axis(joint.whole, joint.kind, joint.point, joint.direction, ends, (k,)))
     bodies: dict[int, list[int]] = {}
     for body, link in enumerate(chain.links.tolist()):
         bodies.setdefault(part_of[link], []).append(body)
@@ -184,9 +188,30 @@ def spatial_parts(space: DesignSpace) -> SpatialParts:
         tuple(builder.joints),
         tuple(builder.dimensions),
         tuple(order.index(part_of[link]) for link in chain.links.tolist()),
-        linkage.mobility,
+        chain.columns.shape[1],
         closed,
+        tuple(_relations(space, [axes[k] for k in joints], builder, order)),
     )
+
+
+def _relations(
+    space: DesignSpace, axes: Sequence[_Axis], builder: _Builder, order: Sequence[int]
+) -> Iterator[RateRelation]:
+    """Write relations of inputs on joints as they are numbered and directed here."""
+    for row in rate_relations(space):
+        relation = {}
+        for number, c in row.items():
+            joint = space.linkage.joints[int(space.chain.joints[number])]
+            k = next((k for k, axis in enumerate(axes) if number in axis.joints), None)
+            if k is None or len(axes[k].joints) > 1:
+                raise ExactError(
+                    f"{space.source}: motion: '{joint.name}' is part of a spherical joint, whose "
+                    "rates formulas do not relate"
+                )
+            forwards = order.index(axes[k].ends[1]) == builder.joints[k].parts[1]
+            along = float(axes[k].direction @ joint.direction) > 0.0
+            relation[k] = c if forwards == along else -c
+        yield relation
 
 
 def _join_spherical(axes: list[_Axis], massive: set[int]) -> list[_Axis]:
@@ -216,7 +241,10 @@ def _join_spherical(axes: list[_Axis], massive: set[int]) -> list[_Axis]:
         if np.abs(misses).max() > FORMULA_ZERO * size:
             continue
         outer = [sum(three[i].ends) - middle.ends[i // 2] for i in (0, 2)]
-        whole = _Axis(middle.name, "spherical", centre, directions[0], (outer[0], outer[1]))
+        numbers = tuple(number for axis in three for number in axis.joints)
+        whole = _Axis(
+            middle.name, "spherical", centre, directions[0], (outer[0], outer[1]), numbers
+        )
         place = min(axes.index(axis) for axis in three)
         axes = [axis for axis in axes if axis not in three]
         axes.insert(place, whole)

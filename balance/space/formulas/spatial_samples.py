@@ -77,7 +77,7 @@ class SpatialSamples(Samples):
         values = self.free.pairs(point, p)
         for _ in range(MAX_DRAWS):
             motion = self.motion_at(values, self.draw_joints(point, p), p)
-            if len(motion.columns) == self.linkage.mobility:
+            if len(motion.columns) == self.linkage.freedoms:
                 return motion
         raise UnclosedError
 

@@ -34,6 +34,7 @@ def formulas_facts(formulas: Formulas) -> list[tuple[str, str]]:
     """List the linkage, the conditions, the relations that are used, and the checks."""
     return [
         ("linkage", f"{formulas.name}, {formulas.balance} balance"),
+        *(("motion", each) for each in (formulas.motion.relations if formulas.motion else ())),
         ("conditions", _conditions(formulas)),
         *(("relation", words) for words in formulas.relations),
         ("checked", _checks(formulas)),

@@ -46,7 +46,7 @@ def test_time_that_is_over_is_undecided(capsys):
 @pytest.mark.parametrize(
     ("words", "code", "problem"),
     [
-        (["bennett"], 3, "this is spatial"),
+        (["delta"], 3, "single loops"),
         (["four_bar_general", "--where", "AB=BD"], 3, "does not hold in the file"),
         (["four_bar_general", "--where", "AB"], 2, "write AB=CD"),
         (["four_bar_general", "--solve", "q"], 3, "no parameter 'q'"),

@@ -57,7 +57,7 @@ def test_a_quotient_comes_back(up, down):
         return [rng.randrange(1, P) for _ in range(3)]
 
     found = Interpolation(
-        lambda point: [at(up, point) * pow(at(down, point), -1, P) % P], 3, draw, P
+        lambda point: [at(up, point) * pow(at(down, point), -1, P) % P], [False] * 3, draw, P
     )
     degrees = found.degrees([0])[0]
     assert degrees.total == tuple(max(map(sum, side)) for side in (up, down))
@@ -68,7 +68,10 @@ def test_a_quotient_comes_back(up, down):
 def test_functions_that_are_none_do_not_fit():
     rng = random.Random(2)
     found = Interpolation(
-        lambda point: [rng.randrange(P)], 3, lambda: [rng.randrange(1, P) for _ in range(3)], P
+        lambda point: [rng.randrange(P)],
+        [False] * 3,
+        lambda: [rng.randrange(1, P) for _ in range(3)],
+        P,
     )
     assert found.degrees([0])[0] is None
 

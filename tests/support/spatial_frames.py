@@ -36,7 +36,11 @@ def frames_along(lines, names):
     for k, name in enumerate(names):
         if k + 1 < len(lines):
             foot, end, x, length, twist, after = normal_of(line, lines[k + 1])
-            values |= {f"l_{name}": length, f"c_{name}": np.cos(twist), f"s_{name}": np.sin(twist)}
+            values |= {
+                f"l_{name}": length,
+                f"c_{name}": np.cos(twist),
+                f"s_{name}": np.sin(twist),
+            }
         else:
             foot, end, after = before, None, None
             x = np.cross(line[1], [0.3, 0.5, 0.7])

@@ -198,7 +198,9 @@ def _conditions(
         for e in sorted(degrees, key=lambda e: _size(degrees[e])):
             degree = degrees[e]
             if degree is None:
-                raise ExactError(f"{source}: its formulas have a degree above 30: they fill pages")
+                raise ExactError(
+                    f"{source}: its formulas have a degree above 30: they fill pages"
+                )
             try:
                 fit = interpolation.fit(e, degree)
             except TooManyTermsError as error:
@@ -223,9 +225,7 @@ def _check_one_motion(samples: Samples, source: str) -> None:
     point = samples.free.draw(PRIMES_OF_61_BITS[0], random.Random(7))
     first = samples.fresh_values(point)
     if any(samples.fresh_values(point) != first for _ in range(SAME_GEOMETRY)):
-        raise ExactError(
-            f"{source}: {_what_differs(samples)}"
-        )
+        raise ExactError(f"{source}: {_what_differs(samples)}")
 
 
 def _what_differs(samples: Samples) -> str:

@@ -71,7 +71,9 @@ class Degrees(NamedTuple):
     def monomials(self, side: int) -> list[Exponents]:
         """List the exponents that the numerator (0) or the denominator (1) can have."""
         limits = [
-            pair[side] for pair, angle in zip(self.single, self.angles, strict=True) if not angle
+            pair[side]
+            for pair, angle in zip(self.single, self.angles, strict=True)
+            if not angle
         ]
         lengths = list(_monomials(self.total[side], limits))
         turns = [
@@ -276,7 +278,9 @@ class Interpolation:
             later: degree that the lengths after it can add.
         """
         at = group + sum(self.angles[:group])
-        lengths = [g + sum(self.angles[:g]) for g in range(self.variables) if not self.angles[g]]
+        lengths = [
+            g + sum(self.angles[:g]) for g in range(self.variables) if not self.angles[g]
+        ]
         out = []
         for e in terms:
             degree = sum(e[i] for i in lengths)

@@ -1,7 +1,7 @@
 """Rigid parts of a planar linkage with named dimensions: lengths, and points in link frames.
 
 The frame of a part has its origin at its first revolute joint and its x-axis through the
-second one; along its first prismatic joint if it has one; along the x-axis of the plane if it
+second one, where joints in loops come first; along its first prismatic joint if it has one; along the x-axis of the plane if it
 has one joint. Points are complex numbers ``x + i y``. A coordinate that vanishes in the
 linkage, such as the offset of an in-line slider, stays zero.
 """
@@ -172,6 +172,10 @@ def planar_parts(space: DesignSpace) -> PlanarParts:
         )
         for part in ends:
             parts[part].joints.append(k)
+    branches = _branch_joints([joint.parts for joint in joints])
+    for part in parts:
+        # Loops have equal sides: their joints come first, so that frames are along sides.
+        part.joints.sort(key=lambda k: (k in branches, k))
     _name_parts(parts, joints, space.bodies)
     dimensions: list[Dimension] = []
     for number, part in enumerate(parts):
@@ -181,7 +185,10 @@ def planar_parts(space: DesignSpace) -> PlanarParts:
         if joint.slides:
             joints[k] = _with_offset(joint, parts, dimensions)
     relations = [
-        {k: c * _sign_of_turn(linkage.joints[int(chain.joints[k])], axes) for k, c in row.items()}
+        {
+            k: c * _sign_of_turn(linkage.joints[int(chain.joints[k])], axes)
+            for k, c in row.items()
+        }
         for row in rate_relations(space)
     ]
     return PlanarParts(
@@ -198,6 +205,23 @@ def planar_parts(space: DesignSpace) -> PlanarParts:
 def _sign_of_turn(joint: Joint, axes: Array) -> int:
     """Return -1 if a joint turns against the normal of the plane."""
     return -1 if joint.kind == "revolute" and joint.direction @ axes[2] < 0.0 else 1
+
+
+def _branch_joints(ends: Sequence[tuple[int, int]]) -> set[int]:
+    """Find the joints that are in no loop: without one of them, two parts are not connected."""
+    branches = set()
+    for k in range(len(ends)):
+        reached, waiting = {ends[k][0]}, [ends[k][0]]
+        while waiting:
+            part = waiting.pop()
+            for j, pair in enumerate(ends):
+                other = sum(pair) - part
+                if j != k and part in pair and other not in reached:
+                    reached.add(other)
+                    waiting.append(other)
+        if ends[k][1] not in reached:
+            branches.add(k)
+    return branches
 
 
 def _name_parts(

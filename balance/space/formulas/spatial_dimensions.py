@@ -187,7 +187,9 @@ class SpatialDimensions:
         out: list[complex] = []
         for i, angle in zip(self.free, self.angles, strict=True):
             value = self.linkage.dimensions[i].value.real
-            out += [complex(np.cos(value)), complex(np.sin(value))] if angle else [complex(value)]
+            out += (
+                [complex(np.cos(value)), complex(np.sin(value))] if angle else [complex(value)]
+            )
         return out
 
     def draw(self, p: int, rng: random.Random) -> list[int]:

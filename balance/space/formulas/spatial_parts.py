@@ -281,9 +281,7 @@ def _order_parts(source: str, axes: Sequence[_Axis]) -> tuple[list[int], list[in
     return order, joints, bool(loops)
 
 
-def _normal(
-    a: _Axis, b: _Axis, size: float
-) -> tuple[Array | None, Array, float, float]:
+def _normal(a: _Axis, b: _Axis, size: float) -> tuple[Array | None, Array, float, float]:
     """Find the common normal of two lines or points.
 
     Args:
@@ -350,7 +348,9 @@ class _Builder:
             ends = order.index(axis.ends[0]), order.index(axis.ends[1])
             back = closed and k == len(axes) - 1
             base, part = (max(ends), 0) if back else (min(ends), max(ends))
-            self.joints.append(SpatialJoint(axis.name, next(letter), axis.kind, (base, part), axis.point))
+            self.joints.append(
+                SpatialJoint(axis.name, next(letter), axis.kind, (base, part), axis.point)
+            )
         used = {"ground"}
         for number, label in enumerate(order[1:], 1):
             first = next(k for k, joint in enumerate(self.joints) if joint.parts[1] == number)
@@ -459,6 +459,9 @@ class _Builder:
         small = FORMULA_ZERO * (1.0 if kind == "angle" else self.size)
         if abs(value) <= small:
             return None
+        used, word, count = {each.name for each in self.dimensions}, name, 2
+        while name in used:
+            name, count = f"{word}_{count}", count + 1
         self.dimensions.append(Dimension(name, kind, number, joints, complex(value)))
         return len(self.dimensions) - 1
 
@@ -475,7 +478,9 @@ class _Builder:
                 foot = part.origin
             along = turn = None
             if k != part.further[0]:
-                along = self._add(f"h_{name}", "axial", number, ends, float(z @ (foot - part.origin)))
+                along = self._add(
+                    f"h_{name}", "axial", number, ends, float(z @ (foot - part.origin))
+                )
                 if normal.any():
                     angle = float(np.arctan2(normal @ y, normal @ x))
                     turn = self._add(f"{name}_turn", "angle", number, ends, angle)

@@ -17,9 +17,7 @@ from balance.space.formulas.formula_data import Formulas
 from balance.space.formulas.notations import MATHML
 from kinematics.wording import count_noun
 
-PLANE = (
-    "An arrow at one end points to a point of a link, seen from the origin of its frame."
-)
+PLANE = "An arrow at one end points to a point of a link, seen from the origin of its frame."
 SPACE = "It is seen obliquely from above: lengths of lines are not to scale."
 # Unit of a parameter, and what it is.
 PARAMETERS = {
@@ -29,7 +27,10 @@ PARAMETERS = {
     "sy": ("kg m", "first moment, y"),
     "sz": ("kg m", "first moment, z"),
     "J": ("kg m²", "second moment"),
-    **{f"J{a}{b}": ("kg m²", f"inertia, {a}{b}") for a, b in ("xx", "yy", "zz", "xy", "xz", "yz")},
+    **{
+        f"J{a}{b}": ("kg m²", f"inertia, {a}{b}")
+        for a, b in ("xx", "yy", "zz", "xy", "xz", "yz")
+    },
 }
 
 

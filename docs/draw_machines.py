@@ -25,6 +25,7 @@ MACHINES = (
     ("desk_lamp", "lamp", "lamp.urdf"),
     ("desk_lamp", "anglepoise", "anglepoise.urdf"),
     ("flexible_coupler", "strip", "strip.urdf"),
+    ("formulas", "shaper", "shaper.urdf"),
     ("four_bar_from_nothing", "four_bar", "four_bar.urdf"),
     ("parallel_robot", "robot", "robot.urdf"),
     ("pick_and_place", "scara", "scara.urdf"),

@@ -13,7 +13,7 @@ from time import monotonic
 import numpy as np
 
 from balance.space.formulas.formula_data import Condition, Formulas, FormulaTerm
-from balance.space.formulas.geometry_samples import OutOfTimeError, Samples
+from balance.space.formulas.geometry_samples import ConditionSamples, OutOfTimeError
 from balance.space.formulas.interpolation import Degrees, TooManyTermsError
 from balance.space.formulas.modular_pose import UnclosedError
 from balance.space.formulas.parameters import Parameter, name_parameters
@@ -28,7 +28,7 @@ from kinematics.errors import ExactError
 from kinematics.loading.model_gallery import LinkageLike
 from kinematics.model.motion import Motion
 from kinematics.numerics.array_types import Array
-from kinematics.numerics.linalg.prime_field import PRIMES_OF_61_BITS, echelon_modulo
+from kinematics.numerics.linalg.prime_field import PRIMES_OF_61_BITS
 
 MAX_UNKNOWNS = 600
 """Most monomials of an entry; the time of a fit grows with their cube."""
@@ -144,7 +144,7 @@ def _relations_for(
     space: DesignSpace,
     given: Sequence[DimensionRelation],
     deadline: float | None,
-) -> tuple[list[DimensionRelation], Samples]:
+) -> tuple[list[DimensionRelation], ConditionSamples]:
     """Find relations of the linkage under which the conditions have the rank of the linkage."""
     relations = list(given)
     samples = _samples(problem, relations, deadline)
@@ -171,13 +171,13 @@ def _no_relations(space: DesignSpace) -> str:
         )
     return (
         f"{space.source}: it moves, or balances, for special dimensions alone; formulas of "
-        "spatial loops know equal dimensions, and the relations of Bennett: give others (--where)"
+        "spatial loops know equal dimensions and Bennett's relations: give others (--where)"
     )
 
 
 def _samples(
     problem: Problem, relations: Sequence[DimensionRelation], deadline: float | None
-) -> Samples | None:
+) -> ConditionSamples | None:
     """Prepare geometries under relations; None if their conditions have another rank."""
     try:
         return problem.samples(relations, deadline)
@@ -186,7 +186,7 @@ def _samples(
 
 
 def _conditions(
-    samples: Samples, space: DesignSpace, parameters: Sequence[Parameter]
+    samples: ConditionSamples, space: DesignSpace, parameters: Sequence[Parameter]
 ) -> tuple[tuple[Condition, ...], int]:
     """Interpolate all entries; count the conditions that time did not suffice for."""
     entries, source = samples.entries, space.source
@@ -207,8 +207,8 @@ def _conditions(
                 raise ExactError(_too_large(source, degree, error.unknowns)) from None
             if fit is None:
                 raise ExactError(
-                    f"{source}: the coefficients of a formula are too large for one prime; give "
-                    "relations (--where)"
+                    f"{source}: the coefficients of a formula are too large for one prime; "
+                    "give relations (--where)"
                 )
             fitted[e] = fit
     except OutOfTimeError:
@@ -216,7 +216,7 @@ def _conditions(
     return _write(samples, parameters, fitted, turns=space.chain.planar)
 
 
-def _check_one_motion(samples: Samples, source: str) -> None:
+def _check_one_motion(samples: ConditionSamples, source: str) -> None:
     """Check that the dimensions determine the conditions, whatever the pose.
 
     Raises:
@@ -228,14 +228,17 @@ def _check_one_motion(samples: Samples, source: str) -> None:
         raise ExactError(f"{source}: {_what_differs(samples)}")
 
 
-def _what_differs(samples: Samples) -> str:
+def _what_differs(samples: ConditionSamples) -> str:
     """Say on what conditions depend beside dimensions."""
     if samples.free.linkage.relations:
         return (
             "under this motion its conditions depend on the pose in which the file has it, not "
             "on its dimensions alone"
         )
-    return "several motions of its dimensions have as many conditions: formulas do not tell them apart"
+    return (
+        "several motions of its dimensions have as many conditions: formulas do not tell them "
+        "apart"
+    )
 
 
 def _size(degrees: Degrees | None) -> int:
@@ -244,7 +247,8 @@ def _size(degrees: Degrees | None) -> int:
 
 def _too_large(source: str, degrees: Degrees, unknowns: int) -> str:
     """Say how large a formula is that is refused."""
-    angles = sum(pair != (0, 0) for pair, angle in zip(degrees.single, degrees.angles) if angle)
+    pairs = zip(degrees.single, degrees.angles, strict=True)
+    angles = sum(pair != (0, 0) for pair, angle in pairs if angle)
     of_angles = f" and in {angles} angles" * bool(angles)
     return (
         f"{source}: a formula of degree {degrees.total[0]} over {degrees.total[1]}{of_angles} "
@@ -255,7 +259,7 @@ def _too_large(source: str, degrees: Degrees, unknowns: int) -> str:
 
 
 def _write(
-    samples: Samples,
+    samples: ConditionSamples,
     parameters: Sequence[Parameter],
     fitted: dict[int, tuple[Polynomial, Polynomial]],
     turns: bool,
@@ -302,7 +306,7 @@ def _angle_pairs(angles: Sequence[bool]) -> list[int]:
 
 
 def fresh_geometries(
-    samples: Samples, parameters: Sequence[Parameter], conditions: Sequence[Condition]
+    samples: ConditionSamples, parameters: Sequence[Parameter], conditions: Sequence[Condition]
 ) -> int:
     """Count the fresh geometries, up to 20, at which formulas hold modulo another prime.
 

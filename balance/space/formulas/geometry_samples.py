@@ -30,7 +30,7 @@ class OutOfTimeError(Exception):
     """The time that was given is over."""
 
 
-class Samples(ABC):
+class ConditionSamples(ABC):
     """Echelon forms of conditions at dimensions drawn at random.
 
     Attributes:
@@ -128,7 +128,7 @@ class Samples(ABC):
         return [solved[r][c] for r, c in self.entries]
 
 
-class GeometrySamples(Samples):
+class GeometrySamples(ConditionSamples):
     """Echelon forms at geometries of planar linkages whose conditions have a known rank.
 
     Attributes:
@@ -136,6 +136,8 @@ class GeometrySamples(Samples):
         free: the dimensions that can be chosen.
         target: the rank, of real conditions.
     """
+
+    free: FreeDimensions
 
     def __init__(
         self,

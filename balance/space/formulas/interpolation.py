@@ -12,7 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from fractions import Fraction
-from itertools import count, product
+from itertools import product
 from typing import NamedTuple
 
 from balance.space.formulas.polynomials import Exponents, Polynomial
@@ -187,7 +187,7 @@ class Interpolation:
                 continue
             # Times (1 + t²)^n a polynomial in cosine and sine is one in t.
             column = []
-            for row, k in zip(self._lines[i], count(1)):
+            for k, row in enumerate(self._lines[i], 1):
                 t = self._base[i] + k * self._slope[i]
                 column.append(row[entry] * pow(1 + t * t, pair[0], self.p) % self.p)
             of_t = degrees_of_fraction(range(1, len(column) + 1), column, self.p)
@@ -249,7 +249,7 @@ class Interpolation:
             for side in (0, 1):
                 later = sum(degrees.single[g][side] for g in rest)
                 terms[side] = self._more_terms(terms[side], group, side, degrees, later)
-            null = self._null_vector(entry, *terms, self.order.index(group))
+            null = self._null_vector(entry, terms[0], terms[1], self.order.index(group))
             if null is None:
                 return (terms[0], terms[1]), None
             split = len(terms[0])

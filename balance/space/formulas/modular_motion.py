@@ -93,7 +93,7 @@ class ModularMotion:
         return A
 
     def _related_rows(self, order: int = 0) -> list[list[int]]:
-        """Write the relations of the rates, which are constant: above order 0 there are zeros."""
+        """Write the relations of the rates, which are constant: zeros above order 0."""
         rows = []
         for relation in self.relations:
             rows.append([0] * self.size)

@@ -1,9 +1,9 @@
 """Rigid parts of a planar linkage with named dimensions: lengths, and points in link frames.
 
 The frame of a part has its origin at its first revolute joint and its x-axis through the
-second one, where joints in loops come first; along its first prismatic joint if it has one; along the x-axis of the plane if it
-has one joint. Points are complex numbers ``x + i y``. A coordinate that vanishes in the
-linkage, such as the offset of an in-line slider, stays zero.
+second one, where joints in loops come first; along its first prismatic joint if it has one;
+along the x-axis of the plane if it has one joint. Points are complex numbers ``x + i y``. A
+coordinate that vanishes in the linkage, such as the offset of an in-line slider, stays zero.
 """
 
 from __future__ import annotations

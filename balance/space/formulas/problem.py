@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from functools import cached_property
 
 from balance.space.formulas.assembly_order import assembly_order
-from balance.space.formulas.geometry_samples import GeometrySamples, Samples
+from balance.space.formulas.geometry_samples import ConditionSamples, GeometrySamples
 from balance.space.formulas.modular_conditions import ConditionSource
 from balance.space.formulas.planar_parts import PlanarParts, planar_parts
 from balance.space.formulas.relations import (
@@ -62,7 +62,7 @@ class Problem(ABC):
     @abstractmethod
     def samples(
         self, relations: Sequence[DimensionRelation], deadline: float | None
-    ) -> Samples:
+    ) -> ConditionSamples:
         """Prepare geometries under relations.
 
         Raises:

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 from functools import partial
 from itertools import combinations, islice
 
-from balance.space.formulas.geometry_samples import Samples
+from balance.space.formulas.geometry_samples import ConditionSamples
 from balance.space.formulas.interpolation import Interpolation
 from balance.space.formulas.parameters import (
     SPATIAL_MOMENTS,
@@ -30,7 +30,10 @@ UNKNOWN_DEGREE = 100
 
 
 def choose_solved(
-    samples: Samples, parameters: Sequence[Parameter], names: Sequence[str], planar: bool
+    samples: ConditionSamples,
+    parameters: Sequence[Parameter],
+    names: Sequence[str],
+    planar: bool,
 ) -> list[int]:
     """Choose the columns to solve for.
 
@@ -65,7 +68,7 @@ def choose_solved(
     return list(fewest[1])
 
 
-def _of_least_degrees(samples: Samples, parameters: Sequence[Parameter]) -> list[int]:
+def _of_least_degrees(samples: ConditionSamples, parameters: Sequence[Parameter]) -> list[int]:
     """Compare several orders of columns: the sum of all degrees and of the terms counts."""
     best: tuple[int, list[int]] | None = None
     tried = set()
@@ -93,8 +96,8 @@ def _of_least_degrees(samples: Samples, parameters: Sequence[Parameter]) -> list
 def _orders(parameters: Sequence[Parameter]) -> Iterator[list[int]]:
     """List orders of columns: by bodies, by kinds, masses last; bodies from either end.
 
-    The last orders leave sz and Jyy open: of a chain with revolute joints, what is along an axis
-    is free, and so is one of the moments across it.
+    The last orders leave sz and Jyy open: of a chain with revolute joints, what is along an
+    axis is free, and so is one of the moments across it.
     """
     columns = range(len(parameters))
 
@@ -112,7 +115,7 @@ def _orders(parameters: Sequence[Parameter]) -> Iterator[list[int]]:
                 yield sorted(columns, key=partial(key, rank, by_body, sign))
 
 
-def interpolation_of(samples: Samples, most_unknowns: int = 0) -> Interpolation:
+def interpolation_of(samples: ConditionSamples, most_unknowns: int = 0) -> Interpolation:
     """Prepare the interpolation of the entries of conditions; points are always the same."""
     rng, p = random.Random(7), PRIMES_OF_61_BITS[0]
     free = samples.free

@@ -1,7 +1,7 @@
 """Finite poses of a loop modulo a power of a prime, and conditions there.
 
-Numbers are those of K. Hensel (1904): modulo ``p^n`` a displacement by a multiple of p is small,
-and Newton's method gains a digit in each step.
+Numbers are those of K. Hensel (1904): modulo ``p^n`` a displacement by a multiple of p is
+small, and Newton's method gains a digit in each step.
 """
 
 from __future__ import annotations
@@ -80,7 +80,7 @@ def _moved_joints(
 
 
 def _gap(frame: ModularFrame, ground: ModularFrame, q: int) -> list[int]:
-    """Compute the twist, to first order, from one frame to another; 0 where they are the same."""
+    """Compute the twist, to first order, from one frame to another; 0 between equals."""
     R = [
         [sum(frame[axis][i] * ground[axis][j] for axis in range(3)) % q for j in range(3)]
         for i in range(3)

@@ -88,7 +88,7 @@ class SpatialDimensions:
         terms: each dimension as a combination of free ones.
         bennett: the relation of a Bennett linkage, if it is one.
         variables: of the formulas; an angle has two, its cosine and its sine.
-        angles: for each free dimension, whether it is an angle, drawn as the tangent of its half.
+        angles: for each free dimension, whether it is an angle, drawn as tangent of its half.
     """
 
     def __init__(
@@ -224,7 +224,7 @@ def parse_spatial_relations(
         UsageError: a text is no relation.
         ExactError: it names no length, or does not hold in the linkage.
     """
-    known = {}
+    known: dict[str, int] = {}
     for i, dimension in enumerate(linkage.dimensions):
         if dimension.kind == "length":
             known |= {dimension.joints: i, dimension.joints[::-1]: i}

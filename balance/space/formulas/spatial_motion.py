@@ -14,24 +14,31 @@ from collections.abc import Sequence
 
 from balance.space.formulas.input_relations import RateRelation
 from balance.space.formulas.spatial_parts import SpatialParts
-from balance.space.formulas.spatial_pose import ModularFrame, SpatialPose, Vector, cross
+from balance.space.formulas.spatial_pose import (
+    ModularFrame,
+    ModularVector,
+    SpatialPose,
+    modular_cross,
+)
 from kinematics.numerics.linalg.prime_field import echelon_modulo
 
-VectorSeries = list[Vector]
+VectorSeries = list[ModularVector]
 # Axes of the elements of an inertia tensor, in the order of the parameters.
 ELEMENTS = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
-ZERO: Vector = (0, 0, 0)
+ZERO: ModularVector = (0, 0, 0)
 
 
-def _add(a: Vector, b: Vector, p: int) -> Vector:
+def _add(a: ModularVector, b: ModularVector, p: int) -> ModularVector:
     return (a[0] + b[0]) % p, (a[1] + b[1]) % p, (a[2] + b[2]) % p
 
 
-def _scaled(a: Vector, x: int, p: int) -> Vector:
+def _scaled(a: ModularVector, x: int, p: int) -> ModularVector:
     return a[0] * x % p, a[1] * x % p, a[2] * x % p
 
 
-def _crossed(A: Sequence[Vector], B: Sequence[Vector], k: int, p: int) -> Vector:
+def _crossed(
+    A: Sequence[ModularVector], B: Sequence[ModularVector], k: int, p: int
+) -> ModularVector:
     """Compute order k of a vector product of series."""
     x = y = z = 0
     for a in range(k + 1):
@@ -42,7 +49,7 @@ def _crossed(A: Sequence[Vector], B: Sequence[Vector], k: int, p: int) -> Vector
     return x % p, y % p, z % p
 
 
-def _dotted(A: Sequence[Vector], B: Sequence[Vector], p: int) -> list[int]:
+def _dotted(A: Sequence[ModularVector], B: Sequence[ModularVector], p: int) -> list[int]:
     """Compute the scalar product of series."""
     return [
         sum(
@@ -54,7 +61,7 @@ def _dotted(A: Sequence[Vector], B: Sequence[Vector], p: int) -> list[int]:
     ]
 
 
-def _times(A: Sequence[Vector], d: Sequence[int], p: int) -> VectorSeries:
+def _times(A: Sequence[ModularVector], d: Sequence[int], p: int) -> VectorSeries:
     """Compute the product of a vector and a number as series."""
     out = []
     for k in range(len(A)):
@@ -142,7 +149,7 @@ class SpatialMotion:
 
     def _screw(
         self, v: int, frames: Sequence[Sequence[ModularFrame]], k: int
-    ) -> tuple[Vector, Vector]:
+    ) -> tuple[ModularVector, ModularVector]:
         """Compute order k of the screw of a rate; frames are by order, then by part."""
         part, axis, slides = self.rates[v]
         if not part:
@@ -150,7 +157,7 @@ class SpatialMotion:
                 return ZERO, ZERO
             last = self.pose.last
             assert last is not None
-            n, moment = last[axis], cross(last.o, last[axis], self.p)
+            n, moment = last[axis], modular_cross(last.o, last[axis], self.p)
         else:
             n = frames[k][part][axis]
             if slides:
@@ -174,7 +181,7 @@ class SpatialMotion:
         """
         p, size = self.p, len(self.rates)
         frames: list[tuple[ModularFrame, ...]] = [self.pose.parts]
-        screws: list[list[tuple[Vector, Vector]]] = []
+        screws: list[list[tuple[ModularVector, ModularVector]]] = []
         V: list[list[list[int]]] = [[] for _ in self.columns]
         whole: list[list[int]] = []
         for k in range(order + 1):
@@ -200,7 +207,9 @@ class SpatialMotion:
         return [row for row in out if any(row)]
 
     def _twists(
-        self, screws: Sequence[Sequence[tuple[Vector, Vector]]], rates: Sequence[Sequence[int]]
+        self,
+        screws: Sequence[Sequence[tuple[ModularVector, ModularVector]]],
+        rates: Sequence[Sequence[int]],
     ) -> list[tuple[VectorSeries, VectorSeries]]:
         """Compute the twists of all parts as series."""
         return [
@@ -213,12 +222,12 @@ class SpatialMotion:
 
     def _sum(
         self,
-        screws: Sequence[Sequence[tuple[Vector, Vector]]],
+        screws: Sequence[Sequence[tuple[ModularVector, ModularVector]]],
         rates: Sequence[Sequence[int]],
         path: Sequence[int],
         k: int,
         side: int,
-    ) -> Vector:
+    ) -> ModularVector:
         """Compute order k of ``Σ_j V_j n_j``, or of the moments (side 1), along a path."""
         x = y = z = 0
         for a in range(k + 1):
@@ -233,7 +242,7 @@ class SpatialMotion:
 
     def _next_rates(
         self,
-        screws: Sequence[Sequence[tuple[Vector, Vector]]],
+        screws: Sequence[Sequence[tuple[ModularVector, ModularVector]]],
         V: Sequence[list[int]],
         free: int,
     ) -> list[int]:
@@ -262,7 +271,7 @@ class SpatialMotion:
     def _next_frames(
         self,
         frames: Sequence[tuple[ModularFrame, ...]],
-        screws: Sequence[Sequence[tuple[Vector, Vector]]],
+        screws: Sequence[Sequence[tuple[ModularVector, ModularVector]]],
         whole: Sequence[Sequence[int]],
         k: int,
     ) -> tuple[ModularFrame, ...]:

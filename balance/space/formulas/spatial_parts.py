@@ -54,8 +54,8 @@ class SpatialJoint(NamedTuple):
         kind: ``"revolute"``, ``"prismatic"`` or ``"spherical"``.
         parts: the two parts; the last one of a loop leads back to the ground.
         place: a point of it in the inertial frame (3,), for drawing.
-        constant: dimension between the frames of the two parts that does not change: offset of a
-            revolute joint, angle of a prismatic one; None for 0.
+        constant: dimension between the frames of the two parts that does not change: offset
+            of a revolute joint, angle of a prismatic one; None for 0.
     """
 
     name: str
@@ -137,7 +137,7 @@ class SpatialParts:
             row[0], row[1:4] = -axis @ o, axis
         else:
             u, v = (part.axes["xyz".index(letter)] for letter in kind[1:])
-            # E about the origin of the frame: E - (2 o·mc 1 - o mcᵀ - mc oᵀ) + m (o·o 1 - o oᵀ).
+            # E about the frame: E - (2 o·mc 1 - o mcᵀ - mc oᵀ) + m (o·o 1 - o oᵀ).
             row[0] = (o @ o) * (u @ v) - (o @ u) * (o @ v)
             row[1:4] = -2 * o * (u @ v) + (o @ u) * v + (o @ v) * u
             row[4:7] = u * v
@@ -205,8 +205,8 @@ def _relations(
             k = next((k for k, axis in enumerate(axes) if number in axis.joints), None)
             if k is None or len(axes[k].joints) > 1:
                 raise ExactError(
-                    f"{space.source}: motion: '{joint.name}' is part of a spherical joint, whose "
-                    "rates formulas do not relate"
+                    f"{space.source}: motion: '{joint.name}' is part of a spherical joint, "
+                    "whose rates formulas do not relate"
                 )
             forwards = order.index(axes[k].ends[1]) == builder.joints[k].parts[1]
             along = float(axes[k].direction @ joint.direction) > 0.0
@@ -235,7 +235,7 @@ def _join_spherical(axes: list[_Axis], massive: set[int]) -> list[_Axis]:
             continue
         sides = [np.eye(3) - np.outer(n, n) for n in directions]
         pulls = [side @ axis.point for side, axis in zip(sides, three, strict=True)]
-        centre = np.linalg.solve(sum(sides), sum(pulls))
+        centre: Array = np.linalg.solve(np.sum(sides, axis=0), np.sum(pulls, axis=0)) * 1.0
         size = max(1.0, float(np.abs(centre).max()))
         misses = [side @ (centre - a.point) for side, a in zip(sides, three, strict=True)]
         if np.abs(misses).max() > FORMULA_ZERO * size:
@@ -360,9 +360,8 @@ class _Builder:
             while name in used:
                 name, count = f"{word}_{count}", count + 1
             used.add(name)
-            part = SpatialPart(name, own, first)
-            part.further = [k for k, j in enumerate(self.joints) if j.parts[0] == number]
-            self.parts.append(part)
+            further = [k for k, j in enumerate(self.joints) if j.parts[0] == number]
+            self.parts.append(SpatialPart(name, own, first, further))
         self._direct_axes()
         self._place_frames(space.source)
         for number in range(1, len(self.parts)):

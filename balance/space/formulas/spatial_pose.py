@@ -14,20 +14,20 @@ from typing import NamedTuple
 from balance.space.formulas.interpolation import cosine_sine
 from balance.space.formulas.spatial_parts import SpatialParts
 
-Vector = tuple[int, int, int]
+ModularVector = tuple[int, int, int]
 CosineSine = tuple[int, int]
 
 
 class ModularFrame(NamedTuple):
     """A frame: its axes and its origin, in the frame of the ground."""
 
-    x: Vector
-    y: Vector
-    z: Vector
-    o: Vector
+    x: ModularVector
+    y: ModularVector
+    z: ModularVector
+    o: ModularVector
 
 
-def mixed(a: Vector, x: int, b: Vector, y: int, p: int) -> Vector:
+def mixed(a: ModularVector, x: int, b: ModularVector, y: int, p: int) -> ModularVector:
     """Compute ``x a + y b``."""
     return (
         (a[0] * x + b[0] * y) % p,
@@ -36,7 +36,7 @@ def mixed(a: Vector, x: int, b: Vector, y: int, p: int) -> Vector:
     )
 
 
-def cross(a: Vector, b: Vector, p: int) -> Vector:
+def modular_cross(a: ModularVector, b: ModularVector, p: int) -> ModularVector:
     """Compute the vector product."""
     return (
         (a[1] * b[2] - a[2] * b[1]) % p,

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from balance.space.formulas.geometry_samples import EXTENTS, Samples
+
+from balance.space.formulas.geometry_samples import EXTENTS, ConditionSamples
 from balance.space.formulas.modular_conditions import ModularRow
 from balance.space.formulas.modular_pose import UnclosedError
 from balance.space.formulas.spatial_check import annihilated, displaced_pose
@@ -26,8 +27,10 @@ SPARE_DIGITS = 3
 MAX_DRAWS = 20
 
 
-class SpatialSamples(Samples):
+class SpatialSamples(ConditionSamples):
     """Echelon forms at dimensions whose conditions have a known rank."""
+
+    free: SpatialDimensions
 
     def __init__(
         self,

@@ -153,8 +153,8 @@ def _labels(things: _Things, placement: Placement) -> list[str]:
         for ends in pairwise([*outline, *outline[:1]] if len(outline) > 2 else outline):
             covered += _boxes_along(*ends, weight=3.0)
     elements = []
-    for dimension, *ends in things.dimensions:
-        a, b = pixels(ends)
+    for dimension, start, end in things.dimensions:
+        a, b = pixels([start, end])
         elements += _dimension(dimension, a, b, covered)
     for z, (letter, name, _, _) in zip(joints, things.joints, strict=True):
         text = _text(letter, weight="bold", colour=INK, title=name)

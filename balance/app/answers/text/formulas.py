@@ -62,7 +62,7 @@ def _checks(formulas: Formulas) -> str:
 def dimension_rows(formulas: Formulas) -> list[tuple[str, ...]]:
     """Build the table of dimensions, its head first."""
     rows: list[tuple[str, ...]] = [("dimension", "link", "joints", "in the file", "equals")]
-    for i, (name, kind, part, joints, value) in enumerate(formulas.parts.dimensions):
+    for i, (_, kind, part, joints, value) in enumerate(formulas.parts.dimensions):
         number = complex_text(value, kind == "point")
         if kind == "angle":
             number = f"{number_text(degrees(value.real), '.6g')} deg"
@@ -120,6 +120,6 @@ def _spatial_legend(formulas: Formulas) -> list[str]:
     return [
         "l common normal of two axes, h offset along an axis, c and s cosine and sine of the",
         f"angle of two axes; m mass; sx, sy, sz first moments{seconds}; in the frame",
-        "of the link: z-axis along its first joint, x-axis along the common normal to its second",
-        "one, origin at its foot",
+        "of the link: z-axis along its first joint, x-axis along the common normal to its",
+        "second one, origin at its foot",
     ]

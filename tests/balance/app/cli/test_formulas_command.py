@@ -51,7 +51,8 @@ def test_time_that_is_over_is_undecided(capsys):
         (["four_bar_general", "--where", "AB"], 2, "write AB=CD"),
         (["four_bar_general", "--solve", "q"], 3, "no parameter 'q'"),
         (["four_bar_general", "--solve", ","], 2, "not a list of parameters"),
-        (["four_bar_general", "--motion", "u1=0"], 2, "unrecognized arguments: --motion"),
+        (["four_bar_general", "--motion", "u1=0"], 3, "leaves no input to move"),
+        (["five_bar", "--balance", "force", "--motion", "u1=u2"], 3, "depend on the pose"),
         (["four_bar_general", "--seconds", "0"], 2, "--seconds"),
     ],
 )

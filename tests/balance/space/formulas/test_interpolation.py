@@ -72,9 +72,9 @@ def test_a_quotient_comes_back(up, down):
 
 
 def of_angles(up, down):
-    """Sample a quotient of polynomials in lengths a, b and c, s of an angle, and c, s of another.
+    """Sample a quotient of polynomials in lengths a, b and cosine and sine of two angles.
 
-    Keys are words in a, b, c, s, d, t: ``acc`` is a c².
+    Cosines are c and d, sines s and t. Keys are words: ``acc`` is a c².
     """
 
     def sample(point):

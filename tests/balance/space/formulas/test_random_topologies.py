@@ -1,4 +1,4 @@
-"""Formulas of random linkages against their design spaces: in the plane, special, and in space."""
+"""Formulas of random linkages against design spaces: in the plane, special, in space."""
 
 from __future__ import annotations
 

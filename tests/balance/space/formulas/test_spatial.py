@@ -190,7 +190,7 @@ def test_finite_poses_notice_a_wrong_coefficient(model):
 
 
 def test_a_displaced_loop_closes_elsewhere():
-    """Poses modulo p⁶: the last joint is back on its line, all angles differ by multiples of p."""
+    """Poses modulo p⁶: the last joint is back on its line, angles differ by multiples of p."""
     p = PRIMES_OF_61_BITS[2]
     problem = problem_of(balance.design_space("bennett", balance="force"), force=True)
     samples = problem.samples(problem.given(), None)

@@ -46,7 +46,7 @@ def _frames(linkage):
         in_loops |= set(_path(linkage, loop.end)) ^ set(_path(linkage, loop.successor))
     frames = {}
     for link, own in joints.items():
-        own.sort(key=lambda joint: joint.name not in in_loops)
+        own[1:] = sorted(own[1:], key=lambda joint: joint.name not in in_loops)
         turning = [complex(*joint.point[:2]) for joint in own if joint.kind == "revolute"]
         sliding = [complex(*joint.screw[3:5]) for joint in own if joint.kind == "prismatic"]
         origin = turning[0]

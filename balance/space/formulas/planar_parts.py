@@ -1,7 +1,7 @@
 """Rigid parts of a planar linkage with named dimensions: lengths, and points in link frames.
 
 The frame of a part has its origin at its first revolute joint and its x-axis through the
-second one, where joints in loops come first; along its first prismatic joint if it has one;
+second one, one in a loop if there is one; along its first prismatic joint if it has one;
 along the x-axis of the plane if it has one joint. Points are complex numbers ``x + i y``. A
 coordinate that vanishes in the linkage, such as the offset of an in-line slider, stays zero.
 """
@@ -174,8 +174,8 @@ def planar_parts(space: DesignSpace) -> PlanarParts:
             parts[part].joints.append(k)
     branches = _branch_joints([joint.parts for joint in joints])
     for part in parts:
-        # Loops have equal sides: their joints come first, so that frames are along sides.
-        part.joints.sort(key=lambda k: (k in branches, k))
+        # Sides of loops are equal now and then: frames are along them.
+        part.joints[1:] = sorted(part.joints[1:], key=lambda k: (k in branches, k))
     _name_parts(parts, joints, space.bodies)
     dimensions: list[Dimension] = []
     for number, part in enumerate(parts):

@@ -26,6 +26,7 @@ MACHINES = (
     ("desk_lamp", "anglepoise", "anglepoise.urdf"),
     ("exoskeleton_leg", "leg", "leg.urdf"),
     ("flexible_coupler", "strip", "strip.urdf"),
+    ("formulas", "shaper", "shaper.urdf"),
     ("four_bar_from_nothing", "four_bar", "four_bar.urdf"),
     ("parallel_robot", "robot", "robot.urdf"),
     ("pick_and_place", "scara", "scara.urdf"),

@@ -25,6 +25,15 @@ def file_values(answer):
     return values
 
 
+def _path(linkage, link):
+    """Names of the joints from a link down to the ground."""
+    names = []
+    while link >= 0:
+        names.append(linkage.joints[link].name)
+        link = linkage.joints[link].parent
+    return names
+
+
 def _frames(linkage):
     """Origin and direction of the x-axis of each link; from joints alone."""
     welded = {loop.end: loop.successor for loop in linkage.loops}
@@ -32,8 +41,12 @@ def _frames(linkage):
     for k, joint in enumerate(linkage.joints):
         for link in (joint.parent, k):
             joints.setdefault(welded.get(link, link), []).append(joint)
+    in_loops = set()
+    for loop in linkage.loops:
+        in_loops |= set(_path(linkage, loop.end)) ^ set(_path(linkage, loop.successor))
     frames = {}
     for link, own in joints.items():
+        own[1:] = sorted(own[1:], key=lambda joint: joint.name not in in_loops)
         turning = [complex(*joint.point[:2]) for joint in own if joint.kind == "revolute"]
         sliding = [complex(*joint.screw[3:5]) for joint in own if joint.kind == "prismatic"]
         origin = turning[0]

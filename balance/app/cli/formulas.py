@@ -20,12 +20,12 @@ if TYPE_CHECKING:
 def add_formulas(parser: Parser) -> None:
     """Add the options of the command ``formulas``."""
     parser.description = (
-        "Derives the conditions of balance of a planar linkage as formulas in its dimensions, "
+        "Derives the conditions of balance of a linkage as formulas in its dimensions, "
         "by exact arithmetic and interpolation, and checks them in other dimensions, other "
         "poses, and against the design space of the model. Exits with 0 if all are known and "
         "checked, 4 if not."
     )
-    add_model_options(parser, unused=("--motion", "--spatial"))
+    add_model_options(parser, unused=("--spatial",))
     parser.set_defaults(run=_run)
     group = parser.group("formulas")
     group.add_argument(
@@ -73,6 +73,7 @@ def _run(arguments: argparse.Namespace) -> Answer:
     answer = formulas(
         linkage,
         arguments.balance,
+        arguments.motion,
         where=arguments.where,
         solve=arguments.solve,
         seconds=arguments.seconds,

@@ -7,38 +7,31 @@ from __future__ import annotations
 
 import random
 from collections.abc import Sequence
-from itertools import combinations, islice
+from functools import partial
 from time import monotonic
 
 import numpy as np
 
-from balance.space.formulas.assembly_order import assembly_order
 from balance.space.formulas.formula_data import Condition, Formulas, FormulaTerm
-from balance.space.formulas.geometry_samples import GeometrySamples, OutOfTimeError
-from balance.space.formulas.interpolation import Degrees, Interpolation
-from balance.space.formulas.modular_conditions import ConditionSource
+from balance.space.formulas.geometry_samples import ConditionSamples, OutOfTimeError
+from balance.space.formulas.interpolation import Degrees, TooManyTermsError
 from balance.space.formulas.modular_pose import UnclosedError
-from balance.space.formulas.parameters import Parameter, in_part_frame, name_parameters
-from balance.space.formulas.planar_parts import PlanarParts, planar_parts
-from balance.space.formulas.polynomials import FactorPool, Polynomial
-from balance.space.formulas.relations import (
-    DimensionRelation,
-    FreeDimensions,
-    parse_relations,
-    relations_in,
-)
+from balance.space.formulas.parameters import Parameter, name_parameters
+from balance.space.formulas.polynomials import FactorPool, Polynomial, in_fewest_terms
+from balance.space.formulas.problem import Dimensions, Parts, Problem, problem_of
+from balance.space.formulas.relations import DimensionRelation
+from balance.space.formulas.solved_parameters import choose_solved, interpolation_of
 from balance.space.spaces.compute_space import design_space
 from balance.space.spaces.design_space import DesignSpace
 from balance.support.options import Balance
 from kinematics.errors import ExactError
 from kinematics.loading.model_gallery import LinkageLike
+from kinematics.model.motion import Motion
 from kinematics.numerics.array_types import Array
-from kinematics.numerics.linalg.prime_field import PRIMES_OF_61_BITS, echelon_modulo
+from kinematics.numerics.linalg.prime_field import PRIMES_OF_61_BITS
 
 MAX_UNKNOWNS = 600
 """Most monomials of an entry; the time of a fit grows with their cube."""
-MAX_SOLVED_CHOICES = 300
-"""Most choices of solved parameters that are compared."""
 SAME_GEOMETRY = 4
 """Number of times that two poses of one geometry are compared."""
 
@@ -56,12 +49,13 @@ FRESH_GEOMETRIES = 20
 def formulas(
     linkage: LinkageLike,
     balance: Balance = "dynamic",
+    motion: Motion | str | Sequence[str] | None = None,
     *,
     where: str | Sequence[str] = (),
     solve: Sequence[str] = (),
     seconds: float | None = None,
 ) -> Formulas:
-    """Derive the conditions of balance of a planar linkage as formulas in its dimensions.
+    """Derive the conditions of balance of a linkage as formulas in its dimensions.
 
     Conditions at random geometries, which close exactly modulo a prime of 61 bits, are brought
     to reduced echelon form; its entries are rational functions of few dimensions, found by
@@ -73,11 +67,18 @@ def formulas(
     its first joint and whose x-axis goes through its second one; so is the second moment J
     about that origin.
 
+    Spatial linkages are open chains, or single loops with the ground. The frame of a link has
+    its z-axis along its first joint, and its x-axis along the common normal to its second one,
+    whose foot is the origin; there are the first moments sx, sy and sz, and the elements Jxx …
+    Jyz of the inertia tensor.
+
     Args:
         linkage: an assembled linkage, or what `kinematics.load` accepts.
         balance: ``"force"`` for complex conditions on m and s, or ``"dynamic"`` for real ones
-            on m, s and J.
-        where: relations between distances of joints, such as ``"AB=CD"``, that hold too.
+            on m, s and J; those of spatial linkages are real.
+        motion: restriction of the inputs, as for `balance.design_space`.
+        where: relations between distances of joints, such as ``"AB=CD"``, that hold too; of
+            spatial linkages between common normals, or dimensions by their names.
         solve: names of parameters to solve for, such as ``"s_crank"``; by default those that
             leave the fewest terms.
         seconds: return what is known after this time.
@@ -86,15 +87,16 @@ def formulas(
         The conditions, each solved for a parameter; see `Formulas`.
 
     Raises:
-        ExactError: the linkage is spatial, or its parts cannot be placed two at a time, or its
-            formulas are too large, or its special geometry is not understood; or a distance
-            or parameter does not exist.
+        ExactError: the linkage is planar and its parts cannot be placed two at a time, or it
+            is spatial with several loops; or its formulas are too large, or its special
+            geometry is not understood; or a distance or parameter does not exist.
         UsageError: a relation is not written as one.
 
     Source:
         R. S. Berkof, G. G. Lowen, A new method for completely force balancing simple
         linkages, Journal of Engineering for Industry 91 (1969); R. Zippel, Effective
-        Polynomial Computation, chapter 14.
+        Polynomial Computation, chapter 14; J. Denavit, R. S. Hartenberg, A kinematic notation
+        for lower-pair mechanisms, Journal of Applied Mechanics 22 (1955).
 
     Example:
         >>> import balance
@@ -102,26 +104,20 @@ def formulas(
         s_crank + (l_crank/l_rocker) s_rocker + l_crank m_coupler = 0
         s_coupler + (l_coupler/l_rocker) s_rocker = 0
     """
-    space = design_space(linkage, balance=balance)
-    parts = planar_parts(space)
+    space = design_space(linkage, motion, balance=balance)
     force = balance == "force"
-    order = assembly_order(parts)
-    if order is None:
-        raise ExactError(
-            f"{space.source}: its links cannot be placed two at a time: formulas need dyads"
-        )
-    source = ConditionSource(parts, *order, force)
+    problem = problem_of(space, force)
     deadline = None if seconds is None else monotonic() + seconds
-    given = parse_relations(parts, [where] if isinstance(where, str) else where)
-    parameters = name_parameters(space.bodies, force)
-    relations, free = given, FreeDimensions(parts, given, cartesian=not force)
+    given = problem.given() + problem.parse([where] if isinstance(where, str) else where)
+    parameters = name_parameters(space.bodies, force, space.chain.planar)
+    relations, free = given, problem.free(given)
     conditions: tuple[Condition, ...] = ()
     unknown, geometries = space.rank, 0
     try:
-        relations, samples = _relations_for(source, given, space.rank, deadline)
+        relations, samples = _relations_for(problem, space, given, deadline)
         free = samples.free
-        samples.solve_for(_solved(samples, parameters, solve))
-        conditions, unknown = _conditions(samples, parameters)
+        samples.solve_for(choose_solved(samples, parameters, solve, space.chain.planar))
+        conditions, unknown = _conditions(samples, space, parameters)
         samples.deadline = None
         geometries = 0 if unknown else fresh_geometries(samples, parameters, conditions)
     except OutOfTimeError:
@@ -129,150 +125,157 @@ def formulas(
     return Formulas(
         source=space.source,
         linkage=space.linkage,
+        motion=space.motion,
         balance=balance,
-        parts=parts,
-        relations=tuple(relation.words for relation in relations),
+        parts=problem.parts,
+        relations=(*(relation.words for relation in relations), *free.further_words()),
         free=free,
         parameters=parameters,
         conditions=conditions,
         unknown=unknown,
         rank=space.rank,
-        residual=file_residual(space, parts, free, conditions, complete=not unknown),
+        residual=file_residual(space, problem.parts, free, conditions, complete=not unknown),
         geometries=geometries,
     )
 
 
 def _relations_for(
-    source: ConditionSource,
+    problem: Problem,
+    space: DesignSpace,
     given: Sequence[DimensionRelation],
-    target: int,
     deadline: float | None,
-) -> tuple[list[DimensionRelation], GeometrySamples]:
+) -> tuple[list[DimensionRelation], ConditionSamples]:
     """Find relations of the linkage under which the conditions have the rank of the linkage."""
-    linkage = source.linkage
     relations = list(given)
-    samples = _samples(source, relations, target, deadline)
+    samples = _samples(problem, relations, deadline)
     if samples is None:
-        relations += relations_in(linkage)
-        samples = _samples(source, relations, target, deadline)
+        more = problem.relations()
+        relations += more
+        samples = _samples(problem, relations, deadline)
         if samples is None:
-            raise ExactError(
-                f"{linkage.source}: its conditions have a lower rank than those of general "
-                "dimensions, and equal lengths do not explain it: give relations (--where)"
-            )
-        for relation in relations_in(linkage):
+            raise ExactError(_no_relations(space))
+        for relation in more:
             fewer = [each for each in relations if each is not relation]
-            simpler = _samples(source, fewer, target, deadline)
+            simpler = _samples(problem, fewer, deadline)
             if simpler is not None:
                 relations, samples = fewer, simpler
     return relations, samples
 
 
+def _no_relations(space: DesignSpace) -> str:
+    """Say that no relations explain the rank."""
+    if space.chain.planar:
+        return (
+            f"{space.source}: its conditions have a lower rank than those of general "
+            "dimensions, and equal lengths do not explain it: give relations (--where)"
+        )
+    return (
+        f"{space.source}: it moves, or balances, for special dimensions alone; formulas of "
+        "spatial loops know equal dimensions and Bennett's relations: give others (--where)"
+    )
+
+
 def _samples(
-    source: ConditionSource,
-    relations: Sequence[DimensionRelation],
-    target: int,
-    deadline: float | None,
-) -> GeometrySamples | None:
+    problem: Problem, relations: Sequence[DimensionRelation], deadline: float | None
+) -> ConditionSamples | None:
     """Prepare geometries under relations; None if their conditions have another rank."""
-    free = FreeDimensions(source.linkage, relations, cartesian=not source.force)
     try:
-        return GeometrySamples(source, free, target, deadline)
+        return problem.samples(relations, deadline)
     except UnclosedError:
         return None
 
 
-def _solved(
-    samples: GeometrySamples, parameters: Sequence[Parameter], names: Sequence[str]
-) -> list[int]:
-    """Choose the columns to solve for."""
-    by_name = {parameter.name: i for i, parameter in enumerate(parameters)}
-    for name in names:
-        if name not in by_name:
-            raise ExactError(f"no parameter '{name}': there are {', '.join(by_name)}")
-    asked = [by_name[name] for name in names]
-    rest = [i for i in range(len(parameters)) if i not in asked]
-    first = samples.pivots_for([*asked, *rest])
-    if missing := [parameters[i].name for i in asked if i not in first]:
-        raise ExactError(f"the conditions cannot be solved for {', '.join(missing)} as well")
-    if asked:
-        return first
-    moments = [i for i, parameter in enumerate(parameters) if not parameter.is_mass]
-    if len(first) > len(moments):
-        return first
-    choices = [tuple(first), *islice(combinations(moments, len(first)), MAX_SOLVED_CHOICES)]
-    counted = ((samples.count_terms(choice), choice) for choice in choices)
-    fewest = min((count, choice) for count, choice in counted if count is not None)
-    return list(fewest[1])
-
-
 def _conditions(
-    samples: GeometrySamples, parameters: Sequence[Parameter]
+    samples: ConditionSamples, space: DesignSpace, parameters: Sequence[Parameter]
 ) -> tuple[tuple[Condition, ...], int]:
     """Interpolate all entries; count the conditions that time did not suffice for."""
-    entries = samples.entries
+    entries, source = samples.entries, space.source
     fitted: dict[int, tuple[Polynomial, Polynomial]] = {}
-    rng = random.Random(7)
-    p = PRIMES_OF_61_BITS[0]
     try:
-        _check_one_motion(samples, rng)
-        interpolation = Interpolation(
-            samples.values, len(samples.free.variables), lambda: samples.free.draw(p, rng), p
-        )
+        _check_one_motion(samples, source)
+        interpolation = interpolation_of(samples, MAX_UNKNOWNS)
         degrees = interpolation.degrees(range(len(entries)))
         for e in sorted(degrees, key=lambda e: _size(degrees[e])):
             degree = degrees[e]
-            if degree is None or degree.unknowns() > MAX_UNKNOWNS:
-                _refuse_size(samples, degree)
-            assert degree is not None
-            fit = interpolation.fit(e, degree)
+            if degree is None:
+                raise ExactError(
+                    f"{source}: its formulas have a degree above 30: they fill pages"
+                )
+            try:
+                fit = interpolation.fit(e, degree)
+            except TooManyTermsError as error:
+                raise ExactError(_too_large(source, degree, error.unknowns)) from None
             if fit is None:
                 raise ExactError(
-                    f"{samples.source.linkage.source}: the coefficients of a formula are too "
-                    "large for one prime; give relations (--where)"
+                    f"{source}: the coefficients of a formula are too large for one prime; "
+                    "give relations (--where)"
                 )
             fitted[e] = fit
     except OutOfTimeError:
         pass
-    return _write(samples, parameters, fitted)
+    return _write(samples, parameters, fitted, turns=space.chain.planar)
 
 
-def _check_one_motion(samples: GeometrySamples, rng: random.Random) -> None:
+def _check_one_motion(samples: ConditionSamples, source: str) -> None:
     """Check that the dimensions determine the conditions, whatever the pose.
 
     Raises:
         ExactError: several motions of these dimensions have the same rank.
     """
-    point = samples.free.draw(PRIMES_OF_61_BITS[0], rng)
-    if any(samples.values(point) != samples.values(point) for _ in range(SAME_GEOMETRY)):
-        raise ExactError(
-            f"{samples.source.linkage.source}: several motions of its dimensions have as many "
-            "conditions: formulas do not tell them apart"
+    point = samples.free.draw(PRIMES_OF_61_BITS[0], random.Random(7))
+    first = samples.fresh_values(point)
+    if any(samples.fresh_values(point) != first for _ in range(SAME_GEOMETRY)):
+        raise ExactError(f"{source}: {_what_differs(samples)}")
+
+
+def _what_differs(samples: ConditionSamples) -> str:
+    """Say on what conditions depend beside dimensions."""
+    if samples.free.linkage.relations:
+        return (
+            "under this motion its conditions depend on the pose in which the file has it, not "
+            "on its dimensions alone"
         )
+    return (
+        "several motions of its dimensions have as many conditions: formulas do not tell them "
+        "apart"
+    )
 
 
 def _size(degrees: Degrees | None) -> int:
     return MAX_UNKNOWNS + 1 if degrees is None else degrees.unknowns()
 
 
-def _refuse_size(samples: GeometrySamples, degrees: Degrees | None) -> None:
-    source = samples.source.linkage.source
-    if degrees is None:
-        raise ExactError(f"{source}: its formulas have a degree above 30: they fill pages")
-    raise ExactError(
-        f"{source}: a formula of degree {degrees.total[0]} over {degrees.total[1]} has up to "
-        f"{degrees.unknowns()} terms, more than the {MAX_UNKNOWNS} that are fitted; give "
-        "relations (--where), or other parameters (--solve)"
+def _too_large(source: str, degrees: Degrees, unknowns: int) -> str:
+    """Say how large a formula is that is refused."""
+    pairs = zip(degrees.single, degrees.angles, strict=True)
+    angles = sum(pair != (0, 0) for pair, angle in pairs if angle)
+    of_angles = f" and in {angles} angles" * bool(angles)
+    return (
+        f"{source}: a formula of degree {degrees.total[0]} over {degrees.total[1]}{of_angles} "
+        f"has up to {degrees.unknowns()} terms, of which {unknowns} are left after those that "
+        f"vanish, more than the {MAX_UNKNOWNS} that are fitted; give relations (--where), or "
+        "other parameters (--solve)"
     )
 
 
 def _write(
-    samples: GeometrySamples,
+    samples: ConditionSamples,
     parameters: Sequence[Parameter],
     fitted: dict[int, tuple[Polynomial, Polynomial]],
+    turns: bool,
 ) -> tuple[tuple[Condition, ...], int]:
-    """Factorise the entries that were fitted, and collect them in conditions."""
+    """Factorise the entries that were fitted, and collect them in conditions.
+
+    Args:
+        samples: say which entries they are.
+        parameters: of the columns.
+        fitted: numerator and denominator by the number of the entry.
+        turns: whether a column of sy is i times it.
+    """
     pool = FactorPool()
+    pairs = _angle_pairs(samples.free.angles)
+    for e, (numerator, denominator) in fitted.items():
+        fitted[e] = in_fewest_terms(numerator, pairs), in_fewest_terms(denominator, pairs)
     for numerator, denominator in fitted.values():
         pool.learn(denominator)
         pool.learn(numerator)
@@ -286,14 +289,24 @@ def _write(
         terms = []
         for e in here:
             parameter = parameters[samples.entries[e][1]]
-            turns = ((parameter.kind == "sy") - (solved.kind == "sy")) % 4
-            terms.append(FormulaTerm(parameter, pool.factorise(*fitted[e]), turns))
+            power = ((parameter.kind == "sy") - (solved.kind == "sy")) % 4 if turns else 0
+            terms.append(FormulaTerm(parameter, pool.factorise(*fitted[e]), power))
         conditions.append(Condition(solved, tuple(terms)))
     return tuple(conditions), unknown
 
 
+def _angle_pairs(angles: Sequence[bool]) -> list[int]:
+    """Find the places of cosines among the variables; a sine follows each."""
+    places, at = [], 0
+    for angle in angles:
+        if angle:
+            places.append(at)
+        at += 2 if angle else 1
+    return places
+
+
 def fresh_geometries(
-    samples: GeometrySamples, parameters: Sequence[Parameter], conditions: Sequence[Condition]
+    samples: ConditionSamples, parameters: Sequence[Parameter], conditions: Sequence[Condition]
 ) -> int:
     """Count the fresh geometries, up to 20, at which formulas hold modulo another prime.
 
@@ -305,26 +318,29 @@ def fresh_geometries(
     """
     p, rng = PRIMES_OF_61_BITS[1], random.Random(11)
     place = {parameter: i for i, parameter in enumerate(parameters)}
-    for done in range(FRESH_GEOMETRIES):
-        point = samples.free.draw(p, rng)
+
+    def rows_modulo(point: Sequence[int], modulus: int) -> list[list[int]]:
+        values = samples.free.spread(point, modulus)
         rows = []
         for condition in conditions:
             row = [0] * len(parameters)
             row[place[condition.solved]] = 1
             for term in condition.terms:
-                row[place[term.parameter]] = term.coefficient.remainder(point, p)
+                row[place[term.parameter]] = term.coefficient.remainder(values, modulus)
             rows.append(row)
-        every = range(len(parameters))
-        ours = echelon_modulo(rows, every, p)
-        if ours != echelon_modulo(samples.finite_rows(point, p), every, p):
+        return rows
+
+    for done in range(FRESH_GEOMETRIES):
+        point = samples.free.draw(p, rng)
+        if not samples.agree(partial(rows_modulo, point), point, p):
             return done
     return FRESH_GEOMETRIES
 
 
 def file_residual(
     space: DesignSpace,
-    parts: PlanarParts,
-    free: FreeDimensions,
+    parts: Parts,
+    free: Dimensions,
     conditions: Sequence[Condition],
     complete: bool,
 ) -> float:
@@ -339,7 +355,7 @@ def file_residual(
     rows = _real_rows(space, parts, free, conditions)
     if not rows.size:
         return 0.0 if space.rank == 0 or not complete else float("inf")
-    powers = [{"m": 0, "Ezz": 2}.get(label, 1) for label in space.labels]
+    powers = [0 if label == "m" else 2 if label[0] == "E" else 1 for label in space.labels]
     scale = space.length ** np.array(powers, float)
     units = np.tile(scale, len(space.bodies))
     scaled, basis = rows * units, space.basis / units[:, None]
@@ -355,8 +371,8 @@ def file_residual(
 
 def _real_rows(
     space: DesignSpace,
-    parts: PlanarParts,
-    free: FreeDimensions,
+    parts: Parts,
+    free: Dimensions,
     conditions: Sequence[Condition],
 ) -> Array:
     """Evaluate formulas in the numbers of the file, as rows for the parameters of the space."""
@@ -371,9 +387,7 @@ def _real_rows(
                 for each in condition.terms
             ),
         ]:
-            part = parts.parts[parts.body_parts[parameter.body]]
             start = parameter.body * count
-            entry = in_part_frame(parameter.kind, part.origin, part.axis)
-            row[start : start + count] += coefficient * entry[:count]
+            row[start : start + count] += coefficient * parts.in_file(parameter)[:count]
         rows += [row.real, row.imag]
     return np.array(rows)

@@ -7,7 +7,6 @@ from typing import NamedTuple
 import numpy as np
 
 from balance.space.formulas.formula_data import Formulas
-from balance.space.formulas.parameters import in_part_frame
 from kinematics.numerics.array_types import Array
 
 # A sum over the sizes of what is added: up to this it is round-off.
@@ -29,14 +28,12 @@ class FileValues(NamedTuple):
 def file_values(formulas: Formulas) -> FileValues:
     """Evaluate formulas with the dimensions and masses of the file."""
     parts = formulas.parts
-    masses = [_planar(each.inertia, formulas.axes) for each in formulas.linkage.bodies]
+    masses = [each.inertia for each in formulas.linkage.bodies]
+    if formulas.planar:
+        masses = [_planar(z, formulas.axes) for z in masses]
     values, sizes = {}, {}
     for parameter in formulas.parameters:
-        part = parts.parts[parts.body_parts[parameter.body]]
-        row, mass = (
-            in_part_frame(parameter.kind, part.origin, part.axis),
-            masses[parameter.body],
-        )
+        row, mass = parts.in_file(parameter), masses[parameter.body]
         sizes[parameter] = float(abs(row) @ abs(mass))
         values[parameter] = _drop_round_off(complex(row @ mass), sizes[parameter])
     at, sums = formulas.free.values_in_file(), []

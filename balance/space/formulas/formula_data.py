@@ -17,7 +17,6 @@ from balance.space.formulas.notations import (
 )
 from balance.space.formulas.parameters import Parameter
 from balance.space.formulas.polynomials import Quotient
-from balance.space.formulas.relations import FreeDimensions
 from balance.support.result_files import WithPage
 from balance.support.tolerances import FORMULA_AGREES
 from kinematics.errors import PackageError
@@ -25,7 +24,11 @@ from kinematics.wording import repr_lines
 
 if TYPE_CHECKING:
     from balance.space.formulas.planar_parts import Dimension, PlanarParts
+    from balance.space.formulas.relations import FreeDimensions
+    from balance.space.formulas.spatial_dimensions import SpatialDimensions
+    from balance.space.formulas.spatial_parts import SpatialParts
     from kinematics.model.linkage import Linkage
+    from kinematics.model.motion import Motion
     from kinematics.numerics.array_types import Array
 
 
@@ -52,11 +55,12 @@ class Condition(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Formulas(WithPage):
-    """Conditions of balance of a planar linkage in its dimensions.
+    """Conditions of balance of a linkage in its dimensions.
 
     Attributes:
         source: file of the linkage.
         linkage: the linkage itself.
+        motion: restriction of the inputs; None if all are free.
         balance: ``"force"`` or ``"dynamic"``.
         parts: rigid parts, joints and dimensions.
         relations: relations between dimensions that are used, in words.
@@ -74,10 +78,11 @@ class Formulas(WithPage):
 
     source: str
     linkage: Linkage
+    motion: Motion | None
     balance: str
-    parts: PlanarParts
+    parts: PlanarParts | SpatialParts
     relations: tuple[str, ...]
-    free: FreeDimensions
+    free: FreeDimensions | SpatialDimensions
     parameters: tuple[Parameter, ...]
     conditions: tuple[Condition, ...]
     unknown: int
@@ -98,6 +103,16 @@ class Formulas(WithPage):
     def name(self) -> str:
         """Name of the linkage."""
         return self.linkage.name
+
+    @property
+    def planar(self) -> bool:
+        """Whether the linkage moves in a plane."""
+        return self.linkage.chain.planar
+
+    @property
+    def complex(self) -> bool:
+        """Whether the conditions are complex: those of forces in a plane."""
+        return self.planar and self.balance == "force"
 
     @property
     def axes(self) -> Array:
@@ -182,6 +197,7 @@ class Formulas(WithPage):
             "source": self.source,
             "name": self.name,
             "balance": self.balance,
+            "motion": [] if self.motion is None else list(self.motion.relations),
             "joints": [
                 {
                     "letter": joint.letter,

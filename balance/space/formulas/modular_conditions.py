@@ -70,12 +70,30 @@ class ConditionSource:
             try:
                 pose = assembly.pose(self.first, self.steps)
                 start = function_values(self.index, pose, p)
-                motion = ModularMotion(self.index, linear.loops, start, p)
+                motion = ModularMotion(self.index, linear.loops, start, p, self._related(p))
             except (UnclosedError, ValueError, KeyError):
                 continue
-            if len(motion.columns) == self.linkage.mobility:
+            if len(motion.columns) == self.linkage.freedoms:
                 return motion, list(linear.origins)
         raise UnclosedError
+
+    def _related(self, p: int) -> list[dict[int, int]]:
+        """Write the relations of joints on the rates of directions and of slides."""
+        rows = []
+        for relation in self.linkage.relations:
+            row: dict[int, int] = {}
+            for k, c in relation.items():
+                value = c.numerator * pow(c.denominator, -1, p)
+                if k in self.index.of_joint:
+                    terms = [(self.index.of_joint[k][0], value)]
+                else:
+                    base, part = (self.index.of_part[i] for i in self.linkage.joints[k].parts)
+                    terms = [(part, value), (base, -value)]
+                for i, x in terms:
+                    if i:
+                        row[i - 1] = (row.get(i - 1, 0) + x) % p
+            rows.append(row)
+        return rows
 
     def rows_from(
         self,

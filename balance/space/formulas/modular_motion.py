@@ -6,7 +6,7 @@ conjugates are linear in them: ``A(F) V = 0``; order by order, ``A_0 V_k = -Σ_a
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 from balance.space.formulas.modular_pose import Pair
@@ -32,7 +32,12 @@ class ModularMotion:
     """The motion of a linkage away from a pose."""
 
     def __init__(
-        self, index: FunctionIndex, loops: Sequence[Coefficients], start: Sequence[Pair], p: int
+        self,
+        index: FunctionIndex,
+        loops: Sequence[Coefficients],
+        start: Sequence[Pair],
+        p: int,
+        relations: Sequence[Mapping[int, int]] = (),
     ) -> None:
         """Choose dependent rates, and independent rows.
 
@@ -41,12 +46,14 @@ class ModularMotion:
             loops: relations of the functions.
             start: the functions at the pose.
             p: the prime.
+            relations: of the rates, which vanish at all times.
         """
+        self.relations = relations
         self.index, self.loops, self.start, self.p = index, loops, start, p
         self.size = index.turning + len(index.of_joint)
         self.direction = list(range(index.turning + 1))
         self.direction += [direction for _, direction in index.of_joint.values()]
-        A = self._rows([list(start)])[0]
+        A = self._rows([list(start)])[0] + self._related_rows()
         self.rows = echelon_modulo(list(zip(*A, strict=True)), range(len(A)), p)[1]
         A = [A[r] for r in self.rows]
         self.dependent = echelon_modulo(A, range(self.size), p)[1]
@@ -85,6 +92,16 @@ class ModularMotion:
                         rows[2 * r + 1][v] = (rows[2 * r + 1][v] + b * y) % p
         return A
 
+    def _related_rows(self, order: int = 0) -> list[list[int]]:
+        """Write the relations of the rates, which are constant: zeros above order 0."""
+        rows = []
+        for relation in self.relations:
+            rows.append([0] * self.size)
+            if order == 0:
+                for v, c in relation.items():
+                    rows[-1][v] = c
+        return rows
+
     def along(self, ray: Sequence[int], order: int) -> FunctionSeries:
         """Compute series along a ray of the columns, up to an order."""
         p, count, columns = self.p, self.index.size, self.columns
@@ -93,7 +110,7 @@ class ModularMotion:
         V: list[list[Rates]] = [[] for _ in columns]
         whole: list[Rates] = []
         for k in range(order + 1):
-            rows = self._rows(F[k:])[0]
+            rows = self._rows(F[k:])[0] + self._related_rows(k)
             A.append([rows[r] for r in self.rows])
             for w, column in enumerate(columns):
                 V[w].append(self._next_rates(A, V[w], column if k == 0 else -1))

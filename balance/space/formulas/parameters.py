@@ -16,7 +16,8 @@ class Parameter(NamedTuple):
 
     Attributes:
         name: in formulas, such as ``s_crank``.
-        kind: ``"s"`` (complex first moment), ``"sx"``, ``"sy"``, ``"J"`` or ``"m"``.
+        kind: ``"s"`` (complex first moment), ``"sx"``, ``"sy"``, ``"J"`` or ``"m"``; of
+            spatial linkages ``"sx"``, ``"sy"``, ``"sz"``, ``"Jxx"`` … ``"Jyz"`` or ``"m"``.
         body: index of the body.
     """
 
@@ -30,7 +31,14 @@ class Parameter(NamedTuple):
         return self.kind == "m"
 
 
-def name_parameters(bodies: Sequence[str], force: bool) -> tuple[Parameter, ...]:
+PLANAR_KINDS = ("sx", "sy", "J", "m")
+SPATIAL_MOMENTS = ("sx", "sy", "sz")
+SPATIAL_SECOND_MOMENTS = ("Jxx", "Jyy", "Jzz", "Jxy", "Jxz", "Jyz")
+
+
+def name_parameters(
+    bodies: Sequence[str], force: bool, planar: bool = True
+) -> tuple[Parameter, ...]:
     """Name the parameters of bodies: first moments first, masses last."""
     words: list[str] = []
     for body in bodies:
@@ -38,7 +46,9 @@ def name_parameters(bodies: Sequence[str], force: bool) -> tuple[Parameter, ...]
         while word in words:
             word, number = f"{plain_name(body)}_{number}", number + 1
         words.append(word)
-    kinds = ("s", "m") if force else ("sx", "sy", "J", "m")
+    kinds: tuple[str, ...] = ("s", "m") if force else PLANAR_KINDS
+    if not planar:
+        kinds = (*SPATIAL_MOMENTS, *(() if force else SPATIAL_SECOND_MOMENTS), "m")
     return tuple(
         Parameter(f"{kind}_{body}", kind, b) for kind in kinds for b, body in enumerate(words)
     )

@@ -1,9 +1,9 @@
 """Rigid parts of a planar linkage with named dimensions: lengths, and points in link frames.
 
 The frame of a part has its origin at its first revolute joint and its x-axis through the
-second one; along its first prismatic joint if it has one; along the x-axis of the plane if it
-has one joint. Points are complex numbers ``x + i y``. A coordinate that vanishes in the
-linkage, such as the offset of an in-line slider, stays zero.
+second one, one in a loop if there is one; along its first prismatic joint if it has one;
+along the x-axis of the plane if it has one joint. Points are complex numbers ``x + i y``. A
+coordinate that vanishes in the linkage, such as the offset of an in-line slider, stays zero.
 """
 
 from __future__ import annotations
@@ -12,11 +12,18 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
+import numpy as np
+from numpy.typing import NDArray
+
+from balance.space.formulas.input_relations import RateRelation, rate_relations
 from balance.space.formulas.notations import plain_name
+from balance.space.formulas.parameters import Parameter, in_part_frame
 from balance.space.spaces.design_space import DesignSpace
 from balance.support.tolerances import FORMULA_ZERO
 from kinematics.errors import ExactError
 from kinematics.model.chain import rigid_parts
+from kinematics.model.linkage import Joint
+from kinematics.numerics.array_types import Array
 
 GROUND_PART = 0
 
@@ -95,7 +102,9 @@ class PlanarParts:
         joints: all of them.
         dimensions: all of them; none is zero in the linkage.
         body_parts: part of each body of the design space.
-        mobility: degrees of freedom.
+        mobility: degrees of freedom, without relations of inputs.
+        relations: of the rates of joints, which the motion obeys; they turn about the normal
+            of the plane.
     """
 
     source: str
@@ -104,6 +113,17 @@ class PlanarParts:
     dimensions: tuple[Dimension, ...]
     body_parts: tuple[int, ...]
     mobility: int
+    relations: tuple[RateRelation, ...] = ()
+
+    @property
+    def freedoms(self) -> int:
+        """Count the degrees of freedom of the motion."""
+        return self.mobility - len(self.relations)
+
+    def in_file(self, parameter: Parameter) -> NDArray[np.complexfloating]:
+        """Express a parameter by ``m, mcx, mcy, Ezz`` about the inertial origin."""
+        part = self.parts[self.body_parts[parameter.body]]
+        return in_part_frame(parameter.kind, part.origin, part.axis)
 
     def loops(self) -> int:
         """Count the independent loops."""
@@ -152,6 +172,10 @@ def planar_parts(space: DesignSpace) -> PlanarParts:
         )
         for part in ends:
             parts[part].joints.append(k)
+    branches = _branch_joints([joint.parts for joint in joints])
+    for part in parts:
+        # Sides of loops are equal now and then: frames are along them.
+        part.joints[1:] = sorted(part.joints[1:], key=lambda k: (k in branches, k))
     _name_parts(parts, joints, space.bodies)
     dimensions: list[Dimension] = []
     for number, part in enumerate(parts):
@@ -160,14 +184,44 @@ def planar_parts(space: DesignSpace) -> PlanarParts:
     for k, joint in enumerate(joints):
         if joint.slides:
             joints[k] = _with_offset(joint, parts, dimensions)
+    relations = [
+        {
+            k: c * _sign_of_turn(linkage.joints[int(chain.joints[k])], axes)
+            for k, c in row.items()
+        }
+        for row in rate_relations(space)
+    ]
     return PlanarParts(
         space.source,
         tuple(parts),
         tuple(joints),
         tuple(dimensions),
         tuple(part_of[link] for link in chain.links.tolist()),
-        linkage.mobility,
+        chain.columns.shape[1] + len(relations),
+        tuple(relations),
     )
+
+
+def _sign_of_turn(joint: Joint, axes: Array) -> int:
+    """Return -1 if a joint turns against the normal of the plane."""
+    return -1 if joint.kind == "revolute" and joint.direction @ axes[2] < 0.0 else 1
+
+
+def _branch_joints(ends: Sequence[tuple[int, int]]) -> set[int]:
+    """Find the joints that are in no loop: without one of them, two parts are not connected."""
+    branches = set()
+    for k in range(len(ends)):
+        reached, waiting = {ends[k][0]}, [ends[k][0]]
+        while waiting:
+            part = waiting.pop()
+            for j, pair in enumerate(ends):
+                other = sum(pair) - part
+                if j != k and part in pair and other not in reached:
+                    reached.add(other)
+                    waiting.append(other)
+        if ends[k][1] not in reached:
+            branches.add(k)
+    return branches
 
 
 def _name_parts(

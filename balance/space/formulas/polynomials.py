@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from fractions import Fraction
-from math import gcd, lcm
+from math import comb, gcd, lcm
 from typing import NamedTuple
 
 Exponents = tuple[int, ...]
@@ -75,6 +75,37 @@ def primitive(polynomial: Polynomial) -> tuple[Fraction, Exponents, Polynomial]:
         for e, c in polynomial.items()
     }
     return content, common, rest
+
+
+def in_fewest_terms(polynomial: Polynomial, cosines: Sequence[int]) -> Polynomial:
+    """Write squares of cosines by sines wherever that leaves fewer terms.
+
+    Args:
+        polynomial: the polynomial; sines occur at most once in a term.
+        cosines: places of cosines among the variables; a sine follows each.
+    """
+    for place in cosines:
+        written = _by_sines(polynomial, place)
+        if len(written) < len(polynomial):
+            polynomial = written
+    return polynomial
+
+
+def _by_sines(polynomial: Polynomial, place: int) -> Polynomial:
+    """Replace ``c²`` by ``1 - s²``, until the cosine occurs at most once in a term."""
+    out: Polynomial = {}
+    for exponents, coefficient in polynomial.items():
+        half, odd = divmod(exponents[place], 2)
+        for n in range(half + 1):
+            powers = list(exponents)
+            powers[place], powers[place + 1] = odd, exponents[place + 1] + 2 * n
+            key = tuple(powers)
+            value = out.get(key, Fraction(0)) + coefficient * comb(half, n) * (-1) ** n
+            if value:
+                out[key] = value
+            else:
+                out.pop(key, None)
+    return out
 
 
 class Quotient(NamedTuple):

@@ -181,9 +181,22 @@ class FreeDimensions:
         self.variables = [variable for i in self.free for variable in self._variables_of(i)]
 
     @property
+    def angles(self) -> list[bool]:
+        """Tell for each variable that it is no angle."""
+        return [False] * len(self.variables)
+
+    def spread(self, point: Sequence[int], p: int) -> list[int]:
+        """Compute the values of the variables at a point: they are the point itself."""
+        return [x % p for x in point]
+
+    @property
     def special(self) -> bool:
         """Whether there are relations."""
         return len(self.free) < len(self.terms)
+
+    def further_words(self) -> list[str]:
+        """State relations that are not linear: there are none."""
+        return []
 
     def _variables_of(self, i: int) -> list[Variable]:
         name, kind, *_ = self.linkage.dimensions[i]

@@ -1,4 +1,4 @@
-"""Drawing of a planar linkage with the dimensions of its formulas, in SVG.
+"""Drawing of a linkage with the dimensions of its formulas, in SVG.
 
 A dimension line is parallel to its distance, with arrows at both ends of a length and at the
 end of a point. Lines and labels stand where they cover least of what is drawn before them.
@@ -23,6 +23,7 @@ from balance.app.answers.html.linkage_drawing import (
 )
 from balance.space.formulas.formula_data import Formulas
 from balance.space.formulas.planar_parts import Dimension, PlanarParts
+from balance.space.formulas.spatial_parts import SpatialParts
 from kinematics.numerics.array_types import Array
 from kinematics.numerics.linalg.ties import first_least
 
@@ -72,7 +73,7 @@ def dimension_drawing(formulas: Formulas) -> str:
     Returns:
         An SVG element, in which a label of a dimension has its name as ``title``.
     """
-    over = partial(_labels, formulas.parts, formulas.axes)
+    over = partial(_labels, _things(formulas))
     return linkage_drawing(formulas.linkage, SIZE, names=False, over=over)
 
 
@@ -91,29 +92,73 @@ def find_ends(parts: PlanarParts, index: int) -> tuple[complex, complex]:
     return part.origin, part.origin + part.axis * value
 
 
-def _labels(parts: PlanarParts, axes: Array, placement: Placement) -> list[str]:
+class _Things(NamedTuple):
+    """What is labelled, in points (3,) in the inertial frame, metres.
+
+    Attributes:
+        joints: letter, name, place, and whether it slides.
+        dimensions: each with its two ends.
+    """
+
+    joints: list[tuple[str, str, Array, bool]]
+    dimensions: list[tuple[Dimension, Array, Array]]
+
+
+def _things(formulas: Formulas) -> _Things:
+    """Find what is labelled, and where it is."""
+    parts = formulas.parts
+    if isinstance(parts, SpatialParts):
+        joints = [(j.letter, j.name, j.place, j.kind == "prismatic") for j in parts.joints]
+        return _Things(joints, list(dimension_lines(parts)))
+
+    def point(z: complex) -> Array:
+        return np.array([z.real, z.imag]) @ formulas.axes[:2]
+
+    flat = [(j.letter, j.name, point(j.place), j.slides) for j in parts.joints]
+    ends = [find_ends(parts, index) for index in range(len(parts.dimensions))]
+    lines = [
+        (dimension, point(a), point(b))
+        for dimension, (a, b) in zip(parts.dimensions, ends, strict=True)
+    ]
+    return _Things(flat, lines)
+
+
+def dimension_lines(parts: SpatialParts) -> Iterator[tuple[Dimension, Array, Array]]:
+    """List the lengths of a linkage in space, each with its ends; angles have none."""
+    for number, part in enumerate(parts.parts):
+        for k, place in part.places.items():
+            foot, end = parts.normal_ends(number, k)
+            for index, a, b in ((place.along, part.origin, foot), (place.normal, foot, end)):
+                if index is not None:
+                    yield parts.dimensions[index], a, b
+            constant, child = parts.joints[k].constant, parts.joints[k].parts[1]
+            if constant is not None and parts.joints[k].kind == "revolute":
+                yield parts.dimensions[constant], end, parts.parts[child].origin
+
+
+def _labels(things: _Things, placement: Placement) -> list[str]:
     """Draw dimension lines, letters of joints and names of links."""
 
-    def pixels(points: Sequence[complex]) -> list[complex]:
-        plane = np.array([[z.real, z.imag] for z in points]).reshape(-1, 2)
-        return [complex(x, y) for x, y in placement.place(plane @ axes[:2])]
+    def pixels(points: Sequence[Array]) -> list[complex]:
+        seen = placement.place(np.array(points).reshape(-1, 3))
+        return [complex(x, y) for x, y in seen]
 
-    joints = pixels([joint.place for joint in parts.joints])
+    joints = pixels([place for _, _, place, _ in things.joints])
     covered = [_Box(z.real, z.imag, 7, 7) for z in joints]
-    for z, joint in zip(joints, parts.joints, strict=True):
-        covered += [_Box(z.real, z.imag, 24, 9)] * joint.slides
+    for z, (*_, slides) in zip(joints, things.joints, strict=True):
+        covered += [_Box(z.real, z.imag, 24, 9)] * slides
     covered += [_Box(float(x), float(y) + 12, 11, 11, 3.0) for x, y in placement.feet]
     for corners in placement.corners[1:]:
         outline = [complex(x, y) for x, y in corners]
         for ends in pairwise([*outline, *outline[:1]] if len(outline) > 2 else outline):
             covered += _boxes_along(*ends, weight=3.0)
     elements = []
-    for index, dimension in enumerate(parts.dimensions):
-        a, b = pixels(find_ends(parts, index))
+    for dimension, start, end in things.dimensions:
+        a, b = pixels([start, end])
         elements += _dimension(dimension, a, b, covered)
-    for z, joint in zip(joints, parts.joints, strict=True):
-        text = _text(joint.letter, weight="bold", colour=INK, title=joint.name)
-        elements.append(_beside([z], _width(joint.letter), text, covered, near=12.0))
+    for z, (letter, name, _, _) in zip(joints, things.joints, strict=True):
+        text = _text(letter, weight="bold", colour=INK, title=name)
+        elements.append(_beside([z], _width(letter), text, covered, near=12.0))
     for part, corners in zip(placement.parts[1:], placement.corners[1:], strict=True):
         if part["names"] and len(corners):
             name = ", ".join(part["names"])
@@ -141,7 +186,7 @@ def _cost(boxes: Sequence[_Box], covered: Sequence[_Box]) -> float:
 def _dimension(dimension: Dimension, a: complex, b: complex, covered: list[_Box]) -> list[str]:
     """Draw a dimension line and its label."""
     length = abs(b - a)
-    across = 1j * (b - a) / length
+    across = 1j * (b - a) / length if length else 1j
     lines = [(a + across * s * d, b + across * s * d) for d in AWAY for s in (1, -1)]
     if dimension.name.startswith("h_"):
         lines.insert(0, (a, b))  # it is drawn where it is, between two lines

@@ -17,13 +17,20 @@ from balance.space.formulas.formula_data import Formulas
 from balance.space.formulas.notations import MATHML
 from kinematics.wording import count_noun
 
+PLANE = "An arrow at one end points to a point of a link, seen from the origin of its frame."
+SPACE = "It is seen obliquely from above: lengths of lines are not to scale."
 # Unit of a parameter, and what it is.
 PARAMETERS = {
     "m": ("kg", "mass"),
     "s": ("kg m", "first moment"),
     "sx": ("kg m", "first moment, x"),
     "sy": ("kg m", "first moment, y"),
+    "sz": ("kg m", "first moment, z"),
     "J": ("kg m²", "second moment"),
+    **{
+        f"J{a}{b}": ("kg m²", f"inertia, {a}{b}")
+        for a, b in ("xx", "yy", "zz", "xy", "xz", "yz")
+    },
 }
 
 
@@ -42,6 +49,7 @@ def formulas_page(formulas: Formulas) -> str:
         data={},
         scripts=("copy",),
         drawing=dimension_drawing(formulas),
+        caption=PLANE if formulas.planar else SPACE,
         conditions=_conditions(formulas, values),
         facts=facts_list(formulas_facts(formulas)[1:]),
         legend=escape(" ".join(legend(formulas))),
@@ -54,7 +62,7 @@ def formulas_page(formulas: Formulas) -> str:
 
 def _summary(formulas: Formulas) -> str:
     """Say what the page answers, in one sentence."""
-    kind = "complex condition" if formulas.balance == "force" else "condition"
+    kind = "complex condition" if formulas.complex else "condition"
     known = count_noun(len(formulas.conditions), kind)
     what = f"{formulas.balance} balance in the dimensions of this linkage"
     if formulas.unknown:
@@ -79,7 +87,7 @@ def _conditions(formulas: Formulas, values: FileValues) -> str:
         formulas.conditions, formulas.mathml(), values.sums, strict=True
     ):
         unit = PARAMETERS[condition.solved.kind][0]
-        text = complex_text(total, formulas.balance == "force")
+        text = complex_text(total, formulas.complex)
         rows.append([math, escape(f"{text} {unit}")])
     if not rows:
         return "<p>None is known.</p>"
@@ -90,9 +98,11 @@ def _dimensions(formulas: Formulas) -> str:
     """Render the table of dimensions."""
     head, *rows = dimension_rows(formulas)
     cells = []
-    for name, link, joints, value, equals in rows:
-        terms = [escape(link), escape(joints), escape(f"{value} m"), escape(equals)]
-        cells.append([_symbol(name), f"<code>{escape(name)}</code>", *terms])
+    for names, link, joints, value, equals in rows:
+        unit = "" if value.endswith(" deg") else " m"
+        terms = [escape(link), escape(joints), escape(f"{value}{unit}"), escape(equals)]
+        symbols = ", ".join(_symbol(name) for name in names.split(", "))
+        cells.append([symbols, f"<code>{escape(names)}</code>", *terms])
     return html_table(["Symbol", "Name", *(each.capitalize() for each in head[1:])], cells, [4])
 
 

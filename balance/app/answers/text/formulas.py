@@ -5,8 +5,11 @@
 
 from __future__ import annotations
 
+from math import degrees
+
 from balance.app.answers.answer import AnswerBody, AnswerTable, Facts
 from balance.space.formulas.formula_data import Formulas
+from balance.space.formulas.planar_parts import Dimension
 from kinematics.wording import count_noun, number_text
 
 
@@ -31,6 +34,7 @@ def formulas_facts(formulas: Formulas) -> list[tuple[str, str]]:
     """List the linkage, the conditions, the relations that are used, and the checks."""
     return [
         ("linkage", f"{formulas.name}, {formulas.balance} balance"),
+        *(("motion", each) for each in (formulas.motion.relations if formulas.motion else ())),
         ("conditions", _conditions(formulas)),
         *(("relation", words) for words in formulas.relations),
         ("checked", _checks(formulas)),
@@ -38,7 +42,7 @@ def formulas_facts(formulas: Formulas) -> list[tuple[str, str]]:
 
 
 def _conditions(formulas: Formulas) -> str:
-    kind = "complex" if formulas.balance == "force" else "real"
+    kind = "complex" if formulas.complex else "real"
     missing = f", {formulas.unknown} more not known" if formulas.unknown else ""
     return f"{len(formulas.conditions)} {kind}{missing}, rank {formulas.rank}"
 
@@ -58,11 +62,29 @@ def _checks(formulas: Formulas) -> str:
 def dimension_rows(formulas: Formulas) -> list[tuple[str, ...]]:
     """Build the table of dimensions, its head first."""
     rows: list[tuple[str, ...]] = [("dimension", "link", "joints", "in the file", "equals")]
-    for i, (name, kind, part, joints, value) in enumerate(formulas.parts.dimensions):
+    for i, (_, kind, part, joints, value) in enumerate(formulas.parts.dimensions):
         number = complex_text(value, kind == "point")
+        if kind == "angle":
+            number = f"{number_text(degrees(value.real), '.6g')} deg"
         link = formulas.parts.parts[part].name
-        rows.append((name, link, joints, number, formulas.free.equals(i)))
+        names = ", ".join(dimension_names(formulas.parts.dimensions[i]))
+        rows.append((names, link, joints, number, _equals(formulas, i)))
     return rows
+
+
+def dimension_names(dimension: Dimension) -> list[str]:
+    """List the names of a dimension in formulas: an angle has those of cosine and sine."""
+    if dimension.kind == "angle":
+        return [f"c_{dimension.name}", f"s_{dimension.name}"]
+    return [dimension.name]
+
+
+def _equals(formulas: Formulas, i: int) -> str:
+    """Write what a dimension follows from."""
+    text = formulas.free.equals(i)
+    if text and formulas.parts.dimensions[i].kind == "angle":
+        return f"c_{text}, s_{text}"
+    return text
 
 
 def complex_text(value: complex, both: bool) -> str:
@@ -77,6 +99,8 @@ def complex_text(value: complex, both: bool) -> str:
 
 def legend(formulas: Formulas) -> list[str]:
     """Explain the symbols, in lines."""
+    if not formulas.planar:
+        return _spatial_legend(formulas)
     force = formulas.balance == "force"
     point = "z = x + i y a point" if force else "(x, y) a point"
     moments = (
@@ -87,4 +111,15 @@ def legend(formulas: Formulas) -> list[str]:
     return [
         f"l, x, y, h lengths, {point}; m mass, {moments}; in the frame of the link:",
         "origin at its first joint, x-axis through its second one, or along its slide",
+    ]
+
+
+def _spatial_legend(formulas: Formulas) -> list[str]:
+    """Explain the symbols of a linkage in space."""
+    seconds = ", J inertia tensor about the origin" * (formulas.balance == "dynamic")
+    return [
+        "l common normal of two axes, h offset along an axis, c and s cosine and sine of the",
+        f"angle of two axes; m mass; sx, sy, sz first moments{seconds}; in the frame",
+        "of the link: z-axis along its first joint, x-axis along the common normal to its",
+        "second one, origin at its foot",
     ]

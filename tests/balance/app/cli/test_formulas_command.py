@@ -46,12 +46,13 @@ def test_time_that_is_over_is_undecided(capsys):
 @pytest.mark.parametrize(
     ("words", "code", "problem"),
     [
-        (["bennett"], 3, "this is spatial"),
+        (["delta"], 3, "single loops"),
         (["four_bar_general", "--where", "AB=BD"], 3, "does not hold in the file"),
         (["four_bar_general", "--where", "AB"], 2, "write AB=CD"),
         (["four_bar_general", "--solve", "q"], 3, "no parameter 'q'"),
         (["four_bar_general", "--solve", ","], 2, "not a list of parameters"),
-        (["four_bar_general", "--motion", "u1=0"], 2, "unrecognized arguments: --motion"),
+        (["four_bar_general", "--motion", "u1=0"], 3, "leaves no input to move"),
+        (["five_bar", "--balance", "force", "--motion", "u1=u2"], 3, "depend on the pose"),
         (["four_bar_general", "--seconds", "0"], 2, "--seconds"),
     ],
 )

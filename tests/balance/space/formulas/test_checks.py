@@ -84,7 +84,9 @@ def test_solved_parameters_are_those_asked_for():
 @pytest.mark.parametrize(
     ("words", "options", "problem"),
     [
-        ("bennett", {}, "this is spatial"),
+        ("goldberg_five_bar", {}, "special dimensions alone"),
+        ("delta", {}, "single loops"),
+        ("hprs", {}, "no screws"),
         ("double_pendulum_duplicates", {}, "follows another"),
         ("four_bar_general", {"solve": ["s_crank", "m_coupler", "s_rocker"]}, "as well"),
         ("four_bar_general", {"solve": ["ghost"]}, "no parameter"),

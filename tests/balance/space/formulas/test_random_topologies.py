@@ -1,4 +1,4 @@
-"""Formulas of random planar linkages against their design spaces."""
+"""Formulas of random linkages against design spaces: in the plane, special, in space."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ import balance
 from kinematics import ScrewJoint, from_screws
 from kinematics.errors import LinkageError
 from tests.support.formula_rows import file_values, matrix, violation
+from tests.support.spatial_frames import masses_in, size_of_violation
 
 
 def _point(rng):
@@ -64,12 +65,17 @@ def checked(seed, kind):
         linkage = Builder(seed).linkage()
     except LinkageError:
         return None
-    space = balance.design_space(linkage, balance=kind)
     try:
-        formulas = balance.formulas(linkage, kind)
+        return compared(linkage, kind)
     except LinkageError as error:
         assert "two directions" in str(error), error
         return None
+
+
+def compared(linkage, kind):
+    """Derive formulas, and compare their span with the design space."""
+    space = balance.design_space(linkage, balance=kind)
+    formulas = balance.formulas(linkage, kind)
     values = file_values(formulas.to_dict())
     assert formulas.confirmed
     # The basis has an error of round-off over the smallest singular value.
@@ -80,16 +86,138 @@ def checked(seed, kind):
     return formulas
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("seed", range(20))
-def test_random_linkages_force(seed):
-    checked(seed, "force")
+# Of these seeds some make linkages that are refused, for a link slides in two directions.
+FORCE_SEEDS, LEAST_FORCE = range(70), 50
+DYNAMIC_SEEDS = range(100, 106)
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("seed", range(100, 106))
+def test_fifty_random_linkages_force():
+    """Links without the ground: three to eight."""
+    formulas = [each for seed in FORCE_SEEDS if (each := checked(seed, "force")) is not None]
+    sizes = sorted(len(each.parts.parts) - 1 for each in formulas)
+    print(f"{len(formulas)} random topologies, {sizes[0]} to {sizes[-1]} moving links")
+    assert len(formulas) >= LEAST_FORCE and sizes[-1] >= 7
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", DYNAMIC_SEEDS)
 def test_random_linkages_dynamic(seed):
     checked(seed, "dynamic")
+
+
+def special_four_bar(rng, kind):
+    """Places of the four joints of a kite, an antiparallelogram or a parallelogram."""
+    a, d = sorted(rng.uniform(0.5, 2.0, 2).tolist())
+    crank = a * np.exp(1j * rng.uniform(0.4, 1.2))
+    line = (d - crank) / abs(d - crank)
+    if kind == "parallelogram":
+        return 0j, crank, crank + d, complex(d)
+    if kind == "kite":  # the crank and the coupler mirrored in the line from elbow to elbow
+        return 0j, crank, line * ((0 - crank) / line).conjugate() + crank, complex(d)
+    mirrored = crank + d  # the elbow of the parallelogram, on the other side
+    return 0j, crank, line * ((mirrored - crank) / line).conjugate() + crank, complex(d)
+
+
+def special_linkage(seed):
+    """A special four-bar, now and then with one more link, or with its image beside it."""
+    rng = np.random.default_rng(seed)
+    kind = ("kite", "antiparallelogram", "parallelogram")[seed % 3]
+    a, b, c, d = special_four_bar(rng, kind)
+    turn = np.exp(1j * rng.uniform(0, 2 * np.pi))
+    p = [(z.real, z.imag, 0.0) for z in (a * turn, b * turn, c * turn, d * turn)]
+    joints = [
+        ScrewJoint("u1", "base", "crank", point=p[0]),
+        ScrewJoint("q2", "crank", "coupler", point=p[1]),
+        ScrewJoint("q4", "base", "rocker", point=p[3]),
+    ]
+    loops = [ScrewJoint("q3", "coupler", "rocker", point=p[2])]
+    if seed % 2:
+        carrier = ("crank", "coupler", "rocker")[seed // 2 % 3]
+        joints.append(ScrewJoint("e", carrier, "extra", point=_point(rng)))
+    return kind, from_screws(joints, loops)
+
+
+@pytest.mark.slow
+def test_twenty_special_linkages_dynamic():
+    """Kites, antiparallelograms and parallelograms of random lengths, some with a link more."""
+    kinds = []
+    for seed in range(24):
+        kind, linkage = special_linkage(seed)
+        formulas = compared(linkage, "dynamic")
+        assert formulas.relations
+        kinds.append(kind)
+    print({kind: kinds.count(kind) for kind in set(kinds)})
+    assert len(kinds) >= 20 and len(set(kinds)) == 3
+
+
+def spatial_linkage(seed):
+    """An arm, a tree or a loop, whose joints turn, slide, or are points."""
+    rng = np.random.default_rng(seed)
+
+    def joint(name, parent, child, kind="revolute"):
+        axis = None if kind == "spherical" else rng.normal(size=3)
+        return ScrewJoint(name, parent, child, axis=axis, point=rng.normal(size=3), kind=kind)
+
+    links = ["base", *"abcdefg"]
+    if seed < 4:  # an arm
+        kinds = ["revolute", *rng.choice(["revolute", "revolute", "prismatic"], seed // 2 + 1)]
+        return from_screws(
+            [joint(f"q{k}", links[k], links[k + 1], k_) for k, k_ in enumerate(kinds)]
+        )
+    if seed < 6:  # a tree
+        arm = [joint(f"q{k}", links[k], links[k + 1]) for k in range(2)]
+        last = ("spherical", "revolute")[seed % 2]
+        return from_screws([*arm, joint("side", "a", "c"), joint("end", "c", "d", last)])
+    rows = {
+        6: ["revolute"] * 7,
+        7: ["revolute", "prismatic", *["revolute"] * 5],
+        8: ["revolute", "cylindrical", "cylindrical", "cylindrical"],
+        9: ["revolute", "spherical", "spherical", "revolute"],
+        10: ["revolute", "universal", "spherical", "revolute"],
+        11: ["revolute", "revolute", "spherical", "cylindrical"],
+    }[seed]
+    joints = []
+    for k, kind in enumerate(rows):
+        one = joint(f"q{k}", links[k], links[k + 1], kind)
+        if kind == "universal":
+            one = one._replace(axis2=np.cross(one.axis, rng.normal(size=3)))
+        joints.append(one)
+    return from_screws(joints[:-1], [joints[-1]._replace(child="base")])
+
+
+@pytest.mark.slow
+def test_ten_spatial_linkages():
+    """Twelve; those of open chains with dynamic balance too."""
+    checked_ones = []
+    for seed in range(12):
+        linkage = spatial_linkage(seed)
+        for kind in ("force", "dynamic") if seed < 4 or seed == 9 else ("force",):
+            formulas = balance.formulas(linkage, kind)
+            space = balance.design_space(linkage, balance=kind)
+            assert formulas.confirmed, (seed, kind)
+            assert len(formulas.conditions) == space.rank
+            rows = matrix(formulas, spatial_values(formulas))
+            frames = [
+                (formulas.parts.parts[k].origin, formulas.parts.parts[k].axes)
+                for k in formulas.parts.body_parts
+            ]
+            tolerance = 1e-12 / min(1.0, 1e3 * space.kept)
+            assert size_of_violation(rows, masses_in(frames, space)) < tolerance, (seed, kind)
+            checked_ones.append((seed, kind))
+    print(f"{len(checked_ones)} sets of formulas of {seed + 1} spatial linkages")
+
+
+def spatial_values(formulas):
+    """Values of the dimensions in the file, from the JSON of the formulas."""
+    values = {}
+    for each in formulas.to_dict()["dimensions"]:
+        (x,) = each["value"]
+        if each["kind"] == "angle":
+            values |= {f"c_{each['name']}": np.cos(x), f"s_{each['name']}": np.sin(x)}
+        else:
+            values[each["name"]] = x
+    return values
 
 
 def test_one_random_linkage_and_a_wrong_dimension():

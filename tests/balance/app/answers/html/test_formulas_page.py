@@ -239,7 +239,7 @@ def test_what_is_not_known_is_said(tmp_path):
     ("words", "code", "problem"),
     [
         (["four_bar_general", "--html", "page"], 2, "ends neither in .html nor in .htm"),
-        (["bennett", "--html", "page.html"], 3, "this is spatial"),
+        (["delta", "--html", "page.html"], 3, "single loops"),
         (["four_bar_general", "--html", "none/page.html"], 3, "none"),
     ],
 )

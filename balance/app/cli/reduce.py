@@ -64,7 +64,7 @@ def add_reduce(parser: Parser) -> None:
     add_motion_source(parser.group("motion"), "random")
     add_about(parser.group("motion"), "the middle")
     add_matter_options(parser, "links that may get matter", required=True)
-    add_density_options(parser, "matter", "plates on a planar linkage")
+    add_density_options(parser, "matter", "plates on a planar linkage", points=True)
     _add_least_options(parser)
     add_out_option(parser)
     add_merge_option(parser)
@@ -171,6 +171,7 @@ def _front(arguments: argparse.Namespace) -> ParetoFront:
     """Compute the designs of the options."""
     linkage = load_model(arguments, arguments.angles)
     # Load the kernels only after the file is accepted.
+    from balance.masses.counterweights.link_regions import names_of_links
     from balance.masses.partial.budgets import pareto, single
     from balance.masses.partial.shaking_problem import ShakingOptions
     from balance.space.spaces.compute_space import design_space
@@ -186,7 +187,7 @@ def _front(arguments: argparse.Namespace) -> ParetoFront:
             "max_torque": dict(arguments.max_torque),
             "about": arguments.about,
             "thickness": arguments.thickness,
-            "density": densities_of(arguments, arguments.links),
+            "density": densities_of(arguments, names_of_links(space, arguments.links)),
         }
         if arguments.pareto is None:
             return single(

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from balance.masses.counterweights.regions import Region
+from balance.masses.designs.density import STEEL
 from balance.masses.designs.pseudo_inertia_cone import given_parameters
 from balance.masses.partial.added_weights import (
     check_budget,
@@ -55,7 +56,7 @@ def partial(
     max_torque: Mapping[str, float] | None = None,
     frame: ElasticFrame | None = None,
     about: ArrayLike | None = None,
-    density: float | Mapping[str, float] | None = None,
+    density: float | Mapping[str, float] | None = STEEL,
     thickness: float | None = None,
 ) -> PartialBalance:
     """Compute the matter within a budget that lets a linkage shake least along motions.
@@ -83,8 +84,8 @@ def partial(
         frame: an elastic frame that carries the linkage.
         about: point in the inertial frame for moments, metres; the middle of the mechanism by
             default.
-        density: density that added matter nowhere exceeds, or that on some links by name,
-            kg/m³. By default the matter is point masses, denser than any material.
+        density: density that added matter nowhere exceeds, or that on each link by name,
+            kg/m³; that of steel by default. None for point masses, denser than any material.
         thickness: that of plates of added matter on a planar linkage, m, in equal halves about
             its plane.
 
@@ -153,7 +154,7 @@ def pareto(
     max_torque: Mapping[str, float] | None = None,
     frame: ElasticFrame | None = None,
     about: ArrayLike | None = None,
-    density: float | Mapping[str, float] | None = None,
+    density: float | Mapping[str, float] | None = STEEL,
     thickness: float | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> ParetoFront:
@@ -174,7 +175,7 @@ def pareto(
         max_torque: largest drive torque of inputs, N m or N.
         frame: an elastic frame.
         about: point for moments, metres.
-        density: kg/m³.
+        density: kg/m³; None for point masses.
         thickness: of plates, metres.
         progress: called with the number of steps done and the number of all steps.
 

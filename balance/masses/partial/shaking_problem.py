@@ -51,7 +51,7 @@ class ShakingOptions:
         max_torque: largest drive torque of inputs, N m, for sliding ones N.
         frame: an elastic frame whose vibration is minimised instead of the shaking.
         about: point in the inertial frame for moments, metres.
-        density: density that added matter nowhere exceeds, kg/m³.
+        density: density that added matter nowhere exceeds, kg/m³; None for point masses.
         thickness: that of plates of added matter, m.
     """
 

@@ -161,7 +161,9 @@ def _wanted_shape(
         return None
     wanted = read_weight_shape(shape)
     if density is None:
-        raise UsageError(f"a shape such as {shape} has a volume, and point masses have none: give a density")
+        raise UsageError(
+            f"shape {shape} has a volume, and point masses have none: give a density"
+        )
     if minimise != "mass" or thickness is not None:
         raise UsageError(
             "shapes are found for the least mass, and have their thickness: leave out the rest"

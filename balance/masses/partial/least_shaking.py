@@ -297,7 +297,7 @@ class _Work:
     def _cone(self, k: int) -> MomentCone:
         """Describe the matter of a link."""
         if self.parts:
-            return mixture_cone(np.array(self.parts[k]) / self.unit)
+            return mixture_cone(np.array(self.parts[k]) / self.unit, self.budget / self.unit)
         if k in self.points:
             return lump_cone(self.points[k])
         return moment_cone(self.regions[k])

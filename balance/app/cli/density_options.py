@@ -52,6 +52,21 @@ def add_density_options(
         )
 
 
+def add_density_option(parser: Parser, group: str) -> None:
+    """Add the option ``--density`` of one density for all matter; the default is none.
+
+    Args:
+        parser: the parser of a command.
+        group: title of its group in the help.
+    """
+    parser.group(group).add_argument(
+        "--density",
+        type=_one_density,
+        metavar="KG/M3",
+        help="of added matter, at most: steel (default: points)",
+    )
+
+
 def check_density_options(arguments: argparse.Namespace) -> None:
     """End the command with code 2 if point masses get a density or a thickness."""
     if arguments.points and arguments.density:
@@ -91,6 +106,16 @@ def densities_of(
 def _density_or_none(text: str) -> tuple[str, float]:
     """Parse a density, or ``none``: no limit for the links that are not named."""
     return ("", inf) if text.strip().lower() == "none" else _density(text)
+
+
+def _one_density(text: str) -> float | None:
+    """Parse one density; None for ``none``."""
+    name, value = _density_or_none(text)
+    if name:
+        raise argparse.ArgumentTypeError(
+            f"'{text}': one density is for all matter; write {value:g}"
+        )
+    return value if value < inf else None
 
 
 def _density(text: str) -> tuple[str, float]:

@@ -152,6 +152,7 @@ class RemedyComparison(WithPage, WithPicture):
             "verdict": self.verdict,
             "gear": request.gear,
             "rotor_radius": request.rotor_radius,
+            "density": request.density,
             "links": list(request.links),
             "remedies": [applied.to_dict() for applied in self.results],
         }
@@ -168,6 +169,7 @@ def compare_remedies(
     gear: float = 1.0,
     radius: float | None = None,
     budget: float | None = None,
+    density: float | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> RemedyComparison:
     """Apply the remedies of the literature to a linkage, and compare what each costs.
@@ -189,6 +191,8 @@ def compare_remedies(
         radius: radius of rotors and wheels, metres; by default a quarter of the characteristic
             length, or of the length of a link at the end of a chain if that is longer.
         budget: most mass that partial balance may add, kg; by default the mass of the linkage.
+        density: density that added matter nowhere exceeds, kg/m³, new links included; by
+            default it is point masses, the limit of infinite density.
         progress: called with the number of steps done and of all steps.
 
     Returns:
@@ -220,6 +224,7 @@ def compare_remedies(
         radius,
         budget,
         progress=progress,
+        density=density,
     )
     return compare_request(request, only)
 

@@ -54,7 +54,8 @@ def judge(request: RemedyRequest, variant: Variant) -> AppliedRemedy:
     except LinkageError as error:
         return replace(blank, verdict="refused", reason=str(error))
     space = design_space(linkage, motion or None, request.balance)
-    least = least_matter(space, variant.free, {**request.regions, **variant.regions})
+    regions = {**request.regions, **variant.regions}
+    least = least_matter(space, variant.free, regions, request.density)
     verdict = least.matter.verdict
     if verdict != "feasible":
         return replace(blank, verdict=verdict, reason=least.reason, proof=least.proof)

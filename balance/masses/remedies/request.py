@@ -49,6 +49,7 @@ class RemedyRequest:
         angles: how angles that look rounded are read; see `kinematics.load`.
         progress: called with the number of steps done and of all steps of a search.
         only: remedies that the user names: long searches are made for these alone.
+        density: density that added matter nowhere exceeds, kg/m³; None for point masses.
     """
 
     linkage: Linkage
@@ -63,6 +64,7 @@ class RemedyRequest:
     angles: str = "nominal"
     progress: Callable[[int, int], None] | None = None
     only: tuple[str, ...] = ()
+    density: float | None = None
 
     def check(self) -> None:
         """Refuse a request that no remedy can serve.
@@ -75,6 +77,8 @@ class RemedyRequest:
         for name, value in (("gear", self.gear), ("rotor radius", self.rotor_radius)):
             if not 0.0 < value < float("inf"):
                 raise UsageError(f"{name} {value:g}: give a positive number")
+        if self.density is not None and not 0.0 < self.density < float("inf"):
+            raise UsageError(f"density {self.density:g}: give a positive number")
         if self.budget is not None and not 0.0 <= self.budget < float("inf"):
             raise UsageError(f"budget {self.budget:g}: a mass is not negative")
         if not self.given_mass > 0.0:

@@ -51,6 +51,7 @@ if TYPE_CHECKING:
 
 # Largest budget, kilograms.
 MOST_BUDGET = 1e9
+OBJECTIVES = ("rms", "peak", "torque", "bearing")
 
 
 def add_reduce(parser: Parser) -> None:
@@ -88,6 +89,13 @@ def _add_least_options(parser: Parser) -> None:
         type=whole_number(2, 1000),
         metavar="N",
         help="N designs from nothing to the least shaking",
+    )
+    group.add_argument(
+        "--minimise",
+        choices=OBJECTIVES,
+        default="rms",
+        metavar="WHAT",
+        help="rms (default) or peak of shaking, torque, bearing",
     )
     group.add_argument(
         "--weight-moment",
@@ -186,6 +194,7 @@ def _front(arguments: argparse.Namespace) -> ParetoFront:
             "max_torque": dict(arguments.max_torque),
             "about": arguments.about,
             "thickness": arguments.thickness,
+            "minimise": arguments.minimise,
             "density": densities_of(arguments, names_of_links(space, arguments.links)),
         }
         if arguments.pareto is None:

@@ -20,6 +20,7 @@ from balance.masses.partial.elastic_frame import ElasticFrame
 from balance.masses.partial.least_shaking import CapsConflict, LeastShaking
 from balance.masses.partial.results import ParetoFront, PartialBalance
 from balance.masses.partial.shaking_problem import (
+    PartialObjective,
     ShakingFigures,
     ShakingOptions,
     ShakingProblem,
@@ -58,6 +59,7 @@ def partial(
     about: ArrayLike | None = None,
     density: float | Mapping[str, float] | None = STEEL,
     thickness: float | None = None,
+    minimise: PartialObjective = "rms",
 ) -> PartialBalance:
     """Compute the matter within a budget that lets a linkage shake least along motions.
 
@@ -88,6 +90,9 @@ def partial(
             kg/m³; that of steel by default. None for point masses, denser than any material.
         thickness: that of plates of added matter on a planar linkage, m, in equal halves about
             its plane.
+        minimise: ``"rms"``; ``"peak"``: the largest ``√(|F|² + |M|²/ℓ²)`` of all samples;
+            ``"torque"``: the largest drive torque of all inputs, without gravity;
+            ``"bearing"``: the largest force in all joints.
 
     Returns:
         The matter, what the linkage does with it, and the proof that nothing does better.
@@ -116,6 +121,7 @@ def partial(
         about,
         density,
         thickness,
+        minimise,
     )
     return single(space, links, budget, options).designs[0]
 
@@ -156,6 +162,7 @@ def pareto(
     about: ArrayLike | None = None,
     density: float | Mapping[str, float] | None = STEEL,
     thickness: float | None = None,
+    minimise: PartialObjective = "rms",
     progress: Callable[[int, int], None] | None = None,
 ) -> ParetoFront:
     """Compute designs between nothing added and the least shaking.
@@ -177,6 +184,7 @@ def pareto(
         about: point for moments, metres.
         density: kg/m³; None for point masses.
         thickness: of plates, metres.
+        minimise: see `partial`.
         progress: called with the number of steps done and the number of all steps.
 
     Returns:
@@ -217,6 +225,7 @@ def pareto(
         about,
         density,
         thickness,
+        minimise,
     )
     problem = build_problem(computed_space, links, options, advance)
     most = UNLIMITED * given if budget is None else budget
@@ -231,7 +240,7 @@ def pareto(
         answers.insert(-1, problem.solve(limit))
     advance(count + n, count)
     designs = _describe(problem, budgets, answers)
-    return ParetoFront(designs, problem.weight_moment, frame, problem.point)
+    return ParetoFront(designs, problem.weight_moment, frame, problem.point, minimise)
 
 
 def _describe(
@@ -297,6 +306,7 @@ def _result(
         problem.point,
         problem.weight_moment,
         problem.frame,
+        problem.minimise,
     )
 
 
@@ -325,6 +335,7 @@ def _conflict(
         problem.point,
         problem.weight_moment,
         problem.frame,
+        problem.minimise,
     )
 
 

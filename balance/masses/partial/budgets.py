@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from itertools import pairwise
+from math import inf
 from typing import Literal
 
 import numpy as np
@@ -37,10 +39,13 @@ from balance.support.tolerances import (
 from kinematics.errors import UsageError
 from kinematics.loading.model_gallery import LinkageLike, as_linkage
 from kinematics.model.arrays import freeze
-from kinematics.wording import size_text
+from kinematics.numerics.linalg.ties import first_largest
+from kinematics.wording import number_text, size_text
 
 # Part of the shaking that matter saves, up to which it is told to be hardly worth its mass.
 HARDLY_SAVED = 1e-3
+# Caps that are named as kept are larger than the least ones by the accuracy of the solver.
+CAP_SPARE = 1.0 + 1e-4
 # Largest budget of a front without one, in masses of the linkage.
 UNLIMITED = 100.0
 
@@ -167,8 +172,9 @@ def pareto(
 ) -> ParetoFront:
     """Compute designs between nothing added and the least shaking.
 
-    The motions are computed and factorised once; see `partial`. Budgets are equally spaced
-    from 0 to the mass of the lightest design of the least shaking.
+    The motions are computed and factorised once; see `partial`. Given a budget, those of the
+    designs are equally spaced from 0 to it, or to the mass of the lightest design of the least
+    shaking. Without one they stand where the curve of the shaking over the mass bends.
 
     Args:
         space: see `partial`, as for the other arguments.
@@ -233,14 +239,41 @@ def pareto(
     if isinstance(end, LeastShaking):
         needed = float(problem.matter.masses @ end.s)
         most = needed if needed < most * (1.0 - LEAST_SHAKING_GAP) else most
-    count, budgets = len(problem.loads), np.linspace(0.0, most, n).tolist()
-    answers = [end]
-    for done, limit in enumerate(budgets[:-1], 1):
+    count = len(problem.loads)
+    solved = {most: end}
+    for done in range(1, n):
         advance(count + done, count)
-        answers.insert(-1, problem.solve(limit))
+        limit = _next_budget(solved) if budget is None else most * (done - 1) / (n - 1)
+        solved[limit] = problem.solve(limit)
     advance(count + n, count)
-    designs = _describe(problem, budgets, answers)
+    budgets = sorted(solved)
+    designs = _describe(problem, budgets, [solved[limit] for limit in budgets])
     return ParetoFront(designs, problem.weight_moment, frame, problem.point, minimise)
+
+
+def _next_budget(solved: Mapping[float, LeastShaking | CapsConflict]) -> float:
+    """Choose the budget that tells most about the curve of the least shaking over the mass.
+
+    It is 0 first, and then the middle of the budgets between which the curve, which falls and
+    is convex, leaves most open: the rectangle of what they add and what they save.
+    """
+    if 0.0 not in solved:
+        return 0.0
+    budgets = sorted(solved)
+    pairs = list(pairwise(budgets))
+    sizes = [(b - a) * _saved(solved[a], solved[b]) for a, b in pairs]
+    a, b = pairs[first_largest(sizes)]
+    return 0.5 * (a + b)
+
+
+def _saved(one: LeastShaking | CapsConflict, more: LeastShaking | CapsConflict) -> float:
+    """Return what a larger budget saves; all if only the larger one keeps the caps."""
+    before, after = (
+        answer.value if isinstance(answer, LeastShaking) else inf for answer in (one, more)
+    )
+    if before == inf:
+        return 0.0 if after == inf else after
+    return max(0.0, before - after)
 
 
 def _describe(
@@ -318,6 +351,8 @@ def _conflict(
     text = "undecided: the solver found neither matter that keeps the caps nor a proof"
     if conflict.proved:
         text = f"infeasible: no matter within {budget:g} kg in the regions keeps {caps} capped"
+        if (factor := problem.least_caps(budget)) < inf:
+            text += f"; caps {number_text(CAP_SPARE * factor)} times as large can be kept"
     verdict: Literal["infeasible", "undecided"] = (
         "infeasible" if conflict.proved else "undecided"
     )

@@ -270,8 +270,8 @@ class _Work:
         found = max(float(np.linalg.norm(A @ np.append(s, 1.0))) for A in self.blocks)
         grown = self.program.value(s) > found * (1.0 + CAP_EXCEEDED)
         if grown:
-            worst = self.program.largest_samples(s, SAMPLES_AT_ONCE)
-            self.samples += [k for k in worst if k not in self.samples]
+            largest = self.program.largest_samples(s, SAMPLES_AT_ONCE)
+            self.samples += [k for k in largest if k not in self.samples]
         for cap, chosen in zip(self.program.caps, self.active, strict=True):
             sizes = cap.sizes(s)
             sizes[chosen] = 0.0

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import inf, isfinite
 from typing import Literal, NamedTuple
 
@@ -165,6 +165,20 @@ class ShakingProblem:
         if over:
             return CapsConflict(True, tuple(over))
         return LeastShaking(s, value, 0.0 if budget > 0.0 else value, 0)
+
+    def least_caps(self, budget: float) -> float:
+        """Compute the least factor by which all caps have to be larger for a budget.
+
+        Infinite if the solver finds none.
+        """
+        caps = self.program.caps
+        relative = [cap.columns / cap.most for cap in caps]
+        program = replace(self.program, caps=(), samples=_stacked(relative))
+        s = np.zeros(self.matter.count)
+        if not budget > 0.0:
+            return program.value(s)
+        answer = least_shaking(program, budget)
+        return answer.value if isinstance(answer, LeastShaking) else inf
 
     def figures(self, designs: Sequence[Array]) -> list[ShakingFigures]:
         """Compute what designs, given as coordinates s, do along the motions."""
@@ -343,7 +357,15 @@ def _samples(
         raise UsageError("inputs that turn and that slide have no largest torque: cap each")
     bearings = dict.fromkeys(kinds, inf) if options.minimise == "bearing" else {}
     caps = _caps(space, loads, bearings, dict.fromkeys(inputs, inf))
-    return np.concatenate([cap.columns for cap in caps])
+    return _stacked([cap.columns for cap in caps])
+
+
+def _stacked(loads: Sequence[Array]) -> Array:
+    """Stack loads of several kinds (N, k, count + 1); missing components are zero."""
+    size = max(rows.shape[1] for rows in loads)
+    return np.concatenate(
+        [np.pad(rows, ((0, 0), (0, size - rows.shape[1]), (0, 0))) for rows in loads]
+    )
 
 
 def _caps(

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 import pytest
 
@@ -296,6 +298,49 @@ def test_caps_are_kept_at_every_sample():
     name = space.linkage.joints[1].name
     tight = point_partial(space, ADD, 1.0, max_bearing={name: 0.99 * bearing}, **options)
     assert tight.found.bearing[name] <= 0.99 * bearing * (1 + 1e-7)
+
+
+@pytest.mark.slow
+def test_caps_that_cannot_be_kept_say_how_large_ones_can():
+    """The named factor is enough, and one smaller by a hundredth is not."""
+    space = design_space("slider_crank", max_order=0)
+    options = {"regions": WIDE, "motions": motions(space.linkage, 1, 40)}
+    caps = {"u1": 1.0}
+    found = point_partial(space, ADD, 1.0, max_torque=caps, **options)
+    assert found.verdict == "infeasible"
+    factor = float(re.search(r"caps ([\d.]+) times as large can be kept", found.words)[1])
+    for part, verdict in ((1.001, "optimal"), (0.99, "infeasible")):
+        limit = {"u1": part * factor * caps["u1"]}
+        again = point_partial(space, ADD, 1.0, max_torque=limit, **options)
+        assert again.verdict == verdict
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("minimise", ["peak", "torque", "bearing"])
+def test_the_largest_load_is_least(minimise):
+    """The figure is that of the masses along the motion; random matter has no smaller one."""
+    space = design_space("slider_crank", max_order=0)
+    options = {"regions": WIDE, "motions": motions(space.linkage, 1, 40)}
+    found = point_partial(space, ADD, 1.0, minimise=minimise, **options)
+    figures = found.found
+    sizes = {"torque": figures.torque, "bearing": figures.bearing}
+    if minimise != "peak":
+        assert figures.objective == pytest.approx(max(sizes[minimise].values()), rel=1e-12)
+    assert found.verdict == "optimal" and found.bound <= figures.objective * (1.0 + 1e-9)
+    rng = np.random.default_rng(4)
+    for link in ADD:
+        x = rng.uniform(-0.1, 0.1, 3)
+        region = {link: f"ball({x[0]},{x[1]},{x[2]},0.001)"}
+        if point_partial(space, [link], 1.0, motions=options["motions"], regions=region).mass:
+            narrow = point_partial(
+                space,
+                [link],
+                1.0,
+                minimise=minimise,
+                motions=options["motions"],
+                regions=region,
+            )
+            assert found.bound <= narrow.found.objective * (1.0 + 1e-9)
 
 
 @pytest.mark.slow

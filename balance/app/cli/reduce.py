@@ -74,7 +74,6 @@ def add_reduce(parser: Parser) -> None:
     add_page_option(parser, "with the loads before and after")
     parser.add_examples(
         "balance reduce robot.urdf --links crank,rocker --pareto 6 --plot front.svg",
-        "balance reduce robot.urdf --links crank,rocker --budget 0.6 --out quiet.urdf",
     )
 
 

@@ -89,8 +89,9 @@ def add_counterweights(parser: Parser) -> None:
     add_parts_option(parser)
     add_page_option(parser, "with the loads before and after")
     parser.add_examples(
-        "balance counterweights robot.urdf --balance force --links crank,rocker \\\n"
-        "      --shape disc=0.02 --out heavier.urdf --html page.html",
+        "balance counterweights robot.urdf --links crank --parts made",
+        "balance counterweights robot.urdf --links crank --speed 300rpm --html page.html",
+        "balance counterweights robot.urdf --balance force --links crank --shape disc=0.02",
     )
 
 

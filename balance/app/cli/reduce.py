@@ -73,7 +73,9 @@ def add_reduce(parser: Parser) -> None:
     add_picture_option(parser, "what is left against the added mass")
     add_page_option(parser, "with the loads before and after")
     parser.add_examples(
+        "balance reduce robot.urdf --links crank --speed 300rpm --budget 1.5",
         "balance reduce robot.urdf --links crank,rocker --pareto 6 --plot front.svg",
+        "balance reduce robot.urdf --links crank,rocker --budget 0.6 --out quiet.urdf",
     )
 
 

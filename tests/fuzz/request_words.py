@@ -381,7 +381,7 @@ WORDS: dict[str, Maker] = {
     ),
     "--against": lambda rng, place: [_model(rng, place)],
     "--plot": lambda rng, place: [_out(rng, place, "a.svg", "a.png")],
-    "--minimise": _of("mass", "inertia", "rotor", "change"),
+    "--minimise": _of("mass", "inertia", "rotor", "change", "rms", "peak", "torque", "bearing"),
     "--keep": lambda rng, place: [_one(rng, place.names.links, 0.05)],
     "--bounds": lambda rng, place: [_bounds(rng, place)],
     "--density": lambda rng, place: [_density(rng, place)],

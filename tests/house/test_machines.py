@@ -109,6 +109,7 @@ def test_the_best_weights_of_the_engine():
         ["crank"],
         30.0,
         regions={"crank": "ball(-0.24,-0.32,0,0.01)"},
+        density=None,
         motions=balance.motion.one_turn(linkage, SPEED),
     )
     assert answer.verdict == "optimal"
@@ -171,6 +172,7 @@ def least(tmp_path_factory):
         balance.design_space(MACHINES / "forbal2_bare.urdf", None, "force"),
         RINGED,
         dict.fromkeys(RINGED, "ball(-0.2,0,0,0.02)"),
+        density=None,
     )
     path = tmp_path_factory.mktemp("least") / "forbal2_least.urdf"
     path.write_bytes(answer.to_urdf())

@@ -19,6 +19,7 @@ import balance
 from balance.app.cli.main import main as main_of_balance
 from balance.masses.counterweights.write_counterweights import with_counterweights
 from tests.independent.counterweight_requests import random_request
+from tests.support.points import point_counterweights
 
 
 def export_fault(found, path: Path, merge: bool) -> str:
@@ -52,7 +53,7 @@ def check_exports(seeds, folder: Path, balanced: str) -> int:
     bad = count = 0
     for seed in seeds:
         space, add, texts = random_request(seed, folder / f"{seed}.urdf", balanced)
-        found = balance.counterweights(space, add, texts, relax=False)
+        found = point_counterweights(space, add, texts, relax=False)
         for merge in (False, True) if found.verdict == "feasible" else ():
             fault, count = export_fault(found, folder / "out.urdf", merge), count + 1
             bad += bool(fault)

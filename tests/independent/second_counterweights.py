@@ -18,8 +18,8 @@ from scipy.linalg import null_space
 from scipy.optimize import linprog, minimize
 from scipy.spatial import Delaunay
 
-import balance
 from tests.independent.counterweight_requests import random_request
+from tests.support.points import point_counterweights
 
 
 def conditions(space):
@@ -254,7 +254,7 @@ def compare(seed: int, folder: Path, balanced: str = "force") -> str:
     limits on cylinders leave a verdict open.
     """
     space, add, texts = random_request(seed, folder / f"{seed}.urdf", balanced)
-    found = balance.counterweights(space, add, texts, relax=False)
+    found = point_counterweights(space, add, texts, relax=False)
     space, rng = found.space, np.random.default_rng(seed)
     verdict, mass, size = by_cvxpy(space, found.regions)
     if size <= 1e-9:

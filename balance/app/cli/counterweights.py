@@ -12,6 +12,7 @@ from balance.app.cli.density_options import (
     add_density_options,
     check_density_options,
     densities_of,
+    without_density,
 )
 from balance.app.cli.exit_codes import verdict_code
 from balance.app.cli.matter_options import (
@@ -81,7 +82,7 @@ def add_counterweights(parser: Parser) -> None:
         help="X length² for inertia, rotor (0.01)",
     )
     add_payload_option(parser)
-    add_density_options(parser, "matter", "plates on a planar linkage")
+    add_density_options(parser, "matter", "plates on a planar linkage", points=True)
     parser.group("matter").add_argument(
         "--shape",
         type=_shape,
@@ -93,10 +94,9 @@ def add_counterweights(parser: Parser) -> None:
     add_parts_option(parser)
     add_page_option(parser, "with the loads before and after")
     parser.add_examples(
-        "balance counterweights robot.urdf --links crank --density 7850 --parts made",
+        "balance counterweights robot.urdf --links crank --parts made",
         "balance counterweights robot.urdf --links crank --speed 300rpm --html page.html",
-        "balance counterweights robot.urdf --balance force --links crank,rocker \\\n"
-        "      --density 7850 --shape disc=0.02 --out heavier.urdf --html page.html",
+        "balance counterweights robot.urdf --balance force --links crank --shape disc=0.02",
     )
 
 
@@ -115,7 +115,7 @@ def _run(arguments: argparse.Namespace) -> Answer:
     from balance.app.answers.text.counterweights import counterweights_body
     from balance.app.answers.text.payload import payload_section
     from balance.masses.counterweights.counterweights import counterweights
-    from balance.masses.counterweights.link_regions import distant_regions
+    from balance.masses.counterweights.link_regions import distant_regions, names_of_links
     from balance.masses.counterweights.parts.part_files import rough_parts
     from balance.masses.counterweights.program import IDLE_MASS_PRICE
 
@@ -127,7 +127,7 @@ def _run(arguments: argparse.Namespace) -> Answer:
             arguments.links,
             dict(arguments.region),
             arguments.minimise,
-            density=densities_of(arguments, arguments.links),
+            density=densities_of(arguments, names_of_links(space, arguments.links)),
             thickness=arguments.thickness,
             price_of_mass=IDLE_MASS_PRICE if given is None else given,
             shape=arguments.shape,
@@ -186,11 +186,9 @@ def _check_objective(arguments: argparse.Namespace) -> None:
         arguments.refuse("--price-of-mass needs --minimise inertia or rotor")
     if price is not None and price < 0.0:
         arguments.refuse(f"--price-of-mass {price:g}: a price is not negative")
-    if arguments.density and objective == "inertia":
-        arguments.refuse("--density does not go with --minimise inertia: ask for rotor")
     check_density_options(arguments)
-    if arguments.shape and not arguments.density:
-        arguments.refuse("--shape needs --density: a shape has a volume")
+    if arguments.shape and without_density(arguments):
+        arguments.refuse("--shape: point masses have none; leave out --points")
     if arguments.shape and (objective != "mass" or arguments.thickness is not None):
         arguments.refuse("--shape has its thickness, for the least mass: leave out the rest")
 

@@ -20,56 +20,84 @@ MATERIALS = {
 }
 
 
-def add_density_options(parser: Parser, group: str, whose: str, default: str = "") -> None:
-    """Add the options ``--density`` and ``--thickness``.
+def add_density_options(
+    parser: Parser, group: str, whose: str, *, points: bool = False
+) -> None:
+    """Add the options ``--density`` and ``--thickness``; the default is steel.
 
     Args:
         parser: the parser of a command.
         group: title of their group in the help.
         whose: what has the thickness.
-        default: material without the option; none by default.
+        points: whether the matter may be point masses, by ``--points``; it is then no plates
+            without the option.
     """
-    or_none = f", none (default {default})" if default else ""
-    part_of_size = " (default 1/20 of the size)" if default else ""
     parser.group(group).add_argument(
         "--density",
         action="append",
-        type=_density_or_none if default else _density,
+        type=_density_or_none,
         default=[],
         metavar="[L=]KG/M3",
-        help=f"largest density: 7850, 7.85g/cm3, steel{or_none}; repeatable",
+        help="at most: 7850, 7.85g/cm3, lead, none (steel)",
     )
     parser.group(group).add_argument(
         "--thickness",
         type=positive_quantity("length"),
         metavar="METRES",
-        help=f"of {whose}, for --density{part_of_size}",
+        help=f"of {whose}{'' if points else ' (default 1/20 of the size)'}",
+    )
+    if points:
+        parser.group(group).add_argument(
+            "--points", action="store_true", help="point masses: matter of any density"
+        )
+
+
+def add_density_option(parser: Parser, group: str) -> None:
+    """Add the option ``--density`` of one density for all matter; the default is none.
+
+    Args:
+        parser: the parser of a command.
+        group: title of its group in the help.
+    """
+    parser.group(group).add_argument(
+        "--density",
+        type=_one_density,
+        metavar="KG/M3",
+        help="of added matter, at most: steel (default: points)",
     )
 
 
 def check_density_options(arguments: argparse.Namespace) -> None:
-    """End the command with code 2 if a thickness limits nothing."""
-    if arguments.thickness is not None and not arguments.density:
-        arguments.refuse("--thickness needs --density")
+    """End the command with code 2 if point masses get a density or a thickness."""
+    if arguments.points and arguments.density:
+        arguments.refuse("--points is for matter without a density: leave out --density")
+    if arguments.thickness is not None and without_density(arguments):
+        arguments.refuse("--thickness: point masses have none; leave out --points")
+
+
+def without_density(arguments: argparse.Namespace) -> bool:
+    """Whether the options ask for matter of any density: for point masses."""
+    return bool(arguments.points) or ("", inf) in arguments.density
 
 
 def densities_of(
-    arguments: argparse.Namespace, names: Sequence[str], default: str = ""
+    arguments: argparse.Namespace, names: Sequence[str]
 ) -> float | dict[str, float] | None:
     """Collect densities by link; of two for the same links the lower one holds.
 
     Args:
         arguments: those of the command.
         names: links that a density without a name is for.
-        default: material of links for which there is no other; none by default.
 
     Returns:
         One density, or those of some links; None for no limits.
     """
+    if getattr(arguments, "points", False):
+        return None
     named: dict[str, float] = {}
     for name, value in arguments.density:
         named[name] = min(named.get(name, value), value)
-    rest = named.pop("", MATERIALS.get(default, inf))
+    rest = named.pop("", MATERIALS["steel"])
     if rest == inf:
         return named or None
     return dict.fromkeys(names, rest) | named if named else rest
@@ -78,6 +106,16 @@ def densities_of(
 def _density_or_none(text: str) -> tuple[str, float]:
     """Parse a density, or ``none``: no limit for the links that are not named."""
     return ("", inf) if text.strip().lower() == "none" else _density(text)
+
+
+def _one_density(text: str) -> float | None:
+    """Parse one density; None for ``none``."""
+    name, value = _density_or_none(text)
+    if name:
+        raise argparse.ArgumentTypeError(
+            f"'{text}': one density is for all matter; write {value:g}"
+        )
+    return value if value < inf else None
 
 
 def _density(text: str) -> tuple[str, float]:

@@ -83,7 +83,7 @@ def _add_mass_options(parser: Parser) -> None:
         help="least and largest mass of a link, kg; repeatable",
     )
     add_payload_option(parser, ranges=False)
-    add_density_options(parser, "matter", "planar links", "steel")
+    add_density_options(parser, "matter", "planar links")
     group.add_argument(
         "--anywhere", action="store_true", help="masses may lie far from their links"
     )
@@ -143,7 +143,7 @@ def _design(arguments: argparse.Namespace, space: DesignSpace) -> Design:
         bounds=limits,
         within=within,
         one_pose=arguments.max_order == 0,
-        density=densities_of(arguments, free, "steel"),
+        density=densities_of(arguments, free),
         thickness=arguments.thickness,
     )
 

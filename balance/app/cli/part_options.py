@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 
 from balance.app.answers.answer import Files
 from balance.app.cli.arguments import Parser
+from balance.app.cli.density_options import without_density
 from balance.app.cli.outputs import check_folder
 from kinematics.errors import PackageError, UsageError
 
@@ -36,8 +37,8 @@ def check_parts_option(arguments: argparse.Namespace) -> None:
     folder = arguments.parts
     if folder is None:
         return
-    if not arguments.density:
-        arguments.refuse("--parts needs --density: point masses have no volume")
+    if without_density(arguments):
+        arguments.refuse("--parts: point masses have no volume; leave out --points")
     check_folder(folder, "--parts")
     if os.path.isdir(folder) and os.listdir(folder) and not arguments.overwrite:
         from kinematics.error_text import clean

@@ -63,6 +63,7 @@ OF_MOTIONS = (
     *("csv", "tool_path", "speed", "about", "density", "thickness"),
     *("pareto", "weight_moment", "max_bearing", "max_torque", "frame", "parts", "plot", "html"),
 )
+OBJECTIVES = ("rms", "peak", "torque", "bearing")
 
 
 def add_reduce(parser: Parser) -> None:
@@ -78,7 +79,7 @@ def add_reduce(parser: Parser) -> None:
     add_about(parser.group("motion"), "the middle")
     add_matter_options(parser, "links that may get matter", required=True)
     add_payload_option(parser)
-    add_density_options(parser, "matter", "plates on a planar linkage")
+    add_density_options(parser, "matter", "plates on a planar linkage", points=True)
     _add_least_options(parser)
     add_out_option(parser)
     add_merge_option(parser)
@@ -103,6 +104,13 @@ def _add_least_options(parser: Parser) -> None:
         type=whole_number(2, 1000),
         metavar="N",
         help="N designs from nothing to the least shaking",
+    )
+    group.add_argument(
+        "--minimise",
+        choices=OBJECTIVES,
+        default="rms",
+        metavar="WHAT",
+        help="rms (default) or peak of shaking, torque, bearing",
     )
     group.add_argument(
         "--weight-moment",
@@ -244,6 +252,7 @@ def _front(
     """Compute the designs of the options, and what the last leaves for a range of loads."""
     linkage = load_model(arguments, arguments.angles)
     # Load the kernels only after the file is accepted.
+    from balance.masses.counterweights.link_regions import names_of_links
     from balance.masses.partial.budgets import pareto, single
     from balance.masses.partial.load_range import shaking_left
     from balance.masses.partial.shaking_problem import ShakingOptions
@@ -260,7 +269,8 @@ def _front(
             "max_torque": dict(arguments.max_torque),
             "about": arguments.about,
             "thickness": arguments.thickness,
-            "density": densities_of(arguments, arguments.links),
+            "minimise": arguments.minimise,
+            "density": densities_of(arguments, names_of_links(space, arguments.links)),
         }
         links, given = arguments.links, ShakingOptions(**options)
         if arguments.pareto is None:

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 
 from balance.app.answers.answer import Answer, Files
 from balance.app.cli.arguments import Parser
+from balance.app.cli.density_options import add_density_option
 from balance.app.cli.exit_codes import verdict_code
 from balance.app.cli.matter_options import add_matter_options, check_matter_options
 from balance.app.cli.model_options import add_model_options, load_model
@@ -75,6 +76,7 @@ def add_remedies(parser: Parser) -> None:
         metavar="N",
         help="also N points of mass against input inertia",
     )
+    add_density_option(parser, "matter")
     parser.group("output").add_argument(
         "--out",
         metavar="DIR",
@@ -155,6 +157,7 @@ def _request(
         angles=arguments.angles,
         progress=advance,
         trade_off=arguments.trade_off,
+        density=arguments.density,
     )
 
 

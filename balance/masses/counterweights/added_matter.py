@@ -114,15 +114,19 @@ def lump_cone(points: ArrayLike) -> MomentCone:
     return MomentCone(matrices, np.eye(count), (ConstraintBlock("nonnegative", count),), False)
 
 
-def mixture_cone(parts: Array) -> MomentCone:
+def mixture_cone(parts: Array, most: float) -> MomentCone:
     """Describe mixtures of parts of a region by their moments (n, 4, 4).
 
-    Shares are not negative, and add up to at most 1.
+    Shares are not negative, and add up to at most 1. Of parts heavier than ``most`` the
+    variables are the shares of so much of them: shares of the whole would be below the accuracy
+    of a solver.
     """
     count = len(parts)
-    rows = np.vstack([np.eye(count), -np.ones(count)])
+    scale = np.minimum(1.0, most / np.maximum(parts[:, 3, 3], most))
+    rows = np.vstack([np.eye(count), -scale])
     nonnegative = (ConstraintBlock("nonnegative", count + 1),)
-    return MomentCone(parts, rows, nonnegative, False, np.append(np.zeros(count), 1.0))
+    constants = np.append(np.zeros(count), 1.0)
+    return MomentCone(scale[:, None, None] * parts, rows, nonnegative, False, constants)
 
 
 def parameters_per_moment(space: DesignSpace, regions: Mapping[int, Region]) -> Array:

@@ -27,6 +27,8 @@ if TYPE_CHECKING:
 
 # Added mass, over the given mass, above which a change of the request is no help.
 MOST_ADDED = 100.0
+# Density of osmium, kg/m³: no metal is denser.
+DENSEST = 22_590.0
 COUNTERWEIGHTS_SCHEMA = "balance.counterweights/1"
 
 
@@ -167,9 +169,21 @@ class Counterweights(WithPage, WithPicture):
 
     @property
     def worth_naming(self) -> tuple[Relaxation, ...]:
-        """Changes of the request that need no more than a hundred times the given mass."""
-        most = MOST_ADDED * self.given_mass
-        return tuple(change for change in self.relaxations if change.mass <= most)
+        """Changes of the request that need no more than a hundred times the given mass.
+
+        Of matter that is denser than any metal only if nothing else helps.
+        """
+        most, density = (
+            MOST_ADDED * self.given_mass,
+            max((self.density or {}).values(), default=0.0),
+        )
+        light = tuple(change for change in self.relaxations if change.mass <= most)
+        made = tuple(
+            change
+            for change in light
+            if change.link is not None or density * (change.factor or 1.0) <= DENSEST
+        )
+        return made or light
 
     @property
     def sentence(self) -> str:

@@ -25,6 +25,7 @@ from balance.masses.counterweights.volume.plates import (
     stocks_of,
     with_further_links,
 )
+from balance.masses.designs.density import STEEL
 from balance.motion.verification.given_motions import Motions
 from balance.space.requirements.contradiction import contradiction, contradiction_words
 from balance.space.requirements.recompute_spatial import recompute_spatial
@@ -52,7 +53,7 @@ def counterweights(
     regions: Mapping[str, Region | str] | None = None,
     minimise: AddedObjective = "mass",
     *,
-    density: float | Mapping[str, float] | None = None,
+    density: float | Mapping[str, float] | None = STEEL,
     thickness: float | None = None,
     price_of_mass: float = IDLE_MASS_PRICE,
     shape: str | None = None,
@@ -62,13 +63,14 @@ def counterweights(
     """Compute the least matter that balances a linkage when added to some of its links.
 
     The masses in the file stay. Added matter is any measure inside a region of each link's
-    frame, ``Σ_b ∫ A_b(x) dμ_b = r``, so that the program is convex: its answer is a global
-    optimum with a proved gap, or infeasible with a certificate. For dynamic balance of a
-    planar linkage, all six components of the momentum count.
+    frame whose density is nowhere above that of the material, ``Σ_b ∫ A_b(x) dμ_b = r``, so
+    that the program is convex: its answer is a global optimum with a proved gap, or infeasible
+    with a certificate. For dynamic balance of a planar linkage, all six components of the
+    momentum count.
 
-    Without a density, the least matter is point masses, which are denser than any material.
-    With one, it fills the parts of the regions where a quadratic polynomial is positive; for
-    forces a plane cuts them off. See `balance.masses.counterweights.volume.fill_program`.
+    The least matter fills the parts of the regions where a quadratic polynomial is positive;
+    for forces a plane cuts them off. See `balance.masses.counterweights.volume.fill_program`.
+    In the limit of infinite density it is point masses.
 
     Args:
         space: a design space, or a linkage, its path or its name: dynamic balance of it in
@@ -83,17 +85,17 @@ def counterweights(
             inertia of any of these links with its counterweight, about the origin of its
             frame, kg m²; ``"rotor"``: trace of the generalised inertia matrix at the reference
             pose, kg m². The last two have a price on mass: ``price_of_mass``.
-        density: density that added matter nowhere exceeds, or that on some links by name,
-            kg/m³; not for ``"inertia"``.
+        density: density that added matter nowhere exceeds, or that on each link by name,
+            kg/m³; that of steel by default. None for point masses, denser than any material.
         thickness: that of plates of added matter on a planar linkage, m, in equal halves about
             the plane of the linkage, within the section of each region with it. The momentum
-            then has three components. Needs a density for all links.
+            then has three components. Not for point masses.
         price_of_mass: what is added to the objectives inertia and rotor for each kilogram, in
             squares of ``space.length``, so that no mass is added that serves nothing.
         shape: ``disc=0.02`` or ``block=0.02``, of that thickness in metres, or
             ``cylinder=0.03``, of that radius: each counterweight is one of them, across the
             plane of the linkage and within its region, for the least mass of such shapes that
-            balances forces. Needs a density.
+            balances forces. Not for point masses.
         motions: one or several, as for `balance.verify`; the answer then has the loads along
             them, before and after.
         relax: whether to look for single changes that help if there is no answer.
@@ -121,10 +123,6 @@ def counterweights(
     limits = density_limits(asked, body_regions, density, thickness)
     if not (np.isfinite(price_of_mass) and price_of_mass >= 0.0):
         raise UsageError(f"a price of mass of {price_of_mass:g}: give a number from 0 up")
-    if limits and minimise == "inertia":
-        raise UsageError(
-            "the largest inertia is found without a density: ask for rotor or mass"
-        )
     if asked.planar and asked.balance == "dynamic" and thickness is None:
         asked = recompute_spatial(asked)
     wanted = _wanted_shape(asked, shape, minimise, density, thickness)
@@ -187,7 +185,9 @@ def _wanted_shape(
         return None
     wanted = read_weight_shape(shape)
     if density is None:
-        raise UsageError(f"a shape such as {shape} has a volume: give a density too")
+        raise UsageError(
+            f"shape {shape} has a volume, and point masses have none: give a density"
+        )
     if minimise != "mass" or thickness is not None:
         raise UsageError(
             "shapes are found for the least mass, and have their thickness: leave out the rest"

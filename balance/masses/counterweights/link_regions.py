@@ -57,8 +57,7 @@ def regions_of(
     """
     if not links:
         raise UsageError("no link to add matter to: name at least one")
-    if tuple(links) == (ALL,) and ALL not in space.linkage.places:
-        links = space.bodies
+    links = names_of_links(space, links)
     for k, name in enumerate(links):
         _check_body(space, name)
         if name in links[:k]:
@@ -72,6 +71,12 @@ def regions_of(
             )
     chosen = {space.bodies.index(name): regions.get(name) for name in links}
     return {b: _region_of(space, b, chosen[b]) for b in sorted(chosen)}
+
+
+def names_of_links(space: DesignSpace, links: Sequence[str]) -> Sequence[str]:
+    """Return the names of links to which matter may be added; ``("all",)`` means all bodies."""
+    every = tuple(links) == (ALL,) and ALL not in space.linkage.places
+    return space.bodies if every else links
 
 
 def default_region(space: DesignSpace, body: int) -> Region:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from math import isfinite
 
+import numpy as np
+
 from balance.masses.counterweights.counterweight import (
     Counterweight,
     counterweight_of,
@@ -54,7 +56,9 @@ def filled_counterweights_at(
     """
     matter, weights = program.matter, []
     total = float(matter.masses @ best.s)
-    parts = zip(matter.regions, program.stocks, best.forms, matter.parts(best.s), strict=True)
+    # There are no forms where nothing is added.
+    forms = best.forms if len(best.forms) else np.zeros((len(program.stocks), 4, 4))
+    parts = zip(matter.regions, program.stocks, forms, matter.parts(best.s), strict=True)
     for b, stock, form, part in parts:
         P = (TRIANGLES[4] @ part).reshape(4, 4)
         if P[3, 3] > LUMP_SHARE_LEAST * total:

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from itertools import pairwise
+from math import inf
 from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from balance.masses.counterweights.regions import Region
+from balance.masses.designs.density import STEEL
 from balance.masses.designs.pseudo_inertia_cone import given_parameters
 from balance.masses.partial.added_weights import (
     check_budget,
@@ -19,6 +22,7 @@ from balance.masses.partial.elastic_frame import ElasticFrame
 from balance.masses.partial.least_shaking import CapsConflict, LeastShaking
 from balance.masses.partial.results import ParetoFront, PartialBalance
 from balance.masses.partial.shaking_problem import (
+    PartialObjective,
     ShakingFigures,
     ShakingOptions,
     ShakingProblem,
@@ -35,10 +39,13 @@ from balance.support.tolerances import (
 from kinematics.errors import UsageError
 from kinematics.loading.model_gallery import LinkageLike, as_linkage
 from kinematics.model.arrays import freeze
-from kinematics.wording import size_text
+from kinematics.numerics.linalg.ties import first_largest
+from kinematics.wording import number_text, size_text
 
 # Part of the shaking that matter saves, up to which it is told to be hardly worth its mass.
 HARDLY_SAVED = 1e-3
+# Caps that are named as kept are larger than the least ones by the accuracy of the solver.
+CAP_SPARE = 1.0 + 1e-4
 # Largest budget of a front without one, in masses of the linkage.
 UNLIMITED = 100.0
 
@@ -55,8 +62,9 @@ def partial(
     max_torque: Mapping[str, float] | None = None,
     frame: ElasticFrame | None = None,
     about: ArrayLike | None = None,
-    density: float | Mapping[str, float] | None = None,
+    density: float | Mapping[str, float] | None = STEEL,
     thickness: float | None = None,
+    minimise: PartialObjective = "rms",
 ) -> PartialBalance:
     """Compute the matter within a budget that lets a linkage shake least along motions.
 
@@ -83,10 +91,13 @@ def partial(
         frame: an elastic frame that carries the linkage.
         about: point in the inertial frame for moments, metres; the middle of the mechanism by
             default.
-        density: density that added matter nowhere exceeds, or that on some links by name,
-            kg/m³. By default the matter is point masses, denser than any material.
+        density: density that added matter nowhere exceeds, or that on each link by name,
+            kg/m³; that of steel by default. None for point masses, denser than any material.
         thickness: that of plates of added matter on a planar linkage, m, in equal halves about
             its plane.
+        minimise: ``"rms"``; ``"peak"``: the largest ``√(|F|² + |M|²/ℓ²)`` of all samples;
+            ``"torque"``: the largest drive torque of all inputs, without gravity;
+            ``"bearing"``: the largest force in all joints.
 
     Returns:
         The matter, what the linkage does with it, and the proof that nothing does better.
@@ -115,6 +126,7 @@ def partial(
         about,
         density,
         thickness,
+        minimise,
     )
     return single(space, links, budget, options).designs[0]
 
@@ -153,14 +165,16 @@ def pareto(
     max_torque: Mapping[str, float] | None = None,
     frame: ElasticFrame | None = None,
     about: ArrayLike | None = None,
-    density: float | Mapping[str, float] | None = None,
+    density: float | Mapping[str, float] | None = STEEL,
     thickness: float | None = None,
+    minimise: PartialObjective = "rms",
     progress: Callable[[int, int], None] | None = None,
 ) -> ParetoFront:
     """Compute designs between nothing added and the least shaking.
 
-    The motions are computed and factorised once; see `partial`. Budgets are equally spaced
-    from 0 to the mass of the lightest design of the least shaking.
+    The motions are computed and factorised once; see `partial`. Given a budget, those of the
+    designs are equally spaced from 0 to it, or to the mass of the lightest design of the least
+    shaking. Without one they stand where the curve of the shaking over the mass bends.
 
     Args:
         space: see `partial`, as for the other arguments.
@@ -174,8 +188,9 @@ def pareto(
         max_torque: largest drive torque of inputs, N m or N.
         frame: an elastic frame.
         about: point for moments, metres.
-        density: kg/m³.
+        density: kg/m³; None for point masses.
         thickness: of plates, metres.
+        minimise: see `partial`.
         progress: called with the number of steps done and the number of all steps.
 
     Returns:
@@ -216,6 +231,7 @@ def pareto(
         about,
         density,
         thickness,
+        minimise,
     )
     problem = build_problem(computed_space, links, options, advance)
     most = UNLIMITED * given if budget is None else budget
@@ -223,14 +239,41 @@ def pareto(
     if isinstance(end, LeastShaking):
         needed = max(0.0, float(problem.matter.masses @ end.s))
         most = needed if needed < most * (1.0 - LEAST_SHAKING_GAP) else most
-    count, budgets = len(problem.loads), np.linspace(0.0, most, n).tolist()
-    answers = [end]
-    for done, limit in enumerate(budgets[:-1], 1):
+    count = len(problem.loads)
+    solved = {most: end}
+    for done in range(1, n):
         advance(count + done, count)
-        answers.insert(-1, problem.solve(limit))
+        limit = _next_budget(solved) if budget is None else most * (done - 1) / (n - 1)
+        solved[limit] = problem.solve(limit)
     advance(count + n, count)
-    designs = _describe(problem, budgets, answers)
-    return ParetoFront(designs, problem.weight_moment, frame, problem.point)
+    budgets = sorted(solved)
+    designs = _describe(problem, budgets, [solved[limit] for limit in budgets])
+    return ParetoFront(designs, problem.weight_moment, frame, problem.point, minimise)
+
+
+def _next_budget(solved: Mapping[float, LeastShaking | CapsConflict]) -> float:
+    """Choose the budget that tells most about the curve of the least shaking over the mass.
+
+    It is 0 first, and then the middle of the budgets between which the curve, which falls and
+    is convex, leaves most open: the rectangle of what they add and what they save.
+    """
+    if 0.0 not in solved:
+        return 0.0
+    budgets = sorted(solved)
+    pairs = list(pairwise(budgets))
+    sizes = [(b - a) * _saved(solved[a], solved[b]) for a, b in pairs]
+    a, b = pairs[first_largest(sizes)]
+    return 0.5 * (a + b)
+
+
+def _saved(one: LeastShaking | CapsConflict, more: LeastShaking | CapsConflict) -> float:
+    """Return what a larger budget saves; all if only the larger one keeps the caps."""
+    before, after = (
+        answer.value if isinstance(answer, LeastShaking) else inf for answer in (one, more)
+    )
+    if before == inf:
+        return 0.0 if after == inf else after
+    return max(0.0, before - after)
 
 
 def _describe(
@@ -296,6 +339,7 @@ def _result(
         problem.point,
         problem.weight_moment,
         problem.frame,
+        problem.minimise,
     )
 
 
@@ -307,6 +351,8 @@ def _conflict(
     text = "undecided: the solver found neither matter that keeps the caps nor a proof"
     if conflict.proved:
         text = f"infeasible: no matter within {budget:g} kg in the regions keeps {caps} capped"
+        if (factor := problem.least_caps(budget)) < inf:
+            text += f"; caps {number_text(CAP_SPARE * factor)} times as large can be kept"
     verdict: Literal["infeasible", "undecided"] = (
         "infeasible" if conflict.proved else "undecided"
     )
@@ -324,6 +370,7 @@ def _conflict(
         problem.point,
         problem.weight_moment,
         problem.frame,
+        problem.minimise,
     )
 
 

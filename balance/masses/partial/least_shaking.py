@@ -16,7 +16,11 @@ where r and a_k are the last columns, and ``M_b = Rᵀ u + λ mass - Σ A_kᵀ w
 link, a quadratic polynomial of the position of a unit of mass. Its least value over the region
 is found globally (`balance.masses.counterweights.quadratic_minimum`).
 
-Caps hold at all samples; only those that a design exceeds enter the program.
+The largest load of all samples has one second-order cone for each sample in place of that of
+R, with multipliers u_i whose sizes add up to at most 1; ``u·r`` is then the sum over samples.
+
+Caps hold at all samples, as the largest load does; only those that a design exceeds enter the
+program.
 
 Matter of limited density is a mixture of parts of the regions
 (`balance.masses.counterweights.volume.stock`), which grow in number: of each solution, the
@@ -27,6 +31,7 @@ the support functions h_b.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -114,7 +119,7 @@ def quadratic_factor(rows: Sequence[Array]) -> Array:
 
 
 def least_shaking(program: ShakingProgram, budget: float) -> LeastShaking | CapsConflict:
-    """Minimise ``|R [s; 1]|`` over matter within a budget; among minimisers, the lightest.
+    """Minimise the load over matter within a budget; among minimisers, the lightest.
 
     Args:
         program: the regions, the factor and the caps.
@@ -158,6 +163,8 @@ class _Work:
         self.parts = [whole_and_halves(stock) for stock in program.stocks]
         self.forms = NO_FORMS
         self.active: list[list[int]] = [[] for _ in program.caps]
+        self.samples = program.largest_samples(np.zeros(matter.count), SAMPLES_AT_ONCE)
+        self.blocks = program.blocks(self.samples)
         self.scale = program.scale
         self.unit = min(budget, float(matter.given[:, 0].sum()) or budget)
         self.rounds, self.price = 0, 0.0
@@ -187,7 +194,7 @@ class _Work:
 
     def bound(self) -> float:
         """Compute the bound that the multipliers prove; see the head of this module."""
-        fixed = self.u @ self.program.factor[:, -1] - self.price * self.budget
+        fixed = self.u @ np.concatenate(self.blocks)[:, -1] - self.price * self.budget
         for cap, chosen, w in zip(self.program.caps, self.active, self.w, strict=True):
             last = cap.columns[chosen, :, -1]
             fixed -= cap.most * np.linalg.norm(w, axis=1).sum() + float(np.sum(w * last))
@@ -219,7 +226,8 @@ class _Work:
     def _polynomials(self) -> Array:
         """Compute each link's polynomial M_b (links, 4, 4)."""
         matter = self.program.matter
-        coefficients = self.u @ self.program.factor[:, :-1] + self.price * matter.masses
+        loads = self.u @ np.concatenate(self.blocks)[:, :-1]
+        coefficients = loads + self.price * matter.masses
         for cap, chosen, w in zip(self.program.caps, self.active, self.w, strict=True):
             coefficients = coefficients - np.einsum("nk,nki->i", w, cap.columns[chosen, :, :-1])
         return np.asarray((matter.parts(coefficients) @ TRIANGLES[4].T).reshape(-1, 4, 4))
@@ -258,8 +266,12 @@ class _Work:
         return grown
 
     def _add_samples(self, s: Array) -> bool:
-        """Add samples at which caps are exceeded most; whether there are any."""
-        grown = False
+        """Add samples at which caps or the largest load are exceeded most; whether any are."""
+        found = max(float(np.linalg.norm(A @ np.append(s, 1.0))) for A in self.blocks)
+        grown = self.program.value(s) > found * (1.0 + CAP_EXCEEDED)
+        if grown:
+            largest = self.program.largest_samples(s, SAMPLES_AT_ONCE)
+            self.samples += [k for k in largest if k not in self.samples]
         for cap, chosen in zip(self.program.caps, self.active, strict=True):
             sizes = cap.sizes(s)
             sizes[chosen] = 0.0
@@ -275,11 +287,13 @@ class _Work:
         # Coordinates s as a function of the variables.
         T = self.unit * _block_diagonal([triangles(cone.matrices).T for cone in cones])
         cone_rows = _block_diagonal([cone.rows for cone in cones])
+        self.blocks = self.program.blocks(self.samples)
         blocks, parts = self._load_blocks(T)
         rows = np.vstack([cone_rows, *(A for A, _ in blocks)])
         offset = np.concatenate([*(cone.constants for cone in cones), *(b for _, b in blocks)])
         parts = [*(part for cone in cones for part in cone.parts), *parts]
-        size, at = T.shape[1], len(cone_rows) + 1
+        heights = [len(A) + 1 for A in self.blocks]
+        size, at = T.shape[1], len(cone_rows) + 1 + np.cumsum([0, *heights[:-1]])
         if limit is None:
             q, t = np.append(np.zeros(size), 1.0), np.zeros((len(rows), 1))
             t[at] = 1.0
@@ -297,16 +311,18 @@ class _Work:
     def _cone(self, k: int) -> MomentCone:
         """Describe the matter of a link."""
         if self.parts:
-            return mixture_cone(np.array(self.parts[k]) / self.unit)
+            return mixture_cone(np.array(self.parts[k]) / self.unit, self.budget / self.unit)
         if k in self.points:
             return lump_cone(self.points[k])
         return moment_cone(self.regions[k])
 
     def _load_blocks(self, T: Array) -> tuple[list[tuple[Array, Array]], list[ConstraintBlock]]:
         """Build rows and constants of the budget, the load and the caps, and their cones."""
-        R, mass = self.program.factor / self.scale, self.program.matter.masses @ T
-        blocks = [(-mass[None] / self.budget, np.ones(1)), _bounded(R, 0.0, T)]
-        parts = [ConstraintBlock("nonnegative", 1), ConstraintBlock("second_order", len(R) + 1)]
+        mass = self.program.matter.masses @ T
+        blocks = [(-mass[None] / self.budget, np.ones(1))]
+        blocks += [_bounded(A / self.scale, 0.0, T) for A in self.blocks]
+        parts = [ConstraintBlock("nonnegative", 1)]
+        parts += [ConstraintBlock("second_order", len(A) + 1) for A in self.blocks]
         for cap, chosen in zip(self.program.caps, self.active, strict=True):
             for columns in cap.columns[chosen] / cap.most:
                 blocks.append(_bounded(columns, 1.0, T))
@@ -321,13 +337,16 @@ class _Work:
         """
         scale = 1.0 if lighter else self.scale
         self.price = max(0.0, float(dual[0])) * scale / self.budget
-        at = 2 + len(self.program.factor)
+        ends = 1 + np.cumsum([0, *(len(A) + 1 for A in self.blocks)])
+        at = int(ends[-1])
+        pieces = [-dual[start + 1 : end] for start, end in pairwise(ends)]
         # The multiplier of t is 1; in a certificate that there is nothing, it is 0.
-        u, self.u = -dual[2:at], np.zeros(at - 2)
+        u, of_t = np.concatenate(pieces), float(dual[ends[:-1]].sum())
+        self.u = np.zeros(len(u))
         if lighter:
             self.price, self.u = self.price + 1.0 / self.unit, u / self.scale
-        elif dual[1] > MULTIPLIER_HALF:
-            self.u = u / max(1.0, float(np.linalg.norm(u)))
+        elif of_t > MULTIPLIER_HALF:
+            self.u = u / max(1.0, sum(float(np.linalg.norm(piece)) for piece in pieces))
         for k, (cap, chosen) in enumerate(zip(self.program.caps, self.active, strict=True)):
             width = cap.columns.shape[1] + 1
             multipliers = dual[at : at + width * len(chosen)].reshape(len(chosen), width)

@@ -11,7 +11,7 @@ from balance.masses.counterweights.counterweight import Counterweight
 from balance.masses.counterweights.write_counterweights import counterweights_file
 from balance.masses.designs.pseudo_inertia_cone import bodies_with
 from balance.masses.partial.elastic_frame import ElasticFrame
-from balance.masses.partial.shaking_problem import ShakingFigures
+from balance.masses.partial.shaking_problem import MINIMISED, PartialObjective, ShakingFigures
 from balance.motion.motion_tolerances import (
     CONDITIONING_NOTICE,
     SHAKING_RELATIVE,
@@ -51,6 +51,7 @@ class PartialBalance(WithPage, WithPicture):
         weight_moment: newton metres that count as one newton; infinite if moments do not
             count.
         frame: the elastic frame, if there is one.
+        minimise: the objective; see `partial`.
     """
 
     page_maker = "counterweights:partial_balance_page"
@@ -69,11 +70,12 @@ class PartialBalance(WithPage, WithPicture):
     point: Array
     weight_moment: float
     frame: ElasticFrame | None
+    minimise: PartialObjective = "rms"
 
     @property
     def front(self) -> ParetoFront:
         """The front of this design alone."""
-        return ParetoFront((self,), self.weight_moment, self.frame, self.point)
+        return ParetoFront((self,), self.weight_moment, self.frame, self.point, self.minimise)
 
     @property
     def share(self) -> float:
@@ -173,6 +175,7 @@ class ParetoFront(WithPage, WithPicture):
             count.
         frame: the elastic frame, if there is one.
         point: point of the inertial frame that moments are about (3,), metres.
+        minimise: the objective; see `partial`.
     """
 
     page_maker = "counterweights:partial_page"
@@ -182,6 +185,7 @@ class ParetoFront(WithPage, WithPicture):
     weight_moment: float
     frame: ElasticFrame | None
     point: Array
+    minimise: PartialObjective = "rms"
 
     @property
     def notices(self) -> tuple[Notice, ...]:
@@ -190,8 +194,8 @@ class ParetoFront(WithPage, WithPicture):
 
     @property
     def objective(self) -> str:
-        """What is minimised: ``"shaking"``, or ``"vibration"`` of an elastic frame."""
-        return "shaking" if self.frame is None else "vibration"
+        """What is minimised, in words, such as ``"shaking"``; see `MINIMISED`."""
+        return MINIMISED[self.minimise] if self.frame is None else "vibration"
 
     def to_dict(self) -> dict[str, object]:
         """Return plain data for JSON; see ``schemas/partial.schema.json``."""

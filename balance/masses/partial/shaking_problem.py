@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import inf, isfinite
-from typing import NamedTuple
+from typing import Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -21,7 +21,7 @@ from balance.masses.partial.least_shaking import (
     quadratic_factor,
 )
 from balance.masses.partial.motion_loads import AddedParameters, MotionLoads, motion_loads
-from balance.masses.partial.shaking_program import Cap, ShakingProgram
+from balance.masses.partial.shaking_program import NO_SAMPLES, Cap, ShakingProgram
 from balance.motion.verification.given_motions import Motions, read_motions
 from balance.motion.verification.load_errors import load_errors
 from balance.motion.verification.trajectory import Trajectory, random_motions
@@ -38,6 +38,17 @@ RANDOM_MOTIONS = 10
 SAMPLES = 200
 
 
+PartialObjective = Literal["rms", "peak", "torque", "bearing"]
+MINIMISED: Mapping[PartialObjective, str] = {
+    "rms": "shaking",
+    "peak": "peak of the shaking",
+    "torque": "largest torque",
+    "bearing": "largest bearing force",
+}
+"""What is least: root mean square or peak of the shaking; the largest drive torque of all
+inputs; the largest force in all joints."""
+
+
 @dataclass(frozen=True)
 class ShakingOptions:
     """What may shake how, and what may be added; None for what `partial` does by default.
@@ -51,8 +62,9 @@ class ShakingOptions:
         max_torque: largest drive torque of inputs, N m, for sliding ones N.
         frame: an elastic frame whose vibration is minimised instead of the shaking.
         about: point in the inertial frame for moments, metres.
-        density: density that added matter nowhere exceeds, kg/m³.
+        density: density that added matter nowhere exceeds, kg/m³; None for point masses.
         thickness: that of plates of added matter, m.
+        minimise: the objective; see `MINIMISED`.
     """
 
     regions: Mapping[str, Region | str] | None = None
@@ -64,6 +76,7 @@ class ShakingOptions:
     about: ArrayLike | None = None
     density: float | Mapping[str, float] | None = None
     thickness: float | None = None
+    minimise: PartialObjective = "rms"
 
 
 class ShakingFigures(NamedTuple):
@@ -119,11 +132,12 @@ class ShakingProblem:
     weight_moment: float
     frame: ElasticFrame | None
     point: Array
+    minimise: PartialObjective = "rms"
 
     @property
     def objective(self) -> str:
-        """What is minimised, in one word."""
-        return "shaking" if self.frame is None else "vibration"
+        """What is minimised, in words."""
+        return MINIMISED[self.minimise] if self.frame is None else "vibration"
 
     @property
     def motions(self) -> tuple[Trajectory, ...]:
@@ -152,6 +166,20 @@ class ShakingProblem:
             return CapsConflict(True, tuple(over))
         return LeastShaking(s, value, 0.0 if budget > 0.0 else value, 0)
 
+    def least_caps(self, budget: float) -> float:
+        """Compute the least factor by which all caps have to be larger for a budget.
+
+        Infinite if the solver finds none.
+        """
+        caps = self.program.caps
+        relative = [cap.columns / cap.most for cap in caps]
+        program = replace(self.program, caps=(), samples=_stacked(relative))
+        s = np.zeros(self.matter.count)
+        if not budget > 0.0:
+            return program.value(s)
+        answer = least_shaking(program, budget)
+        return answer.value if isinstance(answer, LeastShaking) else inf
+
     def figures(self, designs: Sequence[Array]) -> list[ShakingFigures]:
         """Compute what designs, given as coordinates s, do along the motions."""
         points = np.vstack([np.array(designs).T, np.ones(len(designs))])
@@ -167,7 +195,7 @@ class ShakingProblem:
             peak_forces = [np.linalg.norm(force, axis=1).max(axis=0) for force in forces]
             bearing = np.maximum(bearing, peak_forces)
         rms = np.array([np.linalg.norm(R @ points, axis=0) for R in self.factors])
-        objective = np.linalg.norm(self.program.factor @ points, axis=0)
+        objective = [self.program.value(s) for s in designs]
         names = [joint.name for joint in linkage.joints]
         inertia = self.matter.input_inertia() @ points
         return [
@@ -254,7 +282,8 @@ def build_problem(
         )
     caps = _caps(space, loads, max_bearing, max_torque)
     single = _single_bodies(loads, blocks, weight, frame)
-    program = ShakingProgram(matter, whole, single, caps, tuple(stocks.values()))
+    samples = _samples(space, loads, weight, options)
+    program = ShakingProgram(matter, whole, single, caps, tuple(stocks.values()), samples)
     return ShakingProblem(
         space,
         matter,
@@ -264,6 +293,7 @@ def build_problem(
         weight,
         frame,
         freeze(point),
+        options.minimise,
     )
 
 
@@ -296,6 +326,46 @@ def _loads(
         if progress is not None:
             progress(done, count)
     return loads
+
+
+def _samples(
+    space: DesignSpace,
+    loads: Sequence[MotionLoads],
+    weight: float,
+    options: ShakingOptions,
+) -> Array:
+    """List the loads whose largest is minimised (N, k, count + 1); none for the mean.
+
+    Raises:
+        UsageError: there is a frame too, whose root mean square is what is minimised, or
+            torques of turning inputs stand beside forces of sliding ones.
+    """
+    if options.minimise == "rms":
+        return NO_SAMPLES
+    if options.minimise not in MINIMISED:
+        raise UsageError(f"minimise '{options.minimise}': take {', '.join(MINIMISED)}")
+    if options.frame is not None:
+        raise UsageError(
+            "of an elastic frame the root mean square is least: leave out minimise"
+        )
+    if options.minimise == "peak":
+        rows = [_counted(motion.wrenches, motion, weight, None) for motion in loads]
+        return np.concatenate(rows)
+    kinds = {joint.name: joint.kind == "prismatic" for joint in space.linkage.joints}
+    inputs = space.linkage.inputs if options.minimise == "torque" else ()
+    if len({kinds[name] for name in inputs}) > 1:
+        raise UsageError("inputs that turn and that slide have no largest torque: cap each")
+    bearings = dict.fromkeys(kinds, inf) if options.minimise == "bearing" else {}
+    caps = _caps(space, loads, bearings, dict.fromkeys(inputs, inf))
+    return _stacked([cap.columns for cap in caps])
+
+
+def _stacked(loads: Sequence[Array]) -> Array:
+    """Stack loads of several kinds (N, k, count + 1); missing components are zero."""
+    size = max(rows.shape[1] for rows in loads)
+    return np.concatenate(
+        [np.pad(rows, ((0, 0), (0, size - rows.shape[1]), (0, 0))) for rows in loads]
+    )
 
 
 def _caps(

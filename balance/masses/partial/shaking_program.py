@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from balance.masses.counterweights.volume.stock import Stock
 from balance.masses.partial.motion_loads import AddedParameters
 from balance.motion.motion_tolerances import SHAKING_RELATIVE
+from kinematics.model.arrays import freeze
 from kinematics.numerics.array_types import Array
+
+NO_SAMPLES = freeze(np.empty((0, 0, 0)))
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,6 +45,8 @@ class ShakingProgram:
         single: sum of the loads of the single bodies of the file, if none cancelled another.
         caps: bounds on loads.
         stocks: matter of limited density in the regions; empty for point masses.
+        samples: loads at samples (N, k, count + 1), of which the largest is minimised instead;
+            empty for the root of the mean.
     """
 
     matter: AddedParameters
@@ -48,6 +54,7 @@ class ShakingProgram:
     single: float
     caps: tuple[Cap, ...] = ()
     stocks: tuple[Stock, ...] = ()
+    samples: Array = field(default_factory=lambda: NO_SAMPLES)
 
     @property
     def given(self) -> float:
@@ -65,5 +72,22 @@ class ShakingProgram:
         return (self.single if self.balanced else self.given) or 1.0
 
     def value(self, s: Array) -> float:
-        """Compute ``|R [s; 1]|``."""
+        """Compute ``|R [s; 1]|``, or the largest load of the samples."""
+        if self.samples.size:
+            return float(self._sizes(s).max())
         return float(np.linalg.norm(self.factor @ np.append(s, 1.0)))
+
+    def blocks(self, samples: Sequence[int]) -> list[Array]:
+        """List rows (k, count + 1) of cones: R, or the loads of samples."""
+        return list(self.samples[list(samples)]) if self.samples.size else [self.factor]
+
+    def largest_samples(self, s: Array, count: int) -> list[int]:
+        """List samples of the largest loads, the largest first; none for the mean."""
+        if not self.samples.size:
+            return []
+        order: list[int] = np.argsort(-self._sizes(s))[:count].tolist()
+        return order
+
+    def _sizes(self, s: Array) -> Array:
+        """Compute the loads of the samples (N,)."""
+        return np.asarray(np.linalg.norm(self.samples @ np.append(s, 1.0), axis=1))

@@ -174,6 +174,7 @@ class RemedyComparison(WithPage, WithPicture):
             "verdict": self.verdict,
             "gear": request.gear,
             "rotor_radius": request.rotor_radius,
+            "density": request.density,
             "links": list(request.links),
             "remedies": [applied.to_dict() for applied in self.results],
         }
@@ -191,6 +192,7 @@ def compare_remedies(
     radius: float | None = None,
     budget: float | None = None,
     trade_off: int = 0,
+    density: float | None = None,
     progress: Callable[[int, int], None] | None = None,
     report: Callable[[AppliedRemedy], None] | None = None,
 ) -> RemedyComparison:
@@ -215,6 +217,8 @@ def compare_remedies(
         budget: most mass that partial balance may add, kg; by default the mass of the linkage.
         trade_off: points of added mass against input inertia for each remedy that balances by
             the least matter: `AppliedRemedy.trade_off`; 0 for none.
+        density: density that added matter nowhere exceeds, kg/m³, new links included; by
+            default it is point masses, the limit of infinite density.
         progress: called with the number of steps done and of all steps.
         report: called with each result, as soon as it is there.
 
@@ -248,6 +252,7 @@ def compare_remedies(
         budget,
         progress=progress,
         trade_off=trade_off,
+        density=density,
     )
     return compare_request(request, only, report)
 

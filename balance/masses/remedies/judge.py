@@ -53,13 +53,13 @@ def judge(request: RemedyRequest, variant: Variant) -> AppliedRemedy:
         # Nothing is built in but matter: the spaces of the request are known, and certified.
         flat = request.space.planar and request.balance == "dynamic"
         whole = request.spatial_space if flat else None
-        least = least_matter(request.space, variant.free, regions, whole)
+        least = least_matter(request.space, variant.free, regions, request.density, whole)
     else:
         try:
             space = space_of(request, variant)
         except LinkageError as error:
             return replace(blank, verdict="refused", reason=str(error))
-        least = least_matter(space, variant.free, regions)
+        least = least_matter(space, variant.free, regions, request.density)
     verdict = least.matter.verdict
     if verdict != "feasible":
         return replace(blank, verdict=verdict, reason=least.reason, proof=least.proof)

@@ -49,6 +49,7 @@ def least_matter(
     space: DesignSpace,
     links: Sequence[str],
     regions: Mapping[str, Region | str],
+    density: float | None = None,
     whole: DesignSpace | None = None,
 ) -> LeastMatter:
     """Find the least matter in some regions, or in wider ones if these are too small.
@@ -59,17 +60,18 @@ def least_matter(
     Args:
         links: links that may get matter.
         regions: where, by name of the link; see `balance.counterweights`.
+        density: density that the matter nowhere exceeds, kg/m³; None for point masses.
         whole: the space with all components of the momentum, if it is known.
     """
     flat = space.planar and space.balance == "dynamic"
     # The space of all components of the momentum, once for all programs.
     if whole is None or not flat:
         whole = recompute_spatial(space) if flat else space
-    matter = counterweights(whole, links, regions, relax=False)
+    matter = counterweights(whole, links, regions, density=density, relax=False)
     if matter.verdict == "feasible":
         return LeastMatter(matter, None)
     whole = certify(whole)
-    matter = counterweights(whole, links, regions, relax=False)
+    matter = counterweights(whole, links, regions, density=density, relax=False)
     if matter.verdict != "infeasible":
         return LeastMatter(matter, None)
     space = certify(space) if flat else whole
@@ -77,4 +79,5 @@ def least_matter(
     if anywhere.verdict == "infeasible" or not matter.chosen:
         return LeastMatter(matter, anywhere)
     wide = {name: wide_region(space, space.bodies.index(name)) for name in matter.chosen}
-    return LeastMatter(counterweights(whole, links, {**regions, **wide}, relax=False), anywhere)
+    matter = counterweights(whole, links, {**regions, **wide}, density=density, relax=False)
+    return LeastMatter(matter, anywhere)

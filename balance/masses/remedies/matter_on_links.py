@@ -118,7 +118,9 @@ def apply_partial(request: RemedyRequest) -> Iterator[AppliedRemedy]:
     """
     budget = request.given_mass if request.budget is None else request.budget
     words = f"at most {budget:.4g} kg on {', '.join(request.links)}"
-    design = partial(request.space, request.links, budget, regions=request.regions)
+    design = partial(
+        request.space, request.links, budget, regions=request.regions, density=request.density
+    )
     blank = AppliedRemedy("partial", words, "undecided", design.words)
     if design.found is None or design.verdict != "optimal":
         yield blank

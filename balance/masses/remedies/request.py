@@ -52,6 +52,7 @@ class RemedyRequest:
         only: remedies that the user names: long searches are made for these alone.
         trade_off: points of added mass against input inertia for each remedy that balances by
             the least matter; 0 for none.
+        density: density that added matter nowhere exceeds, kg/m³; None for point masses.
     """
 
     linkage: Linkage
@@ -67,6 +68,7 @@ class RemedyRequest:
     progress: Callable[[int, int], None] | None = None
     only: tuple[str, ...] = ()
     trade_off: int = 0
+    density: float | None = None
 
     def check(self) -> None:
         """Refuse a request that no remedy can serve.
@@ -81,6 +83,8 @@ class RemedyRequest:
                 raise UsageError(f"{name} {value:g}: give a positive number")
         if self.trade_off < 0 or self.trade_off == 1:
             raise UsageError(f"a trade-off of {self.trade_off} points: give 2 or more")
+        if self.density is not None and not 0.0 < self.density < float("inf"):
+            raise UsageError(f"density {self.density:g}: give a positive number")
         if self.budget is not None and not 0.0 <= self.budget < float("inf"):
             raise UsageError(f"budget {self.budget:g}: a mass is not negative")
         if not self.given_mass > 0.0:

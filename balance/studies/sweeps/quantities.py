@@ -12,7 +12,12 @@ from typing import Any
 
 from balance.studies.runs.chunk_job import Column
 from balance.studies.sweeps.ranges import is_finite_number
-from balance.studies.sweeps.row_quantities import AFTER, COUNTERWEIGHTS, QUANTITIES
+from balance.studies.sweeps.row_quantities import (
+    AFTER,
+    COUNTERWEIGHTS,
+    NO_DENSITY,
+    QUANTITIES,
+)
 from balance.studies.sweeps.study_units import in_si
 from kinematics.error_text import clean, closest_names, did_you_mean
 from kinematics.errors import FileError, LinkageError, UsageError
@@ -157,7 +162,9 @@ def _read_options(name: str, options: object, source: str) -> Options:
             raise _fault(source, f"{name}.{key}", "no such option", remedy)
     try:
         options = {
-            key: in_si(value, *OPTION_UNITS[key]) if key in OPTION_UNITS else value
+            key: in_si(value, *OPTION_UNITS[key])
+            if key in OPTION_UNITS and value != NO_DENSITY
+            else value
             for key, value in options.items()
         }
     except UsageError as error:
@@ -217,8 +224,8 @@ def _is_count(value: object) -> bool:
 
 
 def _is_density(value: object) -> bool:
-    """Whether a value is a number, or a table of numbers."""
-    return is_finite_number(value) or _is_table(value, is_finite_number)
+    """Whether a value is a number, a table of numbers, or none."""
+    return value == NO_DENSITY or is_finite_number(value) or _is_table(value, is_finite_number)
 
 
 def _is_row(value: object) -> bool:
@@ -229,7 +236,7 @@ FORMS: Mapping[str, tuple[Callable[[object], bool], str]] = {
     "bounds": (lambda value: _is_table(value, _is_pair), "{rocker = [0.1, 3.0]}, in kg"),
     "count": (_is_count, "a whole number"),
     "crank": (_is_text, '"u1"'),
-    "density": (_is_density, '"7.85g/cm3", {crank = 2700}, or kg/m³'),
+    "density": (_is_density, '"7.85g/cm3", {crank = 2700}, kg/m³, or "none"'),
     "thickness": (is_finite_number, '"10mm", or metres'),
     "duration": (is_finite_number, '"500ms", or seconds'),
     "gravity": (_is_row, "[0.0, -9.81, 0.0]"),

@@ -58,6 +58,8 @@ class Quantity(NamedTuple):
 
 COUNTERWEIGHTS, MASSES = "counterweights", "masses"
 """Entries that are added to options: those of counterweights, and parameters of the bodies."""
+NO_DENSITY = "none"
+"""Density of matter that is of any density: of point masses."""
 # Orders whose ranks are listed by default, and at most.
 ORDERS, MOST_ORDERS = 5, 50
 # Samples of a motion between poses, and seconds of each of its lines, by default.
@@ -233,8 +235,12 @@ def _least_counterweights(geometry: SweptGeometry, options: Options) -> tuple[An
 
 
 def _arguments(options: Options) -> dict[str, Any]:
-    """Leave out of the options what is no argument of the function that computes a quantity."""
-    return {name: value for name, value in options.items() if name != "where"}
+    """Convert options to arguments of the function that computes a quantity."""
+    return {
+        name: None if (name, value) == ("density", NO_DENSITY) else value
+        for name, value in options.items()
+        if name != "where"
+    }
 
 
 def _check_counterweights(linkage: Linkage, options: Options) -> None:
@@ -243,7 +249,9 @@ def _check_counterweights(linkage: Linkage, options: Options) -> None:
         raise UsageError('no links to add matter to; write links = ["crank", "rocker"]')
     space = design_space(linkage)
     regions = regions_of(space, options["links"], options.get("regions", {}))
-    density_limits(space, regions, options.get("density"), options.get("thickness"))
+    density_limits(
+        space, regions, _arguments(options).get("density", STEEL), options.get("thickness")
+    )
     if options.get("minimise", "mass") not in ("mass", "inertia", "rotor"):
         raise UsageError(f"minimise '{options['minimise']}'; take mass, inertia or rotor")
 

@@ -31,7 +31,12 @@ def partial_facts(front: ParetoFront) -> list[tuple[str, str]]:
     counts = f"{number_text(weight)} N m about {point} count as 1 N"
     if weight == inf:
         counts = f"forces alone; moments are about {point}"
-    pairs.append(("minimised", f"root mean square of the {front.objective}, {counts}"))
+    minimised = f"root mean square of the {front.objective}, {counts}"
+    if front.minimise == "peak":
+        minimised = f"peak of the shaking, {counts}"
+    elif front.minimise != "rms":
+        minimised = f"{front.objective} along the motions; moments are about {point}"
+    pairs.append(("minimised", minimised))
     if front.frame is not None:
         pairs.append(("frame", f"natural frequency {number_text(front.frame.frequency)} Hz"))
     pairs.append(("verdict", best.words))
@@ -88,6 +93,8 @@ def _drives(best: PartialBalance) -> list[tuple[str, str]]:
 def front_rows(front: ParetoFront) -> list[tuple[str, ...]]:
     """Build the table of designs, its head first."""
     unit = "N" if front.frame is None else "m"
+    if front.minimise == "torque":
+        unit = "N m"
     head = (
         "added (kg)",
         f"{front.objective} ({unit})",

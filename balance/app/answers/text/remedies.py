@@ -35,10 +35,14 @@ def remedies_facts(comparison: RemedyComparison) -> list[tuple[str, str]]:
     """List the facts on a comparison as pairs of label and value."""
     request = comparison.request
     pairs = linkage_facts(request.linkage, f"{request.balance} balance", request.motion)
+    matter = "point masses, of any density (--density steel sets a limit)"
+    if request.density is not None:
+        matter = f"at most {number_text(request.density)} kg/m³"
     pairs += [
         ("mobility", str(request.freedoms)),
         ("mass", f"{number_text(request.given_mass, f'.{DIGITS}g')} kg in moving links"),
         ("own masses", comparison.own.words),
+        ("added matter", matter),
         (
             "rotors",
             f"radius {number_text(request.rotor_radius, f'.{DIGITS}g')} m, "

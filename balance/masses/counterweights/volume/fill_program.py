@@ -21,6 +21,11 @@ The least factor t of the density for which matter balances at all is likewise
     t = max_y  y·r / Σ_b h_b(y·A_b),
 
 so that any y for which the quotient is above 1 proves that none does.
+
+The largest moment of inertia as the objective has matrices ``W_b ⪰ 0`` beside y, with
+``Σ_b tr W_b = 1``: C_b then includes what W_b makes of the moments of inertia, and the dual has
+the constant ``Σ_b <W_b, I_b>`` of the given masses. The masters find W_b, and Newton's method
+keeps them.
 """
 
 from __future__ import annotations
@@ -30,7 +35,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from balance.masses.counterweights.program import AddedProgram
+from balance.masses.counterweights.program import AddedProgram, added_objective
 from balance.masses.counterweights.volume.stock import (
     COARSE,
     FINE,
@@ -52,6 +57,7 @@ from balance.support.tolerances import (
     FILL_GAPS,
     FILL_RESIDUAL,
     FILL_ROUND_OFF,
+    FILLING_GAP_PROVED,
     MASS_GAP,
 )
 from kinematics.numerics.array_types import Array
@@ -108,6 +114,7 @@ def density_needed(program: AddedProgram, stocks: Sequence[Stock]) -> DensityNee
     columns = _Columns(program, stocks, np.zeros_like(program.cost), None)
     value, dual = columns.generate(density_gap(program))
     sums = np.sum(_support_functions(program, stocks, columns.forms(dual)), axis=0)
+    dual = dual[: program.target.size]
     against = float(dual @ program.target)
     bound = against / float(sums.sum()) if against > 0.0 else 0.0
     return DensityNeeded(value, bound, dual, columns.parts)
@@ -145,15 +152,22 @@ def fill_least(
         needed: the density that it needs.
     """
     columns = _Columns(program, stocks, program.cost, needed.parts)
+    rank = program.target.size
     for gap in FILL_GAPS:
-        y, seen = _maximise(program, stocks, columns.generate(gap)[1])
-        forms = forms_of(program, y, program.cost)
+        dual = columns.generate(gap)[1]
+        prices = columns.prices(dual)
+        y, seen = _maximise(program, stocks, prices, dual[:rank])
+        forms = forms_of(program, y, prices)
         moments = _fill_all(program, seen, forms)
         residual = program.target - _conditions_of(program, moments)
-        if float(np.linalg.norm(residual)) <= COUNTERWEIGHT_RESIDUAL:
+        dual = np.append(y, dual[rank:])
+        bound = columns.fixed(dual) - float(np.sum(_support_functions(program, seen, forms)))
+        value = added_objective(program, list(moments))[1]
+        # Newton's method improves y, and not the matrices of moments of inertia.
+        close = not columns.heavy or value - bound <= FILLING_GAP_PROVED * value
+        if close and float(np.linalg.norm(residual)) <= COUNTERWEIGHT_RESIDUAL:
             break
-    value, error = np.sum(_support_functions(program, seen, forms), axis=0)
-    bound = float(y @ program.target) - float(value) - float(error)
+        columns.parts.append(moments)
     return FilledParts(forms, moments, bound, y)
 
 
@@ -199,9 +213,28 @@ class _Columns:
             for y in np.eye(program.target.size):
                 self.parts += [self._fill(self.forms(side)) for side in (y, -y)]
 
-    def forms(self, y: Array) -> Array:
+    @property
+    def heavy(self) -> bool:
+        """Whether the largest moment of inertia is part of the objective."""
+        return self.program.inertia[0].size > 0 and not self.scaled
+
+    def prices(self, dual: Array) -> Array:
+        """Compute the polynomials C_b (links, 10), with those of the moments of inertia."""
+        W = dual[self.program.target.size :]
+        if not W.size:
+            return self.cost
+        return self.cost + np.einsum("li,lij->lj", W.reshape(-1, 6), self.program.inertia[0])
+
+    def fixed(self, dual: Array) -> float:
+        """Compute the part of the dual that no added matter has."""
+        y, W = np.split(dual, [self.program.target.size])
+        given = float(W @ self.program.inertia[1].reshape(-1)) if W.size else 0.0
+        return float(y @ self.program.target) + given
+
+    def forms(self, dual: Array) -> Array:
         """Compute the forms of multipliers."""
-        return forms_of(self.program, y, self.cost)
+        y = dual[: self.program.target.size]
+        return forms_of(self.program, y, self.prices(dual))
 
     def generate(self, gap: float) -> tuple[float, Array]:
         """Add parts until the bounds from inside and outside meet.
@@ -212,15 +245,15 @@ class _Columns:
         Returns:
             The value from inside, and the multipliers of the best bound.
         """
-        target, lower, best = self.program.target, -np.inf, None
-        value, y = np.inf, np.zeros_like(target)
+        lower, best = -np.inf, None
+        value, y = np.inf, np.zeros_like(self.program.target)
         for _ in range(MOST_ROUNDS):
             value, y = self._master()
             steady = y if best is None else INERTIA * best + (1.0 - INERTIA) * y
             for z in (steady, y):
                 forms = self.forms(z)
                 moments = self._fill(forms)
-                size, against = float(np.sum(forms * moments)), float(z @ target)
+                size, against = float(np.sum(forms * moments)), self.fixed(z)
                 bound = against / size if self.scaled and size > 0.0 else against - size
                 if bound > lower and np.isfinite(value):
                     lower, best = bound, z
@@ -243,21 +276,37 @@ class _Columns:
         prices = np.einsum("lj,plj->pl", self.cost, vectors).reshape(-1)
         shares = -np.tile(np.eye(links), count)
         n, rank = count * links, len(A)
-        rows = np.zeros((rank + n + links, n + self.scaled))
-        rows[:rank, :n], rows[rank:-links, :n], rows[-links:, :n] = A, np.eye(n), shares
-        offset = np.zeros(len(rows))
+        end = rank + n + links
+        rows = np.zeros((end, n + (self.scaled or self.heavy)))
+        rows[:rank, :n], rows[rank : rank + n, :n], rows[rank + n :, :n] = A, np.eye(n), shares
+        offset = np.zeros(end)
         offset[:rank] = -program.target
         q = prices
-        if self.scaled:
-            rows[-links:, n], q = 1.0, np.append(np.zeros(n), 1.0)
-        else:
-            offset[-links:] = 1.0
         blocks = [ConstraintBlock("zero", rank), ConstraintBlock("nonnegative", n + links)]
+        if self.scaled:
+            rows[rank + n :, n], q = 1.0, np.append(np.zeros(n), 1.0)
+        else:
+            offset[rank + n :] = 1.0
+        if self.heavy:
+            q = np.append(prices, 1.0)
+            rows = np.vstack([rows, self._inertia_rows(vectors)])
+            offset = np.append(offset, -program.inertia[1].reshape(-1))
+            blocks += [ConstraintBlock("psd_triangle", 3)] * links
         solution = solve_conic(q, rows, offset, blocks)
-        y = solution.dual[:rank]
+        dual = np.append(solution.dual[:rank], solution.dual[end:])
         if solution.infeasible:
-            return np.inf, y
-        return float(q @ solution.x), y
+            return np.inf, dual
+        return float(q @ solution.x), dual
+
+    def _inertia_rows(self, vectors: Array) -> Array:
+        """Build the rows of ``t - I_b``: shares of parts (count, links, 10), and t."""
+        count, links = vectors.shape[:2]
+        per_part = np.einsum("lij,plj->lpi", self.program.inertia[0], vectors)
+        rows = np.zeros((links, 6, count, links))
+        for k in range(links):
+            rows[k, :, :, k] = -per_part[k].T
+        largest = np.tile(triangles(np.eye(3)), links)[:, None]
+        return np.hstack([rows.reshape(6 * links, count * links), largest])
 
 
 def _support_functions(program: AddedProgram, stocks: Sequence[Stock], forms: Array) -> Array:
@@ -270,27 +319,33 @@ def _support_functions(program: AddedProgram, stocks: Sequence[Stock], forms: Ar
 
 
 def _maximise(
-    program: AddedProgram, stocks: Sequence[Stock], start: Array
+    program: AddedProgram, stocks: Sequence[Stock], cost: Array, start: Array
 ) -> tuple[Array, list[Stock]]:
     """Maximise the dual by Newton's method, with few rays and then with many.
+
+    Args:
+        program: the conditions.
+        stocks: region and density of each link.
+        cost: the polynomials C_b (links, 10).
+        start: multipliers (ρ,) to start at.
 
     Returns:
         The maximiser, and the stocks whose rays start inside the parts that it fills.
     """
     y, seen = start, list(stocks)
     for rays in STAGES:
-        forms = forms_of(program, y, program.cost)
+        forms = forms_of(program, y, cost)
         seen = [s.with_rays_inside(form) for s, form in zip(stocks, forms, strict=True)]
-        value, gradient = _dual(program, seen, y, rays)
+        value, gradient = _dual(program, seen, cost, y, rays)
         for _ in range(MOST_STEPS):
             if float(np.linalg.norm(gradient)) <= FILL_RESIDUAL:
                 break
-            H = _curvature(program, seen, y, rays)
+            H = _curvature(program, seen, cost, y, rays)
             H = H + FILL_ROUND_OFF * (1.0 + float(np.trace(H))) * np.eye(len(H))
             step = np.linalg.solve(H, gradient)
             for halving in range(MOST_HALVINGS):
                 part = 0.5**halving * step
-                new_value, new_gradient = _dual(program, seen, y + part, rays)
+                new_value, new_gradient = _dual(program, seen, cost, y + part, rays)
                 gain = LEAST_GAIN * float(gradient @ part)
                 smaller = np.linalg.norm(new_gradient) < np.linalg.norm(gradient)
                 gains = new_value >= value + gain
@@ -303,18 +358,20 @@ def _maximise(
 
 
 def _dual(
-    program: AddedProgram, stocks: Sequence[Stock], y: Array, rays: int
+    program: AddedProgram, stocks: Sequence[Stock], cost: Array, y: Array, rays: int
 ) -> tuple[float, Array]:
     """Compute the dual and its gradient."""
-    forms = forms_of(program, y, program.cost)
+    forms = forms_of(program, y, cost)
     moments = _fill_all(program, stocks, forms, rays)
     value = float(y @ program.target) - float(np.sum(forms * moments))
     return value, program.target - _conditions_of(program, moments)
 
 
-def _curvature(program: AddedProgram, stocks: Sequence[Stock], y: Array, rays: int) -> Array:
+def _curvature(
+    program: AddedProgram, stocks: Sequence[Stock], cost: Array, y: Array, rays: int
+) -> Array:
     """Compute minus the second derivative of the dual (ρ, ρ)."""
-    forms = forms_of(program, y, program.cost)
+    forms = forms_of(program, y, cost)
     S = np.array(
         [
             second_derivatives(stock, form, rays)

@@ -32,7 +32,7 @@ def density_limits(
     Args:
         space: a design space of the linkage.
         regions: region by position of the body.
-        density: kg/m³, of all links or by name of each; None for no limits.
+        density: kg/m³, of all links or by name of each; None for point masses.
         thickness: that of plates, m; None for other matter.
 
     Returns:
@@ -52,7 +52,7 @@ def density_limits(
         if value is not None and not 0.0 < value < np.inf:
             raise UsageError(f"a density or thickness of {value:g}: give a number above 0")
     if density is None and thickness is not None:
-        raise UsageError("a thickness limits nothing without a density; give one too")
+        raise UsageError("plates have a volume, and point masses have none: give a density too")
     if thickness is not None and not space.linkage.planar:
         raise UsageError("a linkage in space has no plane for plates; leave out the thickness")
     limits = {}

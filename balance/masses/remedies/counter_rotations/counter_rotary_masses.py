@@ -176,7 +176,9 @@ def _variant(
 def _force_places(request: RemedyRequest) -> Mapping[str, Array]:
     """Find where force balance puts the counterweight of each link, in its frame (3,)."""
     force = design_space(request.linkage, request.motion or None, "force")
-    matter = counterweights(force, request.links, request.regions, relax=False)
+    matter = counterweights(
+        force, request.links, request.regions, density=request.density, relax=False
+    )
     return {weight.link: weight.com for weight in matter.weights}
 
 

@@ -21,6 +21,7 @@ from tests.independent.counterweight_requests import random_region, random_reque
 from tests.independent.second_counterweights import by_points, certificate_fault, samples
 from tests.support.command_runs import asked
 from tests.support.four_rrr import BODIES, CROSSED, GENERAL, PAIR
+from tests.support.points import point_counterweights
 
 
 def arm(path, length, bodies):
@@ -61,7 +62,7 @@ def test_the_textbook_formula_of_two_counterweights(seed, tmp_path):
     path = arm(tmp_path / "a.urdf", float(length), bodies)
     space = balance.design_space(path, balance="force")
     regions = {"l1": ball_region([0, 0, 0], r1), "l2": ball_region([0, 0, 0], r2)}
-    found = balance.counterweights(space, ["l1", "l2"], regions)
+    found = point_counterweights(space, ["l1", "l2"], regions)
     second = m2 * d2 / r2
     first = (m1 * d1 + (m2 + second) * length) / r1
     assert found.verdict == "feasible"
@@ -74,7 +75,7 @@ def test_the_textbook_formula_of_two_counterweights(seed, tmp_path):
 
 def test_the_default_region_is_half_the_link_about_its_joint(rod_arm):
     space = balance.design_space(rod_arm, balance="force")
-    found = balance.counterweights(space, ["l1", "l2"])
+    found = point_counterweights(space, ["l1", "l2"])
     assert found.chosen == ("l1", "l2")
     assert [region.text for region in found.regions.values()] == [
         "ball(0,0,0,0.5)",
@@ -97,7 +98,7 @@ def test_boxes_hulls_and_many_points(seed, tmp_path):
             f"{a!r}:{b!r}" for a, b in zip((c - h).tolist(), (c + h).tolist(), strict=True)
         )
         boxes[name] = f"box({pairs})"
-    found = balance.counterweights(space, add, boxes, relax=False)
+    found = point_counterweights(space, add, boxes, relax=False)
     least, proved = by_points(space, found.regions, rng)
     if found.verdict != "feasible":
         assert least is None
@@ -105,7 +106,7 @@ def test_boxes_hulls_and_many_points(seed, tmp_path):
     assert least is not None
     assert proved * (1 - 1e-6) <= found.added_mass <= least * (1 + 1e-6)
     hulls = {n: hull_region(r.to_link(r.vertices)) for n, r in found.regions.items()}
-    again = balance.counterweights(space, add, hulls, relax=False)
+    again = point_counterweights(space, add, hulls, relax=False)
     assert abs(again.added_mass - found.added_mass) <= 1e-6 * found.added_mass
 
 
@@ -116,7 +117,7 @@ def test_dynamic_balance_in_every_shape(shape):
     """Lumps are inside to 1e-9, make up the mass, and leave no momentum."""
     space = balance.design_space("four_bar_antiparallelogram")
     add = ["crank", "coupler", "rocker"]
-    found = balance.counterweights(space, add, dict.fromkeys(add, shape))
+    found = point_counterweights(space, add, dict.fromkeys(add, shape))
     assert found.verdict == "feasible" and found.residual <= 1e-12 and found.gap <= 1e-5
     for weight in found.weights:
         assert weight.region.contains(weight.com[None]).all()
@@ -138,28 +139,26 @@ def test_a_region_too_small_names_the_growth_that_helps(seed, tmp_path):
     space = balance.design_space(path, balance="force")
     x, r = float(rng.uniform(0.3, 0.6)), float(rng.uniform(0.05, 0.25))
     small = {"l2": ball_region([x, 0.0, 0.0], r)}
-    found = balance.counterweights(space, ["l1", "l2"], small)
+    found = point_counterweights(space, ["l1", "l2"], small)
     assert found.verdict == "infeasible" and "'l2'" in found.words
     assert certificate_fault(found, rng) == ""
     (growth,) = (one for one in found.relaxations if one.link == "l2")
     for factor, verdict in ((growth.factor, "feasible"), (0.99 * growth.factor, "infeasible")):
         grown = {"l2": small["l2"].grown(factor)}
-        assert (
-            balance.counterweights(space, ["l1", "l2"], grown, relax=False).verdict == verdict
-        )
+        assert point_counterweights(space, ["l1", "l2"], grown, relax=False).verdict == verdict
     assert abs(growth.factor - x / r) <= 2e-3 * x / r
 
 
 def test_one_more_link_may_help(rod_arm):
     space = balance.design_space(rod_arm, balance="force")
-    found = balance.counterweights(space, ["l2"])
+    found = point_counterweights(space, ["l2"])
     assert found.verdict == "infeasible"
     assert [(one.link, one.factor) for one in found.relaxations] == [("l1", None)]
 
 
 def test_a_wrong_certificate_is_rejected(rod_arm):
     space = balance.design_space(rod_arm, balance="force")
-    found = balance.counterweights(space, ["l2"])
+    found = point_counterweights(space, ["l2"])
     regions = {1: found.regions["l2"]}
     assert check_exclusion(space, regions, found.certificate).accepted
     rng = np.random.default_rng(0)
@@ -214,7 +213,7 @@ def test_files_with_counterweights_are_balanced(model, merge, rod_arm, tmp_path,
 def test_links_of_their_own_and_merged_masses_have_one_momentum(tmp_path):
     space = balance.design_space("four_bar_antiparallelogram")
     add = ["crank", "coupler", "rocker"]
-    found = balance.counterweights(space, add)
+    found = point_counterweights(space, add)
     bodies = []
     for merge in (False, True):
         path = tmp_path / f"{merge}.urdf"
@@ -227,7 +226,7 @@ def test_links_of_their_own_and_merged_masses_have_one_momentum(tmp_path):
 
 def test_no_other_byte_of_the_file_changes(rod_arm):
     data = Path(rod_arm).read_bytes()
-    found = balance.counterweights(balance.design_space(rod_arm, balance="force"), ["l1", "l2"])
+    found = point_counterweights(balance.design_space(rod_arm, balance="force"), ["l1", "l2"])
     new = with_counterweights(found)
     head, tail = data.rsplit(b"</robot>", 1)
     assert new.startswith(head.rstrip(b"\n")) and new.endswith(b"</robot>" + tail)
@@ -267,11 +266,11 @@ def test_bad_requests_write_nothing(name, rod_arm, tmp_path, capsys, caplog):
 def test_bad_requests_of_the_function(rod_arm):
     space = balance.design_space(rod_arm, balance="force")
     with pytest.raises(UsageError, match="at least one"):
-        balance.counterweights(space, [])
+        point_counterweights(space, [])
     with pytest.raises(BodyError, match="ghost"):
-        balance.counterweights(space, ["ghost"])
+        point_counterweights(space, ["ghost"])
     with pytest.raises(ValueError, match="minimise"):
-        balance.counterweights(space, ["l1"], minimise="change")
+        point_counterweights(space, ["l1"], minimise="change")
 
 
 def test_collision_elements_give_a_hull(tmp_path):
@@ -284,7 +283,7 @@ def test_collision_elements_give_a_hull(tmp_path):
     )
     path.write_text(text.replace('</link><joint name="j1"', shape))
     space = balance.design_space(str(path), balance="force")
-    found = balance.counterweights(space, ["l1", "l2"], {"l1": "collision"})
+    found = point_counterweights(space, ["l1", "l2"], {"l1": "collision"})
     region = found.regions["l1"]
     assert region.kind == "hull" and found.verdict == "feasible"
     assert region.contains([[0, 0, 0.2], [0.1, 0, 0]]).all()
@@ -305,7 +304,7 @@ def test_matter_on_the_base_links_of_a_four_rrr(geometry, relation, verdict, tmp
     path = tmp_path / "rrr.urdf"
     path.write_text(geometry.text())
     space = balance.design_space(str(path), [relation] if relation else None, balance="force")
-    found = balance.counterweights(space, BODIES[:4], relax=False)
+    found = point_counterweights(space, BODIES[:4], relax=False)
     assert found.verdict == verdict
     if verdict == "infeasible":
         assert certificate_fault(found, np.random.default_rng(0)) == ""
@@ -332,14 +331,14 @@ def test_leg_by_leg_equations_of_a_four_rrr(tmp_path):
             total += mass
     assert balance_residual(space, z) <= 1e-12
     balls = {name: f"ball(0,0,0,{radius})" for name in BODIES[:8]}
-    found = balance.counterweights(space, BODIES[:8], balls)
+    found = point_counterweights(space, BODIES[:8], balls)
     assert found.verdict == "feasible" and found.added_mass <= total * (1 + 1e-9)
 
 
 def test_the_page_draws_regions_and_lumps(rod_arm):
     space = balance.design_space(rod_arm, balance="force")
     regions = {"l1": "box(-1:0,-0.1:0.1,-0.1:0.1)", "l2": "cylinder(-0.1,0,0,1,0,0,0.1,0.4)"}
-    found = balance.counterweights(space, ["l1", "l2"], regions)
+    found = point_counterweights(space, ["l1", "l2"], regions)
     page = counterweights_page(found)
     assert 'id="additions"' in page and "balls of steel" in page and "Tungsten" in page
     for name, region in found.regions.items():

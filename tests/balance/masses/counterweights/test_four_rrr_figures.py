@@ -15,6 +15,7 @@ from tests.independent import reference
 from tests.independent.second_counterweights import certificate_fault
 from tests.support import four_rrr
 from tests.support.four_rrr import BODIES
+from tests.support.points import point_counterweights
 
 STRAIGHT = "c1=-a1-b1"
 LEG = ("a1", "b1", "c1")
@@ -168,7 +169,7 @@ def asked(case, links, rotates=False):
     linkage = without_counterweights(model, heavy)
     space = balance.design_space(linkage, None if rotates else motion, balance="force")
     assert not space.as_given.balanced
-    found = balance.counterweights(space, links, relax=False)
+    found = point_counterweights(space, links, relax=False)
     if found.verdict == "infeasible":
         assert certificate_fault(found, np.random.default_rng(0)) == ""
     else:

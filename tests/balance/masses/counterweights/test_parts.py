@@ -207,7 +207,7 @@ def test_one_command_writes_parts_and_a_balanced_file_that_shows_them(
 
 
 REFUSED = {
-    "points": (["--parts", "made"], "needs --density: point masses have no volume"),
+    "points": (["--parts", "made", "--points"], "point masses have no volume"),
     "in use": (["--parts", "full", "--density", "7850"], "give another folder, or --overwrite"),
     "a file": (["--parts", "full/old", "--density", "7850"], "is a file: give a folder"),
     "nowhere": (["--parts", "no/made", "--density", "7850"], "make it before --parts"),

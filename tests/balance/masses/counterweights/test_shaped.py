@@ -172,7 +172,7 @@ def test_shapes_that_do_not_fit_are_not_found(arm):
 
 
 REFUSED = {
-    "no density": ({"density": None}, "give a density too"),
+    "no density": ({"density": None}, "point masses have none"),
     "dynamic": ({"balance": "dynamic"}, "ask for force balance"),
     "thickness": ({"thickness": 0.01}, "leave out the rest"),
     "objective": ({"minimise": "rotor"}, "leave out the rest"),

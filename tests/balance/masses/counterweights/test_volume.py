@@ -16,6 +16,7 @@ from kinematics.errors import BodyError, UsageError
 from tests.independent.counterweight_requests import random_request
 from tests.independent.filled_cells import cells, least_masses
 from tests.independent.second_counterweights import samples
+from tests.support.points import point_counterweights
 
 STEEL = 7850.0
 UNIT = {
@@ -135,7 +136,7 @@ def test_no_matter_of_the_density_has_more_than_the_support_function():
 def dense_request(seed, path):
     """A random request that points balance, and a density that counts; None if they do not."""
     space, add, regions = random_request(seed, path)
-    points = balance.counterweights(space, add, regions, relax=False)
+    points = point_counterweights(space, add, regions, relax=False)
     if not points.weights:
         return None
     mean = max(weight.mean_density for weight in points.weights)
@@ -303,8 +304,8 @@ def test_a_plate_has_the_section_of_its_region(shape, volume, tmp_path):
 
 
 WRONG = {
-    "inertia": {"density": STEEL, "minimise": "inertia"},
-    "no density": {"thickness": 0.01},
+    "inertia": {"minimise": "inertia", "price_of_mass": -1.0},
+    "no density": {"thickness": 0.01, "density": None},
     "negative": {"density": -1.0},
     "price": {"price_of_mass": -1.0},
     "missed": {"density": STEEL, "thickness": 0.01, "regions": {"l1": "ball(0,0,1,0.1)"}},
@@ -325,11 +326,37 @@ def test_wrong_densities_are_refused(case, tmp_path):
         balance.counterweights(space, ["l1"], density={"other": 1.0, "l1": 1.0})
 
 
+@pytest.mark.table(1)
+@pytest.mark.parametrize("price", [0.05, 1.0])
+def test_the_largest_inertia_in_steel_is_that_of_linear_programs(price, tmp_path):
+    """Of one link Izz is the largest: first moments of cells that fill the box exactly."""
+    from scipy.optimize import linprog
+
+    space = one_link(tmp_path / "one.urdf", 0.2)
+    region = read_region("box(-0.3:-0.05,-0.05:0.05,-0.02:0.02)")
+    found = balance.counterweights(
+        space, ["l1"], {"l1": region}, "inertia", price_of_mass=price, relax=False
+    )
+    points, size, inside = cells(region, 60_000)
+    assert inside.all()
+    arms = points[:, :2] ** 2 + size[:2] ** 2 / 12.0
+    cap = STEEL * np.prod(size)
+    best = linprog(
+        arms.sum(axis=1) + found.price,
+        A_eq=points[:, :2].T,
+        b_eq=[-0.2, 0.0],
+        bounds=(0.0, cap),
+    )
+    least = best.fun + 0.01 + 0.2**2  # with that of the link itself
+    assert found.priced * (1.0 - found.gap) <= least
+    assert abs(found.priced - least) <= 1e-3 * least and found.gap <= 1e-5
+
+
 def test_the_price_of_mass_is_stated_and_chosen():
     """Without a price doubled masses at half the levers are better; the bound says so."""
     space = balance.design_space("four_bar_general", balance="force")
-    priced = balance.counterweights(space, ["crank", "rocker"], minimise="rotor")
-    free = balance.counterweights(
+    priced = point_counterweights(space, ["crank", "rocker"], minimise="rotor")
+    free = point_counterweights(
         space, ["crank", "rocker"], minimise="rotor", price_of_mass=1e-4
     )
     assert free.value < 0.9 * priced.value and free.added_mass > priced.added_mass
@@ -421,7 +448,7 @@ def test_dynamic_balance_needs_no_more_than_linear_programs_over_cells(tmp_path)
     corners, verdicts = np.array(np.meshgrid(*[[-1.0, 1.0]] * 3)).reshape(3, -1).T, []
     for seed in range(1, 400, 2):
         space, add, regions = random_request(seed, tmp_path / "a.urdf", "dynamic")
-        points = balance.counterweights(space, add, regions, relax=False)
+        points = point_counterweights(space, add, regions, relax=False)
         if not points.weights:
             continue
         mean = max(weight.mean_density for weight in points.weights)

@@ -6,13 +6,14 @@ import numpy as np
 import pytest
 
 import kinematics
-from balance import design_space, partial
+from balance import design_space
 from balance.masses import ElasticFrame
 from balance.masses.partial.elastic_frame import is_periodic, vibration
 from balance.masses.partial.shaking_problem import ShakingOptions, build_problem
 from balance.motion.verification.crank_revolution import revolve_crank
 from balance.motion.verification.trajectory import Trajectory, random_motions
 from kinematics.errors import UsageError
+from tests.support.points import point_partial
 
 ROTOR = (
     '<robot name="rotor"><link name="base"/><link name="disc"><inertial>'
@@ -37,7 +38,9 @@ def test_a_rotating_unbalance_shakes_a_frame_as_in_the_textbook(ratio, robot):
     speed = ratio * np.sqrt(frame.stiffness / frame.mass)
     linkage = kinematics.load(robot(ROTOR))
     way, _ = revolve_crank(linkage, speed)
-    found = partial(linkage, ["disc"], 0.0, motions=[way], frame=frame, weight_moment=1e-9)
+    found = point_partial(
+        linkage, ["disc"], 0.0, motions=[way], frame=frame, weight_moment=1e-9
+    )
     stiffness = frame.stiffness - frame.mass * speed**2 + 1j * frame.damping * speed
     radius = 3.0 * 0.02 * speed**2 / abs(stiffness)
     assert found.given.vibration == pytest.approx(radius, rel=1e-6)
@@ -97,10 +100,12 @@ def test_full_force_balance_shakes_a_soft_frame_more_than_partial_balance_does()
     add, regions = ["crank", "coupler"], dict.fromkeys(["crank", "coupler"], "ball(0,0,0,1)")
     frame = ElasticFrame(40.0, 0.05, 4e4, 40.0)
     options = {"regions": regions, "weight_moment": 1.0}
-    full = partial(design_space("slider_crank", balance="force"), add, 100.0, regions=regions)
+    full = point_partial(
+        design_space("slider_crank", balance="force"), add, 100.0, regions=regions
+    )
     assert full.share < 1e-9
     space = design_space("slider_crank", max_order=0)
-    best = partial(space, add, full.mass, frame=frame, **options)
+    best = point_partial(space, add, full.mass, frame=frame, **options)
     problem = build_problem(space, add, ShakingOptions(regions, weight_moment=1.0, frame=frame))
     s = balanced_coordinates(problem, full)
     figures = problem.figures([s])[0]
@@ -122,4 +127,4 @@ def balanced_coordinates(problem, found):
 )
 def test_frames_that_cannot_be(numbers):
     with pytest.raises(UsageError, match="no frame has mass"):
-        partial("slider_crank", ["crank"], 1.0, frame=ElasticFrame(*numbers))
+        point_partial("slider_crank", ["crank"], 1.0, frame=ElasticFrame(*numbers))

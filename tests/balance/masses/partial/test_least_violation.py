@@ -11,6 +11,7 @@ import kinematics
 from balance.masses import least_violation
 from kinematics.errors import UsageError
 from kinematics.model.spatial.inertia import from_pseudo_inertia
+from tests.support.points import point_counterweights
 
 LINKS, RADIUS = ("crank", "rocker"), 0.2
 REGIONS = {name: f"ball(0,0,0,{RADIUS})" for name in LINKS}
@@ -84,7 +85,7 @@ def test_what_can_be_met_is_met_by_the_least_matter():
     answer = least_violation(space, LINKS, 5.0)
     assert answer.dearest is None
     assert "meet all requirements" in answer.words
-    least = balance.counterweights(space, LINKS)
+    least = point_counterweights(space, LINKS)
     assert sum(weight.mass for weight in answer.weights) == pytest.approx(
         least.added_mass, rel=1e-4
     )

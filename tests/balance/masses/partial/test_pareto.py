@@ -16,6 +16,7 @@ from balance.app.answers.html.partial import front_picture
 from balance.app.cli.main import main as command
 from balance.masses import ElasticFrame
 from balance.motion.verification.given_motions import from_csv
+from balance.motion.verification.trajectory import random_motions
 from kinematics.errors import LinkageError, UsageError
 from tests.support.pick_and_place import robot_arm, write_cycle
 
@@ -80,6 +81,22 @@ def test_a_front_without_a_budget_ends_at_the_least_shaking():
     assert "vibration" in repr(
         pareto("slider_crank", add, 2, 1.0, frame=ElasticFrame(9, 1, 9, 1))
     )
+
+
+@pytest.mark.slow
+def test_a_front_without_a_budget_has_its_designs_where_the_curve_bends():
+    """The largest step in mass times shaking is smaller than with equally spaced masses."""
+    space = design_space("four_bar_general", max_order=0)
+    ways = list(random_motions(space.linkage, 1, 40))
+    front = pareto(space, ["crank", "rocker"], 7, density=None, motions=ways)
+    masses = [design.mass for design in front.designs]
+    values = [design.found.objective for design in front.designs]
+    assert masses == sorted(masses) and values == sorted(values, reverse=True)
+    assert masses[0] == 0.0 and len(masses) == 7
+    rectangles = -np.diff(masses) * np.diff(values)
+    equal = np.linspace(0.0, masses[-1], 7)
+    spaced = -np.diff(equal) * np.diff(np.interp(equal, masses, values))
+    assert rectangles.max() < spaced.max()
 
 
 def test_fronts_need_two_ends():

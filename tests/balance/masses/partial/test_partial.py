@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 import pytest
 
 import balance
 import kinematics
-from balance import design_space, partial
+from balance import design_space
 from balance.masses.partial.least_shaking import quadratic_factor
 from balance.motion import shaking
 from balance.motion.verification.given_motions import rest_to_rest
@@ -15,6 +17,7 @@ from balance.motion.verification.trajectory import random_motions
 from kinematics.errors import BodyError, PoseError, UsageError
 from tests.support.covering import number_of_cases
 from tests.support.laws import unit_vector
+from tests.support.points import point_partial
 from tests.support.shapes import antiparallelogram, general, kite, quadrilateral
 
 WIDE = {"crank": "ball(0,0,0,1)", "coupler": "ball(0,0,0,1)"}
@@ -106,7 +109,9 @@ def compare(seed):
     add = [space.bodies[b] for b in chosen]
     shapes = [shape_of(rng, np.zeros(3)) for _ in add]
     regions = {name: text for name, (text, _) in zip(add, shapes, strict=True)}
-    found = partial(space, add, budget, regions=regions, motions=ways, weight_moment=length)
+    found = point_partial(
+        space, add, budget, regions=regions, motions=ways, weight_moment=length
+    )
     given = np.array([body.inertia for body in linkage.bodies])
     fixed = rows_of(linkage, ways, given, length)
     total, mass, limits = fixed, 0, []
@@ -141,7 +146,7 @@ def test_a_general_solver_finds_the_same_optimum(seed):
 
 @pytest.mark.slow
 def test_without_a_budget_nothing_changes():
-    found = partial("slider_crank", ADD, 0.0)
+    found = point_partial("slider_crank", ADD, 0.0)
     assert (found.mass, found.weights, found.share) == (0.0, (), 1.0)
     given = np.array([body.inertia for body in found.space.linkage.bodies])
     assert np.array_equal(found.z, given) and found.found == found.given
@@ -170,7 +175,9 @@ def test_more_budget_leaves_less(shape):
     space = design_space("slider_crank", max_order=0)
     ways, last = motions(space.linkage), np.inf
     for budget in (0.0, 1e-3, 0.1, 1.0, 10.0):
-        found = partial(space, ADD, budget, regions=dict.fromkeys(ADD, shape), motions=ways)
+        found = point_partial(
+            space, ADD, budget, regions=dict.fromkeys(ADD, shape), motions=ways
+        )
         # Lumps of a cylinder are fitted to seven digits.
         assert found.verdict == "optimal" and found.mass <= budget * (1 + 1e-6)
         assert found.found.objective < last
@@ -193,7 +200,7 @@ def test_more_budget_leaves_less(shape):
 def test_nothing_is_left_where_an_exact_design_exists(model, add, kind):
     space = design_space(model, balance=kind)
     regions = dict.fromkeys(add, "ball(0,0,0,1.5)")
-    found = partial(space, add, 1000.0, regions=regions)
+    found = point_partial(space, add, 1000.0, regions=regions)
     assert found.found.objective <= 1e-9 * found.given.objective
     assert found.mass < 100.0
     again = balance.verify(space.linkage, found.z, balance=kind, seed=5)
@@ -210,7 +217,7 @@ def test_nothing_is_added_to_what_is_balanced(reach):
         assert (one.verdict, one.mass, one.budget >= 0.0) == ("optimal", 0.0, True)
         assert "balanced" in one.words and one.found == one.given
     least = front.designs[0].given.torque["u1"]
-    capped = partial(linkage, ["crank"], 1.0, motions=ways, max_torque={"u1": least / 2})
+    capped = point_partial(linkage, ["crank"], 1.0, motions=ways, max_torque={"u1": least / 2})
     assert capped.verdict == "infeasible"
 
 
@@ -220,7 +227,7 @@ def test_a_budget_that_saves_next_to_nothing_is_told():
     links = [body.name for body in space.linkage.bodies][:2]
     told = []
     for budget in (1e-5, 1e-4, 1e-3, 0.5):
-        answer = partial(space, links, budget, motions=motions(space.linkage))
+        answer = point_partial(space, links, budget, motions=motions(space.linkage))
         left = answer.found.objective / answer.given.objective
         told.append("hardly worth its mass" in answer.words)
         assert told[-1] == (left > 1 - 1e-3 and bool(answer.weights))
@@ -232,8 +239,8 @@ def test_the_lightest_of_the_best_designs_is_found():
     """With less mass than it has, something is left."""
     space, add = design_space("slider_crank", max_order=0), ["crank", "coupler", "slider"]
     options = {"regions": dict.fromkeys(add, "ball(0,0,0,1.5)")}
-    found = partial(space, add, 1000.0, **options)
-    assert partial(space, add, 0.999 * found.mass, **options).share > 1e-5
+    found = point_partial(space, add, 1000.0, **options)
+    assert point_partial(space, add, 0.999 * found.mass, **options).share > 1e-5
 
 
 @pytest.mark.slow
@@ -241,7 +248,7 @@ def test_no_other_matter_in_the_regions_does_better():
     """Random point masses of the whole budget, along the line from the optimum to them."""
     space, rng = design_space("slider_crank", max_order=0), np.random.default_rng(0)
     ways = motions(space.linkage, 2, 15)
-    best = partial(space, ADD, 0.8, regions=WIDE, motions=ways, weight_moment=0.5)
+    best = point_partial(space, ADD, 0.8, regions=WIDE, motions=ways, weight_moment=0.5)
     given = np.array([body.inertia for body in space.linkage.bodies])
     for _ in range(30):
         b = int(rng.integers(2))
@@ -280,26 +287,69 @@ def test_caps_are_kept_at_every_sample():
     space = design_space("slider_crank", max_order=0)
     ways = motions(space.linkage, 3, 60)
     options = {"regions": WIDE, "motions": ways}
-    free = partial(space, ADD, 1.0, **options)
+    free = point_partial(space, ADD, 1.0, **options)
     limit = 0.5 * (free.given.torque["u1"] + free.found.torque["u1"])
-    capped = partial(space, ADD, 1.0, max_torque={"u1": limit}, **options)
+    capped = point_partial(space, ADD, 1.0, max_torque={"u1": limit}, **options)
     assert capped.verdict == "optimal"
     assert capped.found.torque["u1"] == pytest.approx(limit, rel=1e-7)
     assert free.found.objective < capped.found.objective < free.given.objective
     runs = balance.verify(space.linkage, capped.z, motions=ways).runs
     bearing = max(run.bearing[:, 1].max() for run in runs)
     name = space.linkage.joints[1].name
-    tight = partial(space, ADD, 1.0, max_bearing={name: 0.99 * bearing}, **options)
+    tight = point_partial(space, ADD, 1.0, max_bearing={name: 0.99 * bearing}, **options)
     assert tight.found.bearing[name] <= 0.99 * bearing * (1 + 1e-7)
+
+
+@pytest.mark.slow
+def test_caps_that_cannot_be_kept_say_how_large_ones_can():
+    """The named factor is enough, and one smaller by a hundredth is not."""
+    space = design_space("slider_crank", max_order=0)
+    options = {"regions": WIDE, "motions": motions(space.linkage, 1, 40)}
+    caps = {"u1": 1.0}
+    found = point_partial(space, ADD, 1.0, max_torque=caps, **options)
+    assert found.verdict == "infeasible"
+    factor = float(re.search(r"caps ([\d.]+) times as large can be kept", found.words)[1])
+    for part, verdict in ((1.001, "optimal"), (0.99, "infeasible")):
+        limit = {"u1": part * factor * caps["u1"]}
+        again = point_partial(space, ADD, 1.0, max_torque=limit, **options)
+        assert again.verdict == verdict
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("minimise", ["peak", "torque", "bearing"])
+def test_the_largest_load_is_least(minimise):
+    """The figure is that of the masses along the motion; random matter has no smaller one."""
+    space = design_space("slider_crank", max_order=0)
+    options = {"regions": WIDE, "motions": motions(space.linkage, 1, 40)}
+    found = point_partial(space, ADD, 1.0, minimise=minimise, **options)
+    figures = found.found
+    sizes = {"torque": figures.torque, "bearing": figures.bearing}
+    if minimise != "peak":
+        assert figures.objective == pytest.approx(max(sizes[minimise].values()), rel=1e-12)
+    assert found.verdict == "optimal" and found.bound <= figures.objective * (1.0 + 1e-9)
+    rng = np.random.default_rng(4)
+    for link in ADD:
+        x = rng.uniform(-0.1, 0.1, 3)
+        region = {link: f"ball({x[0]},{x[1]},{x[2]},0.001)"}
+        if point_partial(space, [link], 1.0, motions=options["motions"], regions=region).mass:
+            narrow = point_partial(
+                space,
+                [link],
+                1.0,
+                minimise=minimise,
+                motions=options["motions"],
+                regions=region,
+            )
+            assert found.bound <= narrow.found.objective * (1.0 + 1e-9)
 
 
 @pytest.mark.slow
 def test_caps_that_nothing_keeps_are_proved_impossible():
     """Added mass in the crank alone cannot take force from the pin of the coupler."""
-    found = partial("slider_crank", ["crank"], 1.0, max_bearing={"q2": 1.0})
+    found = point_partial("slider_crank", ["crank"], 1.0, max_bearing={"q2": 1.0})
     assert (found.verdict, found.found, found.z, found.mass) == ("infeasible", None, None, 0)
     assert "q2" in found.words
-    nothing = partial("slider_crank", ["crank"], 0.0, max_torque={"u1": 1.0})
+    nothing = point_partial("slider_crank", ["crank"], 0.0, max_torque={"u1": 1.0})
     assert nothing.verdict == "infeasible" and "u1" in nothing.words
 
 
@@ -325,5 +375,5 @@ def test_caps_that_nothing_keeps_are_proved_impossible():
 def test_requests_that_are_wrong(changes, error, text):
     asked = {"add": ["crank"], "budget": 1.0} | changes
     with pytest.raises(error, match=text) as caught:
-        partial("slider_crank", asked.pop("add"), asked.pop("budget"), **asked)
+        point_partial("slider_crank", asked.pop("add"), asked.pop("budget"), **asked)
     assert "\n" not in str(caught.value)

@@ -150,3 +150,32 @@ def test_boxes_that_are_too_small_are_filled():
     assert abs(steel.mass - 2 * 0.942) <= 1e-5 and steel.verdict == "optimal"
     assert abs(steel.found.objective - filled) <= 1e-5 * filled
     assert points.mass > 2.9 and points.share < 0.6 * steel.share
+
+
+@pytest.mark.table(1)
+@pytest.mark.parametrize("budget", [1e-3, 0.1])
+def test_a_budget_is_kept_in_a_region_that_holds_tonnes(budget):
+    """11 t fit into each ball: shares of that are far below the accuracy of a solver."""
+    space = balance.design_space("slider_crank", max_order=0)
+    links = ["crank", "coupler"]
+    regions = dict.fromkeys(links, "ball(0,0,0,0.7)")
+    ways = list(random_motions(space.linkage, 1, 30))
+    found = balance.partial(space, links, budget, regions=regions, motions=ways)
+    assert found.verdict == "optimal" and found.mass <= budget * (1.0 + 1e-9)
+    # Integrals over rays have errors of this size.
+    assert found.bound <= found.found.objective * (1.0 + 1e-7)
+    assert found.found.objective < found.given.objective
+
+
+@pytest.mark.slow
+def test_a_front_in_steel_begins_with_nothing_added():
+    space = balance.design_space("four_bar_general", balance="force", max_order=0)
+    links, ways = ["crank", "rocker"], list(random_motions(space.linkage, 1, 60))
+    front = balance.pareto(space, links, 3, motions=ways)
+    masses = [design.mass for design in front.designs]
+    assert masses[0] == 0.0 and masses[1] == pytest.approx(0.5 * masses[2], rel=1e-6)
+    least = balance.counterweights(
+        balance.design_space("four_bar_general", balance="force"), ["crank", "rocker"]
+    )
+    assert masses[2] == pytest.approx(least.added_mass, rel=1e-4)
+    assert front.designs[2].share <= 1e-6

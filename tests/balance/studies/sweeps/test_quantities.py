@@ -13,6 +13,7 @@ import kinematics
 from balance.masses.partial.motion_loads import input_inertia
 from balance.motion.verification.crank_revolution import revolve_crank
 from kinematics.model.document.element import Document
+from tests.support.points import point_counterweights
 from tests.support.sweep_topologies import gallery_text, write_numbers
 
 pytestmark = pytest.mark.lanes
@@ -262,6 +263,26 @@ def test_the_study_of_five_bars_by_hand():
         for side in (-0.5, 0.5):
             far = np.hypot(x - side * np.asarray(chunk["base"]), y)
             assert (far[answered] <= (lower + upper)[answered] + 1e-9).all()
+
+
+@pytest.mark.slow
+def test_matter_of_a_sweep_is_of_steel_unless_it_is_of_no_density():
+    """Points are the limit of dense matter, and lighter."""
+    added = []
+    for density in ({}, {"density": "7.85g/cm3"}, {"density": "none"}):
+        table = balance.sweep(
+            "four_bar_general",
+            {"q4.origin.x": [1.05]},
+            quantities={"counterweights": {"links": ["crank", "rocker"], **density}},
+            balance="force",
+        )
+        added.append(table["added_mass"][0])
+    linkage = written("four_bar_general", **{"q4.origin.x": 1.05})
+    matter = point_counterweights(
+        balance.design_space(linkage, balance="force"), ["crank", "rocker"]
+    )
+    assert added[0] == added[1] > 1.01 * added[2]
+    assert added[2] == pytest.approx(matter.added_mass, rel=1e-6)
 
 
 @pytest.mark.slow

@@ -138,6 +138,9 @@ QUIET_LIMIT_EXCEEDED = 2e-3
 # Excitation of the base at one of its natural frequencies, over the shaking of the first
 # motion, up to which there is none: the discretisation.
 QUIET_EXCITED = 5e-3
+# Distance from a pose that a plan passes, over the size of the motion, up to which it does:
+# round-off of Newton's method.
+QUIET_POSE_MISSED = 1e-8
 # Gain of a step of a plan, relative to the shaking, below which it is at a minimum.
 QUIET_STEP_GAIN = 1e-4
 # Excess of the shaking over its bound up to which a motion is optimal: the discretisation.

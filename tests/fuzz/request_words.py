@@ -445,6 +445,9 @@ WORDS: dict[str, Maker] = {
     "--measure": _of("rms", "peak"),
     "--natural-frequency": _of("5", "12.5", "0", "nan"),
     "--front": _of("2", "1", "x"),
+    "--via": lambda rng, place: [_pose(rng, place)],
+    "--tool-from": _of("x=0.01", "z=0.01,rx=0.1", "rz=2deg", "x=1deg", "w=1", "x=9"),
+    "--tool-to": _of("x=0.01", "y=-0.01", "rz=2deg", "x=1deg", "w=1", "x=9", "x"),
     "quiet --gravity": lambda rng, place: [",".join(_number(rng, 0.05) for _ in range(3))],
     **{
         f"--max-{kind}": lambda rng, place: [

@@ -90,6 +90,13 @@ PATH_CONDITIONING = 2e-3
 # cannot be closed beyond a singular pose: it is the edge of the workspace.
 PATH_EDGE_RATE = 50.0
 
+# Momentum at Gauss points of a path between given poses, over what its rates could make, up to
+# which there is none: round-off.
+PATH_CONNECTED = 2e-11
+# Distance of a path from a pose, radians and characteristic lengths, up to which it leads
+# through it.
+PATH_REACHED = 1e-7
+
 # --- taylor_poses
 
 # Part of a line by which a pose may miss or pass its end.

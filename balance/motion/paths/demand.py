@@ -10,7 +10,7 @@ from balance.motion.floating_base.base import FloatingBase
 from kinematics.errors import UsageError
 from kinematics.wording import vector_text
 
-Kept = Literal["all", "moment", "force", "attitude"]
+Kept = Literal["all", "moment", "force", "attitude", "turned"]
 
 
 @dataclass(frozen=True)
@@ -24,7 +24,9 @@ class Demand:
     - ``"force"``: p;
     - ``"attitude"``: the base floats and translates with ``v = -p / m``, which leaves no linear
       momentum, but does not turn: ``ξ - c × p`` with mass m and centre of mass c of linkage and
-      base together.
+      base together;
+    - ``"turned"``: nothing of it: the base floats, and turns so that no momentum is left; paths
+      to a pose turn it by a given rotation.
 
     Attributes:
         kept: one of these.
@@ -44,8 +46,10 @@ class Demand:
         Raises:
             UsageError: they do not.
         """
-        if self.kept == "attitude" and self.base is None:
+        if self.kept in ("attitude", "turned") and self.base is None:
             raise UsageError("the attitude is that of a base that floats: give its mass too")
+        if self.kept == "turned" and self.base is not None:
+            self.base.check()
         if self.kept in ("moment", "force") and self.base is not None:
             raise UsageError(
                 f"a base that floats has no {self.kept}-only paths: keep all of it at rest, or "
@@ -64,9 +68,8 @@ class Demand:
     def words(self) -> str:
         """What is at rest, in words."""
         if self.base is not None:
-            return "the base floats; " + (
-                "it does not turn" if self.kept == "attitude" else "all of it stays at rest"
-            )
+            words = {"attitude": "it does not turn", "turned": "it turns as is asked for"}
+            return "the base floats; " + words.get(self.kept, "all of it stays at rest")
         return {
             "all": "no shaking force, no shaking moment",
             "moment": f"no shaking moment about {self._point}",

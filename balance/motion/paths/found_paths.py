@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 from balance.motion.paths.demand import Demand
 from balance.motion.paths.path import ReactionlessPath
@@ -54,6 +55,27 @@ class StartPose:
         }
 
 
+class PathTarget(NamedTuple):
+    """What a path should reach.
+
+    Attributes:
+        u: displacements of the inputs (mobility,), rad and m.
+        turn: rotation vector of a base that turns (3,), rad; None if it does not.
+        reason: why the pose is not reached on one smooth path; empty if it is.
+    """
+
+    u: Array
+    turn: Array | None
+    reason: str
+
+    def to_dict(self) -> dict[str, object]:
+        """Return plain data for JSON."""
+        return {
+            "inputs": self.u.tolist(),
+            "turn": None if self.turn is None else self.turn.tolist(),
+        }
+
+
 @dataclass(frozen=True, eq=False)
 class ReactionlessPaths(WithPage, WithPicture):
     """Result of `find_paths`.
@@ -68,6 +90,8 @@ class ReactionlessPaths(WithPage, WithPicture):
         meetings: poses in which several paths meet, within the length of a path.
         paths: the paths.
         notices: remarks for the user.
+        target: the pose to reach, if one is given; the paths are then the segments to it, in
+            order.
     """
 
     page_maker = "paths:paths_page"
@@ -82,6 +106,7 @@ class ReactionlessPaths(WithPage, WithPicture):
     meetings: tuple[StartPose, ...]
     paths: tuple[ReactionlessPath, ...]
     notices: tuple[Notice, ...]
+    target: PathTarget | None = None
 
     def __repr__(self) -> str:
         """Two lines: the dimension, and the paths."""
@@ -103,6 +128,8 @@ class ReactionlessPaths(WithPage, WithPicture):
         """Why there is no path; empty if there is one."""
         if self.paths:
             return ""
+        if self.target is not None and self.dimension:
+            return self.target.reason
         if any(start.kind == "isolated" for start in self.starts):
             return "rates without reaction exist in the pose, but no path leaves it along one"
         return (
@@ -128,6 +155,7 @@ class ReactionlessPaths(WithPage, WithPicture):
             "poses": self.poses,
             "starts": [start.to_dict() for start in self.starts],
             "meetings": [start.to_dict() for start in self.meetings],
+            "target": None if self.target is None else self.target.to_dict(),
             "paths": [path.to_dict() for path in self.paths],
             "reason": self.reason or None,
             "warnings": [notice._asdict() for notice in self.notices],

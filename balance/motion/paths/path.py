@@ -49,6 +49,7 @@ class ReactionlessPath:
             with the rates of a spline of degree five through the samples.
         closure: largest closure residual, radians and characteristic lengths.
         events: ends and meetings, in order of s.
+        attitude: rotation vectors of a base that turns (N, 3), rad; None if it does not.
     """
 
     start: int
@@ -60,6 +61,7 @@ class ReactionlessPath:
     momentum: Array
     closure: float
     events: tuple[PathEvent, ...]
+    attitude: Array | None = None
 
     def __repr__(self) -> str:
         """One line: its extent, and the largest momentum."""
@@ -101,6 +103,7 @@ class ReactionlessPath:
             "s": self.s.tolist(),
             "inputs": self.u.tolist(),
             "joints": self.q.tolist(),
+            "attitude": None if self.attitude is None else self.attitude.tolist(),
         }
 
 

@@ -185,13 +185,15 @@ class RestEquations:
         """Select the rows of momenta ``[ξ; p]`` (6, ...), the moment about a centre."""
         if self.demand.kept == "all":
             return h
+        if self.demand.kept == "turned":
+            return h[:0]
         if self.demand.kept == "force":
             return h[3:]
         return np.asarray(h[:3] - np.tensordot(skew(centre), h[3:], axes=1))
 
     def _select_sizes(self, magnitudes: Array, centre: Array) -> Array:
         """Select rows of sums of sizes (6, w), which add up about another centre too."""
-        if self.demand.kept in ("all", "force"):
+        if self.demand.kept in ("all", "force", "turned"):
             return self._select(magnitudes, centre)
         return np.asarray(magnitudes[:3] + np.abs(skew(centre)) @ magnitudes[3:])
 

@@ -50,8 +50,8 @@ LEAST_PART = 1.0 / 64.0
 DIFFERENCE = 1e-5
 # Part of the largest singular value below which directions of a step count as none.
 SINGULAR = 1e-9
-# First paths: how many, how many of their polynomials move, and the size of their loops.
-STARTS, LOOP_TERMS, LOOPS = 16, 4, (0.5, 4.0)
+# First paths: how many of their polynomials move, and the size of their loops.
+LOOP_TERMS, LOOPS = 4, (0.5, 4.0)
 SEED = 5
 
 
@@ -234,6 +234,7 @@ def connect(
     way: Array,
     follow: Callable[[Array], SampledPoses],
     accept: Callable[[Connection], bool],
+    starts: int,
 ) -> Connection | None:
     """Find a path between two poses along which the equations hold.
 
@@ -242,6 +243,7 @@ def connect(
         way: to the end.
         follow: computes closed poses along inputs (N, inputs), the first from the start.
         accept: whether a path that meets the equations is taken.
+        starts: number of first paths: the straight line, and loops of growing size.
 
     Returns:
         The path; of those that meet the equations at no or beyond limits, the best one. None if
@@ -249,9 +251,9 @@ def connect(
     """
     rng = np.random.default_rng(SEED)
     best: Connection | None = None
-    for trial in range(STARTS):
+    for trial in range(starts):
         loops = np.zeros((POLYNOMIALS[0], way.size))
-        size = LOOPS[0] + (LOOPS[1] - LOOPS[0]) * trial / STARTS
+        size = LOOPS[0] + (LOOPS[1] - LOOPS[0]) * trial / starts
         if trial:
             loops[:LOOP_TERMS] = size * rng.standard_normal((LOOP_TERMS, way.size))
         solution = _solve(equations, LegendrePath(start, way, loops), follow)

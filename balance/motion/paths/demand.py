@@ -34,11 +34,14 @@ class Demand:
             fixed.
         about: point (3,) of the moment alone, fixed in the inertial frame, metres; None for the
             inertial origin.
+        tolerance: part of the bodies' own momenta that may be left along a path; 0 for
+            round-off.
     """
 
     kept: Kept = "all"
     base: FloatingBase | None = None
     about: tuple[float, float, float] | None = None
+    tolerance: float = 0.0
 
     def check(self) -> None:
         """Check that the parts fit together.
@@ -59,6 +62,8 @@ class Demand:
             self.kept != "moment" or not all(map(isfinite, self.about))
         ):
             raise UsageError("a point of three finite coordinates goes with the moment alone")
+        if not 0.0 <= self.tolerance < 1.0:
+            raise UsageError("a tolerance is a part of the momenta, from 0 up to 1")
         if self.base is not None and not (
             0.0 <= self.base.mass < float("inf") and all(map(isfinite, self.base.com))
         ):
@@ -67,6 +72,13 @@ class Demand:
     @property
     def words(self) -> str:
         """What is at rest, in words."""
+        if self.tolerance:
+            return f"{self._words}, within {self.tolerance:.3g} of the bodies' own momenta"
+        return self._words
+
+    @property
+    def _words(self) -> str:
+        """What is at rest, without the tolerance."""
         if self.base is not None:
             words = {"attitude": "it does not turn", "turned": "it turns as is asked for"}
             return "the base floats; " + words.get(self.kept, "all of it stays at rest")

@@ -11,7 +11,7 @@ from balance.support.result_files import WithPage, WithPicture
 from kinematics.model.linkage import Linkage, Notice
 from kinematics.model.motion import Motion
 from kinematics.numerics.array_types import Array
-from kinematics.wording import count_noun, repr_lines
+from kinematics.wording import count_noun, number_text, repr_lines
 
 SCHEMA = "balance.paths/1"
 
@@ -128,8 +128,13 @@ class ReactionlessPaths(WithPage, WithPicture):
         """Why there is no path; empty if there is one."""
         if self.paths:
             return ""
-        if self.target is not None and self.dimension:
+        if self.target is not None:
             return self.target.reason
+        if self.demand.tolerance:
+            return (
+                "the least momentum in all starts is above "
+                f"{number_text(self.demand.tolerance, '.3g')} of the bodies' own"
+            )
         if any(start.kind == "isolated" for start in self.starts):
             return "rates without reaction exist in the pose, but no path leaves it along one"
         return (
@@ -145,6 +150,7 @@ class ReactionlessPaths(WithPage, WithPicture):
             "model": self.linkage.name,
             "at": self.linkage.at,
             "kept": self.demand.kept,
+            "tolerance": self.demand.tolerance,
             "about": None if self.demand.about is None else list(self.demand.about),
             "base": None if base is None else {"mass": base.mass, "com": list(base.com)},
             "motion": [] if self.motion is None else list(self.motion.relations),

@@ -50,6 +50,7 @@ class ReactionlessPath:
         closure: largest closure residual, radians and characteristic lengths.
         events: ends and meetings, in order of s.
         attitude: rotation vectors of a base that turns (N, 3), rad; None if it does not.
+        allowed: momentum up to which the path counts as one without reaction.
     """
 
     start: int
@@ -62,6 +63,7 @@ class ReactionlessPath:
     closure: float
     events: tuple[PathEvent, ...]
     attitude: Array | None = None
+    allowed: float = PATH_MOMENTUM
 
     def __repr__(self) -> str:
         """One line: its extent, and the largest momentum."""
@@ -84,7 +86,7 @@ class ReactionlessPath:
     @property
     def reactionless(self) -> bool:
         """Whether the momentum vanishes at every sample."""
-        return self.residual <= PATH_MOMENTUM
+        return self.residual <= self.allowed
 
     @property
     def length(self) -> float:
@@ -129,7 +131,10 @@ def sample_path(
     momentum = np.linalg.norm(h, axis=1) / np.where(magnitudes > 0.0, magnitudes, 1.0)
     closure = max(forward_kinematics(chain, pose).error for pose in q)
     middle, units = int(np.argmin(np.abs(s))), chain.units[inputs]
-    rates = (y - _correction(rows, h, magnitudes)) @ equations.basis.T * units
+    tolerance = equations.demand.tolerance
+    if not tolerance:
+        y = y - _correction(rows, h, magnitudes)
+    rates = y @ equations.basis.T * units
     return ReactionlessPath(
         start,
         freeze(rates[middle]),
@@ -140,6 +145,7 @@ def sample_path(
         freeze(momentum),
         closure,
         events,
+        allowed=max(PATH_MOMENTUM, tolerance),
     )
 
 
@@ -160,7 +166,7 @@ def _correction(rows: Array, h: Array, magnitudes: Array) -> Array:
     return np.einsum("kiw,ki,kri,kr->kw", Vt, weights, U, h)
 
 
-def _timed_inputs(path: ReactionlessPath, duration: float) -> tuple[Array, Array, Array, Array]:
+def timed_inputs(path: ReactionlessPath, duration: float) -> tuple[Array, Array, Array, Array]:
     """Compute time, inputs, velocities and accelerations of a motion along a path.
 
     ``s(τ) = (1 - cos π τ) / 2`` of the length, in so many samples that a spline through the
@@ -214,7 +220,7 @@ def timed_path(
         >>> balance.motion.timed_path(arm, path, duration=2.0).duration
         2.0
     """
-    return drive(as_linkage(linkage), *_timed_inputs(path, duration))
+    return drive(as_linkage(linkage), *timed_inputs(path, duration))
 
 
 def path_table(linkage: Linkage, path: ReactionlessPath, duration: float = DURATION) -> bytes:
@@ -231,4 +237,4 @@ def path_table(linkage: Linkage, path: ReactionlessPath, duration: float = DURAT
         velocities and accelerations.
     """
     names = ["time", *linkage.inputs, *rate_columns(linkage)]
-    return csv_table(names, _timed_inputs(path, duration))
+    return csv_table(names, timed_inputs(path, duration))

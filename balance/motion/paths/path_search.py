@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -24,6 +25,7 @@ from kinematics.loading.model_gallery import LinkageLike, as_linkage
 from kinematics.model.linkage import Linkage
 from kinematics.model.motion import Motion, motion_of
 from kinematics.numerics.array_types import Array
+from kinematics.numerics.linalg.ties import first_largest
 from kinematics.wording import number_text
 
 # Length of a path to either side of its start, radians and characteristic lengths.
@@ -58,6 +60,7 @@ def find_paths(
     length: float = LENGTH,
     step: float | None = None,
     line: int = 0,
+    tolerance: float = 0.0,
     progress: Callable[[int, int], None] | None = None,
 ) -> ReactionlessPaths:
     """Find paths along which a linkage leaves its base at rest.
@@ -82,6 +85,9 @@ def find_paths(
         step: arc length between samples; 0.005 by default.
         line: number of further starts between each two of the given ones, on the straight line
             of the inputs.
+        tolerance: part of the bodies' own momenta that may be left: with one, the rates with
+            the least momentum are followed as long as it is below that part, for masses that
+            have no paths without any.
         progress: called with the number of starts done and of all.
 
     Returns:
@@ -106,7 +112,8 @@ def find_paths(
     if not 0.0 < length < np.inf or (step is not None and not 0.0 < step < np.inf):
         raise UsageError("the length of a path and its step are positive numbers")
     relations = motion_of(linkage, motion)
-    equations = RestEquations(linkage, Demand(kept, base, about), relations)
+    demand = Demand(kept, base, about, tolerance)
+    equations = RestEquations(linkage, demand, relations)
     here = [start_pose(equations, u) for u in _poses(linkage, starts, line)]
     search = _Search(equations, here, length, step)
     for k in range(len(here)):
@@ -186,6 +193,9 @@ class _Search:
         self.meetings: list[StartPose] = []
         self.paths: list[ReactionlessPath] = []
         self.generic, self.poses = generic_dimension(equations, *here)
+        if self.generic:
+            # There are paths that leave nothing.
+            equations.demand = replace(equations.demand, tolerance=0.0)
 
     def run(self, number: int) -> None:
         """Find the paths of one start, and of a meeting of paths close to it."""
@@ -209,7 +219,7 @@ class _Search:
 
     def follow(self, here: RowsAtPose, distance: float) -> None:
         """Follow all paths through a pose."""
-        tangents = tangent_directions(self.equations, here, self.generic)
+        tangents = self._tangents(here)
         number = len(self.starts)
         kept = []
         for v in tangents.directions:
@@ -222,12 +232,23 @@ class _Search:
         tangents = tangents._replace(kind=kind, directions=directions)
         self.starts.append(record_pose(self.equations, here, tangents, distance))
 
+    def _tangents(self, here: RowsAtPose) -> Tangents:
+        """Find the directions of paths through a pose; with a tolerance, the quietest one."""
+        tolerance = self.equations.demand.tolerance
+        if tolerance:
+            quietest = np.linalg.svd(here.rows, full_matrices=True)[2][-1:]
+            quietest = quietest * np.sign(quietest[0, first_largest(np.abs(quietest[0]))])
+            if self.equations.share(here, quietest[0]) > tolerance:
+                return Tangents("isolated", quietest[:0], 0)
+            return Tangents("regular", quietest, 1)
+        return tangent_directions(self.equations, here, self.generic)
+
     def _path(
         self, number: int, here: RowsAtPose, v: Array, regular: bool
     ) -> ReactionlessPath | None:
         """Follow one path to both sides; None if none leaves along the direction."""
         if regular:
-            middle, dimension = None, self.generic
+            middle, dimension = None, max(self.generic, 1)
             ends = [(here.q, sign * v, 0.0) for sign in (1.0, -1.0)]
         else:
             curve = solve_local_curve(self.equations, here, v)
@@ -311,7 +332,7 @@ def record_pose(
     q = here.q * equations.chain.units
     inputs = equations.linkage.positions_of(equations.linkage.inputs)
     directions = tangents.directions @ equations.basis.T * equations.units
-    kind = tangents.kind if N.shape[1] else "none"
+    kind = tangents.kind if N.shape[1] or len(tangents.directions) else "none"
     return StartPose(
         q[inputs], q, values, N.shape[1], kind, directions, tangents.family, distance
     )

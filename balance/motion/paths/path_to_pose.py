@@ -9,29 +9,38 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from balance.motion.floating_base.base import FloatingBase
-from balance.motion.motion_tolerances import PATH_MOMENTUM
+from balance.motion.motion_tolerances import PATH_MOMENTUM, PATH_REACHED
 from balance.motion.paths.branches import tangent_directions
 from balance.motion.paths.connect import Connection, ConnectionEquations, connect
 from balance.motion.paths.demand import Demand, Kept
 from balance.motion.paths.follow import PathEvent
 from balance.motion.paths.found_paths import PathTarget, ReactionlessPaths
-from balance.motion.paths.path import ReactionlessPath, sample_path
+from balance.motion.paths.path import ReactionlessPath, path_table, sample_path, timed_inputs
 from balance.motion.paths.path_network import path_through_meetings
 from balance.motion.paths.path_search import generic_dimension, record_pose, start_pose
 from balance.motion.paths.rest_equations import RestEquations
 from balance.motion.quiet.problem import follow_poses, read_pose
 from balance.motion.quiet.sampled_loads import SampledPoses
+from balance.motion.verification.given_motions import rate_columns
 from balance.motion.verification.joint_limits import joint_limits
+from balance.support.csv_text import csv_table
 from kinematics.errors import PoseError, UsageError
 from kinematics.loading.model_gallery import LinkageLike, as_linkage
 from kinematics.model.arrays import freeze
 from kinematics.model.linkage import Linkage
 from kinematics.numerics.array_types import Array
+from kinematics.wording import number_text
 
+# Why there is no path where no rates are without reaction.
+FULL_RANK = "the momentum matrix has full column rank: no rates leave the base at rest"
 # Samples of a path for each unit of its length, fewest and most; and Gauss points between two
 # samples, by which arc lengths are computed.
 PER_LENGTH, FEWEST, MOST = 120, 401, 6401
 BETWEEN = 5
+# First paths that are tried: the straight line, and loops.
+STARTS = 16
+# Poses on the straight line to the pose.
+LINE_POSES = 81
 # How often the samples are doubled, and the momentum at which they are close enough.
 REFINEMENTS, SAMPLED_WELL = 4, 1e-10
 
@@ -104,28 +113,21 @@ def path_to_pose(
         raise PoseError(f"{linkage.source}: the two poses are one: nothing moves")
     here = start_pose(rest, first)
     equations = ConnectionEquations.of(linkage, demand)
+    generic, poses = generic_dimension(rest, here)
     turns = np.zeros(0) if rotation is None else rotation
     x = np.append(first, np.zeros(len(turns))) / equations.units
     way = np.append(last, turns) / equations.units - x
-    limits = joint_limits(linkage)
-
-    def follow(u: Array) -> SampledPoses:
-        path = np.concatenate([first[None], u])
-        return SampledPoses(*(part[1:] for part in follow_poses(equations.model, path)))
-
-    connection = connect(equations, x, way, follow, lambda c: _within(c, limits) is None)
-    reason = _why_not(linkage, connection, limits)
     paths: tuple[ReactionlessPath, ...] = ()
-    generic, poses = generic_dimension(rest, here)
+    reason = FULL_RANK if generic == 0 else _centre_apart(equations, first, last)
     if not reason:
-        assert connection is not None
-        paths = (_sampled(rest, equations, connection),)
-        if paths[0].residual > PATH_MOMENTUM:
-            reason, paths = "the samples of the path leave a momentum", ()
-    elif generic == 1 and rotation is None:
-        paths = path_through_meetings(rest, here, last)
+        alone = generic == 1 and rotation is None
+        paths = path_through_meetings(rest, here, last) if alone else ()
+        if not paths:
+            paths, reason = _connected(rest, equations, x, way, 1 if alone else STARTS)
     target = PathTarget(
-        freeze(last), None if rotation is None else freeze(rotation @ equations.axes), reason
+        freeze(last),
+        None if rotation is None else freeze(rotation @ equations.axes),
+        "" if paths else reason,
     )
     tangents = tangent_directions(rest, here, generic)
     return ReactionlessPaths(
@@ -140,6 +142,52 @@ def path_to_pose(
         linkage.notices,
         target,
     )
+
+
+def _connected(
+    rest: RestEquations, equations: ConnectionEquations, x: Array, way: Array, starts: int
+) -> tuple[tuple[ReactionlessPath, ...], str]:
+    """Find one smooth path, or say why there is none.
+
+    Args:
+        x: coordinates at the start (coordinates,), in units.
+        way: to the end.
+        starts: number of first paths.
+    """
+    linkage, count = rest.linkage, equations.inputs
+    limits, first = joint_limits(linkage), x[:count] * equations.units[:count]
+
+    def follow(u: Array) -> SampledPoses:
+        path = np.concatenate([first[None], u])
+        return SampledPoses(*(part[1:] for part in follow_poses(equations.model, path)))
+
+    def accept(solution: Connection) -> bool:
+        return _beyond(solution, limits) is None
+
+    connection = connect(equations, x, way, follow, accept, starts)
+    reason = _why_not(linkage, connection, limits)
+    if reason or connection is None:
+        return (), reason
+    path = _sampled(rest, equations, connection)
+    if path.residual > PATH_MOMENTUM:
+        return (), "the samples of the path leave a momentum"
+    return (path,), ""
+
+
+def segments_table(solution: ReactionlessPaths) -> bytes:
+    """Write a motion along all segments to a pose as a table that ``balance verify`` reads.
+
+    Each segment takes a second, and the motion rests at its ends.
+    """
+    if len(solution.paths) == 1:
+        return path_table(solution.linkage, solution.paths[0])
+    parts = [timed_inputs(path, 1.0) for path in solution.paths]
+    time = np.concatenate([k + part[0][k > 0 :] for k, part in enumerate(parts)])
+    columns = [
+        np.concatenate([part[i][k > 0 :] for k, part in enumerate(parts)]) for i in (1, 2, 3)
+    ]
+    names = ["time", *solution.linkage.inputs, *rate_columns(solution.linkage)]
+    return csv_table(names, (time, *columns))
 
 
 def _rotation(linkage: Linkage, turn: ArrayLike | None) -> Array | None:
@@ -165,7 +213,27 @@ def _rotation(linkage: Linkage, turn: ArrayLike | None) -> Array | None:
     return values
 
 
-def _within(connection: Connection, limits: Array) -> int | None:
+def _centre_apart(equations: ConnectionEquations, first: Array, last: Array) -> str:
+    """Say how far the centres of mass of two poses are apart, if no force may act; or nothing.
+
+    Without force a centre of mass at rest stays.
+    """
+    if equations.demand.kept not in ("all", "force"):
+        return ""
+    share = np.linspace(0.0, 1.0, LINE_POSES)[:, None]
+    poses = follow_poses(equations.model, first + share * (last - first))
+    a, b = equations.model.com(poses)[[0, -1]]
+    distance = float(np.linalg.norm(b - a))
+    linkage = equations.model.linkage
+    if distance <= PATH_REACHED * linkage.spatial_chain.frame.length:
+        return ""
+    return (
+        f"the centre of mass is {number_text(distance, '.3g')} m away at the pose to reach, and "
+        "stays where it is without a force"
+    )
+
+
+def _beyond(connection: Connection, limits: Array) -> int | None:
     """Find a joint that a path takes beyond its limits; None if it keeps all."""
     q = connection.poses.q
     beyond = ((q < limits[0] - 1e-9) | (q > limits[1] + 1e-9)).any(axis=0)
@@ -178,7 +246,7 @@ def _why_not(linkage: Linkage, connection: Connection | None, limits: Array) -> 
         return "the loops cannot be closed along any first path to the pose"
     if not connection.meets:
         return "no path without reaction to the pose was found from any first path"
-    joint = _within(connection, limits)
+    joint = _beyond(connection, limits)
     if joint is None:
         return ""
     return f"all paths that were found lead {linkage.joints[joint].name} beyond its limits"

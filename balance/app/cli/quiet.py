@@ -18,7 +18,12 @@ from balance.app.cli.number_arguments import (
     positive_number,
     whole_number,
 )
-from balance.app.cli.outputs import add_picture_option, kind_of
+from balance.app.cli.outputs import (
+    add_meshes_option,
+    add_page_option,
+    add_picture_option,
+    kind_of,
+)
 from balance.app.cli.progress import spinner
 from balance.support.options import GRAVITY
 
@@ -66,6 +71,8 @@ def add_quiet(parser: Parser) -> None:
         "'balance verify --csv' reads it",
     )
     add_picture_option(parser, "write a picture of the shaking and of the inputs over time")
+    add_page_option(parser, "on which the linkage moves as planned, beside the quintic law")
+    add_meshes_option(parser)
 
 
 def _add_motion_options(group: argparse._ArgumentGroup) -> None:
@@ -366,6 +373,10 @@ def limits_by_name(
 def _files(arguments: argparse.Namespace, plan: QuietMotion) -> Files:
     """Find what makes the files of a plan; a table needs a motion within the limits."""
     from balance.app.answers.html.quiet import quiet_picture
+    from balance.app.answers.html.quiet_page import quiet_page
 
-    files: Files = {"plot": partial(quiet_picture, plan, kind_of(arguments.plot))}
+    files: Files = {
+        "plot": partial(quiet_picture, plan, kind_of(arguments.plot)),
+        "html": partial(quiet_page, plan, meshes=not arguments.no_meshes),
+    }
     return {**files, "motion_table": plan.table} if plan.found else files

@@ -18,7 +18,8 @@ from balance.motion.verification.given_motions import table_of_motion
 from balance.motion.verification.input_paths import InputPath
 from balance.motion.verification.shaking_wrench import move_wrenches
 from balance.motion.verification.trajectory import Trajectory, drive
-from balance.support.result_files import WithPicture
+from balance.support.options import GRAVITY
+from balance.support.result_files import WithPage, WithPicture
 from kinematics.model.linkage import Linkage, Notice
 from kinematics.numerics.array_types import Array
 from kinematics.wording import number_text, repr_lines, size_text
@@ -84,17 +85,19 @@ class MotionFigures(NamedTuple):
 
 
 class ComparedLaw(NamedTuple):
-    """A law on the straight line between the poses, for comparison.
+    """A law on the straight lines between the poses, or on the given path, for comparison.
 
     Attributes:
         name: ``"quintic"`` or ``"trapezoidal"``.
         figures: what it shakes; None if its loops cannot be closed.
         exceeded: the limit that it exceeds most, or None.
+        path: the motion of the inputs.
     """
 
     name: str
     figures: MotionFigures | None
     exceeded: LimitExceeded | None
+    path: InputPath
 
     @property
     def within(self) -> bool:
@@ -122,7 +125,7 @@ class PassedPoint(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class QuietMotion(WithPicture):
+class QuietMotion(WithPage, WithPicture):
     """Result of `quiet_motion` and `quiet_timing`.
 
     Attributes:
@@ -147,8 +150,10 @@ class QuietMotion(WithPicture):
         notices: remarks for the user.
         passed: poses that are passed on the way, in order; all poses of a cycle.
         harmonics: of a cycle; None if the motion is from rest to rest.
+        gravity: acceleration (3,), m/s², for torques alone.
     """
 
+    page_maker = "quiet_page:quiet_page"
     picture_maker = "quiet:quiet_picture"
 
     linkage: Linkage
@@ -171,6 +176,7 @@ class QuietMotion(WithPicture):
     notices: tuple[Notice, ...] = ()
     passed: tuple[PassedPoint, ...] = ()
     harmonics: int | None = None
+    gravity: tuple[float, ...] = GRAVITY
 
     def __repr__(self) -> str:
         """Two lines: the linkage, and the verdict."""

@@ -112,10 +112,10 @@ def compare_with_laws(
     for law_name, law in zip(LAWS, laws, strict=True):
         figures = measure_path(problem, duration, law, line)
         if figures is None:
-            compared.append(ComparedLaw(law_name, None, None))
+            compared.append(ComparedLaw(law_name, None, None, law))
             continue
         beyond = exceeded_limit(model.linkage, limits, figures[1])
-        compared.append(ComparedLaw(law_name, figures[0], beyond))
+        compared.append(ComparedLaw(law_name, figures[0], beyond, law))
         less = after.value > round_off and figures[0].value < LAW_GAIN * after.value
         quieter = exceeded is not None or less
         if beyond is None and quieter and not problem.frequencies:
@@ -143,6 +143,7 @@ def compare_with_laws(
         exceeded,
         problem.inertia_force,
         notices=model.linkage.notices,
+        gravity=tuple(model.gravity.tolist()),
     )
 
 

@@ -181,10 +181,12 @@ def segments_table(solution: ReactionlessPaths) -> bytes:
     """
     if len(solution.paths) == 1:
         return path_table(solution.linkage, solution.paths[0])
-    parts = [timed_inputs(path, 1.0) for path in solution.paths]
-    time = np.concatenate([k + part[0][k > 0 :] for k, part in enumerate(parts)])
+    parts = [timed_inputs(path, 1.0, smooth=True) for path in solution.paths]
+    most = max(len(part[0]) for part in parts)
+    even = [timed_inputs(path, 1.0, smooth=True, fewest=most) for path in solution.paths]
+    time = np.concatenate([k + part[0][k > 0 :] for k, part in enumerate(even)])
     columns = [
-        np.concatenate([part[i][k > 0 :] for k, part in enumerate(parts)]) for i in (1, 2, 3)
+        np.concatenate([part[i][k > 0 :] for k, part in enumerate(even)]) for i in (1, 2, 3)
     ]
     names = ["time", *solution.linkage.inputs, *rate_columns(solution.linkage)]
     return csv_table(names, (time, *columns))

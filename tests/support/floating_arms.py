@@ -66,7 +66,7 @@ def turning_rates(arm, base, u, rates):
 
 
 def attitude_after(arm, base, path):
-    """The rotation of the satellite at the end of a path, by the exponentials of short steps."""
+    """The rotation of the satellite at the end of a path, by exponentials of steps."""
     import pinocchio as pin
     from scipy.interpolate import make_interp_spline
 

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING
 from balance.app.answers.answer import Answer, Files
 from balance.app.cli.arguments import Parser, refuse_given
 from balance.app.cli.exit_codes import DONE, NEGATIVE
-from balance.app.cli.model_options import add_model_options, load_model, parse_coordinates
 from balance.app.cli.floating_base import inertia
+from balance.app.cli.model_options import add_model_options, load_model, parse_coordinates
 from balance.app.cli.number_arguments import (
     add_about,
     finite_quantity,
@@ -125,8 +125,8 @@ def _add_path_options(group: argparse._ArgumentGroup) -> None:
         type=_share,
         default=0.0,
         metavar="5%",
-        help="part of the bodies' own momenta that may be left: follow the rates with the least "
-        "momentum as long as it is below that",
+        help="part of the bodies' own momenta that may be left: follow the rates with the "
+        "least momentum as long as it is below that",
     )
 
 
@@ -302,8 +302,7 @@ def _turn(text: str) -> tuple[float, ...]:
 def _files(arguments: argparse.Namespace, solution: ReactionlessPaths) -> Files:
     """Find what makes the files of paths; a table needs a path."""
     from balance.app.answers.html.paths import paths_page, paths_picture
-    from balance.motion.paths.path import path_table
-    from balance.motion.paths.path_to_pose import segments_table
+    from balance.motion.paths.path import path_table, segments_table
 
     files: Files = {
         "plot": partial(paths_picture, solution, kind_of(arguments.plot)),
@@ -312,6 +311,7 @@ def _files(arguments: argparse.Namespace, solution: ReactionlessPaths) -> Files:
     if not solution.paths:
         return files
     if solution.target is not None:
-        return {**files, "motion_table": partial(segments_table, solution)}
+        table = partial(segments_table, solution.linkage, solution.paths)
+        return {**files, "motion_table": table}
     path = solution.paths[arguments.which - 1]
     return {**files, "motion_table": partial(path_table, solution.linkage, path)}

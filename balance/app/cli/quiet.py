@@ -339,9 +339,7 @@ def _plan(arguments: argparse.Namespace, linkage: Linkage) -> QuietMotion:
     return quiet_timing(linkage, ends, duration, front=front, **options)
 
 
-def _check_tool_units(
-    linkage: Linkage, poses: Sequence[Mapping[str, float] | None]
-) -> None:
+def _check_tool_units(linkage: Linkage, poses: Sequence[Mapping[str, float] | None]) -> None:
     """Refuse an angle of a shift of the tool, and a length of a turn.
 
     Raises:

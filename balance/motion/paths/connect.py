@@ -1,22 +1,25 @@
 """Paths without reaction between two given poses.
 
-Unknown is the whole path x(τ), 0 ≤ τ ≤ 1, of the inputs, and of the attitude of a base that turns:
+Unknown is the whole path x(τ), 0 ≤ τ ≤ 1, of the inputs, and of the attitude of a base that
+turns:
 
     x' = x₁ - x₀ + Σ_k c_k P_k(2τ - 1),   k ≥ 1
 
 with Legendre polynomials P, so that both ends are given. The equations ``A(x) x' = 0`` hold at
 Gauss points. Newton steps of least norm, ``Σ_k |c_k|² w_k``, change a first path as little as
 they may; further ones shorten it. Between the points the error falls with the number of
-polynomials faster than any power of it, for A is analytic. Where ``A x' = 0`` is not integrable,
-the paths reach every pose nearby (A. W. Divelbiss, J. T. Wen, Nonholonomic path planning with
-inequality constraints, 1993, for the least-norm steps; E. Papadopoulos, S. Dubowsky, 1991, for
-arms in space).
+polynomials faster than any power of it, for A is analytic. Where ``A x' = 0`` is not
+integrable, the paths reach every pose nearby (A. W. Divelbiss, J. T. Wen, Nonholonomic path
+planning with inequality constraints, 1993, for the least-norm steps; E. Papadopoulos, S.
+Dubowsky, 1991, for arms in space).
 
 The momentum of a base that floats with the rotation R = exp θ vanishes, if in its own axes
 
-    S_u u' + S_ω J(θ) θ' = 0,     S = M_ξ - M_ξv p-part / m
+    S_u u' + S_ω J(θ) θ' = 0,     S = H_ξ - M_ξv H_p / m
 
-where M is the inertia of linkage and base, locked, and J takes θ' to the angular velocity.
+where H has the momenta ``[ξ; p]`` of unit rates, of the inputs and of turns of the locked
+linkage with its base, M_ξv is the angular momentum of unit velocities, and J takes θ' to the
+angular velocity.
 """
 
 from __future__ import annotations
@@ -112,7 +115,9 @@ class ConnectionEquations:
         elif kept == "force":
             rows = length * h[:, 3:]
         else:
-            centre = np.broadcast_to(np.array(self.demand.about or (0.0, 0.0, 0.0)), (len(h), 3))
+            centre = np.broadcast_to(
+                np.array(self.demand.about or (0.0, 0.0, 0.0)), (len(h), 3)
+            )
             if kept == "attitude" and base is not None:
                 centre = model.mass * model.com(poses) + base.mass * np.array(base.com)
                 centre = centre / (model.mass + base.mass)

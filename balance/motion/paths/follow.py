@@ -304,7 +304,9 @@ class _Watch:
                 events.append(PathEvent("limit", s, f"{name} is at its limit"))
         tolerance = self.equations.demand.tolerance
         if tolerance and self._share(here) > tolerance:
-            s = self._root(lambda q: self._share(self.equations.at(q)) - tolerance, first, last, dense)
+            s = self._root(
+                lambda q: self._share(self.equations.at(q)) - tolerance, first, last, dense
+            )
             text = f"the momentum reaches {number_text(tolerance, '.3g')} of the bodies' own"
             events.append(PathEvent("momentum", s, text))
         elif not tolerance and self._momentum(here) > PATH_MOMENTUM:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -166,50 +167,28 @@ def _correction(rows: Array, h: Array, magnitudes: Array) -> Array:
     return np.einsum("kiw,ki,kri,kr->kw", Vt, weights, U, h)
 
 
-def timed_inputs(
-    path: ReactionlessPath, duration: float, smooth: bool = False, fewest: int = 0
-) -> tuple[Array, Array, Array, Array]:
+def _timed_inputs(path: ReactionlessPath, duration: float) -> tuple[Array, Array, Array, Array]:
     """Compute time, inputs, velocities and accelerations of a motion along a path.
 
-    ``s(τ) = (1 - cos π τ) / 2`` of the length; or ``630 ∫ τ⁴ (1 - τ)⁴ dτ``, of which four
-    derivatives vanish at both ends, so that another segment may follow. In so many samples that a spline through the
+    ``s(τ) = (1 - cos π τ) / 2`` of the length, in so many samples that a spline through the
     inputs has the same velocities and accelerations: a reader can check them.
-
-    Args:
-        fewest: samples of another segment, as many as which are taken at least.
     """
     from scipy.interpolate import make_interp_spline
 
     rates = make_interp_spline(path.s, path.rates, k=DEGREE)
     inputs = rates.antiderivative()  # smoother than a spline through the displacements
     first = path.u[0] - inputs(path.s[0])
-    for count in (count for count in TIMED_SAMPLES if count >= fewest):
-        law = _smooth_law if smooth else _cosine_law
-        way, speed, change = law(np.linspace(0.0, 1.0, count)[:, None])
-        speed, change = speed * path.length / duration, change * path.length / duration**2
-        s = np.clip(path.s[0] + path.length * way[:, 0], path.s[0], path.s[-1])
+    for count in TIMED_SAMPLES:
+        turn = np.pi * np.linspace(0.0, 1.0, count)[:, None]
+        speed = 0.5 * np.pi * path.length / duration * np.sin(turn)
+        change = 0.5 * path.length * (np.pi / duration) ** 2 * np.cos(turn)
+        s = path.s[0] + 0.5 * path.length * (1.0 - np.cos(turn[:, 0]))
+        s = np.clip(s, path.s[0], path.s[-1])
         ud, udd = rates(s) * speed, rates(s, 1) * speed**2 + rates(s) * change
         motion = np.linspace(0.0, duration, count), first + inputs(s), ud, udd
         if rates_off(*motion) <= 0.1 * RATE_RESIDUAL_RELATIVE:
             break
     return motion
-
-
-def _cosine_law(tau: Array) -> tuple[Array, Array, Array]:
-    """Compute ``(1 - cos π τ) / 2`` and two derivatives."""
-    turn = np.pi * tau
-    return (
-        0.5 * (1.0 - np.cos(turn)),
-        0.5 * np.pi * np.sin(turn),
-        0.5 * np.pi**2 * np.cos(turn),
-    )
-
-
-def _smooth_law(tau: Array) -> tuple[Array, Array, Array]:
-    """Compute ``630 ∫ τ⁴ (1 - τ)⁴ dτ`` and two derivatives."""
-    bump = tau * (1.0 - tau)
-    way = tau**5 * (126.0 + tau * (-420.0 + tau * (540.0 + tau * (-315.0 + 70.0 * tau))))
-    return way, 630.0 * bump**4, 2520.0 * bump**3 * (1.0 - 2.0 * tau)
 
 
 def timed_path(
@@ -242,7 +221,7 @@ def timed_path(
         >>> balance.motion.timed_path(arm, path, duration=2.0).duration
         2.0
     """
-    return drive(as_linkage(linkage), *timed_inputs(path, duration))
+    return drive(as_linkage(linkage), *_timed_inputs(path, duration))
 
 
 def path_table(linkage: Linkage, path: ReactionlessPath, duration: float = DURATION) -> bytes:
@@ -259,4 +238,29 @@ def path_table(linkage: Linkage, path: ReactionlessPath, duration: float = DURAT
         velocities and accelerations.
     """
     names = ["time", *linkage.inputs, *rate_columns(linkage)]
-    return csv_table(names, timed_inputs(path, duration))
+    return csv_table(names, _timed_inputs(path, duration))
+
+
+def segments_table(linkage: Linkage, segments: Sequence[ReactionlessPath]) -> bytes:
+    """Write a motion along segments as a table that ``balance verify --csv`` reads.
+
+    Each takes `DURATION`, along ``630 ∫ τ⁴ (1 - τ)⁴ dτ`` of its length, so that four
+    derivatives vanish where two meet, and a spline through the displacements is smooth there.
+
+    Args:
+        segments: each begins where the one before it ends.
+    """
+    from scipy.interpolate import make_interp_spline
+
+    if len(segments) == 1:
+        return path_table(linkage, segments[0])
+    tau = np.linspace(0.0, 1.0, TIMED_SAMPLES[0])
+    way = tau**5 * (126.0 + tau * (-420.0 + tau * (540.0 + tau * (-315.0 + 70.0 * tau))))
+    times, inputs = [], []
+    for k, path in enumerate(segments):
+        s = np.clip(path.s[0] + path.length * way, path.s[0], path.s[-1])
+        u = make_interp_spline(path.s, path.u, k=DEGREE)(s)
+        times.append(DURATION * (k + tau)[k > 0 :])
+        inputs.append(u[k > 0 :])
+    columns = np.concatenate(times), np.concatenate(inputs)
+    return csv_table(["time", *linkage.inputs], columns)

@@ -114,8 +114,6 @@ def _segments(equations: RestEquations, leg: _Leg | None) -> tuple[ReactionlessP
                 [equations.close(spline(s)) for s in np.linspace(leg.first, leg.last, count)]
             )
             ends = (PathEvent("start", 0.0, "start"), PathEvent("target", span, "its end"))
-            pieces.append(
-                sample_path(equations, 0, np.linspace(0.0, span, count), q, ends)
-            )
+            pieces.append(sample_path(equations, 0, np.linspace(0.0, span, count), q, ends))
         leg = leg.before
     return tuple(reversed(pieces))

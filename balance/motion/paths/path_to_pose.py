@@ -1,4 +1,4 @@
-"""A path without reaction to a given pose, or one that turns a base that floats as asked for."""
+"""A path without reaction to a given pose, or one that turns a base that floats."""
 
 from __future__ import annotations
 
@@ -15,15 +15,13 @@ from balance.motion.paths.connect import Connection, ConnectionEquations, connec
 from balance.motion.paths.demand import Demand, Kept
 from balance.motion.paths.follow import PathEvent
 from balance.motion.paths.found_paths import PathTarget, ReactionlessPaths
-from balance.motion.paths.path import ReactionlessPath, path_table, sample_path, timed_inputs
+from balance.motion.paths.path import ReactionlessPath, sample_path
 from balance.motion.paths.path_network import path_through_meetings
 from balance.motion.paths.path_search import generic_dimension, record_pose, start_pose
 from balance.motion.paths.rest_equations import RestEquations
 from balance.motion.quiet.problem import follow_poses, read_pose
 from balance.motion.quiet.sampled_loads import SampledPoses
-from balance.motion.verification.given_motions import rate_columns
 from balance.motion.verification.joint_limits import joint_limits
-from balance.support.csv_text import csv_table
 from kinematics.errors import PoseError, UsageError
 from kinematics.loading.model_gallery import LinkageLike, as_linkage
 from kinematics.model.arrays import freeze
@@ -174,24 +172,6 @@ def _connected(
     return (path,), ""
 
 
-def segments_table(solution: ReactionlessPaths) -> bytes:
-    """Write a motion along all segments to a pose as a table that ``balance verify`` reads.
-
-    Each segment takes a second, and the motion rests at its ends.
-    """
-    if len(solution.paths) == 1:
-        return path_table(solution.linkage, solution.paths[0])
-    parts = [timed_inputs(path, 1.0, smooth=True) for path in solution.paths]
-    most = max(len(part[0]) for part in parts)
-    even = [timed_inputs(path, 1.0, smooth=True, fewest=most) for path in solution.paths]
-    time = np.concatenate([k + part[0][k > 0 :] for k, part in enumerate(even)])
-    columns = [
-        np.concatenate([part[i][k > 0 :] for k, part in enumerate(even)]) for i in (1, 2, 3)
-    ]
-    names = ["time", *solution.linkage.inputs, *rate_columns(solution.linkage)]
-    return csv_table(names, (time, *columns))
-
-
 def _rotation(linkage: Linkage, turn: ArrayLike | None) -> Array | None:
     """Read the turn of a base: about the normal of a plane (1,), or in space (3,).
 
@@ -202,7 +182,9 @@ def _rotation(linkage: Linkage, turn: ArrayLike | None) -> Array | None:
         return None
     values = np.atleast_1d(np.asarray(turn, dtype=np.float64))
     if values.shape not in ((1,), (3,)) or not np.isfinite(values).all():
-        raise UsageError("the turn of a base is an angle, or a rotation vector of three numbers")
+        raise UsageError(
+            "the turn of a base is an angle, or a rotation vector of three numbers"
+        )
     if values.size == 1 and not linkage.planar:
         raise UsageError("the turn of a base in space is a rotation vector of three numbers")
     if linkage.planar and values.size == 3:
@@ -230,8 +212,8 @@ def _centre_apart(equations: ConnectionEquations, first: Array, last: Array) -> 
     if distance <= PATH_REACHED * linkage.spatial_chain.frame.length:
         return ""
     return (
-        f"the centre of mass is {number_text(distance, '.3g')} m away at the pose to reach, and "
-        "stays where it is without a force"
+        f"the centre of mass is {number_text(distance, '.3g')} m away at the pose to reach, "
+        "and stays where it is without a force"
     )
 
 
@@ -294,9 +276,7 @@ def _path_of_samples(
         return path
     turns = x[:, equations.inputs :]
     momentum = _turning_momentum(equations, poses, x, s)
-    return replace(
-        path, momentum=freeze(momentum), attitude=freeze(turns @ equations.axes)
-    )
+    return replace(path, momentum=freeze(momentum), attitude=freeze(turns @ equations.axes))
 
 
 def _poses(
@@ -337,4 +317,3 @@ def _turning_momentum(
     left = np.linalg.norm(np.einsum("prm,pm->pr", rows, slopes), axis=1)
     own = np.linalg.norm(rows, axis=1) @ np.ones(x.shape[1]) * np.linalg.norm(slopes, axis=1)
     return np.asarray(left / np.where(own > 0.0, own, 1.0))
-

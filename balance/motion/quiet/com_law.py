@@ -10,16 +10,16 @@ moving mass m has less shaking force than a straight line of the centre of mass:
 centre of mass acceleration control, Mech. Mach. Theory 57, 2012.) Whether the inputs can make
 such a motion depends on the linkage and on its limits.
 
-The same holds for any two poses, d apart, that a motion from rest to rest passes: with |a| ≤ A its
-speed is at most A min(t, T - t), which adds up to A T²/4; and √12 is that of the whole duration,
-for the Green's function of the speed is positive. A cycle of the duration T passes two poses that
-are d apart with
+The same holds for any two poses, d apart, that a motion from rest to rest passes: with
+|a| ≤ A its speed is at most A min(t, T - t), which adds up to A T²/4; and √12 is that of the
+whole duration, for the Green's function of the speed is positive. A cycle of the duration T
+passes two poses that are d apart with
 
     peak ≥ 16 m d / T²        rms ≥ 8 √3 m d / T²,
 
-for ``d = ∫ (G - c) a dt`` with the periodic triangle G of the height t₁ (T - t₁) / T, where t₁ is
-the time between the poses: ``∫ |G - c|`` is at most t₁ (T - t₁) / 4, and ``∫ (G - c)²`` at most
-t₁² (T - t₁)² / (12 T), both largest for t₁ = T/2.
+for ``d = ∫ (G - c) a dt`` with the periodic triangle G of the height t₁ (T - t₁) / T, where t₁
+is the time between the poses: with its mean c ``∫ |G - c|`` is t₁ (T - t₁) / 4, and
+``∫ (G - c)²`` is t₁² (T - t₁)² / (12 T), both largest for t₁ = T/2.
 """
 
 from __future__ import annotations

@@ -11,9 +11,9 @@ by a conic program (of a root mean square, ``½ (mean |r + J Δy|² / v + v)`` w
 which is at least the root, instead of t), and keeps the step if the shaking itself falls
 (R. Fletcher, A model algorithm for composite nondifferentiable optimization problems, 1982).
 With μ large, the excess s over limits vanishes if a motion within them is near. Poses that are
-passed (`balance.motion.quiet.passed_poses`) are missed by a size with the same price; the times at
-which they are passed are further unknowns. The small ε
-chooses, among motions of a redundant arm that shake alike, one of small accelerations. The end
+passed (`balance.motion.quiet.passed_poses`) are missed by a size with the same price; the times
+at which they are passed are further unknowns. The small ε chooses, among motions of a redundant
+arm that shake alike, one of small accelerations. The end
 is a local minimum.
 """
 
@@ -202,9 +202,7 @@ def improve_motion(
         gain = now.merit - promised
         if not gain > least_gain * now.merit:
             break
-        trial = sample_motion(
-            problem, space, now.y + step, now.poses, now.time, now.at + later
-        )
+        trial = sample_motion(problem, space, now.y + step, now.poses, now.time, now.at + later)
         actual = -np.inf if trial is None else now.merit - trial.merit
         if trial is None or actual < GAIN_SHARE * gain:
             trust *= SHRINK

@@ -226,9 +226,7 @@ def _with_stops(plan: QuietMotion, stops: Stops, at: Array, harmonics: int) -> Q
     end = stops.poses[0].u if stops.cycle else stops.poses[-1].u
     if stops.open_end:
         end = passed[-1].u
-    return replace(
-        plan, end=end, passed=passed, harmonics=harmonics if stops.cycle else None
-    )
+    return replace(plan, end=end, passed=passed, harmonics=harmonics if stops.cycle else None)
 
 
 def _plan(
@@ -269,9 +267,7 @@ def _plan(
     return fine.path(motion.y), motion
 
 
-def _settled(
-    problem: QuietProblem, space: MotionSpace, motion: SampledMotion
-) -> SampledMotion:
+def _settled(problem: QuietProblem, space: MotionSpace, motion: SampledMotion) -> SampledMotion:
     """Let a motion pass its poses exactly."""
     y = settle(problem, space, motion.y, motion.at, motion.poses, motion.time)
     settled = sample_motion(problem, space, y, motion.poses, motion.time, motion.at)

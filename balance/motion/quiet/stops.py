@@ -1,4 +1,4 @@
-"""The poses of a plan, read from the words of a user, and closed poses on the lines between them."""
+"""The poses of a plan, read from the words of a user, and closed poses between them."""
 
 from __future__ import annotations
 

@@ -164,9 +164,7 @@ def _place(k: int, name: str) -> str:
     )
 
 
-def _models(
-    plan: QuietMotion, motions: Sequence[_Shown], meshes: bool
-) -> list[dict[str, Any]]:
+def _models(plan: QuietMotion, motions: Sequence[_Shown], meshes: bool) -> list[dict[str, Any]]:
     """Collect what the script draws: for each motion its scene and its curves."""
     shapes = robot_shapes(plan.linkage) if meshes else ()
     least = SHAKING_RELATIVE * plan.inertia_force

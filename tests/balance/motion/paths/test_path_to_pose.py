@@ -11,10 +11,9 @@ import pytest
 import balance
 import kinematics
 from balance.motion import FloatingBase
+from balance.motion.paths.path import segments_table
 from balance.motion.verification.given_motions import from_csv
-from balance.motion.paths.path_to_pose import segments_table
 from kinematics.errors import LinkageError
-from tests.support.fuga import Masses, fuga
 from tests.support.covering import number_of_cases
 from tests.support.floating_arms import (
     arm_in_line,
@@ -22,6 +21,7 @@ from tests.support.floating_arms import (
     attitude_after,
     turning_rates,
 )
+from tests.support.fuga import Masses, fuga
 
 SATELLITE = FloatingBase(10.0, 1.0)
 
@@ -52,7 +52,7 @@ def test_many_poses_are_reached(count):
 
 
 def test_a_satellite_is_turned_by_its_arm():
-    """The arm returns to its pose, as that of a falling cat; by the simulation of the product."""
+    """The arm returns to its pose, as that of a falling cat; by the simulation of us."""
     arm = arm_in_line(3)
     start, base = [0.5, 0.4, 0.2], FloatingBase(2.0, 0.3)
     solution = balance.path_to_pose(arm, start, start, base=base, turn=0.5)
@@ -92,7 +92,7 @@ def test_a_pose_beyond_a_meeting_of_paths(tmp_path):
     """Two paths of Fuga cross: the linkage rests where they meet, and turns off."""
     linkage = kinematics.load("fuga_i")
     first, second = balance.find_paths(linkage).paths
-    ends = second.u[-20], first.u[30]
+    ends = second.u[len(second.u) * 3 // 4], first.u[len(first.u) // 4]
     solution = balance.path_to_pose(linkage, ends[1], ends[0])
     assert [path.reactionless for path in solution.paths] == [True, True]
     corner = balance.find_paths(linkage).starts[0].u
@@ -100,11 +100,11 @@ def test_a_pose_beyond_a_meeting_of_paths(tmp_path):
     assert stops[0] == pytest.approx(np.array([ends[0], corner]), abs=1e-6)
     assert stops[1] == pytest.approx(np.array([corner, ends[1]]), abs=1e-6)
     table = tmp_path / "path.csv"
-    table.write_bytes(segments_table(solution))
+    table.write_bytes(segments_table(linkage, solution.paths))
     (run,) = balance.verify(linkage, motions=[from_csv(linkage, table)]).runs
     straight = balance.motion.rest_to_rest(linkage, np.array(ends), duration=2.0)
     (other,) = balance.verify(linkage, motions=[straight]).runs
-    assert run.peak("moment") < 1e-4 * other.peak("moment")
+    assert run.peak("moment") < 1e-3 * other.peak("moment")
 
 
 @pytest.mark.slow

@@ -1,4 +1,4 @@
-"""Poses that a plan passes: of inputs at chosen times, of a tool that leaves inputs free, cycles."""
+"""Poses that a plan passes: of inputs, of a tool that leaves inputs free, and cycles."""
 
 from __future__ import annotations
 
@@ -146,9 +146,7 @@ def test_six_axes_turn_their_tool():
     assert after.rotation @ before.rotation.T == pytest.approx(X @ Y @ Z, abs=1e-9)
 
 
-@pytest.mark.parametrize(
-    ("measure", "least"), [("rms", 8.0 * np.sqrt(3.0)), ("peak", 16.0)]
-)
+@pytest.mark.parametrize(("measure", "least"), [("rms", 8.0 * np.sqrt(3.0)), ("peak", 16.0)])
 def test_the_least_cycle_of_a_slide(measure, least):
     """The factors of m d / T² for a cycle; few harmonics of a square wave are not reached."""
     plan = balance.quiet_motion(

@@ -30,7 +30,9 @@ def geometry(name):
     build, poses = PATHS[name]
     linkage = build()
     length = linkage.spatial_chain.frame.length
-    slides = [linkage.joints[j].kind == "prismatic" for j in linkage.positions_of(linkage.inputs)]
+    slides = [
+        linkage.joints[j].kind == "prismatic" for j in linkage.positions_of(linkage.inputs)
+    ]
     units = np.where(slides, length, 1.0)
     steps = np.linalg.norm(np.diff(poses, axis=0) / units, axis=1)
     s = np.append(0.0, np.cumsum(steps)) / steps.sum()

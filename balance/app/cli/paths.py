@@ -45,6 +45,7 @@ def add_paths(parser: Parser) -> None:
     add_model_options(parser, unused=("--spatial",))
     parser.set_defaults(run=_run)
     _add_path_options(parser.group("motion"))
+    _add_target_options(parser.group("motion"))
     _add_base_options(parser.group("base"))
     output = parser.group("output")
     output.add_argument(
@@ -113,6 +114,10 @@ def _add_path_options(group: argparse._ArgumentGroup) -> None:
         help="paths without shaking force, whatever the moment (as --balance force)",
     )
     add_about(group, "the inertial origin")
+
+
+def _add_target_options(group: argparse._ArgumentGroup) -> None:
+    """Add the options of a pose to reach, and of momentum that may be left."""
     group.add_argument(
         "--to",
         dest="end",

@@ -110,26 +110,6 @@ def _add_motion_options(group: argparse._ArgumentGroup) -> None:
         "chosen",
     )
     group.add_argument(
-        "--via",
-        action="append",
-        type=parse_coordinates,
-        default=[],
-        metavar="U1=VALUE,…",
-        help="pose that is passed on the way, of inputs or of the tool (x=0.1,…), at a time "
-        "that the plan chooses; repeatable, in order",
-    )
-    group.add_argument(
-        "--cycle",
-        action="store_true",
-        help="return to the start and repeat, without rest, with the duration as period",
-    )
-    group.add_argument(
-        "--harmonics",
-        type=whole_number(1, 30),
-        metavar="N",
-        help="with --cycle: number of harmonics of the inputs (default 5)",
-    )
-    group.add_argument(
         "--duration",
         type=number_between(1e-6, 1e6),
         metavar="S",
@@ -157,7 +137,27 @@ def _add_motion_options(group: argparse._ArgumentGroup) -> None:
 
 
 def _add_tool_options(group: argparse._ArgumentGroup) -> None:
-    """Add the options of the tool whose poses are given."""
+    """Add the options of poses on the way, of cycles, and of the tool whose poses are given."""
+    group.add_argument(
+        "--via",
+        action="append",
+        type=parse_coordinates,
+        default=[],
+        metavar="U1=VALUE,…",
+        help="pose that is passed on the way, of inputs or of the tool (x=0.1,…), at a time "
+        "that the plan chooses; repeatable, in order",
+    )
+    group.add_argument(
+        "--cycle",
+        action="store_true",
+        help="return to the start and repeat, without rest, with the duration as period",
+    )
+    group.add_argument(
+        "--harmonics",
+        type=whole_number(1, 30),
+        metavar="N",
+        help="with --cycle: number of harmonics of the inputs (default 5)",
+    )
     group.add_argument("--tool", metavar="LINK", help="link whose poses are given")
     group.add_argument(
         "--point",
@@ -311,8 +311,7 @@ def _plan(arguments: argparse.Namespace, linkage: Linkage) -> QuietMotion:
     for kind in LIMITS:
         options[kind] = limits_by_name(linkage, getattr(arguments, f"max_{kind}"))
     if not arguments.straight and arguments.path is None:
-        poses = arguments.tool_from, arguments.tool_to, *arguments.via
-        _check_tool_units(linkage, poses)
+        _check_tool_units(linkage, (arguments.tool_from, arguments.tool_to, *arguments.via))
         tool = arguments.tool
         return quiet_motion(
             linkage,

@@ -207,7 +207,7 @@ class LegendrePath:
 
 def legendre_basis(tau: Array, count: int) -> tuple[Array, Array]:
     """Compute integrals from 0 of P_1 … P_count at 2τ - 1, and these (N, count)."""
-    P = np.polynomial.legendre.legvander(2.0 * tau - 1.0, count + 1)
+    P: Array = np.polynomial.legendre.legvander(2.0 * tau - 1.0, count + 1).astype(np.float64)
     k = np.arange(1, count + 1)
     return (P[:, k + 1] - P[:, k - 1]) / (2.0 * (2.0 * k + 1.0)), P[:, k]
 

@@ -10,7 +10,7 @@ in rad and characteristic lengths over the reach of the motion. The times keep t
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple, Protocol
 
 import numpy as np
 
@@ -20,9 +20,6 @@ from balance.motion.quiet.sampled_loads import SampledLinkage, SampledPoses
 from balance.motion.quiet.tool_point import ToolPose
 from balance.motion.verification.input_paths import InputPath
 from kinematics.numerics.array_types import Array
-
-if TYPE_CHECKING:
-    from balance.motion.quiet.convex_steps import QuietProblem
 
 # Least distance of two times in order, over the duration.
 APART = 0.02
@@ -58,6 +55,30 @@ class PassedPose(NamedTuple):
         return (poses.q[0, inputs] - self.u) / units, np.diag(1.0 / units)
 
 
+class PassingProblem(Protocol):
+    """What of a problem matters here: a linkage, and poses that its motion passes."""
+
+    @property
+    def model(self) -> SampledLinkage:
+        """The linkage."""
+        ...
+
+    @property
+    def units(self) -> Array:
+        """Units of the inputs: 1 rad, or the characteristic length (inputs,)."""
+        ...
+
+    @property
+    def passes(self) -> tuple[PassedPose, ...]:
+        """The poses, in order."""
+        ...
+
+    @property
+    def reach(self) -> float:
+        """Size of the motion, in units."""
+        ...
+
+
 class Misses(NamedTuple):
     """How far a motion is from the poses that it should pass, over the reach.
 
@@ -78,7 +99,7 @@ class Misses(NamedTuple):
 
 
 def misses(
-    problem: QuietProblem, path: InputPath, at: Array, known: SampledPoses, time: Array
+    problem: PassingProblem, path: InputPath, at: Array, known: SampledPoses, time: Array
 ) -> Misses | None:
     """Compute how far a motion is from the poses that it should pass.
 
@@ -108,7 +129,7 @@ def misses(
 
 
 def settle(
-    problem: QuietProblem,
+    problem: PassingProblem,
     space: MotionSpace,
     y: Array,
     at: Array,
@@ -158,10 +179,11 @@ def least_acceleration(space: MotionSpace, inputs: int) -> Array:
     weights = np.sqrt(time_weights(time))[:, None]
     rest = space.functions(time, 2) @ space.fixed
     rows = weights * space.basis(time, 2)
-    return np.linalg.lstsq(rows, -weights * rest, rcond=None)[0].reshape(-1, inputs)
+    y = np.linalg.lstsq(rows, -weights * rest, rcond=None)[0]
+    return np.asarray(y.reshape(-1, inputs), np.float64)
 
 
-def order_rows(problem: QuietProblem, at: Array, duration: float) -> tuple[Array, Array]:
+def order_rows(problem: PassingProblem, at: Array, duration: float) -> tuple[Array, Array]:
     """Build the rows of changes of free times that keep the order of all times.
 
     Returns:

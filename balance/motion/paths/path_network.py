@@ -21,8 +21,9 @@ from kinematics.numerics.array_types import Array
 
 # Most meetings on the way, and most that are looked at.
 DEPTH, MOST = 3, 12
-# Length of a path to either side of a meeting, over the distance to the pose; and the least.
-REACH, LEAST_REACH = 3.0, 1.0
+# Lengths of paths to either side of a meeting, over the distance to the pose; and the least. A
+# long path may pass poses near which its samples leave a momentum; a shorter one does not.
+REACHES, LEAST_REACH = (3.0, 1.8), 0.6
 # Samples of a segment, at least, and for each unit of its length.
 SAMPLES, PER_LENGTH = 65, 200
 
@@ -51,7 +52,20 @@ def path_through_meetings(
     units = equations.units
     inputs = equations.linkage.positions_of(equations.linkage.inputs)
     first = here.q[inputs] * units
-    length = max(LEAST_REACH, REACH * float(np.linalg.norm((target - first) / units)))
+    distance = float(np.linalg.norm((target - first) / units))
+    for reach in REACHES:
+        segments = _search(equations, here, target, max(LEAST_REACH, reach * distance))
+        if segments:
+            return segments
+    return ()
+
+
+def _search(
+    equations: RestEquations, here: RowsAtPose, target: Array, length: float
+) -> tuple[ReactionlessPath, ...]:
+    """Search with paths of a length; see `path_through_meetings`."""
+    units = equations.units
+    inputs = equations.linkage.positions_of(equations.linkage.inputs)
     waiting: deque[tuple[_Leg | None, RowsAtPose]] = deque([(None, here)])
     seen = [here.q]
     looked = 0

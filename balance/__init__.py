@@ -86,7 +86,8 @@ Shaking in motion:
 Paths without reaction:
 
 - ``find_paths``: integrate such velocities into paths, and find where several of them meet
-- ``ReactionlessPaths``: result of ``find_paths``
+- ``path_to_pose``: find such a path to a given pose, or one that turns a base that floats
+- ``ReactionlessPaths``: result of ``find_paths`` and of ``path_to_pose``
 
 Further names are in these modules:
 

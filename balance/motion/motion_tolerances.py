@@ -90,6 +90,13 @@ PATH_CONDITIONING = 2e-3
 # cannot be closed beyond a singular pose: it is the edge of the workspace.
 PATH_EDGE_RATE = 50.0
 
+# Momentum at Gauss points of a path between given poses, over what its rates could make, up to
+# which there is none: round-off.
+PATH_CONNECTED = 2e-11
+# Distance of a path from a pose, radians and characteristic lengths, up to which it leads
+# through it.
+PATH_REACHED = 1e-7
+
 # --- taylor_poses
 
 # Part of a line by which a pose may miss or pass its end.
@@ -138,6 +145,9 @@ QUIET_LIMIT_EXCEEDED = 2e-3
 # Excitation of the base at one of its natural frequencies, over the shaking of the first
 # motion, up to which there is none: the discretisation.
 QUIET_EXCITED = 5e-3
+# Distance from a pose that a plan passes, over the size of the motion, up to which it does:
+# round-off of Newton's method.
+QUIET_POSE_MISSED = 1e-8
 # Gain of a step of a plan, relative to the shaking, below which it is at a minimum.
 QUIET_STEP_GAIN = 1e-4
 # Excess of the shaking over its bound up to which a motion is optimal: the discretisation.

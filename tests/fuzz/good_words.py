@@ -84,7 +84,7 @@ def needed(verb: str, given: Collection[str]) -> list[str]:
     without = {*given, *["--scale"] * ("--against" in given)}
     without |= {"--csv"} if "--motion" in given or "--require" in given else set()
     without |= {"--topology"} if "--model" in given else set()
-    without |= {"--to"} if "--path" in given else set()
+    without |= {"--to"} if {"--path", "--tool-to"} & set(given) else set()
     without |= {"--motion", "--wrench"} if "--plan" in given else set()
     return [word for words in NEEDED.get(verb, ()) if words[0] not in without for word in words]
 
@@ -156,6 +156,9 @@ GOOD: dict[str, list[str]] = {
     "--where": ["AB=BA"], "--solve": ["sx_{link}"], "formulas --seconds": ["60"],
     "--notation": ["latex"],
     "--attitude": ["--base", "free", "--base-mass", "2"],
+    "paths --tolerance": ["0.9"],
+    "--turn": ["0.05", "--base", "free", "--base-mass", "2", "--base-inertia", "1"],
+    "paths --base-inertia": ["1", "--base", "free", "--base-mass", "2", "--turn", "0.05"],
     "paths --csv": ["{folder}/path.csv"], "paths --about": ["0.1,0.2,0", "--moment-only"],
     "verify --base": ["free", *BASE[2:]], "verify --base-mass": ["2", *BASE],
     "--base-inertia": ["1,1,1", *BASE], "verify --base-com": ["0.1,0,0", *BASE],
@@ -172,6 +175,10 @@ GOOD: dict[str, list[str]] = {
     "--max-acceleration": ["{first}=90"], "--max-jerk": ["1e4"],
     "quiet --max-torque": ["1e3"], "quiet --gravity": ["0,-9.81,0"],
     "--front": ["2", "--straight"],
+    "quiet --tool": ["{tool}"], "quiet --point": ["0.1,0,0", "--tool", "{tool}"],
+    "--tool-from": ["x=0.005", "--tool", "{tool}"],
+    "--tool-to": ["x=0.005", "--tool", "{tool}"],
+    "--via": ["{first}=0.1"], "quiet --harmonics": ["3", "--cycle"],
     "identify --motion": ["{table}"], "--wrench": ["{loads}"], "--prior": ["0.1"],
     "identify --gravity": ["0,-9.81,0"], "identify --friction": ["--wrench", "{torques}"],
     "--plan": ["--tries", "3"], "--harmonics": ["3", *PLAN], "--tries": ["2", "--plan"],

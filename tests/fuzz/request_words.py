@@ -417,6 +417,9 @@ WORDS: dict[str, Maker] = {
     "--window": _of("-1,1", "-1,1,-1,1", "1,0", "x"),
     "--to": lambda rng, place: [_target(rng, place)],
     "--from": lambda rng, place: [_pose(rng, place)],
+    "paths --to": lambda rng, place: [_pose(rng, place)],
+    "paths --tolerance": _of("5%", "0.2", "0", "1", "x"),
+    "--turn": _of("0.1", "3deg", "0.1,0,0", "0,0,0.1", "1,2", "x"),
     "--line": _of("1", "2", "0", "x"),
     "--length": _of("0.1", "0.3", "0", "-1", "nan"),
     "--step": _of("0.01", "0.05", "0", "1e-9"),
@@ -458,6 +461,9 @@ WORDS: dict[str, Maker] = {
     "--measure": _of("rms", "peak"),
     "--natural-frequency": _of("5", "12.5", "0", "nan"),
     "--front": _of("2", "1", "x"),
+    "--via": lambda rng, place: [_pose(rng, place)],
+    "--tool-from": _of("x=0.01", "z=0.01,rx=0.1", "rz=2deg", "x=1deg", "w=1", "x=9"),
+    "--tool-to": _of("x=0.01", "y=-0.01", "rz=2deg", "x=1deg", "w=1", "x=9", "x"),
     "quiet --gravity": lambda rng, place: [",".join(_number(rng, 0.05) for _ in range(3))],
     **{
         f"--max-{kind}": lambda rng, place: [

@@ -55,7 +55,7 @@ def add_base_options(group: argparse._ArgumentGroup) -> None:
     )
     group.add_argument(
         "--base-inertia",
-        type=_inertia,
+        type=inertia,
         metavar="I|IX,IY,IZ",
         help="its moment of inertia, or three, kg m²",
     )
@@ -218,7 +218,7 @@ def _torques(text: str) -> dict[str, float]:
     return values_by_name(text, "u1=0.5,u2=2", "torque", "force")
 
 
-def _inertia(text: str) -> float | tuple[float, ...]:
+def inertia(text: str) -> float | tuple[float, ...]:
     """Parse a moment of inertia, or three."""
     values = tuple(_size("inertia")(word) for word in text.split(","))
     if len(values) not in (1, 3):

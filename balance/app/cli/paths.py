@@ -10,8 +10,16 @@ from typing import TYPE_CHECKING
 from balance.app.answers.answer import Answer, Files
 from balance.app.cli.arguments import Parser, refuse_given
 from balance.app.cli.exit_codes import DONE, NEGATIVE
+from balance.app.cli.floating_base import inertia
 from balance.app.cli.model_options import add_model_options, load_model, parse_coordinates
-from balance.app.cli.number_arguments import add_about, number_between, point, whole_number
+from balance.app.cli.number_arguments import (
+    add_about,
+    finite_quantity,
+    number_between,
+    point,
+    positive_number,
+    whole_number,
+)
 from balance.app.cli.outputs import add_page_option, add_picture_option, kind_of
 from balance.app.cli.progress import progress_bar
 
@@ -30,12 +38,14 @@ _SIZE = number_between(1e-9, 1e9)
 def add_paths(parser: Parser) -> None:
     """Add the options of the command ``paths``."""
     parser.description = (
-        "Integrates the input rates without momentum into paths, and finds poses "
-        "in which several paths meet. Exits with 0 if there is a path, 1 if there is none."
+        "Integrates the input rates without momentum into paths, and finds poses in which "
+        "several paths meet; or finds a path to a pose, or one that turns a base that floats. "
+        "Exits with 0 if there is a path, 1 if there is none."
     )
     add_model_options(parser, unused=("--spatial",))
     parser.set_defaults(run=_run)
     _add_path_options(parser.group("motion"))
+    _add_target_options(parser.group("motion"))
     _add_base_options(parser.group("base"))
     output = parser.group("output")
     output.add_argument(
@@ -106,6 +116,25 @@ def _add_path_options(group: argparse._ArgumentGroup) -> None:
     add_about(group, "the inertial origin")
 
 
+def _add_target_options(group: argparse._ArgumentGroup) -> None:
+    """Add the options of a pose to reach, and of momentum that may be left."""
+    group.add_argument(
+        "--to",
+        dest="end",
+        type=parse_coordinates,
+        metavar="U1=VALUE,…",
+        help="pose to reach from that of --from; inputs that are not named stay",
+    )
+    group.add_argument(
+        "--tolerance",
+        type=_share,
+        default=0.0,
+        metavar="5%",
+        help="part of the bodies' own momenta that may be left: follow the rates with the "
+        "least momentum as long as it is below that",
+    )
+
+
 def _add_base_options(group: argparse._ArgumentGroup) -> None:
     """Add the options of a base that floats."""
     group.add_argument(
@@ -125,6 +154,19 @@ def _add_base_options(group: argparse._ArgumentGroup) -> None:
         type=point,
         metavar="X,Y,Z",
         help="its centre of mass, metres, in the inertial frame (default 0,0,0)",
+    )
+    group.add_argument(
+        "--base-inertia",
+        type=inertia,
+        metavar="I|IX,IY,IZ",
+        help="its moment of inertia, or three, kg m², for --turn",
+    )
+    group.add_argument(
+        "--turn",
+        type=_turn,
+        metavar="ANGLE|X,Y,Z",
+        help="find a path along which a base that floats turns by this angle in the plane, or "
+        "by this rotation vector: 30deg, or 0,0,0.5; with --to, another pose is reached too",
     )
     group.add_argument(
         "--attitude",
@@ -160,8 +202,9 @@ def _refuse_exclusive_options(arguments: argparse.Namespace) -> None:
     """End the command if its options exclude each other."""
     free = arguments.base == "free"
     if not free:
-        base_options = ("base_mass", "base_com", "attitude")
+        base_options = ("base_mass", "base_com", "base_inertia", "turn", "attitude")
         refuse_given(arguments, base_options, "{}: only with --base free")
+    _refuse_for_a_pose(arguments)
     if free and arguments.base_mass is None and arguments.attitude:
         arguments.refuse("--attitude: give the mass of the base by --base-mass")
     if arguments.about is not None and arguments.kept != "moment":
@@ -177,6 +220,24 @@ def _refuse_exclusive_options(arguments: argparse.Namespace) -> None:
         arguments.refuse("--line: give two poses or more by --from")
 
 
+def _refuse_for_a_pose(arguments: argparse.Namespace) -> None:
+    """End the command if options exclude each other where a pose or a turn is to be reached."""
+    if arguments.turn is not None:
+        needed = "--turn: give the mass and the inertia of the base, and not --attitude"
+        refuse_given(arguments, ("base_mass", "base_inertia"), needed, given=False)
+        refuse_given(arguments, ("attitude",), needed)
+    elif arguments.base_inertia is not None:
+        arguments.refuse("--base-inertia: only with --turn")
+    if arguments.end is None and arguments.turn is None:
+        return
+    to = "{}: not with --to or --turn, whose path has two ends"
+    refuse_given(arguments, ("step", "motion"), to)
+    if arguments.line or arguments.tolerance:
+        arguments.refuse(to.format("--line, --tolerance"))
+    if len(arguments.starts or ()) > 1:
+        arguments.refuse("--from: one pose, with --to or --turn")
+
+
 def _find(
     arguments: argparse.Namespace, advance: Callable[[int, int], None]
 ) -> ReactionlessPaths:
@@ -188,6 +249,18 @@ def _find(
     kept: Kept = "attitude" if arguments.attitude else arguments.kept or "all"
     if arguments.balance == "force":
         kept = "force"
+    if arguments.end is not None or arguments.turn is not None:
+        from balance.motion.paths.path_to_pose import path_to_pose
+
+        return path_to_pose(
+            linkage,
+            arguments.end or {},
+            (arguments.starts or [None])[0],
+            kept="turned" if arguments.turn is not None else kept,
+            base=_base(arguments),
+            turn=arguments.turn,
+            about=arguments.about,
+        )
     return find_paths(
         linkage,
         arguments.starts or (),
@@ -198,6 +271,7 @@ def _find(
         length=arguments.length,
         step=arguments.step,
         line=arguments.line,
+        tolerance=arguments.tolerance,
         progress=advance,
     )
 
@@ -209,13 +283,31 @@ def _base(arguments: argparse.Namespace) -> FloatingBase | None:
     if arguments.base == "fixed":
         return None
     com = arguments.base_com or (0.0, 0.0, 0.0)
-    return FloatingBase(arguments.base_mass or 0.0, com=com)
+    return FloatingBase(arguments.base_mass or 0.0, arguments.base_inertia, com)
+
+
+def _share(text: str) -> float:
+    """Parse a part of 1, of ``5%`` or ``0.05``."""
+    percent = text.rstrip().endswith("%")
+    value = positive_number(text.rstrip().removesuffix("%"))
+    value = value / 100.0 if percent else value
+    if not value < 1.0:
+        raise argparse.ArgumentTypeError(f"'{text}' is not below 1: write 5% or 0.05")
+    return value
+
+
+def _turn(text: str) -> tuple[float, ...]:
+    """Parse an angle, or a rotation vector of three."""
+    values = tuple(float(finite_quantity("angle")(word)) for word in text.split(","))
+    if len(values) not in (1, 3):
+        raise argparse.ArgumentTypeError(f"'{text}' is not an angle, nor three numbers")
+    return values
 
 
 def _files(arguments: argparse.Namespace, solution: ReactionlessPaths) -> Files:
     """Find what makes the files of paths; a table needs a path."""
     from balance.app.answers.html.paths import paths_page, paths_picture
-    from balance.motion.paths.path import path_table
+    from balance.motion.paths.path import path_table, segments_table
 
     files: Files = {
         "plot": partial(paths_picture, solution, kind_of(arguments.plot)),
@@ -223,5 +315,8 @@ def _files(arguments: argparse.Namespace, solution: ReactionlessPaths) -> Files:
     }
     if not solution.paths:
         return files
+    if solution.target is not None:
+        table = partial(segments_table, solution.linkage, solution.paths)
+        return {**files, "motion_table": table}
     path = solution.paths[arguments.which - 1]
     return {**files, "motion_table": partial(path_table, solution.linkage, path)}

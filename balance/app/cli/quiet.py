@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
@@ -18,7 +18,12 @@ from balance.app.cli.number_arguments import (
     positive_number,
     whole_number,
 )
-from balance.app.cli.outputs import add_picture_option, kind_of
+from balance.app.cli.outputs import (
+    add_meshes_option,
+    add_page_option,
+    add_picture_option,
+    kind_of,
+)
 from balance.app.cli.progress import spinner
 from balance.support.options import GRAVITY
 
@@ -40,19 +45,22 @@ _LENGTH = number_between(1e-9, 1e9)
 def add_quiet(parser: Parser) -> None:
     """Add the options of the command ``quiet``."""
     parser.description = (
-        "Plans the motion from rest to rest between two poses that shakes the base least, with "
-        "the masses as they are; or the timing of a given path. Exits with 0, or with 1 if no "
-        "motion within the limits is found. Gravity counts for torques alone."
+        "Plans the motion between poses that shakes the base least, with the masses as they "
+        "are: from rest to rest, or a cycle; or the timing of a given path. Exits with 0, or "
+        "with 1 if no motion within the limits is found. Gravity counts for torques alone."
     )
     parser.add_examples(
         "balance quiet robot.urdf --to u1=0.5,u2=-0.3 --duration 0.8 --csv quiet.csv",
         "balance quiet robot.urdf --to u1=0.5 --shaking both --measure peak --max-torque 20",
+        "balance quiet robot.urdf --tool hand --tool-to x=0.2,z=-0.1 --via u1=0.4",
+        "balance quiet robot.urdf --to u1=0.5 --cycle --natural-frequency 12",
         "balance quiet robot.urdf --to u1=0.5 --straight --max-velocity 2 --front 5",
     )
     add_model_options(parser, unused=("--motion", "--balance", "--spatial"))
     parser.set_defaults(run=_run)
     group = parser.group("motion")
     _add_motion_options(group)
+    _add_tool_options(group)
     _add_objective_options(group)
     _add_limit_options(group)
     parser.group("output").add_argument(
@@ -63,11 +71,14 @@ def add_quiet(parser: Parser) -> None:
         "'balance verify --csv' reads it",
     )
     add_picture_option(parser, "write a picture of the shaking and of the inputs over time")
+    add_page_option(parser, "on which the linkage moves as planned, beside the quintic law")
+    add_meshes_option(parser)
 
 
 def _add_motion_options(group: argparse._ArgumentGroup) -> None:
     """Add the options of poses, path and duration."""
-    group.add_argument(
+    start = group.add_mutually_exclusive_group()
+    start.add_argument(
         "--from",
         dest="start",
         type=parse_coordinates,
@@ -76,12 +87,27 @@ def _add_motion_options(group: argparse._ArgumentGroup) -> None:
         help="pose to start from: displacements of inputs from the reference pose, radians and "
         "metres (default: the reference pose)",
     )
-    group.add_argument(
+    start.add_argument(
+        "--tool-from",
+        type=parse_coordinates,
+        metavar="X=VALUE,…",
+        help="pose of the tool to start from",
+    )
+    end = group.add_mutually_exclusive_group()
+    end.add_argument(
         "--to",
         dest="end",
         type=parse_coordinates,
         metavar="U1=VALUE,…",
         help="pose to reach; inputs that are not named stay",
+    )
+    end.add_argument(
+        "--tool-to",
+        type=parse_coordinates,
+        metavar="X=VALUE,…",
+        help="pose of the tool to reach: displacements x, y, z and turns rx, ry, rz from the "
+        "reference pose; directions that are not named, and inputs that it leaves free, are "
+        "chosen",
     )
     group.add_argument(
         "--duration",
@@ -107,6 +133,38 @@ def _add_motion_options(group: argparse._ArgumentGroup) -> None:
         metavar="N",
         help="with --straight or --path: print the least shaking for N durations, too, from "
         "the shortest within the limits up to that of --duration",
+    )
+
+
+def _add_tool_options(group: argparse._ArgumentGroup) -> None:
+    """Add the options of poses on the way, of cycles, and of the tool whose poses are given."""
+    group.add_argument(
+        "--via",
+        action="append",
+        type=parse_coordinates,
+        default=[],
+        metavar="U1=VALUE,…",
+        help="pose that is passed on the way, of inputs or of the tool (x=0.1,…), at a time "
+        "that the plan chooses; repeatable, in order",
+    )
+    group.add_argument(
+        "--cycle",
+        action="store_true",
+        help="return to the start and repeat, without rest, with the duration as period",
+    )
+    group.add_argument(
+        "--harmonics",
+        type=whole_number(1, 30),
+        metavar="N",
+        help="with --cycle: number of harmonics of the inputs (default 5)",
+    )
+    group.add_argument("--tool", metavar="LINK", help="link whose poses are given")
+    group.add_argument(
+        "--point",
+        type=point,
+        metavar="X,Y,Z",
+        help="its point that moves and about which it turns, in its frame, metres (default: "
+        "the origin)",
     )
 
 
@@ -209,16 +267,26 @@ def _run(arguments: argparse.Namespace) -> Answer:
 
 def _refuse_exclusive_options(arguments: argparse.Namespace) -> None:
     """End the command if its options exclude each other."""
-    if arguments.path is not None and (arguments.start or arguments.end):
+    ends = arguments.start, arguments.end, arguments.tool_from, arguments.tool_to
+    if arguments.path is not None and any(ends):
         arguments.refuse(
             "--path: leads from its first pose to its last, without --from and --to"
         )
-    if arguments.path is None and arguments.end is None:
-        arguments.refuse("give the pose to reach by --to, or a path by --path")
+    reached = arguments.end is not None or arguments.tool_to is not None
+    if arguments.path is None and not reached and not (arguments.cycle and arguments.via):
+        arguments.refuse("give the pose to reach by --to or --tool-to, or a path by --path")
+    if arguments.tool is None:
+        missing = "{}: name the tool by --tool"
+        refuse_given(arguments, ("tool_from", "tool_to", "point"), missing)
+    if arguments.harmonics is not None and not arguments.cycle:
+        arguments.refuse("--harmonics: only with --cycle")
+    if arguments.cycle and arguments.max_jerk:
+        arguments.refuse("--max-jerk: not with --cycle, whose harmonics are few")
     timing = arguments.straight or arguments.path is not None
     if timing:
         only = "{}: not with --straight or --path, whose timing alone is chosen"
-        refuse_given(arguments, ("max_jerk", "natural_frequency"), only)
+        given = ("max_jerk", "natural_frequency", "via", "cycle", "tool")
+        refuse_given(arguments, given, only)
     elif arguments.front is not None:
         arguments.refuse("--front: only with --straight or --path")
     if arguments.weight_moment is not None and arguments.shaking != "both":
@@ -228,7 +296,7 @@ def _refuse_exclusive_options(arguments: argparse.Namespace) -> None:
 def _plan(arguments: argparse.Namespace, linkage: Linkage) -> QuietMotion:
     """Plan the motion, or the timing of a path."""
     # Load the libraries only after the file is accepted.
-    from balance.motion.quiet.quiet_motion import quiet_motion
+    from balance.motion.quiet.quiet_motion import HARMONICS, quiet_motion
     from balance.motion.quiet.quiet_timing import quiet_timing
 
     duration = 1.0 if arguments.duration is None else arguments.duration
@@ -243,11 +311,17 @@ def _plan(arguments: argparse.Namespace, linkage: Linkage) -> QuietMotion:
     for kind in LIMITS:
         options[kind] = limits_by_name(linkage, getattr(arguments, f"max_{kind}"))
     if not arguments.straight and arguments.path is None:
+        _check_tool_units(linkage, (arguments.tool_from, arguments.tool_to, *arguments.via))
+        tool = arguments.tool
         return quiet_motion(
             linkage,
-            arguments.start,
-            arguments.end,
+            arguments.tool_from or arguments.start,
+            arguments.tool_to or arguments.end,
             duration,
+            via=arguments.via,
+            tool=tool if arguments.point is None else (tool, arguments.point),
+            cycle=arguments.cycle,
+            harmonics=arguments.harmonics or HARMONICS,
             frequencies=arguments.natural_frequency,
             **options,
         )
@@ -264,6 +338,25 @@ def _plan(arguments: argparse.Namespace, linkage: Linkage) -> QuietMotion:
     return quiet_timing(linkage, ends, duration, front=front, **options)
 
 
+def _check_tool_units(linkage: Linkage, poses: Sequence[Mapping[str, float] | None]) -> None:
+    """Refuse an angle of a shift of the tool, and a length of a turn.
+
+    Raises:
+        PoseError: a unit does not fit.
+    """
+    from balance.support.units import UnitNumber
+    from kinematics.closure.assembly.tool_frame import DIRECTIONS
+    from kinematics.errors import PoseError
+
+    for name, value in (pair for pose in poses for pair in (pose or {}).items()):
+        if name not in DIRECTIONS or name in linkage.inputs:
+            continue
+        wanted = "length" if name in DIRECTIONS[:3] else "angle"
+        if isinstance(value, UnitNumber) and value.quantity != wanted:
+            article = {"length": "a length, such as 20mm", "angle": "an angle, such as 30deg"}
+            raise PoseError(f"{linkage.source}: {name} of the tool is {article[wanted]}")
+
+
 def limits_by_name(
     linkage: Linkage, given: Sequence[tuple[str, float]]
 ) -> dict[str, float] | None:
@@ -277,6 +370,10 @@ def limits_by_name(
 def _files(arguments: argparse.Namespace, plan: QuietMotion) -> Files:
     """Find what makes the files of a plan; a table needs a motion within the limits."""
     from balance.app.answers.html.quiet import quiet_picture
+    from balance.app.answers.html.quiet_page import quiet_page
 
-    files: Files = {"plot": partial(quiet_picture, plan, kind_of(arguments.plot))}
+    files: Files = {
+        "plot": partial(quiet_picture, plan, kind_of(arguments.plot)),
+        "html": partial(quiet_page, plan, meshes=not arguments.no_meshes),
+    }
     return {**files, "motion_table": plan.table} if plan.found else files

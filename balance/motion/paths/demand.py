@@ -10,7 +10,7 @@ from balance.motion.floating_base.base import FloatingBase
 from kinematics.errors import UsageError
 from kinematics.wording import vector_text
 
-Kept = Literal["all", "moment", "force", "attitude"]
+Kept = Literal["all", "moment", "force", "attitude", "turned"]
 
 
 @dataclass(frozen=True)
@@ -24,7 +24,9 @@ class Demand:
     - ``"force"``: p;
     - ``"attitude"``: the base floats and translates with ``v = -p / m``, which leaves no linear
       momentum, but does not turn: ``ξ - c × p`` with mass m and centre of mass c of linkage and
-      base together.
+      base together;
+    - ``"turned"``: nothing of it: the base floats, and turns so that no momentum is left; paths
+      to a pose turn it by a given rotation.
 
     Attributes:
         kept: one of these.
@@ -32,11 +34,14 @@ class Demand:
             fixed.
         about: point (3,) of the moment alone, fixed in the inertial frame, metres; None for the
             inertial origin.
+        tolerance: part of the bodies' own momenta that may be left along a path; 0 for
+            round-off.
     """
 
     kept: Kept = "all"
     base: FloatingBase | None = None
     about: tuple[float, float, float] | None = None
+    tolerance: float = 0.0
 
     def check(self) -> None:
         """Check that the parts fit together.
@@ -44,8 +49,10 @@ class Demand:
         Raises:
             UsageError: they do not.
         """
-        if self.kept == "attitude" and self.base is None:
+        if self.kept in ("attitude", "turned") and self.base is None:
             raise UsageError("the attitude is that of a base that floats: give its mass too")
+        if self.kept == "turned" and self.base is not None:
+            self.base.check()
         if self.kept in ("moment", "force") and self.base is not None:
             raise UsageError(
                 f"a base that floats has no {self.kept}-only paths: keep all of it at rest, or "
@@ -55,6 +62,8 @@ class Demand:
             self.kept != "moment" or not all(map(isfinite, self.about))
         ):
             raise UsageError("a point of three finite coordinates goes with the moment alone")
+        if not 0.0 <= self.tolerance < 1.0:
+            raise UsageError("a tolerance is a part of the momenta, from 0 up to 1")
         if self.base is not None and not (
             0.0 <= self.base.mass < float("inf") and all(map(isfinite, self.base.com))
         ):
@@ -63,10 +72,16 @@ class Demand:
     @property
     def words(self) -> str:
         """What is at rest, in words."""
+        if self.tolerance:
+            return f"{self._words}, within {self.tolerance:.3g} of the bodies' own momenta"
+        return self._words
+
+    @property
+    def _words(self) -> str:
+        """What is at rest, without the tolerance."""
         if self.base is not None:
-            return "the base floats; " + (
-                "it does not turn" if self.kept == "attitude" else "all of it stays at rest"
-            )
+            words = {"attitude": "it does not turn", "turned": "it turns as is asked for"}
+            return "the base floats; " + words.get(self.kept, "all of it stays at rest")
         return {
             "all": "no shaking force, no shaking moment",
             "moment": f"no shaking moment about {self._point}",

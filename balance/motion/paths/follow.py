@@ -37,6 +37,7 @@ from balance.motion.paths.rest_equations import RestEquations, RowsAtPose
 from kinematics.errors import PoseError
 from kinematics.numerics.array_types import Array
 from kinematics.numerics.integration import Integration, StalledError
+from kinematics.wording import number_text
 
 Dense = Callable[[float], Array]
 
@@ -169,7 +170,8 @@ class _Walk:
         """Start without pieces and events."""
         self.equations, self.direction, self.length = equations, direction, length
         self.watch = _Watch(equations, direction, limits)
-        self.ahead = _MeetingAhead(equations) if direction.dimension == 1 else None
+        exact = direction.dimension == 1 and not equations.demand.tolerance
+        self.ahead = _MeetingAhead(equations) if exact else None
         self.pieces: list[tuple[float, Dense]] = []
         self.events: list[PathEvent] = []
         self.longest, self.retries = LONGEST_STEP, 0
@@ -300,7 +302,14 @@ class _Watch:
                 s = self._root(partial(_above, int(j), float(bound)), first, last, dense)
                 name = self.equations.linkage.joints[j].name
                 events.append(PathEvent("limit", s, f"{name} is at its limit"))
-        if self._momentum(here) > PATH_MOMENTUM:
+        tolerance = self.equations.demand.tolerance
+        if tolerance and self._share(here) > tolerance:
+            s = self._root(
+                lambda q: self._share(self.equations.at(q)) - tolerance, first, last, dense
+            )
+            text = f"the momentum reaches {number_text(tolerance, '.3g')} of the bodies' own"
+            events.append(PathEvent("momentum", s, text))
+        elif not tolerance and self._momentum(here) > PATH_MOMENTUM:
             events.append(PathEvent("momentum", first, "no direction without reaction is left"))
         return min(events, key=lambda event: event.s, default=None)
 
@@ -309,6 +318,10 @@ class _Watch:
         tangent = self.direction.tangent(here)
         size = here.scale * float(np.linalg.norm(tangent)) or 1.0
         return float(np.linalg.norm(here.rows @ tangent)) / size
+
+    def _share(self, here: RowsAtPose) -> float:
+        """Compute the momentum along the tangent over that of the bodies at these rates."""
+        return self.equations.share(here, self.direction.tangent(here))
 
     def lost(self, q: Array, s: float) -> PathEvent:
         """Name a pose beyond which the loops do not close, or branches of the linkage meet."""
@@ -339,6 +352,8 @@ class _Watch:
     ) -> Array | None:
         """Return the rows that the equations keep, if they turn over within a step."""
         if self.direction.dimension != 1 or before.rows.shape[1] < 2:
+            return None
+        if self.equations.demand.tolerance:
             return None
         U = np.linalg.svd(before.rows)[0][:, : before.rows.shape[1] - 1]
         sizes = [

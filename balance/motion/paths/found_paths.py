@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 from balance.motion.paths.demand import Demand
 from balance.motion.paths.path import ReactionlessPath
@@ -10,7 +11,7 @@ from balance.support.result_files import WithPage, WithPicture
 from kinematics.model.linkage import Linkage, Notice
 from kinematics.model.motion import Motion
 from kinematics.numerics.array_types import Array
-from kinematics.wording import count_noun, repr_lines
+from kinematics.wording import count_noun, number_text, repr_lines
 
 SCHEMA = "balance.paths/1"
 
@@ -54,6 +55,27 @@ class StartPose:
         }
 
 
+class PathTarget(NamedTuple):
+    """What a path should reach.
+
+    Attributes:
+        u: displacements of the inputs (mobility,), rad and m.
+        turn: rotation vector of a base that turns (3,), rad; None if it does not.
+        reason: why the pose is not reached on one smooth path; empty if it is.
+    """
+
+    u: Array
+    turn: Array | None
+    reason: str
+
+    def to_dict(self) -> dict[str, object]:
+        """Return plain data for JSON."""
+        return {
+            "inputs": self.u.tolist(),
+            "turn": None if self.turn is None else self.turn.tolist(),
+        }
+
+
 @dataclass(frozen=True, eq=False)
 class ReactionlessPaths(WithPage, WithPicture):
     """Result of `find_paths`.
@@ -68,6 +90,8 @@ class ReactionlessPaths(WithPage, WithPicture):
         meetings: poses in which several paths meet, within the length of a path.
         paths: the paths.
         notices: remarks for the user.
+        target: the pose to reach, if one is given; the paths are then the segments to it, in
+            order.
     """
 
     page_maker = "paths:paths_page"
@@ -82,6 +106,7 @@ class ReactionlessPaths(WithPage, WithPicture):
     meetings: tuple[StartPose, ...]
     paths: tuple[ReactionlessPath, ...]
     notices: tuple[Notice, ...]
+    target: PathTarget | None = None
 
     def __repr__(self) -> str:
         """Two lines: the dimension, and the paths."""
@@ -103,6 +128,13 @@ class ReactionlessPaths(WithPage, WithPicture):
         """Why there is no path; empty if there is one."""
         if self.paths:
             return ""
+        if self.target is not None:
+            return self.target.reason
+        if self.demand.tolerance:
+            return (
+                "the least momentum in all starts is above "
+                f"{number_text(self.demand.tolerance, '.3g')} of the bodies' own"
+            )
         if any(start.kind == "isolated" for start in self.starts):
             return "rates without reaction exist in the pose, but no path leaves it along one"
         return (
@@ -118,6 +150,7 @@ class ReactionlessPaths(WithPage, WithPicture):
             "model": self.linkage.name,
             "at": self.linkage.at,
             "kept": self.demand.kept,
+            "tolerance": self.demand.tolerance,
             "about": None if self.demand.about is None else list(self.demand.about),
             "base": None if base is None else {"mass": base.mass, "com": list(base.com)},
             "motion": [] if self.motion is None else list(self.motion.relations),
@@ -128,6 +161,7 @@ class ReactionlessPaths(WithPage, WithPicture):
             "poses": self.poses,
             "starts": [start.to_dict() for start in self.starts],
             "meetings": [start.to_dict() for start in self.meetings],
+            "target": None if self.target is None else self.target.to_dict(),
             "paths": [path.to_dict() for path in self.paths],
             "reason": self.reason or None,
             "warnings": [notice._asdict() for notice in self.notices],

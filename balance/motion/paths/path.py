@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -49,6 +50,8 @@ class ReactionlessPath:
             with the rates of a spline of degree five through the samples.
         closure: largest closure residual, radians and characteristic lengths.
         events: ends and meetings, in order of s.
+        attitude: rotation vectors of a base that turns (N, 3), rad; None if it does not.
+        allowed: momentum up to which the path counts as one without reaction.
     """
 
     start: int
@@ -60,6 +63,8 @@ class ReactionlessPath:
     momentum: Array
     closure: float
     events: tuple[PathEvent, ...]
+    attitude: Array | None = None
+    allowed: float = PATH_MOMENTUM
 
     def __repr__(self) -> str:
         """One line: its extent, and the largest momentum."""
@@ -82,7 +87,7 @@ class ReactionlessPath:
     @property
     def reactionless(self) -> bool:
         """Whether the momentum vanishes at every sample."""
-        return self.residual <= PATH_MOMENTUM
+        return self.residual <= self.allowed
 
     @property
     def length(self) -> float:
@@ -101,6 +106,7 @@ class ReactionlessPath:
             "s": self.s.tolist(),
             "inputs": self.u.tolist(),
             "joints": self.q.tolist(),
+            "attitude": None if self.attitude is None else self.attitude.tolist(),
         }
 
 
@@ -126,7 +132,10 @@ def sample_path(
     momentum = np.linalg.norm(h, axis=1) / np.where(magnitudes > 0.0, magnitudes, 1.0)
     closure = max(forward_kinematics(chain, pose).error for pose in q)
     middle, units = int(np.argmin(np.abs(s))), chain.units[inputs]
-    rates = (y - _correction(rows, h, magnitudes)) @ equations.basis.T * units
+    tolerance = equations.demand.tolerance
+    if not tolerance:
+        y = y - _correction(rows, h, magnitudes)
+    rates = y @ equations.basis.T * units
     return ReactionlessPath(
         start,
         freeze(rates[middle]),
@@ -137,6 +146,7 @@ def sample_path(
         freeze(momentum),
         closure,
         events,
+        allowed=max(PATH_MOMENTUM, tolerance),
     )
 
 
@@ -229,3 +239,28 @@ def path_table(linkage: Linkage, path: ReactionlessPath, duration: float = DURAT
     """
     names = ["time", *linkage.inputs, *rate_columns(linkage)]
     return csv_table(names, _timed_inputs(path, duration))
+
+
+def segments_table(linkage: Linkage, segments: Sequence[ReactionlessPath]) -> bytes:
+    """Write a motion along segments as a table that ``balance verify --csv`` reads.
+
+    Each takes `DURATION`, along ``630 ∫ τ⁴ (1 - τ)⁴ dτ`` of its length, so that four
+    derivatives vanish where two meet, and a spline through the displacements is smooth there.
+
+    Args:
+        segments: each begins where the one before it ends.
+    """
+    from scipy.interpolate import make_interp_spline
+
+    if len(segments) == 1:
+        return path_table(linkage, segments[0])
+    tau = np.linspace(0.0, 1.0, TIMED_SAMPLES[0])
+    way = tau**5 * (126.0 + tau * (-420.0 + tau * (540.0 + tau * (-315.0 + 70.0 * tau))))
+    times, inputs = [], []
+    for k, path in enumerate(segments):
+        s = np.clip(path.s[0] + path.length * way, path.s[0], path.s[-1])
+        u = make_interp_spline(path.s, path.u, k=DEGREE)(s)
+        times.append(DURATION * (k + tau)[k > 0 :])
+        inputs.append(u[k > 0 :])
+    columns = np.concatenate(times), np.concatenate(inputs)
+    return csv_table(["time", *linkage.inputs], columns)

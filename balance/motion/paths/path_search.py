@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -24,6 +25,7 @@ from kinematics.loading.model_gallery import LinkageLike, as_linkage
 from kinematics.model.linkage import Linkage
 from kinematics.model.motion import Motion, motion_of
 from kinematics.numerics.array_types import Array
+from kinematics.numerics.linalg.ties import first_largest
 from kinematics.wording import number_text
 
 # Length of a path to either side of its start, radians and characteristic lengths.
@@ -39,6 +41,8 @@ WALK = 4
 SEED = 11
 # Distance up to which a meeting of paths near a start is a start of its own.
 NEAR = 0.01
+# The same up to which they are one.
+SAME_MEETING = 1e-6
 # How often the samples of a path are doubled until the momentum at them is round-off: up to
 # this part of the bodies' own.
 REFINEMENTS = 5
@@ -56,6 +60,7 @@ def find_paths(
     length: float = LENGTH,
     step: float | None = None,
     line: int = 0,
+    tolerance: float = 0.0,
     progress: Callable[[int, int], None] | None = None,
 ) -> ReactionlessPaths:
     """Find paths along which a linkage leaves its base at rest.
@@ -80,6 +85,9 @@ def find_paths(
         step: arc length between samples; 0.005 by default.
         line: number of further starts between each two of the given ones, on the straight line
             of the inputs.
+        tolerance: part of the bodies' own momenta that may be left: with one, the rates with
+            the least momentum are followed as long as it is below that part, for masses that
+            have no paths without any.
         progress: called with the number of starts done and of all.
 
     Returns:
@@ -104,8 +112,9 @@ def find_paths(
     if not 0.0 < length < np.inf or (step is not None and not 0.0 < step < np.inf):
         raise UsageError("the length of a path and its step are positive numbers")
     relations = motion_of(linkage, motion)
-    equations = RestEquations(linkage, Demand(kept, base, about), relations)
-    here = [_start(equations, u) for u in _poses(linkage, starts, line)]
+    demand = Demand(kept, base, about, tolerance)
+    equations = RestEquations(linkage, demand, relations)
+    here = [start_pose(equations, u) for u in _poses(linkage, starts, line)]
     search = _Search(equations, here, length, step)
     for k in range(len(here)):
         search.run(k)
@@ -142,7 +151,7 @@ def _poses(
     return poses
 
 
-def _start(equations: RestEquations, u: Array) -> RowsAtPose:
+def start_pose(equations: RestEquations, u: Array) -> RowsAtPose:
     """Close the loops at a start.
 
     Raises:
@@ -183,9 +192,10 @@ class _Search:
         self.starts: list[StartPose] = []
         self.meetings: list[StartPose] = []
         self.paths: list[ReactionlessPath] = []
-        looked = [*here, *_poses_around(equations, here[0])]
-        self.poses = len(looked)
-        self.generic = min(null_basis(pose)[0].shape[1] for pose in looked)
+        self.generic, self.poses = generic_dimension(equations, *here)
+        if self.generic:
+            # There are paths that leave nothing.
+            equations.demand = replace(equations.demand, tolerance=0.0)
 
     def run(self, number: int) -> None:
         """Find the paths of one start, and of a meeting of paths close to it."""
@@ -195,11 +205,11 @@ class _Search:
             met = meeting_pose(self.equations, here, self.generic, 2.0 * self.length)
         if met is not None:
             tangents = tangent_directions(self.equations, met[0], self.generic)
-            self._note_meeting(self._record(met[0], tangents, met[1]))
+            self._note_meeting(record_pose(self.equations, met[0], tangents, met[1]))
         if met is not None and met[1] <= NEAR:
-            self._follow(*met)
+            self.follow(*met)
         else:
-            self._follow(here, 0.0)
+            self.follow(here, 0.0)
 
     def _note_meeting(self, pose: StartPose) -> None:
         """Keep a meeting, unless it is known."""
@@ -207,21 +217,9 @@ class _Search:
         if not any(matches):
             self.meetings.append(pose)
 
-    def _record(self, here: RowsAtPose, tangents: Tangents, distance: float) -> StartPose:
-        """Make the data of a pose."""
-        equations = self.equations
-        N, _, values = null_basis(here)
-        q = here.q * equations.chain.units
-        inputs = equations.linkage.positions_of(equations.linkage.inputs)
-        directions = tangents.directions @ equations.basis.T * equations.units
-        kind = tangents.kind if N.shape[1] else "none"
-        return StartPose(
-            q[inputs], q, values, N.shape[1], kind, directions, tangents.family, distance
-        )
-
-    def _follow(self, here: RowsAtPose, distance: float) -> None:
+    def follow(self, here: RowsAtPose, distance: float) -> None:
         """Follow all paths through a pose."""
-        tangents = tangent_directions(self.equations, here, self.generic)
+        tangents = self._tangents(here)
         number = len(self.starts)
         kept = []
         for v in tangents.directions:
@@ -232,14 +230,25 @@ class _Search:
         directions = tangents.directions[np.array(kept, dtype=bool)]
         kind = "isolated" if len(kept) and not any(kept) else tangents.kind
         tangents = tangents._replace(kind=kind, directions=directions)
-        self.starts.append(self._record(here, tangents, distance))
+        self.starts.append(record_pose(self.equations, here, tangents, distance))
+
+    def _tangents(self, here: RowsAtPose) -> Tangents:
+        """Find the directions of paths through a pose; with a tolerance, the quietest one."""
+        tolerance = self.equations.demand.tolerance
+        if tolerance:
+            quietest = np.linalg.svd(here.rows, full_matrices=True)[2][-1:]
+            quietest = quietest * np.sign(quietest[0, first_largest(np.abs(quietest[0]))])
+            if self.equations.share(here, quietest[0]) > tolerance:
+                return Tangents("isolated", quietest[:0], 0)
+            return Tangents("regular", quietest, 1)
+        return tangent_directions(self.equations, here, self.generic)
 
     def _path(
         self, number: int, here: RowsAtPose, v: Array, regular: bool
     ) -> ReactionlessPath | None:
         """Follow one path to both sides; None if none leaves along the direction."""
         if regular:
-            middle, dimension = None, self.generic
+            middle, dimension = None, max(self.generic, 1)
             ends = [(here.q, sign * v, 0.0) for sign in (1.0, -1.0)]
         else:
             curve = solve_local_curve(self.equations, here, v)
@@ -289,6 +298,54 @@ class _Search:
         for k in np.flatnonzero(~inside):
             q[k] = self.equations.close(arcs[int(s[k] < 0.0)].positions(abs(float(s[k]))))
         return q
+
+
+def paths_through(
+    equations: RestEquations, here: RowsAtPose, length: float
+) -> tuple[list[ReactionlessPath], list[RowsAtPose]]:
+    """Follow all paths through a pose, and find the meetings of paths on them.
+
+    Args:
+        length: arc length to either side.
+    """
+    search = _Search(equations, [here], length, None)
+    met = meeting_pose(equations, here, search.generic, SAME_MEETING)
+    search.follow(*(met or (here, 0.0)))
+    meetings = []
+    for path in search.paths:
+        for event in path.events:
+            if event.kind != "meeting" or abs(event.s) <= SAME_MEETING:
+                continue
+            k = int(np.abs(path.s - event.s).argmin())
+            near = equations.at(equations.close(path.q[k] / equations.chain.units))
+            meeting = meeting_pose(equations, near, search.generic, NEAR)
+            if meeting is not None:
+                meetings.append(meeting[0])
+    return search.paths, meetings
+
+
+def record_pose(
+    equations: RestEquations, here: RowsAtPose, tangents: Tangents, distance: float
+) -> StartPose:
+    """Make the data of a pose."""
+    N, _, values = null_basis(here)
+    q = here.q * equations.chain.units
+    inputs = equations.linkage.positions_of(equations.linkage.inputs)
+    directions = tangents.directions @ equations.basis.T * equations.units
+    kind = tangents.kind if N.shape[1] or len(tangents.directions) else "none"
+    return StartPose(
+        q[inputs], q, values, N.shape[1], kind, directions, tangents.family, distance
+    )
+
+
+def generic_dimension(equations: RestEquations, *here: RowsAtPose) -> tuple[int, int]:
+    """Compute the dimension of the null space in general, and by how many poses.
+
+    Args:
+        here: the equations at poses; others are around the first one.
+    """
+    looked = [*here, *_poses_around(equations, here[0])]
+    return min(null_basis(pose)[0].shape[1] for pose in looked), len(looked)
 
 
 def _poses_around(equations: RestEquations, start: RowsAtPose) -> list[RowsAtPose]:

@@ -155,6 +155,11 @@ class RestEquations:
         magnitudes = np.linalg.norm(np.einsum("kw,krwb->krb", rates, bodies), axis=1)
         return np.array(rows), magnitudes.sum(axis=1)
 
+    def share(self, here: RowsAtPose, rates: Array) -> float:
+        """Compute the momentum at rates of the coordinates (w,) over the bodies' own."""
+        rows, own = self.along(here.q[None], (self.basis @ rates)[None])
+        return float(np.linalg.norm(rows[0] @ rates) / (own[0] or 1.0))
+
     def derivative(self, q: Array) -> Array:
         """Compute the derivatives ∂_i A_w along all coordinates at a closed pose.
 
@@ -185,13 +190,15 @@ class RestEquations:
         """Select the rows of momenta ``[ξ; p]`` (6, ...), the moment about a centre."""
         if self.demand.kept == "all":
             return h
+        if self.demand.kept == "turned":
+            return h[:0]
         if self.demand.kept == "force":
             return h[3:]
         return np.asarray(h[:3] - np.tensordot(skew(centre), h[3:], axes=1))
 
     def _select_sizes(self, magnitudes: Array, centre: Array) -> Array:
         """Select rows of sums of sizes (6, w), which add up about another centre too."""
-        if self.demand.kept in ("all", "force"):
+        if self.demand.kept in ("all", "force", "turned"):
             return self._select(magnitudes, centre)
         return np.asarray(magnitudes[:3] + np.abs(skew(centre)) @ magnitudes[3:])
 

@@ -18,7 +18,8 @@ from balance.motion.verification.given_motions import table_of_motion
 from balance.motion.verification.input_paths import InputPath
 from balance.motion.verification.shaking_wrench import move_wrenches
 from balance.motion.verification.trajectory import Trajectory, drive
-from balance.support.result_files import WithPicture
+from balance.support.options import GRAVITY
+from balance.support.result_files import WithPage, WithPicture
 from kinematics.model.linkage import Linkage, Notice
 from kinematics.numerics.array_types import Array
 from kinematics.wording import number_text, repr_lines, size_text
@@ -84,17 +85,19 @@ class MotionFigures(NamedTuple):
 
 
 class ComparedLaw(NamedTuple):
-    """A law on the straight line between the poses, for comparison.
+    """A law on the straight lines between the poses, or on the given path, for comparison.
 
     Attributes:
         name: ``"quintic"`` or ``"trapezoidal"``.
         figures: what it shakes; None if its loops cannot be closed.
         exceeded: the limit that it exceeds most, or None.
+        path: the motion of the inputs.
     """
 
     name: str
     figures: MotionFigures | None
     exceeded: LimitExceeded | None
+    path: InputPath
 
     @property
     def within(self) -> bool:
@@ -102,8 +105,27 @@ class ComparedLaw(NamedTuple):
         return self.figures is not None and self.exceeded is None
 
 
+class PassedPoint(NamedTuple):
+    """A pose that a motion passes on its way, or at an end that a tool leaves free.
+
+    Attributes:
+        time: seconds.
+        u: displacements of the inputs there (inputs,).
+        tool: the coordinates of the tool that are asked for, in words; empty if the inputs
+            are.
+    """
+
+    time: float
+    u: Array
+    tool: str
+
+    def to_dict(self) -> dict[str, object]:
+        """Return plain data for JSON."""
+        return {"time": self.time, "inputs": self.u.tolist(), "tool": self.tool or None}
+
+
 @dataclass(frozen=True, eq=False)
-class QuietMotion(WithPicture):
+class QuietMotion(WithPage, WithPicture):
     """Result of `quiet_motion` and `quiet_timing`.
 
     Attributes:
@@ -112,7 +134,7 @@ class QuietMotion(WithPicture):
         limits: of the inputs.
         duration: seconds.
         start: displacements of the inputs at the start (inputs,).
-        end: at the end.
+        end: at the end; of a cycle, again those at the start.
         frequencies: of the base, Hz, that are not excited.
         convex: whether a convex program found a motion within the limits, so that no other
             timing shakes less.
@@ -126,8 +148,12 @@ class QuietMotion(WithPicture):
         shortest: the shortest duration of the path within the limits, seconds, if computed.
         front: durations, and the size of the least shaking in each.
         notices: remarks for the user.
+        passed: poses that are passed on the way, in order; all poses of a cycle.
+        harmonics: of a cycle; None if the motion is from rest to rest.
+        gravity: acceleration (3,), m/s², for torques alone.
     """
 
+    page_maker = "quiet_page:quiet_page"
     picture_maker = "quiet:quiet_picture"
 
     linkage: Linkage
@@ -148,6 +174,9 @@ class QuietMotion(WithPicture):
     shortest: float | None = None
     front: tuple[tuple[float, float], ...] = ()
     notices: tuple[Notice, ...] = ()
+    passed: tuple[PassedPoint, ...] = ()
+    harmonics: int | None = None
+    gravity: tuple[float, ...] = GRAVITY
 
     def __repr__(self) -> str:
         """Two lines: the linkage, and the verdict."""
@@ -211,7 +240,8 @@ class QuietMotion(WithPicture):
         if self.convex:
             return f"optimal: no other timing of this path shakes less than {value}"
         if self.bound is None:
-            return f"{self.verdict}: {value}; no bound is known for the moment"
+            reason = " for the moment" if self.objective.part == "moment" else ""
+            return f"{self.verdict}: {value}; no bound is known{reason}"
         if self.at_bound:
             return (
                 f"optimal: {value}, within {number_text(BOUND_REACHED, '.0%')} of the bound "
@@ -265,6 +295,8 @@ class QuietMotion(WithPicture):
             "duration": self.duration,
             "from": self.start.tolist(),
             "to": self.end.tolist(),
+            "passed": [point.to_dict() for point in self.passed],
+            "harmonics": self.harmonics,
             "minimised": {
                 "part": self.objective.part,
                 "measure": self.objective.measure,

@@ -9,6 +9,17 @@ moving mass m has less shaking force than a straight line of the centre of mass:
 (S. Briot, V. Arakelian, J.-P. Le Baron, Shaking force minimization of high-speed robots via
 centre of mass acceleration control, Mech. Mach. Theory 57, 2012.) Whether the inputs can make
 such a motion depends on the linkage and on its limits.
+
+The same holds for any two poses, d apart, that a motion from rest to rest passes: with
+|a| ≤ A its speed is at most A min(t, T - t), which adds up to A T²/4; and √12 is that of the
+whole duration, for the Green's function of the speed is positive. A cycle of the duration T
+passes two poses that are d apart with
+
+    peak ≥ 16 m d / T²        rms ≥ 8 √3 m d / T²,
+
+for ``d = ∫ (G - c) a dt`` with the periodic triangle G of the height t₁ (T - t₁) / T, where t₁
+is the time between the poses: with its mean c ``∫ |G - c|`` is t₁ (T - t₁) / 4, and
+``∫ (G - c)²`` is t₁² (T - t₁)² / (12 T), both largest for t₁ = T/2.
 """
 
 from __future__ import annotations
@@ -20,24 +31,32 @@ from balance.motion.quiet.objective import Measure
 from balance.motion.quiet.sampled_loads import SampledLinkage, SampledPoses
 from kinematics.numerics.array_types import Array
 
-# Factors of m d / T².
+# Factors of m d / T², and by how much those of cycles are larger.
 LEAST = {"peak": 4.0, "rms": np.sqrt(12.0)}
+OF_CYCLES = 4.0
 # Steps of the fit of a motion to the law, and weight of the change of the inputs in it.
 STEPS = 8
 INPUT_WEIGHT = 1e-3
 
 
 def force_bound(
-    model: SampledLinkage, ends: SampledPoses, duration: float, measure: Measure
+    model: SampledLinkage,
+    passed: SampledPoses,
+    duration: float,
+    measure: Measure,
+    cycle: bool = False,
 ) -> float:
-    """Compute the least shaking force of any motion from rest to rest, newtons.
+    """Compute the least shaking force of any motion that passes some poses, newtons.
 
     Args:
-        ends: the two poses.
+        passed: two poses or more; the motion rests in the first and the last.
         duration: T, seconds.
+        cycle: whether it is a cycle, which does not rest.
     """
-    start, end = model.com(ends)
-    return float(LEAST[measure] * model.mass * np.linalg.norm(end - start) / duration**2)
+    com = model.com(passed)
+    distance = np.linalg.norm(com[:, None] - com, axis=2).max()
+    factor = LEAST[measure] * (OF_CYCLES if cycle else 1.0)
+    return float(factor * model.mass * distance / duration**2)
 
 
 def _law_shares(measure: Measure, tau: Array) -> Array:

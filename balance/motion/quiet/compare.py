@@ -9,14 +9,22 @@ import numpy as np
 from balance.motion.motion_tolerances import (
     QUIET_EXCITED,
     QUIET_LIMIT_EXCEEDED,
+    QUIET_POSE_MISSED,
     QUIET_STEP_GAIN,
     SHAKING_RELATIVE,
 )
 from balance.motion.quiet.answer import ComparedLaw, MotionFigures, QuietMotion
 from balance.motion.quiet.com_law import force_bound
 from balance.motion.quiet.convex_steps import QuietProblem
-from balance.motion.quiet.limits import EXCITATION, InputLimits, LimitExceeded, worst_limit
+from balance.motion.quiet.limits import (
+    EXCITATION,
+    POSE,
+    InputLimits,
+    LimitExceeded,
+    worst_limit,
+)
 from balance.motion.quiet.motion_space import PlannedPath
+from balance.motion.quiet.passed_poses import misses
 from balance.motion.quiet.problem import nearest_poses
 from balance.motion.quiet.sampled_loads import SampledPoses
 from balance.motion.verification.input_paths import InputPath
@@ -74,6 +82,9 @@ def compare_with_laws(
     line: SampledPoses,
     *,
     convex: bool = False,
+    passed: SampledPoses | None = None,
+    at: Array | None = None,
+    cycle: bool = False,
 ) -> QuietMotion:
     """Measure a plan beside the laws, and keep the quietest that is within the limits.
 
@@ -84,6 +95,9 @@ def compare_with_laws(
         laws: those of `LAWS` between the same poses.
         line: closed poses of the laws.
         convex: whether the plan is the minimum of a convex program.
+        passed: closed poses that every motion passes; by default the ends of the line.
+        at: times at which the plan passes the poses of the problem.
+        cycle: whether it is a cycle.
     """
     model, objective, limits = problem.model, problem.objective, problem.limits
     measured = measure_path(problem, duration, path, nearby)
@@ -91,25 +105,27 @@ def compare_with_laws(
     (after, excess), name = measured, "planned"
     exceeded = exceeded_limit(model.linkage, limits, excess)
     exceeded = exceeded or _excited_frequency(problem, duration, path, nearby)
+    exceeded = exceeded or _missed_pose(problem, path, at, nearby)
     convex = convex and exceeded is None
     round_off = SHAKING_RELATIVE * problem.inertia_force
     compared = []
     for law_name, law in zip(LAWS, laws, strict=True):
         figures = measure_path(problem, duration, law, line)
         if figures is None:
-            compared.append(ComparedLaw(law_name, None, None))
+            compared.append(ComparedLaw(law_name, None, None, law))
             continue
         beyond = exceeded_limit(model.linkage, limits, figures[1])
-        compared.append(ComparedLaw(law_name, figures[0], beyond))
+        compared.append(ComparedLaw(law_name, figures[0], beyond, law))
         less = after.value > round_off and figures[0].value < LAW_GAIN * after.value
         quieter = exceeded is not None or less
         if beyond is None and quieter and not problem.frequencies:
             path, after, exceeded, name = law, figures[0], None, law_name
     inputs = model.linkage.positions_of(model.linkage.inputs)
     bound = None
-    if objective.part != "moment":
-        ends = SampledPoses(*(part[[0, -1]] for part in line))
-        bound = force_bound(model, ends, duration, objective.measure)
+    if passed is None:
+        passed = SampledPoses(*(part[[0, -1]] for part in line))
+    if objective.part != "moment" and len(passed.q) > 1:
+        bound = force_bound(model, passed, duration, objective.measure, cycle)
     return QuietMotion(
         model.linkage,
         objective,
@@ -127,6 +143,7 @@ def compare_with_laws(
         exceeded,
         problem.inertia_force,
         notices=model.linkage.notices,
+        gravity=tuple(model.gravity.tolist()),
     )
 
 
@@ -140,6 +157,22 @@ def exceeded_limit(
     """
     within = bool(excess.max() <= QUIET_LIMIT_EXCEEDED)
     return None if within else worst_limit(linkage, limits, excess)
+
+
+def _missed_pose(
+    problem: QuietProblem, path: InputPath, at: Array | None, nearby: SampledPoses
+) -> LimitExceeded | None:
+    """Name the pose that a motion misses most; None if it passes all."""
+    if not problem.passes or at is None:
+        return None
+    u = path.at(at)[0]
+    known = nearest_poses(problem, nearby, u)
+    off = misses(problem, path, at, known, at)
+    sizes = np.full(len(at), np.inf) if off is None else off.sizes
+    worst = int(np.argmax(sizes))
+    if sizes[worst] <= QUIET_POSE_MISSED:
+        return None
+    return LimitExceeded(POSE, f"pose {worst + 1}", 0.0, float(sizes[worst]))
 
 
 def _excited_frequency(

@@ -10,8 +10,10 @@ by their first-order change and solves
 by a conic program (of a root mean square, ``½ (mean |r + J Δy|² / v + v)`` with its value v,
 which is at least the root, instead of t), and keeps the step if the shaking itself falls
 (R. Fletcher, A model algorithm for composite nondifferentiable optimization problems, 1982).
-With μ large, the excess s over limits vanishes if a motion within them is near. The small ε
-chooses, among motions of a redundant arm that shake alike, one of small accelerations. The end
+With μ large, the excess s over limits vanishes if a motion within them is near. Poses that are
+passed (`balance.motion.quiet.passed_poses`) are missed by a size with the same price; the times
+at which they are passed are further unknowns. The small ε chooses, among motions of a redundant
+arm that shake alike, one of small accelerations. The end
 is a local minimum.
 """
 
@@ -29,6 +31,7 @@ from balance.motion.motion_tolerances import (
 from balance.motion.quiet.limits import TORQUE, InputLimits
 from balance.motion.quiet.motion_space import MotionSpace
 from balance.motion.quiet.objective import QuietObjective, time_weights
+from balance.motion.quiet.passed_poses import Misses, PassedPose, misses, order_rows
 from balance.motion.quiet.sampled_loads import SampledLinkage, SampledLoads, SampledPoses
 from balance.support.clarabel_adapter import solve_cones
 from kinematics.numerics.array_types import Array
@@ -47,6 +50,8 @@ GAIN_SHARE = 0.1
 STEP_WEIGHT = 1e-5
 # Part of a limit that is left for what happens between samples.
 RESERVE = 1e-3
+# Largest change of the time of a pose in a step with a trust region of 1, over the duration.
+TIME_TRUST = 0.2
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,6 +67,9 @@ class QuietProblem:
         inertia_force: size of the inertia forces, N and N m; a small part of it is no shaking.
         scale: size of the shaking that others are compared with.
         acceleration: root mean square that accelerations are compared with, units/s².
+        passes: poses that the motion passes, in order.
+        reach: size of the motion, rad and characteristic lengths: poses are missed by parts of
+            it.
     """
 
     model: SampledLinkage
@@ -72,6 +80,8 @@ class QuietProblem:
     inertia_force: float = 0.0
     scale: float = 1.0
     acceleration: float = 1.0
+    passes: tuple[PassedPose, ...] = ()
+    reach: float = 1.0
 
     def excitations(self, time: Array) -> Array:
         """Compute the weights (rows, N) of samples in ``1/T ∫ r exp(-i ω t) dt``."""
@@ -105,6 +115,8 @@ class SampledMotion(NamedTuple):
         excited: size of the excitation of the base at its frequencies, over the scale.
         merit: what is minimised: the value over the scale, with the prices of accelerations
             and of what is exceeded.
+        at: times at which poses are passed (passes,), seconds.
+        missed: how far they are missed.
     """
 
     y: Array
@@ -117,15 +129,23 @@ class SampledMotion(NamedTuple):
     excess: Array
     excited: Array
     merit: float
+    at: Array
+    missed: Misses
 
 
 def sample_motion(
-    problem: QuietProblem, space: MotionSpace, y: Array, near: SampledPoses, time: Array
+    problem: QuietProblem,
+    space: MotionSpace,
+    y: Array,
+    near: SampledPoses,
+    time: Array,
+    at: Array,
 ) -> SampledMotion | None:
     """Compute a motion at samples.
 
     Args:
         near: closed poses near those of the samples.
+        at: times at which poses are passed (passes,).
 
     Returns:
         The motion; None if its loops cannot be closed.
@@ -135,6 +155,9 @@ def sample_motion(
     poses = problem.model.near(near, inputs[0])
     if poses is None:
         return None
+    missed = misses(problem, path, at, poses, time)
+    if missed is None:
+        return None
     loads = problem.model.loads(poses, inputs[1][..., None], inputs[2][..., None])[..., 0]
     wrench, torque = loads[:, :6], loads[:, 6:]
     value = problem.objective.value(time, wrench)
@@ -143,9 +166,9 @@ def sample_motion(
     excited = problem.excited(time, wrench)
     acceleration = time_weights(time) @ ((inputs[2] / problem.units) ** 2).sum(axis=1)
     merit = value / problem.scale + 0.5 * SMOOTH * acceleration / problem.acceleration**2
-    merit += PRICE * (excess.sum() + excited.sum())
+    merit += PRICE * (excess.sum() + excited.sum() + missed.sizes.sum())
     return SampledMotion(
-        y, time, inputs, poses, wrench, torque, value, excess, excited, float(merit)
+        y, time, inputs, poses, wrench, torque, value, excess, excited, float(merit), at, missed
     )
 
 
@@ -175,11 +198,11 @@ def improve_motion(
             loads = problem.model.sample(now.poses, *now.inputs[:3])
         if loads is None or trust < LEAST_TRUST:
             break
-        step, promised = program.solve(now, loads, trust)
+        step, later, promised = program.solve(now, loads, trust)
         gain = now.merit - promised
         if not gain > least_gain * now.merit:
             break
-        trial = sample_motion(problem, space, now.y + step, now.poses, now.time)
+        trial = sample_motion(problem, space, now.y + step, now.poses, now.time, now.at + later)
         actual = -np.inf if trial is None else now.merit - trial.merit
         if trial is None or actual < GAIN_SHARE * gain:
             trust *= SHRINK
@@ -190,13 +213,16 @@ def improve_motion(
 
 
 class _StepProgram:
-    """The conic programs of the steps: variables Δy by input, t (of a peak), s by limit.
+    """The conic programs of the steps.
+
+    Variables are Δy by input, t (of a peak), s by limit, frequency and passed pose, and the
+    changes of the times of poses.
 
     Rows of limits that a step within the trust region cannot reach are left out.
     """
 
     def __init__(self, problem: QuietProblem, space: MotionSpace, time: Array) -> None:
-        self.problem, self.scale = problem, problem.scale
+        self.problem, self.scale, self.space = problem, problem.scale, space
         self.basis = np.stack([space.basis(time, order) for order in range(4)])
         self.weights = np.sqrt(time_weights(time))
         change = self.weights[:, None] * self.basis[2]
@@ -205,17 +231,21 @@ class _StepProgram:
         self.free, self.width = self.basis.shape[2], len(problem.units)
         self.groups = np.argwhere(np.isfinite(problem.limits.upper)).tolist()
         self.size = self.free * self.width
-        self.count = self.size + 1 + len(self.groups) + len(problem.frequencies)
+        self.free_times = [k for k, one in enumerate(problem.passes) if one.share is None]
+        self.excited = self.size + 1 + len(self.groups)
+        self.passed = self.excited + len(problem.frequencies)
+        self.later = self.passed + len(problem.passes)
+        self.count = self.later + len(self.free_times)
 
     def solve(
         self, now: SampledMotion, loads: SampledLoads, trust: float
-    ) -> tuple[Array, float]:
-        """Compute the step (free, inputs) and the merit that it promises."""
+    ) -> tuple[Array, Array, float]:
+        """Compute the step (free, inputs), later times of poses, and the merit promised."""
         # Columns by input, then by coefficient: derivatives of loads by y.
         J = self._by_coefficients(loads)
         counted = self.problem.objective.rows @ J[:, :6] / self.scale
         r = now.wrench @ self.problem.objective.rows.T / self.scale
-        cones = self._excitation_cones(r, counted)
+        cones = self._excitation_cones(r, counted) + self._pass_cones(now)
         q, H = self._costs(now, trust)
         constant = 0.5 * SMOOTH * self._mean_square(now.inputs[2] / self.problem.units)
         constant /= self.problem.acceleration**2
@@ -229,11 +259,14 @@ class _StepProgram:
             H[: self.size, : self.size] += weighted.T @ weighted / value
             constant += 0.5 * (self._mean_square(r) / value + value)
         linear = [self._trust_rows(trust), *self._limit_rows(now, J[:, 6:], trust)]
+        linear += self._time_rows(now, trust)
         x = solve_cones(q, cones, linear, H)
+        later = np.zeros(len(self.problem.passes))
         if not np.isfinite(x).all():
-            return np.zeros((self.free, self.width)), np.inf
+            return np.zeros((self.free, self.width)), later, np.inf
+        later[self.free_times] = x[self.later :]
         promised = float(q @ x + 0.5 * x @ H @ x + constant)
-        return x[: self.size].reshape(self.width, self.free).T, promised
+        return x[: self.size].reshape(self.width, self.free).T, later, promised
 
     def _mean_square(self, values: Array) -> float:
         """Compute the mean over time of the squares of vectors (N, …)."""
@@ -242,7 +275,9 @@ class _StepProgram:
     def _costs(self, now: SampledMotion, trust: float) -> tuple[Array, Array]:
         """Build the linear and the quadratic part of what a step costs."""
         q, H = np.zeros(self.count), np.zeros((self.count, self.count))
-        q[self.size + 1 :] = PRICE
+        q[self.size + 1 : self.later] = PRICE
+        times = range(self.later, self.count)
+        H[times, times] = STEP_WEIGHT / (trust * TIME_TRUST * self.space.duration) ** 2
         weighted = self.weights[:, None] ** 2 * now.inputs[2]
         slope = SMOOTH / self.problem.acceleration**2 * (self.basis[2].T @ weighted)
         for k, unit in enumerate(self.problem.units):
@@ -274,16 +309,43 @@ class _StepProgram:
         for k in range(count):
             weights = self.excitations[[k, count + k]]
             matrix = np.zeros((2 * m + 1, self.count))
-            matrix[0, self.count - count + k] = 1.0
+            matrix[0, self.excited + k] = 1.0
             matrix[1:, : self.size] = np.tensordot(weights, J, 1).reshape(2 * m, -1)
             cones.append((matrix, np.append(0.0, (weights @ r).ravel())))
         return cones
+
+    def _pass_cones(self, now: SampledMotion) -> list[tuple[Array, Array]]:
+        """Build the cones of the poses that are passed: ``|g + G (B Δy + u̇ Δt)| ≤ s``."""
+        if not self.problem.passes:
+            return []
+        cones, B = [], self.space.basis(now.at, 0)
+        for k, (off, by_u) in enumerate(zip(now.missed.off, now.missed.by_u, strict=True)):
+            matrix = np.zeros((off.size + 1, self.count))
+            matrix[0, self.passed + k] = 1.0
+            matrix[1:, : self.size] = (by_u[:, :, None] * B[k]).reshape(off.size, -1)
+            if k in self.free_times:
+                place = self.later + self.free_times.index(k)
+                matrix[1:, place] = by_u @ now.missed.rates[k]
+            cones.append((matrix, np.append(0.0, off)))
+        return cones
+
+    def _time_rows(self, now: SampledMotion, trust: float) -> list[tuple[Array, Array]]:
+        """Build the rows of the order of times, and of their trust region."""
+        if not self.free_times:
+            return []
+        count = len(self.free_times)
+        order, constants = order_rows(self.problem, now.at, self.space.duration)
+        rows = np.concatenate([order, np.eye(count), -np.eye(count)])
+        matrix = np.zeros((len(rows), self.count))
+        matrix[:, self.later :] = rows
+        most = trust * TIME_TRUST * self.space.duration
+        return [(matrix, np.concatenate([constants, np.full(2 * count, most)]))]
 
     def _trust_rows(self, trust: float) -> tuple[Array, Array]:
         """Build the rows of the trust region, and of excesses that are not negative."""
         free = np.repeat(self.problem.units * trust, self.free)
         eye = np.eye(self.count)
-        extra = eye[self.size + 1 :]
+        extra = eye[self.size + 1 : self.later]
         matrix = np.concatenate([eye[: self.size], -eye[: self.size], extra, eye[[self.size]]])
         return matrix, np.concatenate([free, free, np.zeros(len(extra) + 1)])
 

@@ -17,8 +17,9 @@ from kinematics.wording import number_text
 Limit = float | Mapping[str, float] | None
 """A limit of all inputs, of inputs by name, or none."""
 
-# Kind of the excitation of the base at a frequency, which has no limit of its own.
-EXCITATION = "excitation"
+# Kinds of the excitation of the base at a frequency, and of a pose that is missed, which have
+# no limits of their own.
+EXCITATION, POSE = "excitation", "pose"
 # Names of derivatives of positions, in order, and of torques.
 KINDS = ("position", "velocity", "acceleration", "jerk", "torque")
 TORQUE = 4
@@ -115,8 +116,9 @@ class LimitExceeded(NamedTuple):
     """A limit that no motion was found to keep.
 
     Attributes:
-        kind: one of `KINDS`, or `EXCITATION`.
-        joint: name of the input; of an excitation, the frequency in words.
+        kind: one of `KINDS`, `EXCITATION` or `POSE`.
+        joint: name of the input; of an excitation, the frequency in words; of a pose, its
+            number.
         limit: its limit, SI units; of positions, the upper one.
         excess: by which part of the limit the best motion exceeds it.
     """
@@ -132,6 +134,9 @@ class LimitExceeded(NamedTuple):
         if self.kind == EXCITATION:
             share = number_text(self.excess, ".2g")
             return f"the base is excited at {self.joint}, by {share} of the shaking at best"
+        if self.kind == POSE:
+            share = number_text(self.excess, ".2g")
+            return f"{self.joint} is missed, by {share} of the size of the motion at best"
         return (
             f"the {self.kind} of {self.joint} exceeds its limit {number_text(self.limit)} by "
             f"{number_text(self.excess, '.2g')} of it at best"

@@ -3,16 +3,17 @@
     u(t) = Σ_k f_k(t) c_k        c = fixed + free y
 
 The functions f are B-splines of degree five, whose accelerations are smooth. The coefficients c
-fulfil the conditions of the ends for every y.
+fulfil the conditions of the ends for every y. Those of a cycle are harmonics.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
+from balance.motion.verification.input_paths import InputPath
 from kinematics.numerics.array_types import Array
 
 Functions = Callable[[Array, int], Array]
@@ -78,7 +79,7 @@ class MotionSpace:
         """Compute the derivative of the motion by y (N, free)."""
         return self.functions(time, order) @ self.free
 
-    def fit(self, path: PlannedPath) -> Array:
+    def fit(self, path: InputPath) -> Array:
         """Compute the y of the motion of the space that is nearest to another one."""
         time = self.times(FITTED)
         rest = path.at(time)[0] - self.functions(time, 0) @ self.fixed
@@ -86,7 +87,12 @@ class MotionSpace:
 
 
 def rest_space(
-    start: Array, end: Array, duration: float, intervals: int, smooth: bool = False
+    start: Array,
+    end: Array,
+    duration: float,
+    intervals: int,
+    smooth: bool = False,
+    open_end: bool = False,
 ) -> MotionSpace:
     """Build the space of motions from rest to rest between two poses.
 
@@ -96,6 +102,7 @@ def rest_space(
         duration: seconds.
         intervals: number of intervals between knots.
         smooth: whether accelerations vanish at both ends, too.
+        open_end: whether the end is free: the last row of y is its displacement.
     """
     knots = np.linspace(0.0, duration, intervals + 1)
     functions = spline_functions(
@@ -107,7 +114,91 @@ def rest_space(
     # From a straight line: y = 0 is a motion too.
     share = np.linspace(0.0, 1.0, count - 2 * held + 2)[1:-1, None]
     fixed[held : count - held] = start + share * (end - start)
-    return MotionSpace(duration, intervals, functions, fixed, np.eye(count)[:, held:-held])
+    free = np.eye(count)[:, held:-held]
+    if open_end:
+        moved = np.concatenate([np.zeros((held, 1)), share, np.ones((held, 1))])
+        free = np.concatenate([free, moved], axis=1)
+    return MotionSpace(duration, intervals, functions, fixed, free)
+
+
+def harmonic_space(inputs: int, duration: float, harmonics: int) -> MotionSpace:
+    """Build the space of cycles: a constant, and harmonics of one over the duration.
+
+    Args:
+        inputs: number of inputs.
+        duration: of one cycle, seconds.
+        harmonics: number of multiples of the rate of the cycle.
+    """
+    rate = 2.0 * np.pi * np.arange(harmonics + 1) / duration
+
+    def functions(time: Array, order: int) -> Array:
+        turn = np.outer(time, rate) + 0.5 * np.pi * order
+        waves = [np.cos(turn), np.sin(turn[:, 1:])]
+        return np.concatenate(waves, axis=1) * np.concatenate([rate, rate[1:]]) ** order
+
+    count = 2 * harmonics + 1
+    # Loads have higher harmonics than the inputs.
+    intervals = 3 * harmonics + 5
+    return MotionSpace(duration, intervals, functions, np.zeros((count, inputs)), np.eye(count))
+
+
+@dataclass(frozen=True, eq=False)
+class LegsPath:
+    """Motions one after the other, each from rest to rest; an `InputPath`.
+
+    Attributes:
+        legs: the motions, each from time 0 on.
+        starts: their times (legs + 1,), with the end of the last one.
+    """
+
+    legs: tuple[PlannedPath, ...]
+    starts: Array
+
+    @property
+    def corners(self) -> tuple[float, ...]:
+        """Those of the legs, and the times between them."""
+        pairs = zip(self.legs, self.starts, strict=False)
+        inner = [start + corner for leg, start in pairs for corner in leg.corners]
+        return tuple(sorted([*inner, *self.starts[1:-1].tolist()]))
+
+    def at(self, time: Array) -> tuple[Array, Array, Array]:
+        """Compute displacements, velocities and accelerations; see `InputPath`."""
+        number = np.searchsorted(self.starts[1:-1], time, side="right")
+        parts = np.empty((3, len(time), self.legs[0].coefficients.shape[1]))
+        for k, leg in enumerate(self.legs):
+            here = number == k
+            if here.any():
+                within = np.clip(time[here] - self.starts[k], 0.0, None)
+                parts[:, here] = leg.at(np.minimum(within, self.starts[k + 1] - self.starts[k]))
+        u, ud, udd = parts
+        return u, ud, udd
+
+
+def leg_times(stops: Sequence[Array], units: Array, duration: float) -> Array:
+    """Compute the times of stops at which all legs accelerate alike (stops,).
+
+    The duration of a leg is as the root of its distance.
+    """
+    distances = np.linalg.norm(np.diff(np.array(stops), axis=0) / units, axis=1)
+    shares = np.sqrt(distances)
+    return duration * np.append(0.0, np.cumsum(shares)) / shares.sum()
+
+
+def path_through(
+    law: Callable[[Array, Array, float], PlannedPath], stops: Sequence[Array], times: Array
+) -> PlannedPath | LegsPath:
+    """Make the motion that rests at all stops, with a law on each straight line.
+
+    Args:
+        law: `quintic_path` or `trapezoidal_path`.
+        stops: displacements of the inputs, two or more.
+        times: of the stops.
+    """
+    legs = tuple(
+        law(a, b, float(span))
+        for a, b, span in zip(stops[:-1], stops[1:], np.diff(times), strict=True)
+    )
+    return legs[0] if len(legs) == 1 else LegsPath(legs, times)
 
 
 def spline_functions(knots: Array) -> Functions:

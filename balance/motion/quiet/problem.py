@@ -99,14 +99,14 @@ def end_poses(linkage: Linkage, start: PoseLike, end: PoseLike) -> tuple[Array, 
     Raises:
         PoseError: they are no poses, or the same one.
     """
-    first = _pose(linkage, start, np.zeros(linkage.mobility))
-    last = _pose(linkage, end, first)
+    first = read_pose(linkage, start, np.zeros(linkage.mobility))
+    last = read_pose(linkage, end, first)
     if np.array_equal(first, last):
         raise PoseError(f"{linkage.source}: the two poses are one: nothing moves")
     return first, last
 
 
-def _pose(linkage: Linkage, given: PoseLike, rest: Array) -> Array:
+def read_pose(linkage: Linkage, given: PoseLike, rest: Array) -> Array:
     """Read displacements of the inputs; those that are not named are those of another pose."""
     if isinstance(given, Mapping):
         given = values_by_input(linkage, given, rest.tolist())

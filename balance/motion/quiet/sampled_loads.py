@@ -182,6 +182,14 @@ class SampledLinkage:
         """Compute ``[ξ; p]`` for unit rates of the inputs (P, 6, w)."""
         return np.asarray((poses.inertias @ poses.twists).sum(axis=1))
 
+    def displacements(self, q: Array) -> Array:
+        """Compute the displacements of the links from the reference pose (P, n, 4, 4).
+
+        Args:
+            q: positions of all joints (P, n).
+        """
+        return self._place(q)[0]
+
     def com(self, poses: SampledPoses) -> Array:
         """Compute the centre of mass (P, 3), metres; the origin if nothing has mass."""
         # The upper right block of an inertia matrix is [mc]×.

@@ -88,7 +88,7 @@ def tool(
     """
     if frame not in FRAMES:
         raise ValueError(f"the frame of a point is one of {', '.join(FRAMES)}, not {frame!r}")
-    carrier, at = _find_carrier(linkage, link, point, frame)
+    carrier, at = find_carrier(linkage, link, point, frame)
     named = _direction_numbers(linkage, directions)
     held = _choose_held_directions(linkage, carrier, at, named)
     joints = (*linkage.joints, *_virtual_joints(linkage, link, at, held))
@@ -123,7 +123,7 @@ def _virtual_joints(linkage: Linkage, link: str, at: Array, held: Sequence[int])
     return joints
 
 
-def _find_carrier(
+def find_carrier(
     linkage: Linkage, link: str, point: ArrayLike | None, frame: str
 ) -> tuple[int, Array]:
     """Find the rigid body that carries the tool, and the tool's point (3,), inertial."""

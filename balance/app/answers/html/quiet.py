@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 from balance.app.answers.html.plot_style import image, tidy
 from balance.app.answers.html.time_panels import COLOURS
 from balance.motion.quiet.answer import QuietMotion
-from balance.motion.quiet.motion_space import quintic_path
 from balance.motion.verification.input_paths import InputPath
 from balance.motion.verification.shaking_wrench import move_wrenches, shaking
 from balance.motion.verification.trajectory import drive
@@ -26,7 +25,7 @@ MAX_LINES = 6
 def quiet_picture(plan: QuietMotion, kind: str = "png") -> bytes:
     """Draw a plan as an image: shaking force and moment, speeds and accelerations over time.
 
-    The dashed lines are those of the quintic law on the straight line between the poses.
+    The dashed lines are those of the quintic law, from rest to rest between all poses.
 
     Args:
         kind: ``"png"`` or ``"svg"``.
@@ -37,8 +36,8 @@ def quiet_picture(plan: QuietMotion, kind: str = "png") -> bytes:
     Raises:
         PackageError: Matplotlib is missing.
     """
-    law = quintic_path(plan.start, plan.end, plan.duration)
-    motions = [(plan.path, "-", "planned"), (law, "--", "quintic")]
+    law = plan.laws[0]
+    motions = [(plan.path, "-", "planned"), (law.path, "--", law.name)]
 
     def draw(figure: Any) -> None:
         (force, moment), (speed, change) = figure.subplots(2, 2, sharex=True)

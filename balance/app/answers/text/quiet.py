@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from balance.app.answers.answer import MISSING, AnswerBody, AnswerTable, Facts
 from balance.app.answers.text.linkage import linkage_facts
 from balance.motion.quiet.answer import MotionFigures, QuietMotion
-from kinematics.wording import number_text, vector_text
+from kinematics.wording import count_noun, number_text, vector_text
 
 Array = NDArray[np.float64]
 
@@ -49,7 +49,10 @@ def quiet_facts(plan: QuietMotion) -> list[tuple[str, str]]:
     names = linkage.inputs
     shown = ", ".join([*names[:MAX_INPUTS], *["…"] * (len(names) > MAX_INPUTS)])
     pairs = linkage_facts(linkage, f"inputs {shown}")
-    pairs.append(("duration", f"{number_text(plan.duration)} s, from rest to rest"))
+    how = "from rest to rest"
+    if plan.harmonics is not None:
+        how = f"a cycle of {count_noun(plan.harmonics, 'harmonic')}"
+    pairs.append(("duration", f"{number_text(plan.duration)} s, {how}"))
     what = f"{MEASURES[objective.measure]} of the {PARTS[objective.part]}"
     if objective.part != "force":
         what += f", moment about {vector_text(objective.point)} m"
@@ -122,10 +125,26 @@ def _input_rows(plan: QuietMotion) -> list[tuple[str, ...]]:
     return rows
 
 
+def _passed_rows(plan: QuietMotion) -> list[tuple[str, ...]]:
+    """Build the table of the poses that are passed, its head first."""
+    rows: list[tuple[str, ...]] = [("passed at (s)", *plan.linkage.inputs, "tool")]
+    for point in plan.passed:
+        values = (number_text(x, ".4g") for x in _round_off_to_zero(point.u).tolist())
+        rows.append((number_text(point.time, ".3g"), *values, point.tool or MISSING))
+    return rows
+
+
+def _round_off_to_zero(u: Array) -> Array:
+    """Replace displacements that are round-off of a plan by zero."""
+    return np.where(np.abs(u) < 1e-9, 0.0, u)
+
+
 def quiet_body(plan: QuietMotion) -> AnswerBody:
     """Build what is printed on a plan."""
     body: list = [Facts(quiet_facts(plan)), "", AnswerTable(_motion_rows(plan), "<>")]
     body += ["", AnswerTable(_input_rows(plan), "<>")]
+    if plan.passed:
+        body += ["", AnswerTable(_passed_rows(plan), ">")]
     if plan.front:
         unit = plan.objective.unit
         rows = [(number_text(at), plan.size_text(value)) for at, value in plan.front]

@@ -257,3 +257,98 @@ def _refined_pivots(kind: str, task: Task, start: Pivots) -> Iterator[Pivots]:
     solution = root(left, x, tol=1e-14)
     if np.abs(solution.fun).max() < MET:
         yield Pivots(*map(complex, solution.x[::2] + 1j * solution.x[1::2]))
+
+
+# Least transmission angle of the product's general four-bars, with a margin for the samples of
+# a motion; shortest link and farthest pivot over the size.
+TRANSMISSION, SHORT_LINK, FAR_PIVOT = np.radians(10.5), 0.05, 20.0
+# Samples of the way from the first position to the last; cranks of a random grid.
+WAY, RANDOM = 61, 400
+
+
+def search_general(positions, *, fixed=None, moving=None, dense: int = 1) -> Pivots | None:
+    """Search for a four-bar of any lengths without defects; None if none is found.
+
+    Cranks of two and three positions are random, those of four are points of the circle-point
+    curve, those of five the points of that of the first four whose fifth radius is the same.
+    Every pair is moved from the first position to the last, in both directions of the crank.
+    """
+    task = task_of(positions)
+    G, W = _guides(task, dense)
+    cranks = (G, W)
+    if fixed is not None or moving is not None:
+        pairs = list(_cranks(task, fixed, moving, dense))
+        cranks = tuple(np.array(part) for part in zip(*pairs, strict=True))
+    i, j = (part.ravel() for part in np.indices((len(cranks[0]), len(G))))
+    for part in np.array_split(np.arange(i.size), max(1, i.size // 100_000)):
+        at = i[part], j[part]
+        pivots = Pivots(cranks[0][at[0]], G[at[1]], cranks[1][at[0]], W[at[1]])
+        good = np.flatnonzero(_moves(task, pivots))
+        if good.size:
+            return Pivots(*(complex(each[good[0]]) for each in pivots))
+    return None
+
+
+def _guides(task: Task, dense: int):
+    """Bases and tips of cranks that guide the tool."""
+    n = len(task.turns)
+    rng = np.random.default_rng(n)
+    if n < 4:
+        radius = task.size * np.exp(rng.uniform(np.log(0.05), np.log(3.0), RANDOM * dense))
+        W = task.tool + radius * np.exp(2j * np.pi * rng.random(radius.size))
+        if n == 3:
+            return _centre(task.move(W)), W
+        start, end = task.move(W)
+        away = 1j * (end - start) / np.abs(end - start) * task.size
+        return 0.5 * (start + end) + away * rng.normal(size=W.size), W
+    four = Task(task.turns[:4], task.shifts[:4], task.tool, task.size)
+    W = circle_points(four, (400 if n == 4 else 4000) * dense)
+    G = _centre(four.move(W))
+    if n == 4:
+        kept = np.isfinite(G) & np.isfinite(W)
+        return G[kept], W[kept]
+    apart = np.abs(task.move(W)[4] - G) - np.abs(W - G)
+    with np.errstate(invalid="ignore"):
+        at = np.argwhere(apart[:, :-1] * apart[:, 1:] <= 0.0)
+    ends = [_refined_crank(task, G[b, k], W[b, k]) for b, k in at.tolist()]
+    found = np.array([pair for pair in ends if pair is not None]).reshape(-1, 2)
+    return found[:, 0], found[:, 1]
+
+
+def _refined_crank(task: Task, G: complex, W: complex) -> tuple[complex, complex] | None:
+    """Refine a crank of five positions; None at poles, where there is none."""
+
+    def left(x):
+        radii = np.abs(task.move(complex(*x[2:])) - complex(*x[:2]))
+        return (radii[1:] - radii[0]) / task.size
+
+    solution = root(left, [G.real, G.imag, W.real, W.imag], tol=1e-14)
+    if np.abs(solution.fun).max() > MET:
+        return None
+    return complex(*solution.x[:2]), complex(*solution.x[2:])
+
+
+def _moves(task: Task, pivots: Pivots) -> np.ndarray:
+    """Which four-bars go from the first position to the last by all others in their order."""
+    G, H, W, Z = pivots
+    a, b, c, g = np.abs(W - G), np.abs(Z - W), np.abs(H - Z), np.abs(H - G)
+    spread = np.max(np.abs(np.stack(pivots) - task.tool), axis=0)
+    fits = (np.min([a, b, c, g], axis=0) > SHORT_LINK * task.size) & (
+        spread < FAR_PIVOT * task.size
+    )
+    kept = np.flatnonzero(fits)
+    good = np.zeros(len(G), bool)
+    G, H, W, Z, a, b, c, g = (x[kept] for x in (G, H, W, Z, a, b, c, g))
+    tips, ends = task.move(W), task.move(Z)
+    side = np.sign(((H - tips).conj() * (ends - tips)).imag)
+    for sign in (1.0, -1.0):
+        turns = sign * np.angle((tips - G) / (W - G))
+        turns = np.where(turns < -1e-12, turns + 2.0 * np.pi, turns)
+        turns[0] = 0.0
+        here = (side == side[0]).all(0) & (np.diff(turns, axis=0) > 0.0).all(0)
+        at = np.flatnonzero(here)
+        way = np.linspace(0.0, 1.0, WAY)[:, None] * turns[-1, at] * sign
+        A = G[at] + (W[at] - G[at]) * np.exp(1j * way)
+        cosine = (b[at] ** 2 + c[at] ** 2 - np.abs(H[at] - A) ** 2) / (2.0 * b[at] * c[at])
+        good[kept[at[np.abs(cosine).max(axis=0) < np.cos(TRANSMISSION)]]] = True
+    return good

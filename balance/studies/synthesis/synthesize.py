@@ -31,6 +31,8 @@ from balance.studies.synthesis.couplings import Coupling, belt_coupling, slot_co
 from balance.studies.synthesis.error_map import angle_error_map, offsets_without_error
 from balance.studies.synthesis.four_bar_masses import balanced_four_bar
 from balance.studies.synthesis.four_bars import FOUR_BARS, FourBarDesign, four_bars_through
+from balance.studies.synthesis.geared_four_bar import balanced_by_rotors
+from balance.studies.synthesis.general_four_bars import GeneralFourBar, general_four_bars
 from balance.studies.synthesis.many_positions import four_bars_near
 from balance.studies.synthesis.mechanism import Synthesis, SynthesizedMechanism
 from balance.studies.synthesis.pantograph import (
@@ -59,12 +61,15 @@ from kinematics.errors import UsageError
 from kinematics.numerics.linalg.ties import rank_least_first
 from kinematics.wording import number_text
 
-KINDS = ("pantograph", "four-bar")
+KINDS = ("pantograph", "four-bar", "geared-four-bar")
 """Kinds of mechanisms."""
 RATIO = -1.0
 """Ratio of the turns if none is given."""
 # Most mechanisms in a result, and most four-bars whose masses are tried.
 MOST, TRIES = 4, 8
+# Most general four-bars that are balanced, of which the lightest is the best, by the number of
+# positions: each costs half a second.
+GEARED = {2: 1, 3: 1, 4: 3, 5: 3}
 # Rows and columns of a map; its half width, in sizes of the positions; its highest ratio R.
 GRID, REACH, HIGHEST = 60, 3.0, 2.0
 # Mass m6 of default masses in the nonlinear case, kg: it couples the links.
@@ -91,14 +96,15 @@ def synthesize(
     Pantographs with links that turn in the ratio ``k = β/φ`` of the first link and the tool
     (the linear case); pantographs with given masses, whose ratio varies (nonlinear); or kites
     and antiparallelograms whose coupler is the tool, which pass through up to four positions,
-    and near more, in the sense of least squares. Every mechanism is written as URDF and
-    confirmed by the design space and by Pinocchio.
+    and near more, in the sense of least squares; or any four-bars, through up to five, with
+    counterweights and geared rotors. Every mechanism is written as URDF and confirmed by the
+    design space and by Pinocchio.
 
     Args:
         positions: of the tool: x and y in metres, the angle in radians; inertial frame.
         ratio: k, negative; -1 by default.
         nonlinear: whether the ratio varies with the pose.
-        kind: ``"pantograph"`` or ``"four-bar"``.
+        kind: ``"pantograph"``, ``"four-bar"`` or ``"geared-four-bar"``.
         fixed: the pivot on the base, for two positions; complex, metres.
         moving: or the one on the tool, at the first position.
         masses: of the pantograph. In the linear case s3 and a moment of inertia are changed.
@@ -116,7 +122,8 @@ def synthesize(
         UsageError: the request contradicts itself.
 
     Source:
-        G. Becht, MSc thesis, TU Delft, 2020, chapter 3.
+        G. Becht, MSc thesis, TU Delft, 2020, chapter 3; four-bars: J. M. McCarthy, G. S. Soh,
+        Geometric Design of Linkages, 2nd ed., 2011, chapter 5.
 
     Example:
         >>> import balance
@@ -127,7 +134,7 @@ def synthesize(
     """
     if kind not in KINDS:
         raise UsageError(f"no kind '{kind}': choose from {', '.join(KINDS)}")
-    if (nonlinear or kind == "four-bar") and ratio is not None:
+    if (nonlinear or kind != "pantograph") and ratio is not None:
         raise UsageError("a ratio is for the linear case of a pantograph")
     poses = check_positions(positions)
     linear = kind == "pantograph" and not nonlinear
@@ -145,6 +152,8 @@ def synthesize(
     request.check()
     if kind == "four-bar":
         return _four_bars(request)
+    if kind == "geared-four-bar":
+        return _geared(request)
     return _linear(request) if linear else _nonlinear(request)
 
 
@@ -346,9 +355,19 @@ def _four_bar(four_bar: FourBarDesign, within: float) -> SynthesizedMechanism | 
     urdf, best = balanced_four_bar(four_bar)
     if urdf is None:
         return None
+    numbers = {f"{body.name}_mass": float(body.mass) for body in best.bodies}
+    return _four_bar_mechanism(four_bar, urdf, numbers, within)
+
+
+def _four_bar_mechanism(
+    four_bar: FourBarDesign | GeneralFourBar,
+    urdf: bytes,
+    numbers: dict[str, float],
+    within: float,
+) -> SynthesizedMechanism:
+    """Confirm a four-bar that was written."""
     alpha = four_bar.crank_angles
     turns = np.linspace(min(alpha), max(alpha), 200)
-    numbers = {f"{body.name}_mass": float(body.mass) for body in best.bodies}
     numbers |= {"crank": abs(four_bar.scale), "base": abs(four_bar.scale) * four_bar.ratio}
     first = four_bar.positions[0].angle
     return SynthesizedMechanism(
@@ -368,6 +387,32 @@ def _four_bar(four_bar: FourBarDesign, within: float) -> SynthesizedMechanism | 
         confirm_balance(urdf, certified=False),
         numbers,
     )
+
+
+def _geared(request: SynthesisRequest) -> Synthesis:
+    """Search general four-bars without defects, and balance the best by rotors."""
+    size = size_of(request.positions)
+    designs = general_four_bars(request.positions, fixed=request.fixed, moving=request.moving)
+    most = GEARED[len(request.positions)]
+    mechanisms: list[SynthesizedMechanism] = []
+    for done, four_bar in enumerate(designs[:TRIES], 1):
+        applied = balanced_by_rotors(four_bar)
+        if applied is not None:
+            assert applied.urdf is not None and applied.added_mass is not None
+            numbers = {
+                "added_mass": applied.added_mass,
+                "transmission_angle": four_bar.transmission,
+            }
+            within = SYNTHESIS_MET * size
+            mechanisms.append(_four_bar_mechanism(four_bar, applied.urdf, numbers, within))
+        if request.progress is not None:
+            request.progress(min(done, most), most)
+        if len(mechanisms) == most:
+            break
+    ranks = rank_least_first([mechanism.numbers["added_mass"] for mechanism in mechanisms])
+    ranked = sorted((mechanisms[k] for k in ranks), key=lambda mechanism: not mechanism.good)
+    remark = "links: bars of steel; tool: 1 kg; a rotor turns three times as far as its joint"
+    return Synthesis(request.positions, request.kind, None, tuple(ranked), len(designs), (remark,))
 
 
 def balance_chain(

@@ -94,7 +94,7 @@ def admissible(kind: str, task: Task, pivots: Pivots) -> bool:
 
 
 def _mirrored(kind, G, H, W):
-    """The tip of the rocker: the image of G, or of the fourth corner, in the line from W to H."""
+    """The tip of the rocker: G, or the fourth corner, mirrored in the line from W to H."""
     line = (W - H) / np.abs(W - H)
     corner = G if kind == "kite" else W + H - G
     return H + line**2 * np.conj(corner - H)
@@ -160,7 +160,10 @@ def _on_grid(kind: str, task: Task, fixed, moving, dense: int) -> Iterator[Pivot
         radii = np.abs(task.move(Z) - H)
         cells = np.logical_and.reduce([_changes(f) for f in radii[1:] - radii[0]])
         for i, j in np.argwhere(cells).tolist():
-            start = [0.5 * (ratio[i, 0] + ratio[i + 1, 0]), 0.5 * (angle[0, j] + angle[0, j + 1])]
+            start = [
+                0.5 * (ratio[i, 0] + ratio[i + 1, 0]),
+                0.5 * (angle[0, j] + angle[0, j + 1]),
+            ]
             if len(task.turns) == 2:
                 start = [start[0], start[1]]
             yield from _refined_base(kind, task, G, W, start)
@@ -233,9 +236,14 @@ def _on_curves(kind: str, task: Task, dense: int) -> Iterator[Pivots]:
         if kind == "antiparallelogram":
             pairs = (coupler - base, rocker - crank)
         cells = _changes(pairs[0]) & _changes(pairs[1])
-        cells &= (crank * LOWEST / 1.1 < base)[:-1, :-1] & (base < 1.1 * HIGHEST * crank)[:-1, :-1]
+        cells &= (crank * LOWEST / 1.1 < base)[:-1, :-1] & (base < 1.1 * HIGHEST * crank)[
+            :-1, :-1
+        ]
         for i, j in np.argwhere(cells).tolist():
-            at = [0.5 * (z[k] + z[k + 1]) for z, k in ((G[:, 0], i), (H[0], j), (W[:, 0], i), (Z[0], j))]
+            at = [
+                0.5 * (z[k] + z[k + 1])
+                for z, k in ((G[:, 0], i), (H[0], j), (W[:, 0], i), (Z[0], j))
+            ]
             yield from _refined_pivots(kind, task, Pivots(*map(complex, at)))
 
 
@@ -249,7 +257,9 @@ def _refined_pivots(kind: str, task: Task, start: Pivots) -> Iterator[Pivots]:
         if kind == "antiparallelogram":
             short, long = long, short
         more = [abs(Z - W) - short, rockers[0] - long]
-        return np.concatenate([cranks[1:] - cranks[0], rockers[1:] - rockers[0], more]) / task.size
+        return (
+            np.concatenate([cranks[1:] - cranks[0], rockers[1:] - rockers[0], more]) / task.size
+        )
 
     x = np.array(start).view(float)
     if not np.all(np.isfinite(x)):

@@ -1,11 +1,11 @@
-"""Synthesis on random tasks, its files followed through the positions, its "none" searched again.
+"""Synthesis on random tasks: its files are followed, and its "none" is searched again.
 
     python -m tests.independent.synthesis_run --count 50 --search 20 --table tasks.jsonl
     python -m tests.independent.synthesis_run --planted --kinds four-bar
 
 draws positions of two to five, or with ``--planted`` takes those through which the coupler of a
-random kite or antiparallelogram goes. For each kind of mechanism that is found `verify` reads the
-best file, and another program moves its links from position to position. Where the answer is
+random kite or antiparallelogram goes. For each kind of mechanism that is found `verify` reads
+the best file, and another program moves its links from position to position. Where the answer is
 "none", `tests.independent.second_synthesis` searches by another method, for the first so many
 tasks. The exit code is 1 if a file fails or if a search finds what was said not to be.
 """
@@ -64,7 +64,9 @@ def planted_task(count: int, seed: int):
     A = np.exp(1j * alpha)
     B = second._mirrored(kind, 0j, complex(base), A)
     U = (B - A) / np.abs(B - A)
-    points = scale * A + complex(*rng.uniform(-0.5, 0.5, 2)) + complex(*rng.normal(0, 0.4, 2)) * U
+    points = (
+        scale * A + complex(*rng.uniform(-0.5, 0.5, 2)) + complex(*rng.normal(0, 0.4, 2)) * U
+    )
     places = [
         (z.real, z.imag, angle) for z, angle in zip(points, np.unwrap(np.angle(U)), strict=True)
     ]
@@ -101,9 +103,9 @@ def miss_of_file(path: Path, mechanism: SynthesizedMechanism, places) -> float:
     coupler, rocker = abs(on_coupler), abs(on_rocker)
     Z, angle, worst = G + arm + on_coupler, 0.0, 0.0
     size = max(abs(complex(*p[:2]) - complex(*places[0][:2])) for p in places)
-    for turn, (x, y, wanted) in zip(mechanism.link_turns, places, strict=True):
-        for angle in np.linspace(angle, turn, STEPS):
-            A = G + arm * np.exp(1j * angle)
+    for end, (x, y, wanted) in zip(mechanism.link_turns, places, strict=True):
+        for turn in np.linspace(angle, end, STEPS):
+            A = G + arm * np.exp(1j * turn)
             gap = abs(H - A)
             along = (coupler**2 - rocker**2 + gap**2) / (2.0 * gap)
             beside = 1j * np.sqrt(max(coupler**2 - along**2, 0.0))
@@ -111,7 +113,7 @@ def miss_of_file(path: Path, mechanism: SynthesizedMechanism, places) -> float:
                 (A + (along + s * beside) * (H - A) / gap for s in (1, -1)),
                 key=lambda z, last=Z: abs(z - last),
             )
-        way = (Z - A) / on_coupler
+        angle, way = end, (Z - A) / on_coupler
         tool = A + at["tool_fixed"] * way
         turned = abs(np.angle(way * np.exp(1j * (yaw - wanted))))
         worst = max(worst, abs(tool - complex(x, y)), size * turned)
@@ -176,8 +178,8 @@ def table(lines: list[dict]) -> list[str]:
 def main(words: list[str] | None = None) -> int:
     """Run tasks from the command line."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--count", type=int, default=50, help="tasks of each number of positions")
-    parser.add_argument("--search", type=int, default=20, help="of them, searched again if none")
+    parser.add_argument("--count", type=int, default=50, help="tasks of a number")
+    parser.add_argument("--search", type=int, default=20, help="of none, searched")
     parser.add_argument("--seed", type=int, default=0, help="of the first task")
     parser.add_argument("--positions", type=int, nargs="+", default=[2, 3, 4, 5])
     parser.add_argument("--kinds", nargs="+", choices=KINDS, default=list(KINDS))

@@ -4,8 +4,8 @@ A crank from G on the base to w on the tool, in the frame of the tool, keeps its
 
     |d_i|² + 2 Re(d̄_i e^(iθ_i) w) - 2 Re(d̄_i G) - 2 Re(e^(iθ_i) Ḡ w) + |w|² + |G|² - R² = 0
 
-at every position d_i, θ_i. This is linear in the eight numbers ``λ (1, w, G, Ḡ w, κ)``, of which
-the products of the second and third make the fourth: two quadrics.
+at every position d_i, θ_i. This is linear in the eight numbers ``λ (1, w, G, Ḡ w, κ)``. The
+product of w and Ḡ is the fourth of them: two quadrics.
 
 - Five positions leave a plane of them, in which two conics meet in up to four points.
 - Four leave a curve, the circle-point curve: each line of the tool through its point, in
@@ -13,8 +13,8 @@ the products of the second and third make the fourth: two quadrics.
 - For three positions w is chosen on a grid, and G is the centre of the circle through its
   places. For two, G is on the perpendicular bisector, on a grid too.
 
-Source: L. Burmester, 1888; J. M. McCarthy, G. S. Soh, Geometric Design of Linkages, 2nd ed., 2011,
-chapter 5; the linear form: Q. J. Ge, P. Zhao, A. Purwar, 2013, in planar quaternions.
+Source: L. Burmester, 1888; J. M. McCarthy, G. S. Soh, Geometric Design of Linkages, 2nd ed.,
+2011, chapter 5.
 """
 
 from __future__ import annotations
@@ -183,7 +183,9 @@ def _equally_far(
     """Place points on the perpendicular bisectors of pairs of points."""
     chord = second - first
     along = np.where(np.abs(chord) > SYNTHESIS_SINGULAR * size, chord / np.abs(chord), np.nan)
-    return 0.5 * (first + second) + 1j * np.tan(sides) * (0.5 * np.abs(chord) + 0.2 * size) * along
+    return (
+        0.5 * (first + second) + 1j * np.tan(sides) * (0.5 * np.abs(chord) + 0.2 * size) * along
+    )
 
 
 def _centre(a: ComplexArray, b: ComplexArray, c: ComplexArray) -> ComplexArray:

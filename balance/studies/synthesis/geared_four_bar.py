@@ -1,11 +1,11 @@
 """A general four-bar balanced by counterweights, and by rotors that gears turn against it.
 
-Its links are bars of steel (`steel_links`), which stay. Counterweights balance the forces, and a
-rotor for each of the fewest joints, which a gear turns backwards, the moments: the remedy
+Its links are bars of steel (`steel_links`), which stay. Counterweights balance the forces, and
+rotors that gears turn backwards, at as few joints as possible, the moments: the remedy
 ``separate_rotors`` of `balance.compare_remedies`. The file has the gears as ``<mimic>``.
 
-Source: the links, R. S. Berkof, Mechanism and Machine Theory 8(3), 1973, who has the coupler
-a physical pendulum instead of a third rotor.
+Source: R. S. Berkof, Mechanism and Machine Theory 8(3), 1973: two rotors are enough if the
+coupler is a physical pendulum.
 """
 
 from __future__ import annotations
@@ -30,9 +30,7 @@ def balanced_by_rotors(four_bar: PlacedFourBar) -> AppliedRemedy | None:
         The remedy, with its file; None if there is none that balances it.
     """
     at = four_bar.pivots()
-    G, W, Z, H = (
-        at[name] for name in ("crank_base", "crank_tip", "rocker_tip", "rocker_base")
-    )
+    G, W, Z, H = (at[name] for name in ("crank_base", "crank_tip", "rocker_tip", "rocker_base"))
     tool = four_bar.first.point - W
     lengths = [abs(W - G), abs(Z - W), abs(Z - H), abs(tool)]
     width = bar_width(lengths)

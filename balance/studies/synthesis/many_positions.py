@@ -67,7 +67,9 @@ def four_bars_near(positions: Sequence[Position], kind: str) -> tuple[FourBarDes
     exact: list[FourBarDesign] = []
     near: list[FourBarDesign] = []
     if kind == KIND:
-        exact = [each for each in antiparallelograms_through(positions) if _in_reach(each, size)]
+        exact = [
+            each for each in antiparallelograms_through(positions) if _in_reach(each, size)
+        ]
     for start in [] if exact else _starts(fitting):
         design = fitting.refine(start)
         if not _in_reach(design, size) or any(_same(design, x, size) for x in exact + near):

@@ -11,8 +11,7 @@ unless a determinant vanishes. With σ, the mirror lines are tangents of a conic
 whose foci are the pivots on the base: linear in the six numbers of the dual conic, so that four
 lines leave a pencil of them, and five one.
 
-Source: symmetric motions, O. Bottema, B. Roth, Theoretical Kinematics, 1979, chapter 9; the foci
-of antiparallelogram centrodes are textbook.
+Source: symmetric motions, O. Bottema, B. Roth, Theoretical Kinematics, 1979.
 """
 
 from __future__ import annotations

@@ -24,7 +24,9 @@ TOOL_MASS = 1.0
 SLENDER = 1.0 / 40.0
 
 
-def bars_inertial(points: Sequence[complex], width: float, tool: complex | None = None) -> Element:
+def bars_inertial(
+    points: Sequence[complex], width: float, tool: complex | None = None
+) -> Element:
     """Make the ``<inertial>`` of bars from point to point, and of a tool.
 
     Args:

@@ -5,9 +5,9 @@
 
 draws positions of two to five, or with ``--planted`` takes those through which the coupler of a
 random kite or antiparallelogram goes. For each kind of mechanism that is found `verify` reads
-the best file, and another program moves its links from position to position. Where the answer is
-"none", `tests.independent.second_synthesis` searches by another method, for the first so many
-tasks. The exit code is 1 if a file fails or if a search finds what was said not to be.
+the best file, and another program moves its links from position to position. Where the answer
+is "none", `tests.independent.second_synthesis` searches by another method, for the first so
+many tasks. The exit code is 1 if a file fails or if a search finds what was said not to be.
 """
 
 from __future__ import annotations

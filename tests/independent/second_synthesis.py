@@ -75,6 +75,8 @@ def admissible(kind: str, task: Task, pivots: Pivots) -> bool:
     """
     G, H, W, Z = pivots
     crank, base = abs(W - G), abs(H - G)
+    if min(crank, base) <= SHORTEST * task.size:
+        return False
     tips, ends = task.move(W), task.move(Z)
     left = [np.abs(tips - G) - crank, np.abs(ends - H) - abs(Z - H)]
     left += [[abs(ends[0] - _mirrored(kind, G, H, W))]]
@@ -86,7 +88,6 @@ def admissible(kind: str, task: Task, pivots: Pivots) -> bool:
     steps = np.diff(angles)
     return bool(
         LOWEST < base / crank <= HIGHEST
-        and crank > SHORTEST * task.size
         and max(abs(z - task.tool) for z in pivots) < FARTHEST * task.size
         and len(set(np.sign(angles))) == 1
         and (np.all(steps > 0.0) or np.all(steps < 0.0))
@@ -164,8 +165,6 @@ def _on_grid(kind: str, task: Task, fixed, moving, dense: int) -> Iterator[Pivot
                 0.5 * (ratio[i, 0] + ratio[i + 1, 0]),
                 0.5 * (angle[0, j] + angle[0, j + 1]),
             ]
-            if len(task.turns) == 2:
-                start = [start[0], start[1]]
             yield from _refined_base(kind, task, G, W, start)
 
 

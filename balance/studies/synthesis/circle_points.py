@@ -35,8 +35,9 @@ MOST_POSITIONS = 5
 """Most positions that a crank can meet."""
 # Directions of lines of the tool through its point, for four positions.
 DIRECTIONS = 60
-# Places on the tool, in sizes of the positions and directions, for two and three positions.
-RADII, PLACES = (0.1, 0.25, 0.5, 0.9, 1.4), 12
+# Places on the tool, in sizes of the positions, and directions: for three positions; half as
+# many directions for two.
+RADII, PLACES = (0.1, 0.25, 0.5, 0.9, 1.4, 2.2), 24
 # Angles of cranks from the perpendicular bisector's foot, for two positions.
 SIDES = np.linspace(-1.3, 1.3, 9)
 # Steps of Newton's method, and what they may leave of a radius, over the size.
@@ -166,7 +167,8 @@ def _on_grid(
         G = np.full(SIDES.shape, complex(fixed))
         back = (fixed - steps[0].shift) / steps[0].rotation
         return Cranks(G, _equally_far(G, np.full(SIDES.shape, back), SIDES, size))
-    ways = np.exp(2j * np.pi * np.arange(PLACES) / PLACES)
+    places = PLACES // 2 if len(steps) == 1 else PLACES
+    ways = np.exp(2j * np.pi * np.arange(places) / places)
     W = positions[0].point + size * np.multiply.outer(RADII, ways).ravel()
     if moving is not None:
         W = np.array([complex(moving)])

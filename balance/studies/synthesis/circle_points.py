@@ -34,7 +34,7 @@ ComplexArray = NDArray[np.complex128]
 MOST_POSITIONS = 5
 """Most positions that a crank can meet."""
 # Directions of lines of the tool through its point, for four positions.
-DIRECTIONS = 60
+DIRECTIONS = 180
 # Places on the tool, in sizes of the positions, and directions: for three positions; half as
 # many directions for two.
 RADII, PLACES = (0.1, 0.25, 0.5, 0.9, 1.4, 2.2), 24

@@ -40,7 +40,7 @@ COLUMNS = (
 # Farthest that the tool of a file may be from a position, over their size.
 MET = 1e-8
 # Steps of the crank from one position to the next.
-STEPS = 40
+STEPS = 400
 
 
 def random_task(count: int, seed: int):

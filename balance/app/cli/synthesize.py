@@ -40,7 +40,7 @@ def add_synthesize(parser: Parser) -> None:
         type=_positions,
         required=True,
         metavar='"x,y,deg; …"',
-        help="two or three positions of the tool, or more for --kind four-bar: metres, and "
+        help="two or three positions of the tool, or more for four-bars: metres, and "
         "degrees from the x-axis; it turns by the difference of the angles as they are written",
     )
     _add_method_options(parser)
@@ -70,9 +70,10 @@ def _add_method_options(parser: argparse.ArgumentParser) -> None:
     """Add the options that choose the kind of mechanism and its pivots."""
     parser.add_argument(
         "--kind",
-        choices=("pantograph", "four-bar"),
+        choices=("pantograph", "four-bar", "geared-four-bar"),
         default="pantograph",
-        help="pantograph (default), or a kite or antiparallelogram whose coupler is the tool",
+        help="pantograph (default); a kite or antiparallelogram, or any four-bar with geared "
+        "rotors, whose coupler is the tool",
     )
     case = parser.add_mutually_exclusive_group()
     case.add_argument(

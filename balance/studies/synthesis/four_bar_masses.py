@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from math import inf
+from typing import Protocol
 
 from balance.masses.designs.best_design import Design, design
 from balance.masses.designs.write_urdf import replace_inertials
 from balance.space.spaces.compute_space import design_space
 from balance.studies.synthesis.four_bars import FourBarDesign
+from balance.studies.synthesis.positions import Position
 from kinematics.loading.model_gallery import load
 from kinematics.model.document import make_elements
 from kinematics.model.document.element import Document, Element
@@ -17,6 +20,26 @@ from kinematics.model.document.write_numbers import element_text, number_words
 COUPLER_MASS = 1.0
 # Decimals of lengths in the file.
 DECIMALS = 15
+LINKS = ("base", "crank", "coupler", "rocker", "tool")
+"""Links of the file."""
+
+
+class PlacedFourBar(Protocol):
+    """A four-bar at the first position of its tool."""
+
+    @property
+    def kind(self) -> str:
+        """Name of the robot in the file."""
+        ...
+
+    @property
+    def first(self) -> Position:
+        """Pose of the tool."""
+        ...
+
+    def pivots(self, index: int = 0) -> dict[str, complex]:
+        """Compute the pivots, metres, inertial frame."""
+        ...
 
 
 def balanced_four_bar(four_bar: FourBarDesign) -> tuple[bytes | None, Design]:
@@ -25,7 +48,7 @@ def balanced_four_bar(four_bar: FourBarDesign) -> tuple[bytes | None, Design]:
     Returns:
         The bytes of the file, None if no masses balance it, and the design.
     """
-    linkage = load(Document(four_bar.kind, _four_bar_urdf(four_bar)), bodies="all")
+    linkage = load(Document(four_bar.kind, four_bar_urdf(four_bar)), bodies="all")
     # Exact arithmetic would see the rounding of the digits, which no design closes.
     bounds = {"coupler": (COUPLER_MASS, inf)}
     best = design(design_space(linkage), "mass", bounds=bounds, density=None)
@@ -35,15 +58,23 @@ def balanced_four_bar(four_bar: FourBarDesign) -> tuple[bytes | None, Design]:
     return replace_inertials(best.space.linkage, elements), best
 
 
-def _four_bar_urdf(four_bar: FourBarDesign) -> bytes:
-    """Write a four-bar without masses as a URDF file at the first position."""
+def four_bar_urdf(
+    four_bar: PlacedFourBar, inertials: Mapping[str, Element] | None = None
+) -> bytes:
+    """Write a four-bar as a URDF file at the first position.
+
+    The frames of crank and coupler are at their joints, all parallel to the inertial frame.
+
+    Args:
+        inertials: of its links by name; the others have no mass.
+    """
     at = four_bar.pivots()
     tool = four_bar.first
     crank, tip = at["crank_base"], at["crank_tip"]
     yaw = number_words([0.0, 0.0, tool.angle])
     turned = Element("origin", {**_origin(tool.point - tip).attributes, "rpy": yaw})
     parts = [
-        *map(make_elements.link, ("base", "crank", "coupler", "rocker", "tool")),
+        *(make_elements.link(name, (inertials or {}).get(name)) for name in LINKS),
         _joint("crank_joint", "base", "crank", crank, True),
         _joint("coupler_joint", "crank", "coupler", tip - crank),
         _joint("rocker_joint", "base", "rocker", at["rocker_base"]),

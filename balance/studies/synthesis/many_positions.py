@@ -32,6 +32,7 @@ from balance.studies.synthesis.four_bars import (
     crank_angles,
     place_four_bar,
 )
+from balance.studies.synthesis.mirrored_base import KIND, antiparallelograms_through
 from balance.studies.synthesis.positions import Position, displacements, size_of
 from kinematics.numerics.array_types import Array
 from kinematics.numerics.linalg.ties import rank_least_first
@@ -65,7 +66,11 @@ def four_bars_near(positions: Sequence[Position], kind: str) -> tuple[FourBarDes
     size = fitting.size
     exact: list[FourBarDesign] = []
     near: list[FourBarDesign] = []
-    for start in _starts(fitting):
+    if kind == KIND:
+        exact = [
+            each for each in antiparallelograms_through(positions) if _in_reach(each, size)
+        ]
+    for start in [] if exact else _starts(fitting):
         design = fitting.refine(start)
         if not _in_reach(design, size) or any(_same(design, x, size) for x in exact + near):
             continue

@@ -27,7 +27,7 @@ class SynthesizedMechanism:
     """A balanced mechanism whose tool passes through positions.
 
     Attributes:
-        kind: ``"pantograph"``, ``"kite"`` or ``"antiparallelogram"``.
+        kind: ``"pantograph"``, ``"kite"``, ``"antiparallelogram"`` or ``"geared four-bar"``.
         pivots: by name, at the first position; metres, inertial frame, complex.
         link_turns: turn of the first link, or of the crank, from the first position to each,
             radians.
@@ -40,7 +40,7 @@ class SynthesizedMechanism:
         defects: branch, order and reversal defects of the motion.
         urdf: the file.
         coupling: what couples both links of a pantograph: a belt, which is in the file, or a
-            slot, which no URDF file can have; None for a four-bar.
+            slot, which no URDF file can have; None for a four-bar, whose gears are in the file.
         table: motion of its inputs, in the nonlinear case.
         confirmation: what the core says of the file.
         numbers: lengths, masses and reduced inertias by name, SI units.
@@ -101,7 +101,7 @@ class Synthesis(WithPage, WithPicture):
 
     Attributes:
         positions: of the tool.
-        kind: ``"pantograph"`` or ``"four-bar"``.
+        kind: ``"pantograph"``, ``"four-bar"`` or ``"geared-four-bar"``.
         ratio: k of the linear case; None otherwise.
         mechanisms: the best ones first.
         count: how many were found; the best are in ``mechanisms``.
@@ -126,8 +126,8 @@ class Synthesis(WithPage, WithPicture):
 
     @property
     def case(self) -> str:
-        """``"linear"``, ``"nonlinear"`` or ``"four-bar"``."""
-        if self.kind == "four-bar":
+        """``"linear"``, ``"nonlinear"``, ``"four-bar"`` or ``"geared-four-bar"``."""
+        if self.kind != "pantograph":
             return self.kind
         return "nonlinear" if self.ratio is None else "linear"
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
+from balance.studies.synthesis.circle_points import MOST_POSITIONS
 from balance.studies.synthesis.pantograph import PantographMasses
 from balance.studies.synthesis.positions import FARTHEST, Position
 from kinematics.errors import UsageError
@@ -16,7 +17,7 @@ class SynthesisRequest:
 
     Attributes:
         positions: of the tool.
-        kind: ``"pantograph"`` or ``"four-bar"``.
+        kind: ``"pantograph"``, ``"four-bar"`` or ``"geared-four-bar"``.
         ratio: k of the linear case; None in the nonlinear one and for four-bars.
         fixed: the fixed pivot, if it is chosen.
         moving: the moving pivot, if it is chosen.
@@ -55,6 +56,13 @@ class SynthesisRequest:
                 "a pantograph passes through two or three positions: --kind four-bar goes "
                 "through four, and near more"
             )
+        if len(self.positions) > MOST_POSITIONS and self.kind == "geared-four-bar":
+            raise UsageError(
+                "a geared four-bar passes through up to five positions: --kind four-bar goes "
+                "near more"
+            )
+        if self.within and self.kind == "geared-four-bar":
+            raise UsageError("a geared four-bar meets its positions: leave out 'within'")
         if self.within and len(self.positions) < 4:
             raise UsageError("two and three positions are met exactly: leave out 'within'")
         if not 0.0 <= self.within <= FARTHEST:
@@ -62,7 +70,7 @@ class SynthesisRequest:
         pivots = [pivot for pivot in (self.fixed, self.moving) if pivot is not None]
         if not all(abs(x) <= FARTHEST for pivot in pivots for x in (pivot.real, pivot.imag)):
             raise UsageError(f"the pivot is not of finite numbers up to {FARTHEST:g} m")
-        if self.kind == "four-bar" and self.masses is not None:
+        if self.kind != "pantograph" and self.masses is not None:
             raise UsageError("masses are for a pantograph: those of a four-bar follow")
         nonlinear = self.kind == "pantograph" and self.ratio is None
         if self.window is not None:

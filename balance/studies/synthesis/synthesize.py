@@ -13,7 +13,7 @@ from dataclasses import asdict, replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from balance.motion.motion_tolerances import SYNTHESIS_LINK_FLAT, SYNTHESIS_MET
+from balance.motion.motion_tolerances import SYNTHESIS_LINK_FLAT
 from balance.studies.synthesis.angle_error import chain_angles
 from balance.studies.synthesis.balanced_pantograph import (
     ELBOW,
@@ -29,9 +29,7 @@ from balance.studies.synthesis.constrained_motion import (
 from balance.studies.synthesis.construction import construct_chain
 from balance.studies.synthesis.couplings import Coupling, belt_coupling, slot_coupling
 from balance.studies.synthesis.error_map import angle_error_map, offsets_without_error
-from balance.studies.synthesis.four_bar_masses import balanced_four_bar
-from balance.studies.synthesis.four_bars import FOUR_BARS, FourBarDesign, four_bars_through
-from balance.studies.synthesis.many_positions import four_bars_near
+from balance.studies.synthesis.four_bar_synthesis import geared_four_bars, special_four_bars
 from balance.studies.synthesis.mechanism import Synthesis, SynthesizedMechanism
 from balance.studies.synthesis.pantograph import (
     PantographMasses,
@@ -59,12 +57,12 @@ from kinematics.errors import UsageError
 from kinematics.numerics.linalg.ties import rank_least_first
 from kinematics.wording import number_text
 
-KINDS = ("pantograph", "four-bar")
+KINDS = ("pantograph", "four-bar", "geared-four-bar")
 """Kinds of mechanisms."""
 RATIO = -1.0
 """Ratio of the turns if none is given."""
-# Most mechanisms in a result, and most four-bars whose masses are tried.
-MOST, TRIES = 4, 8
+# Most mechanisms in a result.
+MOST = 4
 # Rows and columns of a map; its half width, in sizes of the positions; its highest ratio R.
 GRID, REACH, HIGHEST = 60, 3.0, 2.0
 # Mass m6 of default masses in the nonlinear case, kg: it couples the links.
@@ -91,14 +89,15 @@ def synthesize(
     Pantographs with links that turn in the ratio ``k = β/φ`` of the first link and the tool
     (the linear case); pantographs with given masses, whose ratio varies (nonlinear); or kites
     and antiparallelograms whose coupler is the tool, which pass through up to four positions,
-    and near more, in the sense of least squares. Every mechanism is written as URDF and
-    confirmed by the design space and by Pinocchio.
+    and near more, in the sense of least squares; or any four-bars, through up to five, with
+    counterweights and geared rotors. Every mechanism is written as URDF and confirmed by the
+    design space and by Pinocchio.
 
     Args:
         positions: of the tool: x and y in metres, the angle in radians; inertial frame.
         ratio: k, negative; -1 by default.
         nonlinear: whether the ratio varies with the pose.
-        kind: ``"pantograph"`` or ``"four-bar"``.
+        kind: ``"pantograph"``, ``"four-bar"`` or ``"geared-four-bar"``.
         fixed: the pivot on the base, for two positions; complex, metres.
         moving: or the one on the tool, at the first position.
         masses: of the pantograph. In the linear case s3 and a moment of inertia are changed.
@@ -116,7 +115,8 @@ def synthesize(
         UsageError: the request contradicts itself.
 
     Source:
-        G. Becht, MSc thesis, TU Delft, 2020, chapter 3.
+        G. Becht, MSc thesis, TU Delft, 2020, chapter 3; four-bars: J. M. McCarthy, G. S. Soh,
+        Geometric Design of Linkages, 2nd ed., 2011, chapter 5.
 
     Example:
         >>> import balance
@@ -127,7 +127,7 @@ def synthesize(
     """
     if kind not in KINDS:
         raise UsageError(f"no kind '{kind}': choose from {', '.join(KINDS)}")
-    if (nonlinear or kind == "four-bar") and ratio is not None:
+    if (nonlinear or kind != "pantograph") and ratio is not None:
         raise UsageError("a ratio is for the linear case of a pantograph")
     poses = check_positions(positions)
     linear = kind == "pantograph" and not nonlinear
@@ -144,7 +144,9 @@ def synthesize(
     )
     request.check()
     if kind == "four-bar":
-        return _four_bars(request)
+        return special_four_bars(request)
+    if kind == "geared-four-bar":
+        return geared_four_bars(request)
     return _linear(request) if linear else _nonlinear(request)
 
 
@@ -310,64 +312,6 @@ def _first_position(pantograph: BalancedPantograph, ratio: float | None) -> dict
         return {}
     elbow = {ELBOW: link - tool} if ratio is None else {}
     return {SHOULDER: -link, **elbow}
-
-
-def _four_bars(request: SynthesisRequest) -> Synthesis:
-    """Search balanced four-bars, and masses for the best of each kind."""
-    mechanisms, count = [], 0
-    within = max(request.within, SYNTHESIS_MET * size_of(request.positions))
-    for done, kind in enumerate(FOUR_BARS, 1):
-        if len(request.positions) > 3:
-            designs = four_bars_near(request.positions, kind)
-        else:
-            designs = four_bars_through(
-                request.positions, kind, fixed=request.fixed, moving=request.moving
-            )
-        meeting = [design for design in designs if design.miss <= within]
-        count += len(meeting)
-        for four_bar in (meeting or designs)[:TRIES]:
-            mechanism = _four_bar(four_bar, within)
-            if mechanism is not None:
-                mechanisms.append(mechanism)
-                break
-        if request.progress is not None:
-            request.progress(done, len(FOUR_BARS))
-    ranked = sorted(
-        mechanisms,
-        key=lambda four_bar: (not four_bar.good, not four_bar.meets, len(four_bar.defects)),
-    )
-    return Synthesis(
-        request.positions, request.kind, None, tuple(ranked), count, within=request.within
-    )
-
-
-def _four_bar(four_bar: FourBarDesign, within: float) -> SynthesizedMechanism | None:
-    """Write and confirm a four-bar; None if the core finds no masses."""
-    urdf, best = balanced_four_bar(four_bar)
-    if urdf is None:
-        return None
-    alpha = four_bar.crank_angles
-    turns = np.linspace(min(alpha), max(alpha), 200)
-    numbers = {f"{body.name}_mass": float(body.mass) for body in best.bodies}
-    numbers |= {"crank": abs(four_bar.scale), "base": abs(four_bar.scale) * four_bar.ratio}
-    first = four_bar.positions[0].angle
-    return SynthesizedMechanism(
-        four_bar.kind,
-        four_bar.pivots(),
-        tuple(angle - alpha[0] for angle in alpha),
-        tuple(each.angle - first for each in four_bar.positions),
-        four_bar.error,
-        four_bar.angle_error,
-        four_bar.miss <= within,
-        four_bar.tool_points(turns),
-        tuple(map(four_bar.outline, range(len(alpha)))),
-        four_bar.defects,
-        urdf,
-        None,
-        None,
-        confirm_balance(urdf, certified=False),
-        numbers,
-    )
 
 
 def balance_chain(

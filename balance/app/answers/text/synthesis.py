@@ -36,7 +36,7 @@ def synthesis_facts(synthesis: Synthesis) -> list[tuple[str, str]]:
     )
     kind = (
         synthesis.kind
-        if synthesis.kind == "four-bar"
+        if synthesis.kind != "pantograph"
         else f"{synthesis.kind}, {synthesis.case}"
     )
     pairs = [("positions", places), ("mechanism", kind)]
@@ -59,6 +59,10 @@ def _best(mechanism: SynthesizedMechanism) -> list[tuple[str, str]]:
         at = ", ".join(f"{name}={number_text(x, '.9g')} rad" for name, x in inputs)
         pairs.append(("file pose", f"away from position 1, which is nearly flat, at {at}"))
     numbers = mechanism.numbers
+    if "transmission_angle" in numbers:
+        angle = number_text(math.degrees(numbers["transmission_angle"]), ".3g")
+        added = number_text(numbers["added_mass"], ".4g")
+        pairs += [("transmission", f"{angle}° or more"), ("added", f"{added} kg")]
     if "J1" in numbers:
         lengths = ", ".join(
             f"{name} {number_text(numbers[name], '.6g')}" for name in ("l1", "l2", "l3")

@@ -1,0 +1,49 @@
+"""A general four-bar balanced by counterweights, and by rotors that gears turn against it.
+
+Its links are bars of steel (`steel_links`), which stay. Counterweights balance the forces, and
+rotors that gears turn backwards, at as few joints as possible, the moments: the remedy
+``separate_rotors`` of `balance.compare_remedies`. The file has the gears as ``<mimic>``.
+
+Source: R. S. Berkof, Mechanism and Machine Theory 8(3), 1973: two rotors are enough if the
+coupler is a physical pendulum.
+"""
+
+from __future__ import annotations
+
+from balance.masses.remedies.applied import AppliedRemedy
+from balance.masses.remedies.counter_rotations.separate_rotors import apply_separate_rotors
+from balance.masses.remedies.request import RemedyRequest
+from balance.studies.synthesis.four_bar_masses import PlacedFourBar, four_bar_urdf
+from balance.studies.synthesis.steel_links import bar_width, bars_inertial
+from kinematics.errors import LinkageError
+from kinematics.loading.model_gallery import load
+from kinematics.model.document.element import Document
+
+# Turns of a rotor for one of its joint; radius of rotors, over the longest link.
+GEAR, RADIUS = 3.0, 0.5
+
+
+def balanced_by_rotors(four_bar: PlacedFourBar) -> AppliedRemedy | None:
+    """Add counterweights and counter-rotors to a four-bar of steel bars.
+
+    Returns:
+        The remedy, with its file; None if there is none that balances it.
+    """
+    at = four_bar.pivots()
+    G, W, Z, H = (at[name] for name in ("crank_base", "crank_tip", "rocker_tip", "rocker_base"))
+    tool = four_bar.first.point - W
+    lengths = [abs(W - G), abs(Z - W), abs(Z - H), abs(tool)]
+    width = bar_width(lengths)
+    inertials = {
+        "crank": bars_inertial([0j, W - G], width),
+        "coupler": bars_inertial([0j, Z - W, tool, 0j], width, tool),
+        "rocker": bars_inertial([0j, Z - H], width),
+    }
+    try:
+        linkage = load(Document(four_bar.kind, four_bar_urdf(four_bar, inertials)))
+        request = RemedyRequest(linkage, gear=GEAR, radius=RADIUS * max(lengths))
+        request.check()
+        remedies = apply_separate_rotors(request)
+        return next((each for each in remedies if each.verdict == "feasible"), None)
+    except LinkageError:
+        return None

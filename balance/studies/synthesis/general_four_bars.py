@@ -1,0 +1,247 @@
+"""General four-bars whose coupler passes through two to five positions.
+
+Two cranks of `circle_points` and the tool make a four-bar. With the angle α of the crank from
+the base the diagonal from its tip to the base of the rocker is ``d² = a² + g² - 2 a g cos α``,
+and the transmission angle μ between coupler and rocker follows from
+``2 b c cos μ = b² + c² - d²``. On the way the crank goes through an interval of α, in which d
+is extreme at the ends, and where crank and base are in line. A four-bar is kept if
+
+- the crank meets the positions in their order within one turn (order);
+- μ stays away from 0 and π on the way, so that the linkage never folds (branch, circuit); and
+  its sign is that of the assembly at all positions;
+- its links and pivots are neither too short nor too far.
+
+Source: J. M. McCarthy, G. S. Soh, Geometric Design of Linkages, 2nd ed., 2011, chapters 2, 5.
+"""
+
+from __future__ import annotations
+
+import cmath
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from balance.studies.synthesis.circle_points import Cranks, cranks_through
+from balance.studies.synthesis.constrained_motion import Defect
+from balance.studies.synthesis.positions import Position, displacements, size_of
+from kinematics.numerics.array_types import Array, Flags
+from kinematics.numerics.linalg.ties import rank_least_first
+
+ComplexArray = NDArray[np.complex128]
+
+# Least transmission angle on the way, and that from which size decides.
+LEAST, AMPLE = math.radians(10.0), math.radians(35.0)
+# Shortest link and farthest pivot, in sizes of the positions.
+SHORTEST, FARTHEST = 0.05, 20.0
+# Most designs that are returned.
+MOST = 500
+
+
+@dataclass(frozen=True)
+class GeneralFourBar:
+    """A four-bar whose coupler carries the tool through positions.
+
+    Attributes:
+        positions: of the tool.
+        crank_base: pivot on the base, metres, inertial frame.
+        rocker_base: of the rocker.
+        crank_tip: pivot on the coupler at the first position.
+        rocker_tip: of the rocker.
+        crank_angles: of the crank at each position, radians, inertial frame; monotone.
+        transmission: least angle between coupler and rocker, or its supplement, on the way.
+    """
+
+    positions: tuple[Position, ...]
+    crank_base: complex
+    rocker_base: complex
+    crank_tip: complex
+    rocker_tip: complex
+    crank_angles: tuple[float, ...]
+    transmission: float
+
+    kind = "geared four-bar"
+    defects: tuple[Defect, ...] = ()
+
+    @property
+    def first(self) -> Position:
+        """Pose of the tool at the first angle of the crank."""
+        return self.positions[0]
+
+    @property
+    def scale(self) -> complex:
+        """Length of the crank, metres, and direction of the base."""
+        base = self.rocker_base - self.crank_base
+        return abs(self.crank_tip - self.crank_base) * base / abs(base)
+
+    @property
+    def ratio(self) -> float:
+        """Length of the base over that of the crank."""
+        base, crank = self.rocker_base - self.crank_base, self.crank_tip - self.crank_base
+        return abs(base) / abs(crank)
+
+    def pivots(self, index: int = 0) -> dict[str, complex]:
+        """Compute the pivots at a position, metres, inertial frame."""
+        A, B = self._tips(self.crank_angles[index])
+        return {
+            "crank_base": self.crank_base,
+            "rocker_base": self.rocker_base,
+            "crank_tip": complex(A),
+            "rocker_tip": complex(B),
+        }
+
+    def outline(self, index: int) -> tuple[complex, ...]:
+        """Compute a line along the links: crank, coupler with the tool, rocker."""
+        at, tool = self.pivots(index), complex(self.tool_points(self.crank_angles[index]))
+        A, B = at["crank_tip"], at["rocker_tip"]
+        return at["crank_base"], A, tool, B, A, B, at["rocker_base"]
+
+    def tool_points(self, crank_angles: ArrayLike) -> ComplexArray:
+        """Compute the point of the tool for angles of the crank."""
+        A, B = self._tips(crank_angles)
+        arm = (self.first.point - self.crank_tip) / (self.rocker_tip - self.crank_tip)
+        return np.asarray(A + arm * (B - A))
+
+    def _tips(self, crank_angles: ArrayLike) -> tuple[ComplexArray, ComplexArray]:
+        """Compute both tips for angles of the crank, in the assembly of the first position."""
+        G, H, W, Z = self.crank_base, self.rocker_base, self.crank_tip, self.rocker_tip
+        A = G + abs(W - G) * np.exp(1j * np.asarray(crank_angles, dtype=np.float64))
+        coupler, rocker, diagonal = abs(Z - W), abs(Z - H), np.abs(H - A)
+        along = (coupler**2 - rocker**2 + diagonal**2) / (2.0 * diagonal)
+        side = math.copysign(1.0, ((H - W).conjugate() * (Z - W)).imag)
+        beside = side * np.sqrt(np.maximum(coupler**2 - along**2, 0.0))
+        return A, np.asarray(A + (along + 1j * beside) * (H - A) / diagonal)
+
+    @property
+    def error(self) -> float:
+        """Largest distance of the tool from its positions, metres."""
+        points = self.tool_points(self.crank_angles)
+        return float(np.abs(points - [each.point for each in self.positions]).max())
+
+    @property
+    def angle_error(self) -> float:
+        """Largest difference of the angle of the tool from those of its positions, radians."""
+        A, B = self._tips(self.crank_angles)
+        turned = (B - A) / (self.rocker_tip - self.crank_tip) * cmath.exp(1j * self.first.angle)
+        wanted = np.exp(-1j * np.array([each.angle for each in self.positions]))
+        return float(np.abs(np.angle(turned * wanted)).max())
+
+    @property
+    def miss(self) -> float:
+        """The larger of both, metres: the angle as an arc of the size of the positions."""
+        return max(self.error, size_of(self.positions) * self.angle_error)
+
+
+def general_four_bars(
+    positions: Sequence[Position],
+    *,
+    fixed: complex | None = None,
+    moving: complex | None = None,
+) -> tuple[GeneralFourBar, ...]:
+    """Find four-bars without defects whose coupler passes through positions.
+
+    Args:
+        positions: two to five positions of the tool.
+        fixed: pivot of the crank on the base, for two positions; metres, inertial frame.
+        moving: or pivot of the crank on the coupler, at the first position.
+
+    Returns:
+        At most 500: those whose transmission angle keeps 35° first, the smallest first among
+        them; then the others, those with the largest transmission angle first.
+    """
+    positions = tuple(positions)
+    cranks = cranks_through(positions, fixed=fixed, moving=moving)
+    rockers = cranks
+    if fixed is not None or moving is not None:
+        rockers = cranks_through(positions)
+    pairs = _judge_pairs(positions, cranks, rockers)
+    return tuple(
+        GeneralFourBar(
+            positions,
+            complex(cranks.fixed[i]),
+            complex(rockers.fixed[j]),
+            complex(cranks.moving[i]),
+            complex(rockers.moving[j]),
+            tuple(angles),
+            transmission,
+        )
+        for i, j, angles, transmission in zip(*pairs, strict=True)
+    )
+
+
+class _Pairs(NamedTuple):
+    """Pairs of cranks that make four-bars without defects."""
+
+    cranks: list[int]
+    rockers: list[int]
+    angles: list[list[float]]
+    transmission: list[float]
+
+
+def _judge_pairs(positions: tuple[Position, ...], cranks: Cranks, rockers: Cranks) -> _Pairs:
+    """Judge all pairs of a crank and a rocker, the best first."""
+    size, steps = size_of(positions), displacements(positions)
+    G, W = (part[:, None] for part in cranks)
+    H, Z = (part[None, :] for part in rockers)
+    tips = np.stack([W, *(step.move(W) for step in steps)])
+    ends = np.stack([Z, *(step.move(Z) for step in steps)])
+    a, b, c, g = np.abs(W - G), np.abs(Z - W), np.abs(Z - H), np.abs(H - G)
+    links = [np.broadcast_to(each, b.shape) for each in (a, b, c, g)]
+    spread = np.max([np.abs(z - positions[0].point) + 0.0 * b for z in (G, W, H, Z)], axis=0)
+    fits = (np.min(links, axis=0) > SHORTEST * size) & (spread < FARTHEST * size)
+    signs = np.sign(((ends - tips) * (ends - H).conj()).imag)
+    fits &= (signs == signs[0]).all(axis=0)
+    i, j = np.nonzero(fits)
+    if not i.size:
+        return _Pairs([], [], [], [])
+    lengths = _Lengths(*(each[i, j] for each in links))
+    alpha = np.angle((tips[:, i, 0] - G[i, 0]) / (H[0, j] - G[i, 0]))
+    ways = [_transmission(lengths, alpha, sign) for sign in (1.0, -1.0)]
+    sign = np.where(ways[0] >= ways[1], 1.0, -1.0)
+    best = np.maximum(*ways)
+    kept = np.flatnonzero(best > LEAST)
+    # Ample transmission first, and among such the small ones; then the others.
+    key = np.where(best > AMPLE, spread[i, j] / size, FARTHEST * (2.0 - best))
+    kept = kept[rank_least_first(key[kept].tolist())][:MOST]
+    turned = _from_first(alpha[:, kept], sign[kept])
+    start = np.angle(tips[0, i[kept], 0] - G[i[kept], 0])
+    return _Pairs(
+        i[kept].tolist(), j[kept].tolist(), (start + turned).T.tolist(), best[kept].tolist()
+    )
+
+
+class _Lengths(NamedTuple):
+    """Lengths of crank, coupler, rocker and base (n,)."""
+
+    crank: Array
+    coupler: Array
+    rocker: Array
+    base: Array
+
+
+def _from_first(alpha: Array, sign: Array | float) -> Array:
+    """Compute the turns of a crank from the first position in a direction (p, n), within 2π."""
+    return np.asarray(sign * np.mod(sign * (alpha - alpha[0]), 2.0 * np.pi))
+
+
+def _transmission(lengths: _Lengths, alpha: Array, sign: float) -> Array:
+    """Compute the least transmission angle if the crank turns in a direction.
+
+    Returns:
+        Radians (n,); -1 where the order of the positions is another, or the linkage folds.
+    """
+    turned = sign * _from_first(alpha, sign)
+    ordered = (np.diff(turned, axis=0) > 0.0).all(axis=0)
+    start, span = sign * alpha[0], turned[-1]
+    a, b, c, g = lengths
+    cosines = [np.cos(alpha[0]), np.cos(alpha[-1])]
+    for at, cosine in ((0.0, 1.0), (np.pi, -1.0)):
+        passed: Flags = np.mod(at - start, 2.0 * np.pi) <= span
+        cosines.append(np.where(passed, cosine, cosines[0]))
+    diagonal = a**2 + g**2 - 2.0 * a * g * np.stack(cosines)
+    cosine = np.abs((b**2 + c**2 - diagonal) / (2.0 * b * c)).max(axis=0)
+    angle = np.arccos(np.minimum(cosine, 1.0))
+    return np.where(ordered & (cosine < 1.0), angle, -1.0)

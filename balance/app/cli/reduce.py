@@ -60,9 +60,10 @@ if TYPE_CHECKING:
 MOST_BUDGET = 1e9
 # Options on the shaking along motions, and on what is made of it.
 OF_MOTIONS = (
-    *("csv", "tool_path", "speed", "about", "density", "thickness"),
+    *("csv", "tool_path", "speed", "about", "density", "thickness", "points", "minimise"),
     *("pareto", "weight_moment", "max_bearing", "max_torque", "frame", "parts", "plot", "html"),
 )
+# What may be least, the default first.
 OBJECTIVES = ("rms", "peak", "torque", "bearing")
 
 
@@ -108,7 +109,6 @@ def _add_least_options(parser: Parser) -> None:
     group.add_argument(
         "--minimise",
         choices=OBJECTIVES,
-        default="rms",
         metavar="WHAT",
         help="rms (default) or peak of shaking, torque, bearing",
     )
@@ -269,7 +269,7 @@ def _front(
             "max_torque": dict(arguments.max_torque),
             "about": arguments.about,
             "thickness": arguments.thickness,
-            "minimise": arguments.minimise,
+            "minimise": arguments.minimise or OBJECTIVES[0],
             "density": densities_of(arguments, names_of_links(space, arguments.links)),
         }
         links, given = arguments.links, ShakingOptions(**options)

@@ -86,7 +86,7 @@ class SpatialDimensions:
         linkage: the parts.
         free: indices of the free dimensions.
         terms: each dimension as a combination of free ones.
-        bennett: the relation of a Bennett linkage, if it is one.
+        proportional: the relation of a Bennett linkage, if it is one.
         variables: of the formulas; an angle has two, its cosine and its sine.
         angles: for each free dimension, whether it is an angle, drawn as tangent of its half.
     """
@@ -95,14 +95,14 @@ class SpatialDimensions:
         self,
         linkage: SpatialParts,
         relations: Sequence[DimensionRelation],
-        bennett: BennettLoop | None = None,
+        proportional: BennettLoop | None = None,
     ) -> None:
         """Solve the relations.
 
         Raises:
             ExactError: they leave a dimension zero.
         """
-        self.linkage, self.bennett = linkage, bennett
+        self.linkage, self.proportional = linkage, proportional
         count = len(linkage.dimensions)
         backwards = range(count - 1, -1, -1)
         rows = [[r.terms.get(i, Fraction(0)) for i in backwards] for r in relations]
@@ -116,7 +116,7 @@ class SpatialDimensions:
             if not terms:
                 name = linkage.dimensions[i].name
                 raise ExactError(f"relations leave no value but zero for {name}")
-        follows = set(self.terms) | ({bennett.second_length} if bennett else set())
+        follows = set(self.terms) | ({proportional.second_length} if proportional else set())
         self.free = [i for i in range(count) if i not in follows]
         self.angles = [linkage.dimensions[i].kind == "angle" for i in self.free]
         self.variables: list[Variable] = []
@@ -132,9 +132,9 @@ class SpatialDimensions:
 
     def further_words(self) -> list[str]:
         """State the relation of a Bennett linkage."""
-        if self.bennett is None:
+        if self.proportional is None:
             return []
-        i = self.bennett.second_length
+        i = self.proportional.second_length
         return [f"{self.linkage.dimensions[i].name} = {self.equals(i)}"]
 
     def argument_names(self) -> list[str]:
@@ -144,8 +144,8 @@ class SpatialDimensions:
     def equals(self, i: int) -> str:
         """Write a dimension that is not free in the free ones; empty for a free one."""
         dimensions = self.linkage.dimensions
-        if self.bennett is not None and i == self.bennett.second_length:
-            first, twist, _, other = (dimensions[k].name for k in self.bennett)
+        if self.proportional is not None and i == self.proportional.second_length:
+            first, twist, _, other = (dimensions[k].name for k in self.proportional)
             return f"{first} s_{other}/s_{twist}"
         if i not in self.terms:
             return ""
@@ -161,8 +161,8 @@ class SpatialDimensions:
         free: dict[int, Value] = {}
         for i, x, angle in zip(self.free, point, self.angles, strict=True):
             free[i] = cosine_sine(x, p) if angle else x
-        if self.bennett is not None:
-            first, twist, second, other = self.bennett
+        if self.proportional is not None:
+            first, twist, second, other = self.proportional
             a, (_, s), (_, t) = free[first], free[twist], free[other]  # type: ignore[misc]
             assert isinstance(a, int)
             free[second] = a * t * pow(s, -1, p) % p

@@ -16,6 +16,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+from balance.space.formulas.common_normals import (
+    PlacedAxis,
+    common_normal,
+    unit_vector_across,
+)
 from balance.space.formulas.input_relations import RateRelation, rate_relations
 from balance.space.formulas.notations import plain_name
 from balance.space.formulas.parameters import Parameter
@@ -146,18 +151,6 @@ class SpatialParts:
         return row
 
 
-@dataclass(eq=False)
-class _Axis:
-    """The line of a joint, or its point, and where it is used."""
-
-    name: str
-    kind: str
-    point: Array
-    direction: Array
-    ends: tuple[int, int]
-    joints: tuple[int, ...]
-
-
 def spatial_parts(space: DesignSpace) -> SpatialParts:
     """Name the dimensions of the linkage of a design space.
 
@@ -175,7 +168,9 @@ def spatial_parts(space: DesignSpace) -> SpatialParts:
         if joint.kind == "helical":
             raise ExactError(f"{space.source}: joint '{joint.name}': formulas know no screws")
         ends = part_of[int(chain.parent[k])], part_of[k]
-        axes.append(_Axis(joint.whole, joint.kind, joint.point, joint.direction, ends, (k,)))
+        axes.append(
+            PlacedAxis(joint.whole, joint.kind, joint.point, joint.direction, ends, (k,))
+        )
     bodies: dict[int, list[int]] = {}
     for body, link in enumerate(chain.links.tolist()):
         bodies.setdefault(part_of[link], []).append(body)
@@ -195,7 +190,7 @@ def spatial_parts(space: DesignSpace) -> SpatialParts:
 
 
 def _relations(
-    space: DesignSpace, axes: Sequence[_Axis], builder: _Builder, order: Sequence[int]
+    space: DesignSpace, axes: Sequence[PlacedAxis], builder: _Builder, order: Sequence[int]
 ) -> Iterator[RateRelation]:
     """Write relations of inputs on joints as they are numbered and directed here."""
     for row in rate_relations(space):
@@ -214,7 +209,7 @@ def _relations(
         yield relation
 
 
-def _join_spherical(axes: list[_Axis], massive: set[int]) -> list[_Axis]:
+def _join_spherical(axes: list[PlacedAxis], massive: set[int]) -> list[PlacedAxis]:
     """Replace three axes through one point, with nothing on the parts between, by a point."""
     axes = list(axes)
     for middle in list(axes):
@@ -242,7 +237,7 @@ def _join_spherical(axes: list[_Axis], massive: set[int]) -> list[_Axis]:
             continue
         outer = [sum(three[i].ends) - middle.ends[i // 2] for i in (0, 2)]
         numbers = tuple(number for axis in three for number in axis.joints)
-        whole = _Axis(
+        whole = PlacedAxis(
             middle.name, "spherical", centre, directions[0], (outer[0], outer[1]), numbers
         )
         place = min(axes.index(axis) for axis in three)
@@ -251,7 +246,7 @@ def _join_spherical(axes: list[_Axis], massive: set[int]) -> list[_Axis]:
     return axes
 
 
-def _order_parts(source: str, axes: Sequence[_Axis]) -> tuple[list[int], list[int], bool]:
+def _order_parts(source: str, axes: Sequence[PlacedAxis]) -> tuple[list[int], list[int], bool]:
     """Order parts and joints from the ground on: a tree, or once around a loop."""
     parts = sorted({0, *(part for axis in axes for part in axis.ends)})
     loops = len(axes) - len(parts) + 1
@@ -281,61 +276,13 @@ def _order_parts(source: str, axes: Sequence[_Axis]) -> tuple[list[int], list[in
     return order, joints, bool(loops)
 
 
-def _normal(a: _Axis, b: _Axis, size: float) -> tuple[Array | None, Array, float, float]:
-    """Find the common normal of two lines or points.
-
-    Args:
-        a: the first one.
-        b: the second one.
-        size: of the linkage; what is below round-off of it vanishes.
-
-    Returns:
-        Its foot on the first one, None if any point of it is one; its direction, 0 if it is not
-        determined; its length; and the sine of the angle of two lines, 0 for points.
-    """
-    gap = b.point - a.point
-    if a.kind == "spherical" or b.kind == "spherical":
-        side = gap
-        foot: Array | None = a.point
-        if a.kind != "spherical":
-            foot = a.point + a.direction * (a.direction @ gap)
-            side = b.point - foot
-        elif b.kind != "spherical":
-            side = gap - b.direction * (b.direction @ gap)
-        length = float(np.linalg.norm(side))
-        if length <= FORMULA_ZERO * size:
-            return foot, np.zeros(3), 0.0, 0.0
-        return foot, side / length, length, 0.0
-    across = np.cross(a.direction, b.direction)
-    sine = float(np.linalg.norm(across))
-    if sine <= FORMULA_ZERO:
-        side = gap - a.direction * (a.direction @ gap)
-        length = float(np.linalg.norm(side))
-        if length <= FORMULA_ZERO * size:
-            return None, np.zeros(3), 0.0, 0.0
-        return None, side / length, length, 0.0
-    normal = across / sine
-    length = float(normal @ gap)
-    foot = a.point + a.direction * float(np.cross(gap, b.direction) @ across) / sine**2
-    if abs(length) <= FORMULA_ZERO * size:
-        return foot, normal, 0.0, sine
-    return foot, normal * np.sign(length), abs(length), sine
-
-
-def _across(direction: Array) -> Array:
-    """Return a unit vector across another one."""
-    axis = np.eye(3)[int(np.argmin(np.abs(direction)))]
-    across = np.cross(direction, axis)
-    return np.asarray(across / np.linalg.norm(across))
-
-
 class _Builder:
     """Places the frames of parts, and names their dimensions."""
 
     def __init__(
         self,
         space: DesignSpace,
-        axes: list[_Axis],
+        axes: list[PlacedAxis],
         order: list[int],
         bodies: dict[int, list[int]],
         closed: bool,
@@ -377,7 +324,7 @@ class _Builder:
                 axis = self.axes[k]
                 if first.kind == "spherical":
                     continue
-                _, normal, length, sine = _normal(first, axis, self.size)
+                _, normal, length, sine = common_normal(first, axis, self.size)
                 if sine == 0.0:
                     sign = float(first.direction @ axis.direction)
                 elif length == 0.0:
@@ -405,9 +352,9 @@ class _Builder:
                 if second is not None:
                     direction = second.direction
                     if second.kind == "spherical":
-                        direction = _across(second.point - first.point)
+                        direction = unit_vector_across(second.point - first.point)
             if second is not None:
-                foot, normal, _, _ = _normal(first, second, self.size)
+                foot, normal, _, _ = common_normal(first, second, self.size)
                 feet[number] = foot if foot is not None else feet[number]
                 normals[number] = normal if normal.any() else None
             z.append(direction)
@@ -448,7 +395,7 @@ class _Builder:
         first, axis = self.axes[part.first], self.axes[k]
         if axis.kind == "spherical":
             return axis.point
-        foot, normal, length, _ = _normal(first, axis, self.size)
+        foot, normal, length, _ = common_normal(first, axis, self.size)
         if foot is None or first.kind == "spherical":
             foot = part.origin
         return foot + normal * length
@@ -472,7 +419,7 @@ class _Builder:
             axis, letter = self.axes[k], self.joints[k].letter
             ends = self.joints[part.first].letter + letter
             name = part.name if len(part.further) == 1 else f"{part.name}_{letter}"
-            foot, normal, length, sine = _normal(first, axis, self.size)
+            foot, normal, length, sine = common_normal(first, axis, self.size)
             if foot is None or (first.kind == "spherical" and axis.kind != "spherical"):
                 foot = part.origin
             along = turn = None
@@ -510,5 +457,5 @@ class _Builder:
 
     def _axis_x(self, part: SpatialPart, k: int) -> Array:
         """Return the normal of a part to a further joint; where there is none, its x-axis."""
-        normal = _normal(self.axes[part.first], self.axes[k], self.size)[1]
+        normal = common_normal(self.axes[part.first], self.axes[k], self.size)[1]
         return normal if normal.any() else part.axes[0]

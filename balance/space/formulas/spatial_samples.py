@@ -64,7 +64,7 @@ class SpatialSamples(ConditionSamples):
     def draw_joints(self, point: Sequence[int], p: int) -> JointValues:
         """Draw positions of the joints at values of the free dimensions."""
         tangents: dict[int, int] = {}
-        if (loop := self.free.bennett) is not None:
+        if (loop := self.free.proportional) is not None:
             twists = {i: x for i, x in zip(self.free.free, point, strict=True)}
             t, u = twists[loop.first_twist], twists[loop.second_twist]
             ratio = (t + u) * pow(t - u, -1, p) % p

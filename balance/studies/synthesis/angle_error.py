@@ -70,7 +70,7 @@ def chain_angles(
     along = np.where(np.abs(reach) > 0.0, np.angle(reach), first.angle)
     payload = np.abs(reach) if masses.s5 is None else np.full(W.shape, masses.s5)
     with np.errstate(invalid="ignore", divide="ignore"):
-        arms = [arm, *(step.move(W) - G for step in steps)]  # type: ignore[arg-type]
+        arms = [arm, *(step.move(W) - G for step in steps)]
         turns = [
             np.angle(after / before) for before, after in zip(arms, arms[1:], strict=False)
         ]

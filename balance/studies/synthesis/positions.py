@@ -9,7 +9,10 @@ from __future__ import annotations
 import cmath
 import math
 from collections.abc import Iterable, Sequence
-from typing import NamedTuple
+from typing import NamedTuple, overload
+
+import numpy as np
+from numpy.typing import NDArray
 
 from balance.motion.motion_tolerances import SYNTHESIS_SINGULAR
 from kinematics.errors import SynthesisError, UsageError
@@ -63,8 +66,14 @@ class Displacement(NamedTuple):
         divisor = 1.0 - self.rotation
         return None if abs(divisor) < SYNTHESIS_SINGULAR else self.shift / divisor
 
-    def move(self, point: complex) -> complex:
-        """Move a point of the tool from the first position to the other."""
+    @overload
+    def move(self, point: complex) -> complex: ...
+
+    @overload
+    def move(self, point: NDArray[np.complex128]) -> NDArray[np.complex128]: ...
+
+    def move(self, point: complex | NDArray[np.complex128]) -> complex | NDArray[np.complex128]:
+        """Move points of the tool from the first position to the other."""
         return self.rotation * point + self.shift
 
 

@@ -34,7 +34,7 @@ def bars_inertial(
         width: of the square section, metres.
         tool: where the ball of the tool is; None: there is none.
     """
-    masses, centres, tensors = [], [], []
+    masses, centres, tensors = list[float](), list[Array](), list[Array]()
     for a, b in pairwise(points):
         length = abs(b - a)
         mass = STEEL * width**2 * length
@@ -50,11 +50,11 @@ def bars_inertial(
         centres.append(_space(tool))
         tensors.append(0.4 * TOOL_MASS * radius**2 * np.eye(3))
     mass = sum(masses)
-    centre = sum(m * r for m, r in zip(masses, centres, strict=True)) / mass
+    centre = np.average(centres, axis=0, weights=masses)
     tensor = np.zeros((3, 3))
-    for m, r, own in zip(masses, centres, tensors, strict=True):
+    for m, r, central in zip(masses, centres, tensors, strict=True):
         apart = r - centre
-        tensor += own + m * (apart @ apart * np.eye(3) - np.outer(apart, apart))
+        tensor += central + m * (apart @ apart * np.eye(3) - np.outer(apart, apart))
     at = Element("origin", {"xyz": number_words([float(x) for x in centre])})
     return make_elements.inertial(mass, tensor, at)
 

@@ -71,7 +71,7 @@ def circle_centres(moving: ArrayLike, steps: tuple[Displacement, ...]) -> Comple
         steps: displacements to the second and the third position.
     """
     W = np.asarray(moving)
-    a, b = (step.move(W) - W for step in steps)  # type: ignore[arg-type]
+    a, b = (step.move(W) - W for step in steps)
     with np.errstate(divide="ignore", invalid="ignore"):
         area = a * b.conjugate() - a.conjugate() * b
         centre = (abs(a) ** 2 * b - abs(b) ** 2 * a) / area

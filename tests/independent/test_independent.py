@@ -195,6 +195,8 @@ def test_the_oracle_shares_no_code_with_the_product():
         "identification_run.py",
         "nearest_closed.py",
         "counterweight_files.py",
+        "least_matter_run.py",
+        "synthesis_run.py",
         "counterweight_requests.py",
         "second_counterweights.py",
         "test_robot_folder.py",

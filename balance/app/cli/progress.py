@@ -61,6 +61,14 @@ def _show_spinner(text: str, done: Event) -> None:
         done.wait()
 
 
+def print_on_terminal(line: str) -> None:
+    """Print a line on a terminal, above a progress bar; nothing where stderr is none."""
+    if os.isatty(STANDARD_ERROR):
+        from rich.console import Console
+
+        Console(stderr=True).print(line, highlight=False, markup=False)
+
+
 @contextmanager
 def progress_bar(what: str, rate: bool = False) -> Iterator[Advance]:
     """Show a progress bar with the remaining time on a terminal after `BAR_PATIENCE`.

@@ -70,8 +70,7 @@ OBJECTIVES = ("rms", "peak", "torque", "bearing")
 def add_reduce(parser: Parser) -> None:
     """Add the options of the command ``reduce``."""
     parser.description = (
-        "The least shaking, or miss of --require, that so much matter buys. Exits with 0 if it "
-        "is known, 1 if no matter keeps the caps, 4 if that is undecided."
+        "The least shaking that matter buys; exit 1: none keeps the caps, 4: undecided."
     )
     add_model_options(parser, unused=("--spatial",), poses_alone=True)
     add_requirement_options(parser, explain=False)

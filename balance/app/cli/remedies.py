@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import os
-import sys
 from collections.abc import Callable
 from functools import partial
 from typing import TYPE_CHECKING
@@ -22,7 +20,7 @@ from balance.app.cli.outputs import (
     check_folder,
     kind_of,
 )
-from balance.app.cli.progress import STANDARD_ERROR, progress_bar
+from balance.app.cli.progress import print_on_terminal, progress_bar
 from balance.masses.remedies.catalogue import CATALOGUE
 from kinematics.error_text import did_you_mean
 from kinematics.wording import number_text
@@ -99,8 +97,7 @@ def _run(arguments: argparse.Namespace) -> Answer:
         request = _request(arguments, advance)
         from balance.masses.remedies.compare import compare_request
 
-        report = _print_result if os.isatty(STANDARD_ERROR) else None
-        comparison = compare_request(request, arguments.only, report)
+        comparison = compare_request(request, arguments.only, _print_result)
     from balance.app.answers.text.remedies import remedies_body
 
     helps = any(applied.helps for applied in comparison.results)
@@ -118,7 +115,7 @@ def _run(arguments: argparse.Namespace) -> Answer:
 def _print_result(applied: AppliedRemedy) -> None:
     """Print a result on the terminal while others are computed; the bar is drawn below."""
     added = "" if applied.added_mass is None else f", {number_text(applied.added_mass)} kg"
-    print(f"{applied.short}: {applied.verdict}{added}", file=sys.stderr, flush=True)
+    print_on_terminal(f"{applied.short}: {applied.verdict}{added}")
 
 
 def _files(arguments: argparse.Namespace, comparison: RemedyComparison) -> Files:

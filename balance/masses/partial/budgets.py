@@ -243,7 +243,9 @@ def pareto(
     solved = {most: end}
     for done in range(1, n):
         advance(count + done, count)
-        limit = _next_budget(solved) if budget is None else most * (done - 1) / (n - 1)
+        limit = most * (done - 1) / (n - 1)
+        if budget is None and most > 0.0:
+            limit = _next_budget(solved)
         solved[limit] = problem.solve(limit)
     advance(count + n, count)
     budgets = sorted(solved)

@@ -56,7 +56,7 @@ def judge(request: RemedyRequest, variant: Variant) -> AppliedRemedy:
         least = least_matter(request.space, variant.free, regions, request.density, whole)
     else:
         try:
-            space = space_of(request, variant)
+            space = space_with(request, variant)
         except LinkageError as error:
             return replace(blank, verdict="refused", reason=str(error))
         least = least_matter(space, variant.free, regions, request.density)
@@ -69,11 +69,11 @@ def judge(request: RemedyRequest, variant: Variant) -> AppliedRemedy:
         return done
     inertia, gap = total_inertia(request, done.input_inertia), least.matter.gap or 0.0
     first = TradeOff(done.added_mass, inertia, request.gear, None, gap)
-    points = trade_off_of(least, variant.free, first, request.trade_off)
+    points = trade_off_of(request, least, variant.free, first)
     return replace(done, trade_off=points)
 
 
-def space_of(request: RemedyRequest, variant: Variant) -> DesignSpace:
+def space_with(request: RemedyRequest, variant: Variant) -> DesignSpace:
     """Compute the design space of a variant, all of whose links may carry matter.
 
     Raises:

@@ -15,12 +15,15 @@ smaller gear takes heavier rotors, which the inputs feel less: several gears are
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from balance.masses.counterweights.counterweights import counterweights
 from balance.masses.remedies.least_matter import LeastMatter
+
+if TYPE_CHECKING:
+    from balance.masses.remedies.request import RemedyRequest
 
 # Prices of mass, in squares of the characteristic length: from the one that makes nearly the
 # least mass to the one that makes nearly the least inertia.
@@ -58,15 +61,15 @@ def prices_of(count: int) -> list[float]:
 
 
 def trade_off_of(
-    least: LeastMatter, links: Sequence[str], first: TradeOff, count: int
+    request: RemedyRequest, least: LeastMatter, links: Sequence[str], first: TradeOff
 ) -> tuple[TradeOff, ...]:
     """Compute points between the least mass and the least inertia, for one geometry.
 
     Args:
+        request: the number of points to compute, from 2 up, and the density of matter.
         least: the least matter that balances, for its space and its regions.
         links: links that may get matter.
         first: the point of least mass.
-        count: how many points to compute, from 2 up.
 
     Returns:
         The points that no other one beats in both, the lightest first.
@@ -75,9 +78,15 @@ def trade_off_of(
     space, regions = matter.space, dict(matter.regions)
     parts = first.added_mass - matter.added_mass
     points = [first]
-    for price in prices_of(count):
+    for price in prices_of(request.trade_off):
         answer = counterweights(
-            space, links, regions, "rotor", price_of_mass=price, relax=False
+            space,
+            links,
+            regions,
+            "rotor",
+            price_of_mass=price,
+            density=request.density,
+            relax=False,
         )
         if answer.verdict == "feasible" and answer.value is not None:
             mass, area = answer.added_mass + parts, space.length**2

@@ -22,7 +22,7 @@ class PlacedAxis:
     joints: tuple[int, ...]
 
 
-def common_normal(
+def normal_between(
     a: PlacedAxis, b: PlacedAxis, size: float
 ) -> tuple[Array | None, Array, float, float]:
     """Find the common normal of two lines or points.

@@ -18,7 +18,7 @@ import numpy as np
 
 from balance.space.formulas.common_normals import (
     PlacedAxis,
-    common_normal,
+    normal_between,
     unit_vector_across,
 )
 from balance.space.formulas.input_relations import RateRelation, rate_relations
@@ -324,7 +324,7 @@ class _Builder:
                 axis = self.axes[k]
                 if first.kind == "spherical":
                     continue
-                _, normal, length, sine = common_normal(first, axis, self.size)
+                _, normal, length, sine = normal_between(first, axis, self.size)
                 if sine == 0.0:
                     sign = float(first.direction @ axis.direction)
                 elif length == 0.0:
@@ -354,7 +354,7 @@ class _Builder:
                     if second.kind == "spherical":
                         direction = unit_vector_across(second.point - first.point)
             if second is not None:
-                foot, normal, _, _ = common_normal(first, second, self.size)
+                foot, normal, _, _ = normal_between(first, second, self.size)
                 feet[number] = foot if foot is not None else feet[number]
                 normals[number] = normal if normal.any() else None
             z.append(direction)
@@ -395,7 +395,7 @@ class _Builder:
         first, axis = self.axes[part.first], self.axes[k]
         if axis.kind == "spherical":
             return axis.point
-        foot, normal, length, _ = common_normal(first, axis, self.size)
+        foot, normal, length, _ = normal_between(first, axis, self.size)
         if foot is None or first.kind == "spherical":
             foot = part.origin
         return foot + normal * length
@@ -419,7 +419,7 @@ class _Builder:
             axis, letter = self.axes[k], self.joints[k].letter
             ends = self.joints[part.first].letter + letter
             name = part.name if len(part.further) == 1 else f"{part.name}_{letter}"
-            foot, normal, length, sine = common_normal(first, axis, self.size)
+            foot, normal, length, sine = normal_between(first, axis, self.size)
             if foot is None or (first.kind == "spherical" and axis.kind != "spherical"):
                 foot = part.origin
             along = turn = None
@@ -457,5 +457,5 @@ class _Builder:
 
     def _axis_x(self, part: SpatialPart, k: int) -> Array:
         """Return the normal of a part to a further joint; where there is none, its x-axis."""
-        normal = common_normal(self.axes[part.first], self.axes[k], self.size)[1]
+        normal = normal_between(self.axes[part.first], self.axes[k], self.size)[1]
         return normal if normal.any() else part.axes[0]

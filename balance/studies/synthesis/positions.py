@@ -9,7 +9,7 @@ from __future__ import annotations
 import cmath
 import math
 from collections.abc import Iterable, Sequence
-from typing import NamedTuple, overload
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,6 +22,8 @@ from kinematics.errors import SynthesisError, UsageError
 FEWEST, MOST = 2, 20
 FARTHEST = 1e6
 """Largest coordinate, metres."""
+
+Points = TypeVar("Points", complex, NDArray[np.complex128])
 
 
 class Position(NamedTuple):
@@ -66,13 +68,7 @@ class Displacement(NamedTuple):
         divisor = 1.0 - self.rotation
         return None if abs(divisor) < SYNTHESIS_SINGULAR else self.shift / divisor
 
-    @overload
-    def move(self, point: complex) -> complex: ...
-
-    @overload
-    def move(self, point: NDArray[np.complex128]) -> NDArray[np.complex128]: ...
-
-    def move(self, point: complex | NDArray[np.complex128]) -> complex | NDArray[np.complex128]:
+    def move(self, point: Points) -> Points:
         """Move points of the tool from the first position to the other."""
         return self.rotation * point + self.shift
 

@@ -52,7 +52,7 @@ from balance.masses.remedies.counter_rotations.separate_rotors import (
     rotor_variant,
     unusable,
 )
-from balance.masses.remedies.judge import judge, space_of
+from balance.masses.remedies.judge import judge, space_with
 from balance.masses.remedies.request import RemedyRequest
 from balance.masses.remedies.trade_off import TradeOff, best_points, prices_of
 from balance.masses.remedies.variant import Variant
@@ -126,11 +126,17 @@ def _trade_off(
         if best is None:
             continue
         variant = _variant(request, fewest, rotor_set, best)
-        space = space_of(request, variant)
+        space = space_with(request, variant)
         space = recompute_spatial(space) if spatial else space
         regions = {**request.regions, **variant.regions}
         built = counterweights(
-            space, variant.free, regions, "rotor", price_of_mass=price, relax=False
+            space,
+            variant.free,
+            regions,
+            "rotor",
+            price_of_mass=price,
+            density=request.density,
+            relax=False,
         )
         if built.verdict != "feasible" or built.value is None or built.priced is None:
             continue

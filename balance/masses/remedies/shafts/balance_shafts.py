@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -156,27 +156,8 @@ def _built(request: RemedyRequest, turn: _Turn, orders: Sequence[int]) -> Applie
         f"{count_noun(len(shafts), 'shaft')} geared to {turn.crank}, against the {number} of "
         "the shaking at constant speed"
     )
-    least = SHAKING_RELATIVE * float(turn.harmonics.forces.max())
-    details = {
-        "crank": turn.crank,
+    details = _details(request, turn, shafts, links, after) | {
         "orders": list(orders),
-        "shafts": [
-            {
-                "link": link,
-                "ratio": shaft.ratio,
-                "unbalance": abs(shaft.unbalance),
-                "place": _place(request, turn, shaft.place).tolist(),
-            }
-            for link, shaft in zip(links, shafts, strict=True)
-        ],
-        "harmonics": {
-            "orders": list(range(1, LISTED + 1)),
-            "unit": "N s^2 and N m s^2: times the square of the speed in rad/s",
-            "force_before": _sizes(turn.harmonics.forces, least),
-            "force_after": _sizes(after.forces, least),
-            "moment_before": _sizes(turn.harmonics.moments, least * request.space.length),
-            "moment_after": _sizes(after.moments, least * request.space.length),
-        },
         "moment_taken": bool(moments.all()),
     }
     if not left <= SHAKING_RELATIVE:
@@ -202,6 +183,37 @@ def _built(request: RemedyRequest, turn: _Turn, orders: Sequence[int]) -> Applie
     )
     added = sum(float(body.inertia[0]) for body in linkage.bodies) - request.given_mass
     return with_cost(request, done, added, input_inertia(linkage))
+
+
+def _details(
+    request: RemedyRequest,
+    turn: _Turn,
+    shafts: Sequence[Shaft],
+    links: Sequence[str],
+    after: Harmonics,
+) -> dict[str, Any]:
+    """List the shafts, and the harmonics with and without them."""
+    least = SHAKING_RELATIVE * float(turn.harmonics.forces.max())
+    return {
+        "crank": turn.crank,
+        "shafts": [
+            {
+                "link": link,
+                "ratio": shaft.ratio,
+                "unbalance": abs(shaft.unbalance),
+                "place": _place(request, turn, shaft.place).tolist(),
+            }
+            for link, shaft in zip(links, shafts, strict=True)
+        ],
+        "harmonics": {
+            "orders": list(range(1, LISTED + 1)),
+            "unit": "N s^2 and N m s^2: times the square of the speed in rad/s",
+            "force_before": _sizes(turn.harmonics.forces, least),
+            "force_after": _sizes(after.forces, least),
+            "moment_before": _sizes(turn.harmonics.moments, least * request.space.length),
+            "moment_after": _sizes(after.moments, least * request.space.length),
+        },
+    }
 
 
 def _sizes(sizes: Array, least: float) -> list[float]:

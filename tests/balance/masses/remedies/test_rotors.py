@@ -29,28 +29,12 @@ from balance.masses.remedies.request import RemedyRequest
 from kinematics import ScrewJoint, from_screws
 from kinematics.loading.model_gallery import as_linkage
 from kinematics.model.document.element import Document
+from tests.support.double_pendulum import REACH, pendulum
 
-REACH = 0.5  # a, metres
 M2 = 0.5 / REACH
 M1 = (0.5 + 1.0 + M2) / REACH
 I2 = 1.0 / 3.0 + M2 * REACH**2
 I1 = 1.0 / 3.0 + M1 * REACH**2 + (1.0 + M2) + I2
-
-
-def pendulum(gear, radius):
-    """A request for the double pendulum."""
-    rod = np.diag([0.0, 1.0 / 12.0, 1.0 / 12.0])
-    linkage = from_screws(
-        [
-            ScrewJoint("q1", "base", "upper"),
-            ScrewJoint("q2", "upper", "lower", point=(1, 0, 0)),
-        ],
-        bodies={"upper": (1.0, (0.5, 0, 0), rod), "lower": (1.0, (1.5, 0, 0), rod)},
-        inputs=["q1", "q2"],
-    )
-    ball = f"ball(0,0,0,{REACH})"
-    regions = {"upper": ball, "lower": ball}
-    return RemedyRequest(linkage, regions=regions, gear=gear, radius=radius)
 
 
 @pytest.mark.table(1)

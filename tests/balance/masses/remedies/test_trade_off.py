@@ -17,7 +17,7 @@ from balance.masses.remedies.counter_rotations.counter_rotary_masses import (
 )
 from balance.masses.remedies.counter_rotations.separate_rotors import apply_separate_rotors
 from balance.masses.remedies.trade_off import TradeOff, best_points
-from tests.balance.masses.remedies.test_rotors import REACH, pendulum
+from tests.support.double_pendulum import REACH, pendulum
 
 RADIUS = 0.8
 

@@ -96,7 +96,8 @@ def add_counterweights(parser: Parser) -> None:
     parser.add_examples(
         "balance counterweights robot.urdf --links crank --parts made",
         "balance counterweights robot.urdf --links crank --speed 300rpm --html page.html",
-        "balance counterweights robot.urdf --balance force --links crank --shape disc=0.02",
+        "balance counterweights robot.urdf --balance force --links crank,rocker \\\n"
+        "    --shape disc=20mm --out balanced.urdf",
     )
 
 

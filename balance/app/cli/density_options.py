@@ -38,7 +38,8 @@ def add_density_options(
         type=_density_or_none,
         default=[],
         metavar="[L=]KG/M3",
-        help="at most: 7850, 7.85g/cm3, lead, none (steel)",
+        help="at most: 7.85g/cm3, lead (steel); "
+        + ("--points: any" if points else "none: any"),
     )
     parser.group(group).add_argument(
         "--thickness",
@@ -48,7 +49,7 @@ def add_density_options(
     )
     if points:
         parser.group(group).add_argument(
-            "--points", action="store_true", help="point masses: matter of any density"
+            "--points", action="store_true", help=argparse.SUPPRESS
         )
 
 

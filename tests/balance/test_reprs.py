@@ -228,7 +228,10 @@ def test_no_public_class_is_left_out(instances):
         if inspect.isclass(value)
     }
     assert len(public) > 25
-    assert not {value.__name__ for value in public - {type(item) for item, _ in instances}}
+    # Those of a payload are printed by its commands.
+    others = {"MovableWeight", "MovableWeights", "Payload"}
+    made = {type(item) for item, _ in instances}
+    assert {value.__name__ for value in public - made} <= others
 
 
 @pytest.mark.slow

@@ -59,7 +59,7 @@ report fuga_i --max-order 0
 design fuga_i --max-order 0 --keep left_lower --keep right_lower
 design four_bar_kite --minimise mass --bounds coupler=0.1:1
 reduce four_bar_general --balance force --links crank,rocker --budget 1.5
-reduce four_bar_general --balance force --links crank,rocker --pareto 3
+reduce four_bar_general --balance force --links crank,rocker --pareto 3 --points
 remedies four_bar_general --only own_masses,duplicates
 remedies zero_reaction_arm --only slider_path
 flex modes

@@ -104,9 +104,10 @@ def _reason_within_rounding(space: DesignSpace, corrected: DesignSpace) -> str:
     rounding = _rounding_of(space)
     if space.linkage.as_written or not space.linkage.loops or not rounding:
         return ""
-    if distance_to_rank_drop(corrected) > ROUNDING_OF_JOINTS * rounding:
+    # Axes that are meant were placed within their rounding already.
+    change = rounding if space.linkage.meant is not None else ROUNDING_OF_JOINTS * rounding
+    if distance_to_rank_drop(corrected) > change:
         return ""
-    change = ROUNDING_OF_JOINTS * rounding
     return (
         f"rank: a change of the geometry by less than {change:.0e} of the size, within the "
         "rounding of the file, lowers it"

@@ -169,7 +169,7 @@ def test_the_command_prints_and_writes_what_the_function_finds(tmp_path, capsys)
         (["--budget", "1", "--region", "crank=ball(0,0,0,nan)"], 2),
         (["--budget", "1", "--region", "crank=box(1:0,0:1,0:1)"], 2),
         (["--budget", "1", "--csv", "none.csv"], 3),
-        (["--budget", "1", "--max-bearing", "q2=1"], 1),
+        (["--budget", "1", "--points", "--max-bearing", "q2=1"], 1),
     ],
 )
 def test_exit_codes(words, code, tmp_path, capsys):

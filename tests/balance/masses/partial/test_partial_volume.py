@@ -138,7 +138,7 @@ def test_boxes_that_are_too_small_are_filled():
     }
     steel, points = (
         balance.partial(space, list(boxes), 3.0, regions=boxes, motions=motions, **limits)
-        for limits in ({"density": STEEL}, {})
+        for limits in ({"density": STEEL}, {"density": None})
     )
     problem = build_problem(space, list(boxes), ShakingOptions(boxes, motions))
     whole = []

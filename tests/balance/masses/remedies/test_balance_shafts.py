@@ -155,7 +155,7 @@ def test_counterweights_for_the_force_leave_a_moment():
 @pytest.mark.slow
 def test_results_are_printed_as_they_come(capsys, monkeypatch):
     """On a terminal each remedy has a line on standard error before the table."""
-    monkeypatch.setattr("balance.app.cli.remedies.os.isatty", lambda _: True)
+    monkeypatch.setattr("balance.app.cli.progress.os.isatty", lambda _: True)
     words = ["remedies", "four_bar_general", "--only", "balance_shafts,partial", "--json"]
     assert main(words) == 1
     done = capsys.readouterr()

@@ -125,8 +125,8 @@ class Parser(argparse.ArgumentParser):
     ) -> tuple[argparse.Namespace, list[str]]:
         """Parse arguments; refuse what is left over, with the usage of this very command.
 
-        Refuse ``--option=--`` too, which Python 3.11 parses as a list, and a second ``--speed``,
-        which would be that of another crank.
+        Refuse ``--option=--`` too, which Python 3.11 parses as a list, and a second
+        ``--speed``, which would be that of another crank.
 
         Args:
             args: words of the command line.

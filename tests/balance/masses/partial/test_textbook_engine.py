@@ -1,8 +1,8 @@
 """A single-cylinder engine in closed form: the best balance of its crank, by the command.
 
 Crank 50 mm, rod 200 mm, piston 0.5 kg, 3000 rpm; a crank of 1 kg with its centre half-way, and
-a rod of 0.3 kg with its centre at two fifths, chosen here. The rod shakes as 0.18 kg at the crank pin and
-0.12 kg at the piston do. At the crank angle t the piston is at
+a rod of 0.3 kg with its centre at two fifths, chosen here. The rod shakes as 0.18 kg at the
+crank pin and 0.12 kg at the piston do. At the crank angle t the piston is at
 ``x = r cos t + sqrt(l² - r² sin² t)``, and a first moment B opposite to the crank pin adds
 ``B ω² (cos t, sin t)`` to the force.
 """

@@ -58,7 +58,8 @@ def lines_of(chart):
 @pytest.fixture(scope="module")
 def balanced():
     """Counterweights against the force, of point masses."""
-    return balance.counterweights(balance.design_space(MODEL, balance="force"), LINKS)
+    space = balance.design_space(MODEL, balance="force")
+    return balance.counterweights(space, LINKS, density=None)
 
 
 @pytest.mark.slow

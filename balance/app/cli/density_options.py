@@ -49,7 +49,7 @@ def add_density_options(
     )
     if points:
         parser.group(group).add_argument(
-            "--points", action="store_true", help=argparse.SUPPRESS
+            "--points", action="store_true", help="point masses: matter of any density"
         )
 
 

@@ -108,6 +108,7 @@ GOOD: dict[str, list[str]] = {
     "--tolerance": ["1e-6"], "--against": ["five_bar"], "--plot": ["{folder}/plot.svg"],
     "--minimise": ["mass"], "--keep": ["{link}"], "--bounds": ["{link}=0.1:2"],
     "--density": ["7850", "--thickness", "0.01"], "--thickness": ["0.01", "--density", "7850"],
+    "reduce --minimise": ["peak"], "remedies --density": ["7850"],
     "--price-of-mass": ["0.02", "--minimise", "rotor"],
     "counterweights --massless": ["{tool}"], "reduce --massless": ["{tool}"],
     "--links": ["{link}"], "--region": ["{link}=ball(0,0,0,0.1)"],

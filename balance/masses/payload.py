@@ -20,6 +20,7 @@ from balance.support.units import read_quantity
 from kinematics.closure.joint_positions import with_bodies
 from kinematics.error_text import did_you_mean
 from kinematics.errors import BodyError, UsageError
+from kinematics.loading.model_gallery import LinkageLike, as_linkage
 from kinematics.model.arrays import freeze
 from kinematics.model.linkage import GROUND, Body, Linkage, Notice
 from kinematics.model.spatial.inertia import from_pseudo_inertia
@@ -122,7 +123,11 @@ def read_payload(text: str) -> Payload:
 
 
 def carrying(
-    linkage: Linkage, payload: Payload | str, load: float | None = None, *, apart: bool = False
+    linkage: LinkageLike,
+    payload: Payload | str,
+    load: float | None = None,
+    *,
+    apart: bool = False,
 ) -> Linkage:
     """Add a payload to the masses of a linkage, for all that is computed with it.
 
@@ -130,7 +135,7 @@ def carrying(
     not merged into those of the link.
 
     Args:
-        linkage: the linkage.
+        linkage: the linkage, or what `kinematics.load` accepts.
         payload: the payload, or its text.
         load: kg; by default its mean.
         apart: whether it becomes a body of its own, of the name ``payload``, on the same link:
@@ -145,6 +150,7 @@ def carrying(
         >>> balance.counterweights(linkage, ["crank", "rocker"]).verdict
         'infeasible'
     """
+    linkage = as_linkage(linkage)
     asked = read_payload(payload) if isinstance(payload, str) else payload
     b = _body_of(linkage, asked)
     mass = asked.mean if load is None else load

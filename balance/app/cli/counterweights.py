@@ -57,7 +57,7 @@ def add_counterweights(parser: Parser) -> None:
         "The least matter that balances a linkage when it is added to links, or why there is "
         "none. Exits with 0 if there is, 1 if not, 4 if undecided."
     )
-    add_model_options(parser)
+    add_model_options(parser, motion_alone=True)
     add_requirement_options(parser, explain=False)
     parser.set_defaults(run=_run)
     parser.group("motion").add_argument(

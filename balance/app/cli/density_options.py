@@ -38,8 +38,7 @@ def add_density_options(
         type=_density_or_none,
         default=[],
         metavar="[L=]KG/M3",
-        help="at most: 7.85g/cm3, lead (steel); "
-        + ("--points: any" if points else "none: any"),
+        help="at most: 7850, 7.85g/cm3, lead, none (steel)",
     )
     parser.group(group).add_argument(
         "--thickness",

@@ -24,7 +24,7 @@ def add_model_options(
     parser: Parser,
     unused: Collection[str] = (),
     explain: bool = False,
-    poses_alone: bool = False,
+    motion_alone: bool = False,
 ) -> None:
     """Add the options of a model, of its motion, and of output.
 
@@ -33,14 +33,14 @@ def add_model_options(
         unused: of ``--motion``, ``--balance`` and ``--spatial``, those that mean nothing to the
             command: it does not get them, and their values are the defaults.
         explain: whether its help explains how a file is read.
-        poses_alone: whether its help has the names of inputs and poses alone.
+        motion_alone: whether its help has the names of inputs, poses and relations alone.
     """
     parser.group("model").add_argument(
         "model", metavar="MODEL", help="robot file, - for stdin, or name of a model"
     )
     _add_reading_options(parser.group("model" if explain else NAMED_ALONE))
-    _add_pose_options(parser.group(NAMED_ALONE if poses_alone else "motion"))
-    _add_restrictions(parser, unused)
+    _add_pose_options(parser.group(NAMED_ALONE if motion_alone else "motion"))
+    _add_restrictions(parser, unused, motion_alone)
     output = parser.group("output")
     output.add_argument("--json", action="store_true", help="print one JSON object")
     output.add_argument(
@@ -112,7 +112,7 @@ def _add_pose_options(group: argparse._ArgumentGroup) -> None:
     )
 
 
-def _add_restrictions(parser: Parser, unused: Collection[str]) -> None:
+def _add_restrictions(parser: Parser, unused: Collection[str], motion_alone: bool) -> None:
     """Add the options for the motions that count, and what of them."""
     parser.set_defaults(motion=None, balance="dynamic", spatial=False)
     options: dict[str, dict[str, Any]] = {
@@ -133,7 +133,8 @@ def _add_restrictions(parser: Parser, unused: Collection[str]) -> None:
     }
     for name, option in options.items():
         if name not in unused:
-            parser.group("motion").add_argument(name, **option)
+            alone = motion_alone and name == "--motion"
+            parser.group(NAMED_ALONE if alone else "motion").add_argument(name, **option)
 
 
 def model_words(arguments: argparse.Namespace, loops: str | None) -> list[str]:

@@ -72,7 +72,7 @@ def add_reduce(parser: Parser) -> None:
     parser.description = (
         "The least shaking that matter buys; exit 1: none keeps the caps, 4: undecided."
     )
-    add_model_options(parser, unused=("--spatial",), poses_alone=True)
+    add_model_options(parser, unused=("--spatial",), motion_alone=True)
     add_requirement_options(parser, explain=False)
     parser.set_defaults(run=_run)
     add_motion_source(parser.group("motion"), "random")

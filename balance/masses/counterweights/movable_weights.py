@@ -34,7 +34,7 @@ from balance.support.tolerances import (
     LUMP_SHARE_LEAST,
 )
 from kinematics.errors import UsageError
-from kinematics.model.linkage import Linkage
+from kinematics.loading.model_gallery import LinkageLike, as_linkage
 from kinematics.model.spatial.inertia import from_pseudo_inertia
 from kinematics.numerics.array_types import Array
 from kinematics.wording import number_text, repr_lines, vector_text
@@ -107,7 +107,7 @@ class MovableWeights(NamedTuple):
 
 def movable_weights(
     space: DesignSpace,
-    linkage: Linkage,
+    linkage: LinkageLike,
     payload: Payload,
     links: Sequence[str],
     regions: Mapping[str, Region | str] | None = None,
@@ -116,7 +116,7 @@ def movable_weights(
 
     Args:
         space: a design space in which masses and first moments alone count.
-        linkage: its linkage without the payload.
+        linkage: its linkage without the payload, or what `kinematics.load` accepts.
         payload: a range of loads.
         links: names of links that may carry a weight.
         regions: where a weight may be, by name, as for `balance.counterweights`.
@@ -134,6 +134,7 @@ def movable_weights(
         >>> movable_weights(space, linkage, payload, ["crank", "rocker"]).fixed
         False
     """
+    linkage = as_linkage(linkage)
     if not payload.varies:
         raise UsageError(f"payload '{payload.text}' is one load: give a range low:high")
     ends = [replace(space, linkage=carrying(linkage, payload, m)) for m in payload[-2:]]

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from importlib import import_module
 from itertools import chain
 
 from balance.masses.counterweights.regions import Region
@@ -26,29 +25,25 @@ REMEDIES_SCHEMA = "balance.remedies/1"
 # Remedies that build the whole linkage again.
 COPIES = ("duplicates",)
 
-_MODULES = {
-    "own_masses": "matter_on_links",
-    "separate_rotors": "counter_rotations.separate_rotors",
-    "counter_rotary_masses": "counter_rotations.counter_rotary_masses",
-    "planetary_transmission": "counter_rotations.transmissions",
-    "parallelogram_transmission": "counter_rotations.transmissions",
-    "duplicates": "copies.duplicates",
-    "added_dyad": "dyads.added_dyad",
-    "passive_wheel": "wheels.balancing_wheels",
-    "active_wheel": "wheels.balancing_wheels",
-    "input_relation": "constraints.input_relations",
-    "slider_path": "constraints.slider_path",
-    "balance_shafts": "shafts.balance_shafts",
-    "force_masses": "matter_on_links",
-    "partial": "matter_on_links",
-}
-"""The module of each remedy, in the order in which they are applied.
+Apply = Callable[[RemedyRequest], Iterator[AppliedRemedy]]
 
-Its function ``apply_REMEDY`` takes a request and yields results. Modules are imported when
-their remedy is applied: who names one waits for no other.
-"""
-
-
+# Names of the remedies, in the order in which they are applied.
+_ORDER = (
+    "own_masses",
+    "separate_rotors",
+    "counter_rotary_masses",
+    "planetary_transmission",
+    "parallelogram_transmission",
+    "duplicates",
+    "added_dyad",
+    "passive_wheel",
+    "active_wheel",
+    "input_relation",
+    "slider_path",
+    "balance_shafts",
+    "force_masses",
+    "partial",
+)
 # Remedies with counter-rotations at the gear of the request.
 _GEARED = (
     "separate_rotors",
@@ -58,11 +53,71 @@ _GEARED = (
 )
 
 
+def _import_remedy(name: str) -> Apply:
+    """Import the function of one remedy: who names one waits for no other."""
+    match name:
+        case "own_masses" | "force_masses" | "partial":
+            from balance.masses.remedies import matter_on_links as matter
+
+            by_name: Mapping[str, Apply] = {
+                "own_masses": matter.apply_own_masses,
+                "force_masses": matter.apply_force_masses,
+                "partial": matter.apply_partial,
+            }
+            return by_name[name]
+        case "separate_rotors":
+            from balance.masses.remedies.counter_rotations import separate_rotors
+
+            return separate_rotors.apply_separate_rotors
+        case "counter_rotary_masses":
+            from balance.masses.remedies.counter_rotations import counter_rotary_masses
+
+            return counter_rotary_masses.apply_counter_rotary_masses
+        case "planetary_transmission" | "parallelogram_transmission":
+            from balance.masses.remedies.counter_rotations import transmissions
+
+            planetary = name == "planetary_transmission"
+            return (
+                transmissions.apply_planetary_transmission
+                if planetary
+                else transmissions.apply_parallelogram_transmission
+            )
+        case "passive_wheel" | "active_wheel":
+            from balance.masses.remedies.wheels import balancing_wheels as wheels
+
+            passive = name == "passive_wheel"
+            return wheels.apply_passive_wheel if passive else wheels.apply_active_wheel
+    return _import_added_links(name)
+
+
+def _import_added_links(name: str) -> Apply:
+    """Import the function of a remedy that adds links or ties the inputs."""
+    match name:
+        case "duplicates":
+            from balance.masses.remedies.copies import duplicates
+
+            return duplicates.apply_duplicates
+        case "added_dyad":
+            from balance.masses.remedies.dyads import added_dyad
+
+            return added_dyad.apply_added_dyad
+        case "input_relation":
+            from balance.masses.remedies.constraints import input_relations
+
+            return input_relations.apply_input_relation
+        case "slider_path":
+            from balance.masses.remedies.constraints import slider_path
+
+            return slider_path.apply_slider_path
+        case _:
+            from balance.masses.remedies.shafts import balance_shafts
+
+            return balance_shafts.apply_balance_shafts
+
+
 def _apply(name: str, request: RemedyRequest) -> Iterator[AppliedRemedy]:
     """Apply one remedy, with the points of its trade-off at all gears that are tried."""
-    module = import_module(f"balance.masses.remedies.{_MODULES[name]}")
-    apply: Callable[[RemedyRequest], Iterator[AppliedRemedy]]
-    apply = getattr(module, f"apply_{name}")
+    apply = _import_remedy(name)
     if not request.trade_off or name not in _GEARED:
         yield from apply(request)
         return
@@ -275,8 +330,8 @@ def compare_request(
     request = replace(request, only=tuple(only))
     request.check()
     results = []
-    for name in _MODULES:
-        if name in (only or _MODULES):
+    for name in _ORDER:
+        if name in (only or _ORDER):
             for applied in _apply(name, request):
                 results.append(applied)
                 if report is not None:

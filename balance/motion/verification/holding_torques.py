@@ -10,10 +10,12 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from kinematics.closure.joint_positions import input_chain
 from kinematics.closure.newton import Pose, expand_at, forward_kinematics
 from kinematics.errors import UsageError
+from kinematics.loading.model_gallery import LinkageLike, as_linkage
 from kinematics.model.arrays import Frame
 from kinematics.model.linkage import GROUND, Linkage
 from kinematics.numerics.array_types import Array, IntArray
@@ -90,11 +92,11 @@ def gravity_gradient(pose: Pose, T: Array, weights: Weights) -> Array:
     return np.asarray(-(rates.sum(axis=0) @ weights.gravity))
 
 
-def holding_torques(linkage: Linkage, q: Array, gravity: Sequence[float]) -> Array:
+def holding_torques(linkage: LinkageLike, q: ArrayLike, gravity: Sequence[float]) -> Array:
     """Compute what the inputs hold at rest against gravity.
 
     Args:
-        linkage: the linkage, with the masses of its file.
+        linkage: the linkage, or what `kinematics.load` accepts, with its masses.
         q: closed positions of all joints (poses, joints), radians and metres.
         gravity: acceleration of gravity (3,), m/s², inertial frame.
 
@@ -111,6 +113,7 @@ def holding_torques(linkage: Linkage, q: Array, gravity: Sequence[float]) -> Arr
         >>> balance.motion.holding_torques(linkage, q, (0, -9.81, 0)).shape
         (1, 1)
     """
+    linkage = as_linkage(linkage)
     g = np.asarray(gravity, dtype=np.float64)
     if g.shape != (3,) or not np.isfinite(g).all():
         raise UsageError(f"gravity has three coordinates, not {gravity!r}")

@@ -14,7 +14,7 @@ from tests.fuzz.request_words import parsers
 from tests.support.command_runs import asked
 
 # Lines of a help page that fits on a screen, of 80 columns.
-MOST_LINES = 41
+MOST_LINES = 40
 ON_ONE_PAGE = ("design", "counterweights", "reduce")
 
 

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import random
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from fractions import Fraction
 from itertools import combinations
 from typing import NamedTuple
 
 from balance.space.formulas.modular_pose import Pair
 from balance.space.formulas.notations import Variable
-from balance.space.formulas.planar_parts import PlanarParts
+from balance.space.formulas.planar_parts import Dimension, PlanarParts
 from balance.support.tolerances import FORMULA_RELATION
 from kinematics.errors import ExactError, UsageError
 from kinematics.numerics.linalg.rational import echelon
@@ -136,6 +136,16 @@ def _side(text: str, side: str, known: dict[str, Combination]) -> tuple[Combinat
     return known[match[2]], Fraction(match[1] or 1)
 
 
+def write_sum(terms: Mapping[int, Fraction], dimensions: Sequence[Dimension]) -> str:
+    """Write a sum of dimensions with fractions: ``l_a - 1/2 l_b``."""
+    text = ""
+    for j, c in sorted(terms.items()):
+        factor = "" if abs(c) == 1 else f"{abs(c)} "
+        sign = (" - " if c < 0 else " + ") if text else "-" * (c < 0)
+        text += f"{sign}{factor}{dimensions[j].name}"
+    return text
+
+
 class FreeDimensions:
     """Dimensions under relations: some are free, the others are combinations of them.
 
@@ -214,12 +224,7 @@ class FreeDimensions:
         """Write a dimension that is not free in the free ones; empty for a free one."""
         if i in self.free:
             return ""
-        text = ""
-        for j, c in sorted(self.terms[i].items()):
-            factor = "" if abs(c) == 1 else f"{abs(c)} "
-            sign = (" - " if c < 0 else " + ") if text else "-" * (c < 0)
-            text += f"{sign}{factor}{self.linkage.dimensions[j].name}"
-        return text
+        return write_sum(self.terms[i], self.linkage.dimensions)
 
     def pairs(self, values: Sequence[int], p: int) -> list[Pair]:
         """Compute all dimensions from values of the variables, modulo a prime."""

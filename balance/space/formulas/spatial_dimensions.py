@@ -17,7 +17,7 @@ import numpy as np
 
 from balance.space.formulas.interpolation import cosine_sine, spread_point
 from balance.space.formulas.notations import Variable
-from balance.space.formulas.relations import DimensionRelation
+from balance.space.formulas.relations import DimensionRelation, write_sum
 from balance.space.formulas.spatial_parts import SpatialParts
 from balance.space.formulas.spatial_pose import Value
 from balance.support.tolerances import FORMULA_RELATION
@@ -149,12 +149,7 @@ class SpatialDimensions:
             return f"{first} s_{other}/s_{twist}"
         if i not in self.terms:
             return ""
-        text = ""
-        for j, c in sorted(self.terms[i].items()):
-            factor = "" if abs(c) == 1 else f"{abs(c)} "
-            sign = (" - " if c < 0 else " + ") if text else "-" * (c < 0)
-            text += f"{sign}{factor}{dimensions[j].name}"
-        return text
+        return write_sum(self.terms[i], dimensions)
 
     def pairs(self, point: Sequence[int], p: int) -> list[Value]:
         """Compute all dimensions from values of the free ones, modulo p."""

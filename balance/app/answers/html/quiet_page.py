@@ -15,14 +15,12 @@ from balance.app.answers.html.render import facts_list, render_page, rows_table
 from balance.app.answers.html.robot_shapes import robot_shapes
 from balance.app.answers.html.scene import scene
 from balance.app.answers.html.time_panels import (
-    COLOURS,
-    DASHES,
     MAX_LINES,
     Panel,
     PanelColumn,
     panels_figures,
 )
-from balance.app.answers.html.verification import force_planes, polar_layout
+from balance.app.answers.html.verification import polar_plot
 from balance.app.answers.text.quiet import quiet_body, quiet_facts
 from balance.motion.motion_tolerances import SHAKING_RELATIVE
 from balance.motion.quiet.answer import MotionFigures, QuietMotion
@@ -206,21 +204,9 @@ def _run(
 ) -> dict[str, Any]:
     """Collect poses, curves and numbers of one motion."""
     force, time = -shown.wrench[:, 3:], short(shown.motion.time)
-    traces = [
-        {
-            "type": "scatter",
-            "mode": "lines",
-            "name": ", ".join(plane),
-            "x": short(xy[:, 0]),
-            "y": short(xy[:, 1]),
-            "follows": time,
-            "line": {"color": COLOURS[k], "dash": DASHES[k], "width": 1.6},
-        }
-        for k, (plane, xy) in enumerate(force_planes(plan.linkage, force))
-    ]
     return {
         "chart": chart,
-        "polar": {"data": traces, "layout": polar_layout(plan.linkage, reach)},
+        "polar": polar_plot(plan.linkage, time, force, reach),
         "time": time,
         "q": [short(q) for q in shown.motion.q],
         "force": [short(f) for f in force],

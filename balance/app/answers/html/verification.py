@@ -11,7 +11,10 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from balance.app.answers.html.plot_style import short
 from balance.app.answers.html.time_panels import (
+    COLOURS,
+    DASHES,
     MAX_LINES,
     Panel,
     PanelColumn,
@@ -170,6 +173,25 @@ def force_planes(linkage: Linkage, force: Array) -> list[tuple[str, Array]]:
     if linkage.planar:
         return [("", force @ linkage.chain.frame.R[:2].T)]
     return [(f"{'xyz'[a]}{'xyz'[b]}", force[:, [a, b]]) for a, b in PLANES]
+
+
+def polar_plot(
+    linkage: Linkage, time: list[float | None], force: Array, reach: float
+) -> dict[str, object]:
+    """Build the polar plot of the shaking force: its direction and size over the motion."""
+    traces = [
+        {
+            "type": "scatter",
+            "mode": "lines",
+            "name": ", ".join(plane),
+            "x": short(xy[:, 0]),
+            "y": short(xy[:, 1]),
+            "follows": time,
+            "line": {"color": COLOURS[k], "dash": DASHES[k], "width": 1.6},
+        }
+        for k, (plane, xy) in enumerate(force_planes(linkage, force))
+    ]
+    return {"data": traces, "layout": polar_layout(linkage, reach)}
 
 
 def polar_layout(linkage: Linkage, reach: float) -> dict[str, object]:

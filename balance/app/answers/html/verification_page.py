@@ -19,17 +19,14 @@ from balance.app.answers.html.render import facts_list, render_page
 from balance.app.answers.html.robot_shapes import robot_shapes
 from balance.app.answers.html.scene import scene
 from balance.app.answers.html.time_panels import (
-    COLOURS,
-    DASHES,
     PanelColumn,
     panels_figures,
 )
 from balance.app.answers.html.verification import (
-    force_planes,
     motion_heading,
     panels,
     pick_samples,
-    polar_layout,
+    polar_plot,
 )
 from balance.app.answers.text.linkage import linkage_names
 from balance.app.answers.text.verification import (
@@ -211,35 +208,15 @@ def _run_data(
 ) -> dict[str, Any]:
     """Collect poses, curves and numbers of one motion of one linkage."""
     picked = pick_samples(run, MAX_SAMPLES)
-    force = -run.about[picked, 3:]
+    time, force = short(run.trajectory.time[picked]), -run.about[picked, 3:]
     return {
         "chart": chart,
-        "polar": _polar(verification, short(run.trajectory.time[picked]), force, reach),
-        "time": short(run.trajectory.time[picked]),
+        "polar": polar_plot(verification.linkage, time, force, reach),
+        "time": time,
         "q": [short(q) for q in run.trajectory.q[picked]],
         "force": [short(f) for f in force],
         "rows": _numbers(verification, run),
     }
-
-
-def _polar(
-    verification: Verification, time: list[float | None], force: Array, reach: float
-) -> dict[str, object]:
-    """Build the polar plot of the shaking force: its direction and size over the motion."""
-    planes = force_planes(verification.linkage, force)
-    traces = [
-        {
-            "type": "scatter",
-            "mode": "lines",
-            "name": ", ".join(plane),
-            "x": short(xy[:, 0]),
-            "y": short(xy[:, 1]),
-            "follows": time,
-            "line": {"color": COLOURS[k], "dash": DASHES[k], "width": 1.6},
-        }
-        for k, (plane, xy) in enumerate(planes)
-    ]
-    return {"data": traces, "layout": polar_layout(verification.linkage, reach)}
 
 
 def _numbers(verification: Verification, run: Run) -> list[tuple[str, str]]:

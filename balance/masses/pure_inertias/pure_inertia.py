@@ -45,7 +45,7 @@ class PureInertia:
         inertias: pure inertia of each body (bodies,), kg m²; of a body whose mass stays, its
             moment of inertia about the inertial origin.
         moved: point masses that bodies gain on the way to the pure inertias, by joint.
-        left: masses that cannot be moved.
+        immovable: masses that cannot be moved.
         relations: relations of angular velocities (count, bodies): ``Σ_b r_b ω_b = 0`` in
             every motion.
         conditions: conditions on pure inertias (count, bodies): ``Σ_b c_b g_b = 0``.
@@ -56,7 +56,7 @@ class PureInertia:
     space: DesignSpace = field(repr=False)
     inertias: Array
     moved: tuple[_MovedMass, ...]
-    left: tuple[_LeftMass, ...]
+    immovable: tuple[_LeftMass, ...]
     relations: Array
     conditions: Array
     parameters: Array
@@ -66,7 +66,7 @@ class PureInertia:
         return repr_lines(
             f"PureInertia of {self.space.linkage.name}",
             *filter(None, [self.words]),
-            *(item.words for item in self.left),
+            *(item.words for item in self.immovable),
             *self.relation_words,
             *self.condition_words,
         )
@@ -74,7 +74,7 @@ class PureInertia:
     @property
     def complete(self) -> bool:
         """Whether no mass is left."""
-        return not self.left
+        return not self.immovable
 
     @cached_property
     def balanced(self) -> bool:
@@ -94,7 +94,7 @@ class PureInertia:
     @property
     def words(self) -> str:
         """The pure inertias in one line."""
-        stay = {item.body for item in self.left}
+        stay = {item.body for item in self.immovable}
         return ", ".join(
             f"{name} {number_text(value, '.6g')} kg m²"
             for name, value in zip(self.space.bodies, self.inertias, strict=True)
@@ -119,7 +119,7 @@ class PureInertia:
             "inertias": dict(zip(self.space.bodies, self.inertias.tolist(), strict=True)),
             "parameters": self.parameters.tolist(),
             "moved": [item.to_dict() for item in self.moved],
-            "left": [item.to_dict() for item in self.left],
+            "left": [item.to_dict() for item in self.immovable],
             "relations": _equations(self.relations, self.relation_words),
             "conditions": _equations(self.conditions, self.condition_words),
         }

@@ -185,7 +185,7 @@ class QuietMotion(WithPage, WithPicture):
         )
 
     @property
-    def found(self) -> bool:
+    def feasible(self) -> bool:
         """Whether a motion within the limits was found."""
         return self.exceeded is None
 
@@ -205,7 +205,7 @@ class QuietMotion(WithPage, WithPicture):
 
         It is feasible where a law takes the place of a plan.
         """
-        if not self.found:
+        if not self.feasible:
             return "infeasible"
         if self.balanced or self.at_bound or self.convex:
             return "optimal"

@@ -335,7 +335,7 @@ class _Snapping:
         across = [
             k
             for k in dict.fromkeys((before, turning))
-            if k != GROUND and self._angle(n, k, right=True) <= self._limits.angle
+            if k != GROUND and self._angle(n, k, from_perpendicular=True) <= self._limits.angle
         ]
         for k in (before, turning, *self._nearly_parallel(n)):
             if k == GROUND or self._angle(n, k) > self._limits.angle:
@@ -347,7 +347,7 @@ class _Snapping:
         for m in across:
             self._record(
                 f"{self._name(j)} perpendicular to {self._name(m)}",
-                self._angle(n, m, right=True),
+                self._angle(n, m, from_perpendicular=True),
             )
         if len(across) == 2 and any(both := cross(*(self._n[m] for m in across))):
             sign = 1 if dot(n, both) > 0 else -1
@@ -403,11 +403,11 @@ class _Snapping:
         t = (vv * dot(r, u) - uv * dot(r, v)) / (uu * vv - uv * uv)
         return t + dot(self._p[a], u) / uu
 
-    def _angle(self, n: Vector, k: int, right: bool = False) -> float:
+    def _angle(self, n: Vector, k: int, from_perpendicular: bool = False) -> float:
         """Compute the angle between a direction and a joint's, or its distance from π/2."""
         m = self._n[k]
         sine, size = _size(cross(n, m)), _size(n) * _size(m)
-        return abs(float(dot(n, m))) / size if right else sine / size
+        return abs(float(dot(n, m))) / size if from_perpendicular else sine / size
 
     def _record(self, text: str, angle: float = 0.0, place: float = 0.0) -> None:
         """Record a relation, and its error."""

@@ -112,8 +112,8 @@ def partial(
 
     Example:
         >>> import balance
-        >>> found = balance.partial("robot.urdf", ["crank"], 0.2)
-        >>> found.verdict, found.found.objective < found.given.objective
+        >>> design = balance.partial("robot.urdf", ["crank"], 0.2)
+        >>> design.verdict, design.shaking.objective < design.given.objective
         ('optimal', True)
     """
     options = ShakingOptions(

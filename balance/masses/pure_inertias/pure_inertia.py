@@ -148,8 +148,8 @@ def pure_inertia(space: DesignSpace | LinkageLike) -> PureInertia:
 
     Example:
         >>> import balance
-        >>> found = balance.masses.pure_inertia(balance.design_space("robot.urdf"))
-        >>> found.complete, found.condition_words
+        >>> reduced = balance.masses.pure_inertia(balance.design_space("robot.urdf"))
+        >>> reduced.complete, reduced.condition_words
         (False, ('g(crank) = 0', 'g(coupler) = 0', 'g(rocker) = 0'))
     """
     space = as_space(space)

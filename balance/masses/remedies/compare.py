@@ -292,8 +292,8 @@ def compare_remedies(
 
     Example:
         >>> import balance
-        >>> found = balance.compare_remedies("robot.urdf", ["own_masses"])
-        >>> found.results[0].verdict
+        >>> comparison = balance.compare_remedies("robot.urdf", ["own_masses"])
+        >>> comparison.results[0].verdict
         'infeasible'
     """
     request = RemedyRequest(

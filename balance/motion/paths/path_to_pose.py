@@ -94,7 +94,7 @@ def path_to_pose(
         ... )
         >>> satellite = balance.motion.FloatingBase(mass=5)
         >>> paths = balance.path_to_pose(arm, [0.2, 0.3, -0.4], kept="attitude", base=satellite)
-        >>> paths.found, paths.paths[0].residual < 1e-9
+        >>> bool(paths.paths), paths.paths[0].residual < 1e-9
         (True, True)
     """
     linkage = as_linkage(linkage)

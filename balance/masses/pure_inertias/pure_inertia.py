@@ -25,7 +25,6 @@ from balance.space.interpretation.terms import round_to_fraction
 from balance.space.spaces.compute_space import as_space
 from balance.space.spaces.design_space import DesignSpace
 from balance.support.tolerances import (
-    FRACTION_ROUND_OFF,
     MASS_LEFT_RELATIVE,
     PURE_INERTIA_CONDITION,
 )
@@ -198,9 +197,7 @@ def _reduced(rows: Array) -> Array:
     if not len(rows):
         return freeze(rows)
     A = reduced_echelon(np.linalg.qr(rows.T)[0].T)
-    return freeze(
-        [[round_to_fraction(x, FRACTION_ROUND_OFF) for x in row] for row in A.tolist()]
-    )
+    return freeze([[round_to_fraction(x) for x in row] for row in A.tolist()])
 
 
 def _equations(rows: Array, words: Sequence[str]) -> list[dict[str, object]]:

@@ -354,7 +354,7 @@ class _Snapping:
         for m in across:
             self._record(
                 f"{self._name(j)} perpendicular to {self._name(m)}",
-                self._angle(n, m, right=True),
+                self._angle(n, m, from_perpendicular=True),
             )
         if len(across) == 2:
             both = cross(*(self._n[m] for m in across))
@@ -368,7 +368,7 @@ class _Snapping:
         """List the joints across a direction: one, or two that are not parallel."""
         across: list[int] = []
         for k in joints:
-            if k == GROUND or self._angle(n, k, right=True) > self._limits.angle:
+            if k == GROUND or self._angle(n, k, from_perpendicular=True) > self._limits.angle:
                 continue
             if not across:
                 across = [k]
@@ -423,11 +423,11 @@ class _Snapping:
         t = (vv * dot(r, u) - uv * dot(r, v)) / (uu * vv - uv * uv)
         return t + dot(self._p[a], u) / uu
 
-    def _angle(self, n: Vector, k: int, right: bool = False) -> float:
+    def _angle(self, n: Vector, k: int, from_perpendicular: bool = False) -> float:
         """Compute the angle between a direction and a joint's, or its distance from π/2."""
         m = self._n[k]
         sine, size = _size(cross(n, m)), _size(n) * _size(m)
-        return abs(float(dot(n, m))) / size if right else sine / size
+        return abs(float(dot(n, m))) / size if from_perpendicular else sine / size
 
     def _record(self, text: str, angle: float = 0.0, place: float = 0.0) -> None:
         """Record a relation, and its error."""

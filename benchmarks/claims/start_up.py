@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import json
 import os
+import time
 from functools import cache
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -21,12 +22,28 @@ from filelock import FileLock
 
 import balance
 from balance.space.certification.exact_ranks import exact_ranks
-from benchmarks.harness.processes import ROOT, python
+from benchmarks.harness.processes import ROOT, balance_command, python
 from benchmarks.references import reference
 from kinematics.closure.joint_positions import si_chain
 from kinematics.loading.model_gallery import load
+from kinematics.numerics.compiled.background import VARIABLE
 from kinematics.numerics.compiled.cache_contents import ALL, ready_kernels
 
+# 2000 four-bars, with the rank of each.
+STUDY = """
+[model]
+file = "four_bar_general"
+[parameters]
+"coupler.length" = "0.4:0.6:50"
+"crank.length" = "0.2:0.3:40"
+[compute]
+quantities = ["rank", "distance"]
+"""
+LONG = {
+    "remedies": ("remedies", "four_bar_general"),
+    "verify": ("verify", "delta"),
+    "sweep": ("sweep", "run", "study.toml", "--out", "study.db", "--workers", "1"),
+}
 # Runs a command, and prints the loaded libraries.
 LIST = """
 import io, json, sys
@@ -185,6 +202,48 @@ class ColdParallelRobots(_Cold):
         ("track_first", "track_imports", 15),
         ("track_difference", 0),
     )
+
+
+class FirstLongCommand(_Commands):
+    """A command of some seconds on an empty cache; seconds on the clock of a quiet machine.
+
+    It begins uncompiled, and takes up kernels as the process beside it compiles them: little
+    longer than the better of compiling all kernels that it needs first, and none.
+    """
+
+    slow = True
+    runs = 3
+    params = (("remedies",), ("verify",), ("sweep",))
+    claims = (("track_first", "track_better", 1.3),)
+
+    def setup(self, verb: str) -> None:
+        """Write the study of 2000 geometries."""
+        compile_kernels()
+        self.words = LONG[verb]
+
+    def _clock(self, way: str) -> np.ndarray:
+        """Seconds on the clock until the command answers."""
+        seconds = []
+        for _ in range(self.runs):
+            with TemporaryDirectory(ignore_cleanup_errors=True) as folder:
+                (Path(folder) / "study.toml").write_text(STUDY)
+                variables = {"NUMBA_CACHE_DIR": str(Path(folder) / "cache"), VARIABLE: way}
+                start = time.perf_counter()
+                balance_command(*self.words, cwd=folder, **variables)
+                seconds.append(time.perf_counter() - start)
+        return np.array(seconds)
+
+    def track_first(self, verb: str) -> np.ndarray:
+        """The command as it is called by a new user."""
+        return self._clock("background")
+
+    def track_better(self, verb: str) -> np.ndarray:
+        """The faster of kernels compiled before their first call, and never."""
+        return min(map(self._clock, ("now", "never")), key=np.median)
+
+    def track_error(self, verb: str) -> float:
+        """That of the answers is the claim of `Warm`."""
+        return 0.0
 
 
 def _integers(found: object) -> list[int]:

@@ -21,13 +21,24 @@ def python(*words: str, cwd: Path | str = ROOT, **variables: str) -> str:
     Returns:
         Its standard output.
     """
+    done = _run(*words, cwd=cwd, **variables)
+    done.check_returncode()
+    return done.stdout
+
+
+def balance_command(*words: str, cwd: Path | str, **variables: str) -> None:
+    """Run a command of balance whose verdict may be positive or negative; see `python`."""
+    done = _run("-m", "balance", *words, cwd=cwd, **variables)
+    if done.returncode not in (0, 1):
+        done.check_returncode()
+
+
+def _run(*words: str, cwd: Path | str, **variables: str) -> subprocess.CompletedProcess[str]:
     path = os.pathsep.join(filter(None, [str(ROOT), os.environ.get("PYTHONPATH")]))
-    done = subprocess.run(
+    return subprocess.run(
         [sys.executable, *words],
         cwd=cwd,
         capture_output=True,
         text=True,
-        check=True,
         env=os.environ | {"PYTHONPATH": path} | variables,
     )
-    return done.stdout

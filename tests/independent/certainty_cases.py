@@ -6,6 +6,7 @@ that was rounded; if a special one is as near as the digits leave open, for eith
 
 from __future__ import annotations
 
+import re
 import zlib
 from collections.abc import Callable, Iterator
 from dataclasses import replace
@@ -33,9 +34,6 @@ FEWEST = 6
 ROUND_OFF = Fraction(15, 10**15)
 # Orders up to which loops of yokes close, and idle joints rest: above the 16th power.
 ORDERS_OF_YOKES = 40
-
-
-Pair = tuple[Fraction, Fraction]
 
 
 class Case(NamedTuple):
@@ -157,18 +155,23 @@ def _oblique(rng) -> Case:
 
 def _coupled(rng) -> Case:
     """Coupled special loops, one of them off by 10^-k, in exact decimals or rounded."""
-    found, special, power = coupled(rng)
+    found, specials, power = coupled(rng)
     note = f"off by 1e-{power}" if power else "special"
     if rng.random() < 0.5:
         # The last digit of the file is the one that is off: the special loop is inside of it.
-        others = () if found.as_written or 0 < power < FEWEST - 1 else (special,)
-        case = _exact(found, *others, note=note)
-        return case
+        short = power and _significant_digits(urdf(found)) < FEWEST
+        return _exact(found, *(() if found.as_written or short else specials), note=note)
     digits = int(rng.choice([17, 17, 15, 12, 9]))
     # A double is known to sixteen digits, after operations to three less.
-    others = (special,) if power and power >= min(digits, 16) - 3 else ()
+    others = specials if power and power >= min(digits, 16) - 3 else ()
     case = _rounded(rng, found, digits, bool(rng.random() < 0.7), *others)
     return case._replace(note=f"{note}, {case.note}")
+
+
+def _significant_digits(text: str) -> int:
+    """The most significant digits of a coordinate of a file in exact decimals."""
+    numbers = " ".join(re.findall('origin xyz="([^"]*)"', text)).split()
+    return max(len(x.lstrip("-").replace(".", "").lstrip("0")) for x in numbers)
 
 
 HARD: dict[str, Callable] = {
@@ -236,28 +239,12 @@ def _special_inside(linkage: Linkage) -> Iterator[Linkage]:
     decimals = next(k for k in range(30) if all((10**k * x).denominator == 1 for x in numbers))
     if decimals < FEWEST - 1:
         return
-    width = Fraction(2, 10**decimals)
-    for k in range(4):
-        P, Q, R, S = (points[(k + i) % 4] for i in range(4))
-        for image in _images(P, Q, R):
-            if max(abs(x - y) for x, y in zip(image, S, strict=True)) <= width:
-                at = (k + 3) % 4
-                there = joints[at]._replace(point=(*image, joints[at].point[2]))
-                yield replace(linkage, joints=(*joints[:at], there, *joints[at + 1 :]))
-
-
-def _images(P: Pair, Q: Pair, R: Pair) -> Iterator[Pair]:
-    """Images of Q in the line through P and R, in their middle, and in their bisector."""
-    (px, py), (qx, qy), (rx, ry) = P, Q, R
-    dx, dy = rx - px, ry - py
-    square = dx * dx + dy * dy
-    if not square:
-        return
-    along = 2 * ((qx - px) * dx + (qy - py) * dy) / square
-    across = 2 * ((qx - px) * dy - (qy - py) * dx) / square
-    yield qx - across * dy, qy + across * dx
-    yield px + rx - qx, py + ry - qy
-    yield qx + (1 - along) * dx, qy + (1 - along) * dy
+    for corners in planar.special_inside(points, decimals):
+        moved = (
+            joint._replace(point=(*point, joint.point[2]))
+            for joint, point in zip(joints, corners, strict=True)
+        )
+        yield replace(linkage, joints=tuple(moved))
 
 
 def certainty_case(family: str, seed: int) -> Case:

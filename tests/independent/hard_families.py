@@ -18,7 +18,7 @@ from tests.independent.plain_linkage import (
     edges,
     vector,
 )
-from tests.independent.planar_families import chained, corners, ring
+from tests.independent.planar_families import chained, corners, ring, special_inside
 from tests.independent.spatial_families import _bennett, _spherical
 from tests.independent.true_ranks import independent
 
@@ -195,11 +195,12 @@ def loops_last(joints: list[Joint], mimics: list[Mimic]):
     )
 
 
-def coupled(rng) -> tuple[Linkage, Linkage, int]:
+def coupled(rng) -> tuple[Linkage, tuple[Linkage, ...], int]:
     """Two or three special loops that drive each other, one of them off by 10^-k.
 
     Returns:
-        The linkage, the same without the error, and k; 0 without an error.
+        The linkage; special ones within two units of that decimal, first the one without the
+        error; and k, 0 without an error.
     """
     count = int(rng.choice([2, 3], p=[0.7, 0.3]))
     loops = [corners(rng, _choose(rng, SPECIAL)) for _ in range(count)]
@@ -214,10 +215,17 @@ def coupled(rng) -> tuple[Linkage, Linkage, int]:
         point[axis] += Fraction(1, 10**power)
         moved[off][corner] = tuple(point)
     spatial, as_written = bool(rng.random() < 0.3), bool(rng.random() < 0.5)
-    return tuple(
-        Linkage(*_coupled(points, how, where, ratio), spatial=spatial, as_written=as_written)
-        for points in (moved, loops)
-    ) + (power,)
+    flat = [point[:2] for point in moved[off]]
+    near = special_inside(flat, power) if power else ()
+    found, *specials = (
+        Linkage(*_coupled(shapes, how, where, ratio), spatial=spatial, as_written=as_written)
+        for shapes in (
+            moved,
+            loops,
+            *([*loops[:off], [(*p, Fraction(0)) for p in x], *loops[off + 1 :]] for x in near),
+        )
+    )
+    return found, tuple(specials), power
 
 
 def _coupled(loops, how, where, ratio):

@@ -194,3 +194,33 @@ def mimic(rng):
     joints = list(ring(corners(rng, str(rng.choice(["general", "parallelogram", "kite"])))))
     chained(joints, int(rng.integers(0, 4)), -1, "R", [_decimals(rng, 1)], [Z])
     return tuple(joints), (Mimic(len(joints) - 1, int(rng.integers(0, 3)), ratio),)
+
+
+def special_inside(points, decimals):
+    """Yield the corners of kites, parallelograms and antiparallelograms next to a four-bar.
+
+    One corner is moved by up to two units of the last decimal, to the image of the corner
+    opposite to it, or of a neighbour: under the reflection in a diagonal, in the middle of a
+    diagonal, or in its bisector.
+    """
+    width = Fraction(2, 10**decimals)
+    for k in range(4):
+        P, Q, R, S = (points[(k + i) % 4] for i in range(4))
+        for image in _images(P, Q, R):
+            if max(abs(x - y) for x, y in zip(image, S, strict=True)) <= width:
+                at = (k + 3) % 4
+                yield [*points[:at], image, *points[at + 1 :]]
+
+
+def _images(P, Q, R):
+    """Images of Q in the line through P and R, in their middle, and in their bisector."""
+    (px, py), (qx, qy), (rx, ry) = P, Q, R
+    dx, dy = rx - px, ry - py
+    square = dx * dx + dy * dy
+    if not square:
+        return
+    along = 2 * ((qx - px) * dx + (qy - py) * dy) / square
+    across = 2 * ((qx - px) * dy - (qy - py) * dx) / square
+    yield qx - across * dy, qy + across * dx
+    yield px + rx - qx, py + ry - qy
+    yield qx + (1 - along) * dx, qy + (1 - along) * dy

@@ -41,6 +41,8 @@ def reason_below_digits(space: DesignSpace, corrected: DesignSpace, evidence: Ev
     """
     if doubt := _reason_freed_by_rounding(space, evidence):
         return doubt
+    if doubt := _reason_at_special_pose(space, corrected, evidence):
+        return doubt
     meant, limit = space.linkage.meant, 0.0
     adds = corrected.rank > space.rank
     if evidence.inside_digits and meant is not None:
@@ -69,6 +71,26 @@ def reason_below_digits(space: DesignSpace, corrected: DesignSpace, evidence: Ev
     return (
         f"rank: the least condition is {size_text(least, '.0e')} of the largest, and may come "
         "from digits that the file does not have"
+    )
+
+
+def _reason_at_special_pose(
+    space: DesignSpace, corrected: DesignSpace, evidence: Evidence
+) -> str:
+    """State that exact arithmetic has more conditions at a special pose, and in all.
+
+    Up to round-off, the pose has fewer conditions of order 0 than the numbers: these miss
+    relations of the pose, and so may those that were found of the geometry.
+    """
+    adds = corrected.rank > space.rank
+    if not (evidence.inside_digits and adds and space.orders and corrected.orders):
+        return ""
+    rounded, exact = space.orders[0].rank, corrected.orders[0].rank
+    if rounded == exact:
+        return ""
+    return (
+        f"rank: {space.rank} up to rounding, and {corrected.rank} where the pose has {exact} "
+        f"conditions of order 0, not {rounded} as up to rounding"
     )
 
 

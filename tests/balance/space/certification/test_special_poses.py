@@ -240,3 +240,12 @@ def test_a_condition_that_rounding_adds_to_a_planar_linkage_is_in_doubt(tmp_path
     space, true = certified(case.text, tmp_path), truth(case.readings[0])
     assert space.rank == true.rank + 1
     assert any("within the rounding of the file" in doubt for doubt in space.doubts)
+
+
+@pytest.mark.slow
+def test_a_special_pose_that_doubles_break_is_in_doubt(tmp_path):
+    """All joints are on nine points of a square lattice, which no four of them show."""
+    case = certainty_case("oblique", 35348)
+    space, true = certified(case.text, tmp_path), truth(case.readings[0])
+    assert space.rank == true.rank + 1
+    assert any("conditions of order 0" in doubt for doubt in space.doubts)

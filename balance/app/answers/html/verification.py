@@ -175,6 +175,25 @@ def force_planes(linkage: Linkage, force: Array) -> list[tuple[str, Array]]:
     return [(f"{'xyz'[a]}{'xyz'[b]}", force[:, [a, b]]) for a, b in PLANES]
 
 
+def motion_data(
+    linkage: Linkage, time: Array, q: Array, force: Array, reach: float
+) -> dict[str, object]:
+    """Collect poses and curves of one motion.
+
+    Args:
+        q: positions of the joints (N, n).
+        force: on the base (N, 3), N.
+        reach: largest force that the polar plot shows, N.
+    """
+    seconds = short(time)
+    return {
+        "polar": polar_plot(linkage, seconds, force, reach),
+        "time": seconds,
+        "q": [short(each) for each in q],
+        "force": [short(each) for each in force],
+    }
+
+
 def polar_plot(
     linkage: Linkage, time: list[float | None], force: Array, reach: float
 ) -> dict[str, object]:

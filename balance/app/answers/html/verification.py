@@ -118,12 +118,6 @@ def verification_picture(*verifications: Verification, kind: str = "png") -> byt
     Args:
         verifications: one or more verifications.
         kind: ``"png"`` or ``"svg"``.
-
-    Returns:
-        The bytes of the image.
-
-    Raises:
-        PackageError: Matplotlib is missing.
     """
     return panels_picture(_columns(verifications), kind)
 

@@ -19,7 +19,7 @@ from balance.app.answers.html.time_panels import (
     PanelColumn,
     panels_figures,
 )
-from balance.app.answers.html.verification import motion_data
+from balance.app.answers.html.verification import run_curves
 from balance.app.answers.text.quiet import quiet_body, quiet_facts
 from balance.motion.motion_tolerances import SHAKING_RELATIVE
 from balance.motion.quiet.answer import MotionFigures, QuietMotion
@@ -203,7 +203,7 @@ def _run(
 ) -> dict[str, Any]:
     """Collect poses, curves and numbers of one motion."""
     motion, force = shown.motion, -shown.wrench[:, 3:]
-    curves = motion_data(plan.linkage, motion.time, motion.q, force, reach)
+    curves = run_curves(plan.linkage, motion.time, motion.q, force, reach)
     return {"chart": chart, **curves, "rows": _numbers(plan, shown.figures)}
 
 

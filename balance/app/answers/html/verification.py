@@ -169,7 +169,7 @@ def force_planes(linkage: Linkage, force: Array) -> list[tuple[str, Array]]:
     return [(f"{'xyz'[a]}{'xyz'[b]}", force[:, [a, b]]) for a, b in PLANES]
 
 
-def motion_data(
+def run_curves(
     linkage: Linkage, time: Array, q: Array, force: Array, reach: float
 ) -> dict[str, object]:
     """Collect poses and curves of one motion.

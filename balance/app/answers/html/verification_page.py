@@ -22,10 +22,10 @@ from balance.app.answers.html.time_panels import (
     panels_figures,
 )
 from balance.app.answers.html.verification import (
-    motion_data,
     motion_heading,
     panels,
     pick_samples,
+    run_curves,
 )
 from balance.app.answers.text.linkage import linkage_names
 from balance.app.answers.text.verification import (
@@ -209,7 +209,7 @@ def _run_data(
     picked = pick_samples(run, MAX_SAMPLES)
     motion, force = run.trajectory, -run.about[picked, 3:]
     q, time = motion.q[picked], motion.time[picked]
-    curves = motion_data(verification.linkage, time, q, force, reach)
+    curves = run_curves(verification.linkage, time, q, force, reach)
     return {"chart": chart, **curves, "rows": _numbers(verification, run)}
 
 

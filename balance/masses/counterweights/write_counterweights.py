@@ -2,25 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping
 from os import PathLike
 from typing import Protocol
 
 import numpy as np
 
 from balance.masses.counterweights.counterweight import Counterweight
-from balance.masses.designs.write_urdf import replace_inertials
+from balance.masses.designs.write_urdf import append_to_file, replace_inertials
 from balance.space.inertial_parameters.body_inertia import inertial_element
 from balance.space.inertial_parameters.conversions import mass_properties
 from balance.space.spaces.design_space import DesignSpace
 from balance.support.result_files import write_file
 from balance.support.tolerances import COORDINATE_ROUND_OFF, PART_ROUND_OFF
 from kinematics.errors import UsageError
-from kinematics.files.urdf.edit_xml import Splice, Text, read_source
+from kinematics.files.urdf.edit_xml import read_source
 from kinematics.files.urdf.xml_tree import build_tree
 from kinematics.model.document import make_elements
 from kinematics.model.document.element import Element
-from kinematics.model.document.write_numbers import element_lines, number_words
+from kinematics.model.document.write_numbers import number_words
 from kinematics.model.spatial.inertia import displace_parameters
 from kinematics.numerics.array_types import Array
 
@@ -102,19 +102,7 @@ def with_counterweights(
         for weight in apart
         for element in _own_links(weight, names, meshes.get(weight.link), weight.link in merged)
     ]
-    return _append(data, root, elements) if elements else data
-
-
-def _append(data: bytes, root: Element, elements: Sequence[Element]) -> bytes:
-    """Append elements to a file."""
-    text, at = Text(data), root.span[1]
-    if text.is_tag(root):
-        raise AssertionError("a linkage has links")
-    end = text.margin(at)
-    margin = text.margin(root.children[-1].span[0]) or end
-    lines = [line for element in elements for line in element_lines(element, "")]
-    inside = "".join(f"{margin}{line}" for line in lines)
-    return text.replace([Splice(at - text.size(end), at - text.size(end), inside)])
+    return append_to_file(data, root, elements) if elements else data
 
 
 def _merged_inertials(

@@ -6,11 +6,12 @@ and elements of other programs stay the same bytes.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 
 from kinematics.files.urdf.edit_xml import Splice, Text, read_source
 from kinematics.files.urdf.floating_joints import topmost_links
 from kinematics.model.document.element import Element
+from kinematics.model.document.write_numbers import element_lines
 from kinematics.model.linkage import UnassembledLinkage
 
 
@@ -44,6 +45,21 @@ def replace_inertials(linkage: UnassembledLinkage, inertials: Mapping[str, str])
         if welded.get(linkage.places[name].link, top[name]) in inertials
     ]
     return text.replace([splice for splice in splices if splice is not None])
+
+
+def append_to_file(data: bytes, root: Element, elements: Iterable[Element]) -> bytes:
+    """Append elements before the end tag of a URDF file; every other byte stays.
+
+    Args:
+        root: the element of the file.
+        elements: links, joints and loops, in order.
+    """
+    text, at = Text(data), root.span[1]
+    end = text.margin(at)
+    margin = text.margin(root.children[-1].span[0]) or end
+    place = at - text.size(end)
+    lines = (line for element in elements for line in element_lines(element, ""))
+    return text.replace([Splice(place, place, "".join(f"{margin}{line}" for line in lines))])
 
 
 def _welded_bodies(linkage: UnassembledLinkage) -> dict[int, str]:

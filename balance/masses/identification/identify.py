@@ -239,8 +239,9 @@ def _answer(
         freeze(z), _masses(space, file, z, likely, x0), _shaking(rows, x0.reshape(-1)),
         _shaking(rows, likely.x, fit, likely), (force, moment), prior, gravity, freeze(point),
         trajectory, measured, loads, constants,
-        (*linkage.notices, *_motion_notices(linkage, trajectory), *_fit_notices(channels),
-         *_far_notices(likely), *_flat_notices(linkage, flat.tolist())),
+        (*linkage.notices, *rounding_notice(trajectory), *large_angles(linkage, trajectory.u),
+         *_fit_notices(channels), *_far_notices(likely),
+         *_flat_notices(linkage, flat.tolist())),
     )  # fmt: skip
 
 
@@ -336,11 +337,6 @@ def _rounding(
     off = load_errors(linkage, input_chain(linkage), z, trajectory, point)
     moment, force = np.sqrt(np.square(off).mean(axis=1)).tolist()
     return force, moment
-
-
-def _motion_notices(linkage: Linkage, trajectory: Trajectory) -> list[Notice]:
-    """Warn of few decimals in a table of the motion, and of angles that may be degrees."""
-    return [*rounding_notice(trajectory), *large_angles(linkage, trajectory.u)]
 
 
 def _fit_notices(channels: tuple[ChannelFit, ...]) -> list[Notice]:

@@ -6,10 +6,9 @@ from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, field
 
 from balance.masses.counterweights.regions import Region
-from kinematics.files.urdf.edit_xml import Splice, Text
+from balance.masses.designs.write_urdf import append_to_file
 from kinematics.files.urdf.xml_tree import build_tree
 from kinematics.model.document.element import Document, Element
-from kinematics.model.document.write_numbers import element_lines
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,14 +51,8 @@ def append_elements(document: Document, elements: Iterable[Element]) -> Document
     Returns:
         The new file, of the same name.
     """
-    root, text = build_tree(document.data), Text(document.data)
-    at = root.span[1]
-    end = text.margin(at)
-    margin = text.margin(root.children[-1].span[0]) or end
-    lines = (line for element in elements for line in element_lines(element, ""))
-    place = at - text.size(end)
-    inside = "".join(f"{margin}{line}" for line in lines)
-    return Document(document.name, text.replace([Splice(place, place, inside)]))
+    data = append_to_file(document.data, build_tree(document.data), elements)
+    return Document(document.name, data)
 
 
 def names_taken(document: Document) -> set[str]:

@@ -195,6 +195,11 @@ class QuietMotion(WithPage, WithPicture):
         return next((law.figures for law in self.laws if law.name == "quintic"), None)
 
     @property
+    def trapezoidal(self) -> MotionFigures | None:
+        """What the law of trapezoidal speed shakes."""
+        return next((law.figures for law in self.laws if law.name == "trapezoidal"), None)
+
+    @property
     def verdict(self) -> str:
         """``"optimal"``, ``"locally optimal"``, ``"feasible"`` or ``"infeasible"``.
 

@@ -188,7 +188,7 @@ def _shortest(problem: QuietProblem, loads: PathLoads, guess: float) -> float | 
     """Compute the shortest duration within the limits; None if nothing limits it."""
     if not np.isfinite(problem.limits.upper[[1, 2, 4]]).any():
         return None
-    timing = _shortest_timing(problem, loads, guess)
+    timing = _TimingProgram(problem, loads, guess).solve(quiet=False)
     return timing.duration if timing.within else None
 
 
@@ -300,15 +300,6 @@ def _quietest_timing(problem: QuietProblem, loads: PathLoads, duration: float) -
         The timing; if no timing keeps the limits, one that exceeds them least.
     """
     return _TimingProgram(problem, loads, duration).solve(quiet=True)
-
-
-def _shortest_timing(problem: QuietProblem, loads: PathLoads, guess: float) -> Timing:
-    """Compute the timing of the shortest duration within the limits.
-
-    Args:
-        guess: a duration of about that size, seconds.
-    """
-    return _TimingProgram(problem, loads, guess).solve(quiet=False)
 
 
 class _TimingProgram:

@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 from balance.space.formulas.modular_pose import Pair
 from balance.space.formulas.planar_functions import Coefficients, FunctionIndex
-from kinematics.numerics.linalg.prime_field import echelon_modulo
+from kinematics.numerics.linalg.prime_field import invert_modulo
 
 Rates = list[int]
 
@@ -54,17 +54,8 @@ class ModularMotion:
         self.direction = list(range(index.turning + 1))
         self.direction += [direction for _, direction in index.of_joint.values()]
         A = self._rows([list(start)])[0] + self._related_rows()
-        self.rows = echelon_modulo(list(zip(*A, strict=True)), range(len(A)), p)[1]
-        A = [A[r] for r in self.rows]
-        self.dependent = echelon_modulo(A, range(self.size), p)[1]
+        self.rows, self.dependent, self.inverse = invert_modulo(A, self.size, p)
         self.columns = [v for v in range(self.size) if v not in self.dependent]
-        square = [
-            [A[r][c] for c in self.dependent] + [int(r == i) for i in range(len(A))]
-            for r in range(len(A))
-        ]
-        solved, pivots = echelon_modulo(square, range(len(A)), p)
-        inverse = dict(zip(pivots, solved, strict=True))
-        self.inverse = [inverse[r][len(A) :] for r in range(len(A))]
 
     def _derivative(self, i: int, F: Sequence[Sequence[Pair]]) -> list[tuple[int, list[Pair]]]:
         """List what multiplies which rate in Ḟ_i, as series; F are values by order."""

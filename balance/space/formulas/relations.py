@@ -161,6 +161,30 @@ def write_sum(terms: Mapping[int, Fraction], dimensions: Sequence[Dimension]) ->
     return text
 
 
+def solve_relations(
+    relations: Sequence[DimensionRelation], names: Sequence[str]
+) -> dict[int, Combination]:
+    """Solve relations for dimensions, the last ones first: combinations of those before them.
+
+    Args:
+        names: of all dimensions.
+
+    Raises:
+        ExactError: they leave a dimension zero.
+    """
+    last = len(names) - 1
+    rows = [[r.terms.get(last - c, Fraction(0)) for c in range(last + 1)] for r in relations]
+    solved, pivots = echelon(rows) if rows else ([], [])
+    terms = {
+        last - pivot: {last - c: -x for c, x in enumerate(row) if c != pivot and x}
+        for row, pivot in zip(solved, pivots, strict=True)
+    }
+    for i, others in terms.items():
+        if not others:
+            raise ExactError(f"relations leave no value but zero for {names[i]}")
+    return terms
+
+
 class FreeDimensions:
     """Dimensions under relations: some are free, the others are combinations of them.
 
@@ -189,18 +213,7 @@ class FreeDimensions:
         """
         self.linkage, self.cartesian = linkage, cartesian
         count = len(linkage.dimensions)
-        backwards = range(count - 1, -1, -1)
-        rows = [[r.terms.get(i, Fraction(0)) for i in backwards] for r in relations]
-        solved, pivots = echelon(rows) if rows else ([], [])
-        self.terms: dict[int, Combination] = {}
-        for row, pivot in zip(solved, pivots, strict=True):
-            self.terms[count - 1 - pivot] = {
-                count - 1 - c: -row[c] for c in range(count) if c != pivot and row[c]
-            }
-        for i, terms in self.terms.items():
-            if not terms:
-                name = linkage.dimensions[i].name
-                raise ExactError(f"relations leave no value but zero for {name}")
+        self.terms = solve_relations(relations, [d.name for d in linkage.dimensions])
         self.free = [i for i in range(count) if i not in self.terms]
         self.terms |= {i: {i: Fraction(1)} for i in self.free}
         self.variables = [variable for i in self.free for variable in self._variables_of(i)]

@@ -16,12 +16,16 @@ import numpy as np
 
 from balance.space.formulas.interpolation import cosine_sine, spread_point
 from balance.space.formulas.notations import Variable
-from balance.space.formulas.relations import DimensionRelation, neighbours, write_sum
+from balance.space.formulas.relations import (
+    DimensionRelation,
+    neighbours,
+    solve_relations,
+    write_sum,
+)
 from balance.space.formulas.spatial_parts import SpatialParts
 from balance.space.formulas.spatial_pose import Value
 from balance.support.tolerances import FORMULA_RELATION
 from kinematics.errors import ExactError
-from kinematics.numerics.linalg.rational import echelon
 
 
 class BennettLoop(NamedTuple):
@@ -102,21 +106,9 @@ class SpatialDimensions:
             ExactError: they leave a dimension zero.
         """
         self.linkage, self.proportional = linkage, proportional
-        count = len(linkage.dimensions)
-        backwards = range(count - 1, -1, -1)
-        rows = [[r.terms.get(i, Fraction(0)) for i in backwards] for r in relations]
-        solved, pivots = echelon(rows) if rows else ([], [])
-        self.terms: dict[int, dict[int, Fraction]] = {}
-        for row, pivot in zip(solved, pivots, strict=True):
-            self.terms[count - 1 - pivot] = {
-                count - 1 - c: -row[c] for c in range(count) if c != pivot and row[c]
-            }
-        for i, terms in self.terms.items():
-            if not terms:
-                name = linkage.dimensions[i].name
-                raise ExactError(f"relations leave no value but zero for {name}")
+        self.terms = solve_relations(relations, [d.name for d in linkage.dimensions])
         follows = set(self.terms) | ({proportional.second_length} if proportional else set())
-        self.free = [i for i in range(count) if i not in follows]
+        self.free = [i for i in range(len(linkage.dimensions)) if i not in follows]
         self.angles = [linkage.dimensions[i].kind == "angle" for i in self.free]
         self.variables: list[Variable] = []
         for i, angle in zip(self.free, self.angles, strict=True):

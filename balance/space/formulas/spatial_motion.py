@@ -20,7 +20,7 @@ from balance.space.formulas.spatial_pose import (
     SpatialPose,
     modular_cross,
 )
-from kinematics.numerics.linalg.prime_field import echelon_modulo
+from kinematics.numerics.linalg.prime_field import invert_modulo
 
 VectorSeries = list[ModularVector]
 # Axes of the elements of an inertia tensor, in the order of the parameters.
@@ -120,16 +120,7 @@ class SpatialMotion:
         self.related = [self._related(row) for row in parts.relations] if related else []
         A += self.related
         if A:
-            self.rows = echelon_modulo(list(zip(*A, strict=True)), range(len(A)), p)[1]
-            A = [A[r] for r in self.rows]
-            self.dependent = echelon_modulo(A, range(size), p)[1]
-            square = [
-                [A[r][c] for c in self.dependent] + [int(r == i) for i in range(len(A))]
-                for r in range(len(A))
-            ]
-            solved, pivots = echelon_modulo(square, range(len(A)), p)
-            inverse = dict(zip(pivots, solved, strict=True))
-            self.inverse = [inverse[r][len(A) :] for r in range(len(A))]
+            self.rows, self.dependent, self.inverse = invert_modulo(A, size, p)
         self.columns = [v for v in range(size) if v not in self.dependent]
 
     def _related(self, relation: RateRelation) -> list[int]:

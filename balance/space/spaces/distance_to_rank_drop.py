@@ -29,6 +29,7 @@ from kinematics.loading.model_gallery import LinkageLike
 from kinematics.model.arrays import Chain
 from kinematics.model.linkage import Linkage
 from kinematics.numerics.array_types import Array
+from kinematics.numerics.linalg.vectors import alike_groups
 
 # Largest rows times squared columns of the conditions, which take a few seconds.
 MAX_DECOMPOSITION_WORK = 3e9
@@ -132,16 +133,9 @@ def _changes(linkage: Linkage, chain: Chain) -> Iterator[Array]:
 
 def _groups(rows: Array) -> list[list[int]]:
     """Group the indices of equal rows; those with NaN belong to no group."""
-    groups: list[list[int]] = []
-    for i, row in enumerate(rows):
-        same = next(
-            (g for g in groups if np.abs(rows[g[0]] - row).max() <= JOINTS_COINCIDE), None
-        )
-        if same is not None:
-            same.append(i)
-        elif not np.isnan(row).any():
-            groups.append([i])
-    return groups
+    whole = np.flatnonzero(~np.isnan(rows).any(axis=1))
+    near = alike_groups(rows[whole], lambda u, v: np.abs(u - v).max(axis=1) <= JOINTS_COINCIDE)
+    return [whole[group].tolist() for group in near]
 
 
 def _rates(spatial: Array, group: list[int], twist: Array, planar: bool) -> Array:

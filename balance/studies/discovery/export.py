@@ -106,7 +106,8 @@ def _judge(
 ) -> tuple[Linkage | None, str]:
     """Read a geometry as a linkage, and decide whether it can be built."""
     try:
-        linkage = _reload(to_linkage(job.topology, job.structure, geometry))
+        built = to_linkage(job.topology, job.structure, geometry)
+        linkage = _read(built.to_urdf().encode())
         space = design_space(linkage)
         if space.nullity != family.nullity:
             return None, ""
@@ -137,11 +138,6 @@ def _candidates(
             points = member.geometry.points / member.scale
             yield member.geometry._replace(points=points), True
     yield from ((geometry, False) for geometry in chosen)
-
-
-def _reload(linkage: Linkage) -> Linkage:
-    """Write a linkage and read it again, so that its file can be edited."""
-    return _read(linkage.to_urdf().encode())
 
 
 def _read(urdf: bytes) -> Linkage:

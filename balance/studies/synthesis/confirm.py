@@ -8,7 +8,7 @@ import numpy as np
 
 from balance.motion.motion_tolerances import SYNTHESIS_MOMENTUM, SYNTHESIS_SHAKING
 from balance.motion.verification.result import Verification
-from balance.motion.verification.trajectory import Trajectory, drive
+from balance.motion.verification.trajectory import drive
 from balance.motion.verification.verify_motions import verify
 from balance.space.certification.certified_space import CertifiedSpace
 from balance.space.certification.certify_space import certify
@@ -73,9 +73,8 @@ def confirm_along(urdf: bytes, table: MotionTable) -> Confirmation:
     try:
         linkage = _load(urdf)
         space = certify(design_space(linkage, None, "force"))
-        checked = verify(
-            linkage, tolerance=SYNTHESIS_SHAKING, motions=[_trajectory(linkage, table)]
-        )
+        motion = drive(linkage, table.time, table.u, table.ud, table.udd)
+        checked = verify(linkage, tolerance=SYNTHESIS_SHAKING, motions=[motion])
     except LinkageError as error:
         return Confirmation(False, None, None, "", str(error))
     words = f"force {space.as_given.verdict} in every motion, {space.certainty.level}"
@@ -85,11 +84,6 @@ def confirm_along(urdf: bytes, table: MotionTable) -> Confirmation:
 def _load(urdf: bytes) -> Linkage:
     """Read a file that was written."""
     return load(Document("the synthesised mechanism", urdf))
-
-
-def _trajectory(linkage: Linkage, table: MotionTable) -> Trajectory:
-    """Close the loops along a motion."""
-    return drive(linkage, table.time, table.u, table.ud, table.udd)
 
 
 def _judge(checked: Verification, balanced: bool, words: str) -> Confirmation:

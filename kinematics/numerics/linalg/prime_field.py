@@ -55,6 +55,26 @@ def echelon_modulo(
     return done, pivots
 
 
+def invert_modulo(
+    A: Sequence[Sequence[int]], columns: int, p: int
+) -> tuple[list[int], list[int], list[Row]]:
+    """Choose independent rows and columns of a matrix, and invert them modulo p.
+
+    Returns:
+        Rows, columns (the first that are independent), and the inverse of what they share.
+    """
+    rows = echelon_modulo(list(zip(*A, strict=True)), range(len(A)), p)[1]
+    chosen = [A[r] for r in rows]
+    pivots = echelon_modulo(chosen, range(columns), p)[1]
+    square = [
+        [row[c] for c in pivots] + [int(r == i) for i in range(len(chosen))]
+        for r, row in enumerate(chosen)
+    ]
+    solved, order = echelon_modulo(square, range(len(chosen)), p)
+    inverse = dict(zip(order, solved, strict=True))
+    return rows, pivots, [inverse[r][len(chosen) :] for r in range(len(chosen))]
+
+
 def fraction_of(a: int, p: int) -> Fraction | None:
     """Find the fraction whose remainder modulo p is a; None if there is no small one.
 

@@ -65,14 +65,7 @@ def one_panel_picture(
 
 
 def shaking_picture(simulation: FlexibleSimulation, kind: str = "png") -> bytes:
-    """Draw shaking force and moment over time.
-
-    Args:
-        kind: ``"png"`` or ``"svg"``.
-
-    Raises:
-        PackageError: Matplotlib is missing.
-    """
+    """Draw shaking force and moment over time."""
     motion, moment = simulation.motion, simulation.moment
 
     def draw(figure: Any) -> None:
@@ -98,14 +91,7 @@ def shaking_picture(simulation: FlexibleSimulation, kind: str = "png") -> bytes:
 
 
 def free_modes_picture(modes: Sequence[FreeMode], kind: str = "png") -> bytes:
-    """Draw the first modes of a free beam, with their nodes.
-
-    Args:
-        kind: ``"png"`` or ``"svg"``.
-
-    Raises:
-        PackageError: Matplotlib is missing.
-    """
+    """Draw the first modes of a free beam, with their nodes."""
 
     def draw(figure: Any) -> None:
         ax, xi = figure.subplots(), np.linspace(-0.5, 0.5, 401)
@@ -135,14 +121,7 @@ def free_modes_picture(modes: Sequence[FreeMode], kind: str = "png") -> bytes:
 
 
 def supported_modes_picture(modes: SupportedModes, kind: str = "png") -> bytes:
-    """Draw the first modes of a beam on supports.
-
-    Args:
-        kind: ``"png"`` or ``"svg"``.
-
-    Raises:
-        PackageError: Matplotlib is missing.
-    """
+    """Draw the first modes of a beam on supports."""
 
     def draw(figure: Any) -> None:
         ax = figure.subplots()
@@ -165,14 +144,7 @@ def supported_modes_picture(modes: SupportedModes, kind: str = "png") -> bytes:
 
 
 def supports_picture(supports: SupportPoints, kind: str = "png") -> bytes:
-    """Draw supports: the weight of each point along the beam.
-
-    Args:
-        kind: ``"png"`` or ``"svg"``.
-
-    Raises:
-        PackageError: Matplotlib is missing.
-    """
+    """Draw supports: the weight of each point along the beam."""
 
     def draw(figure: Any) -> None:
         ax = figure.subplots()

@@ -56,12 +56,6 @@ def floating_base_picture(*motions: FloatingBaseMotion, kind: str = "png") -> by
     Args:
         motions: one or more simulations.
         kind: ``"png"`` or ``"svg"``.
-
-    Returns:
-        The bytes of the image.
-
-    Raises:
-        PackageError: Matplotlib is missing.
     """
     return panels_picture(_columns(motions), kind)
 

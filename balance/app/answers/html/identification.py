@@ -17,17 +17,7 @@ MAX_LINES = 6
 
 
 def identification_picture(answer: Identification, kind: str = "png") -> bytes:
-    """Draw each measured load over time, and what the file and the identified masses predict.
-
-    Args:
-        kind: ``"png"`` or ``"svg"``.
-
-    Returns:
-        The bytes of the image.
-
-    Raises:
-        PackageError: Matplotlib is missing.
-    """
+    """Draw each measured load over time, and what file and identified masses predict."""
     measured = answer.measurements
     names = measured.channels[:MAX_PANELS]
     columns = min(3, len(names))
@@ -68,17 +58,7 @@ def identification_picture(answer: Identification, kind: str = "png") -> bytes:
 
 
 def plan_picture(plan: ExcitingMotion, kind: str = "png") -> bytes:
-    """Draw displacements, speeds and accelerations of the inputs over time.
-
-    Args:
-        kind: ``"png"`` or ``"svg"``.
-
-    Returns:
-        The bytes of the image.
-
-    Raises:
-        PackageError: Matplotlib is missing.
-    """
+    """Draw displacements, speeds and accelerations of the inputs over time."""
     time, *motions = plan.samples(401)
     titles = ("displacement of the inputs", "speed", "acceleration")
 

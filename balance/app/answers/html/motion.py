@@ -73,12 +73,6 @@ def motion_picture(
     Args:
         panels: from `balance.motion.taylor_poses.error_curves.error_curves`.
         kind: ``"png"`` or ``"svg"``.
-
-    Returns:
-        The bytes of the image.
-
-    Raises:
-        PackageError: Matplotlib is missing.
     """
     columns = min(2, len(panels))
     lines = -(-len(panels) // columns)

@@ -28,15 +28,6 @@ def front_picture(front: ParetoFront, kind: str = "png") -> bytes:
     The panels on the left show the root mean square of the shaking force, the shaking moment
     and, with an elastic frame, the vibration. Those on the right show the inertia and the peak
     drive torque of each input, relative to those of the file.
-
-    Args:
-        kind: ``"png"`` or ``"svg"``.
-
-    Returns:
-        The bytes of the image.
-
-    Raises:
-        PackageError: Matplotlib is missing.
     """
     shown = [design for design in front.designs if design.shaking is not None]
     mass = np.array([design.mass for design in shown])

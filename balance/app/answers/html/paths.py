@@ -218,17 +218,7 @@ def _frames(linkage: Linkage, q: Array) -> list[list[list[list[float]]]]:
 
 
 def paths_picture(solution: ReactionlessPaths, kind: str = "png") -> bytes:
-    """Draw the paths in the plane of the first two inputs, and the momentum along them.
-
-    Args:
-        kind: ``"png"`` or ``"svg"``.
-
-    Returns:
-        The bytes of the image.
-
-    Raises:
-        PackageError: Matplotlib is missing.
-    """
+    """Draw the paths in the plane of the first two inputs, and the momentum along them."""
     return image((9.6, 4.2), kind, partial(_draw, solution))
 
 

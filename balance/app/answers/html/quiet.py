@@ -26,15 +26,6 @@ def quiet_picture(plan: QuietMotion, kind: str = "png") -> bytes:
     """Draw a plan as an image: shaking force and moment, speeds and accelerations over time.
 
     The dashed lines are those of the quintic law, from rest to rest between all poses.
-
-    Args:
-        kind: ``"png"`` or ``"svg"``.
-
-    Returns:
-        The bytes of the image.
-
-    Raises:
-        PackageError: Matplotlib is missing.
     """
     law = plan.laws[0]
     motions = [(plan.path, "-", "planned"), (law.path, "--", law.name)]

@@ -10,7 +10,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from balance.app.answers.answer import AnswerTable
-from balance.app.answers.html.plot_style import short
 from balance.app.answers.html.render import facts_list, render_page, rows_table
 from balance.app.answers.html.robot_shapes import robot_shapes
 from balance.app.answers.html.scene import scene
@@ -20,7 +19,7 @@ from balance.app.answers.html.time_panels import (
     PanelColumn,
     panels_figures,
 )
-from balance.app.answers.html.verification import polar_plot
+from balance.app.answers.html.verification import run_curves
 from balance.app.answers.text.quiet import quiet_body, quiet_facts
 from balance.motion.motion_tolerances import SHAKING_RELATIVE
 from balance.motion.quiet.answer import MotionFigures, QuietMotion
@@ -203,15 +202,9 @@ def _run(
     plan: QuietMotion, shown: _Shown, chart: dict[str, object], reach: float
 ) -> dict[str, Any]:
     """Collect poses, curves and numbers of one motion."""
-    force, time = -shown.wrench[:, 3:], short(shown.motion.time)
-    return {
-        "chart": chart,
-        "polar": polar_plot(plan.linkage, time, force, reach),
-        "time": time,
-        "q": [short(q) for q in shown.motion.q],
-        "force": [short(f) for f in force],
-        "rows": _numbers(plan, shown.figures),
-    }
+    motion, force = shown.motion, -shown.wrench[:, 3:]
+    curves = run_curves(plan.linkage, motion.time, motion.q, force, reach)
+    return {"chart": chart, **curves, "rows": _numbers(plan, shown.figures)}
 
 
 def _numbers(plan: QuietMotion, figures: MotionFigures) -> list[tuple[str, str]]:

@@ -62,6 +62,7 @@ def report_page(report: Report, meshes: bool = True) -> str:
     """
     space = report.space
     explanation = report.explanation or explain(space)
+    following = [("next", report.following)] if report.following else []
     report = report._replace(explanation=explanation, exact=None)
     shapes = robot_shapes(space.linkage) if meshes else ()
     drawing = scene(space.linkage, space.motion, space.idle, shapes) | {
@@ -78,7 +79,7 @@ def report_page(report: Report, meshes: bool = True) -> str:
         data={"scene": drawing},
         scripts=SCRIPTS,
         warnings=_warning_section(space.warnings),
-        facts=facts_list([*_next_fact(report), *report_facts(space, report.change)]),
+        facts=facts_list([*following, *report_facts(space, report.change)]),
         orders=rows_table(report_table(space), range(3)),
         transfers=_transfer_table(explanation.transfers),
         freedoms=_freedom_table(explanation.freedoms),
@@ -106,11 +107,6 @@ def _spectra(space: DesignSpace) -> list[dict[str, object]]:
         }
         for order, decision in zip(space.orders, decisions, strict=True)
     ]
-
-
-def _next_fact(report: Report) -> list[tuple[str, str]]:
-    """List the command that comes next, if there is one."""
-    return [("next", report.following)] if report.following else []
 
 
 def _decoupling_section(report: Report) -> str:

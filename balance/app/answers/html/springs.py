@@ -15,17 +15,7 @@ MAX_PANELS = 6
 
 
 def springs_picture(answer: SpringBalance, kind: str = "png") -> bytes:
-    """Draw the torques of the inputs over the workspace, each against its own input.
-
-    Args:
-        kind: ``"png"`` or ``"svg"``.
-
-    Returns:
-        The bytes of the image.
-
-    Raises:
-        PackageError: Matplotlib is missing.
-    """
+    """Draw the torques of the inputs over the workspace, each against its own input."""
     kinds = {joint.name: joint.kind for joint in answer.linkage.joints}
     names = answer.linkage.inputs[:MAX_PANELS]
 

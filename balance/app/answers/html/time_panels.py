@@ -56,12 +56,6 @@ def panels_picture(columns: Sequence[PanelColumn], kind: str = "png") -> bytes:
     Args:
         columns: the columns, with equally many panels.
         kind: ``"png"`` or ``"svg"``.
-
-    Returns:
-        The bytes of the image.
-
-    Raises:
-        PackageError: Matplotlib is missing.
     """
     rows = list(zip(*(column.panels for column in columns), strict=True))
 

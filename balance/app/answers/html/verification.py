@@ -118,12 +118,6 @@ def verification_picture(*verifications: Verification, kind: str = "png") -> byt
     Args:
         verifications: one or more verifications.
         kind: ``"png"`` or ``"svg"``.
-
-    Returns:
-        The bytes of the image.
-
-    Raises:
-        PackageError: Matplotlib is missing.
     """
     return panels_picture(_columns(verifications), kind)
 
@@ -173,6 +167,25 @@ def force_planes(linkage: Linkage, force: Array) -> list[tuple[str, Array]]:
     if linkage.planar:
         return [("", force @ linkage.chain.frame.R[:2].T)]
     return [(f"{'xyz'[a]}{'xyz'[b]}", force[:, [a, b]]) for a, b in PLANES]
+
+
+def run_curves(
+    linkage: Linkage, time: Array, q: Array, force: Array, reach: float
+) -> dict[str, object]:
+    """Collect poses and curves of one motion.
+
+    Args:
+        q: positions of the joints (N, n).
+        force: on the base (N, 3), N.
+        reach: largest force that the polar plot shows, N.
+    """
+    seconds = short(time)
+    return {
+        "polar": polar_plot(linkage, seconds, force, reach),
+        "time": seconds,
+        "q": [short(each) for each in q],
+        "force": [short(each) for each in force],
+    }
 
 
 def polar_plot(

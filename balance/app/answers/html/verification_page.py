@@ -14,7 +14,6 @@ from balance.app.answers.html.before_after import (
     comparison_charts,
     comparison_section,
 )
-from balance.app.answers.html.plot_style import short
 from balance.app.answers.html.render import facts_list, render_page
 from balance.app.answers.html.robot_shapes import robot_shapes
 from balance.app.answers.html.scene import scene
@@ -26,7 +25,7 @@ from balance.app.answers.html.verification import (
     motion_heading,
     panels,
     pick_samples,
-    polar_plot,
+    run_curves,
 )
 from balance.app.answers.text.linkage import linkage_names
 from balance.app.answers.text.verification import (
@@ -208,15 +207,10 @@ def _run_data(
 ) -> dict[str, Any]:
     """Collect poses, curves and numbers of one motion of one linkage."""
     picked = pick_samples(run, MAX_SAMPLES)
-    time, force = short(run.trajectory.time[picked]), -run.about[picked, 3:]
-    return {
-        "chart": chart,
-        "polar": polar_plot(verification.linkage, time, force, reach),
-        "time": time,
-        "q": [short(q) for q in run.trajectory.q[picked]],
-        "force": [short(f) for f in force],
-        "rows": _numbers(verification, run),
-    }
+    motion, force = run.trajectory, -run.about[picked, 3:]
+    q, time = motion.q[picked], motion.time[picked]
+    curves = run_curves(verification.linkage, time, q, force, reach)
+    return {"chart": chart, **curves, "rows": _numbers(verification, run)}
 
 
 def _numbers(verification: Verification, run: Run) -> list[tuple[str, str]]:

@@ -57,7 +57,7 @@ def design_facts(design: Design) -> list[tuple[str, str]]:
     pairs.append(("verdict", design.words))
     pairs += _what_else(design)
     if design.minimise:
-        value = "" if design.value is None else f": {_objective_text(design.value)}"
+        value = "" if design.value is None else f": {size_text(design.value, f'.{DIGITS}g')}"
         unit = _unit(design) if value else ""
         pairs.append(("minimised", f"{design.minimise}{value}{unit}"))
     if design.floor:
@@ -191,11 +191,6 @@ def solid_rows(design: Design) -> list[tuple[str, ...]]:
         shape = "elliptic plate" if solid.shape == "plate" else "ellipsoid"
         rows.append((name, shape, sizes, mass, density))
     return rows
-
-
-def _objective_text(value: float) -> str:
-    """Write the value of an objective; a change that is round-off as a bound."""
-    return size_text(value, f".{DIGITS}g")
 
 
 def _unit(design: Design) -> str:

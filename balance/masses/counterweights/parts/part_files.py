@@ -151,7 +151,7 @@ def part_files(parts: Sequence[CounterweightPart]) -> dict[str, bytes]:
     for part in parts:
         files[part.mesh] = _stl(part.solid)
         if part.solid.plate is not None:
-            files[f"{part.stem}.dxf"] = _dxf(part.solid.plate)
+            files[f"{part.stem}.dxf"] = polylines_dxf(part.solid.plate.loops(), closed=True)
     text = StringIO(newline="")
     csv_writer(text).writerows([COLUMNS, *(part.row for part in parts)])
     files[TABLE] = text.getvalue().encode()
@@ -185,11 +185,6 @@ def _stl(solid: PartMesh) -> bytes:
     text = BytesIO()
     mesh.export(text, file_type="stl")
     return text.getvalue()
-
-
-def _dxf(plate: Plate) -> bytes:
-    """Write the outline of a plate as DXF in mm, with arcs; it has no time in it."""
-    return polylines_dxf(plate.loops(), closed=True)
 
 
 if TYPE_CHECKING:

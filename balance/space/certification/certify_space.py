@@ -133,11 +133,13 @@ def _certify(space: DesignSpace) -> CertifiedSpace:
     corrected = correct_integers(rested, evidence)
     residual, poses = _measure_residual(corrected)
     for _ in range(MAX_ROUNDS):
-        if not _needs_poses(corrected, evidence, residual):
+        more = corrected
+        if _needs_poses(corrected, evidence, residual):
+            more = with_more_poses(corrected)
+        if more is corrected:
             break
-        corrected = with_more_poses(corrected)
-        evidence = _gather_evidence(corrected)
-        corrected = correct_integers(corrected, evidence)
+        evidence = _gather_evidence(more)
+        corrected = correct_integers(more, evidence)
         residual, poses = _measure_residual(corrected)
     corrected = _settle(corrected, evidence, residual, poses)
     certainty = _certainty_of(corrected, evidence, residual, poses)
@@ -352,10 +354,12 @@ def _certify_rounded(
     """
     settled, (residual, poses) = space, _measure_residual(space)
     for _ in range(MAX_ROUNDS):
-        if residual <= MOMENTUM_RESIDUAL or space.highest_order is not None:
+        more = settled
+        if residual > MOMENTUM_RESIDUAL and space.highest_order is None:
+            more = with_more_poses(settled)
+        if more is settled:
             break
-        settled = with_more_poses(settled)
-        residual, poses = _measure_residual(settled)
+        settled, (residual, poses) = more, _measure_residual(more)
     bounds: tuple[int | None, int | None] = (None, None)
     if evidence is not None:
         bounds = evidence.exact.rank, len(evidence.independent)

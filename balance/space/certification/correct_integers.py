@@ -151,7 +151,7 @@ def with_idle_joints(space: DesignSpace, idle: Sequence[int]) -> DesignSpace:
 
 
 def with_more_poses(space: DesignSpace) -> DesignSpace:
-    """Add the conditions of more finite poses to a design space, if they raise the rank."""
+    """Add the conditions of more finite poses to a design space; itself if they add none."""
     force, conditions = space.balance == "force", space.decision.conditions
     more, poses, settled = add_poses(space.chain, force, conditions)
     if more.rank == conditions.rank:

@@ -70,7 +70,13 @@ def factor_workspace(p: int, m: int) -> Array:
     return np.empty((p + m + 1, -(-p // VECTOR_WIDTH) * VECTOR_WIDTH))
 
 
-@kernel(reference_counting=False)
+def _take_factor_by_arrays(R, permutation, F):
+    """Copy a factor as `take_factor` does: all rows at once."""
+    F[: len(R), : permutation.size] = R[:, permutation]
+    F[: len(R), permutation.size :] = 0.0
+
+
+@kernel(reference_counting=False, uncompiled=_take_factor_by_arrays)
 def take_factor(R, permutation, F):
     """Copy a factor into a workspace: ``F[i, j] = R[i, permutation[j]]``.
 
@@ -86,7 +92,12 @@ def take_factor(R, permutation, F):
             F[i, j] = 0.0
 
 
-@kernel(reference_counting=False)
+def _put_factor_by_arrays(F, permutation, rank, R):
+    """Copy a factor as `put_factor` does: all rows at once."""
+    R[:rank, permutation] = F[:rank, : permutation.size]
+
+
+@kernel(reference_counting=False, uncompiled=_put_factor_by_arrays)
 def put_factor(F, permutation, rank, R):
     """Copy a factor out of a workspace: ``R[i, permutation[j]] = F[i, j]``.
 
@@ -293,6 +304,10 @@ def updated_factor(
         eliminated (p,), the largest pivot, and the norm of the remainder that was cut off.
     """
     p = columns.size
+    if len(R) + len(rows) > 2 * p:
+        # Blocked reflections of LAPACK leave p rows of many, to which pivots are chosen.
+        R = np.linalg.qr(np.concatenate([R, rows[:, columns]]), mode="r")
+        rows = rows[:0]
     F, order, out = (
         factor_workspace(p, len(R) + len(rows)),
         np.empty(p, np.int64),

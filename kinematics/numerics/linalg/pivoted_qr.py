@@ -138,7 +138,36 @@ def append_rows(factor, rank, rows, weight):
             F[rank + i, j] = 0.0
 
 
-@kernel(reference_counting=False)
+def _update_factor_by_arrays(factor, rank, m, scale):
+    """Update a factor as `update_factor` does: LAPACK takes the columns eliminated before."""
+    F, permutation, _, tolerance = factor
+    p = permutation.size
+    R = np.linalg.qr(F[: rank + m, :p], mode="r")
+    end = len(R)
+    F[:end, :p], F[end : rank + m] = R, 0.0
+    scale = max(scale, np.abs(R.diagonal()[:rank]).max(initial=0.0))
+    norms = np.einsum("ij,ij->j", R[rank:, rank:], R[rank:, rank:])
+    while rank < end:
+        pivot = int(norms.argmax())
+        size = np.sqrt(norms[pivot])
+        scale = max(scale, size)
+        if size <= tolerance * scale:
+            break
+        swapped = [rank, rank + pivot]
+        permutation[swapped] = permutation[swapped[::-1]]
+        F[:end, swapped] = F[:end, swapped[::-1]]
+        rest = F[rank:end, rank:p]
+        v = rest[:, 0].copy()
+        diagonal = -size if v[0] > 0.0 else size
+        v[0] -= diagonal
+        rest += v[:, None] * (v @ rest / (diagonal * v[0]))
+        rest[:, 0], rest[0, 0] = 0.0, diagonal
+        norms = np.einsum("ij,ij->j", rest[1:, 1:], rest[1:, 1:])
+        rank += 1
+    return rank, scale, np.sqrt(norms.sum())
+
+
+@kernel(reference_counting=False, uncompiled=_update_factor_by_arrays)
 def update_factor(factor, rank, m, scale):
     """Update a factor R with the m rows A below it: ``Qᵀ [R; A] = [R'; 0]``.
 
@@ -304,10 +333,6 @@ def updated_factor(
         eliminated (p,), the largest pivot, and the norm of the remainder that was cut off.
     """
     p = columns.size
-    if len(R) + len(rows) > 2 * p:
-        # Blocked reflections of LAPACK leave p rows of many, to which pivots are chosen.
-        R = np.linalg.qr(np.concatenate([R, rows[:, columns]]), mode="r")
-        rows = rows[:0]
     F, order, out = (
         factor_workspace(p, len(R) + len(rows)),
         np.empty(p, np.int64),
@@ -360,30 +385,7 @@ def smallest_pivot(R, permutation):
     return size
 
 
-def _reflect_by_arrays(f, P, k, begin, end, diagonal):
-    """Apply a reflector as `apply_reflector_sparse` does: to all columns at once.
-
-    Returns:
-        The rows below (end - begin, P), a view.
-    """
-    start = k // VECTOR_WIDTH * VECTOR_WIDTH
-    top, rows = f[k * P : (k + 1) * P], f[begin * P : end * P].reshape(-1, P)
-    head, below = top[k] - diagonal, rows[:, k].copy()
-    total = (head * top[start:] + below @ rows[:, start:]) / (diagonal * head)
-    top[start:] += head * total
-    rows[:, start:] += below[:, None] * total
-    top[k], rows[:, k] = diagonal, 0.0
-    return rows
-
-
-def _reflect_and_measure_by_arrays(f, P, k, end, diagonal, norms):
-    """Apply a reflector as `apply_reflector` does: to all columns at once."""
-    start = k // VECTOR_WIDTH * VECTOR_WIDTH
-    rows = _reflect_by_arrays(f, P, k, k + 1, end, diagonal)
-    norms[start:] = np.einsum("ij,ij->j", rows[:, start:], rows[:, start:])
-
-
-@kernel(reference_counting=False, uncompiled=_reflect_by_arrays)
+@kernel(reference_counting=False)
 def apply_reflector_sparse(f, P, k, begin, end, diagonal):
     """Apply ``I - v vᵀ / (d (r - d))`` to row k of a factor and to rows begin … end below.
 
@@ -418,7 +420,7 @@ def apply_reflector_sparse(f, P, k, begin, end, diagonal):
         f[i * P + k] = 0.0
 
 
-@kernel(reference_counting=False, uncompiled=_reflect_and_measure_by_arrays)
+@kernel(reference_counting=False)
 def apply_reflector(f, P, k, end, diagonal, norms):
     """Apply ``I - v vᵀ / (d (r - d))`` to rows k … end; and compute norms below row k.
 

@@ -20,7 +20,7 @@ Planar linkages use the same text with three components ``[ω; v_x; v_y]``.
 The steps are inlined kernels: they cost no call, and where ``dim`` is a constant of the caller,
 they have no branch on it and loops over the components of a twist are unrolled. In them, j is a
 joint and the link behind it, k the order, w a column: the motion for a unit rate of coordinate
-w. Arguments that several of them have, in chain units; of the series along one ray:
+w, dim the components of a twist, 6 or 3. Arguments that several of them have, in chain units; of the series along one ray:
 
     s       joint screws (orders, n, dim)
     v       link twists along the ray (orders, n, dim)
@@ -142,9 +142,8 @@ def _make_series_kernel(dim):
                             dim, k, w, ends, mimics, columns, envelope, t, b
                         )
                         if opens:
-                            residual[k] = max(
-                                residual[k], solve_least_norm(F, envelope, diagonal, b)
-                            )
+                            left = solve_least_norm(F, envelope, diagonal, b)
+                            residual[k] = max(residual[k], left)
                         # The solution, by columns of the envelope, is C_k.
                         for d in range(nd):
                             c[k, joints[d], w] = b[d]
@@ -322,8 +321,6 @@ def carry_screws(dim, k, parent, screws, v, s):
     ``k s_{j,k} = Σ_{a<k} ad(V_{parent,a}) s_{j,k-1-a}``.
 
     Args:
-        dim: components of a twist, 6 or 3.
-        k: the order.
         parent: in; link before each joint (n,).
         screws: in; joint screws at the pose, order 0 (n, dim).
         v: in; twists of lower orders.
@@ -376,8 +373,6 @@ def add_known_twists(dim, k, parent, columns, moves, s, c, t):
     independent joints are known and count: ``T_{j,0} = T_{parent,0} + s_{j,0} C_{j,0}``.
 
     Args:
-        dim: components of a twist, 6 or 3.
-        k: the order.
         parent: in; link before each joint (n,).
         columns: in; rates of the independent joints (n, width).
         moves: in; whether a column can move a link (n, width).
@@ -429,9 +424,6 @@ def fill_right_side(dim, k, w, ends, mimics, columns, envelope, t, b):
     its right-hand side is 0 but for order 0, where the independent joints are known.
 
     Args:
-        dim: components of a twist, 6 or 3.
-        k: the order.
-        w: the column.
         ends: in; links on side A and side B of each weld (L, 2).
         mimics: in; relations (g, n).
         columns: in; rates of the independent joints (n, width).
@@ -465,9 +457,6 @@ def complete_twists(dim, k, w, parent, screws, columns, moves, c, correction, t)
     """Add ``S_0 C_k`` of the dependent joints, now known, to the link twists of order k.
 
     Args:
-        dim: components of a twist, 6 or 3.
-        k: the order.
-        w: the column.
         parent: in; link before each joint (n,).
         screws: in; joint screws at the pose (n, dim).
         columns: in; rates of the independent joints (n, width), already counted.
@@ -498,8 +487,6 @@ def sum_columns(dim, k, moves, ray, t, v):
     """Compute order k of the link twists along a ray: ``V_j = Σ_w T_{j,w} δ_w``.
 
     Args:
-        dim: components of a twist, 6 or 3.
-        k: the order.
         moves: in; whether a column can move a link (n, width).
         ray: in; the direction δ (width,).
         t: in; link twists for unit rates.

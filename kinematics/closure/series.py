@@ -17,10 +17,10 @@ University of Twente, chapter 4.)
 
 Planar linkages use the same text with three components ``[ω; v_x; v_y]``.
 
-The steps are inlined kernels: they cost no call, and where ``dim`` is a constant of the caller,
-they have no branch on it and loops over the components of a twist are unrolled. In them, j is a
-joint and the link behind it, k the order, w a column: the motion for a unit rate of coordinate
-w, dim the components of a twist, 6 or 3. Arguments that several of them have, in chain units; of the series along one ray:
+The steps are inlined kernels: they cost no call, and where ``dim``, the components of a twist,
+6 or 3, is a constant of the caller, they have no branch on it and unroll loops over it. In
+them, j is a joint and the link behind it, k the order, w a column: the motion for a unit rate
+of coordinate w. Arguments of several, in chain units; of the series along one ray:
 
     s       joint screws (orders, n, dim)
     v       link twists along the ray (orders, n, dim)
@@ -99,8 +99,7 @@ def add_bracket(V, s, factor, out):
 def _make_series_kernel(dim):
     """Make the kernel for twists of ``dim`` components: 6 in space, 3 in a plane.
 
-    One text for both, compiled twice: with a constant ``dim``, loops over the components of a
-    twist are unrolled.
+    One text for both, compiled twice.
     """
 
     @kernel(reference_counting=False)

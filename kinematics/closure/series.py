@@ -17,10 +17,10 @@ University of Twente, chapter 4.)
 
 Planar linkages use the same text with three components ``[ω; v_x; v_y]``.
 
-The steps are inlined kernels: they cost no call, and where ``dim`` is a constant of the caller,
-they have no branch on it and loops over the components of a twist are unrolled. In them, j is a
-joint and the link behind it, k the order, w a column: the motion for a unit rate of coordinate
-w. Arguments that several of them have, in chain units; of the series along one ray:
+The steps are inlined kernels: they cost no call, and where ``dim``, the components of a twist,
+6 or 3, is a constant of the caller, they have no branch on it and unroll loops over it. In
+them, j is a joint and the link behind it, k the order, w a column: the motion for a unit rate
+of coordinate w. Arguments of several, in chain units; of the series along one ray:
 
     s       joint screws (orders, n, dim)
     v       link twists along the ray (orders, n, dim)
@@ -99,8 +99,7 @@ def add_bracket(V, s, factor, out):
 def _make_series_kernel(dim):
     """Make the kernel for twists of ``dim`` components: 6 in space, 3 in a plane.
 
-    One text for both, compiled twice: with a constant ``dim``, loops over the components of a
-    twist are unrolled.
+    One text for both, compiled twice.
     """
 
     @kernel(reference_counting=False)
@@ -136,20 +135,21 @@ def _make_series_kernel(dim):
                 if k == 0 and ray > 0:
                     copy_order_0(dim, C[0], T[0], c, t)
                 else:
-                    for w in range(rays.shape[1]):
-                        add_known_twists(dim, k, w, parent, columns, moves, s, c, t)
-                        if nd == 0:
-                            continue
-                        fill_right_side(dim, k, w, ends, mimics, columns, envelope, t, b)
-                        residual[k] = max(
-                            residual[k], solve_least_norm(F, envelope, diagonal, b)
+                    add_known_twists(dim, k, parent, columns, moves, s, c, t)
+                    for w in range(rays.shape[1] if nd > 0 else 0):
+                        opens = fill_right_side(
+                            dim, k, w, ends, mimics, columns, envelope, t, b
                         )
+                        if opens:
+                            left = solve_least_norm(F, envelope, diagonal, b)
+                            residual[k] = max(residual[k], left)
                         # The solution, by columns of the envelope, is C_k.
                         for d in range(nd):
                             c[k, joints[d], w] = b[d]
-                        complete_twists(
-                            dim, k, w, parent, screws, columns, moves, c, correction, t
-                        )
+                        if opens:
+                            complete_twists(
+                                dim, k, w, parent, screws, columns, moves, c, correction, t
+                            )
                 sum_columns(dim, k, moves, rays[ray], t, v)
 
     return series
@@ -320,8 +320,6 @@ def carry_screws(dim, k, parent, screws, v, s):
     ``k s_{j,k} = Σ_{a<k} ad(V_{parent,a}) s_{j,k-1-a}``.
 
     Args:
-        dim: components of a twist, 6 or 3.
-        k: the order.
         parent: in; link before each joint (n,).
         screws: in; joint screws at the pose, order 0 (n, dim).
         v: in; twists of lower orders.
@@ -354,17 +352,26 @@ def copy_order_0(dim, C, T, c, t):
                 t[0, j, w, i] = T[0, j, w, i]
 
 
-@kernel(inline=True, reference_counting=False)
-def add_known_twists(dim, k, w, parent, columns, moves, s, c, t):
-    """Compute order k of the link twists of column w, without the unknown ``S_0 C_k``.
+def _add_known_twists_by_arrays(dim, k, parent, columns, moves, s, c, t):
+    """Compute as `add_known_twists` does: all columns and orders of a joint at once."""
+    if k == 0:
+        c[0][moves] = columns[moves]
+    first = min(k, 1)
+    rates = np.where(moves, c[k - first :: -1] if k else c[:1], 0.0)
+    for j, p in enumerate(parent.tolist()):
+        t[k, j] = np.einsum("aw,ai->wi", rates[:, j], s[first : k + 1, j])
+        if p >= 0:
+            t[k, j] += t[k, p]
+
+
+@kernel(inline=True, reference_counting=False, uncompiled=_add_known_twists_by_arrays)
+def add_known_twists(dim, k, parent, columns, moves, s, c, t):
+    """Compute order k of the link twists of all columns, without the unknown ``S_0 C_k``.
 
     ``T_{j,k} = T_{parent,k} + Σ_{1≤a≤k} s_{j,a} C_{j,k-a}``; in order 0, the rates of the
     independent joints are known and count: ``T_{j,0} = T_{parent,0} + s_{j,0} C_{j,0}``.
 
     Args:
-        dim: components of a twist, 6 or 3.
-        k: the order.
-        w: the column.
         parent: in; link before each joint (n,).
         columns: in; rates of the independent joints (n, width).
         moves: in; whether a column can move a link (n, width).
@@ -373,22 +380,24 @@ def add_known_twists(dim, k, w, parent, columns, moves, s, c, t):
         t: out; order k.
     """
     for j in range(parent.size):
-        if not moves[j, w]:
-            continue
-        now, p = t[k, j, w], parent[j]
-        if p >= 0:
-            for i in range(dim):
-                now[i] = t[k, p, w, i]
-        else:
-            for i in range(dim):
-                now[i] = 0.0
-        if k == 0:
-            c[0, j, w] = columns[j, w]
-        for a in range(min(k, 1), k + 1):
-            rate = c[k - a, j, w]
-            if rate != 0.0:
+        p = parent[j]
+        for w in range(moves.shape[1]):
+            if not moves[j, w]:
+                continue
+            now = t[k, j, w]
+            if p >= 0:
                 for i in range(dim):
-                    now[i] += s[a, j, i] * rate
+                    now[i] = t[k, p, w, i]
+            else:
+                for i in range(dim):
+                    now[i] = 0.0
+            if k == 0:
+                c[0, j, w] = columns[j, w]
+            for a in range(min(k, 1), k + 1):
+                rate = c[k - a, j, w]
+                if rate != 0.0:
+                    for i in range(dim):
+                        now[i] += s[a, j, i] * rate
 
 
 def _fill_right_side_by_arrays(dim, k, w, ends, mimics, columns, envelope, t, b):
@@ -403,6 +412,7 @@ def _fill_right_side_by_arrays(dim, k, w, ends, mimics, columns, envelope, t, b)
             side += t[k, after, w, :dim]
     if k == 0:
         b[row[loops : loops + len(mimics)]] -= mimics @ columns[:, w]
+    return b.any()
 
 
 @kernel(inline=True, reference_counting=False, uncompiled=_fill_right_side_by_arrays)
@@ -413,15 +423,15 @@ def fill_right_side(dim, k, w, ends, mimics, columns, envelope, t, b):
     its right-hand side is 0 but for order 0, where the independent joints are known.
 
     Args:
-        dim: components of a twist, 6 or 3.
-        k: the order.
-        w: the column.
         ends: in; links on side A and side B of each weld (L, 2).
         mimics: in; relations (g, n).
         columns: in; rates of the independent joints (n, width).
         envelope: in; the table of `kinematics.numerics.linalg.skyline_qr`.
         t: in; known part of the link twists of order k.
         b: out; the right-hand side (rows,), chain units.
+
+    Returns:
+        Whether it is not 0: whether column w moves a loop, or joints that others mimic.
     """
     row, loops = envelope[ROW], ends.shape[0]
     for i in range(b.size):
@@ -435,6 +445,10 @@ def fill_right_side(dim, k, w, ends, mimics, columns, envelope, t, b):
     for relation in range(mimics.shape[0] if k == 0 else 0):
         for j in range(mimics.shape[1]):
             b[row[loops + relation]] -= mimics[relation, j] * columns[j, w]
+    for i in range(b.size):
+        if b[i] != 0.0:
+            return True
+    return False
 
 
 @kernel(inline=True, reference_counting=False)
@@ -442,9 +456,6 @@ def complete_twists(dim, k, w, parent, screws, columns, moves, c, correction, t)
     """Add ``S_0 C_k`` of the dependent joints, now known, to the link twists of order k.
 
     Args:
-        dim: components of a twist, 6 or 3.
-        k: the order.
-        w: the column.
         parent: in; link before each joint (n,).
         screws: in; joint screws at the pose (n, dim).
         columns: in; rates of the independent joints (n, width), already counted.
@@ -465,13 +476,16 @@ def complete_twists(dim, k, w, parent, screws, columns, moves, c, correction, t)
             t[k, j, w, i] += correction[j * dim + i]
 
 
-@kernel(inline=True, reference_counting=False)
+def _sum_columns_by_arrays(dim, k, moves, ray, t, v):
+    """Compute as `sum_columns` does: all links at once."""
+    np.matmul(ray, t[k], out=v[k])
+
+
+@kernel(inline=True, reference_counting=False, uncompiled=_sum_columns_by_arrays)
 def sum_columns(dim, k, moves, ray, t, v):
     """Compute order k of the link twists along a ray: ``V_j = Σ_w T_{j,w} δ_w``.
 
     Args:
-        dim: components of a twist, 6 or 3.
-        k: the order.
         moves: in; whether a column can move a link (n, width).
         ray: in; the direction δ (width,).
         t: in; link twists for unit rates.

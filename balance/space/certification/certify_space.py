@@ -59,8 +59,6 @@ from kinematics.model.linkage import Notice
 from kinematics.numerics.array_types import IntArray
 from kinematics.wording import count_noun, size_text
 
-# Most rounds of added poses, as long as fresh poses leave momentum.
-MAX_ROUNDS = 3
 # Lowest order up to which the loops of an overconstrained linkage must close exactly, and
 # joints be at rest to count as idle: twice the 14th power of the input with which a gear of
 # three yokes and a dead centre moves a joint.
@@ -84,7 +82,7 @@ def certify(space: DesignSpace | LinkageLike) -> CertifiedSpace:
     order. Inertia transfers in rational numbers bound the nullity from below. If both bounds
     add up to the number of parameters, they prove rank and nullity. Where floating point found
     other integers, the space is computed again with the exact ones, and the notice
-    ``corrected`` names both. Poses are added while fresh poses leave momentum. Where exact
+    ``corrected`` names both. Poses are added if fresh poses leave momentum. Where exact
     arithmetic is impossible, fresh poses alone decide the certainty. See docs/theory/exact.md.
 
     Args:
@@ -132,13 +130,12 @@ def _certify(space: DesignSpace) -> CertifiedSpace:
         rested = with_idle_joints(space, evidence.idle)
     corrected = correct_integers(rested, evidence)
     residual, poses = _measure_residual(corrected)
-    for _ in range(MAX_ROUNDS):
-        if not _needs_poses(corrected, evidence, residual):
-            break
-        corrected = with_more_poses(corrected)
-        evidence = _gather_evidence(corrected)
-        corrected = correct_integers(corrected, evidence)
-        residual, poses = _measure_residual(corrected)
+    if _needs_poses(corrected, evidence, residual):
+        more = with_more_poses(corrected)
+        if more is not corrected:
+            evidence = _gather_evidence(more)
+            corrected = correct_integers(more, evidence)
+            residual, poses = _measure_residual(corrected)
     corrected = _settle(corrected, evidence, residual, poses)
     certainty = _certainty_of(corrected, evidence, residual, poses)
     if doubt := reason_below_digits(space, corrected, evidence):
@@ -351,11 +348,10 @@ def _certify_rounded(
         doubtful: whether the reason is a doubt as well.
     """
     settled, (residual, poses) = space, _measure_residual(space)
-    for _ in range(MAX_ROUNDS):
-        if residual <= MOMENTUM_RESIDUAL or space.highest_order is not None:
-            break
-        settled = with_more_poses(settled)
-        residual, poses = _measure_residual(settled)
+    if residual > MOMENTUM_RESIDUAL and space.highest_order is None:
+        settled = with_more_poses(space)
+        if settled is not space:
+            residual, poses = _measure_residual(settled)
     bounds: tuple[int | None, int | None] = (None, None)
     if evidence is not None:
         bounds = evidence.exact.rank, len(evidence.independent)

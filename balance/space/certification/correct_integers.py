@@ -151,12 +151,17 @@ def with_idle_joints(space: DesignSpace, idle: Sequence[int]) -> DesignSpace:
 
 
 def with_more_poses(space: DesignSpace) -> DesignSpace:
-    """Add the conditions of more finite poses to a design space, if they raise the rank."""
+    """Add the conditions of finite poses to a design space; itself if they add none.
+
+    A space with conditions of poses has those of all that would be added.
+    """
+    if space.poses:
+        return space
     force, conditions = space.balance == "force", space.decision.conditions
     more, poses, settled = add_poses(space.chain, force, conditions)
     if more.rank == conditions.rank:
         return space
-    gathered = CollectedConditions(more, (), space.poses + poses, settled)
+    gathered = CollectedConditions(more, (), poses, settled)
     return _with_conditions(space, gathered, space.chain_transfers, space.orders)
 
 

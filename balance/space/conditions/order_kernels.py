@@ -87,10 +87,7 @@ def _ray_kernel(dim):
         _, _, _, V, _, T, _ = series
         H, N, X, rows = moments
         per_ray = moves.shape[1] * X.shape[3]
-        for k in range(first, last + 1):
-            for i in range(ray * per_ray, (ray + 1) * per_ray):
-                for j in range(rows.shape[2]):
-                    rows[k, i, j] = 0.0
+        rows[first : last + 1, ray * per_ray : (ray + 1) * per_ray] = 0.0
         end, new = ray + 1, X[first:]
         if dim == 3:
             planar_series(first, far, ray, end, chain, screws, rays, series)

@@ -5,10 +5,60 @@ The formulas are in `balance.space.momentum.regressor`.
 
 from __future__ import annotations
 
+import numpy as np
+
+from kinematics.model.spatial.screws import skew
 from kinematics.numerics.compiled.jit import kernel
 
 
-@kernel(reference_counting=False)
+def _spatial_regressor_by_arrays(first, last, begin, end, start, links, moves, V, T, H, N, X):
+    """Add rows as `spatial_regressor` does: those of all bodies and columns at once."""
+    bodies = np.flatnonzero(links >= 0)
+    joints, p = links[bodies], X.shape[3] - 3
+    pose = start[joints, :3].swapaxes(1, 2) if len(start) else np.eye(4, 3)
+    for ray in range(begin, end):
+        h, n = H[ray, bodies], N[ray, bodies]
+        v, t = V[ray, : last + 1, joints], T[ray, : last + 1, joints]
+        # ω × of the columns in h, which are rows there, is a product with -ω̂ from the right.
+        along, turns = skew(v[..., :3]), skew(t[..., :3])
+        for k in range(first, last + 1):
+            h[:, k] = 0.0 if k else pose
+            for a in range(k):
+                h[:, k] -= h[:, k - 1 - a] @ along[:, a] / k
+            if k:
+                h[:, k, 3] += v[:, k - 1, 3:] / k
+            n[:, :, k] = 0.0
+            n[:, :, k, 3] = t[:, k, :, 3:]
+            for a in range(k + 1):
+                n[:, :, k, :4] -= h[:, None, a] @ turns[:, k - a]
+                n[:, :, k, 4] += t[:, k - a, :, :3] @ h[:, a, :3].swapaxes(1, 2)
+            x = np.zeros((*n.shape[:2], *X.shape[3::2]))
+            x[:, :, p:, :4] = n[:, :, k, [3, 0, 1, 2]].swapaxes(2, 3)
+            for a in range(k + 1 if p else 0):
+                _add_moments_by_arrays(h[:, a], n[:, :, k - a], x)
+            X[k - first, ray][:, :, bodies] = x.transpose(1, 2, 0, 3)
+        H[ray, bodies], N[ray, bodies] = h, n
+
+
+def _add_moments_by_arrays(h, n, x):
+    """Add one term of the moment rows ξ as `_add_moments` does.
+
+    Args:
+        h: in: an order of the displacements (bodies, 4, 3).
+        n: in: an order of their rates (bodies, width, 5, 3).
+        x: in, out: rows ``[ξ; p]`` (bodies, width, 6, 10).
+    """
+    arms, y = skew(h), n[:, :, 4, None]
+    moments = np.einsum("bcij,bwj->bwic", arms, n[:, :, 3])
+    moments[..., :3] -= (n[:, :, :3] @ arms[:, None, 3]).swapaxes(2, 3)
+    x[:, :, :3, :4] += moments[..., [3, 0, 1, 2]]
+    for place, (c, d) in enumerate(((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)), 4):
+        x[:, :, :3, place] += h[:, None, c] * y[..., d]
+        if c != d:
+            x[:, :, :3, place] += h[:, None, d] * y[..., c]
+
+
+@kernel(reference_counting=False, uncompiled=_spatial_regressor_by_arrays)
 def spatial_regressor(first, last, begin, end, start, links, moves, V, T, H, N, X):
     """Add the regressor rows of orders first … last; see `balance.space.momentum.regressor`.
 

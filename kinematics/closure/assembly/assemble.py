@@ -143,7 +143,7 @@ def _assemble(
         (start,) = modes.starts
         return check_mobility(_assemble_at_pose(start.draft, wanted)[0], start), True
     if problem is None:
-        return linkage, True
+        return (linkage if exactly else _with_notice_on_rest(linkage)), True
     if repaired:
         raise MobilityError(f"{draft.source}: its loops do not close: {repaired}") from None
     raise problem

@@ -36,6 +36,7 @@ from kinematics.numerics.linalg.gauss_newton import (
     gauss_newton,
     never_stop,
 )
+from kinematics.numerics.linalg.ties import first_largest
 from kinematics.numerics.linalg.vectors import alike_groups
 from kinematics.numerics.tolerances import (
     AXIS_ROUNDING,
@@ -45,6 +46,7 @@ from kinematics.numerics.tolerances import (
     FIT_STEP_RELATIVE_MIN,
     LOOP_RANK_RELATIVE,
     MAX_TRIED_AXIS_CHANGE,
+    MOTION_EQUAL,
 )
 
 # Distances of the nearest and of the furthest pose of the fit (radians, parts of the size).
@@ -54,6 +56,8 @@ FURTHEST_POSE = 0.75
 POSES_PER_FREEDOM = 8
 # Seed of the directions of these poses.
 SEED = 6
+# Most steps that may pass before the residual halves, and most steps in all.
+PATIENCE, MAX_STEPS = 4, 24
 
 
 class Fit(NamedTuple):
@@ -63,6 +67,7 @@ class Fit(NamedTuple):
         draft: the linkage with these axes.
         angle: largest change of a direction, in radians.
         shift: largest shift of an axis, in metres.
+        furthest: name of the joint whose axis changes most, empty if none does.
         size: of the linkage, in metres, amid its joints.
         change: the larger of the two, with the shift in parts of the size of the linkage.
         freedom: degrees of freedom that the loops have.
@@ -73,6 +78,7 @@ class Fit(NamedTuple):
     draft: UnassembledLinkage
     angle: float
     shift: float
+    furthest: str
     size: float
     change: float
     freedom: int
@@ -100,7 +106,7 @@ def fit_axes(draft: UnassembledLinkage, normal: Array | None = None) -> Fit | No
     fresh, used = poses[::4], [q for i, q in enumerate(poses) if i % 4]
     gap = max(np.abs(_close_at_rank(chain, q, rank)[1]).max() for q in fresh)
     if gap <= FIT_RESIDUAL:
-        return Fit(draft, 0.0, 0.0, size, 0.0, chain.parent.size - rank, float(gap))
+        return Fit(draft, 0.0, 0.0, "", size, 0.0, chain.parent.size - rank, float(gap))
     points = np.array([joint.point for joint in draft.joints])
     points = (points - chain.frame.origin) / size
     moved = _fitted_chain(chain, used, fresh, rank, points, normal)
@@ -108,14 +114,17 @@ def fit_axes(draft: UnassembledLinkage, normal: Array | None = None) -> Fit | No
         return None
     new = _write_axes(draft, moved)
     pairs = list(zip(draft.joints, new.joints, strict=True))
-    angle = max(
-        float(np.linalg.norm(_axis_at_point(a)[0] - _axis_at_point(b, a)[0])) for a, b in pairs
+    turns, shifts = (
+        np.array(
+            [np.linalg.norm(_axis_at_point(a)[k] - _axis_at_point(b, a)[k]) for a, b in pairs]
+        )
+        for k in range(2)
     )
-    shift = max(
-        float(np.linalg.norm(_axis_at_point(a)[1] - _axis_at_point(b, a)[1])) for a, b in pairs
-    )
-    change = max(angle, shift / size)
-    return Fit(new, angle, shift, size, change, chain.parent.size - rank, float(gap))
+    changes = np.maximum(turns, shifts / size)
+    angle, shift, change = (float(part.max()) for part in (turns, shifts, changes))
+    furthest = draft.joints[first_largest(changes, relative=MOTION_EQUAL)].name
+    freedom = chain.parent.size - rank
+    return Fit(new, angle, shift, furthest, size, change, freedom, float(gap))
 
 
 def _fitted_chain(
@@ -287,18 +296,24 @@ def _move_axes(chain: Chain, poses: list[Array], rank: int, moves: Array) -> Cha
             np.abs(path[-1].next.screws - chain.screws).max() > 2 * MAX_TRIED_AXIS_CHANGE
         )
 
-    best = gauss_newton(relations, chain, rule, closed, failed, 12, move).last
+    best = gauss_newton(relations, chain, rule, closed, failed, MAX_STEPS, move).last
     return best.x if best.error <= FIT_RESIDUAL else None
 
 
 class _HalvingSteps:
-    """Steps of least norm that must halve the residual of the relations between the axes.
+    """Steps of least norm by which the residual of the relations between the axes must halve.
+
+    Where two solutions meet, as the parallelogram and the kite, it may grow before each step
+    leaves a quarter of it: several steps may pass before it is half of the least so far.
 
     Attributes:
-        stalled: whether one did not.
+        stalled: whether more have passed.
     """
 
-    stalled = False
+    def __init__(self) -> None:
+        """Begin without steps."""
+        self.stalled = False
+        self._least, self._waited = np.inf, 0
 
     def step(self, residual: Array, jacobian: Array) -> Array:
         """Compute the step, without singular values that belong to no relation."""
@@ -308,8 +323,11 @@ class _HalvingSteps:
         return LeastNorm(rcond).step(residual, jacobian)
 
     def accepts(self, before: Array, after: Array) -> bool:
-        """Accept a step that halves the residual."""
-        self.stalled = not np.abs(after).max() < 0.5 * np.abs(before).max()
+        """Accept a step unless too many have not halved the residual, or it is round-off."""
+        self._least = min(self._least, float(np.abs(before).max()))
+        halved = np.abs(after).max() < 0.5 * self._least
+        self._waited = 0 if halved else self._waited + 1
+        self.stalled = self._waited > (PATIENCE if self._least > FIT_RESIDUAL else 0)
         return not self.stalled
 
 

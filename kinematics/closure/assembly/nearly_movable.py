@@ -28,11 +28,10 @@ def note_nearly_movable(linkage: Linkage) -> list[Notice]:
         names = [linkage.joints[j].name for j in part.joints]
         values, _ = loop_singular_values(loop_matrix(part.chain))
         resting = [name for name in names if name in linkage.idle]
-        relative = values / max(values.max(initial=0.0), 1e-300)
-        small = (relative > AXIS_ROUNDING) & (relative < MAX_TRIED_AXIS_CHANGE)
-        if not resting or not small.any():
+        small = values < MAX_TRIED_AXIS_CHANGE * values.max(initial=0.0)
+        free = sum(name in linkage.inputs for name in names)
+        if not resting or np.sum(small) <= free:
             continue
-        free = int(np.sum(relative <= AXIS_ROUNDING))
         fit = fit_axes(part.draft)
         if fit is None or not AXIS_ROUNDING < fit.change <= MAX_TRIED_AXIS_CHANGE:
             continue

@@ -95,8 +95,9 @@ def repair_component(
     if max(fit.change, gap) > AXIS_ROUNDING:
         return (
             f"as written they stay open by {gap:.2g} (radians, parts of the size of the "
-            f"linkage); with axes and welds moved {by} they would close and have {degrees}, "
-            f"but more than {AXIS_ROUNDING:.0e} is no rounding: correct the axes along them"
+            f"linkage); with axes and welds moved {by}, that of joint '{fit.furthest}' "
+            f"furthest, they would close and have {degrees}, but more than "
+            f"{AXIS_ROUNDING:.0e} is no rounding: correct the axes along them"
         )
     text = (
         f"overconstrained loops close only to rounding: as written they stay open by "

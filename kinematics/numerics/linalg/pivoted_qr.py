@@ -70,7 +70,13 @@ def factor_workspace(p: int, m: int) -> Array:
     return np.empty((p + m + 1, -(-p // VECTOR_WIDTH) * VECTOR_WIDTH))
 
 
-@kernel(reference_counting=False)
+def _take_factor_by_arrays(R, permutation, F):
+    """Copy a factor as `take_factor` does: all rows at once."""
+    F[: len(R), : permutation.size] = R[:, permutation]
+    F[: len(R), permutation.size :] = 0.0
+
+
+@kernel(reference_counting=False, uncompiled=_take_factor_by_arrays)
 def take_factor(R, permutation, F):
     """Copy a factor into a workspace: ``F[i, j] = R[i, permutation[j]]``.
 
@@ -86,7 +92,12 @@ def take_factor(R, permutation, F):
             F[i, j] = 0.0
 
 
-@kernel(reference_counting=False)
+def _put_factor_by_arrays(F, permutation, rank, R):
+    """Copy a factor as `put_factor` does: all rows at once."""
+    R[:rank, permutation] = F[:rank, : permutation.size]
+
+
+@kernel(reference_counting=False, uncompiled=_put_factor_by_arrays)
 def put_factor(F, permutation, rank, R):
     """Copy a factor out of a workspace: ``R[i, permutation[j]] = F[i, j]``.
 
@@ -127,7 +138,36 @@ def append_rows(factor, rank, rows, weight):
             F[rank + i, j] = 0.0
 
 
-@kernel(reference_counting=False)
+def _update_factor_by_arrays(factor, rank, m, scale):
+    """Update a factor as `update_factor` does: LAPACK takes the columns eliminated before."""
+    F, permutation, _, tolerance = factor
+    p = permutation.size
+    R = np.linalg.qr(F[: rank + m, :p], mode="r")
+    end = len(R)
+    F[:end, :p], F[end : rank + m] = R, 0.0
+    scale = max(scale, np.abs(R.diagonal()[:rank]).max(initial=0.0))
+    norms = np.einsum("ij,ij->j", R[rank:, rank:], R[rank:, rank:])
+    while rank < end:
+        pivot = int(norms.argmax())
+        size = np.sqrt(norms[pivot])
+        scale = max(scale, size)
+        if size <= tolerance * scale:
+            break
+        swapped = [rank, rank + pivot]
+        permutation[swapped] = permutation[swapped[::-1]]
+        F[:end, swapped] = F[:end, swapped[::-1]]
+        rest = F[rank:end, rank:p]
+        v = rest[:, 0].copy()
+        diagonal = -size if v[0] > 0.0 else size
+        v[0] -= diagonal
+        rest += v[:, None] * (v @ rest / (diagonal * v[0]))
+        rest[:, 0], rest[0, 0] = 0.0, diagonal
+        norms = np.einsum("ij,ij->j", rest[1:, 1:], rest[1:, 1:])
+        rank += 1
+    return rank, scale, np.sqrt(norms.sum())
+
+
+@kernel(reference_counting=False, uncompiled=_update_factor_by_arrays)
 def update_factor(factor, rank, m, scale):
     """Update a factor R with the m rows A below it: ``Qᵀ [R; A] = [R'; 0]``.
 
@@ -345,30 +385,7 @@ def smallest_pivot(R, permutation):
     return size
 
 
-def _reflect_by_arrays(f, P, k, begin, end, diagonal):
-    """Apply a reflector as `apply_reflector_sparse` does: to all columns at once.
-
-    Returns:
-        The rows below (end - begin, P), a view.
-    """
-    start = k // VECTOR_WIDTH * VECTOR_WIDTH
-    top, rows = f[k * P : (k + 1) * P], f[begin * P : end * P].reshape(-1, P)
-    head, below = top[k] - diagonal, rows[:, k].copy()
-    total = (head * top[start:] + below @ rows[:, start:]) / (diagonal * head)
-    top[start:] += head * total
-    rows[:, start:] += below[:, None] * total
-    top[k], rows[:, k] = diagonal, 0.0
-    return rows
-
-
-def _reflect_and_measure_by_arrays(f, P, k, end, diagonal, norms):
-    """Apply a reflector as `apply_reflector` does: to all columns at once."""
-    start = k // VECTOR_WIDTH * VECTOR_WIDTH
-    rows = _reflect_by_arrays(f, P, k, k + 1, end, diagonal)
-    norms[start:] = np.einsum("ij,ij->j", rows[:, start:], rows[:, start:])
-
-
-@kernel(reference_counting=False, uncompiled=_reflect_by_arrays)
+@kernel(reference_counting=False)
 def apply_reflector_sparse(f, P, k, begin, end, diagonal):
     """Apply ``I - v vᵀ / (d (r - d))`` to row k of a factor and to rows begin … end below.
 
@@ -403,7 +420,7 @@ def apply_reflector_sparse(f, P, k, begin, end, diagonal):
         f[i * P + k] = 0.0
 
 
-@kernel(reference_counting=False, uncompiled=_reflect_and_measure_by_arrays)
+@kernel(reference_counting=False)
 def apply_reflector(f, P, k, end, diagonal, norms):
     """Apply ``I - v vᵀ / (d (r - d))`` to rows k … end; and compute norms below row k.
 

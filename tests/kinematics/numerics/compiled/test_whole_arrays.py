@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from balance.space.momentum import regressor_kernels
 from kinematics.closure import series
 from kinematics.numerics.compiled.background import compile_mode
 from kinematics.numerics.linalg import null_space, pivoted_qr
@@ -12,24 +13,16 @@ from kinematics.numerics.linalg.pivoted_qr import Factor, factor_workspace
 
 RNG = np.random.default_rng(3)
 RANK, MORE, P = 18, 4, 21
-# Functions of numbers and loops, as they are compiled.
-LOOPS = {
-    name: getattr(module, name).py_func
-    for module, names in (
-        (null_space, ("orthonormal", "put_solutions")),
-        (
-            pivoted_qr,
-            (
-                "apply_reflector",
-                "apply_reflector_sparse",
-                "append_rows",
-                "contains_rows",
-                "update_factor",
-            ),
-        ),
-        (series, ("fill_right_side",)),
-    )
-    for name in names
+MODULES = {
+    null_space: ("orthonormal", "put_solutions"),
+    pivoted_qr: ("append_rows", "contains_rows", "put_factor", "take_factor", "update_factor"),
+    regressor_kernels: ("spatial_regressor",),
+    series: ("add_known_twists", "fill_right_side", "sum_columns"),
+}
+# Functions of numbers and loops, as they are compiled, and those of whole arrays.
+LOOPS = {name: getattr(m, name).py_func for m, names in MODULES.items() for name in names}
+WHOLE = {
+    name: getattr(m, f"_{name}_by_arrays") for m, names in MODULES.items() for name in names
 }
 
 
@@ -44,41 +37,43 @@ def workspace():
     return Factor(F, rng.permutation(P), 2 * np.arange(P), 1e-12)
 
 
-def arrays(name):
-    """The function of whole arrays of a kernel."""
-    module = {"orthonormal": null_space, "put_solutions": null_space, "fill_right_side": series}
-    names = {
-        "apply_reflector": "_reflect_and_measure_by_arrays",
-        "apply_reflector_sparse": "_reflect_by_arrays",
-    }
-    return getattr(module.get(name, pivoted_qr), names.get(name, f"_{name}_by_arrays"))
-
-
 def both(name, make, *numbers):
     """Results of the two functions on equal arguments, and the arrays that they wrote."""
     outcomes = []
-    for function in (LOOPS[name], arrays(name)):
+    for function in (LOOPS[name], WHOLE[name]):
         made = make()
         answer = function(*made, *numbers)
         outcomes.append((answer, made))
     return outcomes
 
 
-@pytest.mark.parametrize("k", [0, 3, 17])
-def test_reflectors(k):
-    begin, end = RANK, RANK + MORE
-    for name, first in (("apply_reflector_sparse", begin), ("apply_reflector", k + 1)):
-        results = []
-        for function in (LOOPS[name], arrays(name)):
-            F = workspace().F
-            norms, column = np.zeros(F.shape[1]), F[[k, *range(first, end)], k]
-            sparse = name.endswith("sparse")
-            rows, more = ((begin, end), ()) if sparse else ((end,), (norms,))
-            size = -np.copysign(np.linalg.norm(column), column[0])
-            function(F.reshape(F.size), F.shape[1], k, *rows, size, *more)
-            results.append((F[:-1], np.delete(norms, k)))
-        for loops, whole in zip(*results, strict=True):
-            assert np.allclose(loops, whole, rtol=1e-12, atol=1e-12)
+@pytest.mark.parametrize(("rank", "rows"), [(0, 9), (0, 30), (RANK, 0), (RANK, 2), (RANK, 9)])
+def test_factors_and_their_updates(rank, rows):
+    """Both have the Gram matrix of the rows, and the same pivots in the same order."""
+    rng = np.random.default_rng(8)
+    unknowns = np.arange(P)
+    R = np.zeros((rank, P))
+    order = rng.permutation(P)
+    R[:, order] = workspace().F[:rank, :P]
+    new = rng.standard_normal((rows, P)) @ np.diag(rng.uniform(0.1, 1.0, P))
+    new[:, order[-2]] = new[:, order[-1]] = 0.0  # two unknowns without conditions of their own
+    R[:, order[-2:]] = 0.0
+    results, before = [], np.abs(R).max(initial=0.0)
+    for functions in (LOOPS, WHOLE):
+        F, permutation = factor_workspace(P, rank + rows), order.copy()
+        functions["take_factor"](R, permutation, F)
+        factor = Factor(F, permutation, unknowns, 1e-12)
+        functions["append_rows"](factor, rank, new, 1.0)
+        reached, scale, remainder = functions["update_factor"](factor, rank, rows, before)
+        out = np.zeros((reached, P))
+        functions["put_factor"](F, permutation, reached, out)
+        results.append((permutation[:reached], out.T @ out, scale))
+        assert np.allclose(out.T @ out, R.T @ R + new.T @ new, atol=1e-12)
+        assert remainder < 1e-12 and reached == min(rank + rows, P - 2)
+        assert np.array_equal(permutation[:rank], order[:rank])
+        assert np.allclose(np.tril(out[:, permutation[:reached]], -1), 0.0, atol=1e-13)
+    (loops, _, most), (whole, _, largest) = results
+    assert np.array_equal(loops, whole) and np.isclose(most, largest, rtol=1e-12)
 
 
 def test_appended_rows_and_rows_that_follow():
@@ -90,7 +85,7 @@ def test_appended_rows_and_rows_that_follow():
     mix = RNG.standard_normal((2, RANK))
     follow[:, factor.columns[factor.permutation]] = mix @ factor.F[:RANK, :P]
     for given, expected in ((rows, False), (follow, True)):
-        for function in (LOOPS["contains_rows"], arrays("contains_rows")):
+        for function in (LOOPS["contains_rows"], WHOLE["contains_rows"]):
             assert bool(function(workspace(), RANK, given, 1.0, 1.0)) is expected
 
 
@@ -100,7 +95,7 @@ def test_null_spaces():
     x[3] = x[:3].sum(axis=0) + 1e-9 * x[3]  # loses its size to the rows before it
     made = [x.copy(), x.copy()]
     LOOPS["orthonormal"](made[0], 6, 8)
-    arrays("orthonormal")(made[1], 6, 8)
+    WHOLE["orthonormal"](made[1], 6, 8)
     for rows in made:
         assert np.allclose(rows[:, :8] @ rows[:, :8].T, np.eye(6), atol=1e-12)
     assert np.allclose(made[0], made[1], atol=1e-6)
@@ -111,7 +106,7 @@ def test_null_spaces():
     known[0, 1] = known[1, 3] = 1.0
     out = [np.empty((2 + P - RANK, 2 * P + 1)) for _ in range(2)]
     for function, solutions in zip(
-        (LOOPS["put_solutions"], arrays("put_solutions")), out, strict=True
+        (LOOPS["put_solutions"], WHOLE["put_solutions"]), out, strict=True
     ):
         function(known, R, factor.permutation, factor.columns, solutions)
         assert np.abs(solutions[:, factor.columns] @ R.T).max() < 1e-9
@@ -128,13 +123,54 @@ def test_right_sides_of_welds_and_relations():
     for k in (0, 1):
         sides = [np.full(20, np.nan) for _ in range(2)]
         for function, b in zip(
-            (LOOPS["fill_right_side"], arrays("fill_right_side")), sides, strict=True
+            (LOOPS["fill_right_side"], WHOLE["fill_right_side"]), sides, strict=True
         ):
             function(6, k, 1, ends, mimics, columns, envelope, t, b)
         assert np.allclose(*sides, atol=1e-13) and np.abs(sides[0]).max() > 0.1
 
 
+def test_twists_of_columns():
+    """Links of a tree: only columns that move a link count, whatever rates the others have."""
+    rng = np.random.default_rng(11)
+    parent, dim, width, orders = np.array([-1, 0, 1, 0, -1]), 6, 3, 3
+    columns = np.zeros((5, width))
+    columns[[0, 2, 4], [0, 1, 2]] = 1.0
+    moves = np.array([[1, 0, 0], [1, 0, 0], [1, 1, 0], [1, 0, 0], [0, 0, 1]], dtype=bool)
+    s, rates = rng.standard_normal((orders, 5, dim)), rng.standard_normal((orders, 5, width))
+    ray, results = rng.standard_normal(width), []
+    for functions in (LOOPS, WHOLE):
+        c, t, v = rates.copy(), np.zeros((orders, 5, width, dim)), np.empty((orders, 5, dim))
+        for k in range(orders):
+            functions["add_known_twists"](dim, k, parent, columns, moves, s, c, t)
+            functions["sum_columns"](dim, k, moves, ray, t, v)
+        results.append((c[0][moves], t, v))
+        assert not t[:, ~moves].any()
+    for loops, whole in zip(*results, strict=True):
+        assert np.allclose(loops, whole, atol=1e-13) and np.abs(loops).max() > 0.1
+
+
+@pytest.mark.parametrize("force", [False, True])
+@pytest.mark.parametrize("moved", [False, True])
+def test_rows_of_the_regressor(force, moved):
+    rng = np.random.default_rng(12)
+    links, moves = np.array([2, -1, 4, 0]), rng.random((5, 3)) < 0.6
+    V, T = rng.standard_normal((2, 4, 5, 6)), rng.standard_normal((2, 4, 5, 3, 6))
+    T *= moves[:, :, None]
+    start = rng.standard_normal((5, 4, 4)) if moved else np.empty((0, 4, 4))
+    results = []
+    for functions in (LOOPS, WHOLE):
+        H, N = np.zeros((2, 4, 4, 4, 3)), np.zeros((2, 4, 3, 4, 5, 3))
+        X = np.zeros((4, 2, 3, 3 if force else 6, 4, 4 if force else 10))
+        for first, last in ((0, 1), (2, 3)):  # orders may come in parts
+            rows = X[first : last + 1]
+            functions["spatial_regressor"](
+                first, last, 0, 2, start, links, moves, V, T, H, N, rows
+            )
+        results.append(X)
+    assert np.allclose(*results, atol=1e-12) and np.abs(results[0]).max() > 1.0
+
+
 def test_what_is_not_compiled_calls_the_function_of_whole_arrays():
     if compile_mode() == "never":
-        assert null_space.orthonormal._uncompiled is arrays("orthonormal")
-        assert pivoted_qr.update_factor._uncompiled is LOOPS["update_factor"]
+        assert null_space.orthonormal._uncompiled is WHOLE["orthonormal"]
+        assert series.carry_screws._uncompiled is series.carry_screws.py_func

@@ -18,10 +18,13 @@ from balance.support.tolerances import MASSES_EQUAL
 from kinematics.error_text import did_you_mean
 from kinematics.errors import UsageError
 from kinematics.loading.model_gallery import LinkageLike, as_linkage
+from kinematics.numerics.compiled.background import kernel_clock
 from kinematics.numerics.linalg.ties import rank_least_first
 from kinematics.wording import first_names, html_facts, repr_lines
 
 REMEDIES_SCHEMA = "balance.remedies/1"
+# Seconds that a remedy of a four-bar takes in uncompiled kernels, about.
+UNCOMPILED = 0.25
 # Remedies that build the whole linkage again.
 COPIES = ("duplicates",)
 
@@ -329,11 +332,12 @@ def compare_request(
             raise UsageError(f"no remedy '{name}'{meant}: choose from {', '.join(CATALOGUE)}")
     request = replace(request, only=tuple(only))
     request.check()
+    names = [name for name in _ORDER if name in (only or _ORDER)]
+    kernel_clock.foresee(UNCOMPILED * len(names))
     results = []
-    for name in _ORDER:
-        if name in (only or _ORDER):
-            for applied in _apply(name, request):
-                results.append(applied)
-                if report is not None:
-                    report(applied)
+    for name in names:
+        for applied in _apply(name, request):
+            results.append(applied)
+            if report is not None:
+                report(applied)
     return RemedyComparison(request, feasible(request.space), tuple(results))

@@ -25,6 +25,10 @@ class Remedy(NamedTuple):
 
 _REVIEW = "V. van der Wijk, J. L. Herder, B. Demeulenaere, J. Mech. Robotics 1(4), 2009"
 _BECHT = "G. Becht, MSc thesis, TU Delft, 2020, chapter 2"
+_BODY = (
+    "Complete Shaking Force and Shaking Moment Balancing of Mechanisms Using a Moving Rigid "
+    "Body, Technische Mechanik (journals.ub.ovgu.de/index.php/techmech/article/view/771)"
+)
 
 CATALOGUE: dict[str, Remedy] = {
     remedy.name: remedy
@@ -88,6 +92,14 @@ CATALOGUE: dict[str, Remedy] = {
             "ADBU",
             _REVIEW,
         ),
+        Remedy(
+            "moving_mass",
+            "a moving body with motors",
+            "one body on slides with drives of its own",
+            "ADBU",
+            _BODY,
+        ),
+        Remedy("cam_mass", "a moving body with cams", "one body moved by cams", "", _BODY),
         Remedy(
             "input_relation", "a relation of inputs", "a relation between inputs", "", _BECHT
         ),

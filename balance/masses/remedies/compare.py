@@ -41,6 +41,8 @@ _ORDER = (
     "added_dyad",
     "passive_wheel",
     "active_wheel",
+    "moving_mass",
+    "cam_mass",
     "input_relation",
     "slider_path",
     "balance_shafts",
@@ -90,6 +92,11 @@ def _import_remedy(name: str) -> Apply:
 
             passive = name == "passive_wheel"
             return wheels.apply_passive_wheel if passive else wheels.apply_active_wheel
+        case "moving_mass" | "cam_mass":
+            from balance.masses.remedies.wheels import moving_body
+
+            motors = name == "moving_mass"
+            return moving_body.apply_moving_mass if motors else moving_body.apply_cam_mass
     return _import_added_links(name)
 
 

@@ -292,7 +292,7 @@ def _join_motions(
         whole: the linkage with them; their joints are inputs.
         run: a motion of the linkage without them.
     """
-    moved, added = run.trajectory, {}
+    moved, added = run.trajectory, dict[str, Course]()
     for balancer in balancers:
         joints = [drive.joint for drive in balancer.drives]
         added |= dict(zip(joints, balancer.courses(run), strict=True))

@@ -125,6 +125,13 @@ CATALOGUE: dict[str, Remedy] = {
             _REVIEW,
         ),
         Remedy(
+            "pantograph",
+            "a pantograph",
+            "a pantograph with a counter-mass against the force",
+            "",
+            "V. H. Arakelian, M. R. Smith, J. Mechanical Design 127(2), 2005",
+        ),
+        Remedy(
             "partial",
             "less shaking for a budget",
             "least shaking for a budget of matter",

@@ -47,6 +47,7 @@ _ORDER = (
     "slider_path",
     "balance_shafts",
     "force_masses",
+    "pantograph",
     "partial",
 )
 # Remedies with counter-rotations at the gear of the request.
@@ -111,6 +112,10 @@ def _import_added_links(name: str) -> Apply:
             from balance.masses.remedies.dyads import added_dyad
 
             return added_dyad.apply_added_dyad
+        case "pantograph":
+            from balance.masses.remedies.dyads import pantograph
+
+            return pantograph.apply_pantograph
         case "input_relation":
             from balance.masses.remedies.constraints import input_relations
 

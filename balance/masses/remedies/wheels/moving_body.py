@@ -251,8 +251,8 @@ def _place(
     offset = np.linalg.lstsq(rows, moment.ravel(), rcond=PLACED)[0]
     along = axes @ offset
     if request.balance == "dynamic":
-        left = (moment - np.cross(along[2] * axes[2], p)) @ axes[:2].T
-        if float(np.abs(left).max()) > SHAKING_RELATIVE * size * frame.length:
+        across = (moment - np.cross(along[2] * axes[2], p)) @ axes[:2].T
+        if float(np.abs(across).max()) > SHAKING_RELATIVE * size * frame.length:
             raise NoWheel(
                 "refused",
                 "centres of mass are in different planes, so that a moment across the normal "

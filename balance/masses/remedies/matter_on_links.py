@@ -101,7 +101,7 @@ def with_moment_left(
     reason = (
         f"no force is left; the moment is {number_text(residual, '.3g')} times that of the "
         f"file ({number_text(after[1], '.3g')} N m, root mean square along random motions of "
-        "1 s)"
+        f"1 s){balanced.rim}"
     )
     done = replace(
         blank,

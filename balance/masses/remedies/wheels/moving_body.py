@@ -56,6 +56,8 @@ from kinematics.wording import number_text, vector_text
 
 # Furthest place from the middle of the linkage, in characteristic lengths.
 FURTHEST = 2.0
+# Part of that from which a place is as far away as it may be, beside its rounding.
+AT_BOUND = 0.99
 # Digits of places, of the characteristic length: in the plane, where they are free, and along
 # the normal, where fewer would leave a moment.
 DIGITS, EXACT = 3, 12
@@ -185,8 +187,16 @@ class _Prepared(NamedTuple):
         carried = "two slides and a hinge" if body.turns else "two slides"
         return (
             f"a body of {number_text(body.mass)} kg (--budget sets it) on {carried} at {at} m, "
-            f"moved on the base by up to {number_text(max(self.strokes), '.3g')} m"
+            f"moved on the base by up to {number_text(max(self.strokes), '.3g')} m{self._bound}"
         )
+
+    @property
+    def _bound(self) -> str:
+        """Whether the place is as far away as it may be, in words."""
+        frame = self.given.linkage.spatial_chain.frame
+        away = self.body.axes[:2] @ (self.body.place - frame.origin)
+        at_bound = float(np.linalg.norm(away)) > AT_BOUND * FURTHEST * frame.length
+        return " (two characteristic lengths away, a bound: it turns less further)" * at_bound
 
     @property
     def strokes(self) -> list[float]:

@@ -56,11 +56,13 @@ class ForceBalanced(NamedTuple):
         document: its file.
         linkage: the linkage, with the inputs of the request.
         added: mass of counterweights, kg.
+        rim: which of them are at the rim of their regions, in words; empty for none.
     """
 
     document: Document
     linkage: Linkage
     added: float
+    rim: str = ""
 
 
 class Drive(NamedTuple):
@@ -267,17 +269,17 @@ def balance_force(request: RemedyRequest) -> ForceBalanced:
         request.base, None, inputs, bodies="all", massless=request.massless, angles=angles
     )
     space = design_space(linkage, request.motion or None, "force")
-    data = request.base.data
+    data, rim = request.base.data, ""
     if not space.as_given.balanced:
         least = least_matter(space, request.links, request.regions, request.density)
         verdict = least.matter.verdict
         if verdict != "feasible":
             raise NoWheel(verdict, f"a wheel takes no force, and {least.reason}", least.proof)
-        data = with_counterweights(least.matter)
+        data, rim = with_counterweights(least.matter), least.rim_text(request.links)
     document = Document(request.base.name, data)
     made = load(document, None, inputs, angles=angles)
     mass = sum(float(body.inertia[0]) for body in made.bodies)
-    return ForceBalanced(document, made, mass - request.given_mass)
+    return ForceBalanced(document, made, mass - request.given_mass, rim)
 
 
 def _join_motions(
@@ -392,4 +394,5 @@ def verify_with_balancers(
     }
     added = balanced.added + sum(balancer.mass for balancer in balancers)
     done = replace(blank, verdict="feasible", urdf=document.data)
-    return with_cost(request, done, added, felt), moved
+    done = with_cost(request, done, added, felt)
+    return replace(done, reason=done.reason + balanced.rim), moved

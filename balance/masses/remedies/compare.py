@@ -18,7 +18,7 @@ from balance.support.tolerances import MASSES_EQUAL
 from kinematics.error_text import did_you_mean
 from kinematics.errors import UsageError
 from kinematics.loading.model_gallery import LinkageLike, as_linkage
-from kinematics.numerics.compiled.background import kernel_clock
+from kinematics.numerics.compiled.background import collect_garbage_seldom, kernel_clock
 from kinematics.numerics.linalg.ties import rank_least_first
 from kinematics.wording import first_names, html_facts, repr_lines
 
@@ -347,8 +347,8 @@ def compare_request(
     names = [name for name in _ORDER if name in (only or _ORDER)]
     kernel_clock.foresee(UNCOMPILED * len(names))
     results = []
-    for name in names:
-        for applied in _apply(name, request):
+    with collect_garbage_seldom():
+        for applied in chain.from_iterable(_apply(name, request) for name in names):
             results.append(applied)
             if report is not None:
                 report(applied)

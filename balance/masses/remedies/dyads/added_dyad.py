@@ -62,7 +62,7 @@ MEMBERS = 2
 # Walks from random geometries for each kind, if no known geometry helps.
 WALKS = 12
 # Known geometries of each kind that are tried, unless the remedy is named.
-GEOMETRIES = 16
+GEOMETRIES = 12
 # Size of a dyad over that of the loop that it repeats.
 SIZE = 0.5
 # Shortest link of a dyad, in characteristic lengths.
@@ -75,7 +75,7 @@ def apply_added_dyad(request: RemedyRequest) -> Iterator[AppliedRemedy]:
     Yields:
         Dyads that balance the linkage, at most 2 of each kind (RRR, hinged to both links, and
         RRP, sliding along one); for a kind without any, one undecided result, for a search
-        proves nothing. More than 16 known geometries are tried, and walks to others are made,
+        proves nothing. More than 12 known geometries are tried, and walks to others are made,
         if ``request.only`` names the remedy.
     """
     if why := _why_not(request):

@@ -21,7 +21,7 @@ from typing import NamedTuple
 import numpy as np
 
 from balance.masses.remedies.applied import AppliedRemedy, inertia_ratio, refused
-from balance.masses.remedies.judge import MOTIONS, POSES
+from balance.masses.remedies.judge import MOTIONS
 from balance.masses.remedies.momentum_along import MovedMasses, move_masses
 from balance.masses.remedies.request import RemedyRequest
 from balance.masses.remedies.variant import free_name, names_taken
@@ -173,12 +173,16 @@ class MovingBody(NamedTuple):
 
 
 class _Prepared(NamedTuple):
-    """A linkage with its own masses, random motions of it, and the body for them."""
+    """A linkage with its own masses, random motions of it, and the body for them.
+
+    Its strokes are the ranges of both slides along these motions, metres.
+    """
 
     given: ForceBalanced
     runs: list[MovedMasses]
     fine: MovedMasses
     body: MovingBody
+    strokes: list[float]
 
     @property
     def words(self) -> str:
@@ -197,12 +201,6 @@ class _Prepared(NamedTuple):
         away = self.body.axes[:2] @ (self.body.place - frame.origin)
         at_bound = float(np.linalg.norm(away)) > AT_BOUND * FURTHEST * frame.length
         return " (two characteristic lengths away, a bound: it turns less further)" * at_bound
-
-    @property
-    def strokes(self) -> list[float]:
-        """Ranges of both slides along the random motions, metres."""
-        courses = [self.body.courses(run) for run in (*self.runs, self.fine)]
-        return [max(float(np.ptp(each[k][0])) for each in courses) for k in range(2)]
 
 
 @lru_cache(maxsize=1)
@@ -234,7 +232,10 @@ def _prepare(request: RemedyRequest) -> _Prepared:
         tuple(links), tuple(joints), axes, place, mass, request.rotor_radius, turns
     )
     given = ForceBalanced(request.base, linkage, 0.0)
-    return _Prepared(given, runs, fine_motion_of(request, linkage), body)
+    fine = fine_motion_of(request, linkage)
+    courses = [body.courses(run) for run in (*runs, fine)]
+    strokes = [max(float(np.ptp(each[k][0])) for each in courses) for k in range(2)]
+    return _Prepared(given, runs, fine, body, strokes)
 
 
 def _place(
@@ -305,8 +306,7 @@ def _with_cams(request: RemedyRequest) -> AppliedRemedy:
     crank, rates = crank_rates(linkage, limits)
     way, turns = sweep_crank(linkage, limits, crank, rates)
     sweep = move_masses(linkage, way)
-    randomly = random_motions(linkage, MOTIONS, POSES, seed=SEED, motion=limits)
-    runs = [ready.fine, *(move_masses(linkage, motion) for motion in randomly)]
+    runs = [ready.fine, *ready.runs]
     if regular := way.conditioning > CONDITIONING_NOTICE:
         runs.append(sweep)
     words = f"{ready.words} by cams on {crank}"

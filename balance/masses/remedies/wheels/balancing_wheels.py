@@ -34,7 +34,7 @@ from balance.masses.remedies.wheels.varying_ratio import (
 )
 from balance.masses.remedies.wheels.wheels_on_base import (
     Balancer,
-    Drive,
+    BalancerDrive,
     ForceBalanced,
     NoWheel,
     Wheel,
@@ -224,7 +224,7 @@ def _pace(request: RemedyRequest, balanced: ForceBalanced, runs: Sequence[Trajec
 
 
 def _table(
-    inputs: Sequence[str], motion: Trajectory, drives: Sequence[Drive]
+    inputs: Sequence[str], motion: Trajectory, drives: Sequence[BalancerDrive]
 ) -> dict[str, Array]:
     """List time, inputs, and position, speed, force or torque, and power of each drive."""
     columns = {"time": motion.time}

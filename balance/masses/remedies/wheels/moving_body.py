@@ -32,8 +32,8 @@ from balance.masses.remedies.wheels.crank_sweep import (
 )
 from balance.masses.remedies.wheels.varying_ratio import integrate, table_bytes
 from balance.masses.remedies.wheels.wheels_on_base import (
+    BalancerDrive,
     Course,
-    Drive,
     ForceBalanced,
     NoWheel,
     fine_motion_of,
@@ -130,10 +130,12 @@ class MovingBody(NamedTuple):
     turns: bool
 
     @property
-    def drives(self) -> tuple[Drive, ...]:
+    def drives(self) -> tuple[BalancerDrive, ...]:
         """Its joints: two slides, which move all of it, and the hinge."""
-        slides = [Drive(name, name, self.mass, slides=True) for name in self.joints[:2]]
-        turn = [Drive(name, name, self.mass * self.radius**2) for name in self.joints[2:]]
+        slides = [BalancerDrive(name, name, self.mass, slides=True) for name in self.joints[:2]]
+        turn = [
+            BalancerDrive(name, name, self.mass * self.radius**2) for name in self.joints[2:]
+        ]
         return (*slides, *turn)
 
     def elements(self, root: str) -> tuple[Element, ...]:

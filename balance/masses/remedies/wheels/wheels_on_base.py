@@ -65,7 +65,7 @@ class ForceBalanced(NamedTuple):
     rim: str = ""
 
 
-class Drive(NamedTuple):
+class BalancerDrive(NamedTuple):
     """A joint that moves a balancer, with a motor, a gear or a cam.
 
     Attributes:
@@ -120,7 +120,7 @@ class Balancer(Protocol):
         """Names of its links."""
 
     @property
-    def drives(self) -> tuple[Drive, ...]:
+    def drives(self) -> tuple[BalancerDrive, ...]:
         """Its joints, from the base on."""
 
     @property
@@ -159,9 +159,9 @@ class Wheel(NamedTuple):
         return (self.name,)
 
     @property
-    def drives(self) -> tuple[Drive, ...]:
+    def drives(self) -> tuple[BalancerDrive, ...]:
         """Its joint."""
-        return (Drive(self.name, self.joint, self.inertia),)
+        return (BalancerDrive(self.name, self.joint, self.inertia),)
 
     @property
     def mass(self) -> float:

@@ -24,7 +24,7 @@ from balance.masses import feasible
 from balance.masses.designs.write_urdf import replace_inertials
 from balance.masses.remedies.dyads.added_dyad import (
     DyadSeed,
-    buildable,
+    buildable_space,
     dyad_seeds,
     walks_from_random,
 )
@@ -88,14 +88,14 @@ def find_member(linkage: Linkage, walks: int) -> tuple[Member | None, float]:
     """Find a dyad that balances a linkage, and the best residual of the walks."""
     request = RemedyRequest(linkage)
     for seed in dyad_seeds(linkage):
-        if buildable(request, seed):
+        if buildable_space(request, seed) is not None:
             found = _member(request, seed)
             if found is not None:
                 return found, 0.0
     best = np.inf
     for ended, dyad in walks_from_random(request, False, walks):
         best, seed = min(best, ended.residual), DyadSeed(dyad, ended.numbers, "a general dyad")
-        if ended.related and buildable(request, seed):
+        if ended.related and buildable_space(request, seed) is not None:
             found = _member(request, seed)
             if found is not None:
                 return found, 0.0

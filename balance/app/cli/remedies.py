@@ -38,9 +38,7 @@ def add_remedies(parser: Parser) -> None:
         "transmissions, duplicates, added dyads, driven wheels, constraints. Exits with 0 if "
         "one balances it, 1 if none does, 4 if that is undecided."
     )
-    parser.epilog = "remedies: " + "; ".join(
-        f"{remedy.name} ({remedy.title})" for remedy in CATALOGUE.values()
-    )
+    parser.epilog = f"remedies: {', '.join(CATALOGUE)}"
     add_model_options(parser)
     parser.set_defaults(run=_run)
     add_matter_options(parser, "links that may get matter (default: all)")

@@ -25,6 +25,10 @@ class Remedy(NamedTuple):
 
 _REVIEW = "V. van der Wijk, J. L. Herder, B. Demeulenaere, J. Mech. Robotics 1(4), 2009"
 _BECHT = "G. Becht, MSc thesis, TU Delft, 2020, chapter 2"
+_BODY = (
+    "Complete Shaking Force and Shaking Moment Balancing of Mechanisms Using a Moving Rigid "
+    "Body, Technische Mechanik (journals.ub.ovgu.de/index.php/techmech/article/view/771)"
+)
 
 CATALOGUE: dict[str, Remedy] = {
     remedy.name: remedy
@@ -89,6 +93,14 @@ CATALOGUE: dict[str, Remedy] = {
             _REVIEW,
         ),
         Remedy(
+            "moving_mass",
+            "a moving body with motors",
+            "one body on slides with drives of its own",
+            "ADBU",
+            _BODY,
+        ),
+        Remedy("cam_mass", "a moving body with cams", "one body moved by cams", "", _BODY),
+        Remedy(
             "input_relation", "a relation of inputs", "a relation between inputs", "", _BECHT
         ),
         Remedy(
@@ -111,6 +123,13 @@ CATALOGUE: dict[str, Remedy] = {
             "counter-masses against the force alone",
             "CM",
             _REVIEW,
+        ),
+        Remedy(
+            "pantograph",
+            "a pantograph",
+            "a pantograph with a counter-mass against the force",
+            "",
+            "V. H. Arakelian, M. R. Smith, J. Mechanical Design 127(2), 2005",
         ),
         Remedy(
             "partial",

@@ -18,10 +18,13 @@ from balance.support.tolerances import MASSES_EQUAL
 from kinematics.error_text import did_you_mean
 from kinematics.errors import UsageError
 from kinematics.loading.model_gallery import LinkageLike, as_linkage
+from kinematics.numerics.compiled.background import collect_garbage_seldom, kernel_clock
 from kinematics.numerics.linalg.ties import rank_least_first
 from kinematics.wording import first_names, html_facts, repr_lines
 
 REMEDIES_SCHEMA = "balance.remedies/1"
+# Seconds that a remedy of a four-bar takes in uncompiled kernels, about.
+UNCOMPILED = 0.25
 # Remedies that build the whole linkage again.
 COPIES = ("duplicates",)
 
@@ -38,10 +41,13 @@ _ORDER = (
     "added_dyad",
     "passive_wheel",
     "active_wheel",
+    "moving_mass",
+    "cam_mass",
     "input_relation",
     "slider_path",
     "balance_shafts",
     "force_masses",
+    "pantograph",
     "partial",
 )
 # Remedies with counter-rotations at the gear of the request.
@@ -87,6 +93,11 @@ def _import_remedy(name: str) -> Apply:
 
             passive = name == "passive_wheel"
             return wheels.apply_passive_wheel if passive else wheels.apply_active_wheel
+        case "moving_mass" | "cam_mass":
+            from balance.masses.remedies.wheels import moving_body
+
+            motors = name == "moving_mass"
+            return moving_body.apply_moving_mass if motors else moving_body.apply_cam_mass
     return _import_added_links(name)
 
 
@@ -101,6 +112,10 @@ def _import_added_links(name: str) -> Apply:
             from balance.masses.remedies.dyads import added_dyad
 
             return added_dyad.apply_added_dyad
+        case "pantograph":
+            from balance.masses.remedies.dyads import pantograph
+
+            return pantograph.apply_pantograph
         case "input_relation":
             from balance.masses.remedies.constraints import input_relations
 
@@ -329,11 +344,12 @@ def compare_request(
             raise UsageError(f"no remedy '{name}'{meant}: choose from {', '.join(CATALOGUE)}")
     request = replace(request, only=tuple(only))
     request.check()
+    names = [name for name in _ORDER if name in (only or _ORDER)]
+    kernel_clock.foresee(UNCOMPILED * len(names))
     results = []
-    for name in _ORDER:
-        if name in (only or _ORDER):
-            for applied in _apply(name, request):
-                results.append(applied)
-                if report is not None:
-                    report(applied)
+    with collect_garbage_seldom():
+        for applied in chain.from_iterable(_apply(name, request) for name in names):
+            results.append(applied)
+            if report is not None:
+                report(applied)
     return RemedyComparison(request, feasible(request.space), tuple(results))

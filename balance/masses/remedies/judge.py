@@ -28,11 +28,14 @@ from kinematics.wording import size_text
 MOTIONS, POSES = 5, 40
 
 
-def judge(request: RemedyRequest, variant: Variant) -> AppliedRemedy:
+def judge(
+    request: RemedyRequest, variant: Variant, space: DesignSpace | None = None
+) -> AppliedRemedy:
     """Find the least matter that balances a variant, and verify the linkage with it.
 
     Args:
         variant: the linkage with the remedy built in.
+        space: the design space of the variant, if it is known.
 
     Returns:
         The result; ``"feasible"`` only if Pinocchio confirms the written file.
@@ -56,7 +59,7 @@ def judge(request: RemedyRequest, variant: Variant) -> AppliedRemedy:
         least = least_matter(request.space, variant.free, regions, request.density, whole)
     else:
         try:
-            space = space_with(request, variant)
+            space = space or space_with(request, variant)
         except LinkageError as error:
             return replace(blank, verdict="refused", reason=str(error))
         least = least_matter(space, variant.free, regions, request.density)
@@ -65,6 +68,8 @@ def judge(request: RemedyRequest, variant: Variant) -> AppliedRemedy:
         return replace(blank, verdict=verdict, reason=least.reason, proof=least.proof)
     urdf = with_counterweights(least.matter, merge=frozenset(variant.new_links))
     done = verify_file(request, blank, urdf, motion, inputs)
+    if done.verdict == "feasible":
+        done = replace(done, reason=done.reason + least.rim_text(request.links))
     if not request.trade_off or done.added_mass is None or done.input_inertia is None:
         return done
     inertia, gap = total_inertia(request, done.input_inertia), least.matter.gap or 0.0

@@ -5,7 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
+import numpy as np
+
 from balance.masses.counterweights.answer import Counterweights
+from balance.masses.counterweights.counterweight import Counterweight
 from balance.masses.counterweights.counterweights import counterweights
 from balance.masses.counterweights.link_regions import wide_region
 from balance.masses.counterweights.regions import Region
@@ -13,6 +16,9 @@ from balance.masses.designs.feasibility import Feasibility, feasible
 from balance.space.certification.certify_space import certify
 from balance.space.requirements.recompute_spatial import recompute_spatial
 from balance.space.spaces.design_space import DesignSpace
+
+# Distance from the middle of a region, of its size, from which matter is at its rim.
+AT_RIM = 0.999
 
 
 class LeastMatter(NamedTuple):
@@ -33,6 +39,24 @@ class LeastMatter(NamedTuple):
             return f"no masses whatever: {self.anywhere.words.removeprefix('infeasible: ')}"
         return self.matter.words
 
+    def rim_text(self, links: Sequence[str]) -> str:
+        """Say on which links matter lies at the rim of its region, which bounds its lever.
+
+        Args:
+            links: those that are looked at: rotors are at their radius, which is said for all.
+
+        Returns:
+            The end of a sentence; empty if there are none.
+        """
+        at_rim = [
+            weight.link
+            for weight in self.matter.weights
+            if weight.link in links and _reach(weight) > AT_RIM
+        ]
+        if not at_rim:
+            return ""
+        return f"; at the rim of the regions of {', '.join(at_rim)}: larger ones take less"
+
     @property
     def proof(self) -> dict[str, object] | None:
         """The certificate against it and its check, as plain data; None without one."""
@@ -43,6 +67,12 @@ class LeastMatter(NamedTuple):
         if matter.certificate is None or matter.check is None:
             return None
         return {"functional": matter.certificate.tolist(), "check": matter.check._asdict()}
+
+
+def _reach(weight: Counterweight) -> float:
+    """Compute how far matter is from the middle of its region, 1 at the rim."""
+    places = np.array([lump.position for lump in weight.lumps]).reshape(-1, 3)
+    return float(weight.region.gauge(weight.region.to_unit(places)).max(initial=0.0))
 
 
 def least_matter(

@@ -14,9 +14,14 @@ from balance.masses.remedies.applied import AppliedRemedy, refused, with_cost
 from balance.masses.remedies.judge import MOTIONS, POSES, judge
 from balance.masses.remedies.request import RemedyRequest
 from balance.masses.remedies.variant import Variant
+from balance.masses.remedies.wheels.wheels_on_base import (
+    ForceBalanced,
+    NoWheel,
+    balance_force,
+)
 from balance.motion.motion_tolerances import SHAKING_RELATIVE
 from balance.motion.verification.shaking_wrench import move_wrenches, shaking_along
-from balance.motion.verification.trajectory import Trajectory, random_motions
+from balance.motion.verification.trajectory import Trajectory, drive, random_motions
 from balance.motion.verification.verify_motions import measure_shaking
 from kinematics.closure.joint_positions import input_chain
 from kinematics.loading.model_gallery import load
@@ -45,8 +50,6 @@ def apply_force_masses(request: RemedyRequest) -> Iterator[AppliedRemedy]:
     Yields:
         One result: ``"partial"``, for the moment stays.
     """
-    from balance.masses.remedies.wheels.wheels_on_base import NoWheel, balance_force
-
     if request.balance == "force":
         yield refused("force_masses", "the force alone is asked for: see own_masses")
         return
@@ -59,16 +62,34 @@ def apply_force_masses(request: RemedyRequest) -> Iterator[AppliedRemedy]:
             refused("force_masses", reason, words), verdict=no.verdict, proof=no.proof
         )
         return
-    motions = _random_motions(request, request.linkage)
-    before, after = (
-        _root_mean_squares(linkage, motions) for linkage in (request.linkage, balanced.linkage)
-    )
-    force = measure_shaking(balanced.linkage, motions).force
     blank = AppliedRemedy("force_masses", words, "undecided", "")
+    yield with_moment_left(request, blank, balanced)
+
+
+def with_moment_left(
+    request: RemedyRequest, blank: AppliedRemedy, balanced: ForceBalanced
+) -> AppliedRemedy:
+    """Measure the moment that a linkage without shaking force leaves, and add up the cost.
+
+    Args:
+        blank: the result so far.
+        balanced: the linkage with the remedy.
+
+    Returns:
+        The result: partial if its file has no force, else undecided.
+
+    Raises:
+        PoseError: it cannot follow the random motions of the linkage.
+    """
+    given, made = request.linkage, balanced.linkage
+    motions = moved = _random_motions(request)
+    if len(made.joints) > len(given.joints):
+        moved = [drive(made, each.time, each.u, each.ud, each.udd) for each in motions]
+    before, after = _root_mean_squares(given, motions), _root_mean_squares(made, moved)
+    force = measure_shaking(made, moved).force
     if not force <= SHAKING_RELATIVE:
         reason = f"its file shakes by {size_text(force)} of the bodies' own inertia"
-        yield replace(blank, reason=reason)
-        return
+        return replace(blank, reason=reason)
     residual = after[1] / before[1] if before[1] > 0.0 else 0.0
     details = {
         "motions": f"{MOTIONS} random motions of 1 s",
@@ -80,7 +101,7 @@ def apply_force_masses(request: RemedyRequest) -> Iterator[AppliedRemedy]:
     reason = (
         f"no force is left; the moment is {number_text(residual, '.3g')} times that of the "
         f"file ({number_text(after[1], '.3g')} N m, root mean square along random motions of "
-        "1 s)"
+        f"1 s){balanced.rim}"
     )
     done = replace(
         blank,
@@ -88,15 +109,15 @@ def apply_force_masses(request: RemedyRequest) -> Iterator[AppliedRemedy]:
         reason=reason,
         residual=residual,
         urdf=balanced.document.data,
-        details=details,
+        details={**blank.details, **details},
     )
-    yield with_cost(request, done, balanced.added, input_inertia(balanced.linkage))
+    return with_cost(request, done, balanced.added, input_inertia(made))
 
 
-def _random_motions(request: RemedyRequest, linkage: Linkage) -> list[Trajectory]:
+def _random_motions(request: RemedyRequest) -> list[Trajectory]:
     """Make the random motions along which files of remedies are verified."""
-    limits = motion_of(linkage, request.motion or None)
-    return list(random_motions(linkage, MOTIONS, POSES, motion=limits))
+    limits = motion_of(request.linkage, request.motion or None)
+    return list(random_motions(request.linkage, MOTIONS, POSES, motion=limits))
 
 
 def _root_mean_squares(linkage: Linkage, motions: Sequence[Trajectory]) -> tuple[float, float]:

@@ -95,7 +95,7 @@ class RemedyRequest:
         regions_of(self.space, self.links, self.regions)
 
     def changed(self, **changes: Any) -> RemedyRequest:
-        """Return the request with another gear or trade-off; what is known of it stays."""
+        """Return the request with other options; what is known of its linkage stays."""
         request = replace(self, **changes)
         for name in ("space", "spatial_space", "base", "massless", "input_inertia"):
             if name in self.__dict__:

@@ -12,8 +12,8 @@ diameter, and as large as rotors.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from functools import lru_cache
 
 import numpy as np
@@ -104,15 +104,39 @@ def _apply(
         longer = (x for x in fewest.sets if any(len(chains[name]) > 1 for name in x.joints))
         sets += [rotor_set for rotor_set in (next(longer, None),) if rotor_set is not None]
     for rotor_set in sets:
-        out, writer = _Transmission(), _TransmissionWriter(request)
-        for name in rotor_set.joints:
-            write(writer, out, chains[name])
-        variant = _variant(request, remedy, out, fewest, rotor_set)
         far = [name for name in rotor_set.joints if len(chains[name]) > 1]
-        driven = f", driven by {by} from {', '.join(far)}" if far else ", without transmission"
-        number = count_noun(len(rotor_set.joints), "rotor")
-        words = f"{number} on the ground against {', '.join(rotor_set.joints)}{driven}"
-        yield judge(request, variant(words))
+        if far:
+            yield _judged(
+                request, remedy, rotor_set, write, f"driven by {by} from {', '.join(far)}"
+            )
+        else:
+            yield replace(_judged_without_transmission(request, rotor_set), remedy=remedy)
+
+
+def _judged(
+    request: RemedyRequest,
+    remedy: str,
+    rotor_set: RotorSet,
+    write: Callable[[_TransmissionWriter, _Transmission, tuple[str, ...]], None],
+    drive: str,
+) -> AppliedRemedy:
+    """Judge the linkage with rotors on the ground against one set of links."""
+    chains, fewest = _chains_to_ground(request), _fewest_on_ground(request)
+    out, writer = _Transmission(), _TransmissionWriter(request)
+    for name in rotor_set.joints:
+        write(writer, out, chains[name])
+    number = count_noun(len(rotor_set.joints), "rotor")
+    words = f"{number} on the ground against {', '.join(rotor_set.joints)}, {drive}"
+    return judge(
+        request, _variant(request, remedy, words, out, rotor_details(fewest, rotor_set))
+    )
+
+
+@lru_cache(maxsize=1)
+def _judged_without_transmission(request: RemedyRequest, rotor_set: RotorSet) -> AppliedRemedy:
+    """Judge rotors against links on the ground, once for all transmissions."""
+    write = _TransmissionWriter.wheels
+    return _judged(request, "planetary_transmission", rotor_set, write, "without transmission")
 
 
 def _chains_to_ground(request: RemedyRequest) -> dict[str, tuple[str, ...]]:
@@ -130,13 +154,12 @@ def _fewest_on_ground(request: RemedyRequest) -> FewestRotors:
 def _variant(
     request: RemedyRequest,
     remedy: str,
+    words: str,
     out: _Transmission,
-    fewest: FewestRotors,
-    rotor_set: RotorSet,
-) -> Callable[[str], Variant]:
-    """Return a function that makes the variant from its words."""
-    details = {**rotor_details(fewest, rotor_set), "mass_per_length": mass_per_length(request)}
-    return lambda words: Variant(
+    details: Mapping[str, object],
+) -> Variant:
+    """Make the variant of a linkage with transmissions and rotors."""
+    return Variant(
         remedy,
         words,
         append_elements(request.base, out.elements),
@@ -145,7 +168,7 @@ def _variant(
         massless=tuple(out.massless),
         new_links=tuple(out.links),
         new_joints=tuple(out.joints),
-        details=details,
+        details={**details, "mass_per_length": mass_per_length(request)},
     )
 
 

@@ -47,6 +47,7 @@ from balance.masses.remedies.judge import judge
 from balance.masses.remedies.request import RemedyRequest
 from balance.masses.remedies.variant import Variant
 from balance.space.spaces.compute_space import design_space
+from balance.space.spaces.design_space import DesignSpace
 from kinematics.errors import LinkageError
 from kinematics.loading.model_gallery import load
 from kinematics.model.linkage import GROUND, Linkage
@@ -61,7 +62,7 @@ MEMBERS = 2
 # Walks from random geometries for each kind, if no known geometry helps.
 WALKS = 12
 # Known geometries of each kind that are tried, unless the remedy is named.
-GEOMETRIES = 16
+GEOMETRIES = 12
 # Size of a dyad over that of the loop that it repeats.
 SIZE = 0.5
 # Shortest link of a dyad, in characteristic lengths.
@@ -74,7 +75,7 @@ def apply_added_dyad(request: RemedyRequest) -> Iterator[AppliedRemedy]:
     Yields:
         Dyads that balance the linkage, at most 2 of each kind (RRR, hinged to both links, and
         RRP, sliding along one); for a kind without any, one undecided result, for a search
-        proves nothing. More than 16 known geometries are tried, and walks to others are made,
+        proves nothing. More than 12 known geometries are tried, and walks to others are made,
         if ``request.only`` names the remedy.
     """
     if why := _why_not(request):
@@ -108,8 +109,9 @@ def _judge_buildable(
     """Judge geometries that have buildable masses, until enough of them are feasible."""
     members = 0
     for seed in geometries:
-        if buildable(request, seed):
-            applied = _judge(request, seed)
+        space = buildable_space(request, seed)
+        if space is not None:
+            applied = _judge(request, seed, space)
             yield applied
             members += applied.verdict == "feasible"
             if members == MEMBERS:
@@ -179,20 +181,23 @@ def walks_from_random(
             continue
 
 
-def buildable(request: RemedyRequest, seed: DyadSeed) -> bool:
-    """Decide whether a linkage with a dyad has buildable masses that balance it.
+def buildable_space(request: RemedyRequest, seed: DyadSeed) -> DesignSpace | None:
+    """Compute the design space with a dyad, if buildable masses in it balance the linkage.
 
     Args:
         seed: the dyad and its geometry.
+
+    Returns:
+        The space; None if no buildable masses balance the linkage with the dyad.
     """
     try:
         linkage = _with_dyad(request, seed.dyad, seed.numbers)
         if not _is_like(linkage, request.linkage):
-            return False
+            return None
         space = design_space(linkage, request.motion or None)
     except LinkageError:
-        return False
-    return feasible(space).verdict == "feasible"
+        return None
+    return space if feasible(space).verdict == "feasible" else None
 
 
 def _with_dyad(request: RemedyRequest, dyad: Dyad, numbers: Array) -> Linkage:
@@ -227,7 +232,7 @@ def _walk(request: RemedyRequest, dyad: Dyad, numbers: Array) -> DyadWalk:
     return replace(ended, numbers=convert_numbers(dyad, ended.numbers, frame, given))
 
 
-def _judge(request: RemedyRequest, seed: DyadSeed) -> AppliedRemedy:
+def _judge(request: RemedyRequest, seed: DyadSeed, space: DesignSpace) -> AppliedRemedy:
     """Find the least matter that balances a linkage with a dyad, and verify it."""
     dyad, frame = seed.dyad, request.linkage.chain.frame
     document, links, joints = dyad_document(request.base, dyad, seed.numbers, frame)
@@ -244,6 +249,7 @@ def _judge(request: RemedyRequest, seed: DyadSeed) -> AppliedRemedy:
             new_joints=joints,
             details={"kind": dyad.kind, "geometry": seed.words},
         ),
+        space,
     )
 
 

@@ -119,23 +119,24 @@ def convert_numbers(dyad: Dyad, numbers: Array, given: Frame, wanted: Frame) -> 
 
 
 def dyad_document(
-    base: Document, dyad: Dyad, numbers: Array, frame: Frame
+    base: Document, dyad: Dyad, numbers: Array, frame: Frame, stem: str = "dyad"
 ) -> tuple[Document, tuple[str, str], tuple[str, str, str]]:
     """Write a linkage with a dyad; its links carry no mass yet.
 
     Args:
         base: file of the linkage, at its reference pose.
         frame: of the chain of the linkage.
+        stem: begin of the names of its links and joints.
 
     Returns:
         The file, the names of the two links, and those of the three joints.
     """
     taken = names_taken(base)
-    links = free_name("dyad_1", taken), free_name("dyad_2", taken)
+    links = free_name(f"{stem}_1", taken), free_name(f"{stem}_2", taken)
     joints = (
-        free_name("dyad_joint_1", taken),
-        free_name("dyad_joint_2", taken),
-        free_name("dyad_loop", taken),
+        free_name(f"{stem}_joint_1", taken),
+        free_name(f"{stem}_joint_2", taken),
+        free_name(f"{stem}_loop", taken),
     )
     return append_elements(base, _elements(dyad, numbers, frame, links, joints)), links, joints
 

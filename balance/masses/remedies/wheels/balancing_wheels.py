@@ -7,7 +7,6 @@ wheel about the normal of a planar linkage, of inertia J, takes it at the speed 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import suppress
 from dataclasses import replace
 
 import numpy as np
@@ -21,6 +20,12 @@ from balance.masses.remedies.momentum_along import (
     move_masses,
 )
 from balance.masses.remedies.request import RemedyRequest
+from balance.masses.remedies.wheels.crank_sweep import (
+    crank_joint,
+    crank_rates,
+    refuse_several_freedoms,
+    sweep_crank,
+)
 from balance.masses.remedies.wheels.varying_ratio import (
     PitchCurves,
     VaryingRatio,
@@ -28,6 +33,8 @@ from balance.masses.remedies.wheels.varying_ratio import (
     table_bytes,
 )
 from balance.masses.remedies.wheels.wheels_on_base import (
+    Balancer,
+    BalancerDrive,
     ForceBalanced,
     NoWheel,
     Wheel,
@@ -36,31 +43,23 @@ from balance.masses.remedies.wheels.wheels_on_base import (
     has_momentum,
     make_wheel,
     motion_columns,
-    verify_with_wheels,
+    verify_with_balancers,
 )
 from balance.motion.motion_tolerances import CONDITIONING_NOTICE, RELATION_RESIDUAL
-from balance.motion.verification.crank_revolution import crank_limits, revolve_crank
 from balance.motion.verification.trajectory import (
     Trajectory,
     drive,
-    order_inputs,
     random_motions,
 )
-from kinematics.errors import LinkageError, PoseError
-from kinematics.model.linkage import GROUND, Joint, Linkage
-from kinematics.model.motion import Motion, motion_of
+from kinematics.errors import LinkageError
+from kinematics.model.linkage import GROUND, Linkage
+from kinematics.model.motion import motion_of
 from kinematics.numerics.array_types import Array
 from kinematics.wording import number_text
 
 SEED = 3
-# Samples over the range of a crank that cannot turn fully, and the part of the range taken:
-# at its ends, the dead centres, the ratio is infinite.
-SAMPLES = 721
-RANGE_SHARE = 0.9
 # Steps between the rows of tables in the details; the files have all rows.
 STRIDE = 10
-# Most times that the range is shortened.
-MAX_SHORTER = 30
 
 
 def apply_passive_wheel(request: RemedyRequest) -> Iterator[AppliedRemedy]:
@@ -133,25 +132,43 @@ def _build_motor_wheels(request: RemedyRequest) -> AppliedRemedy:
         "undecided",
         "",
     )
-    fine = fine_motion(request)
-    done, (*moved, shown) = verify_with_wheels(request, blank, balanced, wheels, [*runs, fine])
-    first = balanced.linkage.mobility
+    done = with_motors(request, blank, balanced, wheels, [*runs, fine_motion(request)])
+    return replace(
+        done, details={"wheels": [wheel.details() for wheel in wheels], **done.details}
+    )
+
+
+def with_motors(
+    request: RemedyRequest,
+    blank: AppliedRemedy,
+    balanced: ForceBalanced,
+    balancers: Sequence[Balancer],
+    runs: Sequence[MovedMasses],
+) -> AppliedRemedy:
+    """Write balancers with motors into the file, verify it, and list what the motors need.
+
+    Args:
+        blank: the result so far.
+        balanced: the linkage without balancers.
+        runs: motions of the linkage without them; the last is that of the file.
+    """
+    done, (*moved, shown) = verify_with_balancers(request, blank, balanced, balancers, runs)
+    inputs, first = balanced.linkage.inputs, balanced.linkage.mobility
+    drives = [driven for balancer in balancers for driven in balancer.drives]
     peaks = [
         [
-            w.peaks(trajectory.ud[:, first + k], trajectory.udd[:, first + k])
-            for k, w in enumerate(wheels)
+            driven.peaks(trajectory.ud[:, k], trajectory.udd[:, k])
+            for k, driven in enumerate(drives, first)
         ]
         for trajectory in moved
     ]
     worst = max(range(len(moved)), key=lambda k: max(peak["power"] for peak in peaks[k]))
-    table = _table(balanced.linkage.inputs, moved[worst], wheels)
-    names = *balanced.linkage.inputs, *(wheel.joint for wheel in wheels)
-    motion = motion_columns(names, shown)
+    table = _table(inputs, moved[worst], drives)
+    motion = motion_columns((*inputs, *(driven.joint for driven in drives)), shown)
     return replace(
         done,
         files={"drive.csv": table_bytes(table), "motion.csv": table_bytes(motion)},
         details={
-            "wheels": [wheel.details() for wheel in wheels],
             "motions": [
                 {"name": f"random motion {k + 1} of 1 s", "peaks": part}
                 for k, part in enumerate(peaks)
@@ -159,7 +176,7 @@ def _build_motor_wheels(request: RemedyRequest) -> AppliedRemedy:
             "worst": worst + 1,
             "peaks": [
                 {key: max(part[k][key] for part in peaks) for key in peaks[0][k]}
-                for k in range(len(wheels))
+                for k in range(len(drives))
             ],
         },
     )
@@ -207,19 +224,13 @@ def _pace(request: RemedyRequest, balanced: ForceBalanced, runs: Sequence[Trajec
 
 
 def _table(
-    inputs: Sequence[str], motion: Trajectory, wheels: Sequence[Wheel]
+    inputs: Sequence[str], motion: Trajectory, drives: Sequence[BalancerDrive]
 ) -> dict[str, Array]:
-    """List time, inputs, and angle, speed, torque and power of each wheel."""
+    """List time, inputs, and position, speed, force or torque, and power of each drive."""
     columns = {"time": motion.time}
     columns |= {name: motion.u[:, k] for k, name in enumerate(inputs)}
-    for k, wheel in enumerate(wheels, len(inputs)):
-        speed, torque = motion.ud[:, k], wheel.inertia * motion.udd[:, k]
-        columns |= {
-            f"{wheel.name} angle": motion.u[:, k],
-            f"{wheel.name} speed": speed,
-            f"{wheel.name} torque": torque,
-            f"{wheel.name} power": torque * speed,
-        }
+    for k, driven in enumerate(drives, len(inputs)):
+        columns |= driven.columns(motion.u[:, k], motion.ud[:, k], motion.udd[:, k])
     return columns
 
 
@@ -248,12 +259,12 @@ def _build_geared_wheel(request: RemedyRequest) -> AppliedRemedy:
             no moment is left, or one about other axes.
         LinkageError: the linkage cannot be moved.
     """
-    _refuse_several_freedoms(request)
+    refuse_several_freedoms(request)
     balanced = balance_force(request)
     linkage, normal = balanced.linkage, balanced.linkage.chain.frame.R[2]
     limits = motion_of(linkage, request.motion or None)
-    crank, rates = _crank_rates(linkage, limits)
-    way, turns = _sweep(linkage, limits, crank, rates)
+    crank, rates = crank_rates(linkage, limits)
+    way, turns = sweep_crank(linkage, limits, crank, rates)
     fine, sweep = fine_motion(request), move_masses(linkage, way)
     randomly = random_motions(linkage, MOTIONS, POSES, seed=SEED, motion=limits)
     runs = [fine, *(move_masses(linkage, trajectory) for trajectory in randomly)]
@@ -261,7 +272,7 @@ def _build_geared_wheel(request: RemedyRequest) -> AppliedRemedy:
         runs.append(sweep)
     _refuse_other_moments(linkage, [run.momentum for run in runs])
     table = _ratio_table(request, linkage, sweep, crank, turns)
-    radius, centre = request.rotor_radius, _crank_joint(linkage, crank).point
+    radius, centre = request.rotor_radius, crank_joint(linkage, crank).point
     point = centre + 2.0 * radius * linkage.chain.frame.R[0]
     wheel = make_wheel(balanced.document, normal, point, table.inertia, radius)
     words = (
@@ -269,7 +280,7 @@ def _build_geared_wheel(request: RemedyRequest) -> AppliedRemedy:
         "a varying ratio"
     )
     blank = AppliedRemedy("passive_wheel", words, "undecided", "")
-    done, moved = verify_with_wheels(request, blank, balanced, [wheel], runs)
+    done, moved = verify_with_balancers(request, blank, balanced, [wheel], runs)
     motion = motion_columns((*linkage.inputs, wheel.joint), moved[0])
     done = replace(done, files={"motion.csv": table_bytes(motion)})
     at_start = drive(linkage, [0.0], [0.0 * rates], [rates], [0.0 * rates])
@@ -286,7 +297,7 @@ def _with_tables(
     files = {"ratio.csv": table_bytes(table.columns())}
     if curves is not None:
         files["pitch_curves.csv"] = table_bytes(curves.columns())
-    peaks = wheel.peaks(table.ratio, table.slope)
+    peaks = wheel.drives[0].peaks(table.ratio, table.slope)
     details = {
         "wheel": wheel.details(),
         "crank": table.crank,
@@ -299,61 +310,6 @@ def _with_tables(
         "peaks": {"at": "unit rate of the crank", **peaks},
     }
     return replace(done, files={**done.files, **files}, details=details)
-
-
-def _refuse_several_freedoms(request: RemedyRequest) -> None:
-    """Raise NoWheel unless the linkage is planar and has one degree of freedom."""
-    if not request.linkage.planar:
-        raise NoWheel(
-            "refused",
-            "a spatial linkage: its moment changes its direction, which one wheel "
-            "about a fixed axis cannot follow; active wheels can",
-        )
-    if request.freedoms != 1:
-        count = f"{request.freedoms} degrees of freedom"
-        raise NoWheel("refused", f"{count}, but a ratio is a function of one")
-
-
-def _crank_rates(linkage: Linkage, limits: Motion | None) -> tuple[str, Array]:
-    """Choose the crank: the first revolute input that moves, else the first that does.
-
-    Returns:
-        Its name, and the rates of all inputs (mobility,) for its unit rate.
-    """
-    basis = np.ones((1, 1)) if limits is None else order_inputs(limits, linkage)
-    kinds = {joint.name: joint.kind for joint in linkage.joints}
-    moving = [name for k, name in enumerate(linkage.inputs) if basis[k, 0] != 0.0]
-    crank = next((name for name in moving if kinds[name] == "revolute"), moving[0])
-    column = basis[:, 0] / basis[linkage.inputs.index(crank), 0]
-    return crank, np.asarray(column)
-
-
-def _sweep(
-    linkage: Linkage, limits: Motion | None, crank: str, rates: Array
-) -> tuple[Trajectory, bool]:
-    """Move the crank at a unit rate: a full turn if it can, else over most of its range."""
-    with suppress(LinkageError):
-        return revolve_crank(linkage, 1.0, crank, limits)[0], True
-    ends = (RANGE_SHARE * end for end in crank_limits(linkage, crank, rates))
-    low, high = (_regular_end(linkage, rates, end) for end in ends)
-    return _move(linkage, rates, np.linspace(low, high, SAMPLES)), False
-
-
-def _move(linkage: Linkage, rates: Array, u: Array) -> Trajectory:
-    """Move the crank at a unit rate through displacements (N,)."""
-    ud = np.tile(rates, (u.size, 1))
-    return drive(linkage, u, np.outer(u, rates), ud, 0.0 * ud)
-
-
-def _regular_end(linkage: Linkage, rates: Array, end: float) -> float:
-    """Shorten a way from the reference pose until no singular pose is on it."""
-    for _ in range(MAX_SHORTER):
-        with suppress(PoseError):
-            way = _move(linkage, rates, np.linspace(0.0, end, SAMPLES // 2))
-            if way.conditioning > CONDITIONING_NOTICE:
-                break
-        end *= RANGE_SHARE
-    return end
 
 
 def _refuse_other_moments(linkage: Linkage, momenta: Sequence[Momentum]) -> None:
@@ -383,16 +339,11 @@ def _ratio_table(
     return VaryingRatio(crank, turns, inertia, u, ratio, slope, angle)
 
 
-def _crank_joint(linkage: Linkage, crank: str) -> Joint:
-    """Find the joint of the crank."""
-    return linkage.joints[int(linkage.positions_of([crank])[0])]
-
-
 def _pitch_curves(
     linkage: Linkage, table: VaryingRatio, distance: float
 ) -> tuple[PitchCurves | None, str]:
     """Compute the pitch curves, and say what drives the wheel."""
-    joint = _crank_joint(linkage, table.crank)
+    joint = crank_joint(linkage, table.crank)
     if joint.kind != "revolute" or joint.parent != GROUND:
         return None, "a cam: the crank does not turn on the base, so that no gear does either"
     curves = table.pitch_curves(distance)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import lru_cache
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 import numpy as np
 
@@ -56,11 +56,82 @@ class ForceBalanced(NamedTuple):
         document: its file.
         linkage: the linkage, with the inputs of the request.
         added: mass of counterweights, kg.
+        rim: which of them are at the rim of their regions, in words; empty for none.
     """
 
     document: Document
     linkage: Linkage
     added: float
+    rim: str = ""
+
+
+class BalancerDrive(NamedTuple):
+    """A joint that moves a balancer, with a motor, a gear or a cam.
+
+    Attributes:
+        name: of what it moves.
+        joint: name of the joint.
+        inertia: what it moves: kg m², or kg if it slides.
+        slides: whether it slides.
+    """
+
+    name: str
+    joint: str
+    inertia: float
+    slides: bool = False
+
+    @property
+    def effort(self) -> str:
+        """What it takes: ``"force"`` (N) if it slides, else ``"torque"`` (N m)."""
+        return "force" if self.slides else "torque"
+
+    def columns(self, position: Array, speed: Array, change: Array) -> dict[str, Array]:
+        """List position, speed, force or torque, and power along a motion (N,), SI units.
+
+        Args:
+            change: the acceleration.
+        """
+        effort = self.inertia * change
+        names = "position" if self.slides else "angle", "speed", self.effort, "power"
+        values = (position, speed, effort, effort * speed)
+        return {f"{self.name} {name}": x for name, x in zip(names, values, strict=True)}
+
+    def peaks(self, speed: Array, change: Array) -> dict[str, float]:
+        """Compute the peaks of speed, torque or force, and power along a motion, SI units.
+
+        Args:
+            speed: (N,), rad/s or m/s.
+            change: its rate (N,).
+        """
+        effort = self.inertia * change
+        values = {"speed": speed, self.effort: effort, "power": effort * speed}
+        return {name: float(np.abs(x).max()) for name, x in values.items()}
+
+
+# Position, speed and acceleration of a joint (N,).
+Course = tuple[Array, Array, Array]
+
+
+class Balancer(Protocol):
+    """Links on the base whose motion takes a momentum of a linkage."""
+
+    @property
+    def links(self) -> tuple[str, ...]:
+        """Names of its links."""
+
+    @property
+    def drives(self) -> tuple[BalancerDrive, ...]:
+        """Its joints, from the base on."""
+
+    @property
+    def mass(self) -> float:
+        """Its mass, kg."""
+
+    def elements(self, root: str) -> tuple[Element, ...]:
+        """Make its links and joints on the root."""
+
+    def courses(self, run: MovedMasses) -> tuple[Course, ...]:
+        """Compute how its joints move while the linkage moves."""
 
 
 class Wheel(NamedTuple):
@@ -83,17 +154,27 @@ class Wheel(NamedTuple):
     radius: float
 
     @property
+    def links(self) -> tuple[str, ...]:
+        """Its link."""
+        return (self.name,)
+
+    @property
+    def drives(self) -> tuple[BalancerDrive, ...]:
+        """Its joint."""
+        return (BalancerDrive(self.name, self.joint, self.inertia),)
+
+    @property
     def mass(self) -> float:
         """Mass of the ring, kg."""
         return self.inertia / self.radius**2
 
-    def elements(self, root: str) -> tuple[Element, Element]:
-        """Make the link and the joint on the root: ``J/2 (1 + n nᵀ)`` is its inertia."""
-        inertia = 0.5 * self.inertia * (np.eye(3) + np.outer(self.axis, self.axis))
+    def elements(self, root: str) -> tuple[Element, ...]:
+        """Make the link and the joint on the root."""
         at, pose = make_elements.origin(np.eye(4)), np.eye(4)
         pose[:3, 3] = self.point
+        tensor = ring_inertia(self.inertia, self.axis)
         return (
-            make_elements.link(self.name, make_elements.inertial(self.mass, inertia, at)),
+            make_elements.link(self.name, make_elements.inertial(self.mass, tensor, at)),
             make_elements.joint(
                 self.joint,
                 "continuous",
@@ -103,6 +184,14 @@ class Wheel(NamedTuple):
                 (number_words(self.axis), ""),
             ),
         )
+
+    def courses(self, run: MovedMasses) -> tuple[Course, ...]:
+        """Take the angular momentum: speed ``-n·ξ / J``, acceleration ``-n·ξ̇ / J``."""
+        momentum = run.momentum
+        speed, change = (
+            -(x[:, :3] @ self.axis) / self.inertia for x in (momentum.total, momentum.rate)
+        )
+        return ((integrate(run.trajectory.time, speed, change), speed, change),)
 
     def details(self) -> dict[str, object]:
         """Describe the wheel as plain data."""
@@ -116,16 +205,10 @@ class Wheel(NamedTuple):
             "radius": self.radius,
         }
 
-    def peaks(self, speed: Array, change: Array) -> dict[str, float]:
-        """Compute the peaks of speed (rad/s), torque (N m) and power (W) along a motion.
 
-        Args:
-            speed: of the wheel (N,), rad/s.
-            change: its acceleration (N,), rad/s².
-        """
-        torque = self.inertia * change
-        values = {"speed": speed, "torque": torque, "power": torque * speed}
-        return {name: float(np.abs(x).max()) for name, x in values.items()}
+def ring_inertia(inertia: float, axis: Array) -> Array:
+    """Compute the tensor ``J/2 (1 + n nᵀ)`` (3, 3) of a thin ring of inertia J about n."""
+    return np.asarray(0.5 * inertia * (np.eye(3) + np.outer(axis, axis)))
 
 
 def make_wheel(
@@ -186,43 +269,39 @@ def balance_force(request: RemedyRequest) -> ForceBalanced:
         request.base, None, inputs, bodies="all", massless=request.massless, angles=angles
     )
     space = design_space(linkage, request.motion or None, "force")
-    data = request.base.data
+    data, rim = request.base.data, ""
     if not space.as_given.balanced:
         least = least_matter(space, request.links, request.regions, request.density)
         verdict = least.matter.verdict
         if verdict != "feasible":
             raise NoWheel(verdict, f"a wheel takes no force, and {least.reason}", least.proof)
-        data = with_counterweights(least.matter)
+        data, rim = with_counterweights(least.matter), least.rim_text(request.links)
     document = Document(request.base.name, data)
     made = load(document, None, inputs, angles=angles)
     mass = sum(float(body.inertia[0]) for body in made.bodies)
-    return ForceBalanced(document, made, mass - request.given_mass)
+    return ForceBalanced(document, made, mass - request.given_mass, rim)
 
 
-def _turn_wheels(
-    balanced: ForceBalanced, whole: Linkage, run: MovedMasses, wheels: Sequence[Wheel]
+def _join_motions(
+    balanced: ForceBalanced, whole: Linkage, run: MovedMasses, balancers: Sequence[Balancer]
 ) -> Trajectory:
-    """Compute the motion in which wheels take the angular momentum of a linkage.
+    """Compute the motion in which balancers take the momentum of a linkage.
 
-    A wheel about n has the speed ``-n·ξ / J`` and the acceleration ``-n·ξ̇ / J``. It is on the
-    base, so that all other joints move as they do without it.
+    They are on the base, so that all other joints move as they do without them.
 
     Args:
-        balanced: the linkage without wheels.
+        balanced: the linkage without balancers.
         whole: the linkage with them; their joints are inputs.
         run: a motion of the linkage without them.
     """
-    moved, momentum = run
-    turns = {}
-    for wheel in wheels:
-        speed, change = (
-            -(x[:, :3] @ wheel.axis) / wheel.inertia for x in (momentum.total, momentum.rate)
-        )
-        turns[wheel.joint] = integrate(moved.time, speed, change), speed, change
+    moved, added = run.trajectory, dict[str, Course]()
+    for balancer in balancers:
+        joints = [drive.joint for drive in balancer.drives]
+        added |= dict(zip(joints, balancer.courses(run), strict=True))
 
     def join(names: Sequence[str], order: Sequence[str], parts: Sequence[Array]) -> list[Array]:
         columns = {name: tuple(x[:, k] for x in parts) for k, name in enumerate(names)}
-        columns |= turns
+        columns |= added
         return [freeze(np.stack([columns[n][k] for n in order], axis=1)) for k in range(3)]
 
     linkage = balanced.linkage
@@ -240,7 +319,11 @@ def fine_motion(request: RemedyRequest) -> MovedMasses:
     Args:
         request: the request, whose force can be balanced.
     """
-    linkage = balance_force(request).linkage
+    return fine_motion_of(request, balance_force(request).linkage)
+
+
+def fine_motion_of(request: RemedyRequest, linkage: Linkage) -> MovedMasses:
+    """Make a random motion of a linkage of as many samples as its file needs."""
     limits = motion_of(linkage, request.motion or None)
     return move_masses(linkage, next(random_motions(linkage, 1, FILE_SAMPLES, motion=limits)))
 
@@ -264,39 +347,42 @@ def _thin_out(trajectory: Trajectory) -> Trajectory:
     return replace(trajectory, **kept)
 
 
-def verify_with_wheels(
+def verify_with_balancers(
     request: RemedyRequest,
     blank: AppliedRemedy,
     balanced: ForceBalanced,
-    wheels: Sequence[Wheel],
+    balancers: Sequence[Balancer],
     runs: Sequence[MovedMasses],
 ) -> tuple[AppliedRemedy, tuple[Trajectory, ...]]:
-    """Write wheels into the file, verify it along motions, and add up the cost.
+    """Write balancers into the file, verify it along motions, and add up the cost.
 
-    The wheels are inputs of their own in the file, so that their motions are given.
+    Their joints are inputs of their own in the file, so that their motions are given.
 
     Args:
         blank: the result so far.
-        balanced: the linkage without wheels.
-        runs: motions of the linkage without wheels.
+        balanced: the linkage without balancers.
+        runs: motions of the linkage without them.
 
     Returns:
-        The result, with the inertia that the inputs of the file feel while the wheels stand,
-        and the motions with the wheels, the last inputs.
+        The result, with the inertia that the inputs of the file feel while the balancers
+        stand, and the motions with the balancers, the last inputs.
     """
     root = next(name for name, place in balanced.linkage.places.items() if place.link < 0)
-    elements = [item for wheel in wheels for item in wheel.elements(root)]
+    elements = [item for balancer in balancers for item in balancer.elements(root)]
+    joints = tuple(drive.joint for balancer in balancers for drive in balancer.drives)
     document = append_elements(balanced.document, elements)
-    inputs = (*balanced.linkage.inputs, *(wheel.joint for wheel in wheels))
+    inputs = (*balanced.linkage.inputs, *joints)
     whole = load(document, None, inputs, angles=request.angles)
-    moved = tuple(_turn_wheels(balanced, whole, run, wheels) for run in runs)
+    moved = tuple(_join_motions(balanced, whole, run, balancers) for run in runs)
     checked = verify(whole, motions=[_thin_out(trajectory) for trajectory in moved])
-    residual = max(checked.force_residual, checked.moment_residual)
+    residual = checked.force_residual
+    if request.balance == "dynamic":
+        residual = max(residual, checked.moment_residual)
     blank = replace(
         blank,
         residual=residual,
-        new_links=tuple(wheel.name for wheel in wheels),
-        new_joints=tuple(wheel.joint for wheel in wheels),
+        new_links=tuple(link for balancer in balancers for link in balancer.links),
+        new_joints=joints,
     )
     if not (residual <= SHAKING_RELATIVE and checked.agreed):
         reason = f"its file shakes by {size_text(residual)} of the bodies' own inertia"
@@ -306,6 +392,7 @@ def verify_with_wheels(
         for name, value in input_inertia(whole).items()
         if name in balanced.linkage.inputs
     }
-    added = balanced.added + sum(wheel.mass for wheel in wheels)
+    added = balanced.added + sum(balancer.mass for balancer in balancers)
     done = replace(blank, verdict="feasible", urdf=document.data)
-    return with_cost(request, done, added, felt), moved
+    done = with_cost(request, done, added, felt)
+    return replace(done, reason=done.reason + balanced.rim), moved

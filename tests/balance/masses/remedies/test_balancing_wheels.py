@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
-
 import numpy as np
 import pytest
 from scipy.integrate import cumulative_simpson, solve_ivp
@@ -20,9 +17,9 @@ from balance.masses.remedies.wheels.balancing_wheels import (
 from balance.masses.remedies.wheels.varying_ratio import VaryingRatio, integrate
 from balance.masses.remedies.wheels.wheels_on_base import balance_force
 from balance.motion.verification.trajectory import drive, random_motions
-from balance.motion.verification.verify_motions import PinocchioModel
 from kinematics.errors import PoseError
 from kinematics.model.document.element import Document
+from tests.support.remedy_files import momentum_by_pinocchio, table
 from tests.support.remedy_requests import (
     BALANCED_FORCE,
     PENDULUM,
@@ -32,18 +29,6 @@ from tests.support.remedy_requests import (
 )
 
 ROD = PENDULUM[0]
-
-
-def table(data: bytes) -> dict[str, np.ndarray]:
-    """Columns of a file of comma-separated values, by name."""
-    names, *rows = csv.reader(io.StringIO(data.decode()))
-    return dict(zip(names, np.array(rows, dtype=float).T, strict=True))
-
-
-def momentum_by_pinocchio(linkage, trajectory) -> np.ndarray:
-    """``[ξ; p]`` (N, 6) of the masses in the file."""
-    masses = np.array([body.inertia for body in linkage.bodies])
-    return PinocchioModel(linkage, masses).momenta(trajectory)
 
 
 def request(model, inputs=None, **options) -> RemedyRequest:

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from scipy.linalg import expm
 
 import kinematics
 from balance.masses.remedies.compare import compare_request
@@ -17,6 +16,7 @@ from balance.masses.remedies.request import RemedyRequest
 from balance.motion.verification.trajectory import random_motions
 from kinematics.loading.model_gallery import as_linkage
 from tests.support.double_pendulum import pendulum
+from tests.support.remedy_files import momentum, placed
 
 MODELS = (
     "four_bar_general",
@@ -43,46 +43,6 @@ WHOLE = (
 )
 
 
-def hat(a):
-    """The matrix of ``a ×``."""
-    return np.cross(a, np.eye(3)).T
-
-
-def carried(H):
-    """The matrix that carries twists ``[ω; v]`` along with a displacement."""
-    R, d = H[:3, :3], H[:3, 3]
-    return np.block([[R, np.zeros((3, 3))], [hat(d) @ R, R]])
-
-
-def placed(linkage, q, qd):
-    """Displacements (4, 4) and twists of all links."""
-    H, V = [], []
-    for joint, position, rate in zip(linkage.joints, q, qd, strict=True):
-        above = joint.parent >= 0
-        before, twist = (
-            (H[joint.parent], V[joint.parent]) if above else (np.eye(4), np.zeros(6))
-        )
-        generator = np.zeros((4, 4))
-        generator[:3, :3], generator[:3, 3] = hat(joint.screw[:3]), joint.screw[3:]
-        V.append(twist + carried(before) @ joint.screw * rate)
-        H.append(before @ expm(position * generator))
-    return H, V
-
-
-def momentum(linkage, q, qd):
-    """Momenta ``[ξ; p]`` of all bodies about the origin (bodies, 6)."""
-    H, V = placed(linkage, q, qd)
-    rows = []
-    for body in linkage.bodies:
-        m, c = body.inertia[0], hat(body.inertia[1:4])
-        xx, yy, zz, xy, xz, yz = body.inertia[4:]
-        E = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
-        M = np.block([[E, c], [-c, m * np.eye(3)]])
-        back = np.linalg.inv(carried(H[body.link]))
-        rows.append(back.T @ M @ back @ V[body.link])
-    return np.array(rows)
-
-
 def test_the_momentum_is_that_of_the_centres():
     """Mass times the velocity of each centre of mass, by finite differences of the poses."""
     linkage = pendulum(gear=1.0, radius=0.1).linkage
@@ -101,7 +61,7 @@ def test_no_file_that_is_called_balanced_has_momentum(name, tmp_path):
     if name not in kinematics.gallery():
         pytest.importorskip("example_robot_data")
     request = RemedyRequest(as_linkage(name))
-    comparison = compare_request(request, [*WHOLE, "force_masses"])
+    comparison = compare_request(request, [*WHOLE, "force_masses", "pantograph"])
     balanced = [applied for applied in comparison.results if applied.urdf is not None]
     assert balanced or comparison.verdict != "feasible"
     for applied in balanced:

@@ -36,9 +36,7 @@ class FourBars:
 
     def formulas(self, balance: str) -> Formulas:
         """Derive the conditions."""
-        return formulas(
-            self.linkage, "force" if balance == "force" else "dynamic", self.motion
-        )
+        return formulas(self.linkage, "force" if balance == "force" else "dynamic", self.motion)
 
     def time_formulas(self, model: str, balance: str) -> None:
         """Formulas of a linkage that is loaded."""

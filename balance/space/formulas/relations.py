@@ -136,7 +136,7 @@ def parse_relations(linkage: PlanarParts, texts: Sequence[str]) -> list[Dimensio
         UsageError: a text is no relation.
         ExactError: it names no distance, or does not hold in the linkage.
     """
-    known = {}
+    known: dict[str, Combination] = {}
     for segment in segments(linkage):
         back = segment.backwards(segment.letters[::-1]) if segment.vector else segment
         known.setdefault(segment.letters, segment.terms)

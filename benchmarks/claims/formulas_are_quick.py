@@ -71,13 +71,9 @@ class Platforms(FourBars):
 
 
 class StraightPlatforms(FourBars):
-    """A platform on four legs that does not turn; none, one and two pairs are parallel."""
+    """A platform on four legs that does not turn; one pair and two pairs are parallel."""
 
-    params = (
-        ("four_rrr", "force"),
-        ("four_rrr_pair", "force"),
-        ("four_rrr_parallel", "force"),
-    )
+    params = (("four_rrr_pair", "force"), ("four_rrr_parallel", "force"))
     claims = (("time_formulas", 60.0), ("track_error", 1e-12), ("track_missing", 0.0))
     motion = STRAIGHT
 

@@ -48,7 +48,8 @@ Step = FreeStep | DyadStep
 class _OrderSearch:
     """Depth-first search of orders; joints that no step uses have to close by themselves."""
 
-    def __init__(self, linkage: PlanarParts) -> None:
+    def __init__(self, linkage: PlanarParts, unturned: frozenset[int]) -> None:
+        self.unturned = unturned
         self.joints = [joint.parts for joint in linkage.joints]
         self.slides = [joint.slides for joint in linkage.joints]
         self.count = len(linkage.parts)
@@ -82,7 +83,7 @@ class _OrderSearch:
 
     def _dyad(self, placed: frozenset[int]) -> DyadStep | None:
         for middle, (a, b) in enumerate(self.joints):
-            if a in placed or b in placed:
+            if a in placed or b in placed or {a, b} & self.unturned:
                 continue
             for first, base in self._links_to(placed, a, middle):
                 for last, other in self._links_to(placed, b, middle):
@@ -103,12 +104,15 @@ class _OrderSearch:
 def assembly_order(linkage: PlanarParts) -> tuple[int, list[Step]] | None:
     """Find an order for general dimensions: the part that is placed first, and the steps.
 
+    Parts that do not turn are placed by free steps, after the ground, if that is possible.
+
     Returns:
         None if parts cannot be placed two at a time.
     """
-    search = _OrderSearch(linkage)
-    for first in range(len(linkage.parts)):
-        steps = search.complete(frozenset([first]), linkage.mobility)
-        if steps is not None:
-            return first, steps
+    for unturned in (linkage.unturned, frozenset[int]()):
+        search = _OrderSearch(linkage, unturned)
+        for first in range(1 if unturned else len(linkage.parts)):
+            steps = search.complete(frozenset([first]), linkage.mobility)
+            if steps is not None:
+                return first, steps
     return None

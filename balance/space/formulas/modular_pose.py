@@ -149,7 +149,8 @@ class ModularAssembly:
             start, direction = self._origin_on_line(joint, step.base, step.part)
             self.O[step.part] = self._plus(start, self._scaled(direction, drawn))
         else:
-            self.E[step.part] = drawn, pow(drawn, -1, self.p)
+            still = step.part in self.linkage.unturned and 0 in self.E
+            self.E[step.part] = self.E[0] if still else (drawn, pow(drawn, -1, self.p))
             self._put_centre(step.part, step.joint, self._centre(step.base, step.joint))
 
     def _place_dyad(self, step: DyadStep) -> None:

@@ -2,8 +2,9 @@
 
 The frame of a part has its origin at its first revolute joint and its x-axis through the
 second one, one in a loop if there is one; along its first prismatic joint if it has one;
-along the x-axis of the plane if it has one joint. Points are complex numbers ``x + i y``. A
-coordinate that vanishes in the linkage, such as the offset of an in-line slider, stays zero.
+along the x-axis of the plane if it has one joint. A part that the motion keeps from turning
+has the directions of the ground. Points are complex numbers ``x + i y``. A coordinate that
+vanishes in the linkage, such as the offset of an in-line slider, stays zero.
 """
 
 from __future__ import annotations
@@ -15,7 +16,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from balance.space.formulas.input_relations import RateRelation, rate_relations
+from balance.space.formulas.input_relations import (
+    RateRelation,
+    parts_without_turn,
+    rate_relations,
+)
 from balance.space.formulas.notations import plain_name
 from balance.space.formulas.parameters import Parameter, in_part_frame
 from balance.space.spaces.design_space import DesignSpace
@@ -105,6 +110,7 @@ class PlanarParts:
         mobility: degrees of freedom, without relations of inputs.
         relations: of the rates of joints, which the motion obeys; they turn about the normal
             of the plane.
+        unturned: the moving parts that these relations keep from turning.
     """
 
     source: str
@@ -114,6 +120,7 @@ class PlanarParts:
     body_parts: tuple[int, ...]
     mobility: int
     relations: tuple[RateRelation, ...] = ()
+    unturned: frozenset[int] = frozenset()
 
     @property
     def freedoms(self) -> int:
@@ -177,13 +184,6 @@ def planar_parts(space: DesignSpace) -> PlanarParts:
         # Sides of loops are equal now and then: frames are along them.
         part.joints[1:] = sorted(part.joints[1:], key=lambda k: (k in branches, k))
     _name_parts(parts, joints, space.bodies)
-    dimensions: list[Dimension] = []
-    for number, part in enumerate(parts):
-        _place_frame(space.source, part, joints)
-        dimensions += _point_dimensions(number, part, joints, len(dimensions))
-    for k, joint in enumerate(joints):
-        if joint.slides:
-            joints[k] = _with_offset(joint, parts, dimensions)
     relations = [
         {
             k: c * _sign_of_turn(linkage.joints[int(chain.joints[k])], axes)
@@ -191,6 +191,17 @@ def planar_parts(space: DesignSpace) -> PlanarParts:
         }
         for row in rate_relations(space)
     ]
+    unturned = parts_without_turn(relations, joints)
+    dimensions: list[Dimension] = []
+    for number, part in enumerate(parts):
+        _place_frame(space.source, part, joints)
+        if number in unturned:
+            part.axis = parts[GROUND_PART].axis
+        has_axis = number not in unturned
+        dimensions += _point_dimensions(number, part, joints, len(dimensions), has_axis)
+    for k, joint in enumerate(joints):
+        if joint.slides:
+            joints[k] = _with_offset(joint, parts, dimensions)
     return PlanarParts(
         space.source,
         tuple(parts),
@@ -199,6 +210,7 @@ def planar_parts(space: DesignSpace) -> PlanarParts:
         tuple(part_of[link] for link in chain.links.tolist()),
         chain.columns.shape[1] + len(relations),
         tuple(relations),
+        unturned,
     )
 
 
@@ -257,9 +269,17 @@ def _place_frame(source: str, part: Part, joints: Sequence[PartJoint]) -> None:
 
 
 def _point_dimensions(
-    number: int, part: Part, joints: Sequence[PartJoint], start: int
+    number: int, part: Part, joints: Sequence[PartJoint], start: int, has_axis: bool
 ) -> list[Dimension]:
-    """Name the places of the revolute joints of a part in its frame."""
+    """Name the places of the revolute joints of a part in its frame.
+
+    Args:
+        number: of the part.
+        part: the part.
+        joints: of the linkage.
+        start: number of dimensions before.
+        has_axis: whether the x-axis is that of the part itself, through one of its joints.
+    """
     turning = [k for k in part.joints if not joints[k].slides]
     dimensions: list[Dimension] = []
     places: dict[int, complex] = {
@@ -267,9 +287,8 @@ def _point_dimensions(
     }
     size = max((abs(z) for z in places.values()), default=0.0)
     further = [k for k in turning if abs(places[k]) > FORMULA_ZERO * size]
-    first = (
-        next(iter(further), None) if not any(joints[k].slides for k in part.joints) else None
-    )
+    has_axis = has_axis and not any(joints[k].slides for k in part.joints)
+    first = next(iter(further), None) if has_axis else None
     origin = joints[turning[0]].letter if turning else ""
     several = sum(k != first for k in further) > 1
     for k in turning:

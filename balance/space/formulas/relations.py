@@ -33,54 +33,94 @@ class DimensionRelation(NamedTuple):
 
 
 class _Segment(NamedTuple):
-    """The way between two joints of a part, on the x-axis of its frame or as one dimension."""
+    """The way between two joints of a part.
 
+    Attributes:
+        part: index of the part.
+        letters: of the joints.
+        terms: the way as a combination of dimensions.
+        value: of the combination, metres.
+        vector: whether it is a vector in the directions of the ground; otherwise it is in the
+            frame of its part, on the x-axis or one dimension.
+    """
+
+    part: int
     letters: str
     terms: Combination
     value: complex
+    vector: bool = False
+
+    def backwards(self, letters: str) -> _Segment:
+        """Return the way back, under other letters."""
+        terms = {i: -c for i, c in self.terms.items()}
+        return _Segment(self.part, letters, terms, -self.value, self.vector)
+
+    def equals(self, other: _Segment) -> bool:
+        """Tell whether two distances, points or vectors are equal in the linkage."""
+        near = abs(self.value - other.value) <= FORMULA_RELATION * abs(self.value)
+        return near and self.vector == other.vector
 
 
 def segments(linkage: PlanarParts) -> Iterator[_Segment]:
     """List distances between joints that are linear in the dimensions, from the longest side.
 
     They are distances on lines through the origin of a frame, and points, which are complex.
+    Of parts that do not turn, and of the ground beside them, all vectors are linear.
     """
-    for part in linkage.parts:
+    for number, part in enumerate(linkage.parts):
         turning = [k for k in part.joints if not linkage.joints[k].slides]
+        unturned = number in linkage.unturned
+        vectors = unturned or (number == 0 and bool(linkage.unturned))
         for j, k in combinations(turning, 2):
-            terms: Combination = {}
-            kinds = set()
-            value = 0j
-            for joint, sign in ((k, 1), (j, -1)):
-                if (dimension := part.points[joint]) is not None:
-                    each = linkage.dimensions[dimension]
-                    terms[dimension] = Fraction(sign)
-                    value += sign * each.value
-                    kinds.add(each.kind)
-            if kinds != {"length"} and not (kinds == {"point"} and len(terms) == 1):
+            segment, kinds = _way(linkage, number, j, k)
+            if abs(segment.value) == 0:
                 continue
-            letters = linkage.joints[j].letter + linkage.joints[k].letter
-            if kinds == {"length"} and value.real < 0:
-                terms, value = {i: -c for i, c in terms.items()}, -value
-            if abs(value) > 0:
-                yield _Segment(letters, terms, value)
+            if kinds == {"length"} and not unturned:
+                ahead = segment.value.real > 0
+                yield segment if ahead else segment.backwards(segment.letters)
+            elif kinds == {"point"} and len(segment.terms) == 1 and not vectors:
+                yield segment
+            if vectors:
+                yield segment._replace(vector=True)
+
+
+def _way(linkage: PlanarParts, number: int, j: int, k: int) -> tuple[_Segment, set[str]]:
+    """Find the way between two joints of a part, and the kinds of its dimensions."""
+    terms: Combination = {}
+    kinds = set()
+    value = 0j
+    for joint, sign in ((k, 1), (j, -1)):
+        if (dimension := linkage.parts[number].points[joint]) is not None:
+            each = linkage.dimensions[dimension]
+            terms[dimension] = Fraction(sign)
+            value += sign * (1j * each.value.real if each.kind == "offset" else each.value)
+            kinds.add(each.kind)
+    letters = linkage.joints[j].letter + linkage.joints[k].letter
+    return _Segment(number, letters, terms, value), kinds
 
 
 def relations_in(linkage: PlanarParts) -> list[DimensionRelation]:
-    """Find equal distances in a linkage, and equal points in frames of links."""
+    """Find equal distances in a linkage, equal points in frames of links, and equal vectors.
+
+    Vectors of one part stand first: they are the first to be left out if they say nothing.
+    """
     distinct: list[_Segment] = []
     relations: list[DimensionRelation] = []
+    within: list[DimensionRelation] = []
     for segment in segments(linkage):
-        for other in distinct:
-            if abs(segment.value - other.value) <= FORMULA_RELATION * abs(segment.value):
-                words = f"{other.letters} = {segment.letters}"
-                relations.append(
-                    DimensionRelation(words, _difference(segment.terms, other.terms))
-                )
-                break
-        else:
+        ways = [segment]
+        if segment.vector:
+            ways.append(segment.backwards(segment.letters[::-1]))
+        pairs = ((other, way) for other in distinct for way in ways if way.equals(other))
+        equal = next(pairs, None)
+        if equal is None:
             distinct.append(segment)
-    return relations
+        elif terms := _difference(equal[1].terms, equal[0].terms):
+            words = f"{equal[0].letters} = {equal[1].letters}"
+            words += ", parallel" * segment.vector
+            inside = segment.vector and equal[0].part == segment.part
+            (within if inside else relations).append(DimensionRelation(words, terms))
+    return within + relations
 
 
 def _difference(a: Combination, b: Combination, factor: Fraction = Fraction(1)) -> Combination:
@@ -97,10 +137,11 @@ def parse_relations(linkage: PlanarParts, texts: Sequence[str]) -> list[Dimensio
         UsageError: a text is no relation.
         ExactError: it names no distance, or does not hold in the linkage.
     """
-    known = {}
+    known: dict[str, Combination] = {}
     for segment in segments(linkage):
-        known[segment.letters] = segment.terms
-        known[segment.letters[::-1]] = segment.terms
+        back = segment.backwards(segment.letters[::-1]) if segment.vector else segment
+        known.setdefault(segment.letters, segment.terms)
+        known.setdefault(segment.letters[::-1], back.terms)
     for i, dimension in enumerate(linkage.dimensions):
         known[dimension.name] = {i: Fraction(1)}
     parsed = []

@@ -35,7 +35,13 @@ COVERED, STEP = 3.0, 7.0
 # Distances of dimension lines from what they measure, and of labels from their places.
 AWAY = (17.0, 31.0, 45.0)
 # A label costs this for each pixel of its distance, a line less, outside of the drawing more.
-FAR, LINE_FAR, OUTSIDE = 0.6, 0.2, 50.0
+FAR, LINE_FAR, OUTSIDE = 10.0, 0.2, 50.0
+# What it costs to cover a square pixel of a label.
+ON_LABEL = 1000.0
+# How far a subscript hangs below the other letters, pixels.
+SUBSCRIPT = 4
+# Steps by which labels stand away from their places, pixels.
+STEPS = (0.0, 8.0, 18.0, 32.0, 48.0)
 # Length of an arrow; below twice this it has no room.
 ARROW = 7.0
 # Angles around a place at which a label may stand.
@@ -54,17 +60,8 @@ class _Box(NamedTuple):
     half_y: float
     weight: float = 1.0
 
-    def overlap(self, other: _Box) -> float:
-        """Compute the area in both, times the weight of the other."""
-        x = min(self.half_x + other.half_x - abs(self.x - other.x), 2 * self.half_x)
-        y = min(self.half_y + other.half_y - abs(self.y - other.y), 2 * self.half_y)
-        return max(x, 0.0) * max(y, 0.0) * other.weight
 
-    def outside(self) -> float:
-        """Compute how far it reaches out of the drawing."""
-        x = abs(self.x - SIZE[0] / 2) + self.half_x - SIZE[0] / 2
-        y = abs(self.y - SIZE[1] / 2) + self.half_y - SIZE[1] / 2
-        return max(x, 0.0) + max(y, 0.0)
+_NOTHING = _Box(0.0, 0.0, 0.0, 0.0, 0.0)
 
 
 def dimension_drawing(formulas: Formulas) -> str:
@@ -152,20 +149,24 @@ def _labels(things: _Things, placement: Placement) -> list[str]:
         outline = [complex(x, y) for x, y in corners]
         for ends in pairwise([*outline, *outline[:1]] if len(outline) > 2 else outline):
             covered += _boxes_along(*ends, weight=3.0)
-    elements = []
+    elements, lines = [], []
     for dimension, start, end in things.dimensions:
         a, b = pixels([start, end])
-        elements += _dimension(dimension, a, b, covered)
+        lines.append(_dimension_line(dimension, a, b, covered))
+        elements += _drawn_line(dimension, a, b, *lines[-1])
     for z, (letter, name, _, _) in zip(joints, things.joints, strict=True):
         text = _text(letter, weight="bold", colour=INK, title=name)
         elements.append(_beside([z], _width(letter), text, covered, near=12.0))
-    for part, corners in zip(placement.parts[1:], placement.corners[1:], strict=True):
+    for (dimension, _, _), ends in zip(things.dimensions, lines, strict=True):
+        elements.append(_dimension_label(dimension, *ends, covered))
+    named = zip(placement.parts[1:], placement.corners[1:], strict=True)
+    for part, corners in sorted(named, key=lambda each: -len(each[1])):  # plates first
         if part["names"] and len(corners):
             name = ", ".join(part["names"])
             text = _text(escape(name), colour=LINK)
-            ends = corners[0] @ [1, 1j], corners[-1] @ [1, 1j]
+            first, last = corners[0] @ [1, 1j], corners[-1] @ [1, 1j]
             middle = complex(corners.mean(axis=0) @ [1, 1j])
-            spots = [middle, *(ends[0] + t * (ends[1] - ends[0]) for t in (0.5, 0.35, 0.65))]
+            spots = [middle, *(first + t * (last - first) for t in (0.5, 0.35, 0.65))]
             elements.append(_beside(spots, _width(name), text, covered, near=12.0))
     return elements
 
@@ -177,42 +178,66 @@ def _boxes_along(a: complex, b: complex, weight: float = 1.0) -> list[_Box]:
     return [_Box(z.real, z.imag, COVERED, COVERED, weight) for z in points]
 
 
-def _cost(boxes: Sequence[_Box], covered: Sequence[_Box]) -> float:
-    """Compute the area that boxes share with what is covered, and how far they are outside."""
-    area = sum(box.overlap(other) for box in boxes for other in covered)
-    return area + OUTSIDE * sum(box.outside() for box in boxes)
+def _costs(boxes: Sequence[_Box], covered: Sequence[_Box]) -> Array:
+    """Compute for each box the area that it covers once more, and how far it is outside.
+
+    An area counts with the weight of what is covered.
+    """
+    ours, others = np.array(boxes)[:, :, None], np.array(covered or [_NOTHING]).T
+    shared = 1.0
+    outside = 0.0
+    for k, side in enumerate(SIZE):
+        apart = np.abs(ours[:, k] - others[k])
+        reach = np.minimum(ours[:, 2 + k] + others[2 + k] - apart, 2 * ours[:, 2 + k])
+        shared = shared * np.maximum(reach, 0.0)
+        beyond = np.abs(ours[:, k, 0] - side / 2) + ours[:, 2 + k, 0] - side / 2
+        outside = outside + np.maximum(beyond, 0.0)
+    return np.asarray(shared @ others[4] + OUTSIDE * outside)
 
 
-def _dimension(dimension: Dimension, a: complex, b: complex, covered: list[_Box]) -> list[str]:
-    """Draw a dimension line and its label."""
+def _dimension_line(
+    dimension: Dimension, a: complex, b: complex, covered: list[_Box]
+) -> tuple[complex, complex]:
+    """Find the ends of a dimension line, beside what it measures."""
     length = abs(b - a)
     across = 1j * (b - a) / length if length else 1j
     lines = [(a + across * s * d, b + across * s * d) for d in AWAY for s in (1, -1)]
     if dimension.name.startswith("h_"):
         lines.insert(0, (a, b))  # it is drawn where it is, between two lines
     costs = [
-        _cost(_boxes_along(*line), covered) + LINE_FAR * abs(line[0] - a) * length / STEP
+        _costs(_boxes_along(*line), covered).sum() + LINE_FAR * abs(line[0] - a) * length / STEP
         for line in lines
     ]
-    p, q = lines[first_least(costs, 1.0)]
-    covered += _boxes_along(p, q)
+    line = lines[first_least(costs, 1.0)]
+    covered += _boxes_along(*line)
+    return line
+
+
+def _drawn_line(
+    dimension: Dimension, a: complex, b: complex, p: complex, q: complex
+) -> list[str]:
+    """Draw a dimension line from p to q, and the lines to what it measures, from a to b."""
     thin = f'fill="none" stroke="{MARKED}" stroke-width="1"'
-    extension = f"M{_at(a)}L{_at(p)}M{_at(b)}L{_at(q)}" if p != a else ""
-    elements = [
-        f'<path d="M{_at(p)}L{_at(q)}{"".join(_arrows(dimension, p, q))}" {thin}/>',
-        f'<path d="{extension}" {thin} stroke-opacity="0.45"/>' if extension else "",
-    ]
+    arrows = "".join(_arrows(dimension, p, q))
+    elements = [f'<path d="M{_at(p)}L{_at(q)}{arrows}" {thin}/>']
+    if p != a:
+        extension = f"M{_at(a)}L{_at(p)}M{_at(b)}L{_at(q)}"
+        elements.append(f'<path d="{extension}" {thin} stroke-opacity="0.45"/>')
+    return elements
+
+
+def _dimension_label(dimension: Dimension, p: complex, q: complex, covered: list[_Box]) -> str:
+    """Write the name of a dimension beside its line."""
     letter, _, rest = dimension.name.partition("_")
     text = _text(
         f'<tspan font-style="italic">{letter}</tspan>'
-        f'<tspan dy="4" font-size="{SMALL}">{escape(rest)}</tspan>',
+        f'<tspan dy="{SUBSCRIPT}" font-size="{SMALL}">{escape(rest)}</tspan>',
         colour=MARKED,
         title=dimension.name,
     )
     spots = [p + (q - p) * t for t in (0.5, 0.35, 0.65, 0.2, 0.8)]
     width = _width(letter) + WIDTH * SMALL * len(rest)
-    elements.append(_beside(spots, width, text, covered, near=9.0))
-    return [each for each in elements if each]
+    return _beside(spots, width, text, covered, near=9.0, hangs=SUBSCRIPT)
 
 
 def _arrows(dimension: Dimension, p: complex, q: complex) -> Iterator[str]:
@@ -247,18 +272,33 @@ def _text(words: str, colour: str, weight: str = "normal", title: str = "") -> s
 
 
 def _beside(
-    spots: Sequence[complex], width: float, text: str, covered: list[_Box], near: float
+    spots: Sequence[complex],
+    width: float,
+    text: str,
+    covered: list[_Box],
+    near: float,
+    hangs: float = 0.0,
 ) -> str:
-    """Put a label beside one of several places, where it covers least."""
-    half_x, half_y = width / 2 + 2, FONT / 2 + 1
-    boxes, costs = [], []
+    """Put a label beside one of several places, where it covers least, and no other label.
+
+    Args:
+        spots: the places.
+        width: of the label, pixels.
+        text: of the label, with its place left open.
+        covered: what is drawn; the label is added.
+        near: least distance from a place, pixels.
+        hangs: how far a part of it hangs below the other letters, pixels.
+    """
+    half_x, half_y = width / 2 + 2, (FONT + hangs) / 2 + 1
+    boxes, far = [], []
     for spot in spots:
-        for distance in (near, near + 8.0, near + 18.0):
+        for step in STEPS:
+            distance = near + step
             for turn in AROUND:
-                off = turn.real * (distance - 4 + half_x), turn.imag * distance
-                box = _Box(spot.real + off[0], spot.imag + off[1], half_x, half_y)
-                boxes.append(box)
-                costs.append(_cost([box], covered) + FAR * distance)
-    box = boxes[first_least(costs, 1.0)]
-    covered.append(box._replace(weight=4.0))
-    return text.format(x=box.x, y=box.y + 0.36 * FONT)
+                off = turn.real * (distance - 4 + half_x), turn.imag * (distance + hangs / 2)
+                boxes.append(_Box(spot.real + off[0], spot.imag + off[1], half_x, half_y))
+                far.append(FAR * distance)
+    costs = _costs(boxes, covered) + far
+    box = boxes[first_least(costs.tolist(), 1.0)]
+    covered.append(box._replace(weight=ON_LABEL))
+    return text.format(x=box.x, y=box.y - hangs / 2 + 0.36 * FONT)

@@ -9,7 +9,7 @@ from math import degrees
 
 from balance.app.answers.answer import AnswerBody, AnswerTable, Facts
 from balance.space.formulas.formula_data import Formulas
-from balance.space.formulas.planar_parts import Dimension
+from balance.space.formulas.planar_parts import Dimension, PlanarParts
 from kinematics.wording import count_noun, number_text
 
 
@@ -108,10 +108,14 @@ def legend(formulas: Formulas) -> list[str]:
         if force
         else "sx, sy first moments, J second moment about the origin"
     )
-    return [
+    lines = [
         f"l, x, y, h lengths, {point}; m mass, {moments}; in the frame of the link:",
         "origin at its first joint, x-axis through its second one, or along its slide",
     ]
+    if isinstance(formulas.parts, PlanarParts) and formulas.parts.unturned:
+        names = ", ".join(formulas.parts.parts[k].name for k in sorted(formulas.parts.unturned))
+        lines.append(f"does not turn, and has the directions of the ground: {names}")
+    return lines
 
 
 def _spatial_legend(formulas: Formulas) -> list[str]:

@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 import random
+import re
 from dataclasses import replace
 from fractions import Fraction
+from itertools import count
 
 import pytest
 
 import balance
+import kinematics
+from balance.space.formulas import derive, geometry_samples
 from balance.space.formulas.assembly_order import assembly_order
 from balance.space.formulas.derive import file_residual, fresh_geometries
 from balance.space.formulas.geometry_samples import GeometrySamples
@@ -64,6 +68,16 @@ def test_every_pose_closes_whatever_the_dimensions():
         assert starts[0] != starts[1] and motion.loops
 
 
+def test_links_that_do_not_turn_are_found():
+    """Relations that leave the sum of the turns of a leg zero; other relations do not."""
+    for motion, turns in (("c1=-a1-b1", False), ("c1=-2*a1-b1", True), ("b1=-a1", True)):
+        linkage = kinematics.load("four_rrr", inputs=["a1", "b1", "c1"])
+        parts = planar_parts(balance.design_space(linkage, motion, balance="force"))
+        still = {parts.parts[k].name for k in parts.unturned}
+        assert ("platform" not in still) == turns
+    assert still == {"upper1"}
+
+
 def test_relations_of_a_pantograph_are_found():
     parts = planar_parts(balance.design_space("pantograph", balance="force"))
     words = {relation.words for relation in relations_in(parts)}
@@ -109,6 +123,38 @@ def test_given_relations_are_used():
     formulas = balance.formulas("slider_crank", "force", where="AB=BD")
     assert formulas.relations == ("AB=BD",) and formulas.confirmed
     assert "l_coupler" not in formulas.text()
+
+
+def derived_until(monkeypatch, step):
+    """Formulas of a six-bar, with a clock that counts its readings; and their number."""
+    clock = count()
+    for module in (derive, geometry_samples):
+        monkeypatch.setattr(module, "monotonic", lambda: float(next(clock)))
+    return balance.formulas("six_bar_watt", "force", seconds=step), next(clock)
+
+
+@pytest.mark.slow
+def test_time_returns_the_conditions_that_are_known(monkeypatch):
+    """A condition that is known is the same as with more time, and none is half known."""
+    whole, last = derived_until(monkeypatch, 1e9)
+    lines = whole.text().splitlines()
+    assert whole.confirmed and len(lines) == 3
+    numbers = set()
+    for step in range(last - 8, last):
+        part, _ = derived_until(monkeypatch, step)
+        known = part.text().splitlines()
+        assert set(known) <= set(lines) and len(known) + part.unknown == len(lines)
+        assert part.confirmed == (not part.unknown)
+        numbers.add(len(known))
+    assert {1, 2} <= numbers
+
+
+def test_too_large_formulas_are_refused_with_their_size(monkeypatch):
+    monkeypatch.setattr(derive, "MAX_UNKNOWNS", 5)
+    with pytest.raises(ExactError, match=r"degree \d over \d has up to (\d+) terms") as raised:
+        balance.formulas("six_bar_watt", "force")
+    terms, remaining = map(int, re.findall(r"(\d+) (?:terms|are left)", str(raised.value)))
+    assert 5 < remaining <= terms and "more than the 5" in str(raised.value)
 
 
 def test_time_that_is_over_leaves_conditions_open():

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import combinations
+
 import pytest
 
 import balance
@@ -36,3 +38,19 @@ def test_the_button_selects_what_it_copies(browser, tmp_path):
     show(browser, tmp_path, found.to_html())
     browser.execute_script("document.querySelector('[data-copies=latex]').click()")
     assert browser.execute_script("return String(getSelection())").strip() == found.latex()
+
+
+@pytest.mark.browser
+def test_no_two_labels_overlap_as_they_are_drawn(browser, tmp_path):
+    """Rectangles of the texts that the browser measured."""
+    show(browser, tmp_path, balance.formulas("four_rrr", "force").to_html())
+    measured = browser.execute_script(
+        "return [...document.querySelectorAll('.linkage svg text')].map(each => {"
+        "const r = each.getBBox(); return [r.x, r.y + 2, r.x + r.width, r.y + r.height - 2] })"
+    )
+    crossing = [
+        (a, b)
+        for a, b in combinations(measured, 2)
+        if max(a[0], b[0]) < min(a[2], b[2]) and max(a[1], b[1]) < min(a[3], b[3])
+    ]
+    assert len(measured) == 35 and crossing == []

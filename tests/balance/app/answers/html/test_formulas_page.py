@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from fractions import Fraction
+from itertools import combinations
 from xml.etree import ElementTree
 
 import numpy as np
@@ -191,6 +192,40 @@ def test_labels_are_inside_and_lines_measure_what_the_table_says(pages, model, k
     names = [name for name in page.titles() if name in page.dimensions]
     scales = [line / abs(page.dimensions[n]) for line, n in zip(lines, names, strict=True)]
     assert max(scales) < 1.03 * min(scales)  # tenths of a pixel
+
+
+def label_boxes(drawing):
+    """Left, top, right and bottom of each label, pixels, by the widths of wide letters."""
+    for text in drawing.iter(f"{SVG}text"):
+        spans = list(text.iter(f"{SVG}tspan"))
+        words = "".join(part for part in text.itertext())
+        title = text.find(f"{SVG}title")
+        words = words.removeprefix("" if title is None else title.text)
+        width = 0.6 * 14 * len(words)
+        if spans:
+            width = sum(0.6 * float(x.get("font-size", 14)) * len(x.text) for x in spans)
+        x, y = float(text.get("x")), float(text.get("y"))
+        yield words, x - width / 2, y - 10, x + width / 2, y + (7 if spans else 3)
+
+
+@pytest.mark.parametrize(
+    "model",
+    [
+        "four_bar_general",
+        *(
+            pytest.param(name, marks=pytest.mark.slow)
+            for name in ("four_rrr", "four_rrr_side_by_side", "eight_bar", "pantograph")
+        ),
+    ],
+)
+def test_no_two_labels_overlap(pages, model):
+    boxes = list(label_boxes(pages(model, "force")[1].drawing))
+    crossing = [
+        (name, other)
+        for (name, *a), (other, *b) in combinations(boxes, 2)
+        if max(a[0], b[0]) < min(a[2], b[2]) and max(a[1], b[1]) < min(a[3], b[3])
+    ]
+    assert len(boxes) > 10 and crossing == []
 
 
 @pytest.mark.slow

@@ -79,7 +79,7 @@ def compared(linkage, kind):
     values = file_values(formulas.to_dict())
     assert formulas.confirmed
     # The basis has an error of round-off over the smallest singular value.
-    assert violation(formulas, space, values) < 1e-12 / min(1.0, 1e3 * space.kept)
+    assert violation(formulas, space, values) < 1e-14 / min(space.kept, 1e-2)
     rows = matrix(formulas, values)
     assert np.linalg.matrix_rank(rows) == len(rows)
     assert len(rows) * (2 if kind == "force" else 1) == space.rank
@@ -202,7 +202,7 @@ def test_ten_spatial_linkages():
                 (formulas.parts.parts[k].origin, formulas.parts.parts[k].axes)
                 for k in formulas.parts.body_parts
             ]
-            tolerance = 1e-12 / min(1.0, 1e3 * space.kept)
+            tolerance = 1e-14 / min(space.kept, 1e-2)
             assert size_of_violation(rows, masses_in(frames, space)) < tolerance, (seed, kind)
             checked_ones.append((seed, kind))
     print(f"{len(checked_ones)} sets of formulas of {seed + 1} spatial linkages")

@@ -87,7 +87,7 @@ def add_counterweights(parser: Parser) -> None:
         "--shape",
         type=_shape,
         metavar="KIND=METRES",
-        help="disc, block (thickness) or cylinder (radius)",
+        help="disc, block, sector (thickness), cylinder (radius)",
     )
     add_out_option(parser)
     add_merge_option(parser)
@@ -196,10 +196,10 @@ def _check_objective(arguments: argparse.Namespace) -> None:
 
 def _shape(text: str) -> str:
     """Check the text of a shape."""
-    from balance.masses.counterweights.shaped.weight_shape import read_weight_shape
+    from balance.masses.counterweights.shaped.weight_shape import read_weight_shapes
 
     try:
-        read_weight_shape(text)
+        read_weight_shapes(text)
     except UsageError as error:
         raise argparse.ArgumentTypeError(str(error)) from None
     return text

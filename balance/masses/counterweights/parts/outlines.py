@@ -78,7 +78,7 @@ def plate_of(weight: Counterweight) -> Plate | None:
 def _faces(region: Region) -> list[tuple[Array, float, float]]:
     """List normals across which regions have uniform thickness, and ends; thinnest first."""
     A = region.place[:3, :3]
-    if region.kind == "cylinder":
+    if region.kind in ("cylinder", "sector"):
         length = float(np.linalg.norm(A[:, 2]))
         normal = A[:, 2] / length
         if np.abs(A[:, :2].T @ normal).max() > PART_ROUND_OFF * region.size:
@@ -117,9 +117,12 @@ def _cut_plate(region: Region, axes: Array, low: float, high: float, Q: Array) -
     from manifold3d import CrossSection
 
     plane, circles = axes[:2], list[Circle]()
-    if region.kind == "cylinder":
+    if region.kind in ("cylinder", "sector"):
         sides = plane @ region.place[:3, :2]
-        corners = _circle(CORNERS) @ sides.T + plane @ region.centre
+        corners = _circle(CORNERS)
+        if region.kind == "sector":
+            corners = _wedge(region.half_angle)
+        corners = corners @ sides.T + plane @ region.centre
         lengths = np.linalg.norm(sides, axis=0)
         if (
             np.abs(sides.T @ sides - lengths[0] ** 2 * np.eye(2)).max()
@@ -157,6 +160,15 @@ def _circle(corners: int) -> Array:
     step = 2.0 * np.pi / corners
     turn = step * np.arange(corners)
     return np.sqrt(step / np.sin(step)) * np.column_stack([np.cos(turn), np.sin(turn)])
+
+
+def _wedge(half_angle: float) -> Array:
+    """Compute corners (n, 2) of a polygon with the area of a sector of the unit circle."""
+    count = int(np.ceil(half_angle / np.pi * CORNERS)) + FEWEST
+    step = 2.0 * half_angle / count
+    turn = half_angle * np.linspace(-1.0, 1.0, count + 1)
+    rim = np.sqrt(step / np.sin(step)) * np.column_stack([np.cos(turn), np.sin(turn)])
+    return np.vstack([np.zeros(2), rim])
 
 
 def _half_plane(g: Array, constant: float, size: float) -> Array:

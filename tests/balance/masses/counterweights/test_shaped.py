@@ -10,7 +10,7 @@ import balance
 from balance.app.cli.main import main
 from balance.masses.counterweights.decide import balance_residual
 from balance.masses.counterweights.region_text import read_region
-from balance.masses.counterweights.shaped.weight_shape import read_weight_shape
+from balance.masses.counterweights.shaped.weight_shape import read_weight_shapes
 from balance.space.inertial_parameters.conversions import to_chain
 from kinematics.errors import UsageError
 
@@ -194,7 +194,7 @@ def test_what_does_not_go_with_a_shape_is_told(name, arm):
 
 
 def test_units_of_shapes():
-    assert read_weight_shape("disc=20mm") == read_weight_shape("disc=0.02")
+    assert read_weight_shapes("disc=20mm") == read_weight_shapes("disc=0.02")
     assert read_region("ball(0,0,0,20mm)").size == 0.02
     cylinders = (f"cylinder(0,0,0,0,0,1,{size})" for size in ("45mm,3cm", "0.045,0.03"))
     assert len({repr(read_region(text)) for text in cylinders}) == 1

@@ -19,6 +19,7 @@ from balance.masses.counterweights.quadratic_minimum import minimise_in_region
 from balance.masses.counterweights.regions import Region
 from balance.masses.counterweights.volume.fans import Fan
 from balance.masses.counterweights.volume.plane_cuts import cut_moments
+from balance.masses.counterweights.volume.prism_parts import prism_part
 from balance.masses.counterweights.volume.rays import (
     integrate_positive_part,
     rays_of,
@@ -101,6 +102,8 @@ def fill(stock: Stock, form: Array, rays: int = FINE) -> Array:
         moments = stock.fan.moments(stock.fan.arcs(Q))
     elif not Q[:3, :3].any():
         moments = cut_moments(stock.region, 2.0 * Q[:3, 3], float(Q[3, 3]))
+    elif (part := prism_part(stock.region, Q, rays, stock.origin)) is not None:
+        moments = part
     else:
         moments = integrate_positive_part(rays_of(stock.region, rays, stock.origin), Q)
     return stock.per_volume * moments

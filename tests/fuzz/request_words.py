@@ -389,7 +389,10 @@ WORDS: dict[str, Maker] = {
     "--price-of-mass": lambda rng, place: [_number(rng)],
     "--links": lambda rng, place: [_list(rng, place.names.links)],
     "--region": lambda rng, place: [_region(rng, place)],
-    "--shape": _of("disc=0.02", "block=10mm", "cylinder=0.01", "disc", "disc=0", "ball=1"),
+    "--shape": _of(
+        *("disc=0.02", "block=10mm", "cylinder=0.01", "disc=5mm/8mm", "sector=0.01"),
+        *("sector=10mm/20mm,0.1", "sector=0.01,9", "disc", "disc=0", "disc=1,2", "ball=1"),
+    ),
     "--parts": lambda rng, place: [_out(rng, place, "parts")],
     "--budget": lambda rng, place: [_number(rng)],
     "--only": _of("own_masses", "partial", "own_masses,partial", "wheel"),

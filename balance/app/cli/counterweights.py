@@ -27,9 +27,11 @@ from balance.app.cli.number_arguments import finite_number, whole_number
 from balance.app.cli.outputs import add_out_option, add_page_option, describe_written
 from balance.app.cli.part_options import (
     add_parts_option,
-    check_parts_option,
+    add_step_option,
+    check_parts_options,
     counterweight_files,
     make_parts,
+    notices_of_parts,
 )
 from balance.app.cli.payload_option import add_payload_option
 from balance.app.cli.progress import spinner
@@ -92,6 +94,7 @@ def add_counterweights(parser: Parser) -> None:
     add_out_option(parser)
     add_merge_option(parser)
     add_parts_option(parser)
+    add_step_option(parser)
     add_page_option(parser, "with the loads before and after")
     parser.add_examples(
         "balance counterweights robot.urdf --links crank --parts made",
@@ -110,14 +113,13 @@ def _run(arguments: argparse.Namespace) -> Answer:
     check_requirement_options(arguments, ("max_order",))
     check_matter_options(arguments)
     _check_objective(arguments)
-    check_parts_option(arguments)
+    check_parts_options(arguments)
     if arguments.payload is not None and arguments.merge:
         arguments.refuse("--merge does not go with --payload, which no file holds")
     from balance.app.answers.text.counterweights import counterweights_body
     from balance.app.answers.text.payload import payload_section
     from balance.masses.counterweights.counterweights import counterweights
     from balance.masses.counterweights.link_regions import distant_regions, names_of_links
-    from balance.masses.counterweights.parts.part_files import rough_parts
     from balance.masses.counterweights.program import IDLE_MASS_PRICE
 
     given = arguments.price_of_mass
@@ -140,7 +142,7 @@ def _run(arguments: argparse.Namespace) -> Answer:
         *space.warnings,
         *distant_regions(space, dict(arguments.region)),
         *told,
-        *rough_parts(parts),
+        *notices_of_parts(arguments, parts),
     )
     return Answer(
         verdict_code(matter.verdict),

@@ -75,7 +75,7 @@ def decide_shaped(
     program = build_added_program(space, regions, "mass")
     if _feels_inertia(program):
         raise UsageError("shapes are found for forces, and these conditions feel inertia too")
-    sizes = " or ".join(dict.fromkeys(shape.plural for shape in choices))
+    sizes = choices[0].plural if len(choices) == 1 else f"{kind}s ({shape_text(choices)})"
     blank = replace(
         free,
         verdict="undecided",

@@ -122,17 +122,13 @@ def _sector(weight: Counterweight, stock: Stock) -> Counterweight | None:
     c, s = np.cos(arc.middle), np.sin(arc.middle)
     sizes = np.linalg.norm(place[:3, :3], axis=0)
     axes = np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]]) @ (place[:3, :3] / sizes).T
-    region = sector_region(
-        place[:3, 3], axes, sizes[0], 2.0 * float(sizes[2]), 0.5 * arc.width
-    )
+    region = sector_region(place[:3, 3], axes, sizes[0], 2.0 * float(sizes[2]), 0.5 * arc.width)
     whole = Fan(Arc(-0.5 * arc.width, arc.width))
     matter = Stock(region, stock.density, fan=whole)
     return filled_counterweight(weight.link, matter, WHOLE, fill(matter, WHOLE))
 
 
-def _sides(
-    region: Region, shape: WeightShape, axes: Array, at: Array
-) -> tuple[Array, Array]:
+def _sides(region: Region, shape: WeightShape, axes: Array, at: Array) -> tuple[Array, Array]:
     """List sides that a circle about an axis may not pass.
 
     Args:

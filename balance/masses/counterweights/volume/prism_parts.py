@@ -58,8 +58,10 @@ def prism_part(
         if along <= CURVATURE_ZERO * np.abs(form).max():
             o = np.array(origin)
             o = o + (prism.middle - float(prism.axis @ o)) * prism.axis
-            moments = 2.0 * prism.half * integrate_positive_part(
-                _section_rays(prism, count, o), form, AREA_POWERS
+            moments = (
+                2.0
+                * prism.half
+                * integrate_positive_part(_section_rays(prism, count, o), form, AREA_POWERS)
             )
             across = np.outer(prism.axis, prism.axis)
             moments[:3, :3] += moments[3, 3] * prism.half**2 / 3.0 * across
@@ -93,7 +95,9 @@ def _turned_round(corners: Array, axis: Array, bottom: Array) -> bool:
     """Whether the corners of the bottom are below those of the middle section."""
     if len(bottom) != len(corners):
         return False
-    across = (bottom[:, None] - corners) - ((bottom[:, None] - corners) @ axis)[..., None] * axis
+    across = (bottom[:, None] - corners) - ((bottom[:, None] - corners) @ axis)[
+        ..., None
+    ] * axis
     return bool(np.linalg.norm(across, axis=2).min(axis=1).max() <= PART_ROUND_OFF)
 
 

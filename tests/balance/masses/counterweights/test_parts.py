@@ -10,7 +10,11 @@ import balance
 from balance.app.cli import part_options
 from balance.app.cli.main import main
 from balance.masses.counterweights.counterweight import filled_counterweight
-from balance.masses.counterweights.parts.part_files import part_files, parts_of, rough_parts
+from balance.masses.counterweights.parts.part_files import (
+    part_files,
+    part_notices,
+    parts_of,
+)
 from balance.masses.counterweights.region_text import read_region
 from balance.masses.counterweights.volume.stock import Stock, fill
 
@@ -161,7 +165,7 @@ def test_parts_in_every_shape(model, balanced, regions, wishes):
     answer = filled(regions, model, balanced, **wishes)
     assert answer.verdict == "feasible", answer.words
     parts = parts_of(answer.weights)
-    assert not rough_parts(parts)
+    assert "rough_part" not in [notice.code for notice in part_notices(parts)]
     files = part_files(parts)
     check_meshes(files, answer.weights, 3e-5 if "minimise" in wishes else 1e-6)
     for weight in answer.weights:

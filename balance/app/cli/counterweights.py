@@ -27,7 +27,7 @@ from balance.app.cli.number_arguments import finite_number, whole_number
 from balance.app.cli.outputs import add_out_option, add_page_option, describe_written
 from balance.app.cli.part_options import (
     add_parts_option,
-    add_step_option,
+    add_solids_option,
     check_parts_options,
     counterweight_files,
     make_parts,
@@ -94,7 +94,7 @@ def add_counterweights(parser: Parser) -> None:
     add_out_option(parser)
     add_merge_option(parser)
     add_parts_option(parser)
-    add_step_option(parser)
+    add_solids_option(parser)
     add_page_option(parser, "with the loads before and after")
     parser.add_examples(
         "balance counterweights robot.urdf --links crank --parts made",

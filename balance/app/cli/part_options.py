@@ -28,10 +28,10 @@ def add_parts_option(parser: Parser) -> None:
     )
 
 
-def add_step_option(parser: Parser) -> None:
-    """Add the option ``--step``."""
+def add_solids_option(parser: Parser) -> None:
+    """Add the option ``--solids``."""
     parser.group("output").add_argument(
-        "--step", action="store_true", help="with --parts: STEP files too"
+        "--solids", action="store_true", help="with --parts: STEP files too"
     )
 
 
@@ -44,8 +44,8 @@ def check_parts_options(arguments: argparse.Namespace) -> None:
     """
     folder = arguments.parts
     if folder is None:
-        if _wants_step(arguments):
-            arguments.refuse("--step needs --parts")
+        if _wants_solids(arguments):
+            arguments.refuse("--solids needs --parts")
         return
     if without_density(arguments):
         arguments.refuse("--parts: point masses have no volume; leave out --points")
@@ -61,11 +61,11 @@ def check_parts_options(arguments: argparse.Namespace) -> None:
         if find_spec(library) is None:
             command = "python -m pip install 'screwbalance[parts]'"
             raise PackageError("--parts", library, command)
-    if _wants_step(arguments):
+    if _wants_solids(arguments):
         from balance.masses.counterweights.parts.step_solids import INSTALL, LIBRARY
 
         if find_spec(LIBRARY) is None:
-            raise PackageError("--step", LIBRARY, INSTALL)
+            raise PackageError("--solids", LIBRARY, INSTALL)
 
 
 def make_parts(
@@ -87,7 +87,7 @@ def notices_of_parts(
         return ()
     from balance.masses.counterweights.parts.part_files import part_notices
 
-    return part_notices(parts, _wants_step(arguments))
+    return part_notices(parts, _wants_solids(arguments))
 
 
 def counterweight_files(
@@ -101,12 +101,12 @@ def counterweight_files(
 
     meshes = {part.weight.link: _beside(arguments, part.mesh) for part in parts}
     out = partial(with_counterweights, answer, merge=arguments.merge, meshes=meshes)
-    return {"out": out, "parts": partial(part_files, parts, step=_wants_step(arguments))}
+    return {"out": out, "parts": partial(part_files, parts, solids=_wants_solids(arguments))}
 
 
-def _wants_step(arguments: argparse.Namespace) -> bool:
+def _wants_solids(arguments: argparse.Namespace) -> bool:
     """Whether a command has the option, and it is given."""
-    return bool(getattr(arguments, "step", False))
+    return bool(getattr(arguments, "solids", False))
 
 
 def _beside(arguments: argparse.Namespace, name: str) -> str:

@@ -92,11 +92,11 @@ class CounterweightPart(NamedTuple):
         """Name of the file of its exact solid; None if a curved surface cuts it."""
         return f"{self.stem}.step" if has_step(self.weight, self.solid.plate) else None
 
-    def row(self, step: bool = False) -> tuple[str, ...]:
+    def row(self, solids: bool = False) -> tuple[str, ...]:
         """Return its row of the table: the mass properties of the mesh; link frame.
 
         Args:
-            step: whether its exact solid is written too.
+            solids: whether its exact solid is written too.
         """
         weight, plate = self.weight, self.solid.plate
         assert weight.density is not None
@@ -111,7 +111,7 @@ class CounterweightPart(NamedTuple):
             *_without_round_off(inertia[ENTRIES], mass * size * size),
         )
         words = ("" if number is None else f"{number:.{DIGITS}g}" for number in numbers)
-        files = (self.mesh, self.outline or "", (self.step or "") if step else "")
+        files = (self.mesh, self.outline or "", (self.step or "") if solids else "")
         return (weight.link, *files, *words)
 
 
@@ -141,7 +141,7 @@ def parts_of(weights: Sequence[Counterweight]) -> tuple[CounterweightPart, ...]:
     return tuple(parts)
 
 
-def part_files(parts: Sequence[CounterweightPart], step: bool = False) -> dict[str, bytes]:
+def part_files(parts: Sequence[CounterweightPart], solids: bool = False) -> dict[str, bytes]:
     """Make the files of parts: STL in mm, DXF in mm for plates, and ``parts.csv``.
 
     A mesh has its origin at the centre of mass of its counterweight, and the axes of the
@@ -150,7 +150,7 @@ def part_files(parts: Sequence[CounterweightPart], step: bool = False) -> dict[s
 
     Args:
         parts: from `parts_of`.
-        step: whether there are STEP files too, in mm, with the origin and axes of the meshes:
+        solids: whether there are STEP files too, in mm, with the origin and axes of the meshes:
             exact solids of plates, and of regions that are whole or that planes cut.
 
     Returns:
@@ -174,20 +174,22 @@ def part_files(parts: Sequence[CounterweightPart], step: bool = False) -> dict[s
         files[part.mesh] = _stl(part.solid)
         if part.solid.plate is not None:
             files[f"{part.stem}.dxf"] = _dxf(part.solid.plate)
-        if step and part.step is not None:
+        if solids and part.step is not None:
             files[part.step] = step_file(part.weight, part.solid.plate)
     text = StringIO(newline="")
-    csv_writer(text).writerows([COLUMNS, *(part.row(step) for part in parts)])
+    csv_writer(text).writerows([COLUMNS, *(part.row(solids) for part in parts)])
     files[TABLE] = text.getvalue().encode()
     return files
 
 
-def part_notices(parts: Sequence[CounterweightPart], step: bool = False) -> tuple[Notice, ...]:
+def part_notices(
+    parts: Sequence[CounterweightPart], solids: bool = False
+) -> tuple[Notice, ...]:
     """Tell which parts have no outline, no exact solid, or a mesh that is not quite theirs.
 
     Args:
         parts: from `parts_of`.
-        step: whether STEP files are wanted.
+        solids: whether STEP files are wanted.
     """
     notices = []
     flat = [part.weight.link for part in parts if part.outline is None]
@@ -198,7 +200,7 @@ def part_notices(parts: Sequence[CounterweightPart], step: bool = False) -> tupl
         )
         notices.append(Notice("part_without_outline", text))
     curved = [part.weight.link for part in parts if part.step is None]
-    if step and curved:
+    if solids and curved:
         text = f"no STEP of {quoted(curved)}: a curved surface cuts it, and STL has it"
         notices.append(Notice("part_without_step", text))
     for part in parts:

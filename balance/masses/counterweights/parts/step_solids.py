@@ -63,7 +63,8 @@ def _extruded(plate: Plate) -> Shape:
     from build123d import Face, Solid, Vector, Wire
 
     low = 1e3 * (plate.middle - 0.5 * plate.thickness) * plate.axes[2]
-    outer, holes = [], []
+    outer = list[tuple[Wire, Array]]()
+    holes = list[tuple[Wire, Array]]()
     for loop in plate.loops():
         wire = Wire(_edges(loop, plate.axes, low))
         (outer if _area(loop) > 0.0 else holes).append((wire, loop))

@@ -14,7 +14,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
-from functools import partial
 from itertools import product
 from math import prod
 from typing import TypeVar
@@ -91,12 +90,15 @@ def decide_shaped(
         f"{number_text(free.added_mass)} kg of other shapes do",
     )
     if kind == "sector":
-        holding = _held(free, stocks, choices, fan_of)
-        answers = [decide_sectors(blank, dict(fans)) for fans in holding]
+        fans = _held(free, stocks, choices, fan_of)
+        answers = [decide_sectors(blank, dict(chosen)) for chosen in fans]
     else:
-        unit = program.unit
-        holding = _held(free, stocks, choices, partial(_holder, unit=unit))
-        answers = [_decide_grown(blank, program, dict(holders)) for holders in holding]
+
+        def hold(free: Counterweights, b: int, stock: Stock, shape: WeightShape) -> _Holder:
+            return _holder(free, b, stock, shape, program.unit)
+
+        holders = _held(free, stocks, choices, hold)
+        answers = [_decide_grown(blank, program, dict(chosen)) for chosen in holders]
     balanced = [answer for answer, _ in answers if answer.weights]
     if not balanced:
         return answers[0][0] if len(answers) == 1 else blank

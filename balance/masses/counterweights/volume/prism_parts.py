@@ -1,4 +1,4 @@
-"""Parts of prisms and cylinders where a quadratic is positive that is constant along their axis.
+"""Parts of prisms and cylinders where a quadratic is positive, constant along their axis.
 
 They are a section of one thickness: of the integrals over rays in space, only those over rays
 in the plane of the section are left, whose errors are far smaller for as many rays.

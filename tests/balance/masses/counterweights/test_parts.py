@@ -242,7 +242,7 @@ def test_a_missing_library_is_named(tmp_path, capsys, monkeypatch):
 
 
 def test_outline_and_table_of_a_plate_that_a_circle_cuts_agree():
-    """Area times thickness is the volume of the table, though a circle cuts the box off-centre."""
+    """Area times thickness is the volume in the table, though a circle cuts the box."""
     regions = {
         "crank": "box(-0.19:0.03,-0.35:0.1,-0.02:0.02,0,0,-0.2)",
         "rocker": "box(-0.13:0.11,-0.26:-0.11,-0.02:0.02)",

@@ -266,7 +266,7 @@ def wedges(region, at, R, t, count):
 )
 def test_no_wedges_of_a_linear_program_are_lighter_than_sectors(regions):
     """Thin wedges of the same disc, each with any share, balance with as much and no less."""
-    t, R, count = 0.035, 0.22, 6000
+    t, R, count = 0.04, 0.22, 6000
     space = balance.design_space("four_bar_general", balance="force")
     answer = balance.counterweights(
         space, list(regions), regions, shape=f"sector={t},{R}", relax=False

@@ -260,7 +260,7 @@ def wedges(region, at, R, t, count):
     [
         {"crank": "ball(0,0,0,0.3)", "rocker": "ball(0,0,0,0.3)"},
         {"crank": "box(-0.15:0.4,-0.3:0.3,-0.03:0.03)", "rocker": "ball(-0.03,0,0,0.25)"},
-        {"crank": "ball(0.05,0.1,0,0.3)", "rocker": "box(-0.3:0.3,-0.3:0.3,-1:1,0,0,0.4)"},
+        {"crank": "ball(0.05,-0.1,0,0.3)", "rocker": "box(-0.3:0.3,-0.3:0.3,-1:1,0,0,0.4)"},
         dict.fromkeys(("crank", "coupler", "rocker"), "ball(0,0,0,0.3)"),
     ],
 )

@@ -390,8 +390,14 @@ WORDS: dict[str, Maker] = {
     "--links": lambda rng, place: [_list(rng, place.names.links)],
     "--region": lambda rng, place: [_region(rng, place)],
     "--shape": _of(
-        *("disc=0.02", "block=10mm", "cylinder=0.01", "disc=5mm/8mm", "sector=0.01"),
-        *("sector=10mm/20mm,0.1", "sector=0.01,9", "disc", "disc=0", "disc=1,2", "ball=1"),
+        *(
+            "disc=5mm/8mm",
+            "block=10mm",
+            "cylinder=0.01",
+            "sector=0.01",
+            "sector=1cm,0.1",
+            "disc=0",
+        )
     ),
     "--parts": lambda rng, place: [_out(rng, place, "parts")],
     "--budget": lambda rng, place: [_number(rng)],

@@ -10,7 +10,9 @@ import balance
 from balance.app.cli.main import main
 from balance.masses.counterweights.decide import balance_residual
 from balance.masses.counterweights.region_text import read_region
+from balance.masses.counterweights.shaped.sectors import fan_of
 from balance.masses.counterweights.shaped.weight_shape import read_weight_shapes
+from balance.masses.counterweights.volume.stock import Stock
 from balance.space.inertial_parameters.conversions import to_chain
 from kinematics.errors import UsageError
 from tests.independent.second_counterweights import (
@@ -323,13 +325,10 @@ def test_sectors_that_are_too_thin_say_how_thick_they_must_be(arm):
 
 def test_a_slider_has_no_sectors():
     space = balance.design_space("slider_crank", balance="force")
-    slider = next(joint for joint in space.linkage.joints if joint.kind == "prismatic")
-    name = next(
-        body.name for body in space.linkage.bodies if space.linkage.joints[body.link] is slider
-    )
-    links = [body.name for body in space.linkage.bodies]
-    regions = dict.fromkeys(links, "ball(0,0,0,3)")
-    with pytest.raises(
-        UsageError, match=f"link '{name}': sectors are about a joint that turns"
-    ):
-        balance.counterweights(space, links, regions, shape="sector=0.02", relax=False)
+    free = balance.counterweights(space, ["crank"], relax=False)
+    stock = Stock(read_region("ball(0,0,0,3)"), STEEL)
+    (shape,) = read_weight_shapes("sector=0.02")
+    crank, slider = (space.bodies.index(name) for name in ("crank", "slider"))
+    assert fan_of(free, crank, stock, shape).fan.allowed.width == 2.0 * np.pi
+    with pytest.raises(UsageError, match="sectors are about a joint that turns, and 'q4'"):
+        fan_of(free, slider, stock, shape)

@@ -115,6 +115,7 @@ GOOD: dict[str, list[str]] = {
     "--merge": ["--out", "{folder}/out.urdf"], "--budget": ["0.1"],
     "--shape": ["disc=0.02", "--density", "7850", "--balance", "force"],
     "--parts": ["{folder}/parts", "--density", "7850"],
+    "--solids": ["--parts", "{folder}/parts"],
     "--weight-moment": ["0.2"], "--pareto": ["2"], "--max-bearing": ["{first}=1e9"],
     "--max-torque": ["{first}=1e9"], "--frame": ["9,1,1e4,10"],
     "--tip": ["0.5,1e-4", "--beam", BEAM, "--clamp", "0"],

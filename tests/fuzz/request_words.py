@@ -389,7 +389,7 @@ WORDS: dict[str, Maker] = {
     "--price-of-mass": lambda rng, place: [_number(rng)],
     "--links": lambda rng, place: [_list(rng, place.names.links)],
     "--region": lambda rng, place: [_region(rng, place)],
-    "--shape": _of("disc=0.02", "block=10mm", "cylinder=0.01", "disc", "disc=0", "ball=1"),
+    "--shape": _of("disc=5mm/8mm", "block=1cm", "sector=1cm,0.1", "cylinder=1cm", "disc=0"),
     "--parts": lambda rng, place: [_out(rng, place, "parts")],
     "--budget": lambda rng, place: [_number(rng)],
     "--only": _of("own_masses", "partial", "own_masses,partial", "wheel"),

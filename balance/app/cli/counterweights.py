@@ -27,9 +27,11 @@ from balance.app.cli.number_arguments import finite_number, whole_number
 from balance.app.cli.outputs import add_out_option, add_page_option, describe_written
 from balance.app.cli.part_options import (
     add_parts_option,
-    check_parts_option,
+    add_solids_option,
+    check_parts_options,
     counterweight_files,
     make_parts,
+    notices_of_parts,
 )
 from balance.app.cli.payload_option import add_payload_option
 from balance.app.cli.progress import spinner
@@ -87,11 +89,12 @@ def add_counterweights(parser: Parser) -> None:
         "--shape",
         type=_shape,
         metavar="KIND=METRES",
-        help="disc, block (thickness) or cylinder (radius)",
+        help="disc, block, sector (thickness), cylinder (radius)",
     )
     add_out_option(parser)
     add_merge_option(parser)
     add_parts_option(parser)
+    add_solids_option(parser)
     add_page_option(parser, "with the loads before and after")
     parser.add_examples(
         "balance counterweights robot.urdf --links crank --parts made",
@@ -110,14 +113,13 @@ def _run(arguments: argparse.Namespace) -> Answer:
     check_requirement_options(arguments, ("max_order",))
     check_matter_options(arguments)
     _check_objective(arguments)
-    check_parts_option(arguments)
+    check_parts_options(arguments)
     if arguments.payload is not None and arguments.merge:
         arguments.refuse("--merge does not go with --payload, which no file holds")
     from balance.app.answers.text.counterweights import counterweights_body
     from balance.app.answers.text.payload import payload_section
     from balance.masses.counterweights.counterweights import counterweights
     from balance.masses.counterweights.link_regions import distant_regions, names_of_links
-    from balance.masses.counterweights.parts.part_files import rough_parts
     from balance.masses.counterweights.program import IDLE_MASS_PRICE
 
     given = arguments.price_of_mass
@@ -140,7 +142,7 @@ def _run(arguments: argparse.Namespace) -> Answer:
         *space.warnings,
         *distant_regions(space, dict(arguments.region)),
         *told,
-        *rough_parts(parts),
+        *notices_of_parts(arguments, parts),
     )
     return Answer(
         verdict_code(matter.verdict),
@@ -196,10 +198,10 @@ def _check_objective(arguments: argparse.Namespace) -> None:
 
 def _shape(text: str) -> str:
     """Check the text of a shape."""
-    from balance.masses.counterweights.shaped.weight_shape import read_weight_shape
+    from balance.masses.counterweights.shaped.weight_shape import read_weight_shapes
 
     try:
-        read_weight_shape(text)
+        read_weight_shapes(text)
     except UsageError as error:
         raise argparse.ArgumentTypeError(str(error)) from None
     return text

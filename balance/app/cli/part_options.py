@@ -1,4 +1,4 @@
-"""The option for the parts of counterweights: of counterweights and reduce."""
+"""The options for the parts of counterweights: of counterweights and reduce."""
 
 from __future__ import annotations
 
@@ -18,6 +18,7 @@ from kinematics.errors import PackageError, UsageError
 if TYPE_CHECKING:
     from balance.masses.counterweights.parts.part_files import CounterweightPart
     from balance.masses.counterweights.write_counterweights import WithCounterweights
+    from kinematics.model.linkage import Notice
 
 
 def add_parts_option(parser: Parser) -> None:
@@ -27,7 +28,14 @@ def add_parts_option(parser: Parser) -> None:
     )
 
 
-def check_parts_option(arguments: argparse.Namespace) -> None:
+def add_solids_option(parser: Parser) -> None:
+    """Add the option ``--solids``."""
+    parser.group("output").add_argument(
+        "--solids", action="store_true", help="with --parts: STEP files too"
+    )
+
+
+def check_parts_options(arguments: argparse.Namespace) -> None:
     """Refuse parts without a volume, and a folder that is in use or cannot be made.
 
     Raises:
@@ -36,6 +44,8 @@ def check_parts_option(arguments: argparse.Namespace) -> None:
     """
     folder = arguments.parts
     if folder is None:
+        if _wants_solids(arguments):
+            arguments.refuse("--solids needs --parts")
         return
     if without_density(arguments):
         arguments.refuse("--parts: point masses have no volume; leave out --points")
@@ -51,6 +61,11 @@ def check_parts_option(arguments: argparse.Namespace) -> None:
         if find_spec(library) is None:
             command = "python -m pip install 'screwbalance[parts]'"
             raise PackageError("--parts", library, command)
+    if _wants_solids(arguments):
+        from balance.masses.counterweights.parts.step_solids import INSTALL, LIBRARY
+
+        if find_spec(LIBRARY) is None:
+            raise PackageError("--solids", LIBRARY, INSTALL)
 
 
 def make_parts(
@@ -64,6 +79,17 @@ def make_parts(
     return parts_of(answer.weights)
 
 
+def notices_of_parts(
+    arguments: argparse.Namespace, parts: tuple[CounterweightPart, ...]
+) -> tuple[Notice, ...]:
+    """Tell which parts have no outline, no exact solid, or a mesh that is not quite theirs."""
+    if not parts:
+        return ()
+    from balance.masses.counterweights.parts.part_files import part_notices
+
+    return part_notices(parts, _wants_solids(arguments))
+
+
 def counterweight_files(
     arguments: argparse.Namespace,
     answer: WithCounterweights,
@@ -75,7 +101,12 @@ def counterweight_files(
 
     meshes = {part.weight.link: _beside(arguments, part.mesh) for part in parts}
     out = partial(with_counterweights, answer, merge=arguments.merge, meshes=meshes)
-    return {"out": out, "parts": partial(part_files, parts)}
+    return {"out": out, "parts": partial(part_files, parts, solids=_wants_solids(arguments))}
+
+
+def _wants_solids(arguments: argparse.Namespace) -> bool:
+    """Whether a command has the option, and it is given."""
+    return bool(getattr(arguments, "solids", False))
 
 
 def _beside(arguments: argparse.Namespace, name: str) -> str:

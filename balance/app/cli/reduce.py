@@ -37,9 +37,10 @@ from balance.app.cli.outputs import (
 )
 from balance.app.cli.part_options import (
     add_parts_option,
-    check_parts_option,
+    check_parts_options,
     counterweight_files,
     make_parts,
+    notices_of_parts,
 )
 from balance.app.cli.payload_option import add_payload_option
 from balance.app.cli.progress import progress_bar
@@ -151,7 +152,7 @@ def _check_options(arguments: argparse.Namespace) -> None:
     """End the command with code 2 if options contradict each other."""
     check_matter_options(arguments)
     check_density_options(arguments)
-    check_parts_option(arguments)
+    check_parts_options(arguments)
     if arguments.payload is not None and arguments.merge:
         arguments.refuse("--merge does not go with --payload, which no file holds")
     if arguments.budget is None and arguments.pareto is None:
@@ -230,7 +231,6 @@ def _run(arguments: argparse.Namespace) -> Answer:
     from balance.app.answers.text.partial import partial_body
     from balance.app.answers.text.payload import payload_section
     from balance.masses.counterweights.link_regions import distant_regions
-    from balance.masses.counterweights.parts.part_files import rough_parts
 
     best = front.designs[-1]
     parts = make_parts(arguments, best)
@@ -239,7 +239,7 @@ def _run(arguments: argparse.Namespace) -> Answer:
         verdict_code(best.verdict),
         lambda: front.to_dict() | ({} if load is None else {"payload": load.to_dict()}),
         lambda: [*partial_body(front), *payload_section(load)],
-        (*front.notices, *far, *rough_parts(parts)),
+        (*front.notices, *far, *notices_of_parts(arguments, parts)),
         describe_written(arguments, best.z is not None),
         lambda: _files(arguments, front, parts),
     )

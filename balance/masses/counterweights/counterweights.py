@@ -17,7 +17,7 @@ from balance.masses.counterweights.regions import Region
 from balance.masses.counterweights.shaped.decide_shaped import decide_shaped
 from balance.masses.counterweights.shaped.weight_shape import (
     WeightShape,
-    read_weight_shape,
+    read_weight_shapes,
 )
 from balance.masses.counterweights.volume.decide_filled import balancing_mass, decide_filled
 from balance.masses.counterweights.volume.plates import (
@@ -92,10 +92,13 @@ def counterweights(
             then has three components. Not for point masses.
         price_of_mass: what is added to the objectives inertia and rotor for each kilogram, in
             squares of ``space.length``, so that no mass is added that serves nothing.
-        shape: ``disc=0.02`` or ``block=0.02``, of that thickness in metres, or
-            ``cylinder=0.03``, of that radius: each counterweight is one of them, across the
-            plane of the linkage and within its region, for the least mass of such shapes that
-            balances forces. Not for point masses.
+        shape: ``disc=0.02`` or ``block=0.02``, of that thickness in metres,
+            ``cylinder=0.03``, of that radius, or ``sector=0.02,0.1``, of that thickness and
+            radius about the joint that carries the link (without a radius that of the largest
+            circle about it in the region): each counterweight is one of them, across the plane
+            of the linkage and within its region, for the least mass of such shapes that
+            balances forces. ``disc=0.005/0.008/0.01`` gives a choice: each counterweight has
+            the size that is best. Not for point masses.
         motions: one or several, as for `balance.verify`; the answer then has the loads along
             them, before and after.
         relax: whether to look for single changes that help if there is no answer.
@@ -125,12 +128,12 @@ def counterweights(
         raise UsageError(f"a price of mass of {price_of_mass:g}: give a number from 0 up")
     if asked.planar and asked.balance == "dynamic" and thickness is None:
         asked = recompute_spatial(asked)
-    wanted = _wanted_shape(asked, shape, minimise, density, thickness)
+    choices = _wanted_shapes(asked, shape, minimise, density, thickness)
     if limits:
         stocks = stocks_of(asked, body_regions, limits)
         answer = decide_filled(asked, stocks, minimise, price_of_mass)
-        if wanted is not None and answer.weights:
-            answer = decide_shaped(answer, stocks, wanted)
+        if choices and answer.weights:
+            answer = decide_shaped(answer, stocks, choices)
     else:
         answer = decide(asked, body_regions, minimise, price_of_mass)
     given = regions or {}
@@ -173,17 +176,17 @@ def _contradiction(space: RequiredSpace, regions: Mapping[int, Region]) -> str:
     return contradiction_words(contradiction(space.texts, excluded), "counterweight")
 
 
-def _wanted_shape(
+def _wanted_shapes(
     space: DesignSpace,
     shape: str | None,
     minimise: AddedObjective,
     density: float | Mapping[str, float] | None,
     thickness: float | None,
-) -> WeightShape | None:
-    """Read a shape, and check that what else is asked for goes with it."""
+) -> tuple[WeightShape, ...]:
+    """Read a shape in its sizes, and check that what else is asked for goes with it."""
     if shape is None:
-        return None
-    wanted = read_weight_shape(shape)
+        return ()
+    choices = read_weight_shapes(shape)
     if density is None:
         raise UsageError(
             f"shape {shape} has a volume, and point masses have none: give a density"
@@ -197,7 +200,7 @@ def _wanted_shape(
             "shapes are found for the forces of planar linkages: ask for force balance, or "
             "leave out the shape"
         )
-    return wanted
+    return choices
 
 
 def _single_relaxations(

@@ -17,7 +17,7 @@ from kinematics.numerics.array_types import Array
 
 USAGE = {
     "ball": "ball(x,y,z,r)",
-    "box": "box(x0:x1,y0:y1,z0:z1)",
+    "box": "box(x0:x1,y0:y1,z0:z1) or with ,roll,pitch,yaw",
     "cylinder": "cylinder(x,y,z,ax,ay,az,r,length)",
     "ellipsoid": "ellipsoid(x,y,z,a,b,c) or with ,roll,pitch,yaw",
 }
@@ -25,7 +25,7 @@ USAGE = {
 _LENGTH, _ANGLE, _DIRECTION = ("length",), ("angle",), ()
 _QUANTITIES: dict[str, tuple[tuple[str, ...], ...]] = {
     "ball": (_LENGTH,) * 4,
-    "box": (_LENGTH,) * 6,
+    "box": (*(_LENGTH,) * 6, *(_ANGLE,) * 3),
     "cylinder": (*(_LENGTH,) * 3, *(_DIRECTION,) * 3, *(_LENGTH,) * 2),
     "ellipsoid": (*(_LENGTH,) * 6, *(_ANGLE,) * 3),
 }
@@ -43,18 +43,27 @@ def read_region(text: str) -> Region:
     if kind in USAGE and words.endswith(")") and numbers is not None:
         if kind == "ball" and numbers.size == 4:
             return ball_region(numbers[:3], float(numbers[3]))
-        if kind == "box" and numbers.size == 6 and inner.count(":") == 3:
-            return box_region(numbers[::2], numbers[1::2])
+        if kind == "box" and numbers.size in (6, 9) and _are_ranges(inner):
+            return box_region(numbers[:6:2], numbers[1:6:2], _angles(numbers))
         if kind == "cylinder" and numbers.size == 8:
             return cylinder_region(
                 numbers[:3], numbers[3:6], float(numbers[6]), float(numbers[7])
             )
         if kind == "ellipsoid" and numbers.size in (6, 9):
-            rpy = numbers[6:] if numbers.size == 9 else np.zeros(3)
-            return ellipsoid_region(numbers[:3], numbers[3:6], rpy)
+            return ellipsoid_region(numbers[:3], numbers[3:6], _angles(numbers))
     usage = USAGE.get(kind)
     wanted = usage or ", ".join([*USAGE.values(), "collision"])
     raise UsageError(f"region '{text}' has no known form: write {wanted}")
+
+
+def _angles(numbers: Array) -> Array:
+    """Return the last three of nine numbers; zero for fewer."""
+    return numbers[6:] if numbers.size == 9 else np.zeros(3)
+
+
+def _are_ranges(inner: str) -> bool:
+    """Whether the first three of the words between commas, and no others, are ranges."""
+    return [word.count(":") for word in inner.split(",")][:6] in ([1] * 3, [1] * 3 + [0] * 3)
 
 
 def _numbers(

@@ -3,16 +3,17 @@
 A region is an affine image ``x = H [u; 1]`` of a shape in unit coordinates u, whose centre is
 0 and which has no point further away than 1 in its own norm:
 
-==========  ======================================  ==========================================
+==========  ======================================  ============================================
 ball        ``|u| ≤ 1``                             ``ball(x,y,z,r)``
 ellipsoid   ``|u| ≤ 1``                             ``ellipsoid(x,y,z,a,b,c[,roll,pitch,yaw])``
-box         ``|u_i| ≤ 1``                           ``box(x0:x1,y0:y1,z0:z1)``
+box         ``|u_i| ≤ 1``                           ``box(x0:x1,y0:y1,z0:z1[,roll,pitch,yaw])``
 cylinder    ``u_1² + u_2² ≤ 1``, ``|u_3| ≤ 1``      ``cylinder(x,y,z,ax,ay,az,r,length)``
 hull        ``normals u ≤ offsets``                 ``collision``, of the link's own elements
-==========  ======================================  ==========================================
+sector      of such a cylinder, about its 1st axis  none: weights of that shape fill it
+==========  ======================================  ============================================
 
 Lengths are metres in the link frame, angles radians; a cylinder has its middle at (x, y, z)
-and its axis along (ax, ay, az).
+and its axis along (ax, ay, az), and a box with angles is turned about its middle.
 """
 
 from __future__ import annotations
@@ -30,8 +31,9 @@ from kinematics.files.urdf.robot_tree import rotation_of_angles
 from kinematics.model.arrays import freeze
 from kinematics.numerics.array_types import Array, Flags, IntArray
 from kinematics.numerics.linalg.ties import first_least
+from kinematics.wording import number_text
 
-Kind = Literal["ball", "ellipsoid", "box", "cylinder", "hull"]
+Kind = Literal["ball", "ellipsoid", "box", "cylinder", "hull", "sector"]
 
 # Corners, and facets, of regions without any.
 NO_POINTS = freeze(np.empty((0, 3)))
@@ -50,6 +52,7 @@ class Region:
         triangles: its facets as triples of corners (t, 3).
         normals: outward unit normals of its facets (t, 3).
         offsets: distances of its facets from the centre (t,).
+        half_angle: how far a sector reaches to both sides of its first axis, radians.
     """
 
     kind: Kind
@@ -59,6 +62,7 @@ class Region:
     triangles: IntArray
     normals: Array
     offsets: Array
+    half_angle: float = np.pi
 
     def __repr__(self) -> str:
         """One line: the text of the region."""
@@ -77,11 +81,10 @@ class Region:
     @property
     def volume(self) -> float:
         """Volume, m³."""
-        unit = {"ball": 4.0 / 3.0 * np.pi, "cylinder": 2.0 * np.pi}
         if self.offsets.size:
             size = float(np.abs(np.linalg.det(self.vertices[self.triangles])).sum()) / 6.0
         else:
-            size = unit["cylinder" if self.kind == "cylinder" else "ball"]
+            size = 4.0 / 3.0 * np.pi if self.ellipsoidal else 2.0 * self.half_angle
         return size * abs(float(np.linalg.det(self.place[:3, :3])))
 
     @property
@@ -107,9 +110,14 @@ class Region:
         u = np.asarray(units, dtype=np.float64)
         if self.ellipsoidal:
             return np.asarray(np.linalg.norm(u, axis=-1) - 1.0)
-        if self.kind == "cylinder":
+        if self.kind in ("cylinder", "sector"):
             across = np.linalg.norm(u[..., :2], axis=-1)
-            return np.asarray(np.maximum(across, np.abs(u[..., 2])) - 1.0)
+            outside = np.maximum(across, np.abs(u[..., 2])) - 1.0
+            if self.kind == "sector":
+                turn = np.abs(np.arctan2(u[..., 1], u[..., 0])) - self.half_angle
+                beside = across * np.sin(np.clip(turn, -0.5 * np.pi, 0.5 * np.pi))
+                outside = np.maximum(outside, beside)
+            return np.asarray(outside)
         return np.asarray((u @ self.normals.T - self.offsets).max(axis=-1))
 
     def gauge(self, units: ArrayLike) -> Array:
@@ -219,24 +227,49 @@ def cylinder_region(centre: ArrayLike, axis: ArrayLike, radius: float, length: f
     return _round("cylinder", _place(axes, c), text)
 
 
-def box_region(low: ArrayLike, high: ArrayLike) -> Region:
-    """Make a box along the axes of the link frame.
+def box_region(low: ArrayLike, high: ArrayLike, rpy: ArrayLike = (0.0, 0.0, 0.0)) -> Region:
+    """Make a box along the axes of the link frame, or turned about its middle.
 
     Args:
-        low: least coordinates (3,), metres.
-        high: largest coordinates (3,), metres.
+        low: least coordinates (3,), metres, before it is turned.
+        high: largest coordinates (3,), metres, likewise.
+        rpy: roll, pitch and yaw of its axes (3,), radians, as in URDF.
 
     Raises:
         UsageError: a number is not finite, or the box is empty or inside out.
     """
-    lo, hi = _finite(low, "box"), _finite(high, "box")
+    lo, hi, angles = (_finite(part, "box") for part in (low, high, rpy))
     for name, a, b in zip("xyz", lo, hi, strict=True):
         if not a < b:
             what = "is inside out" if a > b else "has no volume"
             raise UsageError(f"region box {what}: {name} from {a:g} to {b:g}: give x0 < x1")
-    text = "box(" + ",".join(f"{a:.12g}:{b:.12g}" for a, b in zip(lo, hi, strict=True)) + ")"
+    ends = [f"{a:.12g}:{b:.12g}" for a, b in zip(lo, hi, strict=True)]
+    text = f"box({','.join([*ends, *([_listed(angles.tolist())] if angles.any() else [])])})"
     corners = np.array(list(product((-1.0, 1.0), repeat=3)))
-    return _polytope("box", _place(np.diag(0.5 * (hi - lo)), 0.5 * (lo + hi)), text, corners)
+    axes = rotation_of_angles(angles) * (0.5 * (hi - lo))
+    return _polytope("box", _place(axes, 0.5 * (lo + hi)), text, corners)
+
+
+def sector_region(
+    centre: ArrayLike, axes: Array, radius: float, thickness: float, half_angle: float
+) -> Region:
+    """Make the sector of a disc, from its centre to its rim.
+
+    Args:
+        centre: middle of the axis of the disc (3,), metres, link frame.
+        axes: orthonormal rows (3, 3): the middle direction of the sector, the one across it,
+            and the axis of the disc.
+        radius: that of the disc, metres.
+        thickness: metres.
+        half_angle: how far it reaches to both sides of its middle direction, up to π.
+    """
+    place = _place(axes.T * [radius, radius, 0.5 * thickness], np.asarray(centre))
+    turn = np.degrees(2.0 * half_angle)
+    text = (
+        f"a sector of {turn:.4g}° and radius {number_text(radius)} m, "
+        f"{number_text(thickness)} m thick"
+    )
+    return replace(_round("sector", place, text), half_angle=half_angle)
 
 
 def hull_region(points: ArrayLike, text: str = "collision") -> Region:

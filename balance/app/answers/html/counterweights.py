@@ -227,6 +227,13 @@ def outlines(region: Region) -> list[Array]:
     """
     turn = np.linspace(0.0, 2.0 * np.pi, AROUND + 1)
     circle = np.column_stack([np.cos(turn), np.sin(turn), np.zeros(AROUND + 1)])
+    if region.kind == "sector":
+        turn = region.half_angle * np.linspace(-1.0, 1.0, AROUND + 1)
+        rim = np.column_stack([np.cos(turn), np.sin(turn), np.zeros(AROUND + 1)])
+        loop = np.vstack([np.zeros(3), rim, np.zeros(3)])
+        rings = [loop + [0.0, 0.0, z] for z in (-1.0, 1.0)]
+        corners = [np.array([ring[k] for ring in rings]) for k in (0, 1, AROUND + 1)]
+        return [region.to_link(path) for path in (*rings, *corners)]
     if region.kind == "cylinder":
         rings = [circle + [0.0, 0.0, z] for z in (-1.0, 1.0)]
         sides = [np.array([ring[k] for ring in rings]) for k in range(0, AROUND, AROUND // 4)]

@@ -13,6 +13,7 @@ from balance.masses.counterweights.counterweight import Counterweight
 from balance.masses.counterweights.regions import Region
 from balance.support.tolerances import PART_ROUND_OFF
 from kinematics.numerics.array_types import Array, Flags
+from kinematics.numerics.linalg.ties import first_least
 
 if TYPE_CHECKING:
     from manifold3d import CrossSection
@@ -78,7 +79,7 @@ def plate_of(weight: Counterweight) -> Plate | None:
 def _faces(region: Region) -> list[tuple[Array, float, float]]:
     """List normals across which regions have uniform thickness, and ends; thinnest first."""
     A = region.place[:3, :3]
-    if region.kind == "cylinder":
+    if region.kind in ("cylinder", "sector"):
         length = float(np.linalg.norm(A[:, 2]))
         normal = A[:, 2] / length
         if np.abs(A[:, :2].T @ normal).max() > PART_ROUND_OFF * region.size:
@@ -117,9 +118,12 @@ def _cut_plate(region: Region, axes: Array, low: float, high: float, Q: Array) -
     from manifold3d import CrossSection
 
     plane, circles = axes[:2], list[Circle]()
-    if region.kind == "cylinder":
+    if region.kind in ("cylinder", "sector"):
         sides = plane @ region.place[:3, :2]
-        corners = _circle(CORNERS) @ sides.T + plane @ region.centre
+        corners = _circle(CORNERS)
+        if region.kind == "sector":
+            corners = _wedge(region.half_angle)
+        corners = corners @ sides.T + plane @ region.centre
         lengths = np.linalg.norm(sides, axis=0)
         if (
             np.abs(sides.T @ sides - lengths[0] ** 2 * np.eye(2)).max()
@@ -159,6 +163,15 @@ def _circle(corners: int) -> Array:
     return np.sqrt(step / np.sin(step)) * np.column_stack([np.cos(turn), np.sin(turn)])
 
 
+def _wedge(half_angle: float) -> Array:
+    """Compute corners (n, 2) of a polygon with the area of a sector of the unit circle."""
+    count = int(np.ceil(half_angle / np.pi * CORNERS)) + FEWEST
+    step = 2.0 * half_angle / count
+    turn = half_angle * np.linspace(-1.0, 1.0, count + 1)
+    rim = np.sqrt(step / np.sin(step)) * np.column_stack([np.cos(turn), np.sin(turn)])
+    return np.vstack([np.zeros(2), rim])
+
+
 def _half_plane(g: Array, constant: float, size: float) -> Array:
     """Compute corners (4, 2) of a square that is the side ``2 g·x + constant > 0`` nearby."""
     length = float(np.linalg.norm(g))
@@ -188,22 +201,38 @@ def _with_arcs(loop: Array, circles: tuple[Circle, ...]) -> Array:
         turn = 1.0 if _area(loop) > 0.0 else -1.0
         return np.array([[*(1e3 * (c - [r, 0.0])), turn], [*(1e3 * (c + [r, 0.0])), turn]])
     start = next((k for k in range(count) if edges[k - 1] != edges[k]), 0)
-    corners, k = [], 0
+    runs, k = list[tuple[int, int, int]](), 0
     while k < count:
         at, run = (start + k) % count, 1
-        circle_number = edges[at]
-        while circle_number >= 0 and k + run < count:
-            if edges[(at + run) % count] != circle_number:
-                break
+        while edges[at] >= 0 and k + run < count and edges[(at + run) % count] == edges[at]:
             run += 1
-        if circle_number >= 0 and run >= FEWEST:
-            piece = loop[(at + np.arange(run + 1)) % count]
-            corners.append([*loop[at], _bulge(piece, circles[circle_number])])
-            k += run
-        else:
-            corners.append([*loop[at], 0.0])
-            k += 1
+        many = edges[at] >= 0 and run >= FEWEST
+        runs += [(at, run, int(edges[at]))] if many else [(at + i, 1, -1) for i in range(run)]
+        k += run
+    exact = loop.copy()
+    for (at, _, one), (_, _, before) in zip(runs, [runs[-1], *runs[:-1]], strict=True):
+        # Polygons have corners off their circle, by so little as keeps its area.
+        if (one >= 0) != (before >= 0):
+            line = (at - 1 if one >= 0 else at + 1) % count
+            circle = circles[max(one, before)]
+            exact[at % count] = _onto(loop[at % count], loop[line], circle)
+    corners = []
+    for at, run, number in runs:
+        piece = exact[(at + np.arange(run + 1)) % count]
+        bulge = _bulge(piece, circles[number]) if number >= 0 else 0.0
+        corners.append([*piece[0], bulge])
     return np.array(corners)
+
+
+def _onto(corner: Array, other: Array, circle: Circle) -> Array:
+    """Move a corner along a line through another to the near point of a circle; mm."""
+    p, d = other - 1e3 * circle.centre, corner - other
+    a, b, c = float(d @ d), float(p @ d), float(p @ p) - (1e3 * circle.radius) ** 2
+    root = b * b - a * c
+    if root < 0.0:
+        return corner
+    away = -b / a + np.sqrt(root) / a * np.array([-1.0, 1.0]) - 1.0
+    return np.asarray(corner + away[first_least(np.abs(away))] * d)
 
 
 def _on_circle(points: Array, circle: Circle) -> Flags:

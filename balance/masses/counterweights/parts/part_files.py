@@ -21,11 +21,13 @@ from balance.masses.counterweights.parts.mesh_moments import (
     moments_apart,
 )
 from balance.masses.counterweights.parts.outlines import Plate, plate_of
+from balance.masses.counterweights.parts.step_solids import has_step, step_file
 from balance.masses.counterweights.regions import Region
 from balance.space.inertial_parameters.conversions import mass_properties
 from balance.support.csv_text import csv_writer
 from balance.support.dxf import polylines_dxf
 from balance.support.tolerances import PART_MOMENTS, PART_ROUND_OFF
+from kinematics.error_text import quoted
 from kinematics.model.linkage import Notice
 from kinematics.model.spatial.inertia import from_pseudo_inertia
 from kinematics.numerics.array_types import Array, IntArray
@@ -35,6 +37,7 @@ COLUMNS = (
     "link",
     "mesh",
     "outline",
+    "solid",
     "density_kg_m3",
     "mass_kg",
     "volume_m3",
@@ -80,8 +83,21 @@ class CounterweightPart(NamedTuple):
         return mesh_moments(self.solid.points, self.solid.triangles)
 
     @property
-    def row(self) -> tuple[str, ...]:
-        """Its row of the table: the mass properties of the mesh; link frame."""
+    def outline(self) -> str | None:
+        """Name of the file of its outline; None if it is no plate."""
+        return f"{self.stem}.dxf" if self.solid.plate else None
+
+    @property
+    def step(self) -> str | None:
+        """Name of the file of its exact solid; None if a curved surface cuts it."""
+        return f"{self.stem}.step" if has_step(self.weight, self.solid.plate) else None
+
+    def row(self, solids: bool = False) -> tuple[str, ...]:
+        """Return its row of the table: the mass properties of the mesh; link frame.
+
+        Args:
+            solids: whether its exact solid is written too.
+        """
         weight, plate = self.weight, self.solid.plate
         assert weight.density is not None
         mass, com, inertia = mass_properties(from_pseudo_inertia(weight.density * self.moments))
@@ -95,7 +111,8 @@ class CounterweightPart(NamedTuple):
             *_without_round_off(inertia[ENTRIES], mass * size * size),
         )
         words = ("" if number is None else f"{number:.{DIGITS}g}" for number in numbers)
-        return (weight.link, self.mesh, f"{self.stem}.dxf" if plate else "", *words)
+        files = (self.mesh, self.outline or "", (self.step or "") if solids else "")
+        return (weight.link, *files, *words)
 
 
 def parts_of(weights: Sequence[Counterweight]) -> tuple[CounterweightPart, ...]:
@@ -124,7 +141,7 @@ def parts_of(weights: Sequence[Counterweight]) -> tuple[CounterweightPart, ...]:
     return tuple(parts)
 
 
-def part_files(parts: Sequence[CounterweightPart]) -> dict[str, bytes]:
+def part_files(parts: Sequence[CounterweightPart], solids: bool = False) -> dict[str, bytes]:
     """Make the files of parts: STL in mm, DXF in mm for plates, and ``parts.csv``.
 
     A mesh has its origin at the centre of mass of its counterweight, and the axes of the
@@ -133,9 +150,14 @@ def part_files(parts: Sequence[CounterweightPart]) -> dict[str, bytes]:
 
     Args:
         parts: from `parts_of`.
+        solids: whether there are STEP files too, in mm, with the origin and axes of the meshes:
+            exact solids of plates, and of regions that are whole or that planes cut.
 
     Returns:
         The contents by name.
+
+    Raises:
+        PackageError: build123d is needed for STEP, and is not installed.
 
     Example:
         >>> import balance
@@ -152,15 +174,35 @@ def part_files(parts: Sequence[CounterweightPart]) -> dict[str, bytes]:
         files[part.mesh] = _stl(part.solid)
         if part.solid.plate is not None:
             files[f"{part.stem}.dxf"] = polylines_dxf(part.solid.plate.loops(), closed=True)
+        if solids and part.step is not None:
+            files[part.step] = step_file(part.weight, part.solid.plate)
     text = StringIO(newline="")
-    csv_writer(text).writerows([COLUMNS, *(part.row for part in parts)])
+    csv_writer(text).writerows([COLUMNS, *(part.row(solids) for part in parts)])
     files[TABLE] = text.getvalue().encode()
     return files
 
 
-def rough_parts(parts: Sequence[CounterweightPart]) -> tuple[Notice, ...]:
-    """Return a notice for each part whose mesh has other moments than were computed."""
+def part_notices(
+    parts: Sequence[CounterweightPart], solids: bool = False
+) -> tuple[Notice, ...]:
+    """Tell which parts have no outline, no exact solid, or a mesh that is not quite theirs.
+
+    Args:
+        parts: from `parts_of`.
+        solids: whether STEP files are wanted.
+    """
     notices = []
+    flat = [part.weight.link for part in parts if part.outline is None]
+    if flat:
+        text = (
+            f"no DXF of {quoted(flat)}: it is not of one thickness; plates are, by "
+            "--thickness on a planar linkage"
+        )
+        notices.append(Notice("part_without_outline", text))
+    curved = [part.weight.link for part in parts if part.step is None]
+    if solids and curved:
+        text = f"no STEP of {quoted(curved)}: a curved surface cuts it, and STL has it"
+        notices.append(Notice("part_without_step", text))
     for part in parts:
         apart = moments_apart(part.moments, _volume_moments(part.weight))
         if apart > PART_MOMENTS:

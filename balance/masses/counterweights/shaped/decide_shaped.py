@@ -1,4 +1,6 @@
-"""The least mass of discs, blocks or cylinders that balances the forces of a planar linkage.
+"""The least mass of weights of a shape that balances the forces of a planar linkage.
+
+Sectors are in `balance.masses.counterweights.shaped.sectors`; discs, blocks and cylinders here.
 
 Of a shape of mass m and first moments h = m c, that reaches ρ(m) across its axis and ζ(m)
 along it, a half-space ``n·x ≤ d`` holds all if ``n·h + |n| m ρ(m) + |n_z| m ζ(m) ≤ d m``, with
@@ -10,8 +12,11 @@ inside a region are a convex set, and the least mass is a program of second-orde
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
+from itertools import product
+from math import prod
+from typing import TypeVar
 
 import numpy as np
 
@@ -20,7 +25,9 @@ from balance.masses.counterweights.counterweight import filled_counterweight
 from balance.masses.counterweights.decide import balance_residual, with_moments
 from balance.masses.counterweights.program import AddedProgram, build_added_program
 from balance.masses.counterweights.regions import Region, ball_region
-from balance.masses.counterweights.shaped.weight_shape import WeightShape
+from balance.masses.counterweights.shaped.across_plane import axes_and_height, height_within
+from balance.masses.counterweights.shaped.sectors import decide_sectors, fan_of
+from balance.masses.counterweights.shaped.weight_shape import WeightShape, shape_text
 from balance.masses.counterweights.volume.stock import Stock, fill
 from balance.support.clarabel_adapter import ConstraintBlock, solve_conic, triangles
 from balance.support.tolerances import (
@@ -36,6 +43,10 @@ from kinematics.numerics.linalg.ties import first_least
 from kinematics.wording import number_text
 
 Rows = list[tuple[str, Array]]
+Holding = TypeVar("Holding")
+
+# Most choices of sizes on all links that are compared.
+MOST_CHOICES = 256
 
 # Variables of a link: mass, first moments along two axes, mass times what grows, its root in
 # the cones, and distances from the middle of its region along the axes times mass.
@@ -45,23 +56,25 @@ WHOLE = np.diag([0.0, 0.0, 0.0, 1.0])
 
 
 def decide_shaped(
-    free: Counterweights, stocks: Mapping[int, Stock], shape: WeightShape
+    free: Counterweights, stocks: Mapping[int, Stock], choices: Sequence[WeightShape]
 ) -> Counterweights:
-    """Find the least mass of counterweights of a shape.
+    """Find the least mass of counterweights of a shape, whose size may be one of several.
 
     Args:
         free: the least matter of this density of any shape, which balances.
         stocks: regions and densities by position of the body.
-        shape: the shape.
+        choices: the shape in each of its sizes, of which every link gets one.
 
     Raises:
-        UsageError: the conditions feel moments of inertia, or a region is no ball, box, hull or
-            upright cylinder, or thinner than the shape.
+        UsageError: the conditions feel moments of inertia, a region holds no size of the
+            shape, or there are too many choices.
     """
-    space = free.space
-    unit_regions = {b: ball_region(np.zeros(3), 1.0) for b in stocks}
-    program = build_added_program(space, unit_regions, "mass")
-    holders = {b: _holder(free, b, stock, shape, program.unit) for b, stock in stocks.items()}
+    space, kind = free.space, choices[0].kind
+    regions = {b: ball_region(np.zeros(3), 1.0) for b in stocks}
+    program = build_added_program(space, regions, "mass")
+    if _feels_inertia(program):
+        raise UsageError("shapes are found for forces, and these conditions feel inertia too")
+    sizes = choices[0].plural if len(choices) == 1 else f"{kind}s ({shape_text(choices)})"
     blank = replace(
         free,
         verdict="undecided",
@@ -71,11 +84,66 @@ def decide_shaped(
         z=None,
         residual=None,
         proof=None,
-        shape=shape.text,
+        shape=shape_text(choices),
         least_mass=free.added_mass,
-        words=f"undecided: no {shape.plural} that balance were found in the regions, where "
+        words=f"undecided: no {sizes} that balance were found in the regions, where "
         f"{number_text(free.added_mass)} kg of other shapes do",
     )
+    if kind == "sector":
+        fans = _held(free, stocks, choices, fan_of)
+        answers = [decide_sectors(blank, dict(chosen)) for chosen in fans]
+    else:
+
+        def hold(free: Counterweights, b: int, stock: Stock, shape: WeightShape) -> _Holder:
+            return _holder(free, b, stock, shape, program.unit)
+
+        holders = _held(free, stocks, choices, hold)
+        answers = [_decide_grown(blank, program, dict(chosen)) for chosen in holders]
+    balanced = [answer for answer, _ in answers if answer.weights]
+    if not balanced:
+        return answers[0][0] if len(answers) == 1 else blank
+    best = balanced[first_least([answer.added_mass for answer in balanced])]
+    total, bound = best.added_mass, min(bound for _, bound in answers)
+    return replace(
+        best,
+        value=total,
+        gap=max(0.0, 1.0 - bound / total),
+        words=f"feasible: {number_text(total)} kg of {kind}s added to "
+        f"{number_text(free.given_mass)} kg balance it",
+    )
+
+
+def _held(
+    free: Counterweights,
+    stocks: Mapping[int, Stock],
+    choices: Sequence[WeightShape],
+    hold: Callable[[Counterweights, int, Stock, WeightShape], Holding],
+) -> Iterator[tuple[tuple[int, Holding], ...]]:
+    """List every choice of sizes that the regions hold: what holds each, by body."""
+    lists: list[list[tuple[int, Holding]]] = []
+    for b, stock in stocks.items():
+        held, refused = [], None
+        for shape in choices:
+            try:
+                held.append((b, hold(free, b, stock, shape)))
+            except UsageError as error:
+                refused = error
+        if not held:
+            raise UsageError(f"link '{free.space.bodies[b]}': {refused}") from None
+        lists.append(held)
+    if prod(map(len, lists)) > MOST_CHOICES:
+        raise UsageError(
+            f"{len(choices)} sizes on {len(stocks)} links are {prod(map(len, lists))} choices: "
+            f"name fewer sizes or links, for {MOST_CHOICES} at most"
+        )
+    return product(*lists)
+
+
+def _decide_grown(
+    blank: Counterweights, program: AddedProgram, holders: Mapping[int, _Holder]
+) -> tuple[Counterweights, float]:
+    """Find the least mass of discs, blocks or cylinders of given sizes, and a bound, kg."""
+    space = program.space
     masses, centres, bound = _solve(program, holders)
     weights, moments = {}, np.zeros((len(holders), 4, 4))
     for k, (b, holder) in enumerate(holders.items()):
@@ -88,19 +156,15 @@ def decide_shaped(
     residual = balance_residual(space, z)
     inside = all(holders[b].holds(weight.region) for b, weight in weights.items())
     if not weights or not residual <= COUNTERWEIGHT_RESIDUAL or not inside:
-        return blank
-    total = sum(weight.mass for weight in weights.values())
-    return replace(
+        return blank, program.unit * bound
+    answer = replace(
         blank,
         verdict="feasible",
-        value=total,
         z=freeze(z),
         residual=residual,
-        gap=max(0.0, 1.0 - program.unit * bound / total),
         weights=tuple(weights.values()),
-        words=f"feasible: {number_text(total)} kg of {shape.kind}s added to "
-        f"{number_text(free.given_mass)} kg balance it",
     )
+    return answer, program.unit * bound
 
 
 class _Holder:
@@ -132,18 +196,7 @@ class _Holder:
             axes,
         )
         self.length = length
-        low, high = _extent(stock.region, axes[2])
-        half = 0.5 * shape.size if shape.flat else 0.0
-        if not high - low > 2.0 * half * (1.0 - PART_ROUND_OFF):
-            raise UsageError(
-                f"region {stock.region.text} is {high - low:g} m thick across the plane of the "
-                f"linkage: too thin for {shape.plural}"
-            )
-        middle = 0.5 * (low + high)
-        room = max(0.0, 0.5 * (high - low) - half)
-        self.height = middle + float(np.clip(height - middle, -room, room))
-        if not shape.flat and not low < height < high:
-            self.height = middle
+        self.height = height_within(stock.region, shape, axes[2], height)
         per = unit / stock.density
         self.growth = shape.growth * (np.sqrt(per) if shape.flat else per) / length
 
@@ -226,7 +279,7 @@ def _solve(program: AddedProgram, holders: Mapping[int, _Holder]) -> tuple[Array
 
     Returns:
         Masses (links,) in units of mass, 0 where there is none or no answer; centres
-        (links, 2), m, along the axes of each; and a lower bound.
+        (links, 2), m, along the axes of each; and a lower bound, infinite if none balance.
     """
     n, length = len(holders), program.space.length
     A = np.zeros((program.target.size, n, 3))
@@ -235,8 +288,6 @@ def _solve(program: AddedProgram, holders: Mapping[int, _Holder]) -> tuple[Array
             P = np.zeros((4, 4))
             P[3, 3], P[:3, 3], P[3, :3] = mass, moment, moment
             A[:, k, i] = program.rows[k] @ triangles(P)
-    if _feels_inertia(program):
-        raise UsageError("shapes are found for forces, and these conditions feel inertia too")
     rows, offsets, blocks = [np.zeros((len(A), n, COUNT))], [-program.target], []
     rows[0][:, :, : Y + 1] = A
     blocks.append(ConstraintBlock("zero", len(A)))
@@ -254,7 +305,7 @@ def _solve(program: AddedProgram, holders: Mapping[int, _Holder]) -> tuple[Array
         q.reshape(-1), np.concatenate(rows).reshape(len(offset), -1), offset, blocks
     )
     if solution.infeasible:
-        return np.zeros(n), np.zeros((n, 2)), 0.0
+        return np.zeros(n), np.zeros((n, 2)), np.inf
     x = solution.x.reshape(n, COUNT)[:, : Y + 1]
     x = np.where(x[:, :1] > SHAPE_MASS_ZERO * x[:, MASS].sum(), x, 0.0)
     kept = x[:, MASS] > 0.0
@@ -289,42 +340,5 @@ def _holder(
     free: Counterweights, body: int, stock: Stock, shape: WeightShape, unit: float
 ) -> _Holder:
     """Prepare the region of a link to hold a shape."""
-    axes, height = _axes_and_height(free, body)
-    try:
-        return _Holder(stock, shape, axes, height, free.space.length, unit)
-    except UsageError as error:
-        raise UsageError(f"link '{free.space.bodies[body]}': {error}") from None
-
-
-def _axes_and_height(answer: Counterweights, body: int) -> tuple[Array, float]:
-    """Find axes along and across the plane of a linkage in a link frame, and its height."""
-    space = answer.space
-    frame = space.linkage.chain.frame
-    R, origin = space.frames[body, :3, :3], space.frames[body, :3, 3]
-    normal = R.T @ frame.R[2]
-    e1 = np.eye(3)[first_least(np.abs(normal), 1.0)]
-    e1 = e1 - (e1 @ normal) * normal
-    e1 /= np.linalg.norm(e1)
-    height = float(frame.R[2] @ (frame.origin - origin))
-    return np.vstack([e1, np.cross(normal, e1), normal]), height
-
-
-def _extent(region: Region, normal: Array) -> tuple[float, float]:
-    """Compute the ends of a region along a normal, m.
-
-    Raises:
-        UsageError: it is no ball, box, hull, or cylinder along the normal.
-    """
-    if region.offsets.size:
-        heights = region.to_link(region.vertices) @ normal
-        return float(heights.min()), float(heights.max())
-    middle, size = float(normal @ region.centre), np.abs(region.place[:3, :3].T @ normal)
-    if region.kind == "ball":
-        return middle - region.size, middle + region.size
-    upright = region.kind == "cylinder" and size[:2].max() <= PART_ROUND_OFF * region.size
-    if not upright:
-        raise UsageError(
-            f"region {region.text} is no ball, box, hull or cylinder across the plane of the "
-            "linkage: shapes are sought in those"
-        )
-    return middle - float(size[2]), middle + float(size[2])
+    axes, height = axes_and_height(free, body)
+    return _Holder(stock, shape, axes, height, free.space.length, unit)

@@ -1,7 +1,11 @@
-"""Simple shapes of counterweights: discs and blocks of a thickness, cylinders of a radius."""
+"""Simple shapes of counterweights, of a thickness or a radius that may be one of several.
+
+Discs, square blocks and sectors of discs have a thickness, cylinders a radius.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from math import pi, sqrt
 from typing import Literal, NamedTuple, get_args
@@ -15,7 +19,7 @@ from kinematics.model.arrays import freeze
 from kinematics.numerics.array_types import Array
 from kinematics.wording import number_text
 
-Kind = Literal["disc", "block", "cylinder"]
+Kind = Literal["disc", "block", "cylinder", "sector"]
 
 
 class WeightShape(NamedTuple):
@@ -23,35 +27,37 @@ class WeightShape(NamedTuple):
 
     A mass m of density ρ reaches so far from its axis, and from its middle along it: a disc of
     thickness t ``√(m/(π ρ t))`` and t/2, a square block ``½ √(m/(ρ t))`` along each of two
-    axes and t/2, a cylinder of radius r that radius and ``m/(2 π ρ r²)``.
+    axes and t/2, a cylinder of radius r that radius and ``m/(2 π ρ r²)``. A sector of a disc of
+    radius R, about the joint of its link, grows in its angle ``2 m/(ρ t R²)``.
 
     Attributes:
         kind: its kind.
-        size: thickness of a disc or block, radius of a cylinder, m.
+        size: thickness of a disc, block or sector, radius of a cylinder, m.
+        radius: that of a sector, m; None for the largest circle about the joint in the region.
     """
 
     kind: Kind
     size: float
-
-    @property
-    def text(self) -> str:
-        """The shape as `read_weight_shape` reads it."""
-        return f"{self.kind}={self.size:g}"
+    radius: float | None = None
 
     @property
     def plural(self) -> str:
         """Several of the shape, in words."""
         what = "radius" if self.kind == "cylinder" else "thickness"
-        return f"{self.kind}s of {what} {self.size:g} m"
+        radius = "" if self.radius is None else f" and radius {self.radius:g} m"
+        return f"{self.kind}s of {what} {self.size:g} m{radius}"
 
     @property
     def flat(self) -> bool:
-        """Whether its thickness is given, and it grows across."""
+        """Whether its thickness is given."""
         return self.kind != "cylinder"
 
     @property
     def growth(self) -> float:
-        """Metres that a cubic metre reaches: times its root if it is flat, or it."""
+        """Metres that a cubic metre reaches, of other shapes than sectors.
+
+        It is times the root of the volume for flat shapes, and times the volume for others.
+        """
         if self.kind == "disc":
             return 1.0 / sqrt(pi * self.size)
         if self.kind == "block":
@@ -79,18 +85,38 @@ class WeightShape(NamedTuple):
         return replace(cylinder_region(centre, axes[2], radius, length), text=text)
 
 
-def read_weight_shape(text: str) -> WeightShape:
-    """Read a shape from its text, such as ``disc=0.02`` or ``cylinder=30mm``.
+def shape_text(choices: Sequence[WeightShape]) -> str:
+    """Return the text of a shape in its sizes, as `read_weight_shapes` reads it."""
+    sizes = "/".join(f"{shape.size:g}" for shape in choices)
+    radius = choices[0].radius
+    return f"{choices[0].kind}={sizes}{'' if radius is None else f',{radius:g}'}"
+
+
+def read_weight_shapes(text: str) -> tuple[WeightShape, ...]:
+    """Read a shape from its text, such as ``disc=0.02`` or ``sector=5mm/8mm/10mm,90mm``.
+
+    Args:
+        text: kind, sizes of which each link gets one, and for a sector, its radius.
+
+    Returns:
+        The shape in each of its sizes, in the order of the text.
 
     Raises:
         UsageError: there is no such shape, or its size is none.
     """
-    kind, _, size = text.strip().partition("=")
-    if kind in get_args(Kind) and size:
-        length = read_quantity(size, "length")
-        if 0.0 < length < np.inf:
-            return WeightShape(kind, length)  # type: ignore[arg-type]
+    kind, _, rest = text.strip().partition("=")
+    sizes, comma, radius = rest.partition(",")
+    if kind in get_args(Kind) and sizes and (kind == "sector" or not comma):
+        lengths = [read_quantity(size, "length") for size in sizes.split("/")]
+        reach = read_quantity(radius, "length") if comma else None
+        given = [*lengths, *([] if reach is None else [reach])]
+        if all(0.0 < length < np.inf for length in given):
+            return tuple(
+                WeightShape(kind, length, reach)  # type: ignore[arg-type]
+                for length in dict.fromkeys(lengths)
+            )
     raise UsageError(
-        f"shape '{text}' has no known form: write disc=0.02 or block=0.02, of that thickness "
-        "in metres, or cylinder=0.03, of that radius"
+        f"shape '{text}' has no known form: write disc=0.02, block=0.02 or sector=0.02, of "
+        "that thickness in metres (sector=0.02,0.1 of a radius too), or cylinder=0.03, of that "
+        "radius; disc=5mm/8mm/10mm for a choice of sizes"
     )

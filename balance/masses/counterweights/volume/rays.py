@@ -70,12 +70,15 @@ def _surface(region: Region, count: int) -> tuple[Array, Array, Array, Array]:
     return ends, areas, normals, (ends * normals).sum(axis=1)
 
 
-def integrate_positive_part(rays: Rays, form: Array) -> Array:
+def integrate_positive_part(
+    rays: Rays, form: Array, powers: tuple[int, int, int] = POWERS
+) -> Array:
     """Integrate ``[u; 1][u; 1]ᵀ`` over the part of a region where a quadratic is positive.
 
     Args:
         rays: the rays of the region.
         form: symmetric matrix M (4, 4) of the polynomial ``[u; 1]ᵀ M [u; 1]``.
+        powers: of τ in mass, first and second moments; by default those of a volume.
 
     Returns:
         The moments (4, 4) in unit coordinates.
@@ -84,7 +87,7 @@ def integrate_positive_part(rays: Rays, form: Array) -> Array:
     breaks, positive, _ = _positive_intervals(rays, form)
     mass, first, second = (
         w * np.where(positive, np.diff(breaks**power, axis=1), 0.0).sum(axis=1) / power
-        for power in POWERS
+        for power in powers
     )
     local = np.empty((4, 4))
     local[:3, :3] = (second * sides.T) @ sides
@@ -151,7 +154,7 @@ def _polytope_surface(region: Region, count: int) -> tuple[Array, Array, Array]:
     """
     corners = region.vertices[region.triangles]
     n = max(2, int(np.ceil(np.sqrt(count / len(corners)))))
-    x, w = _unit_gauss(n)
+    x, w = unit_gauss(n)
     s, t = np.repeat(x, n), np.tile(x, n)
     A, B, C = corners[:, 0], corners[:, 1], corners[:, 2]
     ends = A[:, None] + s[:, None] * (B - A)[:, None] + (s * t)[:, None] * (C - B)[:, None]
@@ -185,14 +188,14 @@ def _cylinder_surface(count: int) -> tuple[Array, Array, Array]:
 def _circle_and_heights(count: float) -> tuple[Array, Array, Array, Array]:
     """Choose 2 n points of a circle with weights, and n between 0 and 1; ``n² = count``."""
     n = max(2, int(np.ceil(np.sqrt(count))))
-    x, w = _unit_gauss(n)
+    x, w = unit_gauss(n)
     turn = (np.arange(2 * n) + 0.5) * np.pi / n
     circle = np.column_stack([np.cos(turn), np.sin(turn), np.zeros(2 * n)])
     return circle, np.full(2 * n, np.pi / n), x, w
 
 
 @lru_cache(maxsize=32)
-def _unit_gauss(n: int) -> tuple[Array, Array]:
+def unit_gauss(n: int) -> tuple[Array, Array]:
     """Compute nodes and weights of Gauss and Legendre between 0 and 1."""
     x, w = np.polynomial.legendre.leggauss(n)
     return 0.5 * (x + 1.0), 0.5 * w

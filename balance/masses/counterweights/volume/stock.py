@@ -17,7 +17,9 @@ import numpy as np
 from balance.masses.counterweights.added_matter import symmetric_basis
 from balance.masses.counterweights.quadratic_minimum import minimise_in_region
 from balance.masses.counterweights.regions import Region
+from balance.masses.counterweights.volume.fans import Fan
 from balance.masses.counterweights.volume.plane_cuts import cut_moments
+from balance.masses.counterweights.volume.prism_parts import prism_part
 from balance.masses.counterweights.volume.rays import (
     integrate_positive_part,
     rays_of,
@@ -46,12 +48,15 @@ class Stock(NamedTuple):
         mirror: reflection (4, 4) in unit coordinates about which matter is in equal halves;
             None if it need not be.
         origin: point (3,) in unit coordinates from which rays start.
+        fan: directions of a cylinder, each of which is full from the axis to the rim or empty,
+            across its whole thickness; None if matter may be anywhere. Forms then are linear.
     """
 
     region: Region
     density: float
     mirror: Array | None = None
     origin: tuple[float, float, float] = CENTRE
+    fan: Fan | None = None
 
     def with_rays_inside(self, form: Array) -> Stock:
         """Let rays start far inside the part where a form (4, 4) is positive."""
@@ -93,8 +98,12 @@ def fill(stock: Stock, form: Array, rays: int = FINE) -> Array:
         rays: how many rays sum up the part that a quadric cuts off.
     """
     Q = stock.effective_form(form)
-    if not Q[:3, :3].any():
+    if stock.fan is not None:
+        moments = stock.fan.moments(stock.fan.arcs(Q))
+    elif not Q[:3, :3].any():
         moments = cut_moments(stock.region, 2.0 * Q[:3, 3], float(Q[3, 3]))
+    elif (part := prism_part(stock.region, Q, rays, stock.origin)) is not None:
+        moments = part
     else:
         moments = integrate_positive_part(rays_of(stock.region, rays, stock.origin), Q)
     return stock.per_volume * moments

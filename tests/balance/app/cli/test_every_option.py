@@ -135,6 +135,8 @@ def test_every_option(verb, name, tmp_path, monkeypatch):
     """With what it wants, on a model that takes it; on two with ``ALL_CASES=1``."""
     if (verb, name) not in (("sweep run", "--workers"), ("sweep run", "--dask")):
         monkeypatch.setattr("balance.studies.runs.chunk_runs.run_chunks", in_this_process)
+    if name == "--solids":
+        pytest.importorskip("build123d")
     flag = options(parsers()[verb])[name].nargs == 0
     known = flag or (name in GOOD and name in WORDS)
     assert known or f"{verb} {name}" in GOOD, f"{name} has no words to be tried with"

@@ -4,15 +4,23 @@ import json
 
 import numpy as np
 import pytest
-from scipy.optimize import brentq, minimize
+from scipy.optimize import brentq, linprog, minimize
 
 import balance
 from balance.app.cli.main import main
 from balance.masses.counterweights.decide import balance_residual
 from balance.masses.counterweights.region_text import read_region
-from balance.masses.counterweights.shaped.weight_shape import read_weight_shape
+from balance.masses.counterweights.shaped.sectors import fan_of
+from balance.masses.counterweights.shaped.weight_shape import read_weight_shapes
+from balance.masses.counterweights.volume.stock import Stock
 from balance.space.inertial_parameters.conversions import to_chain
 from kinematics.errors import UsageError
+from tests.independent.second_counterweights import (
+    conditions,
+    given_parameters,
+    point_parameters,
+    to_inertial,
+)
 
 STEEL = 7850.0
 NEEDED = 0.05  # kg m, what the link below needs on its other side
@@ -172,6 +180,23 @@ def test_shapes_that_do_not_fit_are_not_found(arm):
 
 
 REFUSED = {
+    "two sizes": ({"shape": "disc=0.02,0.1"}, "write disc=0.02"),
+    "outside": (
+        {"shape": "sector=0.02", "regions": {"l1": "box(-0.2:-0.1,-1:1,-1:1)"}},
+        "does not hold the axis of joint 'j1'",
+    ),
+    "large": ({"shape": "sector=0.02,0.3", "regions": {"l1": "ball(0,0,0,0.2)"}}, "no sector"),
+    "edge": (
+        {"shape": "sector=0.02", "regions": {"l1": "box(-0.2:0,-1:1,-1:1)"}},
+        "holds no circle about joint 'j1': give the radius too",
+    ),
+    "many": (
+        {
+            "regions": {"l1": "ball(0,0,0,0.2)"},
+            "shape": "disc=" + "/".join(str(0.001 + 1e-5 * k) for k in range(257)),
+        },
+        "257 sizes on 1 links are 257 choices",
+    ),
     "no density": ({"density": None}, "point masses have none"),
     "dynamic": ({"balance": "dynamic"}, "ask for force balance"),
     "thickness": ({"thickness": 0.01}, "leave out the rest"),
@@ -194,7 +219,116 @@ def test_what_does_not_go_with_a_shape_is_told(name, arm):
 
 
 def test_units_of_shapes():
-    assert read_weight_shape("disc=20mm") == read_weight_shape("disc=0.02")
+    assert read_weight_shapes("disc=20mm") == read_weight_shapes("disc=0.02")
     assert read_region("ball(0,0,0,20mm)").size == 0.02
     cylinders = (f"cylinder(0,0,0,0,0,1,{size})" for size in ("45mm,3cm", "0.045,0.03"))
     assert len({repr(read_region(text)) for text in cylinders}) == 1
+
+
+@pytest.mark.parametrize("region", ["ball(0,0,0,0.12)", "box(-0.12:0.3,-0.12:0.2,0:0.02)"])
+def test_a_sector_has_the_angle_of_the_textbook(region, arm):
+    """2/3 ρ t R³ sin α balances; without a radius R is that of the largest circle."""
+    t, R = 0.02, 0.12
+    if region.startswith("ball"):
+        R = np.sqrt(R * R - 0.25 * t * t)
+    space = balance.design_space(arm, balance="force")
+    answer = balance.counterweights(
+        space, ["l1"], {"l1": region}, shape="sector=0.02", relax=False
+    )
+    alpha = np.arcsin(NEEDED / (2.0 / 3.0 * STEEL * t * R**3))
+    (weight,) = answer.weights
+    assert answer.verdict == "feasible" and answer.gap < 1e-9
+    assert weight.mass == pytest.approx(STEEL * t * alpha * R * R, rel=1e-9)
+    np.testing.assert_allclose(weight.mass * weight.com[:2], [-NEEDED, 0.0], atol=1e-12)
+    assert weight.region.half_angle == pytest.approx(alpha, rel=1e-9)
+    assert weight.region.volume == pytest.approx(weight.mass / STEEL, rel=1e-9)
+    middle = weight.mass / STEEL / t * R * R / 4.0  # ∫ r² dA / 2 of a sector is α R⁴ / 4
+    polar = weight.inertia[2, 2] + weight.mass * weight.com[:2] @ weight.com[:2]
+    assert polar == pytest.approx(STEEL * t * 2.0 * middle, rel=1e-9)
+
+
+def wedges(region, at, R, t, count):
+    """Directions about an axis in which a region holds the whole wedge, by points of it."""
+    turn = (np.arange(count) + 0.5) * 2.0 * np.pi / count
+    e = np.column_stack([np.cos(turn), np.sin(turn), np.zeros(count)])
+    ends = [at + r * e + [0, 0, z] for r in (0.0, 0.5 * R, R) for z in (-0.5 * t, 0.5 * t)]
+    inside = np.all([region.contains(points) for points in ends], axis=0)
+    return e[inside], STEEL * t * R * R * np.pi / count
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "regions",
+    [
+        {"crank": "ball(0,0,0,0.3)", "rocker": "ball(0,0,0,0.3)"},
+        {"crank": "box(-0.15:0.4,-0.3:0.3,-0.03:0.03)", "rocker": "ball(-0.03,0,0,0.25)"},
+        {"crank": "ball(0.05,-0.1,0,0.3)", "rocker": "box(-0.3:0.3,-0.3:0.3,-1:1,0,0,0.4)"},
+        dict.fromkeys(("crank", "coupler", "rocker"), "ball(0,0,0,0.3)"),
+    ],
+)
+def test_no_wedges_of_a_linear_program_are_lighter_than_sectors(regions):
+    """Thin wedges of the same disc, each with any share, balance with as much and no less."""
+    t, R, count = 0.04, 0.22, 6000
+    space = balance.design_space("four_bar_general", balance="force")
+    answer = balance.counterweights(
+        space, list(regions), regions, shape=f"sector={t},{R}", relax=False
+    )
+    assert answer.verdict == "feasible", answer.words
+    rows = conditions(space)
+    per_link = rows.reshape(len(rows), len(space.bodies), -1)
+    columns, capacities = [], []
+    for name, text in regions.items():
+        e, most = wedges(read_region(text), np.zeros(3), R, t, count)
+        # The centre of a sector as narrow as this is at 2/3 of the radius.
+        points = to_inertial(space, name, 2.0 / 3.0 * R * e)
+        part = per_link[:, space.bodies.index(name)]
+        columns.append(part @ point_parameters(space, points).T)
+        capacities.append(np.full(len(e), most))
+    A, cap = np.hstack(columns), np.concatenate(capacities)
+    target = -rows @ given_parameters(space).reshape(-1)
+    least = linprog(
+        np.ones(A.shape[1]), A_eq=A, b_eq=target, bounds=np.column_stack([0 * cap, cap])
+    )
+    assert least.status == 0
+    assert least.fun == pytest.approx(answer.added_mass, rel=1e-5)
+
+
+@pytest.mark.table(2)
+@pytest.mark.parametrize("kind", ["disc", "sector"])
+def test_of_several_sizes_the_lightest_is_chosen(kind, arm):
+    """Of sizes alone, all of which balance, none is lighter, and one is as light."""
+    space, region = balance.design_space(arm, balance="force"), {"l1": "ball(0,0,0,0.12)"}
+    sizes = ("0.01", "0.03", "0.1", "0.22")
+    masses = [
+        balance.counterweights(
+            space, ["l1"], region, shape=f"{kind}={size}", relax=False
+        ).added_mass
+        for size in sizes
+    ]
+    several = balance.counterweights(
+        space, ["l1"], region, shape=f"{kind}={'/'.join(sizes)}", relax=False
+    )
+    lightest = min(mass for mass in masses if mass > 0.0)
+    assert several.added_mass == pytest.approx(lightest, rel=1e-9)
+    assert max(masses) > 1.05 * lightest
+    assert several.shape == f"{kind}={'/'.join(sizes)}"
+
+
+def test_sectors_that_are_too_thin_say_how_thick_they_must_be(arm):
+    space, region = balance.design_space(arm, balance="force"), {"l1": "ball(0,0,0,0.12)"}
+    answer = balance.counterweights(space, ["l1"], region, shape="sector=0.005,0.1")
+    factor = NEEDED / (2.0 / 3.0 * STEEL * 0.005 * 0.1**3)
+    assert answer.verdict == "undecided" and answer.z is None
+    told = float(answer.words.rpartition("; ")[2].split()[0])
+    assert told == pytest.approx(factor, rel=1e-3)
+
+
+def test_a_slider_has_no_sectors():
+    space = balance.design_space("slider_crank", balance="force")
+    free = balance.counterweights(space, ["crank"], relax=False)
+    stock = Stock(read_region("ball(0,0,0,3)"), STEEL)
+    (shape,) = read_weight_shapes("sector=0.02")
+    crank, slider = (space.bodies.index(name) for name in ("crank", "slider"))
+    assert fan_of(free, crank, stock, shape).fan.allowed.width == 2.0 * np.pi
+    with pytest.raises(UsageError, match="sectors are about a joint that turns, and 'q4'"):
+        fan_of(free, slider, stock, shape)

@@ -1,5 +1,7 @@
 """The least shaking with matter of limited density, against least squares over cells."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.optimize import lsq_linear
@@ -150,6 +152,116 @@ def test_boxes_that_are_too_small_are_filled():
     assert abs(steel.mass - 2 * 0.942) <= 1e-5 and steel.verdict == "optimal"
     assert abs(steel.shaking.objective - filled) <= 1e-5 * filled
     assert points.mass > 2.9 and points.share < 0.6 * steel.share
+
+
+def arms_at(u1, u2):
+    """Rotations (samples, 2, 2) and origins of the four links of `five_bar`, from its circles.
+
+    Its joints are at (0, 0), (-0.2, 0.6), (0.5, 1.1), (1.2, 0.5) and (0.9, 0.1) when u = 0.
+    """
+    places = np.array([[0, 0], [-0.2, 0.6], [0.5, 1.1], [1.2, 0.5], [0.9, 0.1]])
+
+    def turned(angle):
+        c, s = np.cos(angle), np.sin(angle)
+        return np.stack([np.stack([c, -s], -1), np.stack([s, c], -1)], -2)
+
+    left, right = turned(u1), turned(u2)
+    a = np.broadcast_to(places[0], (len(u1), 2))
+    b = a + left @ (places[1] - places[0])
+    e = np.broadcast_to(places[4], (len(u2), 2))
+    d = e + right @ (places[3] - places[4])
+    r, s = (np.linalg.norm(places[2] - places[k]) for k in (1, 3))
+    way = d - b
+    size = np.linalg.norm(way, axis=1)
+    along = (r * r - s * s + size**2) / (2.0 * size)
+    off = np.sqrt(r * r - along**2)
+    e1 = way / size[:, None]
+    tool = b + along[:, None] * e1 + off[:, None] * np.column_stack([-e1[:, 1], e1[:, 0]])
+
+    def angle(at, given):
+        x, y = (at.T, np.broadcast_to(given, at.shape).T)
+        return np.arctan2(x[1], x[0]) - np.arctan2(y[1], y[0])
+
+    upper = [angle(tool - b, places[2] - places[1]), angle(tool - d, places[2] - places[3])]
+    frames = {
+        "left_lower": (left, a),
+        "left_upper": (turned(upper[0]), b),
+        "right_lower": (right, e),
+        "right_upper": (turned(upper[1]), d),
+    }
+    np.testing.assert_allclose(tool[1], places[2], atol=1e-9)
+    return frames
+
+
+def force_of(frames, link, points, step):
+    """Force per kilogram at points (n, 2) of a link: (times, 2, n), from three finite poses."""
+    turn, at = frames[link]
+    x = turn @ points.T + at[:, :, None]
+    return -(x[2::3] - 2.0 * x[1::3] + x[0::3]) / step**2
+
+
+@pytest.mark.slow
+def test_a_five_bar_shakes_as_finite_poses_and_least_squares_over_cells_say():
+    """Two boxes of 120 cm³: full of steel they leave half, 3 kg of points a fifth.
+
+    Poses are intersections of circles, accelerations second differences of places, and the
+    least is that of bounded least squares over cells, at the same times.
+    """
+    linkage = as_linkage("five_bar")
+    space = balance.design_space(linkage, balance="force", max_order=0)
+    (motion,) = random_motions(linkage, 1, 60)
+    boxes = {
+        "left_lower": "box(-0.16:0.16,-0.01:0.01,-0.009375:0.009375,0,0,-0.9625)",
+        "right_lower": "box(-0.16:0.16,-0.01:0.01,-0.009375:0.009375,0,0,0.7576)",
+    }
+    centres = {"left_lower": [0.24, -0.345, 0.0], "right_lower": [-0.306, -0.29, 0.0]}
+    regions = {}
+    for name, text in boxes.items():
+        region = read_region(text)
+        place = region.place.copy()
+        place[:3, 3] = centres[name]
+        regions[name] = replace(region, place=place)
+        assert region.volume == pytest.approx(120e-6)
+    steel, points = (
+        balance.partial(space, list(boxes), 3.0, regions=regions, motions=[motion], **limits)
+        for limits in ({"density": STEEL}, {"density": None})
+    )
+    step = 1e-4
+    times = (motion.time[:, None] + step * np.array([-1, 0, 1])).reshape(-1)
+    u, _, _ = motion.path.at(times)
+    frames = arms_at(u[:, 0], u[:, 1])
+    given = sum(
+        body.inertia[0] * force_of(frames, body.name, to_link(space, body), step)[:, :, 0]
+        for body in linkage.bodies
+    )
+    # The mean over time is that of the trapezoidal rule.
+    share = np.ones((len(given), 1))
+    share[[0, -1]] = 0.5
+    given = np.sqrt(share / share.sum()) * given
+    size = np.linalg.norm(given)
+    columns = []
+    for name, region in regions.items():
+        u = np.stack(
+            np.meshgrid(*[(np.arange(n) + 0.5) * 2 / n - 1 for n in (60, 4)], [0.0]), -1
+        )
+        at = region.to_link(u.reshape(-1, 3))[:, :2]
+        per_kilogram = (
+            force_of(frames, name, at, step) * np.sqrt(share / share.sum())[..., None]
+        )
+        per_kilogram = per_kilogram.reshape(-1, len(at))
+        columns.append(per_kilogram * STEEL * region.volume / len(at))
+    A, b = np.hstack(columns), given.reshape(-1)
+    least = lsq_linear(A, -b, (0.0, 1.0), tol=1e-12)
+    left = np.sqrt(2.0 * least.cost) / size
+    assert steel.verdict == points.verdict == "optimal"
+    assert steel.share == pytest.approx(left, rel=1e-6)
+    assert points.share < 0.7 * steel.share and points.mass > 1.2 * steel.mass
+
+
+def to_link(space, body):
+    """The centre of mass (1, 2) of a body in its link frame."""
+    F = space.frames[space.bodies.index(body.name)]
+    return (F[:3, :3].T @ (body.inertia[1:4] / body.inertia[0] - F[:3, 3]))[None, :2]
 
 
 @pytest.mark.table(1)

@@ -1,0 +1,71 @@
+"""Where shapes are that lie across the plane of a linkage: axes of links, and heights."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from balance.masses.counterweights.answer import Counterweights
+from balance.masses.counterweights.regions import Region
+from balance.masses.counterweights.shaped.weight_shape import WeightShape
+from balance.support.tolerances import PART_ROUND_OFF
+from kinematics.errors import UsageError
+from kinematics.numerics.array_types import Array
+from kinematics.numerics.linalg.ties import first_least
+
+
+def axes_and_height(answer: Counterweights, body: int) -> tuple[Array, float]:
+    """Find axes along and across the plane of a linkage in a link frame, and its height."""
+    space = answer.space
+    frame = space.linkage.chain.frame
+    R, origin = space.frames[body, :3, :3], space.frames[body, :3, 3]
+    normal = R.T @ frame.R[2]
+    e1 = np.eye(3)[first_least(np.abs(normal), 1.0)]
+    e1 = e1 - (e1 @ normal) * normal
+    e1 /= np.linalg.norm(e1)
+    height = float(frame.R[2] @ (frame.origin - origin))
+    return np.vstack([e1, np.cross(normal, e1), normal]), height
+
+
+def height_within(region: Region, shape: WeightShape, normal: Array, height: float) -> float:
+    """Choose the height of a shape in a region: that of the plane, or the nearest to it.
+
+    Args:
+        normal: unit normal (3,) of the plane of the linkage, in the link frame.
+        height: that of the plane along it, m.
+
+    Raises:
+        UsageError: the region is too thin for the shape, or of a form that holds none.
+    """
+    low, high = _extent(region, normal)
+    half = 0.5 * shape.size if shape.flat else 0.0
+    if not high - low > 2.0 * half * (1.0 - PART_ROUND_OFF):
+        raise UsageError(
+            f"region {region.text} is {high - low:g} m thick across the plane of the "
+            f"linkage: too thin for {shape.plural}"
+        )
+    middle = 0.5 * (low + high)
+    if not shape.flat and not low < height < high:
+        return middle
+    room = max(0.0, 0.5 * (high - low) - half)
+    return middle + float(np.clip(height - middle, -room, room))
+
+
+def _extent(region: Region, normal: Array) -> tuple[float, float]:
+    """Compute the ends of a region along a normal, m.
+
+    Raises:
+        UsageError: it is no ball, box, hull, or cylinder along the normal.
+    """
+    if region.offsets.size:
+        heights = region.to_link(region.vertices) @ normal
+        return float(heights.min()), float(heights.max())
+    middle, size = float(normal @ region.centre), np.abs(region.place[:3, :3].T @ normal)
+    if region.kind == "ball":
+        return middle - region.size, middle + region.size
+    upright = region.kind == "cylinder" and size[:2].max() <= PART_ROUND_OFF * region.size
+    if not upright:
+        raise UsageError(
+            f"region {region.text} is no ball, box, hull or cylinder across the plane of the "
+            "linkage: shapes are sought in those"
+        )
+    return middle - float(size[2]), middle + float(size[2])

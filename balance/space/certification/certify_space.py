@@ -232,7 +232,7 @@ def _needs_poses(space: DesignSpace, evidence: Evidence, residual: float) -> boo
 def _add_rounding_notice(space: CertifiedSpace, error: LinkageError) -> CertifiedSpace:
     """Add the doubt, or the notice, about rounding that exact arithmetic refused."""
     doubt, mobility = "", space.linkage.mobility
-    written = space.linkage.as_written and space.linkage.meant is None
+    written = space.linkage.as_written
     if isinstance(error, InexactPlaneError) and (
         written or error.deviation > PARALLEL_AXES_ROUNDED
     ):

@@ -130,9 +130,10 @@ def _compute_rows(plan: Plan, start: int, stop: int) -> dict[str, Any]:
         columns |= _ranks(plan, closed.screws, reasons)
     below = columns["rank"] < _generic_rank(plan) if lower else None
     geometries: dict[int, SweptGeometry] = {}
+    answered = reasons == ""
     for name, options in study.quantities.items():
         if name != "rank":
-            chosen = reasons == ""
+            chosen = answered.copy()
             if options.get("where") == RANK_DROP:
                 chosen &= below
             columns |= _by_row(plan, values, closed, name, chosen, reasons, geometries)
@@ -200,7 +201,7 @@ def _by_row(
     reasons: Texts,
     geometries: dict[int, SweptGeometry],
 ) -> dict[str, Any]:
-    """Compute a quantity of the chosen rows; a reason is noted where it has no value."""
+    """Compute a quantity of the chosen rows; the first reason for no value is noted."""
     study, quantity = plan.study, QUANTITIES[name]
     options = full_options(study.quantities, name)
     columns = quantity.columns(plan.linkage, options)
@@ -218,10 +219,12 @@ def _by_row(
                     plan.linkage, masses, closed, row, study.balance, study.spatial
                 )
             values = quantity.compute(geometries[row], options)
+            why = geometries[row].lacks.get(name, "")
         except LinkageError as error:
-            reasons[row] = f"{name}: {_short(str(error), plan.linkage.source)}"
-            continue
-        for column, value in zip(columns, values, strict=True):
+            values, why = (), str(error)
+        if why and not reasons[row]:
+            reasons[row] = f"{name}: {_short(why, plan.linkage.source)}"
+        for column, value in zip(columns, values, strict=False):
             arrays[column.name][row] = value
     return arrays
 

@@ -10,6 +10,7 @@ from balance.app.cli.arguments import Parser
 from balance.app.cli.number_arguments import positive_quantity
 from balance.support.materials import MATERIALS
 
+
 def add_density_options(
     parser: Parser, group: str, whose: str, *, points: bool = False
 ) -> None:

@@ -175,9 +175,7 @@ def _read_options(name: str, options: object, source: str) -> Options:
             )
             raise _fault(source, f"{name}.{key}", "no such option", remedy)
     try:
-        options = {
-            key: _in_si(key, value) for key, value in options.items()
-        }
+        options = {key: _in_si(key, value) for key, value in options.items()}
     except UsageError as error:
         raise _fault(source, name, str(error), "correct the unit") from None
     for key, value in options.items():

@@ -386,9 +386,7 @@ QUANTITIES: dict[str, Quantity] = {
     "requirements": Quantity(
         _required_columns, requirements, ("gravity", "require"), _check_requirements
     ),
-    "shaking": Quantity(
-        _shaking_columns, _shaking_of_masses, MOTION_OPTIONS, _check_shaking
-    ),
+    "shaking": Quantity(_shaking_columns, _shaking_of_masses, MOTION_OPTIONS, _check_shaking),
     "singular_values": Quantity(_singular_columns, singular_values),
 }
 

@@ -19,7 +19,9 @@ MODEL, LINKS = "four_bar_general", ["crank", "rocker"]
 
 def options_of(quantity: str, **options: object) -> dict[str, object]:
     """The options of a quantity as they are read from a study."""
-    return dict(read_quantities({"quantities": [quantity], quantity: options}, "study")[quantity])
+    return dict(
+        read_quantities({"quantities": [quantity], quantity: options}, "study")[quantity]
+    )
 
 
 def test_materials_and_units_are_numbers_in_si():
@@ -48,7 +50,9 @@ def test_materials_and_units_are_numbers_in_si():
     turned = read_constraints({"transmission": "0.5rad"}, "study")["transmission"]
     assert np.radians(turned) == pytest.approx(0.5, rel=1e-12)
     reach = {"link": "coupler", "point": [0, 0, 0], "targets": [["120mm", 0.0, "1cm"]]}
-    assert read_constraints({"reach": reach}, "study")["reach"]["targets"] == [[0.12, 0.0, 0.01]]
+    assert read_constraints({"reach": reach}, "study")["reach"]["targets"] == [
+        [0.12, 0.0, 0.01]
+    ]
 
 
 @pytest.mark.parametrize(
@@ -134,7 +138,12 @@ def test_caps_that_cannot_be_kept_are_the_reason():
         MODEL,
         {"crank.mass": [1.0]},
         quantities={
-            "reduce": {"links": ["rocker"], "budget": 0.1, "max_bearing": {"u1": "1mN"}, "speed": 9.0},
+            "reduce": {
+                "links": ["rocker"],
+                "budget": 0.1,
+                "max_bearing": {"u1": "1mN"},
+                "speed": 9.0,
+            },
             "shaking after reduce": {},
             "shaking": {"speed": 9.0},
         },

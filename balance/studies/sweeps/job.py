@@ -7,13 +7,15 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import lru_cache
+from itertools import chain
+from time import monotonic
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from balance.space.many.many_geometries import design_space_many
-from balance.studies.runs.chunk_job import Column
+from balance.studies.runs.chunk_job import Column, chunk_size
 from balance.studies.sweeps.closing import ClosedGeometries
 from balance.studies.sweeps.geometry import SweptGeometry
 from balance.studies.sweeps.plan import Plan
@@ -29,6 +31,8 @@ Texts = NDArray[np.object_]
 
 OPEN = "its loops do not close"
 NO_NUMBER = "a parameter has no finite value"
+# Seconds of the rows that are kept together, and of a row at least.
+PART_SECONDS, SHORTEST = 3.0, 1e-6
 # Rows that tell the rank of generic geometries.
 PROBES = 64
 
@@ -101,6 +105,31 @@ class SweepJob:
         with np.errstate(over="ignore", invalid="ignore"):
             values = _compute_rows(_plan_of(self.description), start, stop)
         return {column.name: values[column.name] for column in self.columns}
+
+    def compute_part(self, chunk: int, first: int) -> tuple[dict[str, Any], int]:
+        """Compute rows of a chunk for a few seconds; see `PartedJob.compute_part`.
+
+        The rows of quantities that are computed one by one.
+        """
+        size, begin = chunk_size(chunk, self.rows, self.chunk_rows), monotonic()
+        plan = _plan_of(self.description)
+        step = size if set(plan.study.quantities) == {"rank"} else 1
+        parts: list[dict[str, Any]] = []
+        row = first
+        while row < size and not (parts and monotonic() - begin > PART_SECONDS):
+            start = chunk * self.chunk_rows + row
+            step = min(step, size - row)
+            with np.errstate(over="ignore", invalid="ignore"):
+                parts.append(_compute_rows(plan, start, start + step))
+            row += step
+            left = PART_SECONDS - (monotonic() - begin)
+            each = (monotonic() - begin) / (row - first)
+            step = max(1, min(2 * step, int(left / max(each, SHORTEST))))
+        columns = {
+            column.name: list(chain.from_iterable(part[column.name] for part in parts))
+            for column in self.columns
+        }
+        return columns, row if row < size else 0
 
 
 @lru_cache(maxsize=4)

@@ -1,4 +1,4 @@
-"""The least shaking for a budget of matter as a quantity of a sweep, as ``balance reduce`` has it.
+"""The least shaking for a budget of matter as a quantity of a sweep, as of ``balance reduce``.
 
 Options and defaults are those of `balance.partial`. The motion is that of
 `balance.studies.sweeps.swept_motion`; the random ones without options of it.

@@ -1,4 +1,4 @@
-"""The least shaking for a budget as a quantity of a sweep; materials and units of its options."""
+"""The least shaking for a budget as a quantity of a sweep; materials and units of options."""
 
 from __future__ import annotations
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -15,14 +16,18 @@ from balance.motion.motion_tolerances import (
 )
 from balance.motion.verification.crank_revolution import Crank
 from balance.motion.verification.run import PARTS, Run
-from balance.support.change_text import change_text
 from balance.support.options import Balance
 from balance.support.result_files import WithPage, WithPicture
+from kinematics.loading.model_gallery import LinkageLike, as_linkage
 from kinematics.model.linkage import Linkage, Notice
+from kinematics.model.motion import Motion
 from kinematics.numerics.array_types import Array
 from kinematics.numerics.linalg.ties import first_largest
 from kinematics.numerics.tolerances import SIZE_DETERMINED, TIE_RELATIVE
 from kinematics.wording import count_noun, html_facts, outward_text, repr_lines, size_text
+
+if TYPE_CHECKING:
+    from balance.motion.verification.comparison import VerificationComparison
 
 VERIFY_SCHEMA = "balance.verify/1"
 # Units of shaking loads.
@@ -46,6 +51,7 @@ class Verification(WithPage, WithPicture):
         crank: the joint that turns at constant speed; its revolution is the only motion. None
             for other motions.
         shown: index of the motion to plot; by default the worst one.
+        motion: restriction of the inputs, as it was asked for.
     """
 
     page_maker = "verification_page:verification_page"
@@ -61,6 +67,7 @@ class Verification(WithPage, WithPicture):
     point: Array
     crank: Crank | None = None
     shown: int | None = None
+    motion: Motion | str | Sequence[str] | None = None
 
     def __repr__(self) -> str:
         """Four lines: the motions, the peaks, and the verdict."""
@@ -406,6 +413,43 @@ class Verification(WithPage, WithPicture):
             "warnings": [notice._asdict() for notice in self.notices],
         }
 
+    def against(self, before: Verification | LinkageLike) -> VerificationComparison:
+        """Compare it with another linkage along the same motions, as ``--against`` does.
+
+        Moments are about the same point, and a crank turns at the same speed. The other linkage
+        gets random motions of its own if its inputs have other names, or if it cannot follow.
+
+        Args:
+            before: what it is compared with: a verification, or a linkage, its path or its
+                name.
+
+        Returns:
+            Both verifications, with a page and a picture.
+
+        Raises:
+            LinkageError: see `balance.verify`.
+
+        Example:
+            >>> import balance
+            >>> pair = balance.verify("robot.urdf", trajectories=1).against("robot.urdf")
+            >>> pair.after.force == pair.before.force
+            True
+        """
+        from balance.motion.verification.comparison import VerificationComparison
+        from balance.motion.verification.verify_motions import verify_second
+
+        if isinstance(before, Verification):
+            return VerificationComparison(self, before)
+        linkage = as_linkage(before)
+        options: dict[str, Any] = {"seed": self.seed, "trajectories": len(self.runs)}
+        if self.seed is None:
+            options = {}
+        if self.crank is not None and len(linkage.inputs) > 1:
+            options["crank"] = self.crank.joint
+        options |= {"motion": self.motion, "balance": self.balance}
+        second = verify_second(self, linkage, tolerance=self.tolerance, **options)
+        return VerificationComparison(self, second)
+
     @property
     def least_bearing(self) -> float:
         """Least peak force that preload leaves of that of the most loaded joint, newtons."""
@@ -442,26 +486,3 @@ class Verification(WithPage, WithPicture):
         loads = {part: {"peak": run.peak(part), "rms": run.rms(part)} for part in PARTS}
         crank = {"input": self.crank.joint, "rate": self.crank.speed, "rpm": self.crank.rpm}
         return {**crank, "periodic": self.crank.periodic, **loads}
-
-
-def round_off_of(pair: Sequence[Verification], part: str) -> float:
-    """Return the shaking ``"force"`` or ``"moment"`` that round-off decides, N or N m.
-
-    Args:
-        pair: verifications that are compared: the larger size counts.
-        part: the load.
-    """
-    return max(check.round_off * check.part_scale(part) for check in pair)
-
-
-def peak_change(pair: Sequence[Verification], part: str, *, worded: bool = False) -> str:
-    """Write the peaks of a shaking ``"force"`` or ``"moment"``, and by how much they differ.
-
-    Args:
-        pair: the verification before, and after.
-        part: the load.
-        worded: as in `balance.support.change_text.change_text`.
-    """
-    before, after = (check.force if part == "force" else check.moment for check in pair)
-    least = round_off_of(pair, part)
-    return change_text(before, after, UNITS[part], least, worded=worded)

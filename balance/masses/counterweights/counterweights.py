@@ -65,6 +65,7 @@ def counterweights(
     speed: float | str | None = None,
     crank: str | None = None,
     relax: bool = True,
+    prove: bool = True,
 ) -> Counterweights:
     """Compute the least matter that balances a linkage when added to some of its links.
 
@@ -108,6 +109,8 @@ def counterweights(
         speed: speed of a crank, rad/s, or ``"300rpm"``; one turn of it is the motion.
         crank: name of that crank; by default the only input.
         relax: whether to look for single changes that help if there is no answer.
+        prove: whether the gap of matter of limited density is proved by integrals of many
+            samples; else it is that of the integrals which found the matter.
 
     Returns:
         The counterweights, or the certificate.
@@ -137,7 +140,7 @@ def counterweights(
     wanted = _wanted_shape(asked, shape, minimise, density, thickness)
     if limits:
         stocks = stocks_of(asked, body_regions, limits)
-        answer = decide_filled(asked, stocks, minimise, price_of_mass)
+        answer = decide_filled(asked, stocks, minimise, price_of_mass, prove)
         if wanted is not None and answer.weights:
             answer = decide_shaped(answer, stocks, wanted)
     else:

@@ -149,7 +149,7 @@ class SweptGeometry:
             LinkageError: see there.
         """
         if self._weights is None:
-            self._weights = counterweights(self.space, **options, relax=False)
+            self._weights = counterweights(self.space, **options, relax=False, prove=False)
         return self._weights
 
     def reduction(self, options: Mapping[str, Any]) -> PartialBalance:

@@ -197,7 +197,7 @@ def held_by_cells(data, regions, density, count=40_000):
 
 
 def test_matter_for_forces_is_cut_off_by_planes(monkeypatch):
-    """Conditions on forces have no second moments: no sums over rays, which are slow and off."""
+    """Conditions on forces have no second moments: no sums over rays, slow and off."""
     calls = []
     monkeypatch.setattr(
         "balance.masses.counterweights.volume.stock.integrate_positive_part",

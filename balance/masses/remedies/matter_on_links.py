@@ -122,11 +122,11 @@ def apply_partial(request: RemedyRequest) -> Iterator[AppliedRemedy]:
         request.space, request.links, budget, regions=request.regions, density=request.density
     )
     blank = AppliedRemedy("partial", words, "undecided", design.words)
-    if design.found is None or design.verdict != "optimal":
+    if design.shaking is None or design.verdict != "optimal":
         yield blank
         return
     residual = (
-        design.found.objective / design.given.objective if design.given.objective else 0.0
+        design.shaking.objective / design.given.objective if design.given.objective else 0.0
     )
     urdf = with_counterweights(design) if design.weights else request.base.data
     felt = input_inertia(

@@ -249,7 +249,7 @@ def _least_counterweights(geometry: SweptGeometry, options: Options) -> tuple[An
 def _least_shaking(geometry: SweptGeometry, options: Options) -> tuple[Any, ...]:
     """Compute verdict, added mass and share of the least shaking for a budget."""
     answer = geometry.reduction(_arguments(options))
-    if answer.found is None:
+    if answer.shaking is None:
         geometry.lacks[REDUCE] = answer.words
     return reduce_values(answer)
 

@@ -46,7 +46,7 @@ def reduce_columns(linkage: Linkage, options: Options) -> tuple[Column, ...]:
 
 def reduce_values(answer: PartialBalance) -> tuple[Any, ...]:
     """Return verdict, added mass and share; no numbers where no matter keeps the caps."""
-    if answer.found is None:
+    if answer.shaking is None:
         return answer.verdict, np.nan, np.nan
     return answer.verdict, answer.mass, answer.share
 

@@ -192,15 +192,18 @@ def test_a_comparison_is_that_of_the_command(tmp_path):
     model = balance.load("four_bar_general")
     masses = [body.inertia for body in model.bodies]
     double = balance.verify(model, [2.0 * z for z in masses], speed="60rpm", crank="u1")
-    pair = double.against("four_bar_general")
+    pair = balance.motion.verify_against(double, "four_bar_general")
     assert pair.after.force == pytest.approx(2.0 * pair.before.force, rel=1e-9)
     assert "100 % more" in pair.sentence and pair.sentence in pair.to_html()
     assert pair.plot(tmp_path / "pair.svg").startswith(b"<?xml")
-    same = balance.verify(model, seed=3, trajectories=2, balance="force").against(model)
+    options = {"seed": 3, "trajectories": 2, "balance": "force"}
+    same = balance.motion.verify_against(model, model.source, **options)
     words = ["four_bar_general", "--against", "four_bar_general", "--balance", "force"]
     code, out, _ = asked(["verify", *words, "--seed", "3", "--trajectories", "2", "--json"])
     assert code == 1 and json.loads(out) == json.loads(json.dumps(same.to_dict()))
-    assert double.against(pair.before).before is pair.before
+    assert balance.motion.verify_against(double, pair.before).before is pair.before
+    with pytest.raises(UsageError, match="leave out the options"):
+        balance.motion.verify_against(double, model, speed=1.0)
 
 
 @pytest.mark.slow

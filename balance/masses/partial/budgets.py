@@ -234,7 +234,6 @@ def pareto(
     if budget is not None:
         check_budget(budget)
     computed_space = as_space(space, motion, balance, 0)
-    given = float(sum(body.inertia[0] for body in computed_space.linkage.bodies))
 
     def advance(done: int, count: int) -> None:
         if progress is not None:
@@ -253,13 +252,8 @@ def pareto(
         minimise,
     )
     problem = build_problem(computed_space, links, options, advance)
-    most = UNLIMITED * given if budget is None else budget
-    end = problem.solve(most)
-    if isinstance(end, LeastShaking):
-        needed = max(0.0, float(problem.matter.masses @ end.s))
-        most = needed if needed < most * (1.0 - LEAST_SHAKING_GAP) else most
-    count = len(problem.loads)
-    solved = {most: end}
+    most, end = _largest_budget(problem, budget)
+    count, solved = len(problem.loads), {most: end}
     for done in range(1, n):
         advance(count + done, count)
         limit = most * (done - 1) / (n - 1)
@@ -270,6 +264,19 @@ def pareto(
     budgets = sorted(solved)
     designs = _describe(problem, budgets, [solved[limit] for limit in budgets])
     return ParetoFront(designs, problem.weight_moment, frame, problem.point, minimise)
+
+
+def _largest_budget(
+    problem: ShakingProblem, budget: float | None
+) -> tuple[float, LeastShaking | CapsConflict]:
+    """Find the largest budget that is used, and the answer to it."""
+    given = float(sum(body.inertia[0] for body in problem.space.linkage.bodies))
+    most = UNLIMITED * given if budget is None else budget
+    end = problem.solve(most)
+    if isinstance(end, LeastShaking):
+        needed = max(0.0, float(problem.matter.masses @ end.s))
+        most = needed if needed < most * (1.0 - LEAST_SHAKING_GAP) else most
+    return most, end
 
 
 def _next_budget(solved: Mapping[float, LeastShaking | CapsConflict]) -> float:

@@ -4,17 +4,22 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 from balance.motion.verification.result import UNITS, Verification
+from balance.motion.verification.verify_motions import verify, verify_second
 from balance.support.change_text import change_text
 from balance.support.linkage_names import linkage_names
 from balance.support.result_files import WithPage, WithPicture
+from kinematics.errors import UsageError
+from kinematics.loading.model_gallery import LinkageLike, as_linkage
+from kinematics.model.linkage import Linkage
 from kinematics.wording import html_facts, repr_lines
 
 
 @dataclass(frozen=True, eq=False)
 class VerificationComparison(WithPage, WithPicture):
-    """Result of `Verification.against`: two verifications along the same motions.
+    """Result of `verify_against`: two verifications along the same motions.
 
     Attributes:
         after: the verification of the linkage.
@@ -61,6 +66,55 @@ class VerificationComparison(WithPage, WithPicture):
             ("before", self.before.verdict),
             ("after", self.after.verdict),
         )
+
+
+def verify_against(
+    linkage: Verification | LinkageLike, before: Verification | LinkageLike, **options: Any
+) -> VerificationComparison:
+    """Verify a linkage and another one along the same motions, as ``verify --against`` does.
+
+    Moments are about the same point, and a crank turns at the same speed. The other linkage gets
+    random motions of its own if its inputs have other names, or if it cannot follow.
+
+    Args:
+        linkage: the linkage, its path or its name; or a verification of it, whose motions
+            count.
+        before: what it is compared with, likewise.
+        options: keyword arguments of `balance.verify`, for a linkage.
+
+    Returns:
+        Both verifications, with a page and a picture.
+
+    Raises:
+        LinkageError: see `balance.verify`.
+        UsageError: there are options beside a verification.
+
+    Example:
+        >>> import balance
+        >>> pair = balance.motion.verify_against("robot.urdf", "robot.urdf", speed="60rpm")
+        >>> pair.after.force == pair.before.force
+        True
+    """
+    if isinstance(linkage, Verification):
+        if options:
+            raise UsageError("a verification has its motions: leave out the options")
+        after = linkage
+    else:
+        after = verify(linkage, **options)
+    if isinstance(before, Verification):
+        return VerificationComparison(after, before)
+    return VerificationComparison(after, _verify_likewise(after, as_linkage(before)))
+
+
+def _verify_likewise(first: Verification, linkage: Linkage) -> Verification:
+    """Verify a second linkage with the options of the first verification."""
+    options: dict[str, Any] = {"seed": first.seed, "trajectories": len(first.runs)}
+    if first.seed is None:
+        options = {}
+    if first.crank is not None and len(linkage.inputs) > 1:
+        options["crank"] = first.crank.joint
+    options |= {"motion": first.motion, "balance": first.balance}
+    return verify_second(first, linkage, tolerance=first.tolerance, **options)
 
 
 def round_off_of(pair: Sequence[Verification], part: str) -> float:

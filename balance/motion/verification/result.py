@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -18,16 +17,12 @@ from balance.motion.verification.crank_revolution import Crank
 from balance.motion.verification.run import PARTS, Run
 from balance.support.options import Balance
 from balance.support.result_files import WithPage, WithPicture
-from kinematics.loading.model_gallery import LinkageLike, as_linkage
 from kinematics.model.linkage import Linkage, Notice
 from kinematics.model.motion import Motion
 from kinematics.numerics.array_types import Array
 from kinematics.numerics.linalg.ties import first_largest
 from kinematics.numerics.tolerances import SIZE_DETERMINED, TIE_RELATIVE
 from kinematics.wording import count_noun, html_facts, outward_text, repr_lines, size_text
-
-if TYPE_CHECKING:
-    from balance.motion.verification.comparison import VerificationComparison
 
 VERIFY_SCHEMA = "balance.verify/1"
 # Units of shaking loads.
@@ -412,43 +407,6 @@ class Verification(WithPage, WithPicture):
             "remarks": list(self.remarks),
             "warnings": [notice._asdict() for notice in self.notices],
         }
-
-    def against(self, before: Verification | LinkageLike) -> VerificationComparison:
-        """Compare it with another linkage along the same motions, as ``--against`` does.
-
-        Moments are about the same point, and a crank turns at the same speed. The other linkage
-        gets random motions of its own if its inputs have other names, or if it cannot follow.
-
-        Args:
-            before: what it is compared with: a verification, or a linkage, its path or its
-                name.
-
-        Returns:
-            Both verifications, with a page and a picture.
-
-        Raises:
-            LinkageError: see `balance.verify`.
-
-        Example:
-            >>> import balance
-            >>> pair = balance.verify("robot.urdf", trajectories=1).against("robot.urdf")
-            >>> pair.after.force == pair.before.force
-            True
-        """
-        from balance.motion.verification.comparison import VerificationComparison
-        from balance.motion.verification.verify_motions import verify_second
-
-        if isinstance(before, Verification):
-            return VerificationComparison(self, before)
-        linkage = as_linkage(before)
-        options: dict[str, Any] = {"seed": self.seed, "trajectories": len(self.runs)}
-        if self.seed is None:
-            options = {}
-        if self.crank is not None and len(linkage.inputs) > 1:
-            options["crank"] = self.crank.joint
-        options |= {"motion": self.motion, "balance": self.balance}
-        second = verify_second(self, linkage, tolerance=self.tolerance, **options)
-        return VerificationComparison(self, second)
 
     @property
     def least_bearing(self) -> float:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 
 import numpy as np
@@ -85,8 +86,7 @@ def test_a_page_says_why_a_row_has_no_counterweights(tmp_path):
         },
     )
     assert set(table["counterweights"]) == {"infeasible"}
-    from tests.balance.test_result_files import page_data
-
-    data = page_data(table.to_html())
+    (text,) = re.findall(r'id="sweep"[^>]*>(.*?)</script>', table.to_html(), re.DOTALL)
+    data = json.loads(text)
     assert data["rows"] == [0, 1] and all("infeasible" in why for why in data["reasons"])
     assert [column["name"] for column in data["columns"]] == ["crank.mass", "inertia_u1"]

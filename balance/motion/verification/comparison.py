@@ -73,7 +73,7 @@ def verify_against(
 ) -> VerificationComparison:
     """Verify a linkage and another one along the same motions, as ``verify --against`` does.
 
-    Moments are about the same point, and a crank turns at the same speed. The other linkage gets
+    Moments are about the same point, and a crank turns at the same speed. The other one gets
     random motions of its own if its inputs have other names, or if it cannot follow.
 
     Args:

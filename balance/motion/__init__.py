@@ -6,6 +6,8 @@ Names for users, beside those of `balance` itself:
 - ``holding_torques``: what inputs hold at rest against gravity
 - ``shaking_tolerance``: worst case and spread of shaking of a linkage made within tolerances
 - ``ShakingTolerance``: result of ``shaking_tolerance``
+- ``verify_against``: verify a linkage and another one along the same motions
+- ``VerificationComparison``: result of ``verify_against``
 - ``Trajectory``: a motion sampled in time
 - ``one_turn``: the motion of one turn of a crank at constant speed
 - ``from_csv``: the motion of a table of the inputs over time

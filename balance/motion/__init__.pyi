@@ -5,6 +5,12 @@ from .manufacture.analyse import ShakingTolerance as ShakingTolerance
 from .manufacture.analyse import shaking_tolerance as shaking_tolerance
 from .paths.path import ReactionlessPath as ReactionlessPath
 from .paths.path import timed_path as timed_path
+from .verification.comparison import (
+    VerificationComparison as VerificationComparison,
+)
+from .verification.comparison import (
+    verify_against as verify_against,
+)
 from .verification.crank_revolution import one_turn as one_turn
 from .verification.given_motions import (
     from_csv as from_csv,

@@ -306,9 +306,11 @@ PRICE_NEGATIVE = 1e-8
 # body and of the sizes of the regions; and round-off of their objective, and of its curvature.
 FILL_RESIDUAL = 1e-13
 FILL_ROUND_OFF = 1e-14
-# Relative gaps of the objective at which Newton's method starts, of the density needed, for
-# forces and for moments, and of the mass that a change of the request needs.
+# Relative gaps of the objective at which Newton's method starts, before them that for forces,
+# whose integrals are exact; of the density needed, for forces and for moments; and of the mass
+# that a change of the request needs.
 FILL_GAPS = (1e-3, 1e-6, 1e-8)
+FILL_GAP_FORCE = 0.1
 MASS_GAP = 1e-5
 DENSITY_GAP_FORCE = 1e-7
 DENSITY_GAP = 1e-4

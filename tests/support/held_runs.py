@@ -18,8 +18,8 @@ def hold_at(rows: int) -> None:
     """Let files of this process wait for the end of the standard input from a row on."""
     write = ResultsFile.write_chunk
 
-    def write_and_wait(file: ResultsFile, chunk: int, values: Mapping) -> bool:
-        is_new = write(file, chunk, values)
+    def write_and_wait(file: ResultsFile, chunk: int, values: Mapping, *part: int) -> bool:
+        is_new = write(file, chunk, values, *part)
         if file.computed()[0] >= rows:
             sys.stdin.read()
         return is_new

@@ -8,16 +8,7 @@ from math import inf
 
 from balance.app.cli.arguments import Parser
 from balance.app.cli.number_arguments import positive_quantity
-
-# Densities of materials, kg/m³.
-MATERIALS = {
-    "steel": 7850.0,
-    "aluminium": 2700.0,
-    "brass": 8500.0,
-    "titanium": 4430.0,
-    "tungsten": 19300.0,
-    "lead": 11340.0,
-}
+from balance.support.materials import MATERIALS
 
 
 def add_density_options(

@@ -108,7 +108,6 @@ def _modes(arguments: argparse.Namespace) -> Answer:
 
         return _free_modes(free_modes(arguments.count), kind_of(arguments.plot))
     from balance.app.answers.text.flexible import supported_modes_table
-    from balance.motion.flexible.flex_data import supported_modes_data
     from balance.motion.flexible.supported_modes import Clamp, Support, supported_modes
 
     supports = [Support(*points) for points in arguments.pin]
@@ -124,7 +123,7 @@ def _modes(arguments: argparse.Namespace) -> Answer:
 
     return Answer(
         DONE,
-        lambda: supported_modes_data(modes),
+        modes.to_dict,
         lambda: [supported_modes_table(modes)],
         files=files,
     )
@@ -159,7 +158,6 @@ def _add_supports(kinds: Verbs) -> None:
 def _supports(arguments: argparse.Namespace) -> Answer:
     """Compute the supports of the options."""
     from balance.app.answers.text.flexible import supports_body
-    from balance.motion.flexible.flex_data import supports_data
     from balance.motion.flexible.support_points import support_points
 
     supports = support_points(arguments.count)
@@ -169,9 +167,7 @@ def _supports(arguments: argparse.Namespace) -> Answer:
 
         return {"plot": partial(supports_picture, supports, kind_of(arguments.plot))}
 
-    return Answer(
-        DONE, lambda: supports_data(supports), lambda: supports_body(supports), files=files
-    )
+    return Answer(DONE, supports.to_dict, lambda: supports_body(supports), files=files)
 
 
 def _add_simulate(kinds: Verbs) -> None:

@@ -26,7 +26,7 @@ from balance.masses.counterweights.volume.plates import (
     with_further_links,
 )
 from balance.masses.designs.density import STEEL
-from balance.motion.verification.given_motions import Motions
+from balance.motion.verification.given_motions import Motions, motions_or_turn
 from balance.space.requirements.contradiction import contradiction, contradiction_words
 from balance.space.requirements.recompute_spatial import recompute_spatial
 from balance.space.requirements.required_space import (
@@ -36,9 +36,11 @@ from balance.space.requirements.required_space import (
 )
 from balance.space.spaces.compute_space import as_space
 from balance.space.spaces.design_space import DesignSpace
+from balance.support.options import Balance
 from balance.support.tolerances import BOUND_RELATIVE, GROWTH_RELATIVE
 from kinematics.errors import UsageError
 from kinematics.loading.model_gallery import LinkageLike
+from kinematics.model.motion import Motion
 from kinematics.numerics.linalg.ties import rank_least_first
 
 # Largest factor by which a region may grow.
@@ -57,8 +59,13 @@ def counterweights(
     thickness: float | None = None,
     price_of_mass: float = IDLE_MASS_PRICE,
     shape: str | None = None,
+    motion: Motion | str | Sequence[str] | None = None,
+    balance: Balance | None = None,
     motions: Motions | None = None,
+    speed: float | str | None = None,
+    crank: str | None = None,
     relax: bool = True,
+    prove: bool = True,
 ) -> Counterweights:
     """Compute the least matter that balances a linkage when added to some of its links.
 
@@ -73,8 +80,7 @@ def counterweights(
     In the limit of infinite density it is point masses.
 
     Args:
-        space: a design space, or a linkage, its path or its name: dynamic balance of it in
-            every motion.
+        space: a design space, or a linkage, its path or its name.
         links: names of the links to which matter may be added.
         regions: where, by name: a `Region` of the link frame, or its text, such as
             ``ball(0,0,0,0.1)``, ``box(-0.2:0,-0.1:0.1,0:0.1)``,
@@ -99,9 +105,15 @@ def counterweights(
             of the linkage and within its region, for the least mass of such shapes that
             balances forces. ``disc=0.005/0.008/0.01`` gives a choice: each counterweight has
             the size that is best. Not for point masses.
+        motion: restriction of the inputs of a linkage; a space has its own.
+        balance: ``"dynamic"``, as by default of a linkage, or ``"force"``.
         motions: one or several, as for `balance.verify`; the answer then has the loads along
             them, before and after.
+        speed: speed of a crank, rad/s, or ``"300rpm"``; one turn of it is the motion.
+        crank: name of that crank; by default the only input.
         relax: whether to look for single changes that help if there is no answer.
+        prove: whether the gap of matter of limited density is proved by integrals of many
+            samples; else it is that of the integrals which found the matter.
 
     Returns:
         The counterweights, or the certificate.
@@ -114,14 +126,14 @@ def counterweights(
 
     Example:
         >>> import balance
-        >>> space = balance.design_space("robot.urdf", balance="force")
-        >>> answer = balance.counterweights(space, ["crank", "rocker"])
-        >>> answer.verdict
+        >>> links = ["crank", "rocker"]
+        >>> balance.counterweights("robot.urdf", links, balance="force").verdict
         'feasible'
     """
     if minimise not in get_args(AddedObjective):
         raise ValueError(f"minimise must be one of {', '.join(get_args(AddedObjective))}")
-    asked = as_space(space)
+    asked = as_space(space, motion, balance)
+    motions = motions_or_turn(asked.linkage, motions, speed, crank, asked.motion)
     body_regions = regions_of(asked, links, regions or {})
     limits = density_limits(asked, body_regions, density, thickness)
     if not (np.isfinite(price_of_mass) and price_of_mass >= 0.0):
@@ -131,7 +143,7 @@ def counterweights(
     choices = _wanted_shapes(asked, shape, minimise, density, thickness)
     if limits:
         stocks = stocks_of(asked, body_regions, limits)
-        answer = decide_filled(asked, stocks, minimise, price_of_mass)
+        answer = decide_filled(asked, stocks, minimise, price_of_mass, prove)
         if choices and answer.weights:
             answer = decide_shaped(answer, stocks, choices)
     else:

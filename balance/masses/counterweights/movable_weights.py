@@ -25,7 +25,8 @@ from balance.masses.counterweights.program import (
 )
 from balance.masses.counterweights.regions import Region
 from balance.masses.designs.pseudo_inertia_cone import given_parameters
-from balance.masses.payload import Payload, carrying
+from balance.masses.payload import Payload, carrying, read_payload
+from balance.space.spaces.compute_space import as_space
 from balance.space.spaces.design_space import DesignSpace
 from balance.support.clarabel_adapter import ConstraintBlock, solve_conic
 from balance.support.tolerances import (
@@ -106,18 +107,19 @@ class MovableWeights(NamedTuple):
 
 
 def movable_weights(
-    space: DesignSpace,
+    space: DesignSpace | LinkageLike,
     linkage: LinkageLike,
-    payload: Payload,
+    payload: Payload | str,
     links: Sequence[str],
     regions: Mapping[str, Region | str] | None = None,
 ) -> MovableWeights:
     """Find weights on links that balance every load of a range by moving with it.
 
     Args:
-        space: a design space in which masses and first moments alone count.
+        space: a design space in which masses and first moments alone count, or a linkage, its
+            path or its name: its force balance.
         linkage: its linkage without the payload, or what `kinematics.load` accepts.
-        payload: a range of loads.
+        payload: a range of loads, or its text.
         links: names of links that may carry a weight.
         regions: where a weight may be, by name, as for `balance.counterweights`.
 
@@ -126,15 +128,15 @@ def movable_weights(
         UsageError: the payload is one load.
 
     Example:
-        >>> import balance, kinematics
-        >>> from balance.masses import movable_weights, read_payload
-        >>> linkage = kinematics.load("robot.urdf")
-        >>> space = balance.design_space(linkage, balance="force")
-        >>> payload = read_payload("coupler=0:0.5")
-        >>> movable_weights(space, linkage, payload, ["crank", "rocker"]).fixed
+        >>> from balance.masses import movable_weights
+        >>> links = ["crank", "rocker"]
+        >>> movable_weights("robot.urdf", "robot.urdf", "coupler=0:0.5", links).fixed
         False
     """
     linkage = as_linkage(linkage)
+    payload = read_payload(payload) if isinstance(payload, str) else payload
+    if not isinstance(space, DesignSpace):
+        space = as_space(space, balance="force")
     if not payload.varies:
         raise UsageError(f"payload '{payload.text}' is one load: give a range low:high")
     ends = [replace(space, linkage=carrying(linkage, payload, m)) for m in payload[-2:]]

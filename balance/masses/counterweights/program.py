@@ -135,6 +135,8 @@ def build_added_program(
     rank = int(np.sum(values > CONDITION_WITHOUT_MATTER * values.max(initial=0.0)))
     r, kept = -conditions @ given, U[:, :rank] / values[:rank]
     rows = V[:rank].reshape(rank, len(regions), 10).transpose(1, 0, 2)
+    # Moments that no condition has, second ones for forces, have no round-off in its rows.
+    rows = rows * (raw != 0.0).any(axis=1)[:, None, :]
     cost, inertia, scale, constant = objective_of(space, regions, minimise, price, file, unit)
     # Twice, because what is left may be much smaller than r.
     remainder = conditions.T @ project_out(project_out(r, U[:, :rank]), U[:, :rank])

@@ -36,10 +36,12 @@ from balance.space.requirements.recompute_spatial import recompute_spatial
 from balance.space.requirements.required_space import RequiredSpace, space_of
 from balance.space.spaces.compute_space import as_space
 from balance.space.spaces.design_space import DesignSpace
+from balance.support.options import Balance
 from balance.support.result_files import WithPage, WithPicture, write_file
 from balance.support.tolerances import DENSITIES_EQUAL, KEPT_BODY_RESIDUAL
 from kinematics.errors import BodyError, UsageError
 from kinematics.loading.model_gallery import LinkageLike
+from kinematics.model.motion import Motion
 from kinematics.numerics.array_types import Array
 from kinematics.numerics.linalg.ties import first_largest
 from kinematics.wording import html_facts, number_text, repr_lines
@@ -270,6 +272,8 @@ def design(
     one_pose: bool = False,
     density: float | Mapping[str, float] | None = STEEL,
     thickness: float | None = None,
+    motion: Motion | str | Sequence[str] | None = None,
+    balance: Balance | None = None,
 ) -> Design:
     """Compute the best balanced mass distribution, or a certificate that there is none.
 
@@ -288,8 +292,7 @@ def design(
     limits of density, it is that of the largest margin, with the total mass of the file.
 
     Args:
-        space: a design space, or a linkage, its path or its name: dynamic balance of it in
-            every motion.
+        space: a design space, or a linkage, its path or its name.
         minimise: ``"mass"``: total mass, kg; ``"inertia"``: the largest principal moment of
             inertia of any body that is not kept, about the origin of its link frame, kg m²;
             ``"rotor"``: trace of the generalised inertia matrix of the motion at the reference
@@ -307,6 +310,8 @@ def design(
             that are kept have no limit. By default that of steel; None for no limits.
         thickness: that of the bodies of a planar linkage whose density is limited, m; by
             default a twentieth of ``space.length``.
+        motion: restriction of the inputs of a linkage; a space has its own.
+        balance: ``"dynamic"``, as by default of a linkage, or ``"force"``.
 
     Returns:
         The design, or the certificate, and the result of its check.
@@ -323,13 +328,13 @@ def design(
 
     Example:
         >>> import balance
-        >>> space = balance.design_space("robot.urdf", balance="force")
-        >>> balance.design(space, "mass", bounds={"crank": (0.5, 2.0)}).bodies[0]
+        >>> bounds = {"crank": (0.5, 2.0)}
+        >>> balance.design("robot.urdf", "mass", bounds=bounds, balance="force").bodies[0]
         BodyInertia of crank: 0.5 kg at ...
     """
     if minimise is not None and minimise not in get_args(Objective):
         raise ValueError(f"minimise must be one of {', '.join(get_args(Objective))}")
-    space = as_space(space)
+    space = as_space(space, motion, balance)
     if one_pose and len(space.orders) > 1:
         raise ValueError("balance at one pose needs a space of order 0: give it max_order=0")
     answer = maximise_margin(space, keep, bounds, within, one_pose, density, thickness)

@@ -26,11 +26,12 @@ from typing import Literal, NamedTuple
 import numpy as np
 
 from balance.space.inertial_parameters.conversions import MassProperties
+from balance.support.materials import MATERIALS
 from balance.support.tolerances import SECOND_MOMENT_NEGATIVE_RELATIVE
 from kinematics.numerics.array_types import Array
 
 # Density of steel, kg/m³.
-STEEL = 7850.0
+STEEL = MATERIALS["steel"]
 
 
 class DensityLimit(NamedTuple):

@@ -28,17 +28,19 @@ from balance.masses.partial.shaking_problem import (
     ShakingProblem,
     build_problem,
 )
-from balance.motion.verification.given_motions import Motions
-from balance.space.spaces.compute_space import design_space
+from balance.motion.verification.given_motions import Motions, motions_or_turn
+from balance.space.spaces.compute_space import as_space
 from balance.space.spaces.design_space import DesignSpace
+from balance.support.options import Balance
 from balance.support.tolerances import (
     FILLING_GAP_PROVED,
     LEAST_SHAKING_GAP,
     SHAKING_GAP_PROVED,
 )
 from kinematics.errors import UsageError
-from kinematics.loading.model_gallery import LinkageLike, as_linkage
+from kinematics.loading.model_gallery import LinkageLike
 from kinematics.model.arrays import freeze
+from kinematics.model.motion import Motion
 from kinematics.numerics.linalg.ties import first_largest
 from kinematics.wording import number_text, size_text
 
@@ -56,7 +58,11 @@ def partial(
     budget: float,
     *,
     regions: Mapping[str, Region | str] | None = None,
+    motion: Motion | str | Sequence[str] | None = None,
+    balance: Balance | None = None,
     motions: Motions | None = None,
+    speed: float | str | None = None,
+    crank: str | None = None,
     weight_moment: float | None = None,
     max_bearing: Mapping[str, float] | None = None,
     max_torque: Mapping[str, float] | None = None,
@@ -83,7 +89,11 @@ def partial(
         regions: where matter may be added, by link: a region, or a text such as
             ``"ball(0,0,0,0.1)"``; by default a ball about the proximal joint of half the
             link's length.
+        motion: restriction of the inputs of a linkage; a space has its own.
+        balance: ``"dynamic"``, as by default of a linkage; ``"force"``: moments do not count.
         motions: one or several, as for `balance.verify`; by default its random ones.
+        speed: speed of a crank, rad/s, or ``"300rpm"``; one turn of it is the motion.
+        crank: name of that crank; by default the only input.
         weight_moment: ℓ, metres; by default the characteristic length of the linkage.
         max_bearing: largest force in joints, N, by name. In overconstrained linkages forces
             are those of least norm.
@@ -116,9 +126,10 @@ def partial(
         >>> design.verdict, design.shaking.objective < design.given.objective
         ('optimal', True)
     """
+    asked = as_space(space, motion, balance, 0)
     options = ShakingOptions(
         regions,
-        motions,
+        motions_or_turn(asked.linkage, motions, speed, crank, asked.motion),
         weight_moment,
         max_bearing,
         max_torque,
@@ -128,11 +139,11 @@ def partial(
         thickness,
         minimise,
     )
-    return single(space, links, budget, options).designs[0]
+    return single(asked, links, budget, options).designs[0]
 
 
 def single(
-    space: DesignSpace | LinkageLike,
+    space: DesignSpace,
     links: Sequence[str],
     budget: float,
     options: ShakingOptions,
@@ -141,13 +152,13 @@ def single(
     """Compute what `partial` does, as a front of one design.
 
     Args:
-        space: see `partial`.
+        space: a design space of the linkage.
         links: names of the links that may get matter.
         budget: most mass to add, kg.
         progress: called with the number of motions done and the number of all motions.
     """
     check_budget(budget)
-    problem = build_problem(_space_of(space), links, options, progress)
+    problem = build_problem(space, links, options, progress)
     designs = _describe(problem, [budget], [problem.solve(budget)])
     return designs[0].front
 
@@ -159,7 +170,11 @@ def pareto(
     budget: float | None = None,
     *,
     regions: Mapping[str, Region | str] | None = None,
+    motion: Motion | str | Sequence[str] | None = None,
+    balance: Balance | None = None,
     motions: Motions | None = None,
+    speed: float | str | None = None,
+    crank: str | None = None,
     weight_moment: float | None = None,
     max_bearing: Mapping[str, float] | None = None,
     max_torque: Mapping[str, float] | None = None,
@@ -182,7 +197,11 @@ def pareto(
         n: number of designs, from 2 up.
         budget: most mass to add, kg; by default a hundred times the mass of the linkage.
         regions: where matter may be added, by link.
-        motions: see `partial`.
+        motion: restriction of the inputs; see `partial`, as for the next four.
+        balance: ``"dynamic"`` or ``"force"``.
+        motions: one or several.
+        speed: of a crank, rad/s.
+        crank: its name.
         weight_moment: metres.
         max_bearing: largest force in joints, N.
         max_torque: largest drive torque of inputs, N m or N.
@@ -214,8 +233,7 @@ def pareto(
         raise UsageError(f"a front of {n} designs has no two ends: ask for 2 or more")
     if budget is not None:
         check_budget(budget)
-    computed_space = _space_of(space)
-    given = float(sum(body.inertia[0] for body in computed_space.linkage.bodies))
+    computed_space = as_space(space, motion, balance, 0)
 
     def advance(done: int, count: int) -> None:
         if progress is not None:
@@ -223,7 +241,7 @@ def pareto(
 
     options = ShakingOptions(
         regions,
-        motions,
+        motions_or_turn(computed_space.linkage, motions, speed, crank, computed_space.motion),
         weight_moment,
         max_bearing,
         max_torque,
@@ -234,13 +252,8 @@ def pareto(
         minimise,
     )
     problem = build_problem(computed_space, links, options, advance)
-    most = UNLIMITED * given if budget is None else budget
-    end = problem.solve(most)
-    if isinstance(end, LeastShaking):
-        needed = max(0.0, float(problem.matter.masses @ end.s))
-        most = needed if needed < most * (1.0 - LEAST_SHAKING_GAP) else most
-    count = len(problem.loads)
-    solved = {most: end}
+    most, end = _largest_budget(problem, budget)
+    count, solved = len(problem.loads), {most: end}
     for done in range(1, n):
         advance(count + done, count)
         limit = most * (done - 1) / (n - 1)
@@ -251,6 +264,19 @@ def pareto(
     budgets = sorted(solved)
     designs = _describe(problem, budgets, [solved[limit] for limit in budgets])
     return ParetoFront(designs, problem.weight_moment, frame, problem.point, minimise)
+
+
+def _largest_budget(
+    problem: ShakingProblem, budget: float | None
+) -> tuple[float, LeastShaking | CapsConflict]:
+    """Find the largest budget that is used, and the answer to it."""
+    given = float(sum(body.inertia[0] for body in problem.space.linkage.bodies))
+    most = UNLIMITED * given if budget is None else budget
+    end = problem.solve(most)
+    if isinstance(end, LeastShaking):
+        needed = max(0.0, float(problem.matter.masses @ end.s))
+        most = needed if needed < most * (1.0 - LEAST_SHAKING_GAP) else most
+    return most, end
 
 
 def _next_budget(solved: Mapping[float, LeastShaking | CapsConflict]) -> float:
@@ -375,10 +401,3 @@ def _conflict(
         problem.frame,
         problem.minimise,
     )
-
-
-def _space_of(space: DesignSpace | LinkageLike) -> DesignSpace:
-    """Compute a design space of a linkage: its bodies and frames are all that counts."""
-    if isinstance(space, DesignSpace):
-        return space
-    return design_space(as_linkage(space), max_order=0)

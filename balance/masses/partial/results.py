@@ -197,6 +197,19 @@ class ParetoFront(WithPage, WithPicture):
         """What is minimised, in words, such as ``"shaking"``; see `MINIMISED`."""
         return MINIMISED[self.minimise] if self.frame is None else "vibration"
 
+    def to_urdf(self, path: str | PathLike[str] | None = None, *, merge: bool = False) -> bytes:
+        """Return the file with the matter of the largest budget; see `PartialBalance.to_urdf`.
+
+        Args:
+            path: file to write it to; None for none.
+            merge: whether it goes into the masses of its links.
+
+        Raises:
+            UsageError: there is no design.
+            FileError: the linkage has no file, or the new one cannot be written.
+        """
+        return self.designs[-1].to_urdf(path, merge=merge)
+
     def to_dict(self) -> dict[str, object]:
         """Return plain data for JSON; see ``schemas/partial.schema.json``."""
         first = self.designs[0]

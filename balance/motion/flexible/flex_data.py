@@ -6,68 +6,19 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from balance.motion.flexible.free_modes import FreeMode
+from balance.motion.flexible.free_modes import FLEX_SCHEMA, FreeMode
 from balance.motion.flexible.from_linkage import FlexibleLinkage
 from balance.motion.flexible.similarity import Arm, Similarity
 from balance.motion.flexible.simulate import FlexibleMotion
-from balance.motion.flexible.support_points import STATIC_POINT, SupportPoints
-from balance.motion.flexible.supported_modes import SupportedModes
 from balance.motion.flexible.translators import TranslatorMotion
 from balance.support.csv_text import csv_table
 from kinematics.numerics.array_types import Array
 
-SCHEMA = "balance.flex/1"
-
 
 def modes_data(modes: Sequence[FreeMode]) -> dict[str, object]:
     """Describe the modes of a free beam."""
-    rows = [
-        {
-            "number": mode.number,
-            "wave_number": mode.wave_number,
-            "frequency": mode.frequency,
-            "zeros": list(mode.zeros),
-        }
-        for mode in modes
-    ]
-    return {"schema": SCHEMA, "result": "free_modes", "modes": rows}
-
-
-def supported_modes_data(modes: SupportedModes) -> dict[str, object]:
-    """Describe the modes of a beam on supports; frequencies in Hz, errors relative."""
-    hertz = (modes.frequencies / (2.0 * np.pi)).tolist()
-    return {
-        "schema": SCHEMA,
-        "result": "supported_modes",
-        "frequencies": hertz,
-        "errors": modes.errors.tolist(),
-        "positions": modes.positions.tolist(),
-        "shapes": modes.shapes.tolist(),
-    }
-
-
-def supports_data(supports: SupportPoints) -> dict[str, object]:
-    """Describe supports and the whippletree of one half."""
-    bars = [
-        {
-            "ends": list(bar.ends),
-            "pivot": bar.pivot,
-            "arms": list(bar.arms),
-            "weight": bar.weight,
-        }
-        for bar in supports.bars
-    ]
-    return {
-        "schema": SCHEMA,
-        "result": "supports",
-        "points": supports.points.tolist(),
-        "weights": supports.weights.tolist(),
-        "modes": list(supports.modes),
-        "residual": supports.residual,
-        "bars": bars,
-        "hinge": supports.hinge,
-        "static_point": STATIC_POINT,
-    }
+    rows = [mode.to_dict() for mode in modes]
+    return {"schema": FLEX_SCHEMA, "result": "free_modes", "modes": rows}
 
 
 def _arm_data(arm: Arm) -> dict[str, float | None]:
@@ -113,7 +64,7 @@ def similarity_data(
         for rule in similarity.conditions
     ]
     return {
-        "schema": SCHEMA,
+        "schema": FLEX_SCHEMA,
         "result": "similar",
         "scale": similarity.scale,
         "arms": [_arm_data(first), _arm_data(second)],
@@ -161,7 +112,7 @@ def motion_data(linkage: FlexibleLinkage, motion: FlexibleMotion) -> dict[str, o
         for name, model in linkage.beams.items()
     ]
     return {
-        "schema": SCHEMA,
+        "schema": FLEX_SCHEMA,
         "result": "motion",
         "linkage": linkage.linkage.name,
         "beams": beams,

@@ -25,6 +25,10 @@ MOST_MODES = 500
 NEWTON_STEPS = 12
 
 
+FLEX_SCHEMA = "balance.flex/1"
+"""Of all data on flexible links."""
+
+
 @dataclass(frozen=True, eq=False)
 class FreeMode:
     """A bending mode of a free uniform beam, without dimensions.
@@ -46,6 +50,15 @@ class FreeMode:
         zeros = " ".join(f"{zero:.6f}" for zero in self.zeros[:6])
         more = " …" if len(self.zeros) > 6 else ""
         return f"FreeMode {self.number}: λ² {self.frequency:.6f}, zeros ± {zeros}{more}"
+
+    def to_dict(self) -> dict[str, object]:
+        """Return plain data for JSON, an item of ``schemas/flex.schema.json``."""
+        return {
+            "number": self.number,
+            "wave_number": self.wave_number,
+            "frequency": self.frequency,
+            "zeros": list(self.zeros),
+        }
 
 
 def free_modes(count: int) -> tuple[FreeMode, ...]:

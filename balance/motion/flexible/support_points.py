@@ -14,7 +14,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from balance.motion.flexible.free_modes import mode_numbers, mode_shape, mode_slope
+from balance.motion.flexible.free_modes import (
+    FLEX_SCHEMA,
+    mode_numbers,
+    mode_shape,
+    mode_slope,
+)
+from balance.support.result_files import WithPicture
 from kinematics.errors import LinkageError, UsageError
 from kinematics.numerics.array_types import Array
 from kinematics.wording import count_noun, first_names, repr_lines, size_text
@@ -45,7 +51,7 @@ class Bar(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class SupportPoints:
+class SupportPoints(WithPicture):
     """Supports of a free beam.
 
     Attributes:
@@ -58,6 +64,8 @@ class SupportPoints:
         hinge: ξ of the pivot of the last bar (of the outer point, if there is no bar): where
             the half is joined to other links.
     """
+
+    picture_maker = "flexible_pictures:supports_picture"
 
     points: Array
     weights: Array
@@ -74,6 +82,23 @@ class SupportPoints:
             f"±{self.hinge:.9f} of the length",
             f"silent symmetric modes: {modes} (residual {size_text(self.residual)})",
         )
+
+    def to_dict(self) -> dict[str, object]:
+        """Return plain data for JSON; see ``schemas/flex.schema.json``."""
+        return {
+            "schema": FLEX_SCHEMA,
+            "result": "supports",
+            "points": self.points.tolist(),
+            "weights": self.weights.tolist(),
+            "modes": list(self.modes),
+            "residual": self.residual,
+            "bars": [
+                bar._asdict() | {"ends": list(bar.ends), "arms": list(bar.arms)}
+                for bar in self.bars
+            ],
+            "hinge": self.hinge,
+            "static_point": STATIC_POINT,
+        }
 
 
 def support_points(count: int) -> SupportPoints:

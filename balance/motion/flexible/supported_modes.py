@@ -16,7 +16,9 @@ from balance.motion.flexible.beam import (
     strain_rows,
     uniform_mesh,
 )
+from balance.motion.flexible.free_modes import FLEX_SCHEMA
 from balance.motion.motion_tolerances import MODE_PEAKS_EQUAL, RIGID_MOTION_HELD
+from balance.support.result_files import WithPicture
 from kinematics.errors import LinkageError
 from kinematics.numerics.array_types import Array
 from kinematics.numerics.linalg.ties import first_largest
@@ -56,7 +58,7 @@ class EndBody(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class SupportedModes:
+class SupportedModes(WithPicture):
     """Modes of a beam on supports.
 
     Attributes:
@@ -67,6 +69,8 @@ class SupportedModes:
         shapes: displacement of the nodes in each mode, largest entry 1; shape (n, m).
     """
 
+    picture_maker = "flexible_pictures:supported_modes_picture"
+
     frequencies: Array
     errors: Array
     positions: Array
@@ -76,6 +80,17 @@ class SupportedModes:
         """Number of modes, and the first frequencies."""
         hertz = [number_text(omega / (2.0 * np.pi)) for omega in self.frequencies.tolist()]
         return f"SupportedModes: {count_noun(len(hertz), 'mode')}, {first_names(hertz)} Hz"
+
+    def to_dict(self) -> dict[str, object]:
+        """Return plain data for JSON; frequencies in Hz; see ``schemas/flex.schema.json``."""
+        return {
+            "schema": FLEX_SCHEMA,
+            "result": "supported_modes",
+            "frequencies": (self.frequencies / (2.0 * np.pi)).tolist(),
+            "errors": self.errors.tolist(),
+            "positions": self.positions.tolist(),
+            "shapes": self.shapes.tolist(),
+        }
 
 
 def supported_modes(

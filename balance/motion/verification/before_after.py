@@ -6,9 +6,10 @@ from dataclasses import dataclass, replace
 
 from numpy.typing import ArrayLike
 
+from balance.motion.verification.comparison import peak_change
 from balance.motion.verification.crank_revolution import crank_of
 from balance.motion.verification.given_motions import Motions
-from balance.motion.verification.result import Verification, peak_change
+from balance.motion.verification.result import Verification
 from balance.motion.verification.verify_motions import verify
 from balance.support.options import Balance
 from kinematics.model.linkage import Linkage

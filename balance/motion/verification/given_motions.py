@@ -15,6 +15,7 @@ from balance.motion.motion_tolerances import (
     RELATION_RESIDUAL,
     ROUNDING_NOTICE,
 )
+from balance.motion.verification.crank_revolution import revolve_crank
 from balance.motion.verification.input_paths import SplinePath
 from balance.motion.verification.table_rounding import (
     InputErrors,
@@ -26,7 +27,7 @@ from balance.motion.verification.trajectory import Trajectory, drive, order_inpu
 from balance.support.csv_columns import Table, read_table, refuse_row
 from balance.support.csv_text import csv_table
 from kinematics.closure.joint_positions import input_chain
-from kinematics.errors import PoseError
+from kinematics.errors import PoseError, UsageError
 from kinematics.loading.model_gallery import LinkageLike, as_linkage
 from kinematics.model.linkage import Linkage, Notice
 from kinematics.model.motion import Motion
@@ -69,6 +70,34 @@ def read_motions(
         each if isinstance(each, Trajectory) else from_csv(linkage, each, motion)
         for each in listed
     ]
+
+
+def motions_or_turn(
+    linkage: Linkage,
+    motions: Motions | None,
+    speed: float | str | None,
+    crank: str | None,
+    motion: Motion | None = None,
+) -> Motions | None:
+    """Return the motions that a function is asked about, or the turn of a crank.
+
+    Args:
+        motions: one or several; None for none.
+        speed: of the crank, rad/s, or a text with a unit.
+        crank: its name, as for `balance.motion.one_turn`.
+        motion: restriction of the inputs.
+
+    Raises:
+        UsageError: there are motions and a speed, or a crank without a speed.
+        PoseError: the crank cannot turn fully.
+    """
+    if speed is None:
+        if crank is not None:
+            raise UsageError(f"crank {crank} has no speed: give one, such as '300rpm'")
+        return motions
+    if motions is not None:
+        raise UsageError("give either a speed or motions to move along")
+    return revolve_crank(linkage, speed, crank, motion)[0]
 
 
 def rest_to_rest(

@@ -15,10 +15,10 @@ from balance.motion.motion_tolerances import (
 )
 from balance.motion.verification.crank_revolution import Crank
 from balance.motion.verification.run import PARTS, Run
-from balance.support.change_text import change_text
 from balance.support.options import Balance
 from balance.support.result_files import WithPage, WithPicture
 from kinematics.model.linkage import Linkage, Notice
+from kinematics.model.motion import Motion
 from kinematics.numerics.array_types import Array
 from kinematics.numerics.linalg.ties import first_largest
 from kinematics.numerics.tolerances import SIZE_DETERMINED, TIE_RELATIVE
@@ -46,6 +46,7 @@ class Verification(WithPage, WithPicture):
         crank: the joint that turns at constant speed; its revolution is the only motion. None
             for other motions.
         shown: index of the motion to plot; by default the worst one.
+        motion: restriction of the inputs, as it was asked for.
     """
 
     page_maker = "verification_page:verification_page"
@@ -61,6 +62,7 @@ class Verification(WithPage, WithPicture):
     point: Array
     crank: Crank | None = None
     shown: int | None = None
+    motion: Motion | str | Sequence[str] | None = None
 
     def __repr__(self) -> str:
         """Four lines: the motions, the peaks, and the verdict."""
@@ -442,26 +444,3 @@ class Verification(WithPage, WithPicture):
         loads = {part: {"peak": run.peak(part), "rms": run.rms(part)} for part in PARTS}
         crank = {"input": self.crank.joint, "rate": self.crank.speed, "rpm": self.crank.rpm}
         return {**crank, "periodic": self.crank.periodic, **loads}
-
-
-def round_off_of(pair: Sequence[Verification], part: str) -> float:
-    """Return the shaking ``"force"`` or ``"moment"`` that round-off decides, N or N m.
-
-    Args:
-        pair: verifications that are compared: the larger size counts.
-        part: the load.
-    """
-    return max(check.round_off * check.part_scale(part) for check in pair)
-
-
-def peak_change(pair: Sequence[Verification], part: str, *, worded: bool = False) -> str:
-    """Write the peaks of a shaking ``"force"`` or ``"moment"``, and by how much they differ.
-
-    Args:
-        pair: the verification before, and after.
-        part: the load.
-        worded: as in `balance.support.change_text.change_text`.
-    """
-    before, after = (check.force if part == "force" else check.moment for check in pair)
-    least = round_off_of(pair, part)
-    return change_text(before, after, UNITS[part], least, worded=worded)

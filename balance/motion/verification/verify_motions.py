@@ -136,6 +136,7 @@ def verify(
         linkage.notices,
         freeze(point),
         rotation,
+        motion=motion,
     )
 
 

@@ -25,7 +25,7 @@ from balance.space.transfers.compute_transfers import Transfers, serial_transfer
 from balance.support.later_fields import with_later_fields
 from balance.support.options import Balance
 from kinematics.closure.assembly.assemble import moving_chain
-from kinematics.errors import MobilityError
+from kinematics.errors import MobilityError, UsageError
 from kinematics.loading.model_gallery import LinkageLike, as_linkage
 from kinematics.model.arrays import Chain
 from kinematics.model.linkage import Linkage, Notice
@@ -128,16 +128,34 @@ def design_space(
     )
 
 
-def as_space(model: DesignSpace | LinkageLike) -> DesignSpace:
-    """Convert an argument to a design space: itself, or that of all motions of a linkage.
+def as_space(
+    model: DesignSpace | LinkageLike,
+    motion: Motion | str | Sequence[str] | None = None,
+    balance: Balance | None = None,
+    max_order: int | None = None,
+) -> DesignSpace:
+    """Convert an argument to a design space: itself, or that of a linkage.
 
     Args:
         model: a design space, or an argument of `design_space`.
+        motion: restriction of the inputs of a linkage; a space has its own.
+        balance: ``"dynamic"``, as by default, or ``"force"``; of a space, what it is for.
+        max_order: of a linkage, as for `design_space`.
 
     Raises:
         LinkageError: the linkage cannot be used.
+        UsageError: a space is for another balance, or there is a motion beside it.
     """
-    return model if isinstance(model, DesignSpace) else design_space(model)
+    if not isinstance(model, DesignSpace):
+        return design_space(model, motion, balance or "dynamic", max_order)
+    if motion is not None:
+        raise UsageError("a design space has its motion: leave out motion, or give a linkage")
+    if balance not in (None, model.balance):
+        raise UsageError(
+            f"the design space is for {model.balance} balance: leave out balance, or give a "
+            "linkage"
+        )
+    return model
 
 
 def _collect(

@@ -20,6 +20,7 @@ TABLES = {
     "about": ("name", "value"),
     "columns": ("position", "name", "kind", "unit", "stored_as"),
     "chunks": ("chunk", "rows"),
+    "begun": ("chunk", "rows"),
 }
 # Types of Python that each kind of column may hold.
 VALUES: Mapping[str, frozenset[type]] = {
@@ -132,9 +133,12 @@ def _check_chunks(
 ) -> None:
     """Check the numbers and the sizes of the chunks."""
     query = (
-        "SELECT COUNT(*) FROM chunks WHERE typeof(rows) != 'integer' OR rows < 0 OR rows > ? "
-        "OR chunk < 0 OR chunk >= ?"
+        "SELECT COUNT(*) FROM (SELECT * FROM chunks UNION ALL SELECT * FROM begun) WHERE "
+        "typeof(rows) != 'integer' OR rows < 0 OR rows > ? OR chunk < 0 OR chunk >= ?"
     )
     (wrong,) = connection.execute(query, (chunk_rows, chunk_count(rows, chunk_rows))).fetchone()
-    if wrong:
+    (twice,) = connection.execute(
+        "SELECT COUNT(*) FROM begun WHERE chunk IN (SELECT chunk FROM chunks)"
+    ).fetchone()
+    if wrong or twice:
         raise damaged(path, "it has chunks that the job does not have")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, Literal, Protocol, TypeAlias
+from typing import Any, Literal, Protocol, TypeAlias, runtime_checkable
 
 from numpy.typing import NDArray
 
@@ -12,6 +12,9 @@ from kinematics.errors import UsageError
 
 ROW_NUMBER = "row"
 """Name of the number of a row, counted from 0 in the order of the job."""
+
+ChunkTask: TypeAlias = "tuple[int, int]"
+"""A chunk to compute, and the first of its rows that is not yet done, from 0."""
 
 ChunkColumns: TypeAlias = Mapping[str, "NDArray[Any] | Sequence[Any]"]
 """Columns of one chunk by name, all of one length."""
@@ -78,6 +81,21 @@ class ChunkJob(Protocol):
 
     def compute(self, chunk: int) -> ChunkColumns:
         """Compute the columns of a chunk; the same ones in every call."""
+
+
+@runtime_checkable
+class PartedJob(ChunkJob, Protocol):
+    """A job whose chunks may take long: it computes some rows of one after the other."""
+
+    def compute_part(self, chunk: int, first: int) -> tuple[ChunkColumns, int]:
+        """Compute rows of a chunk for a few seconds.
+
+        Args:
+            first: the first of its rows to compute, from 0.
+
+        Returns:
+            Their columns, and the row of the chunk after them; 0 at its end.
+        """
 
 
 def chunk_count(rows: int, chunk_rows: int) -> int:

@@ -10,7 +10,7 @@ from itertools import chain
 from time import monotonic
 from typing import Literal
 
-from balance.studies.runs.chunk_job import ChunkJob, chunk_size
+from balance.studies.runs.chunk_job import ChunkJob, ChunkTask, chunk_size
 from balance.studies.runs.chunk_worker import ChunkOutcome, compute_chunk, values_of
 from balance.studies.runs.dask_workers import dask_outcomes
 from balance.studies.runs.results_file import ResultsFile
@@ -59,8 +59,8 @@ def run_chunks(
 ) -> RunSummary:
     """Compute the chunks that a file lacks, and write each as soon as it is done.
 
-    However the run ends, the file keeps all chunks but those in flight, and another run of the
-    job goes on from there.
+    Of chunks that take long, rows are written every few seconds. However the run ends, the file
+    keeps all rows but those in flight, and another run of the job goes on from there.
 
     Args:
         file: its file, from `ResultsFile.create` or `ResultsFile.resume`.
@@ -84,34 +84,46 @@ def run_chunks(
     chunks = covered = 0
     if progress is not None:
         progress(kept, file.rows)
-    with closing(_outcomes(job, file.pending(), count, dask, processes)) as outcomes:
+    with closing(_outcomes(job, file.tasks(), count, dask, processes)) as outcomes:
         for outcome in outcomes:
-            file.write_chunk(outcome.chunk, values_of(outcome))
-            chunks += 1
-            covered += chunk_size(outcome.chunk, file.rows, file.chunk_rows)
+            ended = not outcome.next_row
+            file.write_chunk(outcome.chunk, values_of(outcome), outcome.first, ended)
+            chunks += ended
+            size = chunk_size(outcome.chunk, file.rows, file.chunk_rows)
+            covered += (size if ended else outcome.next_row) - outcome.first
             if progress is not None:
                 progress(kept + covered, file.rows)
             if deadline is not None and monotonic() > deadline:
                 break
-    ended: Literal["complete", "time"] = "complete" if kept + covered == file.rows else "time"
-    return RunSummary(chunks, covered, kept, monotonic() - begin, processes.lost, ended)
+    why: Literal["complete", "time"] = "complete" if kept + covered == file.rows else "time"
+    return RunSummary(chunks, covered, kept, monotonic() - begin, processes.lost, why)
 
 
 def _outcomes(
     job: ChunkJob,
-    pending: Iterator[int],
+    tasks: Iterator[ChunkTask],
     count: int,
     dask: str | None,
     processes: WorkerProcesses,
 ) -> Generator[ChunkOutcome]:
     """Compute chunks where they are to be computed; nothing starts if none is left."""
-    first = next(pending, None)
-    if first is None:
+    task = next(tasks, None)
+    if task is None:
         return
-    chunks = chain([first], pending)
+    rest = chain([task], tasks)
     if dask is not None:
-        yield from dask_outcomes(job, chunks, dask, max(count, 1))
+        yield from dask_outcomes(job, rest, dask, max(count, 1))
     elif count == 0:
-        yield from (compute_chunk(job, chunk) for chunk in chunks)
+        yield from _outcomes_here(job, rest)
     else:
-        yield from processes.outcomes(chunks)
+        yield from processes.outcomes(rest)
+
+
+def _outcomes_here(job: ChunkJob, tasks: Iterator[ChunkTask]) -> Iterator[ChunkOutcome]:
+    """Compute chunks in this process, one after the other."""
+    for chunk, first in tasks:
+        outcome = compute_chunk(job, chunk, first)
+        yield outcome
+        while outcome.next_row:
+            outcome = compute_chunk(job, chunk, outcome.next_row)
+            yield outcome

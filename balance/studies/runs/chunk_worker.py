@@ -8,7 +8,7 @@ from contextlib import contextmanager
 from threading import Lock
 from typing import NamedTuple
 
-from balance.studies.runs.chunk_job import ChunkColumns, ChunkJob
+from balance.studies.runs.chunk_job import ChunkColumns, ChunkJob, PartedJob
 from balance.studies.runs.program import program
 from kinematics.errors import LinkageError, UsageError, WorkerError
 
@@ -24,10 +24,12 @@ class ChunkOutcome(NamedTuple):
     Attributes:
         chunk: its number.
         program: the program that computed it.
-        columns: its columns; None if it failed.
+        columns: its columns, or those of some of its rows; None if it failed.
         refused: the type of refusal: ``"usage"``, ``"linkage"``, or an empty text.
         error: why it failed.
         trace: where it failed, if it should not.
+        first: the first row of the chunk in the columns, from 0.
+        next_row: the first row that is left to compute; 0 if none is.
     """
 
     chunk: int
@@ -36,19 +38,25 @@ class ChunkOutcome(NamedTuple):
     refused: str = ""
     error: str = ""
     trace: str = ""
+    first: int = 0
+    next_row: int = 0
 
 
-def compute_chunk(job: ChunkJob, chunk: int) -> ChunkOutcome:
-    """Compute a chunk, and keep what goes wrong.
+def compute_chunk(job: ChunkJob, chunk: int, first: int = 0) -> ChunkOutcome:
+    """Compute a chunk, or rows of it for a few seconds, and keep what goes wrong.
 
     A worker with several threads computes one chunk at a time: jobs may keep working memory.
 
     Args:
         chunk: number of the chunk.
+        first: the first of its rows to compute, from 0.
     """
     try:
         with _ONE_AT_A_TIME:
-            return ChunkOutcome(chunk, program(), job.compute(chunk))
+            if not isinstance(job, PartedJob):
+                return ChunkOutcome(chunk, program(), job.compute(chunk))
+            columns, next_row = job.compute_part(chunk, first)
+            return ChunkOutcome(chunk, program(), columns, first=first, next_row=next_row)
     except LinkageError as error:
         kind = "usage" if isinstance(error, UsageError) else "linkage"
         return ChunkOutcome(chunk, program(), None, kind, str(error))

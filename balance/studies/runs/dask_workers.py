@@ -12,7 +12,7 @@ from itertools import islice
 from pickle import dumps, loads
 from typing import TYPE_CHECKING, Any
 
-from balance.studies.runs.chunk_job import ChunkJob
+from balance.studies.runs.chunk_job import ChunkJob, ChunkTask
 from balance.studies.runs.chunk_worker import ChunkOutcome, compute_chunk, one_thread_each
 from kinematics.errors import PackageError, WorkerError
 
@@ -30,13 +30,13 @@ PATIENCE = 30
 
 
 def dask_outcomes(
-    job: ChunkJob, chunks: Iterable[int], address: str, workers: int
+    job: ChunkJob, tasks: Iterable[ChunkTask], address: str, workers: int
 ) -> Iterator[ChunkOutcome]:
     """Compute chunks on a cluster and yield them as they are done, in any order.
 
     Args:
         job: the job; it is sent to each worker once.
-        chunks: numbers of the chunks.
+        tasks: the chunks.
         address: of the scheduler, such as ``tcp://host:8786``, or ``"local"`` for a cluster
             on this machine that ends with the run.
         workers: number of workers of a local cluster.
@@ -54,7 +54,7 @@ def dask_outcomes(
     with ExitStack() as ends:
         client = _connect(distributed, address, workers, ends)
         try:
-            yield from _windowed(client, distributed, job, chunks)
+            yield from _windowed(client, distributed, job, tasks)
         except (distributed.KilledWorker, distributed.CancelledError, OSError) as error:
             raise WorkerError(
                 f"the cluster {address} is lost ({type(error).__name__})",
@@ -96,26 +96,27 @@ def _connect(distributed: Any, address: str, workers: int, ends: ExitStack) -> C
 
 
 def _windowed(
-    client: Client, distributed: Any, job: ChunkJob, chunks: Iterable[int]
+    client: Client, distributed: Any, job: ChunkJob, tasks: Iterable[ChunkTask]
 ) -> Iterator[ChunkOutcome]:
     """Keep a bounded number of chunks on the cluster, and yield what comes back."""
-    rest = iter(chunks)
+    rest = iter(tasks)
     made = client.submit(loads, dumps(job), pure=False, retries=RETRIES)
     threads = sum(client.nthreads().values())
     futures = [
-        _submit(client, made, chunk) for chunk in islice(rest, max(LEAST, AHEAD * threads))
+        _submit(client, made, task) for task in islice(rest, max(LEAST, AHEAD * threads))
     ]
     done = distributed.as_completed(futures, loop=client.loop)
     del futures
     for future in done:
         outcome: ChunkOutcome = future.result()
         future.release()
-        chunk = next(rest, None)
-        if chunk is not None:
-            done.add(_submit(client, made, chunk))
+        left = outcome.chunk, outcome.next_row
+        task = left if outcome.next_row else next(rest, None)
+        if task is not None:
+            done.add(_submit(client, made, task))
         yield outcome
 
 
-def _submit(client: Client, made: Any, chunk: int) -> Any:
+def _submit(client: Client, made: Any, task: ChunkTask) -> Any:
     """Put one chunk on the cluster."""
-    return client.submit(compute_chunk, made, chunk, pure=False, retries=RETRIES)
+    return client.submit(compute_chunk, made, *task, pure=False, retries=RETRIES)

@@ -1,7 +1,8 @@
 """The file that keeps the results of a job: SQLite, written by one process, chunk by chunk.
 
-A chunk is written in one transaction, so that it is in the file as a whole or not at all,
-however the process ends. The file is in WAL mode: others may read while it is written.
+A chunk, or what is done of it, is written in one transaction, so that it is in the file as a
+whole or not at all, however the process ends. The file is in WAL mode: others may read while it
+is written.
 """
 
 from __future__ import annotations
@@ -20,6 +21,7 @@ from balance.studies.runs.chunk_job import (
     ROW_NUMBER,
     ChunkColumns,
     ChunkJob,
+    ChunkTask,
     Column,
     chunk_count,
     chunk_size,
@@ -201,24 +203,37 @@ class ResultsFile:
             done = {chunk for (chunk,) in self._connection.execute("SELECT chunk FROM chunks")}
         return (k for k in range(chunk_count(self.rows, self.chunk_rows)) if k not in done)
 
+    def tasks(self) -> Iterator[ChunkTask]:
+        """Yield the chunks that the file lacks, in order, each with its first missing row."""
+        with sqlite_errors(self.path):
+            begun = dict(self._connection.execute("SELECT chunk, rows FROM begun"))
+        return ((chunk, begun.get(chunk, 0)) for chunk in self.pending())
+
     def computed(self) -> tuple[int, int]:
-        """Count the rows of the job that chunks in the file cover, and the rows that they gave.
+        """Count the rows of the job that the file covers, and the rows that they gave.
 
         The two differ if a job gives fewer rows than its bound.
         """
-        query = "SELECT COUNT(*), TOTAL(rows), MAX(chunk) FROM chunks"
+        query = (
+            "SELECT COUNT(*), TOTAL(rows), MAX(chunk), (SELECT TOTAL(rows) FROM begun) "
+            "FROM chunks"
+        )
         with sqlite_errors(self.path):
-            chunks, rows, last = self._connection.execute(query).fetchone()
+            chunks, rows, last, begun = self._connection.execute(query).fetchone()
         covered = chunks * self.chunk_rows
         if last == chunk_count(self.rows, self.chunk_rows) - 1:
             covered -= self.chunk_rows - chunk_size(last, self.rows, self.chunk_rows)
-        return covered, int(rows)
+        return covered + int(begun), int(rows + begun)
 
-    def write_chunk(self, chunk: int, values: ChunkColumns) -> bool:
-        """Write a chunk, unless the file has it.
+    def write_chunk(
+        self, chunk: int, values: ChunkColumns, first: int = 0, ended: bool = True
+    ) -> bool:
+        """Write a chunk, or rows of it, unless the file has them.
 
         Args:
             values: its columns by name.
+            first: the first row of the chunk in the columns, from 0.
+            ended: whether these are its last rows.
 
         Returns:
             Whether it was written.
@@ -229,12 +244,20 @@ class ResultsFile:
             ValueError: the columns are not those of the file.
         """
         limit = chunk_size(chunk, self.rows, self.chunk_rows)
-        rows = to_rows(self.columns, values, chunk * self.chunk_rows, limit)
+        start = chunk * self.chunk_rows + first
+        rows = to_rows(self.columns, values, start, limit - first)
+        size = first + len(rows)
         with sqlite_errors(self.path), _transaction(self._connection) as cursor:
-            cursor.execute("INSERT OR IGNORE INTO chunks VALUES (?, ?)", (chunk, len(rows)))
-            if cursor.rowcount == 0:
+            if cursor.execute("SELECT 1 FROM chunks WHERE chunk = ?", (chunk,)).fetchone():
                 return False
-            cursor.executemany(insert_statement(len(self.columns)), rows)
+            query = "SELECT TOTAL(rows) FROM begun WHERE chunk = ?"
+            begun = int(cursor.execute(query, (chunk,)).fetchone()[0])
+            if first > begun or (size <= begun and not ended):
+                return False
+            cursor.execute("DELETE FROM begun WHERE chunk = ?", (chunk,))
+            table = "chunks" if ended else "begun"
+            cursor.execute(f"INSERT INTO {table} VALUES (?, ?)", (chunk, size))
+            cursor.executemany(insert_statement(len(self.columns)), rows[begun - first :])
         return True
 
     def read(

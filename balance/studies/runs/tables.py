@@ -16,7 +16,7 @@ from balance.studies.runs.chunk_job import ROW_NUMBER, ChunkColumns, Column
 
 # Marks of a file of results in the header of a SQLite file: "Bal1", and the version.
 APPLICATION = 0x42616C31
-FILE_VERSION = 1
+FILE_VERSION = 2
 
 TYPES = {"integer": "INTEGER", "real": "REAL", "text": "TEXT"}
 DTYPES: dict[str, type] = {"integer": np.int64, "real": np.float64, "text": object}
@@ -58,6 +58,7 @@ def create_statements(columns: Sequence[Column]) -> list[str]:
         "CREATE TABLE columns (position INTEGER PRIMARY KEY, name TEXT, kind TEXT, unit TEXT, "
         "stored_as TEXT)",
         "CREATE TABLE chunks (chunk INTEGER PRIMARY KEY, rows INTEGER NOT NULL)",
+        "CREATE TABLE begun (chunk INTEGER PRIMARY KEY, rows INTEGER NOT NULL)",
         f"CREATE TABLE results ({', '.join([f'{ROW_NUMBER} INTEGER PRIMARY KEY', *typed])})",
     ]
 

@@ -15,7 +15,7 @@ from contextlib import contextmanager, suppress
 from multiprocessing.connection import Connection, wait
 from multiprocessing.context import SpawnProcess
 
-from balance.studies.runs.chunk_job import ChunkJob
+from balance.studies.runs.chunk_job import ChunkJob, ChunkTask
 from balance.studies.runs.chunk_worker import ChunkOutcome, compute_chunk, one_thread_each
 from balance.studies.runs.parent_process import end_with_parent
 from kinematics.errors import WorkerError
@@ -38,17 +38,17 @@ class _Worker:
         context = multiprocessing.get_context("spawn")
         self.pipe, far = context.Pipe()
         self.process: SpawnProcess = context.Process(target=_work, args=(job, far), daemon=True)
-        self.chunks: deque[int] = deque()
+        self.tasks: deque[ChunkTask] = deque()
         self.started = False
         with one_thread_each(), _interrupts_ignored():
             self.process.start()
         far.close()
 
-    def give(self, chunk: int) -> None:
-        """Send the number of a chunk; a process that has ended is noticed by `receive`."""
-        self.chunks.append(chunk)
+    def give(self, task: ChunkTask) -> None:
+        """Send a task; a process that has ended is noticed by `receive`."""
+        self.tasks.append(task)
         with suppress(OSError):
-            self.pipe.send(chunk)
+            self.pipe.send(task)
 
     def receive(self) -> ChunkOutcome | None:
         """Receive a chunk; None for a sign of life.
@@ -61,7 +61,7 @@ class _Worker:
             self.started = True
             return None
         outcome: ChunkOutcome = message
-        self.chunks.remove(outcome.chunk)
+        self.tasks.remove((outcome.chunk, outcome.first))
         return outcome
 
     def end(self) -> None:
@@ -92,18 +92,20 @@ class WorkerProcesses:
         self._deaths: dict[int, int] = {}
         self._killed_at_start = 0
 
-    def outcomes(self, chunks: Iterable[int]) -> Iterator[ChunkOutcome]:
+    def outcomes(self, tasks: Iterable[ChunkTask]) -> Iterator[ChunkOutcome]:
         """Compute chunks and yield them as they are done, in any order.
+
+        What is left of a chunk of which some rows were computed comes next.
 
         Raises:
             WorkerError: a chunk has ended its process again and again, or processes cannot
                 start.
         """
-        rest, again = iter(chunks), deque[int]()
+        rest, again = iter(tasks), deque[ChunkTask]()
         try:
             while True:
                 self._hand_out(rest, again)
-                if not any(worker.chunks for worker in self._workers):
+                if not any(worker.tasks for worker in self._workers):
                     return
                 for worker in self._ready():
                     try:
@@ -114,31 +116,33 @@ class WorkerProcesses:
                     if outcome is None:
                         self._killed_at_start = 0
                     else:
+                        if outcome.next_row:
+                            again.append((outcome.chunk, outcome.next_row))
                         yield outcome
         finally:
             for worker in self._workers:
                 worker.end()
 
-    def _hand_out(self, rest: Iterator[int], again: deque[int]) -> None:
+    def _hand_out(self, rest: Iterator[ChunkTask], again: deque[ChunkTask]) -> None:
         """Give every worker its chunks, and start workers as long as there are chunks."""
         for _ in range(AHEAD):
             for k in range(self._count):
-                if k < len(self._workers) and len(self._workers[k].chunks) >= AHEAD:
+                if k < len(self._workers) and len(self._workers[k].tasks) >= AHEAD:
                     continue
-                chunk = again.popleft() if again else next(rest, None)
-                if chunk is None:
+                task = again.popleft() if again else next(rest, None)
+                if task is None:
                     return
                 if k == len(self._workers):
                     self._workers.append(_Worker(self._job))
-                self._workers[k].give(chunk)
+                self._workers[k].give(task)
 
     def _ready(self) -> list[_Worker]:
         """Wait for workers that have something to tell."""
         pipes = wait([worker.pipe for worker in self._workers])
         return [worker for worker in self._workers if worker.pipe in pipes]
 
-    def _bury(self, worker: _Worker) -> list[int]:
-        """Count the death of a worker and return its chunks.
+    def _bury(self, worker: _Worker) -> list[ChunkTask]:
+        """Count the death of a worker and return its tasks.
 
         Raises:
             WorkerError: workers cannot start, or its chunk has ended others too.
@@ -149,15 +153,15 @@ class WorkerProcesses:
         code = worker.process.exitcode or 0
         if not worker.started:
             self._check_start(code)
-        elif worker.chunks:
-            first = worker.chunks[0]
-            self._deaths[first] = self._deaths.get(first, 0) + 1
-            if self._deaths[first] >= TRIES:
+        elif worker.tasks:
+            chunk = worker.tasks[0][0]
+            self._deaths[chunk] = self._deaths.get(chunk, 0) + 1
+            if self._deaths[chunk] >= TRIES:
                 raise WorkerError(
-                    f"chunk {first} has ended its process {TRIES} times ({_end_text(code)})",
+                    f"chunk {chunk} has ended its process {TRIES} times ({_end_text(code)})",
                     MORE_MEMORY,
                 )
-        return list(worker.chunks)
+        return list(worker.tasks)
 
     def _check_start(self, code: int) -> None:
         """Refuse to go on if processes end as they start: at once, or killed again and again.
@@ -199,7 +203,7 @@ def _work(job: ChunkJob, pipe: Connection) -> None:
     with suppress(EOFError, OSError):
         pipe.send(STARTED)
         while True:
-            pipe.send(compute_chunk(job, pipe.recv()))
+            pipe.send(compute_chunk(job, *pipe.recv()))
 
 
 @contextmanager

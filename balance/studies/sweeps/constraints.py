@@ -8,6 +8,7 @@ norm: the linkage reaches the target if it can follow that line on its branch.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from math import degrees
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -21,10 +22,11 @@ from balance.studies.sweeps.closing import (
 )
 from balance.studies.sweeps.closing_kernels import close_each, closing_workspace
 from balance.studies.sweeps.ranges import are_texts, is_finite_number
+from balance.studies.sweeps.study_units import in_si
 from balance.support.expressions import Expression, ExpressionError, read_expression
 from balance.support.tolerances import SCREW_ROUNDED
 from kinematics.error_text import clean, closest_names
-from kinematics.errors import FileError
+from kinematics.errors import FileError, UsageError
 from kinematics.model.arrays import freeze
 from kinematics.model.chain import arrange_loops, loop_signs, path
 from kinematics.model.linkage import Linkage, names_of
@@ -47,26 +49,59 @@ def read_constraints(table: Mapping[str, Any], source: str) -> Mapping[str, Any]
         source: name of the study in messages.
 
     Returns:
-        The table.
+        The table, with numbers instead of texts that have a unit: metres, and for transmission
+        angles degrees.
 
     Raises:
         FileError: a constraint is unknown, or its value has no meaning.
     """
-    for name, value in table.items():
+    for name in table:
         if name not in KNOWN:
             remedy = f"choose from {closest_names(name, KNOWN)}"
             raise _fault(source, name, "no such constraint", remedy)
+    try:
+        table = {name: _without_units(name, value) for name, value in table.items()}
+    except UsageError as error:
+        raise _fault(source, "units", str(error), "correct the unit") from None
+    for name, value in table.items():
         wrong, remedy = {
             "assembles": (value not in ASSEMBLIES, 'write "anywhere" or "here"'),
             "conditions": (not are_texts(value), 'write ["q2.origin.x < q4.origin.x"]'),
             "grashof": (value not in (True, "crank"), 'write true or "crank"'),
             "reach": (not _is_reach(value), "give link, point and targets in metres"),
-            "transmission": (not _is_transmission(value), "give degrees, or {joint, least}"),
+            "transmission": (
+                not _is_transmission(value),
+                'give "30deg", or {joint = "q3", least = "30deg"}; a number is in degrees',
+            ),
         }[name]
         if wrong:
             problem = f"'{clean(str(value))}' has no meaning"
             raise _fault(source, name, problem, remedy)
     return dict(table)
+
+
+def _without_units(name: str, value: Any) -> Any:
+    """Convert texts with units to numbers: transmission angles in degrees, targets in metres.
+
+    Raises:
+        UsageError: a unit is none of an angle, or of a length.
+    """
+    if name == "transmission":
+        if isinstance(value, Mapping):
+            return {key: _degrees(x) if key == "least" else x for key, x in value.items()}
+        return _degrees(value)
+    if name == "reach" and isinstance(value, Mapping):
+        return {
+            key: in_si(each, "length") if key == "targets" else each
+            for key, each in value.items()
+        }
+    return value
+
+
+def _degrees(value: Any) -> Any:
+    """Convert a text with a unit of angle to degrees; other values stay as they are."""
+    number = in_si(value, "angle")
+    return number if number == value else float(f"{degrees(number):.14g}")
 
 
 class StudyConstraints:

@@ -11,9 +11,11 @@ import numpy as np
 
 from balance.masses.counterweights.answer import Counterweights
 from balance.masses.counterweights.counterweights import counterweights
+from balance.masses.partial.results import PartialBalance
 from balance.space.spaces.compute_space import design_space
 from balance.space.spaces.design_space import DesignSpace
 from balance.studies.sweeps.closing import ClosedGeometries
+from balance.studies.sweeps.swept_reduction import reduction
 from balance.support.options import Balance
 from kinematics.closure.assembly.assemble import assemble
 from kinematics.files.urdf.read import inertial_parameters
@@ -68,6 +70,7 @@ class SweptGeometry:
 
     Attributes:
         row: its number among the rows that were closed together.
+        lacks: why quantities have no masses, in words, by name of the quantity.
     """
 
     def __init__(
@@ -87,7 +90,9 @@ class SweptGeometry:
             balance: as for `balance.design_space`.
         """
         self.row, self._model, self._masses, self._closed = row, model, masses, closed
+        self.lacks: dict[str, str] = {}
         self._weights: Counterweights | None = None
+        self._reduction: PartialBalance | None = None
         self._options: dict[str, Any] = {"balance": balance, "spatial": spatial}
 
     @cached_property
@@ -144,8 +149,21 @@ class SweptGeometry:
             LinkageError: see there.
         """
         if self._weights is None:
-            self._weights = counterweights(self.space, **options, relax=False)
+            self._weights = counterweights(self.space, **options, relax=False, prove=False)
         return self._weights
+
+    def reduction(self, options: Mapping[str, Any]) -> PartialBalance:
+        """Compute the matter within a budget that lets it shake least, once.
+
+        Args:
+            options: see `balance.studies.sweeps.swept_reduction.reduction`.
+
+        Raises:
+            LinkageError: see `balance.partial`.
+        """
+        if self._reduction is None:
+            self._reduction = reduction(self.linkage, self._options["balance"], options)
+        return self._reduction
 
     def _moved(self, link: str) -> Array:
         """Compute the displacement (4, 4) of a link of the file from its place in the model."""

@@ -7,13 +7,15 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import lru_cache
+from itertools import chain
+from time import monotonic
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from balance.space.many.many_geometries import design_space_many
-from balance.studies.runs.chunk_job import Column
+from balance.studies.runs.chunk_job import Column, chunk_size
 from balance.studies.sweeps.closing import ClosedGeometries
 from balance.studies.sweeps.geometry import SweptGeometry
 from balance.studies.sweeps.plan import Plan
@@ -29,6 +31,8 @@ Texts = NDArray[np.object_]
 
 OPEN = "its loops do not close"
 NO_NUMBER = "a parameter has no finite value"
+# Seconds of the rows that are kept together, and of a row at least.
+PART_SECONDS, SHORTEST = 3.0, 1e-6
 # Rows that tell the rank of generic geometries.
 PROBES = 64
 
@@ -102,6 +106,31 @@ class SweepJob:
             values = _compute_rows(_plan_of(self.description), start, stop)
         return {column.name: values[column.name] for column in self.columns}
 
+    def compute_part(self, chunk: int, first: int) -> tuple[dict[str, Any], int]:
+        """Compute rows of a chunk for a few seconds; see `PartedJob.compute_part`.
+
+        The rows of quantities that are computed one by one.
+        """
+        size, begin = chunk_size(chunk, self.rows, self.chunk_rows), monotonic()
+        plan = _plan_of(self.description)
+        step = size if set(plan.study.quantities) == {"rank"} else 1
+        parts: list[dict[str, Any]] = []
+        row = first
+        while row < size and not (parts and monotonic() - begin > PART_SECONDS):
+            start = chunk * self.chunk_rows + row
+            step = min(step, size - row)
+            with np.errstate(over="ignore", invalid="ignore"):
+                parts.append(_compute_rows(plan, start, start + step))
+            row += step
+            left = PART_SECONDS - (monotonic() - begin)
+            each = (monotonic() - begin) / (row - first)
+            step = max(1, min(2 * step, int(left / max(each, SHORTEST))))
+        columns = {
+            column.name: list(chain.from_iterable(part[column.name] for part in parts))
+            for column in self.columns
+        }
+        return columns, row if row < size else 0
+
 
 @lru_cache(maxsize=4)
 def _plan_of(text: str) -> Plan:
@@ -130,9 +159,10 @@ def _compute_rows(plan: Plan, start: int, stop: int) -> dict[str, Any]:
         columns |= _ranks(plan, closed.screws, reasons)
     below = columns["rank"] < _generic_rank(plan) if lower else None
     geometries: dict[int, SweptGeometry] = {}
+    answered = reasons == ""
     for name, options in study.quantities.items():
         if name != "rank":
-            chosen = reasons == ""
+            chosen = answered.copy()
             if options.get("where") == RANK_DROP:
                 chosen &= below
             columns |= _by_row(plan, values, closed, name, chosen, reasons, geometries)
@@ -200,7 +230,7 @@ def _by_row(
     reasons: Texts,
     geometries: dict[int, SweptGeometry],
 ) -> dict[str, Any]:
-    """Compute a quantity of the chosen rows; a reason is noted where it has no value."""
+    """Compute a quantity of the chosen rows; the first reason for no value is noted."""
     study, quantity = plan.study, QUANTITIES[name]
     options = full_options(study.quantities, name)
     columns = quantity.columns(plan.linkage, options)
@@ -218,10 +248,12 @@ def _by_row(
                     plan.linkage, masses, closed, row, study.balance, study.spatial
                 )
             values = quantity.compute(geometries[row], options)
+            why = geometries[row].lacks.get(name, "")
         except LinkageError as error:
-            reasons[row] = f"{name}: {_short(str(error), plan.linkage.source)}"
-            continue
-        for column, value in zip(columns, values, strict=True):
+            values, why = (), str(error)
+        if why and not reasons[row]:
+            reasons[row] = f"{name}: {_short(why, plan.linkage.source)}"
+        for column, value in zip(columns, values, strict=False):
             arrays[column.name][row] = value
     return arrays
 

@@ -13,12 +13,13 @@ from typing import Any
 from balance.studies.runs.chunk_job import Column
 from balance.studies.sweeps.ranges import is_finite_number
 from balance.studies.sweeps.row_quantities import (
-    AFTER,
-    COUNTERWEIGHTS,
     NO_DENSITY,
     QUANTITIES,
+    added_before,
 )
 from balance.studies.sweeps.study_units import in_si
+from balance.studies.sweeps.swept_motion import MOTION_OPTIONS
+from balance.support.materials import density_in_si
 from kinematics.error_text import clean, closest_names, did_you_mean
 from kinematics.errors import FileError, LinkageError, UsageError
 from kinematics.model.linkage import Linkage
@@ -40,11 +41,16 @@ NAMES = ("rank", *QUANTITIES)
 # Quantities of which the numbers in options may have units.
 OPTION_UNITS = {
     "bounds": ("mass",),
-    "density": ("density",),
+    "budget": ("mass",),
     "duration": ("time",),
+    "gravity": ("acceleration",),
+    "max_bearing": ("force",),
+    "max_torque": ("torque", "force"),
     "poses": ("angle", "length"),
     "speed": ("angular velocity",),
     "thickness": ("length",),
+    "weight_moment": ("length",),
+    "within": ("length",),
 }
 # Most samples of a motion.
 MOST_SAMPLES = 1_000_000
@@ -83,27 +89,35 @@ def read_quantities(table: Options, source: str) -> dict[str, Options]:
             problem += did_you_mean(name, names)
             raise _fault(source, name, problem, f"the quantities are {', '.join(names)}")
     for name in names:
-        if name.endswith(AFTER) and COUNTERWEIGHTS not in names:
-            remedy = 'add "counterweights" to quantities, and its links'
-            raise _fault(source, name, "counterweights are not computed", remedy)
+        verb = added_before(name)
+        if verb and verb not in names:
+            remedy = f'add "{verb}" to quantities, and its links'
+            raise _fault(source, name, f"{verb} is not computed", remedy)
     return {name: _read_options(name, _given(name, table), source) for name in names}
 
 
 def _given(name: str, table: Options) -> Any:
-    """The options of a quantity; after counterweights, those before by default."""
-    given = table.get(name, {})
-    return table.get(name.removesuffix(AFTER), {}) if given == {} else given
+    """The options of a quantity.
+
+    After matter is added they are those before by default, and then the motion of what adds it.
+    """
+    given, verb = table.get(name, {}), added_before(name)
+    if given != {} or not verb:
+        return given
+    before = table.get(name.removesuffix(f" after {verb}"), {})
+    if before != {} or not name.startswith("shaking") or not isinstance(table.get(verb), dict):
+        return before
+    return {key: value for key, value in table[verb].items() if key in MOTION_OPTIONS}
 
 
 def full_options(quantities: Mapping[str, Options], name: str) -> Options:
-    """Return the options of a quantity, with those of counterweights if it comes after them.
+    """Return the options of a quantity, with those of what adds matter if it comes after that.
 
     Args:
         quantities: those of `read_quantities`.
     """
-    if not name.endswith(AFTER):
-        return quantities[name]
-    return {**quantities[name], COUNTERWEIGHTS: quantities[COUNTERWEIGHTS]}
+    verb = added_before(name)
+    return {**quantities[name], verb: quantities[verb]} if verb else quantities[name]
 
 
 def check_quantities(quantities: Mapping[str, Options], linkage: Linkage, source: str) -> None:
@@ -161,12 +175,7 @@ def _read_options(name: str, options: object, source: str) -> Options:
             )
             raise _fault(source, f"{name}.{key}", "no such option", remedy)
     try:
-        options = {
-            key: in_si(value, *OPTION_UNITS[key])
-            if key in OPTION_UNITS and value != NO_DENSITY
-            else value
-            for key, value in options.items()
-        }
+        options = {key: _in_si(key, value) for key, value in options.items()}
     except UsageError as error:
         raise _fault(source, name, str(error), "correct the unit") from None
     for key, value in options.items():
@@ -177,6 +186,17 @@ def _read_options(name: str, options: object, source: str) -> Options:
         problem = f"is '{clean(str(options['where']))}'"
         raise _fault(source, f"{name}.where", problem, f'write "{RANK_DROP}", or leave it out')
     return dict(options)
+
+
+def _in_si(option: str, value: Any) -> Any:
+    """Convert texts of numbers with units, and names of materials, to numbers.
+
+    Raises:
+        UsageError: a unit is not one of the quantity, or a material is not known.
+    """
+    if option == "density":
+        return value if value == NO_DENSITY else density_in_si(value)
+    return in_si(value, *OPTION_UNITS[option]) if option in OPTION_UNITS else value
 
 
 def _fault(source: str, name: str, problem: str, remedy: str) -> FileError:
@@ -228,25 +248,33 @@ def _is_density(value: object) -> bool:
     return value == NO_DENSITY or is_finite_number(value) or _is_table(value, is_finite_number)
 
 
+def _is_caps(value: object) -> bool:
+    return _is_table(value, is_finite_number)
+
+
 def _is_row(value: object) -> bool:
     return _is_list(value, is_finite_number)
 
 
 FORMS: Mapping[str, tuple[Callable[[object], bool], str]] = {
     "bounds": (lambda value: _is_table(value, _is_pair), "{rocker = [0.1, 3.0]}, in kg"),
+    "budget": (is_finite_number, '"0.5kg", or a number in kg'),
     "count": (_is_count, "a whole number"),
     "crank": (_is_text, '"u1"'),
-    "density": (_is_density, '"7.85g/cm3", {crank = 2700}, kg/m³, or "none"'),
+    "density": (_is_density, '"steel", "7.85g/cm3", {crank = 2700}, or "none"'),
     "thickness": (is_finite_number, '"10mm", or metres'),
     "duration": (is_finite_number, '"500ms", or seconds'),
     "gravity": (_is_row, "[0.0, -9.81, 0.0]"),
     "keep": (lambda value: _is_list(value, _is_text), '["coupler"]'),
     "links": (lambda value: _is_list(value, _is_text), '["crank", "rocker"]'),
+    "max_bearing": (_is_caps, '{q2 = "200N"}'),
+    "max_torque": (_is_caps, '{u1 = "5Nm"}'),
     "minimise": (_is_text, '"mass"'),
     "poses": (lambda value: _is_list(value, _is_row), "[[0.0], [0.5]]"),
     "regions": (lambda value: _is_table(value, _is_text), '{crank = "ball(0,0,0,0.1)"}'),
     "require": (_is_text, '"force; dynamic at u1=0.3"'),
     "samples": (_is_count, f"a whole number up to {MOST_SAMPLES}"),
     "speed": (is_finite_number, '"300rpm", or a number in rad/s'),
-    "within": (is_finite_number, "metres"),
+    "weight_moment": (is_finite_number, '"200mm", or metres'),
+    "within": (is_finite_number, '"30mm", or metres'),
 }

@@ -12,6 +12,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from balance.masses.counterweights.answer import Counterweights
 from balance.masses.counterweights.link_regions import regions_of
 from balance.masses.counterweights.volume.plates import density_limits
 from balance.masses.designs.best_design import design, maximise_margin
@@ -19,8 +20,7 @@ from balance.masses.designs.constraints import constraints_of
 from balance.masses.designs.density import STEEL
 from balance.masses.designs.mass_regions import BALL_RADIUS
 from balance.masses.partial.motion_loads import input_inertia
-from balance.motion.verification.crank_revolution import revolve_crank
-from balance.motion.verification.given_motions import rest_to_rest
+from balance.masses.partial.results import PartialBalance
 from balance.motion.verification.input_paths import SteadyPath
 from balance.motion.verification.shaking_wrench import shaking_along
 from balance.motion.verification.trajectory import Trajectory, drive
@@ -30,6 +30,13 @@ from balance.space.spaces.compute_space import design_space
 from balance.space.spaces.distance_to_rank_drop import distance_to_rank_drop
 from balance.studies.runs.chunk_job import Column
 from balance.studies.sweeps.geometry import SweptGeometry
+from balance.studies.sweeps.swept_motion import MOTION_OPTIONS, motion_of_options
+from balance.studies.sweeps.swept_reduction import (
+    REDUCE_OPTIONS,
+    check_reduce,
+    reduce_columns,
+    reduce_values,
+)
 from balance.support.options import GRAVITY
 from kinematics.errors import UsageError
 from kinematics.loading.model_gallery import load
@@ -56,14 +63,12 @@ class Quantity(NamedTuple):
     check: Callable[[Linkage, Options], object] | None = None
 
 
-COUNTERWEIGHTS, MASSES = "counterweights", "masses"
-"""Entries that are added to options: those of counterweights, and parameters of the bodies."""
+COUNTERWEIGHTS, REDUCE, MASSES = "counterweights", "reduce", "masses"
+"""Entries that are added to options: those of what adds matter, and parameters of bodies."""
 NO_DENSITY = "none"
 """Density of matter that is of any density: of point masses."""
 # Orders whose ranks are listed by default, and at most.
 ORDERS, MOST_ORDERS = 5, 50
-# Samples of a motion between poses, and seconds of each of its lines, by default.
-SAMPLES, DURATION = 200, 1.0
 # Samples of one turn of a crank, by default: two degrees apart.
 TURN_SAMPLES = 180
 # Samples between the neighbours of the largest one.
@@ -149,20 +154,23 @@ def inertia(geometry: SweptGeometry, options: Options) -> tuple[float, ...]:
     return tuple(input_inertia(geometry.linkage, options.get(MASSES)).values())
 
 
-def _after_counterweights(quantity: Quantity) -> Quantity:
-    """Make the same quantity of the masses with the counterweights of a geometry.
+def _after(quantity: Quantity, verb: str) -> Quantity:
+    """Make the same quantity of the masses with the matter that another quantity adds.
 
-    Where none balance it, there is no value.
+    Where that finds none, there is no value.
+
+    Args:
+        verb: the other quantity, of `AFTER`.
     """
 
     def columns(linkage: Linkage, options: Options) -> tuple[Column, ...]:
         return tuple(
-            replace(column, name=f"{column.name}_after")
+            replace(column, name=f"{column.name}_{AFTER[verb].ending}")
             for column in quantity.columns(linkage, options)
         )
 
     def compute(geometry: SweptGeometry, options: Options) -> Sequence[Any]:
-        answer = geometry.counterweights(_arguments(options[COUNTERWEIGHTS]))
+        answer = AFTER[verb].answer(geometry, _arguments(options[verb]))
         if answer.z is None:
             return [np.nan] * len(quantity.columns(geometry.linkage, options))
         return quantity.compute(geometry, {**options, MASSES: answer.z})
@@ -183,6 +191,8 @@ def best_design(geometry: SweptGeometry, options: Options) -> tuple[Any, ...]:
     """Compute the verdict on designs, the margin, and the objective if there is one."""
     solve = design if "minimise" in options else maximise_margin
     answer = solve(geometry.space, **_design_options(options))
+    if answer.z is None:
+        geometry.lacks["design"] = answer.words
     value = np.nan if answer.value is None else answer.value
     return (answer.verdict, answer.margin, value)[: 3 if "minimise" in options else 2]
 
@@ -228,10 +238,25 @@ def _least_counterweights(geometry: SweptGeometry, options: Options) -> tuple[An
     """Compute the verdict on counterweights, their mass, and the objective if it is another."""
     minimise = options.get("minimise", "mass")
     answer = geometry.counterweights(_arguments(options))
+    if answer.value is None:
+        geometry.lacks[COUNTERWEIGHTS] = answer.words
     feasible = answer.value is not None
     mass = answer.added_mass if feasible else np.nan
     value = answer.value if feasible else np.nan
     return (answer.verdict, mass, value)[: 2 if minimise == "mass" else 3]
+
+
+def _least_shaking(geometry: SweptGeometry, options: Options) -> tuple[Any, ...]:
+    """Compute verdict, added mass and share of the least shaking for a budget."""
+    answer = geometry.reduction(_arguments(options))
+    if answer.shaking is None:
+        geometry.lacks[REDUCE] = answer.words
+    return reduce_values(answer)
+
+
+def _check_reduce(linkage: Linkage, options: Options) -> None:
+    """Refuse a request for the least shaking that does not fit a model."""
+    check_reduce(linkage, _arguments(options))
 
 
 def _arguments(options: Options) -> dict[str, Any]:
@@ -273,7 +298,7 @@ def _shaking_of_masses(geometry: SweptGeometry, options: Options) -> tuple[float
     time; the peak of a turn is that of a parabola through closer samples about the largest.
     """
     linkage, z = geometry.linkage, options.get(MASSES)
-    way = _motion(linkage, options)
+    way = motion_of_options(linkage, options, TURN_SAMPLES)
     sizes = _sizes_along(linkage, way, z)
     peaks = [
         _peak(_sizes_along(linkage, near, z)[part])
@@ -313,26 +338,7 @@ def _peak(sizes: Array) -> float:
 
 def _check_shaking(linkage: Linkage, options: Options) -> None:
     """Refuse a motion that is none of the model."""
-    if ("speed" in options) == ("poses" in options):
-        raise UsageError(
-            "give either speed, of a crank in rad/s, or poses; write speed = 10.0, or "
-            "poses = [[0.0], [0.5]] in displacements of the inputs"
-        )
-    _motion(linkage, options)
-
-
-def _motion(linkage: Linkage, options: Options) -> Trajectory:
-    """Compute the motion along which the masses shake."""
-    if "poses" not in options:
-        steps = options.get("samples", TURN_SAMPLES)
-        speed, crank = float(options["speed"]), options.get("crank")
-        return revolve_crank(linkage, speed, crank, steps=steps)[0]
-    return rest_to_rest(
-        linkage,
-        options["poses"],
-        options.get("duration", DURATION),
-        options.get("samples", SAMPLES),
-    )
+    motion_of_options(linkage, options, TURN_SAMPLES)
 
 
 def _required_columns(linkage: Linkage, options: Options) -> tuple[Column, ...]:
@@ -376,30 +382,46 @@ QUANTITIES: dict[str, Quantity] = {
     "distance": Quantity(_distance_columns, distance),
     "input_inertia": Quantity(_inertia_columns, inertia),
     "orders": Quantity(_order_columns, orders, ("count",), _check_orders),
+    REDUCE: Quantity(reduce_columns, _least_shaking, REDUCE_OPTIONS, _check_reduce),
     "requirements": Quantity(
         _required_columns, requirements, ("gravity", "require"), _check_requirements
     ),
-    "shaking": Quantity(
-        _shaking_columns,
-        _shaking_of_masses,
-        ("crank", "duration", "poses", "samples", "speed"),
-        _check_shaking,
-    ),
+    "shaking": Quantity(_shaking_columns, _shaking_of_masses, MOTION_OPTIONS, _check_shaking),
     "singular_values": Quantity(_singular_columns, singular_values),
 }
-AFTER = " after counterweights"
-"""End of the name of a quantity of the masses with the counterweights of the study."""
+
+
+class _Added(NamedTuple):
+    """A quantity that adds matter, after which others are computed again.
+
+    Attributes:
+        answer: computes the answer for arguments; it has masses ``z``, or none.
+        ending: ends the names of columns.
+    """
+
+    answer: Callable[[SweptGeometry, Options], Counterweights | PartialBalance]
+    ending: str
+
+
+AFTER = {
+    COUNTERWEIGHTS: _Added(SweptGeometry.counterweights, "after"),
+    REDUCE: _Added(SweptGeometry.reduction, "reduced"),
+}
+"""Quantities that add matter, by name."""
 QUANTITIES |= {
-    f"{name}{AFTER}": _after_counterweights(QUANTITIES[name])
+    f"{name} after {verb}": _after(QUANTITIES[name], verb)
+    for verb in AFTER
     for name in ("input_inertia", "shaking")
 }
 """Quantities that are computed geometry by geometry, by name."""
 MASS_QUANTITIES = (
-    "counterweights",
-    "design",
-    "input_inertia",
-    "shaking",
-    f"input_inertia{AFTER}",
-    f"shaking{AFTER}",
+    *("counterweights", "design", "input_inertia", "reduce", "shaking"),
+    *(name for name in QUANTITIES if " after " in name),
 )
 """Quantities that may depend on the masses of the model."""
+
+
+def added_before(name: str) -> str:
+    """Name the quantity after which one is computed; empty for others."""
+    verb = name.rpartition(" after ")[2]
+    return verb if verb in AFTER and verb != name else ""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
+from os import PathLike
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,7 +17,8 @@ from balance.studies.synthesis.error_map import AngleErrorMap
 from balance.studies.synthesis.four_bars import FOUR_BARS
 from balance.studies.synthesis.positions import Position
 from balance.studies.synthesis.three_positions import CrossingMap
-from balance.support.result_files import WithPage, WithPicture
+from balance.support.result_files import WithPage, WithPicture, write_file
+from kinematics.errors import UsageError
 from kinematics.wording import count_noun, html_facts, number_text, repr_lines
 
 SYNTHESIS_SCHEMA = "balance.synthesize/1"
@@ -64,6 +66,17 @@ class SynthesizedMechanism:
     confirmation: Confirmation
     numbers: dict[str, float] = field(default_factory=dict)
     first_position: dict[str, float] = field(default_factory=dict)
+
+    def to_urdf(self, path: str | PathLike[str] | None = None) -> bytes:
+        """Return the file of the mechanism with its masses.
+
+        Args:
+            path: file to write it to; None for none.
+
+        Raises:
+            FileError: it cannot be written.
+        """
+        return write_file(path, self.urdf)
 
     @property
     def good(self) -> bool:
@@ -186,6 +199,20 @@ class Synthesis(WithPage, WithPicture):
             for mechanism in self.mechanisms
         )
         return html_facts(f"Synthesis: {self.words}", *rows)
+
+    def to_urdf(self, path: str | PathLike[str] | None = None) -> bytes:
+        """Return the file of the best mechanism; `SynthesizedMechanism.to_urdf` has the others.
+
+        Args:
+            path: file to write it to; None for none.
+
+        Raises:
+            UsageError: there is no mechanism.
+            FileError: the file cannot be written.
+        """
+        if not self.mechanisms:
+            raise UsageError(f"no file: {self.words}")
+        return self.mechanisms[0].to_urdf(path)
 
     def to_dict(self) -> dict[str, object]:
         """Return plain data for JSON; see ``schemas/synthesize.schema.json``."""

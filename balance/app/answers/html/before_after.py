@@ -23,7 +23,8 @@ from balance.app.answers.html.verification import (
     pick_samples,
     polar_layout,
 )
-from balance.motion.verification.result import UNITS, Verification, peak_change, round_off_of
+from balance.motion.verification.comparison import peak_change, round_off_of
+from balance.motion.verification.result import UNITS, Verification
 from balance.support.change_text import change_text
 from kinematics.numerics.linalg.ties import rank_least_first
 

@@ -10,8 +10,8 @@ from balance.app.answers.data import Report, report_data
 from balance.app.answers.html.render import html_table, model_section, render_page
 from balance.app.answers.html.robot_shapes import robot_shapes
 from balance.app.answers.html.scene import scene
-from balance.app.answers.text.linkage import linkage_names
 from balance.app.answers.text.report import comparison_facts
+from balance.support.linkage_names import linkage_names
 
 
 def compare_page(reports: Sequence[Report], meshes: bool = True) -> str:

@@ -16,9 +16,9 @@ from balance.app.answers.html.time_panels import (
     panels_picture,
 )
 from balance.app.answers.text.floating_base import floating_base_facts
-from balance.app.answers.text.linkage import linkage_names
 from balance.motion.floating_base.result import FloatingBaseMotion
 from balance.support.csv_text import csv_table
+from balance.support.linkage_names import linkage_names
 from kinematics.numerics.linalg.ties import rank_least_first
 
 # Least limits of the axes, radians, metres and radians per second: less is round-off.

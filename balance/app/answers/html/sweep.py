@@ -11,6 +11,7 @@ from balance.app.answers.html.plot_style import short
 from balance.app.answers.html.render import facts_list, render_page
 from balance.app.answers.text.sweep import REASON, file_facts, show_data
 from balance.studies.runs.chunk_job import ROW_NUMBER, Column
+from balance.studies.runs.column_ranges import column_ranges
 from balance.studies.runs.file_errors import damaged
 from balance.studies.runs.results_file import ResultsFile
 from balance.studies.sweeps.plan import Plan
@@ -27,9 +28,6 @@ Array = NDArray[np.float64]
 MAX_ROWS = 2000
 # Most axes of the parallel coordinates.
 MAX_AXES = 14
-# Size of a column over that of others of its unit, and its range over its size: up to this it
-# is round-off, and no axis.
-ROUND_OFF = 1e-11
 # View of a linkage in space: the rows are the axes of the drawing.
 OBLIQUE = np.array([[0.866, -0.5, 0.0], [0.25, 0.433, 0.866]])
 
@@ -91,7 +89,7 @@ def _plan_of(file: ResultsFile, table: dict[str, NDArray[Any]]) -> Plan:
 
 
 def _rows(file: ResultsFile, order: str, descending: bool) -> dict[str, NDArray[Any]]:
-    """Read the rows of the page that have an answer, the first of the order first."""
+    """Read the rows of the page that have some answer, the first of the order first."""
     results = file.computed()[1]
     half = MAX_ROWS if results <= MAX_ROWS else MAX_ROWS // 2
     first = file.read(order=order, descending=descending, limit=half if order else 0)
@@ -101,23 +99,17 @@ def _rows(file: ResultsFile, order: str, descending: bool) -> dict[str, NDArray[
     _, once = np.unique(joined[ROW_NUMBER], return_index=True)
     once = np.sort(once)
     if REASON in joined:
-        once = once[joined[REASON][once] == ""]
+        answered = joined[REASON] == ""
+        names = [column.name for column in file.columns]
+        for column in file.columns[names.index(REASON) + 1 :]:
+            answered |= ~_missing(joined[column.name], column)
+        once = once[answered[once]]
     return {name: values[once] for name, values in joined.items()}
 
 
 def _page_data(file: ResultsFile, table: dict[str, NDArray[Any]], order: str) -> dict[str, Any]:
-    """List the columns that vary, and their values."""
-    largest: dict[str, float] = {}
-    for column in file.columns:
-        if column.kind == "real":
-            size = np.nanmax(np.abs(table[column.name]), initial=0.0)
-            largest[column.unit] = max(largest.get(column.unit, 0.0), float(size))
-    columns = [
-        column
-        for column in file.columns
-        if column.kind != "text"
-        and _varies(table[column.name], column, largest.get(column.unit, 0.0))
-    ][:MAX_AXES]
+    """List the columns that vary and their values, and why rows lack some of them."""
+    columns = [each.column for each in column_ranges(file) if each.varies][:MAX_AXES]
     return {
         "rows": table[ROW_NUMBER].tolist(),
         "columns": [
@@ -135,26 +127,16 @@ def _page_data(file: ResultsFile, table: dict[str, NDArray[Any]], order: str) ->
             }
             for column in columns
         ],
+        "reasons": table[REASON].tolist() if REASON in table else [],
         "order": order,
     }
 
 
 def _missing(values: NDArray[Any], column: Column) -> NDArray[np.bool_]:
-    """Find the missing values of a column of numbers."""
+    """Find the missing values of a column."""
+    if column.kind == "text":
+        return np.asarray(values == "")
     return values == -1 if column.kind == "integer" else ~np.isfinite(values)
-
-
-def _varies(values: NDArray[Any], column: Column, largest: float) -> bool:
-    """Whether a column of numbers has two values that differ by more than round-off.
-
-    Args:
-        largest: size of the largest number of its unit.
-    """
-    present = values[~_missing(values, column)]
-    if column.kind == "integer" or not present.size:
-        return np.unique(present).size > 1
-    size = float(np.abs(present).max())
-    return bool(np.ptp(present) > ROUND_OFF * size and size > ROUND_OFF * largest)
 
 
 def _drawing(plan: Plan, table: dict[str, NDArray[Any]]) -> dict[str, Any]:

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from balance.app.answers.html.plot_style import image, tidy
 from balance.studies.runs.chunk_job import Column
+from balance.studies.runs.column_ranges import column_ranges
 from balance.studies.runs.results_file import ResultsFile
 from balance.studies.sweeps.sweep_table import SweepTable
 from kinematics.error_text import clean
@@ -65,27 +66,21 @@ def sweep_picture(file: ResultsFile, names: Sequence[str], kind: str = "png") ->
 def default_columns(file: ResultsFile) -> tuple[str, ...]:
     """Choose what to draw: two parameters and a quantity, or the one parameter and it.
 
-    Those that vary come first.
+    Those that vary come first, those that are empty or round-off last.
 
     Raises:
         UsageError: no two columns hold numbers.
     """
-    names = [column.name for column in file.columns if column.kind != "text"]
+    ranges = column_ranges(file)
+    names = [each.column.name for each in ranges]
     middle = names.index("closed")
     parameters, quantities = (
-        sorted(group, key=lambda name: not _varies(file, name))
-        for group in (names[:middle], names[middle + 1 :])
+        sorted(group, key=lambda each: (not each.varies, each.least is None, each.round_off))
+        for group in (ranges[:middle], ranges[middle + 1 :])
     )
-    varied = [name for name in parameters if _varies(file, name)] or parameters
-    if not quantities:
-        quantities = ["closed"]
-    return (*varied[:2], quantities[0])
-
-
-def _varies(file: ResultsFile, name: str) -> bool:
-    """Whether a column of numbers has two values."""
-    least, most, _ = file.extent(name)
-    return least != most
+    varied = [each for each in parameters if each.varies] or parameters
+    quantity = next((each.column.name for each in quantities), "closed")
+    return (*(each.column.name for each in varied[:2]), quantity)
 
 
 def _numbers(values: NDArray[Any], column: Column) -> Array:

@@ -20,10 +20,11 @@ from balance.app.answers.html.time_panels import (
     PanelColumn,
     panels_picture,
 )
-from balance.app.answers.text.linkage import linkage_names
+from balance.motion.verification.comparison import VerificationComparison
 from balance.motion.verification.result import Verification
 from balance.motion.verification.run import Run
 from balance.support.csv_text import csv_table
+from balance.support.linkage_names import linkage_names
 from balance.support.tolerances import FORCE_EQUAL_RELATIVE
 from kinematics.model.linkage import Linkage
 from kinematics.numerics.linalg.ties import rank_least_first
@@ -120,6 +121,11 @@ def verification_picture(*verifications: Verification, kind: str = "png") -> byt
         kind: ``"png"`` or ``"svg"``.
     """
     return panels_picture(_columns(verifications), kind)
+
+
+def comparison_picture(comparison: VerificationComparison, kind: str = "png") -> bytes:
+    """Draw two verifications side by side; see `verification_picture`."""
+    return verification_picture(comparison.after, comparison.before, kind=kind)
 
 
 def _columns(verifications: Sequence[Verification]) -> list[PanelColumn]:

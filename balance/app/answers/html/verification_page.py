@@ -27,13 +27,14 @@ from balance.app.answers.html.verification import (
     pick_samples,
     run_curves,
 )
-from balance.app.answers.text.linkage import linkage_names
 from balance.app.answers.text.verification import (
     comparison_sentence,
     verification_facts,
 )
+from balance.motion.verification.comparison import VerificationComparison
 from balance.motion.verification.result import Verification
 from balance.motion.verification.run import Run
+from balance.support.linkage_names import linkage_names
 from kinematics.wording import count_noun, number_text
 
 Array = NDArray[np.float64]
@@ -82,6 +83,11 @@ def verification_page(*verifications: Verification, meshes: bool = True) -> str:
             for name, verification in zip(names, verifications, strict=True)
         ),
     )
+
+
+def comparison_page(comparison: VerificationComparison) -> str:
+    """Render two verifications along the same motions as one HTML file."""
+    return verification_page(comparison.after, comparison.before)
 
 
 def _options(first: Verification, shown: Sequence[int]) -> str:

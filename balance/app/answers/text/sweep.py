@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
 from balance.app.answers.answer import AnswerBody, AnswerPart, AnswerTable, Facts
 from balance.studies.runs.chunk_runs import RunSummary
+from balance.studies.runs.column_ranges import column_ranges
 from balance.studies.runs.results_file import ResultsFile
 from kinematics.wording import count_noun, number_text
 
@@ -119,12 +120,14 @@ def show_data(file: ResultsFile, order: str, descending: bool, count: int) -> Da
         UsageError: there is no such column.
     """
     table = file.read(order=order, descending=descending, limit=count)
+    round_off = {each.column.name for each in column_ranges(file) if each.round_off}
     columns = [
         {
             "name": column.name,
             "kind": column.kind,
             "unit": column.unit or None,
             **dict(zip(("least", "most", "missing"), file.extent(column.name), strict=True)),
+            "round_off": column.name in round_off,
         }
         for column in file.columns
     ]
@@ -163,10 +166,11 @@ def show_body(contents: Data) -> AnswerBody:
             f"{column['missing']:,}" if column["missing"] else "",
         )
         for column in contents["columns"]
-        if column["kind"] != "text"
+        if column["kind"] != "text" and column["least"] is not None and not column["round_off"]
     ]
     ranges.insert(0, ("column", "least", "most", "missing"))
-    body: list[AnswerPart] = [Facts(file_facts(contents)), "", AnswerTable(ranges, "<>")]
+    facts = Facts([*file_facts(contents), *_idle_columns(contents["columns"])])
+    body: list[AnswerPart] = [facts, "", AnswerTable(ranges, "<>")]
     if contents["table"]:
         rows = [[cell_text(value) for value in row] for row in contents["table"]]
         kept = [
@@ -177,6 +181,16 @@ def show_body(contents: Data) -> AnswerBody:
             AnswerTable([[row[k] for k in kept] for row in (contents["head"], *rows)], "<>"),
         ]
     return body
+
+
+def _idle_columns(columns: Sequence[Data]) -> list[tuple[str, str]]:
+    """Name columns of numbers that tell nothing: no row has a value, or all are round-off."""
+    numbers = [column for column in columns if column["kind"] != "text"]
+    groups = {
+        "empty": [column["name"] for column in numbers if column["least"] is None],
+        "round-off": [column["name"] for column in numbers if column["round_off"]],
+    }
+    return [(label, ", ".join(names)) for label, names in groups.items() if names]
 
 
 def _headed(column: Mapping[str, Any]) -> str:

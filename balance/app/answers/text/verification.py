@@ -10,9 +10,9 @@ from collections.abc import Sequence
 import numpy as np
 
 from balance.app.answers.answer import AnswerBody, Facts, joined_facts
-from balance.app.answers.text.linkage import linkage_names
+from balance.motion.verification.comparison import VerificationComparison
 from balance.motion.verification.holding_torques import HoldingTorques
-from balance.motion.verification.result import Verification, peak_change
+from balance.motion.verification.result import Verification
 from kinematics.numerics.linalg.ties import first_largest
 from kinematics.numerics.tolerances import SIZE_DETERMINED, TIE_RELATIVE
 from kinematics.wording import first_names, number_text, size_text, vector_text
@@ -152,14 +152,7 @@ def comparison_sentence(results: Sequence[Verification]) -> str | None:
     """Compare the peaks of a linkage with those of a second one; None without a second."""
     if len(results) < 2:
         return None
-    first, second = results
-    here, there = (each.model for each in results)
-    if here == there:
-        here, there = linkage_names([each.linkage for each in results])
-    force, moment = (
-        peak_change((second, first), part, worded=True) for part in ("force", "moment")
-    )
-    return f"Shaking force {force}, moment {moment}, from {there} to {here}."
+    return VerificationComparison(*results).sentence
 
 
 def verification_body(results: Sequence[Verification]) -> AnswerBody:

@@ -42,6 +42,7 @@ def decide_filled(
     stocks: Mapping[int, Stock],
     minimise: AddedObjective = "mass",
     price: float = IDLE_MASS_PRICE,
+    prove: bool = True,
 ) -> Counterweights:
     """Decide whether matter of limited density balances a linkage, and minimise it.
 
@@ -52,6 +53,7 @@ def decide_filled(
         stocks: regions and densities by position of the body.
         minimise: ``"mass"`` or ``"rotor"``; see `counterweights`.
         price: price of mass besides it, in squares of ``space.length``.
+        prove: whether to prove the gap; see `fill_least`.
     """
     regions = {b: stock.region for b, stock in stocks.items()}
     points = decide(space, regions, minimise, price)
@@ -76,7 +78,7 @@ def decide_filled(
     if needed.factor > 1.0:
         words = "undecided: matter of this density just or just not balances it"
         return replace(blank, words=words)
-    return _filled(blank, stocks, program, needed)
+    return _filled(blank, stocks, program, needed, prove)
 
 
 def balancing_mass(space: DesignSpace, stocks: Mapping[int, Stock]) -> float | None:
@@ -141,10 +143,11 @@ def _filled(
     stocks: Mapping[int, Stock],
     program: AddedProgram,
     needed: DensityNeeded,
+    prove: bool,
 ) -> Counterweights:
     """Return the verdict with parts of the regions that are filled, if they balance."""
     space = program.space
-    parts = fill_least(program, list(stocks.values()), needed)
+    parts = fill_least(program, list(stocks.values()), needed, prove)
     z = with_moments(program, parts.moments)
     residual = balance_residual(space, z)
     if not residual <= COUNTERWEIGHT_RESIDUAL:

@@ -54,6 +54,7 @@ from balance.support.tolerances import (
     COUNTERWEIGHT_RESIDUAL,
     DENSITY_GAP,
     DENSITY_GAP_FORCE,
+    FILL_GAP_FORCE,
     FILL_GAPS,
     FILL_RESIDUAL,
     FILL_ROUND_OFF,
@@ -68,6 +69,8 @@ MOST_ROUNDS = 120
 INERTIA = 0.7
 # Most steps of Newton's method with the same rays, and most halvings of a step.
 MOST_STEPS, MOST_HALVINGS = 15, 20
+# Factor of the density up to which matter is clearly enough: integrals have errors below.
+CLEARLY_ENOUGH = 0.95
 # Part of the slope of a step that it must gain.
 LEAST_GAIN = 1e-4
 # Rays of each stage of it; each starts its rays inside the parts that the one before filled.
@@ -79,7 +82,8 @@ class DensityNeeded(NamedTuple):
 
     Attributes:
         factor: a factor for which matter was found.
-        bound: no smaller factor does; proved by the functional.
+        bound: no smaller factor does; proved by the functional. 0 if matter of clearly less
+            than the density does: how little is not asked then.
         dual: y (ρ,).
         parts: moments of the parts that the answer came from, each (links, 4, 4).
     """
@@ -112,7 +116,9 @@ def density_needed(program: AddedProgram, stocks: Sequence[Stock]) -> DensityNee
     The factor is infinite if matter of any density was not found to.
     """
     columns = _Columns(program, stocks, np.zeros_like(program.cost), None)
-    value, dual = columns.generate(density_gap(program))
+    value, dual = columns.generate(density_gap(program), CLEARLY_ENOUGH)
+    if value <= CLEARLY_ENOUGH:
+        return DensityNeeded(value, 0.0, dual[: program.target.size], columns.parts)
     sums = np.sum(_support_functions(program, stocks, columns.forms(dual)), axis=0)
     dual = dual[: program.target.size]
     against = float(dual @ program.target)
@@ -142,7 +148,10 @@ def least_mass(
 
 
 def fill_least(
-    program: AddedProgram, stocks: Sequence[Stock], needed: DensityNeeded
+    program: AddedProgram,
+    stocks: Sequence[Stock],
+    needed: DensityNeeded,
+    prove: bool = True,
 ) -> FilledParts:
     """Compute the parts of regions whose matter balances with the least objective.
 
@@ -150,10 +159,12 @@ def fill_least(
         program: a program that matter of this density fulfils.
         stocks: region and density of each link.
         needed: the density that it needs.
+        prove: whether the bound is one by sums over many rays; else by those of the parts.
     """
     columns = _Columns(program, stocks, program.cost, needed.parts)
     rank = program.target.size
-    for gap in FILL_GAPS:
+    exact = program.space.balance == "force"
+    for gap in (FILL_GAP_FORCE, *FILL_GAPS) if exact else FILL_GAPS:
         dual = columns.generate(gap)[1]
         prices = columns.prices(dual)
         y, seen = _maximise(program, stocks, prices, dual[:rank])
@@ -161,7 +172,10 @@ def fill_least(
         moments = _fill_all(program, seen, forms)
         residual = program.target - _conditions_of(program, moments)
         dual = np.append(y, dual[rank:])
-        bound = columns.fixed(dual) - float(np.sum(_support_functions(program, seen, forms)))
+        held = forms * moments
+        if prove:
+            held = _support_functions(program, seen, forms)
+        bound = columns.fixed(dual) - float(np.sum(held))
         value = added_objective(program, list(moments))[1]
         # Newton's method improves y, and not the matrices of moments of inertia.
         close = not columns.heavy or value - bound <= FILLING_GAP_PROVED * value
@@ -236,11 +250,12 @@ class _Columns:
         y = dual[: self.program.target.size]
         return forms_of(self.program, y, self.prices(dual))
 
-    def generate(self, gap: float) -> tuple[float, Array]:
+    def generate(self, gap: float, enough: float = -np.inf) -> tuple[float, Array]:
         """Add parts until the bounds from inside and outside meet.
 
         Args:
             gap: relative difference of the bounds.
+            enough: a value from inside of which none smaller is sought.
 
         Returns:
             The value from inside, and the multipliers of the best bound.
@@ -249,6 +264,8 @@ class _Columns:
         value, y = np.inf, np.zeros_like(self.program.target)
         for _ in range(MOST_ROUNDS):
             value, y = self._master()
+            if value <= enough:
+                break
             steady = y if best is None else INERTIA * best + (1.0 - INERTIA) * y
             for z in (steady, y):
                 forms = self.forms(z)

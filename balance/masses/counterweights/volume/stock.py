@@ -59,8 +59,14 @@ class Stock(NamedTuple):
     fan: Fan | None = None
 
     def with_rays_inside(self, form: Array) -> Stock:
-        """Let rays start far inside the part where a form (4, 4) is positive."""
-        least, at = minimise_in_region(self.region, -self.effective_form(form))
+        """Let rays start far inside the part where a form (4, 4) is positive.
+
+        What a plane cuts off needs no rays.
+        """
+        Q = self.effective_form(form)
+        if not Q[:3, :3].any():
+            return self
+        least, at = minimise_in_region(self.region, -Q)
         x, y, z = (ORIGIN_INSIDE * at if least < 0.0 else np.array(CENTRE)).tolist()
         return self._replace(origin=(x, y, z))
 

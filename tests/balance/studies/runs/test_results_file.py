@@ -224,12 +224,12 @@ def test_files_of_others_are_refused(tmp_path):
     other.close()
     filled(future, job).close()
     with sqlite3.connect(future) as changed:
-        changed.execute("PRAGMA user_version = 2")
+        changed.execute("PRAGMA user_version = 3")
     changed.close()
     for path, reason in (
         (text, "is no file of results"),
         (foreign, "is no file of results"),
-        (future, "is a file of results of version 2, and this reads 1"),
+        (future, "is a file of results of version 3, and this reads 2"),
     ):
         assert reason in refused(path, job)
         with pytest.raises(FileError, match=reason):

@@ -87,10 +87,12 @@ function fill() {
   byId("kept").textContent = `${kept.length} of ${sweep.rows.length} rows are kept`
     + (kept.length > MOST ? `; the first ${MOST}:` : ":");
   const head = byId("rows").tHead, body = byId("rows").tBodies[0];
-  head.replaceChildren(line("th", ["row", ...sweep.columns.map(label)]));
+  const why = kept.slice(0, MOST).some((k) => sweep.reasons[k]);
+  head.replaceChildren(line("th", ["row", ...sweep.columns.map(label), ...(why ? ["no answer"] : [])]));
   body.replaceChildren(...kept.slice(0, MOST).map((k) => {
     const cells = sweep.columns.map((column) => shown(column, column.values[k]));
-    const row = line("td", ["", ...cells]);
+    const row = line("td", ["", ...cells, ...(why ? [sweep.reasons[k]] : [])]);
+    if (why) row.lastChild.className = "";
     const button = document.createElement("button");
     button.type = "button";
     button.textContent = String(sweep.rows[k]);
@@ -138,7 +140,7 @@ function draw(k) {
     showlegend: false, xaxis: {title: {text: drawing.axes[0]}},
     yaxis: {title: {text: drawing.axes[1]}, scaleanchor: "x"},
   });
-  byId("which").textContent = `row ${sweep.rows[k]}`;
+  byId("which").textContent = `row ${sweep.rows[k]}` + (sweep.reasons[k] ? `: ${sweep.reasons[k]}` : "");
 }
 
 sweep.columns.forEach((column) => order.add(new Option(label(column), column.name)));

@@ -343,6 +343,7 @@ def _result(
         problem.weight_moment,
         problem.frame,
         problem.minimise,
+        _regions_by_name(problem),
     )
 
 
@@ -374,7 +375,13 @@ def _conflict(
         problem.weight_moment,
         problem.frame,
         problem.minimise,
+        _regions_by_name(problem),
     )
+
+
+def _regions_by_name(problem: ShakingProblem) -> dict[str, Region]:
+    """Name the links that may get matter, with their regions."""
+    return {problem.space.bodies[b]: region for b, region in problem.matter.regions.items()}
 
 
 def _space_of(space: DesignSpace | LinkageLike) -> DesignSpace:

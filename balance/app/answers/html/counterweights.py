@@ -19,10 +19,12 @@ from balance.app.answers.html.render import facts_list, render_page, rows_table
 from balance.app.answers.html.scene import scene
 from balance.app.answers.html.verification import verification_picture
 from balance.app.answers.text.counterweights import (
+    NONE_NEEDED,
     WORKSHOP,
     counterweight_rows,
     counterweights_facts,
 )
+from balance.app.answers.text.linkage import linkage_title
 from balance.app.answers.text.partial import partial_facts
 from balance.masses.counterweights.answer import Counterweights
 from balance.masses.counterweights.counterweight import Counterweight
@@ -72,7 +74,6 @@ def counterweights_page(counterweights: Counterweights) -> str:
         summary=computed.sentence,
         report=computed.to_dict(),
         facts=facts_list(counterweights_facts(computed)),
-        front="",
     )
 
 
@@ -102,17 +103,17 @@ def partial_page(front: ParetoFront) -> str:
     """
     best = front.designs[-1]
     assert best.z is not None
-    regions = {weight.link: weight.region for weight in best.weights}
     return _page(
         best.space,
         best.z,
-        regions,
+        best.regions,
         best.weights,
         loads_of(best),
         summary=best.sentence,
         report=front.to_dict(),
         facts=facts_list(partial_facts(front)),
         front=front_section(front),
+        nothing="none",
     )
 
 
@@ -136,13 +137,14 @@ def _page(
     summary: str,
     report: object,
     facts: str,
-    front: str,
+    front: str = "",
+    nothing: str = NONE_NEEDED,
 ) -> str:
     """Render the page of added matter."""
     by_link = {weight.link: weight for weight in weights}
     return render_page(
         "counterweights.html",
-        title=space.linkage.name,
+        title=linkage_title(space.linkage),
         summary=summary,
         report=report,
         data={
@@ -161,7 +163,9 @@ def _page(
         },
         scripts=SCRIPTS,
         facts=facts,
-        lumps=rows_table(counterweight_rows(weights, WORKSHOP, digits=6), [1, 2, 3, 4], 0),
+        lumps=rows_table(
+            counterweight_rows(weights, regions, WORKSHOP, 6, nothing), [1, 2, 3, 4], 0
+        ),
         front=front,
         comparison=comparison_section(along.pair, NAMES),
     )

@@ -16,6 +16,7 @@ from balance.app.answers.html.render import facts_list, render_page, rows_table
 from balance.app.answers.html.scene import scene
 from balance.app.answers.html.verification import verification_picture
 from balance.app.answers.text.design import body_rows, design_facts, solid_rows
+from balance.app.answers.text.linkage import linkage_title
 from balance.masses.designs.best_design import Design
 from balance.masses.designs.density import solid_of
 from balance.motion.verification.before_after import compare_masses
@@ -102,7 +103,7 @@ def design_page(design: Design) -> str:
     ]
     return render_page(
         "design.html",
-        title=design.space.linkage.name,
+        title=linkage_title(design.space.linkage),
         summary=_summary(design),
         report=design.to_dict(),
         data={

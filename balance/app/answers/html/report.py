@@ -21,6 +21,7 @@ from balance.app.answers.html.render import (
 )
 from balance.app.answers.html.robot_shapes import robot_shapes
 from balance.app.answers.html.scene import scene
+from balance.app.answers.text.linkage import linkage_title
 from balance.app.answers.text.report import (
     decoupling_facts,
     gap_text,
@@ -72,7 +73,7 @@ def report_page(report: Report, meshes: bool = True) -> str:
         drawing["pure"] = pseudo_inertia(report.pure_inertia.spatial_parameters).tolist()
     return render_page(
         "page.html",
-        title=space.linkage.name,
+        title=linkage_title(space.linkage),
         summary=space.can_balance.sentence,
         report=report_data(report),
         data={"scene": drawing},

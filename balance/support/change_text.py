@@ -31,6 +31,17 @@ def change_text(
     return f"{sizes} ({_percent_text(then / first, worded)})" if first else sizes
 
 
+def grows(before: float, after: float, least: float = 0.0) -> bool:
+    """Whether a load is larger after a change, by more than half a percent and round-off.
+
+    Args:
+        before: its size.
+        after: its size then.
+        least: sizes up to this are round-off.
+    """
+    return after > least and after > before * (1.0 + UNCHANGED / 100.0)
+
+
 def _percent_text(ratio: float, worded: bool) -> str:
     """Write by how many percent a ratio differs from 1."""
     percent = 100.0 * (ratio - 1.0)

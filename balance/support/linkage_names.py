@@ -8,10 +8,18 @@ from pathlib import PurePath
 from kinematics.model.linkage import Linkage
 
 
+def linkage_title(linkage: Linkage) -> str:
+    """Return the name of a linkage, with its file if that has another name."""
+    file = PurePath(linkage.source)
+    if not file.suffix or file.stem == linkage.name:
+        return linkage.name
+    return f"{linkage.name} ({file.name})"
+
+
 def linkage_names(linkages: Sequence[Linkage]) -> list[str]:
-    """Return the name of each linkage, with its file if there are several."""
+    """Return the title of a linkage, and the name and file of each of several."""
     if len(linkages) == 1:
-        return [linkages[0].name]
+        return [linkage_title(linkages[0])]
     files = [PurePath(linkage.source).parts for linkage in linkages]
     longest = max(map(len, files))
     # Use as many folders as distinguish the files.

@@ -95,7 +95,7 @@ class Parser(argparse.ArgumentParser):
     """A parser that reports a wrong argument in two lines, with control characters removed.
 
     Its commands refuse options by ``refuse``, and replace files that are read with
-    ``overwrite``.
+    ``overwrite``. What to write in place of an option of another command is in ``elsewhere``.
     """
 
     def __init__(self, **options: Any) -> None:
@@ -103,6 +103,7 @@ class Parser(argparse.ArgumentParser):
         super().__init__(**{"formatter_class": HelpText} | options, add_help=False)
         self.group("output").add_argument("-h", "--help", action="help", help=argparse.SUPPRESS)
         self.set_defaults(refuse=self.error, overwrite=False)
+        self.elsewhere: dict[str, str] = {}
 
     def group(self, title: str) -> argparse._ArgumentGroup:
         """Return the group of options with a title, of `GROUPS`, new at the first call."""
@@ -133,7 +134,8 @@ class Parser(argparse.ArgumentParser):
             namespace: object for the values; a new one by default.
 
         Returns:
-            The values, and no words: all are taken.
+            The values, of which ``words`` are the words of a command after its name, and no
+            words: all are taken.
         """
         for name in (
             word[:-3] for word in args if word.startswith("--") and word.endswith("=--")
@@ -146,8 +148,13 @@ class Parser(argparse.ArgumentParser):
             from kinematics.error_text import did_you_mean
 
             options = [name for action in self._actions for name in action.option_strings]
-            meant = did_you_mean(extra[0].partition("=")[0], options)
+            name = extra[0].partition("=")[0]
+            meant = did_you_mean(name, options)
+            if name in self.elsewhere:
+                meant = f" ({self.elsewhere[name]})"
             self.error(f"unrecognized arguments: {' '.join(extra)}{meant}")
+        if not hasattr(values, "words"):
+            values.words = list(args)
         return values, extra
 
     def _check_value(self, action: argparse.Action, value: Any) -> None:

@@ -22,9 +22,20 @@ from balance.app.cli.matter_options import (
 )
 from balance.app.cli.model_options import add_model_options
 from balance.app.cli.model_readings import certified_space
-from balance.app.cli.motion_source import add_motion_source, motions_of, notices_of
+from balance.app.cli.motion_source import (
+    add_motion_source,
+    motions_of,
+    notices_of,
+    random_motions_remark,
+)
+from balance.app.cli.next_command import reduce_command
 from balance.app.cli.number_arguments import finite_number, whole_number
-from balance.app.cli.outputs import add_out_option, add_page_option, describe_written
+from balance.app.cli.outputs import (
+    add_out_option,
+    add_page_option,
+    describe_written,
+    join_remarks,
+)
 from balance.app.cli.part_options import (
     add_parts_option,
     add_solids_option,
@@ -138,6 +149,7 @@ def _run(arguments: argparse.Namespace) -> Answer:
         matter, told = _with_loads(arguments, matter)
         load = _load_data(arguments, space)
     parts = make_parts(arguments, matter)
+    reduce = reduce_command(arguments, matter.given_mass)
     notices = (
         *space.warnings,
         *distant_regions(space, dict(arguments.region)),
@@ -147,9 +159,12 @@ def _run(arguments: argparse.Namespace) -> Answer:
     return Answer(
         verdict_code(matter.verdict),
         lambda: matter.to_dict() | ({} if load is None else {"payload": load.to_dict()}),
-        lambda: [*counterweights_body(matter), *payload_section(load)],
+        lambda: [*counterweights_body(matter, reduce), *payload_section(load)],
         notices,
-        describe_written(arguments, matter.z is not None),
+        join_remarks(
+            random_motions_remark(arguments, matter.space.linkage) if matter.along else "",
+            describe_written(arguments, matter.z is not None),
+        ),
         lambda: _files(arguments, matter, parts),
     )
 

@@ -14,6 +14,7 @@ from balance.app.cli.density_options import add_density_options, densities_of
 from balance.app.cli.exit_codes import verdict_code
 from balance.app.cli.model_options import add_model_options, model_words
 from balance.app.cli.model_readings import certified_space
+from balance.app.cli.next_command import reduce_command
 from balance.app.cli.number_arguments import whole_number
 from balance.app.cli.outputs import add_out_option, add_page_option, describe_written
 from balance.app.cli.payload_option import add_payload_option
@@ -96,7 +97,11 @@ def _run(arguments: argparse.Namespace) -> Answer:
         space = certified_space(arguments)
         design = _design(arguments, space)
     from balance.app.answers.text.design import design_body
+    from balance.masses.payload import PAYLOAD_BODY
 
+    bodies = [body for body in space.linkage.bodies if body.name != PAYLOAD_BODY]
+    mass = sum(float(body.inertia[0]) for body in bodies)
+    reduce = reduce_command(arguments, mass, [body.name for body in bodies])
     # For one pose, the conditions there are all there are.
     notices = tuple(
         notice
@@ -109,7 +114,7 @@ def _run(arguments: argparse.Namespace) -> Answer:
     return Answer(
         verdict_code(design.verdict),
         design.to_dict,
-        lambda: design_body(design),
+        lambda: design_body(design, reduce),
         notices,
         remark,
         lambda: _files(design),

@@ -14,6 +14,10 @@ if TYPE_CHECKING:
     from kinematics.model.linkage import Linkage, Notice
 
 
+# Options that choose the motion, or which random ones.
+MOTION_OPTIONS = ("csv", "tool_path", "speed", "trajectories", "seed")
+
+
 def add_motion_source(group: argparse._ArgumentGroup, otherwise: str) -> None:
     """Add the options ``--csv``, which may stand several times, and ``--speed``.
 
@@ -100,6 +104,30 @@ def motions_of(arguments: argparse.Namespace, linkage: Linkage) -> list[Trajecto
 def _listed(value: list[Any] | str | None) -> list[Any]:
     """List the values of an option that stands once, several times or not at all."""
     return value if isinstance(value, list) else [value] if value else []
+
+
+def random_motions_remark(arguments: argparse.Namespace, linkage: Linkage) -> str:
+    """Ask for a motion where the loads are those of random ones; empty if one was asked for.
+
+    Args:
+        arguments: the options of a command that moves the linkage at random without a motion.
+    """
+    given = (getattr(arguments, name, None) for name in MOTION_OPTIONS)
+    turning = {joint.name for joint in linkage.joints if joint.kind == "revolute"}
+    cranks = [name for name in linkage.inputs if name in turning]
+    if not cranks or any(value is not None and value != [] for value in given):
+        return ""
+    names = ", ".join(linkage.inputs)
+    text = f"the loads are those of random motions of {names}, within about 0.8 rad and 1 s: "
+    if len(linkage.inputs) == 1:
+        return text + (
+            "if it turns as a crank, --speed 300rpm gives the loads of a turn at that speed"
+        )
+    columns = ",".join(("time", *linkage.inputs))
+    return text + (
+        f"--csv FILE with the columns {columns} gives those of another motion, "
+        f"--speed {cranks[0]}=300rpm those of a turn of one input"
+    )
 
 
 def notices_of(linkage: Linkage, motions: list[Trajectory] | None) -> list[Notice]:

@@ -149,6 +149,11 @@ def describe_written(arguments: argparse.Namespace, designed: bool) -> str:
     return f"written: {paths}" if designed else f"not written, for there is no design: {paths}"
 
 
+def join_remarks(*remarks: str) -> str:
+    """Join remarks to the text of one, a line each; empty ones are left out."""
+    return "\n".join(filter(None, remarks))
+
+
 def check_files(arguments: argparse.Namespace) -> None:
     """Refuse to write where a command reads, or one file twice; see `check_outputs`.
 

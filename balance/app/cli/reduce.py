@@ -21,7 +21,11 @@ from balance.app.cli.matter_options import (
     check_matter_options,
 )
 from balance.app.cli.model_options import add_model_options, load_model
-from balance.app.cli.motion_source import add_motion_source, motions_of
+from balance.app.cli.motion_source import (
+    add_motion_source,
+    motions_of,
+    random_motions_remark,
+)
 from balance.app.cli.number_arguments import (
     add_about,
     finite_number,
@@ -33,6 +37,7 @@ from balance.app.cli.outputs import (
     add_page_option,
     add_picture_option,
     describe_written,
+    join_remarks,
     kind_of,
 )
 from balance.app.cli.part_options import (
@@ -64,6 +69,14 @@ OF_MOTIONS = (
     *("csv", "tool_path", "speed", "about", "density", "thickness", "points", "minimise"),
     *("pareto", "weight_moment", "max_bearing", "max_torque", "frame", "parts", "plot", "html"),
 )
+# What to write in place of options of `balance counterweights`.
+ELSEWHERE = {
+    "--shape": "of balance counterweights alone; here --region L=cylinder(…) says where matter "
+    "may be, and --thickness makes it plates",
+    "--max-order": "of balance counterweights alone; here the motions of --csv, --tool-path or "
+    "--speed count",
+    "--price-of-mass": "of balance counterweights alone; here --budget limits the mass",
+}
 # What may be least, the default first.
 OBJECTIVES = ("rms", "peak", "torque", "bearing")
 
@@ -82,6 +95,7 @@ def add_reduce(parser: Parser) -> None:
     add_payload_option(parser)
     add_density_options(parser, "matter", "plates on a planar linkage", points=True)
     _add_least_options(parser)
+    parser.elsewhere |= ELSEWHERE
     add_out_option(parser)
     add_merge_option(parser)
     add_parts_option(parser)
@@ -156,7 +170,10 @@ def _check_options(arguments: argparse.Namespace) -> None:
     if arguments.payload is not None and arguments.merge:
         arguments.refuse("--merge does not go with --payload, which no file holds")
     if arguments.budget is None and arguments.pareto is None:
-        arguments.refuse("give a --budget in kg, or --pareto")
+        arguments.refuse(
+            "give the most mass that may be added, such as --budget 1.5 (kg), or --pareto 10 "
+            "for designs up to the least shaking"
+        )
     if arguments.budget is not None and arguments.budget < 0.0:
         arguments.refuse(f"--budget {arguments.budget:g}: a mass is not negative")
     if (arguments.budget or 0.0) > MOST_BUDGET:
@@ -240,7 +257,10 @@ def _run(arguments: argparse.Namespace) -> Answer:
         lambda: front.to_dict() | ({} if load is None else {"payload": load.to_dict()}),
         lambda: [*partial_body(front), *payload_section(load)],
         (*front.notices, *far, *notices_of_parts(arguments, parts)),
-        describe_written(arguments, best.z is not None),
+        join_remarks(
+            random_motions_remark(arguments, best.space.linkage),
+            describe_written(arguments, best.z is not None),
+        ),
         lambda: _files(arguments, front, parts),
     )
 

@@ -13,6 +13,7 @@ from balance.app.cli.density_options import add_density_option
 from balance.app.cli.exit_codes import verdict_code
 from balance.app.cli.matter_options import add_matter_options, check_matter_options
 from balance.app.cli.model_options import add_model_options, load_model
+from balance.app.cli.next_command import reduce_command
 from balance.app.cli.number_arguments import positive_number, positive_quantity, whole_number
 from balance.app.cli.outputs import (
     add_page_option,
@@ -98,12 +99,14 @@ def _run(arguments: argparse.Namespace) -> Answer:
         comparison = compare_request(request, arguments.only, _print_result)
     from balance.app.answers.text.remedies import remedies_body
 
+    names = [] if arguments.links else [body.name for body in request.linkage.bodies]
+    reduce = reduce_command(arguments, request.given_mass, names, folder=True)
     helps = any(applied.helps for applied in comparison.results)
     undrawn = arguments.plot if arguments.plot and not helps else ""
     return Answer(
         verdict_code(comparison.verdict),
         comparison.to_dict,
-        lambda: remedies_body(comparison),
+        lambda: remedies_body(comparison, reduce),
         comparison.request.space.warnings,
         f"not written, for no remedy helps: {undrawn}" if undrawn else "",
         lambda: _files(arguments, comparison),

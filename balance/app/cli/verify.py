@@ -18,7 +18,12 @@ from balance.app.cli.floating_base import (
 )
 from balance.app.cli.model_options import add_model_options
 from balance.app.cli.model_readings import solve_model
-from balance.app.cli.motion_source import add_other_motion, motions_of, notices_of
+from balance.app.cli.motion_source import (
+    add_other_motion,
+    motions_of,
+    notices_of,
+    random_motions_remark,
+)
 from balance.app.cli.number_arguments import add_about, point, whole_number
 from balance.app.cli.outputs import (
     add_meshes_option,
@@ -127,7 +132,7 @@ def _run(arguments: argparse.Namespace) -> Answer:
             lambda: _data(results) | ({"holding": held[0].to_dict()} if held else {}),
             lambda: [*verification_body(results), *holding_body(held)],
             [notice for result in results for notice in result.notices],
-            _speed_remark(arguments, results[0].linkage),
+            random_motions_remark(arguments, results[0].linkage),
             files,
         )
     return Answer(
@@ -159,7 +164,7 @@ def _with_tolerances(
         lambda: _data([result]) | {"tolerances": spread.to_dict()},
         lambda: [*verification_body([result]), "", *tolerance_body(spread)],
         result.notices,
-        _speed_remark(arguments, result.linkage),
+        random_motions_remark(arguments, result.linkage),
         files,
     )
 
@@ -180,25 +185,6 @@ def _data(results: Sequence[Verification]) -> dict[str, object]:
     from balance.app.answers.text.verification import comparison_sentence
 
     return data_against(*results) | {"sentence": comparison_sentence(results)}
-
-
-def _speed_remark(arguments: argparse.Namespace, linkage: Linkage) -> str:
-    """Ask for the speed of a crank that random motions swing to and fro."""
-    chosen = (
-        arguments.trajectories,
-        arguments.seed,
-        arguments.csv,
-        arguments.tool_path,
-        arguments.speed,
-    )
-    kinds = [joint.kind for joint in linkage.joints if joint.name in linkage.inputs]
-    if kinds != ["revolute"] or any(option is not None for option in chosen):
-        return ""
-    (crank,) = linkage.inputs
-    return (
-        f"the loads are those of random motions of {crank}, within about 0.8 rad and 1 s: "
-        "if it turns as a crank, --speed 300rpm gives the loads of a turn at that speed"
-    )
 
 
 def _code(verification: Verification) -> int:

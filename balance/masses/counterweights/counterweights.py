@@ -209,8 +209,8 @@ def _wanted_shapes(
         )
     if not space.planar or space.balance != "force":
         raise UsageError(
-            "shapes are found for the forces of planar linkages: ask for force balance, or "
-            "leave out the shape"
+            "shapes are found for the forces of planar linkages: ask for force balance "
+            "(--balance force), or leave out the shape"
         )
     return choices
 

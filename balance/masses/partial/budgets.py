@@ -369,6 +369,7 @@ def _result(
         problem.weight_moment,
         problem.frame,
         problem.minimise,
+        _regions_by_name(problem),
     )
 
 
@@ -400,4 +401,10 @@ def _conflict(
         problem.weight_moment,
         problem.frame,
         problem.minimise,
+        _regions_by_name(problem),
     )
+
+
+def _regions_by_name(problem: ShakingProblem) -> dict[str, Region]:
+    """Name the links that may get matter, with their regions."""
+    return {problem.space.bodies[b]: region for b, region in problem.matter.regions.items()}

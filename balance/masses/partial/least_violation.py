@@ -81,6 +81,7 @@ class LeastViolation:
         budget: most mass that may be added, kg.
         between: one requirement that no matter within the budget meets, or the first two that
             none meets together; empty if there are none.
+        links: links that may get matter.
     """
 
     space: RequiredSpace
@@ -91,6 +92,7 @@ class LeastViolation:
     z: Array
     budget: float
     between: tuple[str, ...]
+    links: tuple[str, ...] = ()
 
     def __repr__(self) -> str:
         """Up to six lines: the verdict, and the matter of each link."""
@@ -244,6 +246,7 @@ def least_violation(
         freeze(matter.parameters(added)),
         float(budget),
         between,
+        tuple(spatial.bodies[b] for b in matter.regions),
     )
 
 

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from math import isfinite
 from os import PathLike
 from typing import Literal
 
 from balance.masses.counterweights.counterweight import Counterweight
+from balance.masses.counterweights.regions import Region
 from balance.masses.counterweights.write_counterweights import counterweights_file
 from balance.masses.designs.pseudo_inertia_cone import bodies_with
 from balance.masses.partial.elastic_frame import ElasticFrame
@@ -52,6 +54,7 @@ class PartialBalance(WithPage, WithPicture):
             count.
         frame: the elastic frame, if there is one.
         minimise: the objective; see `partial`.
+        regions: where matter may be added, by name of the link.
     """
 
     page_maker = "counterweights:partial_balance_page"
@@ -71,6 +74,7 @@ class PartialBalance(WithPage, WithPicture):
     weight_moment: float
     frame: ElasticFrame | None
     minimise: PartialObjective = "rms"
+    regions: Mapping[str, Region] = field(default_factory=dict)
 
     @property
     def front(self) -> ParetoFront:

@@ -25,6 +25,8 @@ from kinematics.wording import first_names, html_facts, repr_lines
 REMEDIES_SCHEMA = "balance.remedies/1"
 # Seconds that a remedy of a four-bar takes in uncompiled kernels, about.
 UNCOMPILED = 0.25
+# Added mass, over that of the linkage, above which one would not build a remedy.
+MOST_BUILT = 10.0
 # Remedies that build the whole linkage again.
 COPIES = ("duplicates",)
 
@@ -198,20 +200,25 @@ class RemedyComparison(WithPage, WithPicture):
         """All results, those first that one would build first.
 
         What balances comes first, without loss of freedoms before with it, copies of the whole
-        linkage after other parts, and the least added mass first; then partial balance, what is
-        undecided, what no masses do, and what does not apply, in the order of the catalogue.
+        linkage after other parts, and the least added mass first; then partial balance, what
+        balances with more than `MOST_BUILT` times the given mass, what is undecided, what no
+        masses do, and what does not apply, in the order of the catalogue.
         """
         balanced = sorted(
             self.balanced,
             key=lambda applied: (applied.lost_freedoms, applied.remedy in COPIES),
         )
-        rest = [
-            applied
+        partial, *rest = (
+            [applied for applied in self.results if applied.verdict == verdict]
             for verdict in ("partial", "undecided", "infeasible", "refused")
-            for applied in self.results
-            if applied.verdict == verdict
-        ]
-        return (*balanced, *rest)
+        )
+        light = [applied for applied in balanced if not self.too_heavy(applied)]
+        heavy = [applied for applied in balanced if self.too_heavy(applied)]
+        return (*light, *partial, *heavy, *chain.from_iterable(rest))
+
+    def too_heavy(self, applied: AppliedRemedy) -> bool:
+        """Whether a remedy adds more than `MOST_BUILT` times the mass of the linkage."""
+        return (applied.added_mass or 0.0) > MOST_BUILT * self.request.given_mass
 
     @property
     def only_copies(self) -> bool:

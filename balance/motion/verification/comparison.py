@@ -137,4 +137,4 @@ def peak_change(pair: Sequence[Verification], part: str, *, worded: bool = False
     """
     before, after = (check.force if part == "force" else check.moment for check in pair)
     least = round_off_of(pair, part)
-    return change_text(before, after, UNITS[part], least, worded=worded)
+    return change_text(before, after, f"{UNITS[part]} peak", least, worded=worded)

@@ -45,6 +45,8 @@ STEPS = 720
 # Offsets of the samples, in steps. Where branches of the motion meet, joint rates are not
 # determined; if a sample hits such a pose, all samples move by the next offset.
 PHASES = (0.0, 0.4)
+# Steps of a revolution that is only tried, and most inputs for which turns are tried.
+TRIAL_STEPS, MOST_TRIED = 180, 6
 # Speeds outside this range, radians per second, make forces that underflow or overflow.
 SLOWEST = 1e-6
 FASTEST = 1e6
@@ -102,14 +104,15 @@ def revolve_crank(
             f"{linkage.source}: {speed:g} rad/s is no speed of a crank; give one from "
             f"{SLOWEST:g} to {FASTEST:g} rad/s either way"
         )
-    joint = _crank_name(linkage, joint)
+    joint = _crank_name(linkage, joint, speed)
     rates = _input_rates(linkage, joint, motion)
     for phase in PHASES:
         with suppress(PoseError):
             trajectory = _revolution(linkage, speed, rates, phase, steps)
             if trajectory.conditioning > CONDITIONING_SINGULAR:
                 return trajectory, Crank(joint, speed, _is_periodic(linkage, trajectory))
-    raise PoseError(f"{linkage.source}: {_limits_text(linkage, joint, rates)}")
+    limits = _limits_text(linkage, joint, rates)
+    raise PoseError(f"{linkage.source}: {limits}; {_turning_motion_text(linkage, speed)}")
 
 
 def one_turn(
@@ -168,7 +171,7 @@ def crank_of(linkage: Linkage, trajectory: Trajectory) -> Crank | None:
     return Crank(linkage.inputs[at], float(rates[at]), periodic)
 
 
-def _crank_name(linkage: Linkage, joint: str | None) -> str:
+def _crank_name(linkage: Linkage, joint: str | None, speed: float) -> str:
     """Return the name of the crank.
 
     Raises:
@@ -180,7 +183,7 @@ def _crank_name(linkage: Linkage, joint: str | None) -> str:
     if joint is None and len(linkage.inputs) == 1:
         joint = linkage.inputs[0]
     if joint is None:
-        problem = "which is the crank? Name it, as in u1=300rpm; the others stand still"
+        problem = f"which is the crank? {_turning_motion_text(linkage, speed)}"
         raise CoordinateError(linkage.source, linkage.inputs, problem, cranks)
     if joint not in linkage.inputs:
         problem = "not an input, so not the crank; --inputs makes it one"
@@ -242,9 +245,53 @@ def _limits_text(linkage: Linkage, joint: str, rates: Array) -> str:
     low, high = map(degrees, crank_limits(linkage, joint, rates))
     return (
         f"the crank {joint} cannot turn fully: only from {number_text(low, '.2f')}° to "
-        f"{number_text(high, '.2f')}° about the "
-        "reference pose; choose a joint that can with --inputs, or give a motion by --csv"
+        f"{number_text(high, '.2f')}° about the reference pose"
     )
+
+
+def _turning_motion_text(linkage: Linkage, speed: float) -> str:
+    """Name options with which a crank of this linkage turns fully, or other motions of it.
+
+    Tried are each input alone, all of them at one rate, and each second one against it. The
+    first of one input and the first of several are named.
+    """
+    names = linkage.inputs
+    columns = ",".join(("time", *names))
+    otherwise = f"give a motion by --csv FILE with the columns {columns}"
+    if len(names) > MOST_TRIED:
+        return f"name it, as in --speed {names[0]}=300rpm, or {otherwise}"
+    trials: list[tuple[Array, str]] = [(row, "") for row in np.eye(len(names))]
+    for sign in ("", "-") if len(names) > 1 else ():
+        signs = [sign if k % 2 else "" for k in range(len(names))]
+        related = [
+            f"--motion {name}={minus}{names[0]} "
+            for minus, name in zip(signs[1:], names[1:], strict=True)
+        ]
+        rates = np.array([-1.0 if minus else 1.0 for minus in signs])
+        trials.append((rates, "".join(related)))
+    kinds = {item.name: item.kind for item in linkage.joints}
+    ways: dict[bool, str] = {}
+    for rates, relations in trials:
+        if bool(relations) in ways:
+            continue
+        crank = names[first_largest(np.abs(rates))]
+        moved = [name for name, rate in zip(names, rates, strict=True) if rate]
+        if all(kinds[name] == "revolute" for name in moved) and _turns(linkage, rates):
+            rpm = f"{crank}={number_text(speed * 60.0 / TURN, '.6g')}rpm"
+            ways[bool(relations)] = f"{relations}--speed {rpm}"
+    if ways:
+        return f"what turns fully is {' and '.join(ways.values())}; or {otherwise}"
+    if len(names) == 1:
+        return f"choose a joint that can with --inputs, or {otherwise}"
+    return otherwise
+
+
+def _turns(linkage: Linkage, rates: Array) -> bool:
+    """Whether inputs can turn at these rates until the crank has made a turn."""
+    with suppress(PoseError):
+        turn = _revolution(linkage, 1.0, rates, PHASES[1], TRIAL_STEPS)
+        return turn.conditioning > CONDITIONING_SINGULAR
+    return False
 
 
 def _farthest(poses: Iterable[Pose], joint: int) -> float:

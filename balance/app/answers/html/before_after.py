@@ -259,7 +259,7 @@ def harmonic_sizes(load: Array) -> Array:
 def _peak_rows(pair: Sequence[Verification], names: Sequence[str]) -> list[tuple[str, str]]:
     """Build the table of the peaks of all motions, its head first."""
     before, after = pair
-    rows = [("peak", f"{names[0]} → {names[1]}")]
+    rows = [("peak", f"from {names[0]} to {names[1]}")]
     rows += [(f"shaking {part}", peak_change(pair, part)) for part in UNITS]
     sliding = {joint.name for joint in after.linkage.joints if joint.kind == "prismatic"}
     earlier, later = before.drive_peaks, after.drive_peaks

@@ -19,6 +19,7 @@ from balance.app.answers.html.render import facts_list, render_page, rows_table
 from balance.app.answers.html.scene import scene
 from balance.app.answers.html.verification import verification_picture
 from balance.app.answers.text.counterweights import (
+    NONE_NEEDED,
     WORKSHOP,
     counterweight_rows,
     counterweights_facts,
@@ -33,6 +34,7 @@ from balance.masses.partial.loads_along import loads_of
 from balance.masses.partial.results import ParetoFront, PartialBalance
 from balance.motion.verification.before_after import BeforeAfter
 from balance.space.spaces.design_space import DesignSpace
+from balance.support.linkage_names import linkage_title
 
 Array = NDArray[np.float64]
 
@@ -72,7 +74,6 @@ def counterweights_page(counterweights: Counterweights) -> str:
         summary=computed.sentence,
         report=computed.to_dict(),
         facts=facts_list(counterweights_facts(computed)),
-        front="",
     )
 
 
@@ -102,17 +103,17 @@ def partial_page(front: ParetoFront) -> str:
     """
     best = front.designs[-1]
     assert best.z is not None
-    regions = {weight.link: weight.region for weight in best.weights}
     return _page(
         best.space,
         best.z,
-        regions,
+        best.regions,
         best.weights,
         loads_of(best),
         summary=best.sentence,
         report=front.to_dict(),
         facts=facts_list(partial_facts(front)),
         front=front_section(front),
+        nothing="none",
     )
 
 
@@ -136,13 +137,14 @@ def _page(
     summary: str,
     report: object,
     facts: str,
-    front: str,
+    front: str = "",
+    nothing: str = NONE_NEEDED,
 ) -> str:
     """Render the page of added matter."""
     by_link = {weight.link: weight for weight in weights}
     return render_page(
         "counterweights.html",
-        title=space.linkage.name,
+        title=linkage_title(space.linkage),
         summary=summary,
         report=report,
         data={
@@ -161,7 +163,9 @@ def _page(
         },
         scripts=SCRIPTS,
         facts=facts,
-        lumps=rows_table(counterweight_rows(weights, WORKSHOP, digits=6), [1, 2, 3, 4], 0),
+        lumps=rows_table(
+            counterweight_rows(weights, regions, WORKSHOP, 6, nothing), [1, 2, 3, 4], 0
+        ),
         front=front,
         comparison=comparison_section(along.pair, NAMES),
     )

@@ -21,6 +21,7 @@ from balance.masses.designs.density import solid_of
 from balance.motion.verification.before_after import compare_masses
 from balance.space.inertial_parameters.body_inertia import BodyInertia
 from balance.space.inertial_parameters.conversions import mass_properties
+from balance.support.linkage_names import linkage_title
 from kinematics.model.arrays import freeze
 from kinematics.wording import number_text
 
@@ -102,7 +103,7 @@ def design_page(design: Design) -> str:
     ]
     return render_page(
         "design.html",
-        title=design.space.linkage.name,
+        title=linkage_title(design.space.linkage),
         summary=_summary(design),
         report=design.to_dict(),
         data={

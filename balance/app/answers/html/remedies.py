@@ -11,11 +11,19 @@ from balance.app.answers.html.linkage_drawing import linkage_drawing
 from balance.app.answers.html.plot_style import image, tidy
 from balance.app.answers.html.render import facts_list, render_page, rows_table
 from balance.app.answers.html.time_panels import COLOURS
-from balance.app.answers.text.remedies import remedies_facts, remedy_rows
+from balance.app.answers.text.remedies import (
+    UNITS,
+    applicable,
+    refused_lines,
+    remedies_facts,
+    remedies_sentence,
+    remedy_rows,
+)
 from balance.masses.designs.density import STEEL
 from balance.masses.remedies.applied import AppliedRemedy, total_inertia
 from balance.masses.remedies.compare import RemedyComparison
 from balance.masses.remedies.request import RemedyRequest
+from balance.support.linkage_names import linkage_title
 from kinematics.errors import LinkageError, UsageError
 from kinematics.loading.model_gallery import load
 from kinematics.model.document.element import Document
@@ -58,19 +66,21 @@ def remedies_page(comparison: RemedyComparison) -> str:
     """
     reasons = [
         "what and why",
-        *(f"{each.words}; {each.reason}" for each in comparison.by_preference),
+        *(f"{each.words}; {each.reason}" for each in applicable(comparison)),
     ]
     table = [(*row, why) for row, why in zip(remedy_rows(comparison), reasons, strict=True)]
     return render_page(
         "remedies.html",
-        title=comparison.request.linkage.name,
-        summary="Remedies of the literature, applied to this linkage, and what each costs.",
+        title=linkage_title(comparison.request.linkage),
+        summary=remedies_sentence(comparison),
         report=comparison.to_dict(),
         data={"figures": [_cost_figure(comparison)]},
         scripts=("curves",),
         facts=facts_list(remedies_facts(comparison)),
         drawings=_drawings(comparison),
         remedies=rows_table(table, [2, 3, 4, 5, 6, 7]),
+        units=escape(UNITS),
+        refused="\n".join(f"<li>{escape(line)}</li>" for line in refused_lines(comparison)),
     )
 
 

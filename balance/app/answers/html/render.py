@@ -153,7 +153,12 @@ def rows_table(
         [*map(escape, row[:at]), *(escape(cell).replace("-", "−") for cell in row[at:])]
         for row in lines
     ]
-    return html_table([escape(name.capitalize()) for name in head], cells, numbers)
+    return html_table([escape(with_capital(name)) for name in head], cells, numbers)
+
+
+def with_capital(text: str) -> str:
+    """Write a text with a capital; the rest, which may have units and names, stays."""
+    return text[:1].upper() + text[1:]
 
 
 def model_section(k: int, name: str, drawing: str, note: str = "") -> str:

@@ -33,6 +33,7 @@ from balance.space.inertial_parameters.multipole import NOUNS, UNITS, Primitive
 from balance.space.interpretation.explain import ExplainedTransfer, explain
 from balance.space.interpretation.freedoms import Freedom
 from balance.space.spaces.design_space import DesignSpace
+from balance.support.linkage_names import linkage_title
 from balance.support.tolerances import COMPONENT_ZERO_RELATIVE
 from kinematics.model.linkage import Notice
 from kinematics.model.spatial.inertia import pseudo_inertia
@@ -73,7 +74,7 @@ def report_page(report: Report, meshes: bool = True) -> str:
         drawing["pure"] = pseudo_inertia(report.pure_inertia.spatial_parameters).tolist()
     return render_page(
         "page.html",
-        title=space.linkage.name,
+        title=linkage_title(space.linkage),
         summary=space.can_balance.sentence,
         report=report_data(report),
         data={"scene": drawing},

@@ -14,7 +14,7 @@ from balance.app.answers.html.before_after import (
     comparison_charts,
     comparison_section,
 )
-from balance.app.answers.html.render import facts_list, render_page
+from balance.app.answers.html.render import facts_list, render_page, with_capital
 from balance.app.answers.html.robot_shapes import robot_shapes
 from balance.app.answers.html.scene import scene
 from balance.app.answers.html.time_panels import (
@@ -98,7 +98,7 @@ def _options(first: Verification, shown: Sequence[int]) -> str:
         text = motion_heading(first, number) + (", which decides the verdict" * decides)
         lines.append(
             f'<option value="{k}"{" selected" * decides}>'
-            f"{escape(text[0].upper() + text[1:])}</option>"
+            f"{escape(text if first.crank else with_capital(text))}</option>"
         )
     return "".join(lines)
 
@@ -124,6 +124,20 @@ def _summary(verifications: Sequence[Verification]) -> str:
     sentence, first = comparison_sentence(verifications), verifications[0]
     if sentence is not None:
         return sentence
+    if first.crank is not None:
+        motions = f"one revolution of {first.crank.joint} at {first.crank.rpm:.6g} rpm"
+    else:
+        motions = count_noun(len(first.runs), "motion")
+    when = f"over {motions} ({first.duration:.4g} s)"
+    if len(verifications) == 1:
+        force, moment = (
+            first.load_text(part, size)
+            for part, size in (("force", first.force), ("moment", first.moment))
+        )
+        return (
+            f"{with_capital(first.verdict)}: shaking force {force} peak, moment {moment} peak, "
+            f"{when}."
+        )
     verdicts = "; ".join(
         f"{name}: {verification.verdict}"
         for name, verification in zip(
@@ -132,11 +146,7 @@ def _summary(verifications: Sequence[Verification]) -> str:
             strict=True,
         )
     )
-    if first.crank is not None:
-        motions = f"one revolution of {first.crank.joint} at {first.crank.rpm:.6g} rpm"
-    else:
-        motions = count_noun(len(first.runs), "motion")
-    return f"Shaking force and moment over {motions} ({first.duration:.4g} s). {verdicts}."
+    return f"Shaking force and moment {when}. {verdicts}."
 
 
 def _motions_data(verifications: Sequence[Verification], meshes: bool) -> list[dict[str, Any]]:
@@ -223,7 +233,7 @@ def _numbers(verification: Verification, run: Run) -> list[tuple[str, str]]:
     """List the peaks and the root mean squares of one motion."""
     rows = []
     for part in ("force", "moment"):
-        rows.append((f"shaking {part}", verification.load_text(part, run.peak(part))))
+        rows.append((f"shaking {part}, peak", verification.load_text(part, run.peak(part))))
         rows.append((f"shaking {part}, rms", verification.load_text(part, run.rms(part))))
     bearing = float(run.bearing.max(initial=0.0))
     rows.append(("bearing force", f"{number_text(bearing, '.3g')} N"))

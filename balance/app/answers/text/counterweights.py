@@ -5,15 +5,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
 from balance.app.answers.answer import AnswerBody, AnswerPart, AnswerTable, Facts
-from balance.app.answers.text.design import FORCE_ONLY, OTHER_WAYS, vector_digits
+from balance.app.answers.text.design import FORCE_ONLY, REDUCE, other_ways, vector_digits
 from balance.app.answers.text.linkage import linkage_facts
 from balance.masses.counterweights.answer import Counterweights
 from balance.masses.counterweights.counterweight import DENSITIES, Counterweight
 from balance.masses.designs.density import STEEL
+from balance.motion.verification.result import peak_change, round_off_of
+from balance.support.change_text import grows
 from balance.support.tolerances import MASSES_EQUAL
 from kinematics.numerics.linalg.ties import first_largest
 from kinematics.wording import number_text, size_text
@@ -25,20 +27,27 @@ DIGITS = 5
 ENTRIES = ((0, 1, 2, 0, 0, 1), (0, 1, 2, 1, 2, 2))
 # Added mass, over the given mass, above which partial balance is named.
 MUCH_ADDED = 3.0
+# What a link gets to which no matter needs to be added.
+NONE_NEEDED = "none needed"
 
 
-def counterweights_facts(counterweights: Counterweights) -> list[tuple[str, str]]:
-    """List the facts on counterweights as pairs of label and value."""
+def counterweights_facts(
+    counterweights: Counterweights, reduce: str = REDUCE
+) -> list[tuple[str, str]]:
+    """List the facts on counterweights as pairs of label and value.
+
+    Args:
+        reduce: the command for the least shaking, which an infeasible answer names.
+    """
     space = counterweights.space
     algebra = "planar" if space.planar else "spatial"
     relations = space.motion.relations if space.motion else ()
     pairs = linkage_facts(space.linkage, f"{algebra}, {space.aim}", relations)
     pairs.append(("verdict", counterweights.words))
     if space.balance == "force" and not space.requirements and counterweights.value is not None:
-        pairs.append(("moment", FORCE_ONLY))
-    more = space.balance == "dynamic" or bool(space.requirements)
-    if more and counterweights.verdict == "infeasible":
-        pairs.append(OTHER_WAYS)
+        pairs.append(("moment", _moment_text(counterweights)))
+    if counterweights.verdict == "infeasible":
+        pairs += other_ways(space.balance, reduce)
     for name, region in counterweights.regions.items():
         default = " (default: half the link's length about its joint)"
         pairs.append(
@@ -67,6 +76,21 @@ def counterweights_facts(counterweights: Counterweights) -> list[tuple[str, str]
         pairs.append(("certificate", str(counterweights.check)))
     pairs += [("would help", relaxation.words) for relaxation in counterweights.worth_naming]
     return pairs
+
+
+def _moment_text(counterweights: Counterweights) -> str:
+    """Say what becomes of the moment if the forces alone are balanced."""
+    along = counterweights.along
+    if along is None:
+        return FORCE_ONLY
+    change = peak_change(along.pair, "moment")
+    if not grows(along.before.moment, along.after.moment, round_off_of(along.pair, "moment")):
+        return change
+    ways = ["--balance dynamic balances it too, or says why not"]
+    if counterweights.minimise == "mass" and counterweights.shape is None:
+        ways.append("--minimise inertia leaves less of it")
+    ways.append("balance reduce --budget KG weighs it against the force")
+    return f"{change}: it grows; {'; '.join(ways)}"
 
 
 def _objective_text(counterweights: Counterweights) -> str:
@@ -140,12 +164,18 @@ WORKSHOP = TableUnits("g", "mm", 1e3)
 
 
 def counterweight_rows(
-    weights: Sequence[Counterweight], units: TableUnits = SI, digits: int = DIGITS
+    weights: Sequence[Counterweight],
+    links: Iterable[str] = (),
+    units: TableUnits = SI,
+    digits: int = DIGITS,
+    nothing: str = NONE_NEEDED,
 ) -> list[tuple[str, ...]]:
     """Build the table of lumps, its head first; a link with many lumps has one row.
 
     Args:
+        links: links that may get matter: those that get none are named too.
         digits: significant digits of masses and positions.
+        nothing: what these get, in words.
     """
     metals = tuple(f"{name} (cm³)" for name in DENSITIES)
     head = ("link", f"mass ({units.mass})", f"position, link frame ({units.length})", *metals)
@@ -162,15 +192,18 @@ def counterweight_rows(
             rows.append(
                 (weight.link, number_text(units.per_si * mass, f".{digits}g"), place, *volumes)
             )
+    filled = {weight.link for weight in weights}
+    rows += [(link, nothing, "", *("" for _ in metals)) for link in links if link not in filled]
     return rows
 
 
-def counterweights_body(counterweights: Counterweights) -> AnswerBody:
-    """Build what is printed on counterweights."""
-    facts = Facts(counterweights_facts(counterweights), least=1)
+def counterweights_body(counterweights: Counterweights, reduce: str = REDUCE) -> AnswerBody:
+    """Build what is printed on counterweights; see `counterweights_facts`."""
+    facts = Facts(counterweights_facts(counterweights, reduce), least=1)
     body: list[AnswerPart] = [counterweights.sentence, "", facts]
-    if counterweights.weights:
-        body += ["", AnswerTable(counterweight_rows(counterweights.weights))]
+    if counterweights.z is not None:
+        rows = counterweight_rows(counterweights.weights, counterweights.regions)
+        body += ["", AnswerTable(rows)]
     body += part_lines(counterweights.weights)
     for weight in counterweights.weights:
         if not weight.lumps:

@@ -24,12 +24,8 @@ from kinematics.wording import number_text, round_to_ten_digits, size_text
 Array = NDArray[np.float64]
 
 UNITS = {"mass": " kg", "inertia": " kg m²", "rotor": " kg m²", "change": ""}
-# What is left to try where no masses balance the forces and the moment.
-OTHER_WAYS = (
-    "other ways",
-    "--balance force: the forces alone; balance reduce --links LINKS --budget KG: the least "
-    "shaking; balance remedies: what to build in",
-)
+# The command for partial balance, where the words of the request are not at hand.
+REDUCE = "balance reduce MODEL --links LINKS --budget KG"
 FORCE_ONLY = "not balanced: compare it by balance verify FILE --against MODEL"
 # Distance to a rank drop, in characteristic lengths, below which a geometry may be a rounded
 # special one.
@@ -40,12 +36,32 @@ DIGITS = 4
 # Digits of the largest coordinate of a centre of mass: a quotient, which a least mass leaves
 # free to about 1e-5 of its size.
 COM_DIGITS = 3
+# Density of air, kg/m³, and that of steel with what a solver leaves open.
+AIR, DENSER_THAN_STEEL = 1.2, 1.001 * STEEL
 # Digits of moments of inertia: objectives determine them less well than masses.
 MOMENT_DIGITS = 2
 
 
-def design_facts(design: Design) -> list[tuple[str, str]]:
-    """List the facts on a design, without the table of bodies, as pairs of label and value."""
+def other_ways(balance: str, reduce: str = REDUCE) -> list[tuple[str, str]]:
+    """List what is left to try where nothing balances, as pairs of label and value.
+
+    Args:
+        balance: what was asked for, ``"dynamic"`` or ``"force"``.
+        reduce: the command for the least shaking.
+    """
+    forces = "--balance force: the forces alone; " if balance == "dynamic" else ""
+    return [
+        ("other ways", f"{forces}balance remedies: what to build in"),
+        ("reduce", reduce),
+    ]
+
+
+def design_facts(design: Design, reduce: str = REDUCE) -> list[tuple[str, str]]:
+    """List the facts on a design, without the table of bodies, as pairs of label and value.
+
+    Args:
+        reduce: the command for the least shaking, which a design that is infeasible names.
+    """
     space = design.space
     algebra = "planar" if space.planar else "spatial"
     relations = space.motion.relations if space.motion else ()
@@ -55,7 +71,7 @@ def design_facts(design: Design) -> list[tuple[str, str]]:
     pairs.append(("design space", size))
     pairs += [("reading", reading.words) for reading in space.readings]
     pairs.append(("verdict", design.words))
-    pairs += _what_else(design)
+    pairs += _what_else(design, reduce)
     if design.minimise:
         value = "" if design.value is None else f": {size_text(design.value, f'.{DIGITS}g')}"
         unit = _unit(design) if value else ""
@@ -70,6 +86,7 @@ def design_facts(design: Design) -> list[tuple[str, str]]:
     pairs.append(("limits", _region_text(design)))
     if text := _density_text(design):
         pairs.append(("density", text))
+    pairs += unusual_matter(design)
     if design.residuals:
         unasked = {"accepted"} if design.density else {"accepted", "density"}
         named = [item for item in design.residuals._asdict().items() if item[0] not in unasked]
@@ -87,9 +104,9 @@ def body_rows(bodies: Sequence[BodyInertia], length: float) -> list[tuple[str, .
     return [head, *(_row(body, length) for body in bodies)]
 
 
-def design_body(design: Design) -> AnswerBody:
-    """Build what is printed on a design."""
-    body: list[AnswerPart] = [Facts(design_facts(design), least=13)]
+def design_body(design: Design, reduce: str = REDUCE) -> AnswerBody:
+    """Build what is printed on a design; see `design_facts`."""
+    body: list[AnswerPart] = [Facts(design_facts(design, reduce), least=13)]
     if design.bodies:
         body += ["", AnswerTable(body_rows(design.bodies, design.space.length))]
     if design.bodies and design.density:
@@ -97,16 +114,18 @@ def design_body(design: Design) -> AnswerBody:
     return body
 
 
-def _what_else(design: Design) -> list[tuple[str, str]]:
+def _what_else(design: Design, reduce: str) -> list[tuple[str, str]]:
     """List what a verdict leaves open: other ways, a special geometry near, the moment."""
     space = design.space
     if space.requirements:
         return []
-    if space.balance == "force":
-        return [("moment", FORCE_ONLY)] if design.z is not None else []
     if design.verdict != "infeasible":
-        return []
-    pairs, change = [OTHER_WAYS], distance_to_rank_drop(space)
+        force_only = space.balance == "force" and design.z is not None
+        return [("moment", FORCE_ONLY)] if force_only else []
+    pairs = other_ways(space.balance, reduce)
+    if space.balance == "force":
+        return pairs
+    change = distance_to_rank_drop(space)
     if change < NEAR_SPECIAL:
         pairs.append(("near-special", f"{distance_text(change)}: were coordinates rounded?"))
     return pairs
@@ -166,6 +185,30 @@ def _density_text(design: Design) -> str:
     if density > STEEL:
         text += f", {_plain_number(density / STEEL, MOMENT_DIGITS)} times steel"
     return f"{text}, as an ellipsoid (--density limits it)"
+
+
+def unusual_matter(design: Design) -> list[tuple[str, str]]:
+    """List the bodies that are lighter than air or denser than steel, as facts.
+
+    Bodies that are kept are left out.
+    """
+    pairs = []
+    for name, solid in zip(design.space.bodies, design.solids, strict=False):
+        if solid is None or name in design.keep or AIR <= solid.density <= DENSER_THAN_STEEL:
+            continue
+        if solid.density < AIR:
+            what = (
+                f"lighter than air, {_plain_number(solid.density, MOMENT_DIGITS)} kg/m³, as a "
+                "solid: build it as masses at the ends of a light frame, or give it more mass, "
+                f"such as --bounds {name}={number_text(10.0 * solid.mass, '.2g')}:"
+            )
+        else:
+            size = f"{_plain_number(solid.density, MOMENT_DIGITS)} kg/m³"
+            if not solid.density < np.inf:
+                size = "a body without volume"
+            what = f"denser than steel, {size}: --density steel asks for bodies of steel"
+        pairs.append(("matter", f"{name} is {what}"))
+    return pairs
 
 
 def _plain_number(value: float, digits: int) -> str:

@@ -15,6 +15,7 @@ from balance.app.answers.text.counterweights import (
 )
 from balance.app.answers.text.linkage import linkage_facts
 from balance.masses.partial.results import ParetoFront, PartialBalance
+from balance.support.change_text import grows
 from balance.support.tolerances import SHAKING_GAP_PROVED
 from kinematics.wording import number_text, size_text, vector_text
 
@@ -47,13 +48,36 @@ def partial_facts(front: ParetoFront) -> list[tuple[str, str]]:
                 (
                     label,
                     f"{number_text(before)} {unit} before, "
-                    f"{_remaining_load_text(after, before)} {unit} after (rms)",
+                    f"{_remaining_load_text(after, before)} {unit} after (rms)"
+                    f"{_growth_text(front, name) if grows(before, after) else ''}",
                 )
             )
         if given.force_off > 0.0 or best.shaking.force_off > 0.0:
             pairs.append(("tables", _rounding_text(best)))
         pairs += [*density_facts(best.weights), *_drives(best)]
     return pairs
+
+
+def _growth_text(front: ParetoFront, part: str) -> str:
+    """Say what to do about a force or a moment that the added matter makes larger."""
+    best, weight = front.designs[-1], front.weight_moment
+    other = "moment" if part == "force" else "force"
+    ways = []
+    if front.frame is not None:
+        ways.append("without --frame, force and moment count")
+    elif front.minimise not in ("rms", "peak"):
+        ways.append(f"--minimise rms counts force and moment, not the {front.objective}")
+    elif best.space.balance == "force":
+        ways.append("--balance dynamic lets moments count")
+    else:
+        change = "less" if part == "moment" else "more"
+        ways.append(
+            f"--weight-moment {change} than {number_text(weight)} m counts the {part} more "
+            f"against the {other}"
+        )
+    if part == "moment" and front.frame is None:
+        ways.append("--about X,Y,Z takes it about another point")
+    return f": it grows; {'; '.join(ways)}"
 
 
 def _rounding_text(best: PartialBalance) -> str:
@@ -78,16 +102,23 @@ def _drives(best: PartialBalance) -> list[tuple[str, str]]:
     """List what the motors feel, before and after."""
     assert best.shaking is not None
     inertia, torque = best.given.inertia, best.given.torque
-    return [
-        (
-            f"input {name}",
-            f"inertia {number_text(inertia[name])} before, "
-            f"{number_text(best.shaking.inertia[name])} after; peak "
-            f"torque {number_text(torque[name])} before, "
-            f"{number_text(best.shaking.torque[name])} after",
+    joints = best.space.linkage.joints
+    slides = {joint.name for joint in joints if joint.kind == "prismatic"}
+    pairs = []
+    for name in inertia:
+        mass, what, load = (
+            ("kg", "force", "N") if name in slides else ("kg m²", "torque", "N m")
         )
-        for name in inertia
-    ]
+        pairs.append(
+            (
+                f"input {name}",
+                f"inertia {number_text(inertia[name])} {mass} before, "
+                f"{number_text(best.shaking.inertia[name])} {mass} after; peak "
+                f"{what} {number_text(torque[name])} {load} before, "
+                f"{number_text(best.shaking.torque[name])} {load} after",
+            )
+        )
+    return pairs
 
 
 def front_rows(front: ParetoFront) -> list[tuple[str, ...]]:
@@ -95,12 +126,16 @@ def front_rows(front: ParetoFront) -> list[tuple[str, ...]]:
     unit = "N" if front.frame is None else "m"
     if front.minimise == "torque":
         unit = "N m"
+    joints = front.designs[0].space.linkage.joints
+    inputs = set(front.designs[0].given.torque)
+    sliding = {joint.name for joint in joints if joint.kind == "prismatic"} & inputs
+    torque_unit = ", ".join(["N m"] * bool(inputs - sliding) + ["N"] * bool(sliding))
     head = (
         "added (kg)",
         f"{front.objective} ({unit})",
-        "force (N)",
-        "moment (N m)",
-        "largest torque",
+        "force (N rms)",
+        "moment (N m rms)",
+        f"peak torque ({torque_unit})",
         "verdict",
     )
     rows: list[tuple[str, ...]] = [head]
@@ -125,7 +160,8 @@ def partial_body(front: ParetoFront) -> AnswerBody:
     body: list[AnswerPart] = [front.designs[-1].sentence, "", Facts(partial_facts(front))]
     if len(front.designs) > 1:
         body += ["", AnswerTable(front_rows(front))]
-    if front.designs[-1].weights:
-        body += ["", AnswerTable(counterweight_rows(front.designs[-1].weights, digits=DIGITS))]
-        body += part_lines(front.designs[-1].weights, "about ")
+    best = front.designs[-1]
+    if best.weights:
+        rows = counterweight_rows(best.weights, best.regions, digits=DIGITS, nothing="none")
+        body += ["", AnswerTable(rows), *part_lines(best.weights, "about ")]
     return body

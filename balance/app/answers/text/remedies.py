@@ -5,7 +5,8 @@
 
 from __future__ import annotations
 
-from balance.app.answers.answer import AnswerBody, AnswerTable, Facts
+from balance.app.answers.answer import AnswerBody, AnswerPart, AnswerTable, Facts
+from balance.app.answers.text.design import REDUCE
 from balance.app.answers.text.linkage import linkage_facts
 from balance.masses.remedies.applied import AppliedRemedy
 from balance.masses.remedies.compare import RemedyComparison
@@ -16,23 +17,31 @@ DIGITS = 4
 NONE = "-"
 # Gaps below it are those of the solver.
 GAP_DETERMINED = 1e-6
-ONLY_COPIES = "of these remedies only copies of the whole linkage balance it; "
-LESS_SHAKING = "balance reduce --budget KG: the least shaking"
+ONLY_COPIES = "of these remedies only copies of the whole linkage balance it"
 HEAD = (
     "remedy",
     "verdict",
     "added (kg)",
-    "of its mass",
-    "input inertia",
-    "links",
-    "joints",
-    "freedoms",
-    "shaking",
+    "added (× mass)",
+    "input inertia (×)",
+    "links (+)",
+    "joints (+)",
+    "freedoms (+)",
+    "shaking (×)",
+)
+# What the units of the head are.
+UNITS = (
+    "×: times that of the linkage in the file; +: more than there; shaking: of the bodies' own "
+    "inertia, and of partial balance the rms over that of the file"
 )
 
 
-def remedies_facts(comparison: RemedyComparison) -> list[tuple[str, str]]:
-    """List the facts on a comparison as pairs of label and value."""
+def remedies_facts(comparison: RemedyComparison, reduce: str = REDUCE) -> list[tuple[str, str]]:
+    """List the facts on a comparison as pairs of label and value.
+
+    Args:
+        reduce: the command for the least shaking.
+    """
     request = comparison.request
     pairs = linkage_facts(request.linkage, f"{request.balance} balance", request.motion)
     matter = "point masses, of any density (--density steel sets a limit)"
@@ -49,20 +58,77 @@ def remedies_facts(comparison: RemedyComparison) -> list[tuple[str, str]]:
             f"gear {request.gear:g} (bounds: larger ones take no more mass)",
         ),
     ]
-    if comparison.balanced:
+    heavy = only_heavy(comparison)
+    if heavy:
+        pairs.append(("build first", _too_heavy_text(comparison)))
+    elif comparison.balanced:
         first = comparison.by_preference[0]
         pairs.append(("build first", f"{first.short}: {first.words}; {first.reason}"))
-    if comparison.only_copies:
-        forces = "--balance force: the forces alone; " if request.balance == "dynamic" else ""
-        pairs.append(("other ways", f"{ONLY_COPIES}{forces}{LESS_SHAKING}"))
+    if heavy or comparison.only_copies:
+        words = [ONLY_COPIES] * comparison.only_copies
+        words += ["--balance force: the forces alone"] * (request.balance == "dynamic")
+        if words:
+            pairs.append(("other ways", "; ".join(words)))
+        pairs.append(("reduce", reduce))
     return pairs
 
 
+def only_heavy(comparison: RemedyComparison) -> bool:
+    """Whether remedies balance the linkage, and all of them are too heavy to be built."""
+    heavy = map(comparison.too_heavy, comparison.balanced)
+    return bool(comparison.balanced) and all(heavy)
+
+
+def remedies_sentence(comparison: RemedyComparison) -> str:
+    """Say in one sentence what to build, or that nothing balances the linkage."""
+    if only_heavy(comparison):
+        return f"Build {_too_heavy_text(comparison)}."
+    if comparison.balanced:
+        first = comparison.by_preference[0]
+        return f"Build first: {first.short}, {first.words}; {first.reason}."
+    if comparison.verdict == "undecided":
+        return "It is undecided whether one of these remedies balances the linkage."
+    return "None of these remedies balances the linkage."
+
+
+def _too_heavy_text(comparison: RemedyComparison) -> str:
+    """Say that what balances is too heavy to be built, and what shakes less for little."""
+    lightest = comparison.balanced[0]
+    ratio = (lightest.added_mass or 0.0) / comparison.request.given_mass
+    text = (
+        f"none of those that balance: the lightest ({lightest.short}) adds "
+        f"{number_text(ratio, '.2g')} times the mass of the linkage"
+    )
+    first = comparison.by_preference[0]
+    if first.verdict == "partial":
+        text += f"; {first.short} shakes less: {first.words}"
+    return text
+
+
 def remedy_rows(comparison: RemedyComparison) -> list[tuple[str, ...]]:
-    """Build the table of remedies in the order of preference, its head first."""
+    """Build the table of remedies in the order of preference, its head first.
+
+    Those that do not apply to this linkage are left out; see `refused_lines`.
+    """
+    given_mass = comparison.request.given_mass
+    return [HEAD, *(_row(applied, given_mass) for applied in applicable(comparison))]
+
+
+def applicable(comparison: RemedyComparison) -> list[AppliedRemedy]:
+    """List the results of remedies that apply to this linkage, in the order of preference."""
+    return [each for each in comparison.by_preference if each.verdict != "refused"]
+
+
+def refused_lines(comparison: RemedyComparison) -> list[str]:
+    """Say which remedies do not apply to this linkage: a line for each reason."""
+    names: dict[str, list[str]] = {}
+    for each in comparison.by_preference:
+        if each.verdict == "refused":
+            kinds = names.setdefault(each.reason, [])
+            kinds += [each.short] * (each.short not in kinds)
     return [
-        HEAD,
-        *(_row(applied, comparison.request.given_mass) for applied in comparison.by_preference),
+        f"not for this machine: {', '.join(kinds)}, because {reason}"
+        for reason, kinds in names.items()
     ]
 
 
@@ -81,27 +147,23 @@ def _row(applied: AppliedRemedy, given_mass: float) -> tuple[str, ...]:
     return (applied.short, applied.verdict, *numbers, *map(str, counts), shaking)
 
 
-def remedies_body(comparison: RemedyComparison) -> AnswerBody:
-    """Build what is printed on a comparison."""
+def remedies_body(comparison: RemedyComparison, reduce: str = REDUCE) -> AnswerBody:
+    """Build what is printed on a comparison; see `remedies_facts`."""
     reasons = [
-        f"{each.short} ({each.remedy}): {_what_and_why(each)}"
-        for each in comparison.by_preference
+        f"{each.short} ({each.remedy}): {each.words}; {each.reason}"
+        for each in applicable(comparison)
     ]
+    table: list[AnswerPart] = []
+    if reasons:
+        table = [AnswerTable(remedy_rows(comparison)), UNITS, ""]
     return [
-        Facts(remedies_facts(comparison)),
+        Facts(remedies_facts(comparison, reduce)),
         "",
-        AnswerTable(remedy_rows(comparison)),
-        "",
+        *table,
         *reasons,
+        *refused_lines(comparison),
         *_trade_offs(comparison),
     ]
-
-
-def _what_and_why(applied: AppliedRemedy) -> str:
-    """Say what is built in and what comes of it, or why it is not for this linkage."""
-    if applied.verdict == "refused":
-        return f"not for this machine, because: {applied.reason}"
-    return f"{applied.words}; {applied.reason}"
 
 
 def _trade_offs(comparison: RemedyComparison) -> AnswerBody:

@@ -10,9 +10,10 @@ from collections.abc import Sequence
 import numpy as np
 
 from balance.app.answers.answer import AnswerBody, Facts, joined_facts
-from balance.motion.verification.comparison import VerificationComparison
+from balance.motion.verification.comparison import VerificationComparison, round_off_of
 from balance.motion.verification.holding_torques import HoldingTorques
 from balance.motion.verification.result import Verification
+from balance.support.change_text import grows
 from kinematics.numerics.linalg.ties import first_largest
 from kinematics.numerics.tolerances import SIZE_DETERMINED, TIE_RELATIVE
 from kinematics.wording import first_names, number_text, size_text, vector_text
@@ -128,7 +129,7 @@ def _motion_facts(verification: Verification) -> list[tuple[str, str]]:
         ("motions", f"{count} {origin}; {samples} samples"),
         ("duration", f"{verification.duration:.4g} s" + (" each" if count > 1 else "")),
         ("amplitude", first_names(amplitudes)),
-        ("plotted", f"motion {number + 1} of {count}: {loads}"),
+        ("plotted", f"motion {number + 1} of {count}: peaks {loads}"),
     ]
 
 
@@ -138,7 +139,7 @@ def _peak_text(verification: Verification, part: str) -> str:
     run = verification.runs[number]
     peak = verification.load_text(part, run.peak(part))
     if verification.crank is None:
-        return f"{peak} in motion {number + 1}"
+        return f"peak {peak} in motion {number + 1}"
     rms = verification.load_text(part, run.rms(part))
     if peak.startswith("below"):
         return f"peak {peak}, rms {rms}"
@@ -155,6 +156,20 @@ def comparison_sentence(results: Sequence[Verification]) -> str | None:
     return VerificationComparison(*results).sentence
 
 
+def growth_notes(results: Sequence[Verification]) -> list[tuple[str, str]]:
+    """List what to do about a moment that is larger than that of the second linkage."""
+    if len(results) != 2:
+        return []
+    after, before = results
+    if not grows(before.moment, after.moment, round_off_of(results, "moment")):
+        return []
+    ways = (
+        "balance counterweights --balance dynamic, or --minimise inertia, and balance reduce "
+        "count it; --about X,Y,Z takes it about another point"
+    )
+    return [("note", f"the moment grows: {ways}")]
+
+
 def verification_body(results: Sequence[Verification]) -> AnswerBody:
     """Build what is printed on the verification of a linkage, or of two beside each other."""
     facts = [verification_facts(each) for each in results]
@@ -168,6 +183,7 @@ def verification_body(results: Sequence[Verification]) -> AnswerBody:
         else (label, *cells)
         for label, *cells in rows
     ]
+    notes += growth_notes(results)
     sentence = comparison_sentence(results)
     assert sentence is not None
     return [sentence, "", Facts([*rows, *notes], least=15)]

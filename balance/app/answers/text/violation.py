@@ -42,7 +42,8 @@ def violation_body(answer: LeastViolation) -> AnswerBody:
     ]
     body: list[AnswerPart] = [Facts(facts), "", AnswerTable(rows, "<>")]
     if answer.weights:
-        body += ["", AnswerTable(counterweight_rows(answer.weights, digits=DIGITS))]
+        lumps = counterweight_rows(answer.weights, answer.links, digits=DIGITS, nothing="none")
+        body += ["", AnswerTable(lumps)]
     return body
 
 

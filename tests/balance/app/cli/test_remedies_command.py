@@ -12,7 +12,12 @@ import pytest
 
 import balance
 import kinematics
-from balance.app.answers.text.remedies import remedies_facts, remedy_rows
+from balance.app.answers.text.remedies import (
+    remedies_body,
+    remedies_facts,
+    remedies_sentence,
+    remedy_rows,
+)
 from balance.app.cli.main import main
 from balance.masses.designs.feasibility import feasible
 from balance.masses.remedies.applied import AppliedRemedy
@@ -195,17 +200,47 @@ def test_what_one_would_build_first_comes_first():
         "mirrored copies",
         "less shaking for a budget",
         "counterweights on the links",
-        "a relation of inputs",
     ]
     facts = dict(remedies_facts(found))
     assert facts["build first"].startswith("turning counterweights: parts of")
     assert "other ways" not in facts
 
 
+def test_what_is_too_heavy_is_not_built_first():
+    """It comes after what shakes less for little, and the sentence says why."""
+    mass = 20.0 * comparison_of().request.given_mass
+    found = comparison_of(("separate_rotors", "feasible", mass), ("partial", "partial", 1.0))
+    assert [each.remedy for each in found.by_preference] == ["partial", "separate_rotors"]
+    said = dict(remedies_facts(found, "balance reduce m --links a --budget 1"))
+    assert "adds 20 times the mass" in said["build first"]
+    assert "less shaking for a budget" in said["build first"]
+    assert said["reduce"] == "balance reduce m --links a --budget 1"
+    assert remedies_sentence(found) == f"Build {said['build first']}."
+
+
+def test_what_does_not_apply_has_a_line_for_each_reason():
+    found = comparison_of(
+        ("input_relation", "refused", None),
+        ("own_masses", "infeasible", None),
+        ("slider_path", "refused", None),
+    )
+    assert [row[0] for row in remedy_rows(found)[1:]] == ["counterweights on the links"]
+    lines = [
+        part
+        for part in remedies_body(found)
+        if isinstance(part, str) and part.startswith("not for this machine")
+    ]
+    assert lines == [
+        "not for this machine: a relation of inputs, a path of the slider, because why"
+    ]
+
+
 def test_where_only_copies_help_one_sentence_says_so():
     found = comparison_of(("own_masses", "infeasible", None), ("duplicates", "feasible", 1.0))
-    said = dict(remedies_facts(found))["other ways"]
-    assert "only copies" in said and "--balance force" in said and "balance reduce" in said
+    facts = dict(remedies_facts(found))
+    said = facts["other ways"]
+    assert "only copies" in said and "--balance force" in said
+    assert facts["reduce"].startswith("balance reduce")
     forces = replace(found, request=replace(found.request, balance="force"))
     said = dict(remedies_facts(forces))["other ways"]
-    assert "only copies" in said and "--balance" not in said and "balance reduce" in said
+    assert "only copies" in said and "--balance" not in said

@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from balance.app.answers.text.design import OTHER_WAYS
+from balance.app.answers.text.design import other_ways
 from balance.masses.designs.constraints import Constraints
 from balance.masses.designs.verdicts import describe_conflict
 
@@ -36,4 +36,7 @@ def test_weights_of_first_moments_alone_are_those_of_masses(second, words):
 
 
 def test_partial_balance_is_advised_with_the_budget_that_it_needs():
-    assert "balance reduce --links LINKS --budget KG" in OTHER_WAYS[1]
+    facts = dict(other_ways("dynamic"))
+    assert facts["reduce"] == "balance reduce MODEL --links LINKS --budget KG"
+    assert "--balance force" in facts["other ways"]
+    assert "--balance force" not in dict(other_ways("force"))["other ways"]

@@ -92,7 +92,9 @@ def test_sentence_is_made_of_the_numbers_of_json(capsys, tmp_path):
     assert along["speed"]["rpm"] == pytest.approx(300.0) and along["motions"] == 1
     percent = 100.0 * (along["after"]["moment"] / along["before"]["moment"] - 1.0)
     force = float(f"{along['before']['force']:.2g}")
-    assert report["sentence"].startswith(f"Shaking force {force:g} → 0 N (−100 %), moment ")
+    assert report["sentence"].startswith(
+        f"Shaking force {force:g} → 0 N peak (−100 %), moment "
+    )
     assert f"(+{percent:.0f} %), {report['added_mass']:.2g} kg added." in report["sentence"]
     elements = Elements(page.read_text(encoding="utf-8"))
     assert report["sentence"] in " ".join(elements.text.split())

@@ -78,7 +78,7 @@ def test_numbers_belong_to_the_motion_drawn(opened, found):
         for i, verification in enumerate(found):
             run = verification.runs[k]
             told = numbers(opened, i)
-            assert told["shaking force"] == f"{size_of(run.peak('force'))} N"
+            assert told["shaking force, peak"] == f"{size_of(run.peak('force'))} N"
             assert told["shaking moment, rms"] == f"{size_of(run.rms('moment'))} N m"
             drawn = opened.execute_script(
                 "return byId(arguments[0]).chart.traces.map((t) => t.y)", f"traces{i}"

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Iterator, Sequence
 
 import numpy as np
@@ -19,8 +18,9 @@ from balance.studies.synthesis.positions import size_of
 from balance.studies.synthesis.request import SynthesisRequest
 from kinematics.numerics.linalg.ties import rank_least_first
 
-# Most four-bars whose masses are tried; of plates, most of one ratio of base and crank.
-TRIES, TRIES_OF_RATIO = 8, 2
+# Most four-bars whose masses are tried. Of plates, those of each ratio of base and crank at
+# these parts of their order by size: large ones take less dense matter for the same tool.
+TRIES, PARTS = 8, (0.0, 0.1, 0.3, 0.6)
 # Thickness of plates, over the length of the base; the first that does is taken.
 THICKNESS = (1.0 / 20.0, 1.0 / 8.0)
 # Most general four-bars that are balanced, of which the lightest is the best, by the number of
@@ -30,7 +30,7 @@ GEARED = {2: 1, 3: 1, 4: 3, 5: 3}
 
 def special_four_bars(request: SynthesisRequest) -> Synthesis:
     """Search balanced four-bars, and masses for the best of each kind."""
-    mechanisms, count = [], 0
+    mechanisms, count, unbuilt = [], 0, False
     within = max(request.within, SYNTHESIS_MET * size_of(request.positions))
     for done, kind in enumerate(FOUR_BARS, 1):
         if len(request.positions) > 3:
@@ -48,12 +48,16 @@ def special_four_bars(request: SynthesisRequest) -> Synthesis:
         first = next((mechanism for mechanism in tried if mechanism is not None), None)
         if first is not None:
             mechanisms.append(first)
+        unbuilt |= first is None and any(not each.defects for each in meeting)
         if request.progress is not None:
             request.progress(done, len(FOUR_BARS))
     ranked = sorted(
         mechanisms,
         key=lambda four_bar: (not four_bar.good, not four_bar.meets, len(four_bar.defects)),
     )
+    if unbuilt and not any(mechanism.good for mechanism in ranked):
+        # Those of the other kind have defects; these have none, and may have masses.
+        ranked = []
     return Synthesis(
         request.positions,
         request.kind,
@@ -69,13 +73,14 @@ def special_four_bars(request: SynthesisRequest) -> Synthesis:
 def _of_plates(
     designs: Sequence[FourBarDesign], density: float, thickness: float | None, within: float
 ) -> Iterator[SynthesizedMechanism | None]:
-    """Try four-bars of all ratios as plates, thin ones first."""
+    """Try four-bars of all ratios and sizes as plates, thin and small ones first."""
     fewest = min(len(each.defects) for each in designs)
-    chosen, tried = list[FourBarDesign](), Counter[float]()
-    for each in designs:
-        if len(each.defects) == fewest and tried[each.ratio] < TRIES_OF_RATIO:
-            tried[each.ratio] += 1
-            chosen.append(each)
+    groups: dict[float, list[int]] = {}
+    for k, each in enumerate(designs):
+        if len(each.defects) == fewest:
+            groups.setdefault(each.ratio, []).append(k)
+    picked = {group[int(part * len(group))] for group in groups.values() for part in PARTS}
+    chosen = [designs[k] for k in sorted(picked)]
     for part in THICKNESS if thickness is None else (0.0,):
         for each in chosen:
             base = abs(each.scale) * each.ratio

@@ -5,7 +5,7 @@ from __future__ import annotations
 from html import escape
 
 from balance.app.answers.html.dimension_drawing import dimension_drawing
-from balance.app.answers.html.render import facts_list, html_table, render_page
+from balance.app.answers.html.render import capitalised, facts_list, html_table, render_page
 from balance.app.answers.text.formulas import (
     complex_text,
     dimension_rows,
@@ -103,7 +103,7 @@ def _dimensions(formulas: Formulas) -> str:
         terms = [escape(link), escape(joints), escape(f"{value}{unit}"), escape(equals)]
         symbols = ", ".join(_symbol(name) for name in names.split(", "))
         cells.append([symbols, f"<code>{escape(names)}</code>", *terms])
-    return html_table(["Symbol", "Name", *(each.capitalize() for each in head[1:])], cells, [4])
+    return html_table(["Symbol", "Name", *(capitalised(each) for each in head[1:])], cells, [4])
 
 
 def _parameters(formulas: Formulas, values: FileValues) -> str:

@@ -137,6 +137,11 @@ def html_table(
     return f"<table><thead><tr>{top}</tr></thead>\n<tbody>\n{body}\n</tbody></table>"
 
 
+def capitalised(text: str) -> str:
+    """Write the first letter of a text large; units keep theirs."""
+    return f"{text[:1].upper()}{text[1:]}"
+
+
 def rows_table(
     rows: Sequence[Sequence[str]], numbers: Sequence[int] = (), signed: int | None = None
 ) -> str:
@@ -153,7 +158,7 @@ def rows_table(
         [*map(escape, row[:at]), *(escape(cell).replace("-", "−") for cell in row[at:])]
         for row in lines
     ]
-    return html_table([escape(name.capitalize()) for name in head], cells, numbers)
+    return html_table([escape(capitalised(name)) for name in head], cells, numbers)
 
 
 def model_section(k: int, name: str, drawing: str, note: str = "") -> str:

@@ -26,12 +26,11 @@ def require_openpyxl() -> None:
         raise PackageError("a workbook", "openpyxl", "pip install openpyxl", more) from None
 
 
-def workbook_of(table: bytes, title: str) -> bytes:
+def workbook_of(table: bytes) -> bytes:
     """Convert a table to a workbook of one sheet: a line of names, and numbers as numbers.
 
     Args:
-        table: comma-separated values.
-        title: name of the sheet.
+        table: comma-separated values of a motion.
 
     Raises:
         PackageError: openpyxl is missing.
@@ -43,7 +42,7 @@ def workbook_of(table: bytes, title: str) -> bytes:
     book = Workbook()
     book.properties.created = book.properties.modified = WRITTEN
     sheet = book.active
-    sheet.title = title
+    sheet.title = "motion"
     names, *rows = csv.reader(StringIO(table.decode()))
     sheet.append(names)
     for row in rows:

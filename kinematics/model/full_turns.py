@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from kinematics.model.linkage import Joint
-from kinematics.numerics.array_types import Array, IntArray
+from kinematics.numerics.array_types import Array, Flags, IntArray
 from kinematics.numerics.tolerances import HALF_TURN_ROUND_OFF
 
 
@@ -31,6 +31,16 @@ def wrap_turns(joints: Sequence[Joint], q: ArrayLike) -> tuple[Array, IntArray]:
     turns = np.ceil(positions / (2.0 * np.pi) - 0.5 - HALF_TURN_ROUND_OFF)
     turns = np.where(revolute, turns + 0.0, 0.0)
     return positions - 2.0 * np.pi * turns, turns.astype(np.int64)
+
+
+def within_turn(q: Array, turning: Flags) -> Array:
+    """Reduce joint positions, or their differences, (..., n) to half a turn at most.
+
+    Args:
+        turning: joints that are in the same place after a full turn (n,).
+    """
+    turns = np.where(turning, np.rint(q / (2.0 * np.pi)), 0.0)
+    return np.asarray(q - 2.0 * np.pi * turns)
 
 
 def unit_of_joint(joint: Joint) -> str:

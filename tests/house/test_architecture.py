@@ -26,6 +26,9 @@ from tests.support.source_files import (
     tree,
 )
 
+# Words that say nothing of the object that they would name.
+VAGUE = {"found", "it", "left", "one", "own", "right", "thing"}
+
 # Groups of a package, lowest first: a module imports from its own group and from those before
 # it. What stands at the top of a package, or below a group, has a line of its own.
 LAYERS = """
@@ -88,6 +91,23 @@ def public_functions() -> Iterator[tuple[Path, ast.FunctionDef]]:
                 elif isinstance(node, ast.ClassDef) and node.name == name:
                     methods = (item for item in node.body if isinstance(item, ast.FunctionDef))
                     yield from ((path, m) for m in methods if not m.name.startswith("_"))
+
+
+def vague_names(path: Path) -> Iterator[str]:
+    """Parameters, attributes and functions of a file whose name could stand for anything."""
+    for node in ast.walk(tree(path)):
+        if isinstance(node, ast.arg):
+            name = node.arg
+        elif isinstance(node, ast.FunctionDef | ast.ClassDef):
+            name = node.name
+        elif isinstance(node, ast.AnnAssign) and isinstance(node.target, ast.Name):
+            name = node.target.id
+        elif isinstance(node, ast.Attribute) and isinstance(node.ctx, ast.Store):
+            name = node.attr
+        else:
+            continue
+        if name.strip("_") in VAGUE:
+            yield f"{label(path)}:{node.lineno}: {name}"
 
 
 def test_every_module_is_in_a_group():
@@ -157,3 +177,8 @@ def test_public_functions_document_their_arguments():
             wrong.append(f"{label(path)}:{function.lineno}: {function.name}: {missing}")
     assert seen > 50
     assert not wrong
+
+
+def test_names_say_the_object():
+    """No attribute, parameter or function is called by a pronoun, or by where it stands."""
+    assert [line for path in PRODUCT for line in vague_names(path)] == []

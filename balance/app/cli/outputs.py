@@ -219,7 +219,7 @@ def write_outputs(arguments: argparse.Namespace, answer: Answer) -> None:
             if name == "table" and _is_workbook(path):
                 from balance.support.workbook import workbook_of
 
-                data = workbook_of(data, "motion")
+                data = workbook_of(data)
             files[path] = data
     made = bool(folder) and not os.path.isdir(folder)
     if made:

@@ -190,7 +190,7 @@ def _run(arguments: argparse.Namespace) -> Answer:
     from balance.app.answers.text.paths import paths_body
 
     return Answer(
-        DONE if solution.found else NEGATIVE,
+        DONE if solution.paths else NEGATIVE,
         solution.to_dict,
         lambda: paths_body(solution),
         solution.notices,

@@ -257,7 +257,7 @@ def _run(arguments: argparse.Namespace) -> Answer:
     from balance.app.answers.text.quiet import quiet_body
 
     return Answer(
-        DONE if plan.found else NEGATIVE,
+        DONE if plan.feasible else NEGATIVE,
         plan.to_dict,
         lambda: quiet_body(plan),
         plan.notices,
@@ -376,4 +376,4 @@ def _files(arguments: argparse.Namespace, plan: QuietMotion) -> Files:
         "plot": partial(quiet_picture, plan, kind_of(arguments.plot)),
         "html": partial(quiet_page, plan, meshes=not arguments.no_meshes),
     }
-    return {**files, "motion_table": plan.table} if plan.found else files
+    return {**files, "motion_table": plan.table} if plan.feasible else files

@@ -37,14 +37,14 @@ class Exclusion(NamedTuple):
         accepted: whether the certificate excludes a million times the given mass.
         orthogonality: size of the functional on the orthonormal basis of the design space,
             over its size.
-        left: minus its value on the given masses, over its size, kg.
+        missing: minus its value on the given masses, over its size, kg.
         excluded: added mass that it excludes, kg: any mass below this, in any places of the
             regions, leaves the linkage unbalanced.
     """
 
     accepted: bool
     orthogonality: float
-    left: float
+    missing: float
     excluded: float
 
     def __repr__(self) -> str:

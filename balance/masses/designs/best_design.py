@@ -382,7 +382,9 @@ def maximise_margin(
         answer.margin,
         answer.residuals,
         answer.words,
-        density={space.bodies[b]: it.density for b, it in constraints.densities.items()},
+        density={
+            space.bodies[b]: material.density for b, material in constraints.densities.items()
+        },
         thickness=thickness,
     )
 

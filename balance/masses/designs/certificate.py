@@ -139,10 +139,10 @@ def check_certificate(
     Example:
         >>> import balance, kinematics
         >>> space = balance.design_space(kinematics.load("robot.urdf"))
-        >>> found = balance.masses.feasible(space)
-        >>> found.verdict
+        >>> answer = balance.masses.feasible(space)
+        >>> answer.verdict
         'infeasible'
-        >>> balance.checks.check_certificate(space, found.certificate).accepted
+        >>> balance.checks.check_certificate(space, answer.certificate).accepted
         True
     """
     space, Z = as_space(space), np.array(certificate, dtype=np.float64)

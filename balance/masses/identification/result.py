@@ -22,8 +22,6 @@ from kinematics.numerics.array_types import Array
 from kinematics.wording import count_noun, html_facts, number_text, repr_lines
 
 SCHEMA = "balance.identify/1"
-# Standard errors by which the file differs from what was measured.
-SIGNIFICANT = 3.0
 
 
 class Identified(NamedTuple):

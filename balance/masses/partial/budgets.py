@@ -112,8 +112,8 @@ def partial(
 
     Example:
         >>> import balance
-        >>> found = balance.partial("robot.urdf", ["crank"], 0.2)
-        >>> found.verdict, found.found.objective < found.given.objective
+        >>> design = balance.partial("robot.urdf", ["crank"], 0.2)
+        >>> design.verdict, design.shaking.objective < design.given.objective
         ('optimal', True)
     """
     options = ShakingOptions(
@@ -268,10 +268,11 @@ def _next_budget(solved: Mapping[float, LeastShaking | CapsConflict]) -> float:
     return 0.5 * (a + b)
 
 
-def _saved(one: LeastShaking | CapsConflict, more: LeastShaking | CapsConflict) -> float:
+def _saved(smaller: LeastShaking | CapsConflict, larger: LeastShaking | CapsConflict) -> float:
     """Return what a larger budget saves; all if only the larger one keeps the caps."""
     before, after = (
-        answer.value if isinstance(answer, LeastShaking) else inf for answer in (one, more)
+        answer.value if isinstance(answer, LeastShaking) else inf
+        for answer in (smaller, larger)
     )
     if before == inf:
         return 0.0 if after == inf else after

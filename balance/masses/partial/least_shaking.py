@@ -267,8 +267,8 @@ class _Work:
 
     def _add_samples(self, s: Array) -> bool:
         """Add samples at which caps or the largest load are exceeded most; whether any are."""
-        found = max(float(np.linalg.norm(A @ np.append(s, 1.0))) for A in self.blocks)
-        grown = self.program.value(s) > found * (1.0 + CAP_EXCEEDED)
+        load = max(float(np.linalg.norm(A @ np.append(s, 1.0))) for A in self.blocks)
+        grown = self.program.value(s) > load * (1.0 + CAP_EXCEEDED)
         if grown:
             largest = self.program.largest_samples(s, SAMPLES_AT_ONCE)
             self.samples += [k for k in largest if k not in self.samples]

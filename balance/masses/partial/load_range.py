@@ -24,12 +24,12 @@ class LoadsLeft(NamedTuple):
     Attributes:
         payload: the range.
         quantity: what is left, with its unit: ``"shaking (N, rms)"``.
-        left: for the least load, the mean and the greatest.
+        values: for the least load, the mean and the greatest.
     """
 
     payload: Payload
     quantity: str
-    left: tuple[float, float, float]
+    values: tuple[float, float, float]
 
     def __repr__(self) -> str:
         """Two lines: the range, and what is left."""
@@ -39,16 +39,16 @@ class LoadsLeft(NamedTuple):
     def words(self) -> str:
         """What is left, in words."""
         loads = (self.payload.low, self.payload.mean, self.payload.high)
-        scale = max(self.left)
+        scale = max(self.values)
         listed = (
             f"{size_text(x, '.4g', scale, 1e-6)} for {number_text(load)} kg"
-            for x, load in zip(self.left, loads, strict=True)
+            for x, load in zip(self.values, loads, strict=True)
         )
         return f"{self.quantity}: {', '.join(listed)}"
 
     def to_dict(self) -> dict[str, object]:
         """Return plain data for JSON."""
-        low, mean, high = self.left
+        low, mean, high = self.values
         left = {"low": low, "mean": mean, "high": high}
         return {**self.payload.to_dict(), "quantity": self.quantity, "left": left}
 
@@ -68,7 +68,7 @@ def shaking_left(
         None without a design.
     """
     best = front.designs[-1]
-    if best.z is None or best.found is None:
+    if best.z is None or best.shaking is None:
         return None
     bare = replace(options, max_bearing=None, max_torque=None)
     linkage = with_parameters(best.space.linkage, dict(enumerate(best.z)))
@@ -78,7 +78,7 @@ def shaking_left(
         figures.append(single(there, links, 0.0, bare).designs[0].given.objective)
     unit = "N" if front.frame is None else "m"
     quantity = f"{front.objective} ({unit}, rms)"
-    return LoadsLeft(payload, quantity, (figures[0], best.found.objective, figures[1]))
+    return LoadsLeft(payload, quantity, (figures[0], best.shaking.objective, figures[1]))
 
 
 def violation_left(answer: LeastViolation, payload: Payload) -> LoadsLeft:

@@ -42,7 +42,7 @@ class PartialBalance(WithPage, WithPicture):
             ``"undecided"``.
         words: the verdict in one line.
         given: what the linkage of the file does.
-        found: what the linkage with the added matter does; None without a design.
+        shaking: what the linkage with the added matter does; None without a design.
         bound: no matter within the budget has a smaller objective; proved without the solver.
         weights: the counterweight of each link that gets matter.
         z: parameters (bodies, 10) about the inertial origin, SI units; None without a design.
@@ -62,7 +62,7 @@ class PartialBalance(WithPage, WithPicture):
     verdict: Literal["optimal", "infeasible", "undecided"]
     words: str
     given: ShakingFigures
-    found: ShakingFigures | None
+    shaking: ShakingFigures | None
     bound: float
     weights: tuple[Counterweight, ...]
     z: Array | None
@@ -80,9 +80,9 @@ class PartialBalance(WithPage, WithPicture):
     @property
     def share(self) -> float:
         """Objective over that of the file; 1 without a design."""
-        if self.found is None or self.given.objective == 0.0:
+        if self.shaking is None or self.given.objective == 0.0:
             return 1.0
-        return self.found.objective / self.given.objective
+        return self.shaking.objective / self.given.objective
 
     @property
     def mass(self) -> float:
@@ -92,7 +92,7 @@ class PartialBalance(WithPage, WithPicture):
     @property
     def sentence(self) -> str:
         """The answer in one sentence: what is left to shake, and the added mass."""
-        if self.found is None:
+        if self.shaking is None:
             return f"{self.words[0].upper()}{self.words[1:]}."
         loads = [
             f"{name} {self._change(part, unit)}"
@@ -107,8 +107,8 @@ class PartialBalance(WithPage, WithPicture):
 
     def _change(self, part: str, unit: str) -> str:
         """Write a figure before and after; what the solver does not determine is 0."""
-        assert self.found is not None
-        before, after = getattr(self.given, part), getattr(self.found, part)
+        assert self.shaking is not None
+        before, after = getattr(self.given, part), getattr(self.shaking, part)
         least = SHAKING_GAP_PROVED * before
         if part != "vibration":
             arm = 1.0 if part == "force" else self.space.linkage.spatial_chain.frame.length
@@ -159,7 +159,7 @@ class PartialBalance(WithPage, WithPicture):
             "words": self.words,
             "mass": self.mass,
             "bound": self.bound,
-            "found": self.found._asdict() if self.found else None,
+            "found": self.shaking._asdict() if self.shaking else None,
             "weights": [weight.to_dict() for weight in self.weights],
             "sentence": self.sentence,
         }
@@ -219,7 +219,7 @@ class ParetoFront(WithPage, WithPicture):
             f"+{number_text(design.mass)} kg: {number_text(design.share)} of the "
             f"{self.objective} in the file"
             for design in self.designs
-            if design.found is not None
+            if design.shaking is not None
         )
         name = self.designs[0].space.linkage.name
         return repr_lines(f"ParetoFront of {name}, {len(self.designs)} designs", *parts)

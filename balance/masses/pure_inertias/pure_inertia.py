@@ -25,7 +25,6 @@ from balance.space.interpretation.terms import round_to_fraction
 from balance.space.spaces.compute_space import as_space
 from balance.space.spaces.design_space import DesignSpace
 from balance.support.tolerances import (
-    FRACTION_ROUND_OFF,
     MASS_LEFT_RELATIVE,
     PURE_INERTIA_CONDITION,
 )
@@ -45,7 +44,7 @@ class PureInertia:
         inertias: pure inertia of each body (bodies,), kg m²; of a body whose mass stays, its
             moment of inertia about the inertial origin.
         moved: point masses that bodies gain on the way to the pure inertias, by joint.
-        left: masses that cannot be moved.
+        immovable: masses that cannot be moved.
         relations: relations of angular velocities (count, bodies): ``Σ_b r_b ω_b = 0`` in
             every motion.
         conditions: conditions on pure inertias (count, bodies): ``Σ_b c_b g_b = 0``.
@@ -56,7 +55,7 @@ class PureInertia:
     space: DesignSpace = field(repr=False)
     inertias: Array
     moved: tuple[_MovedMass, ...]
-    left: tuple[_LeftMass, ...]
+    immovable: tuple[_LeftMass, ...]
     relations: Array
     conditions: Array
     parameters: Array
@@ -66,7 +65,7 @@ class PureInertia:
         return repr_lines(
             f"PureInertia of {self.space.linkage.name}",
             *filter(None, [self.words]),
-            *(item.words for item in self.left),
+            *(item.words for item in self.immovable),
             *self.relation_words,
             *self.condition_words,
         )
@@ -74,7 +73,7 @@ class PureInertia:
     @property
     def complete(self) -> bool:
         """Whether no mass is left."""
-        return not self.left
+        return not self.immovable
 
     @cached_property
     def balanced(self) -> bool:
@@ -94,7 +93,7 @@ class PureInertia:
     @property
     def words(self) -> str:
         """The pure inertias in one line."""
-        stay = {item.body for item in self.left}
+        stay = {item.body for item in self.immovable}
         return ", ".join(
             f"{name} {number_text(value, '.6g')} kg m²"
             for name, value in zip(self.space.bodies, self.inertias, strict=True)
@@ -119,7 +118,7 @@ class PureInertia:
             "inertias": dict(zip(self.space.bodies, self.inertias.tolist(), strict=True)),
             "parameters": self.parameters.tolist(),
             "moved": [item.to_dict() for item in self.moved],
-            "left": [item.to_dict() for item in self.left],
+            "left": [item.to_dict() for item in self.immovable],
             "relations": _equations(self.relations, self.relation_words),
             "conditions": _equations(self.conditions, self.condition_words),
         }
@@ -148,8 +147,8 @@ def pure_inertia(space: DesignSpace | LinkageLike) -> PureInertia:
 
     Example:
         >>> import balance
-        >>> found = balance.masses.pure_inertia(balance.design_space("robot.urdf"))
-        >>> found.complete, found.condition_words
+        >>> reduced = balance.masses.pure_inertia(balance.design_space("robot.urdf"))
+        >>> reduced.complete, reduced.condition_words
         (False, ('g(crank) = 0', 'g(coupler) = 0', 'g(rocker) = 0'))
     """
     space = as_space(space)
@@ -198,9 +197,7 @@ def _reduced(rows: Array) -> Array:
     if not len(rows):
         return freeze(rows)
     A = reduced_echelon(np.linalg.qr(rows.T)[0].T)
-    return freeze(
-        [[round_to_fraction(x, FRACTION_ROUND_OFF) for x in row] for row in A.tolist()]
-    )
+    return freeze([[round_to_fraction(x) for x in row] for row in A.tolist()])
 
 
 def _equations(rows: Array, words: Sequence[str]) -> list[dict[str, object]]:

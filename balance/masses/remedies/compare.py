@@ -139,7 +139,7 @@ class RemedyComparison(WithPage, WithPicture):
 
     Attributes:
         request: the request.
-        own: whether masses of its own links can balance the linkage.
+        own_masses: whether masses of the links of the linkage can balance it.
         results: results in the order of the catalogue.
     """
 
@@ -147,7 +147,7 @@ class RemedyComparison(WithPage, WithPicture):
     picture_maker = "remedies:remedies_picture"
 
     request: RemedyRequest
-    own: Feasibility
+    own_masses: Feasibility
     results: tuple[AppliedRemedy, ...]
 
     def __repr__(self) -> str:
@@ -225,7 +225,7 @@ class RemedyComparison(WithPage, WithPicture):
             "mobility": request.freedoms,
             "given_mass": request.given_mass,
             "input_inertia": dict(request.input_inertia),
-            "own_masses": {"verdict": self.own.verdict, "words": self.own.words},
+            "own_masses": {"verdict": self.own_masses.verdict, "words": self.own_masses.words},
             "verdict": self.verdict,
             "gear": request.gear,
             "rotor_radius": request.rotor_radius,
@@ -292,8 +292,8 @@ def compare_remedies(
 
     Example:
         >>> import balance
-        >>> found = balance.compare_remedies("robot.urdf", ["own_masses"])
-        >>> found.results[0].verdict
+        >>> comparison = balance.compare_remedies("robot.urdf", ["own_masses"])
+        >>> comparison.results[0].verdict
         'infeasible'
     """
     request = RemedyRequest(

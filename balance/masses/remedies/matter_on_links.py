@@ -127,11 +127,11 @@ def apply_partial(request: RemedyRequest) -> Iterator[AppliedRemedy]:
         thickness=request.thickness,
     )
     blank = AppliedRemedy("partial", words, "undecided", design.words)
-    if design.found is None or design.verdict != "optimal":
+    if design.shaking is None or design.verdict != "optimal":
         yield blank
         return
     residual = (
-        design.found.objective / design.given.objective if design.given.objective else 0.0
+        design.shaking.objective / design.given.objective if design.given.objective else 0.0
     )
     urdf = with_counterweights(design) if design.weights else request.base.data
     felt = input_inertia(

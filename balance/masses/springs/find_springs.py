@@ -167,15 +167,15 @@ def _find(problem: SpringProblem, gravity: Array, catalogue: Sequence[float]) ->
     in_span = bool(balanced) or balanced_unknowns(rows, unsigned) is not None
     torque, count = problem.fresh_torque(x)
     certainty = _certainty(bool(balanced), settled, torque, count)
-    found = tuple(_springs(problem, whole, x))
+    springs = tuple(_springs(problem, whole, x))
     proof, certainty = proved_certainty(
-        problem, found, gravity, bool(balanced), in_span, certainty
+        problem, springs, gravity, bool(balanced), in_span, certainty
     )
     sets = list(dict.fromkeys(tuple(used) for used, _ in balanced))
     return SpringBalance(
         problem.linkage,
         (float(gravity[0]), float(gravity[1]), float(gravity[2])),
-        found,
+        springs,
         tuple(sets),
         every_set,
         unknowns,
@@ -199,10 +199,10 @@ def _loads(
 ) -> SpringLoads:
     """Find what springs that stay leave for both ends of a range, and springs that move."""
     x = _unknowns(problem, answer)
-    left = []
+    shares = []
     for end in ends:
         there = x * problem.unit / end.unit
-        left.append(
+        shares.append(
             float(np.linalg.norm(end.torques(there)) / np.linalg.norm(end.torques(None)))
         )
     rows = [end.conditions[0].rows for end in ends]
@@ -213,21 +213,21 @@ def _loads(
         cone = make_cone(problem.springs, problem.unit, choice)
         moved = moved_unknowns(rows, cone, weights)
         if moved is not None:
-            return SpringLoads(payload, (left[0], left[1]), _moved_springs(problem, moved))
-    return SpringLoads(payload, (left[0], left[1]), ())
+            return SpringLoads(payload, (shares[0], shares[1]), _moved_springs(problem, moved))
+    return SpringLoads(payload, (shares[0], shares[1]), ())
 
 
 def _unknowns(problem: SpringProblem, answer: SpringBalance) -> Array:
     """Read the unknowns of springs that were found, one end of each fixed at most."""
     parts = []
-    for spring, found in zip(problem.springs, answer.springs, strict=True):
+    for attached, spring in zip(problem.springs, answer.springs, strict=True):
         shares = [
             (2.0 * x - low - high) / (high - low)
-            for end, there in zip(spring.asked.ends, found.ends, strict=True)
+            for end, there in zip(attached.asked.ends, spring.ends, strict=True)
             for x, (low, high) in zip(there.point, end.box or (), strict=True)
             if low < high
         ]
-        parts.append(found.stiffness / problem.unit * np.array([1.0, *shares]))
+        parts.append(spring.stiffness / problem.unit * np.array([1.0, *shares]))
     return np.concatenate(parts)
 
 

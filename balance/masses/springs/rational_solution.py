@@ -24,11 +24,11 @@ def rational(value: float) -> Fraction:
 
 def solve_rational(
     rows: Sequence[Sequence[Fraction]],
-    right: Sequence[Fraction],
+    right_side: Sequence[Fraction],
     start: Sequence[Fraction],
     wanted: int,
 ) -> list[Fraction] | None:
-    """Solve ``rows x = right`` exactly, with unknowns that are no pivots as in ``start``.
+    """Solve ``rows x = right_side`` exactly, with unknowns that are no pivots as in ``start``.
 
     Pivots are the first ``wanted`` columns, without those that depend on others but for
     round-off; then the further ones; then, if need be, the rest.
@@ -45,21 +45,21 @@ def solve_rational(
     pivots = [(r, order[c]) for r, c in pivots]
     columns = [c for _, c in pivots]
     x = [Fraction(0) if c in set(columns) else value for c, value in enumerate(start)]
-    rest = [value - _times(row, x) for row, value in zip(rows, right, strict=True)]
+    rest = [value - _times(row, x) for row, value in zip(rows, right_side, strict=True)]
     few = [[rows[r][c] for c in columns] for r, _ in pivots]
     values = _solve_square(few, [rest[r] for r, _ in pivots])
     if values is None:
         return None
     for c, value in zip(columns, values, strict=True):
         x[c] = value
-    holds = all(_times(row, x) == value for row, value in zip(rows, right, strict=True))
+    holds = all(_times(row, x) == value for row, value in zip(rows, right_side, strict=True))
     return x if holds else None
 
 
-def inconsistency(rows: Sequence[Sequence[Fraction]], right: Sequence[Fraction]) -> bool:
+def inconsistency(rows: Sequence[Sequence[Fraction]], right_side: Sequence[Fraction]) -> bool:
     """Whether a combination of rows is found that is zero on the left and not on the right.
 
-    That proves that ``rows x = right`` has no solution (Fredholm's alternative).
+    That proves that ``rows x = right_side`` has no solution (Fredholm's alternative).
     """
     pivots = _pivots(rows)
     if pivots is None or len(pivots) > MAX_PIVOTS:
@@ -74,7 +74,8 @@ def inconsistency(rows: Sequence[Sequence[Fraction]], right: Sequence[Fraction])
         if w is None:
             return False
         if (
-            right[i] + sum((a * right[r] for a, r in zip(w, used, strict=True)), Fraction(0))
+            right_side[i]
+            + sum((a * right_side[r] for a, r in zip(w, used, strict=True)), Fraction(0))
             == 0
         ):
             continue

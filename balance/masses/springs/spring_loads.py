@@ -55,13 +55,13 @@ class SpringLoads(NamedTuple):
 
     Attributes:
         payload: the range.
-        left: root mean square of the torques that the springs for the mean load leave for the
-            least and the greatest load, over that of gravity there.
+        torque_shares: root mean square of the torques that the springs for the mean load leave
+            for the least and the greatest load, over that of gravity there.
         springs: the springs whose points move; empty if none balance every load.
     """
 
     payload: Payload
-    left: tuple[float, float]
+    torque_shares: tuple[float, float]
     springs: tuple[MovedSpring, ...]
 
     def __repr__(self) -> str:
@@ -71,7 +71,7 @@ class SpringLoads(NamedTuple):
     @property
     def words(self) -> str:
         """The answer in words."""
-        low, high = (number_text(100.0 * x, ".3g") for x in self.left)
+        low, high = (number_text(100.0 * x, ".3g") for x in self.torque_shares)
         ends = f"{number_text(self.payload.low)} and {number_text(self.payload.high)} kg"
         text = f"springs that stay leave {low} and {high} % of the torque for {ends}"
         if not self.springs:
@@ -82,7 +82,7 @@ class SpringLoads(NamedTuple):
         """Return plain data for JSON."""
         return {
             **self.payload.to_dict(),
-            "left": list(self.left),
+            "left": list(self.torque_shares),
             "words": self.words,
             "moved": [
                 {

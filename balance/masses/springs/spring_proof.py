@@ -26,7 +26,7 @@ SPRING_INSIDE = 1e-9
 
 def proved_certainty(
     problem: SpringProblem,
-    found: Sequence[Spring],
+    springs: Sequence[Spring],
     gravity: Array,
     balanced: bool,
     in_span: bool,
@@ -35,8 +35,8 @@ def proved_certainty(
     """Seek a proof in rational numbers of balance, or that no stiffnesses balance."""
     linkage, g = problem.linkage, gravity.tolist()
     if balanced and not certainty.doubts:
-        free = [_free_end(*pair) for pair in zip(problem.springs, found, strict=True)]
-        proof = prove_constant(linkage, found, free, g, problem.turns)
+        free = [_free_end(*pair) for pair in zip(problem.springs, springs, strict=True)]
+        proof = prove_constant(linkage, springs, free, g, problem.turns)
         if isinstance(proof, str):
             return None, certainty._replace(reason=f"{certainty.reason}; {proof}")
         reason = "the energies add up to a constant, identically in rational numbers"
@@ -49,7 +49,7 @@ def proved_certainty(
     return None, certainty
 
 
-def _free_end(spring: AttachedSpring, found: Spring) -> FreeEnd:
+def _free_end(attached: AttachedSpring, spring: Spring) -> FreeEnd:
     """List what of a spring is within its limits: the end with more of such coordinates."""
     inside = [
         tuple(
@@ -59,16 +59,11 @@ def _free_end(spring: AttachedSpring, found: Spring) -> FreeEnd:
             )
             if min(x - low, high - x) > SPRING_INSIDE * (high - low)
         )
-        for end, there in zip(spring.asked.ends, found.ends, strict=True)
+        for end, there in zip(attached.asked.ends, spring.ends, strict=True)
     ]
     end = 0 if len(inside[0]) >= len(inside[1]) else 1
-    k, (low, high) = found.stiffness, spring.asked.stiffness
+    k, (low, high) = spring.stiffness, attached.asked.stiffness
     return FreeEnd(end, inside[end], min(k - low, high - k) > SPRING_INSIDE * k)
-
-
-def _inside(x: float, low: float, high: float) -> bool:
-    """Whether a number is in the inside of a range."""
-    return min(x - low, high - x) > SPRING_INSIDE * (high - low)
 
 
 def _open_ends(

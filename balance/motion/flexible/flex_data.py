@@ -105,8 +105,8 @@ def similarity_data(
         {
             "name": rule.name,
             "words": rule.words,
-            "left": rule.left,
-            "right": rule.right,
+            "left": rule.first,
+            "right": rule.second,
             "difference": rule.difference,
             "holds": rule.holds,
         }

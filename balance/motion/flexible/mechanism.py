@@ -235,13 +235,13 @@ class PlanarMechanism:
             )
 
 
-def solve_bordered(mass: Array, rows: Array, right: Array) -> Array:
-    """Solve [[M, Gᵀ], [G, 0]] x = right.
+def solve_bordered(mass: Array, rows: Array, right_side: Array) -> Array:
+    """Solve [[M, Gᵀ], [G, 0]] x = right_side.
 
     Args:
         mass: M (n, n).
         rows: G (m, n).
-        right: right side (n + m,).
+        right_side: right side (n + m,).
 
     Raises:
         LinkageError: the matrix is singular: constraints depend on one another at this pose.
@@ -250,7 +250,7 @@ def solve_bordered(mass: Array, rows: Array, right: Array) -> Array:
     full = np.zeros((n + m, n + m))
     full[:n, :n], full[:n, n:], full[n:, :n] = mass, rows.T, rows
     try:
-        return np.asarray(np.linalg.solve(full, right), np.float64)
+        return np.asarray(np.linalg.solve(full, right_side), np.float64)
     except np.linalg.LinAlgError:
         raise LinkageError(
             "the flexible mechanism reaches a singular pose, where its constraints depend on "

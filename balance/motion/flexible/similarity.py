@@ -86,16 +86,16 @@ class SimilarityCondition:
     Attributes:
         name: number of the equation in the source, or words.
         words: what is equal.
-        left: value of the first arm, SI units.
-        right: value of the second arm.
-        difference: right over left, minus 1; infinity if only one side vanishes.
+        first: value of the first arm, SI units.
+        second: value of the second arm.
+        difference: second over first, minus 1; infinity if only one side vanishes.
         holds: whether the difference is below 1e-9.
     """
 
     name: str
     words: str
-    left: float
-    right: float
+    first: float
+    second: float
     difference: float
     holds: bool
 
@@ -207,8 +207,8 @@ def compare_arms(first: Arm, second: Arm) -> Similarity:
         True
     """
     conditions = [
-        _condition(name, words, left, right)
-        for (name, words, left), (_, _, right) in zip(
+        _condition(name, words, first, second)
+        for (name, words, first), (_, _, second) in zip(
             _sides(first), _sides(second), strict=True
         )
     ]
@@ -267,12 +267,12 @@ def _quotient(a: float, b: float) -> float:
     return a / b if b > 0.0 else math.inf
 
 
-def _condition(name: str, words: str, left: float, right: float) -> SimilarityCondition:
+def _condition(name: str, words: str, first: float, second: float) -> SimilarityCondition:
     """Compare the two sides of a condition."""
-    if left == right:
-        return SimilarityCondition(name, words, left, right, 0.0, True)
-    finite = math.isfinite(left) and math.isfinite(right) and left != 0.0
-    difference = right / left - 1.0 if finite else math.inf
+    if first == second:
+        return SimilarityCondition(name, words, first, second, 0.0, True)
+    finite = math.isfinite(first) and math.isfinite(second) and first != 0.0
+    difference = second / first - 1.0 if finite else math.inf
     return SimilarityCondition(
-        name, words, left, right, difference, abs(difference) < CONDITION_HOLDS
+        name, words, first, second, difference, abs(difference) < CONDITION_HOLDS
     )

@@ -109,8 +109,8 @@ def simulate_floating_base(
     Example:
         >>> import balance
         >>> base = balance.motion.FloatingBase(mass=10, inertia=1)
-        >>> found = balance.motion.simulate_floating_base("robot.urdf", base, duration=1)
-        >>> found.verdict, found.energy_drift < 1e-9
+        >>> motion = balance.motion.simulate_floating_base("robot.urdf", base, duration=1)
+        >>> motion.verdict, motion.energy_drift < 1e-9
         ('the base moves', True)
     """
     base.check()

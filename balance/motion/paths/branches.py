@@ -55,11 +55,8 @@ class Tangents(NamedTuple):
     family: int
 
 
-def null_basis(here: RowsAtPose, least: float = MOMENTUM_NULL) -> tuple[Array, Array, Array]:
+def null_basis(here: RowsAtPose) -> tuple[Array, Array, Array]:
     """Compute the right and the left null space of the equations in a pose.
-
-    Args:
-        least: singular values up to this part of the bodies' own momenta count as zero.
 
     Returns:
         Bases as columns (w, dimension) and (rows, left dimension), which depend on the spaces
@@ -69,7 +66,7 @@ def null_basis(here: RowsAtPose, least: float = MOMENTUM_NULL) -> tuple[Array, A
     U, sizes, Vt = np.linalg.svd(here.rows, full_matrices=True)
     values = np.zeros(Vt.shape[0])
     values[: sizes.size] = sizes / (here.scale or 1.0)
-    rank = int(np.count_nonzero(values > least))
+    rank = int(np.count_nonzero(values > MOMENTUM_NULL))
     return first_basis(Vt[rank:]).T, first_basis(U[:, rank:].T).T, values
 
 

@@ -119,11 +119,6 @@ class ReactionlessPaths(WithPage, WithPicture):
         )
 
     @property
-    def found(self) -> bool:
-        """Whether there is a path."""
-        return bool(self.paths)
-
-    @property
     def reason(self) -> str:
         """Why there is no path; empty if there is one."""
         if self.paths:

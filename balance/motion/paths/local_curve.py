@@ -70,7 +70,7 @@ class LocalArc:
     def __init__(self, equations: RestEquations, curve: LocalCurve) -> None:
         """Integrate the speed of the joints as a Chebyshev series in the advance."""
         self.equations, self.curve = equations, curve
-        sigma = _nodes(POINTS) * curve.advance
+        sigma = _nodes() * curve.advance
         poses, slopes = _poses(equations, curve, sigma), curve.coordinates(sigma)[1]
         speeds = [
             float(np.linalg.norm(here.rates @ slope))
@@ -147,7 +147,7 @@ def _solve(
 ) -> LocalCurve | None:
     """Solve for the coefficients at one length of the branch."""
     aside = np.linalg.svd(v[None])[2][1:].T  # directions perpendicular to v (w, w - 1)
-    sigma = _nodes(POINTS) * advance
+    sigma = _nodes() * advance
     basis, slopes = _monomials(sigma, advance)
 
     def curve(x: Array) -> LocalCurve:
@@ -182,9 +182,9 @@ def _solve(
     return curve(solution.last.x) if solution.last.error <= LOCAL_CURVE_RESIDUAL else None
 
 
-def _nodes(count: int) -> Array:
+def _nodes() -> Array:
     """List the zeros of a Chebyshev polynomial, outwards on one side and then the other."""
-    x = np.cos((2 * np.arange(count) + 1) * np.pi / (2 * count))
+    x = np.cos((2 * np.arange(POINTS) + 1) * np.pi / (2 * POINTS))
     return np.concatenate([np.sort(x[x > 0.0]), np.sort(x[x < 0.0])[::-1]])
 
 

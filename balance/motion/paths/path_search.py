@@ -105,7 +105,7 @@ def find_paths(
 
     Example:
         >>> import balance
-        >>> balance.find_paths("robot.urdf").found
+        >>> bool(balance.find_paths("robot.urdf").paths)
         False
     """
     linkage = as_linkage(linkage)

@@ -94,7 +94,7 @@ def path_to_pose(
         ... )
         >>> satellite = balance.motion.FloatingBase(mass=5)
         >>> paths = balance.path_to_pose(arm, [0.2, 0.3, -0.4], kept="attitude", base=satellite)
-        >>> paths.found, paths.paths[0].residual < 1e-9
+        >>> bool(paths.paths), paths.paths[0].residual < 1e-9
         (True, True)
     """
     linkage = as_linkage(linkage)
@@ -314,6 +314,6 @@ def _turning_momentum(
 
     slopes = make_interp_spline(s, x, k=5)(s, 1)
     rows = equations.at(poses, x * equations.units).rows
-    left = np.linalg.norm(np.einsum("prm,pm->pr", rows, slopes), axis=1)
-    own = np.linalg.norm(rows, axis=1) @ np.ones(x.shape[1]) * np.linalg.norm(slopes, axis=1)
-    return np.asarray(left / np.where(own > 0.0, own, 1.0))
+    momenta = np.linalg.norm(np.einsum("prm,pm->pr", rows, slopes), axis=1)
+    scale = np.linalg.norm(rows, axis=1) @ np.ones(x.shape[1]) * np.linalg.norm(slopes, axis=1)
+    return np.asarray(momenta / np.where(scale > 0.0, scale, 1.0))

@@ -157,8 +157,8 @@ class RestEquations:
 
     def share(self, here: RowsAtPose, rates: Array) -> float:
         """Compute the momentum at rates of the coordinates (w,) over the bodies' own."""
-        rows, own = self.along(here.q[None], (self.basis @ rates)[None])
-        return float(np.linalg.norm(rows[0] @ rates) / (own[0] or 1.0))
+        rows, sizes = self.along(here.q[None], (self.basis @ rates)[None])
+        return float(np.linalg.norm(rows[0] @ rates) / (sizes[0] or 1.0))
 
     def derivative(self, q: Array) -> Array:
         """Compute the derivatives ∂_i A_w along all coordinates at a closed pose.

@@ -80,11 +80,6 @@ class BalancingFamily:
     moment: float
 
     @property
-    def possible(self) -> bool:
-        """Whether some body that can exist has the momentum."""
-        return not self.reason
-
-    @property
     def reason(self) -> str:
         """Why no body has the momentum; empty if there is one."""
         if self.unmet:

@@ -185,7 +185,7 @@ class QuietMotion(WithPage, WithPicture):
         )
 
     @property
-    def found(self) -> bool:
+    def feasible(self) -> bool:
         """Whether a motion within the limits was found."""
         return self.exceeded is None
 
@@ -195,17 +195,12 @@ class QuietMotion(WithPage, WithPicture):
         return next((law.figures for law in self.laws if law.name == "quintic"), None)
 
     @property
-    def trapezoidal(self) -> MotionFigures | None:
-        """What the law of trapezoidal speed shakes."""
-        return next((law.figures for law in self.laws if law.name == "trapezoidal"), None)
-
-    @property
     def verdict(self) -> str:
         """``"optimal"``, ``"locally optimal"``, ``"feasible"`` or ``"infeasible"``.
 
         It is feasible where a law takes the place of a plan.
         """
-        if not self.found:
+        if not self.feasible:
             return "infeasible"
         if self.balanced or self.at_bound or self.convex:
             return "optimal"

@@ -231,7 +231,7 @@ class _StepProgram:
         self.free, self.width = self.basis.shape[2], len(problem.units)
         self.groups = np.argwhere(np.isfinite(problem.limits.upper)).tolist()
         self.size = self.free * self.width
-        self.free_times = [k for k, one in enumerate(problem.passes) if one.share is None]
+        self.free_times = [k for k, point in enumerate(problem.passes) if point.share is None]
         self.excited = self.size + 1 + len(self.groups)
         self.passed = self.excited + len(problem.frequencies)
         self.later = self.passed + len(problem.passes)

@@ -83,13 +83,13 @@ def joint_reactions(chain: Chain, loads: Loads) -> JointReactions:
     if chain.dependent.size == 0:
         welds = np.zeros((samples, loops, 6, *more))
         return _with_range(wrenches, welds, torque, 0, np.zeros((samples, n, 6, 0)))
-    right = torque[:, chain.dependent].reshape(samples, chain.dependent.size, -1)
+    torques = torque[:, chain.dependent].reshape(samples, chain.dependent.size, -1)
     flat = wrenches.reshape(samples, 6 * n, -1)
     least, null = np.empty((samples, A.shape[1], flat.shape[2])), []
     for k in range(0, samples, BLOCK):
         block = slice(k, k + BLOCK)
         least[block], effect = _least_norm(
-            A[block][:, :, chain.dependent], right[block], flat[block], signs
+            A[block][:, :, chain.dependent], torques[block], flat[block], signs
         )
         null.append(effect)
     least = least.reshape(samples, -1, *more)
@@ -100,12 +100,12 @@ def joint_reactions(chain: Chain, loads: Loads) -> JointReactions:
     return _with_range(joints, welds, motors, open_rows, np.concatenate(null))
 
 
-def _least_norm(A: Array, right: Array, wrenches: Array, signs: Array) -> tuple[Array, Array]:
-    """Solve ``Aᵀ x = right`` with the least sum of squares of all joint wrenches.
+def _least_norm(A: Array, torques: Array, wrenches: Array, signs: Array) -> tuple[Array, Array]:
+    """Solve ``Aᵀ x = torques`` with the least sum of squares of all joint wrenches.
 
     Args:
         A: loop matrix of the dependent joints (N, rows, dependent).
-        right: right sides (N, dependent, columns).
+        torques: right sides (N, dependent, columns).
         wrenches: wrenches in the joints of the opened linkage (N, 6 n, columns).
         signs: of the joints on the paths to the welds (loops, n).
 
@@ -115,7 +115,7 @@ def _least_norm(A: Array, right: Array, wrenches: Array, signs: Array) -> tuple[
     """
     samples, rows, rank = A.shape
     Q, triangle = np.linalg.qr(A, mode="complete")
-    x = Q[:, :, :rank] @ np.linalg.solve(triangle[:, :rank].transpose(0, 2, 1), right)
+    x = Q[:, :, :rank] @ np.linalg.solve(triangle[:, :rank].transpose(0, 2, 1), torques)
     loops, n = signs.shape
     null = Q[:, :, rank:]
     effect = -np.einsum(

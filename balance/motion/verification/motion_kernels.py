@@ -56,7 +56,7 @@ def follow_samples(chain, path, limits, pose, motion, workspace):
     lines, narrow, lengths, speeds, changes = path
     q, H, s, scratch_q = pose
     positions, velocities, accelerations, extremes = motion
-    near, far, steps, one, b = workspace
+    near, far, steps, ray, b = workspace
     C, diagonal, width = near[4][0], near[1], speeds.shape[2]
     for k in range(lengths.size):
         spatial_series(0, 1, 0, 1, chain, s, speeds[k], near)
@@ -91,8 +91,8 @@ def follow_samples(chain, path, limits, pose, motion, workspace):
         for _ in range(MAX_STEPS):
             if remaining == 0.0:
                 break
-            spatial_series(0, PREDICTION_ORDER, 0, 1, line, s, one, far)
-            step = follow_series(line, q, far[4][0], one[0], remaining, scratch_q, H, s, steps)
+            spatial_series(0, PREDICTION_ORDER, 0, 1, line, s, ray, far)
+            step = follow_series(line, q, far[4][0], ray[0], remaining, scratch_q, H, s, steps)
             if step == 0.0:
                 return k
             for j in range(q.size):

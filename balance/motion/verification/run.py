@@ -21,11 +21,11 @@ class Run:
     Attributes:
         trajectory: the motion.
         shaking: base reaction from Pinocchio, about the inertial origin (N, 6).
-        own: the same from our own series (N, 6).
+        series_shaking: the same from our Taylor series (N, 6).
         momentum: total momentum ``[ξ; p]`` from Pinocchio (N, 6).
         middle: ``shaking`` with moments about the middle of the mechanism (N, 6).
         about: ``shaking`` with moments about the point of the verification (N, 6).
-        rate_difference: ``shaking - own``, with moments about the middle (N, 6).
+        rate_difference: ``shaking - series_shaking``, with moments about the middle (N, 6).
         momentum_difference: momentum from Pinocchio minus ours, moments about the middle
             (N, 6).
         inertia: sum over the bodies of the sizes of their own inertia wrenches, moments
@@ -42,7 +42,7 @@ class Run:
 
     trajectory: Trajectory
     shaking: Array
-    own: Array
+    series_shaking: Array
     momentum: Array
     middle: Array
     about: Array

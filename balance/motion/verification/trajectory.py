@@ -140,11 +140,10 @@ def random_motions(
     seed: int = 0,
     *,
     motion: Motion | None = None,
-    period: float = 1.0,
 ) -> Iterator[Trajectory]:
-    """Generate random smooth motions that begin and end at the reference pose.
+    """Generate random smooth motions of 1 s that begin and end at the reference pose.
 
-    Each coordinate is a sum of the first sines of the period with random amplitudes and
+    Each coordinate is a sum of the first sines of that period with random amplitudes and
     phases. The amplitude shrinks until the loops close along the motion on one branch and no
     pose is near-singular. A pose counts as near-singular if some joint is more than four times
     faster than at the reference pose for the same rates of the inputs, or the smallest pivot
@@ -154,7 +153,6 @@ def random_motions(
         samples: samples of each motion, both ends included.
         seed: seed of the random numbers; motion k is the same whatever ``count`` is.
         motion: restriction of the inputs; free by default.
-        period: duration of each motion, seconds.
 
     Yields:
         The motions.
@@ -166,7 +164,7 @@ def random_motions(
     units = chain.units[linkage.positions_of(linkage.inputs)]
     basis = np.eye(linkage.mobility) if motion is None else order_inputs(motion, linkage)
     basis = np.linalg.qr(basis / units[:, None])[0] * units[:, None] if basis.size else basis
-    time = np.linspace(0.0, period, samples)
+    time = np.linspace(0.0, 1.0, samples)
     rate = _largest_rate(chain)
     fastest, least = JOINT_RATE_RATIO * rate, CONDITIONING_LEAST
     amplitude = FIRST_AMPLITUDE

@@ -240,7 +240,7 @@ def _run(
     return Run(
         trajectory=trajectory,
         shaking=freeze(reaction),
-        own=freeze(rate),
+        series_shaking=freeze(rate),
         momentum=freeze(other),
         middle=freeze(move_wrenches(reaction, middle)),
         about=freeze(move_wrenches(reaction, point)),

@@ -27,17 +27,14 @@ def list_differences(space: DesignSpace, evidence: Evidence) -> list[str]:
     ]
     if apart:
         here, there = ([row[k] for k in apart] for row in (ranks, exact_ranks))
-        lines.append(f"{_numbered('order', apart)}: rank {_list(there)}, not {_list(here)}")
+        orders = f"order{'s' if len(apart) > 1 else ''} {_list(apart)}"
+        lines.append(f"{orders}: rank {_list(there)}, not {_list(here)}")
     if space.rank != exact.rank:
         lines.append(f"rank {exact.rank}, not {space.rank}")
     serial = len(evidence.independent)
     if serial != space.serial_nullity and evidence.use_exact_transfers(space.serial_nullity):
         lines.append(f"serial part {serial}, not {space.serial_nullity}")
     return lines
-
-
-def _numbered(noun: str, numbers: Sequence[int]) -> str:
-    return f"{noun}{'s' if len(numbers) > 1 else ''} {_list(numbers)}"
 
 
 def _list(numbers: Sequence[int]) -> str:

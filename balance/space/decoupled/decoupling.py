@@ -222,8 +222,8 @@ def decoupling(space: DesignSpace | LinkageLike) -> Decoupling:
 
     Example:
         >>> import balance
-        >>> found = balance.space.decoupling(balance.design_space("robot.urdf"))
-        >>> [order.rank for order in found.orders], found.words
+        >>> decoupled = balance.space.decoupling(balance.design_space("robot.urdf"))
+        >>> [order.rank for order in decoupled.orders], decoupled.words
         ([3, 7, 8], 'no: not balanced')
     """
     space = as_space(space)

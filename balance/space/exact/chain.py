@@ -31,6 +31,7 @@ from kinematics.numerics.linalg.rational import (
     cross,
     dot,
     echelon,
+    nearby_vector,
     rational_bracket,
     rational_null_space,
     root,
@@ -285,6 +286,8 @@ def _plane_normal(turning: Sequence[Vector], slides: Sequence[Vector], normal: A
         n = turning[0][:3]
     else:
         free = rational_null_space(slides, 3)
+        if not free:  # they leave the plane, by round-off at least
+            return nearby_vector(normal)
         sizes = [abs(float(dot(v, v))) ** 0.5 for v in free]
         along = [abs(float(x @ normal)) for x in np.array(free, dtype=np.float64)]
         n = tuple(free[first_largest(np.array(along) / sizes)])

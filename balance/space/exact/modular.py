@@ -76,24 +76,24 @@ class Convolution:
 
     def __init__(self, batch: int, rows: int, inner: int, columns: int, p: int) -> None:
         """Room for a few orders of A (batch, rows, inner) and B (batch, inner, columns)."""
-        self._p, self._inner, self._left, self._right = p, inner, 0, 0
+        self._p, self._inner, self._A_filled, self._B_filled = p, inner, 0, 0
         self._A = np.zeros((batch, rows, 4 * inner))
         self._B = np.zeros((batch, 4 * inner, 2 * columns))
 
     def append_left(self, A: IntArray) -> None:
         """Append the next order of A."""
-        if self._left == self._A.shape[2]:
+        if self._A_filled == self._A.shape[2]:
             self._A = np.concatenate([self._A, np.zeros_like(self._A)], axis=2)
-        self._A[:, :, self._left : self._left + self._inner] = A
-        self._left += self._inner
+        self._A[:, :, self._A_filled : self._A_filled + self._inner] = A
+        self._A_filled += self._inner
 
     def append_right(self, B: IntArray) -> None:
         """Append the next order of B."""
-        if self._right == self._B.shape[1]:
+        if self._B_filled == self._B.shape[1]:
             self._B = np.concatenate([np.zeros_like(self._B), self._B], axis=1)
-        end = self._B.shape[1] - self._right
+        end = self._B.shape[1] - self._B_filled
         self._B[:, end - self._inner : end] = _halves(B)
-        self._right += self._inner
+        self._B_filled += self._inner
 
     def sum(self, count: int, chosen: Sequence[int] | None = None) -> IntArray:
         """Multiply the first ``count`` orders of A by the last of B, in reverse order.
@@ -102,7 +102,7 @@ class Convolution:
             count: number of orders.
             chosen: some of the rows of A; all by default.
         """
-        size, start = count * self._inner, self._B.shape[1] - self._right
+        size, start = count * self._inner, self._B.shape[1] - self._B_filled
         A = self._A[:, :, :size] if chosen is None else self._A[:, chosen, :size]
         return _product_with_halves(A, self._B[:, start : start + size], self._p)
 

@@ -6,8 +6,8 @@ import random
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from fractions import Fraction
-from itertools import combinations
-from typing import NamedTuple
+from itertools import combinations, pairwise
+from typing import NamedTuple, TypeVar
 
 from balance.space.formulas.modular_pose import Pair
 from balance.space.formulas.notations import Variable
@@ -17,6 +17,7 @@ from kinematics.errors import ExactError, UsageError
 from kinematics.numerics.linalg.rational import echelon
 
 Combination = dict[int, Fraction]
+T = TypeVar("T")
 
 
 class DimensionRelation(NamedTuple):
@@ -103,13 +104,9 @@ def parse_relations(linkage: PlanarParts, texts: Sequence[str]) -> list[Dimensio
     for i, dimension in enumerate(linkage.dimensions):
         known[dimension.name] = {i: Fraction(1)}
     parsed = []
-    for text in (word for each in texts for word in each.split(",")):
-        sides = [_side(text, side, known) for side in text.split("=")]
-        if len(sides) < 2:
-            raise UsageError(f"--where '{text.strip()}': write AB=CD, or AB=2*CD")
-        for (a, factor), (b, other) in zip(sides[:-1], sides[1:], strict=True):
-            scaled = {i: c * factor for i, c in a.items()}
-            parsed.append(DimensionRelation(text.strip(), _difference(scaled, b, other)))
+    for text, (a, factor), (b, other) in neighbours(texts, known, "distance"):
+        scaled = {i: c * factor for i, c in a.items()}
+        parsed.append(DimensionRelation(text, _difference(scaled, b, other)))
     for relation in parsed:
         _check_holds(linkage, relation)
     return [relation for relation in parsed if relation.terms]
@@ -125,14 +122,32 @@ def _check_holds(linkage: PlanarParts, relation: DimensionRelation) -> None:
         )
 
 
-def _side(text: str, side: str, known: dict[str, Combination]) -> tuple[Combination, Fraction]:
+def neighbours(
+    texts: Sequence[str], known: Mapping[str, T], noun: str
+) -> Iterator[tuple[str, tuple[T, Fraction], tuple[T, Fraction]]]:
+    """Parse relations, and yield their words and each two neighbouring sides.
+
+    Args:
+        known: what may stand on a side, by name; a side is one of its values, and a factor.
+        noun: what one of them is called.
+
+    Raises:
+        UsageError: a text is no relation.
+        ExactError: it names nothing that is known.
+    """
+    for text in (word.strip() for each in texts for word in each.split(",")):
+        sides = [_side(text, side, known, noun) for side in text.split("=")]
+        if len(sides) < 2:
+            raise UsageError(f"--where '{text}': write AB=CD, or AB=2*CD")
+        yield from ((text, *pair) for pair in pairwise(sides))
+
+
+def _side(text: str, side: str, known: Mapping[str, T], noun: str) -> tuple[T, Fraction]:
     """Parse one side of a relation."""
     match = re.fullmatch(r"\s*(?:(\d+(?:/[1-9]\d*)?|\d+\.\d+)\s*\*\s*)?(\S+)\s*", side)
     if match is None or match[2] not in known:
         names = ", ".join(sorted(known))
-        raise ExactError(
-            f"--where '{text.strip()}': no distance '{side.strip()}': there are {names}"
-        )
+        raise ExactError(f"--where '{text}': no {noun} '{side.strip()}': there are {names}")
     return known[match[2]], Fraction(match[1] or 1)
 
 

@@ -7,7 +7,6 @@ joints are equal, and lengths are to each other as the sines of twists.
 from __future__ import annotations
 
 import random
-import re
 from collections.abc import Sequence
 from fractions import Fraction
 from itertools import combinations
@@ -17,11 +16,11 @@ import numpy as np
 
 from balance.space.formulas.interpolation import cosine_sine, spread_point
 from balance.space.formulas.notations import Variable
-from balance.space.formulas.relations import DimensionRelation, write_sum
+from balance.space.formulas.relations import DimensionRelation, neighbours, write_sum
 from balance.space.formulas.spatial_parts import SpatialParts
 from balance.space.formulas.spatial_pose import Value
 from balance.support.tolerances import FORMULA_RELATION
-from kinematics.errors import ExactError, UsageError
+from kinematics.errors import ExactError
 from kinematics.numerics.linalg.rational import echelon
 
 
@@ -228,33 +227,16 @@ def parse_spatial_relations(
         else:
             known[dimension.name] = i
     parsed = []
-    for text in (word for each in texts for word in each.split(",")):
-        sides = [_side(text, side, known) for side in text.split("=")]
-        if len(sides) < 2:
-            raise UsageError(f"--where '{text.strip()}': write AB=CD, or AB=2*CD")
-        for (i, factor), (j, other) in zip(sides[:-1], sides[1:], strict=True):
-            kinds = [linkage.dimensions[k].kind == "angle" for k in (i, j)]
-            if kinds[0] != kinds[1] or (kinds[0] and factor != other):
-                raise ExactError(
-                    f"--where '{text.strip()}': an angle can only equal another angle"
-                )
-            x, y = (linkage.dimensions[k].value.real for k in (i, j))
-            if abs(factor * x - other * y) > FORMULA_RELATION * abs(factor * x):
-                raise ExactError(
-                    f"{linkage.source}: --where '{text.strip()}' does not hold in the file: "
-                    "give a file with such dimensions"
-                )
-            if i != j:
-                parsed.append(DimensionRelation(text.strip(), {i: factor, j: -other}))
+    for text, (i, factor), (j, other) in neighbours(texts, known, "dimension"):
+        kinds = [linkage.dimensions[k].kind == "angle" for k in (i, j)]
+        if kinds[0] != kinds[1] or (kinds[0] and factor != other):
+            raise ExactError(f"--where '{text}': an angle can only equal another angle")
+        x, y = (linkage.dimensions[k].value.real for k in (i, j))
+        if abs(factor * x - other * y) > FORMULA_RELATION * abs(factor * x):
+            raise ExactError(
+                f"{linkage.source}: --where '{text}' does not hold in the file: give a file "
+                "with such dimensions"
+            )
+        if i != j:
+            parsed.append(DimensionRelation(text, {i: factor, j: -other}))
     return parsed
-
-
-def _side(text: str, side: str, known: dict[str, int]) -> tuple[int, Fraction]:
-    """Parse one side of a relation."""
-    match = re.fullmatch(r"\s*(?:(\d+(?:/[1-9]\d*)?|\d+\.\d+)\s*\*\s*)?(\S+)\s*", side)
-    if match is None or match[2] not in known:
-        names = ", ".join(sorted(known))
-        raise ExactError(
-            f"--where '{text.strip()}': no dimension '{side.strip()}': there are {names}"
-        )
-    return known[match[2]], Fraction(match[1] or 1)

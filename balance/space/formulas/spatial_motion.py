@@ -101,13 +101,13 @@ class SpatialMotion:
         for joint in parts.joints:
             base, part = joint.parts
             several = (0, 1, 2) if joint.kind == "spherical" else (2,)
-            own = list(range(len(self.rates), len(self.rates) + len(several)))
+            rates = list(range(len(self.rates), len(self.rates) + len(several)))
             self.first.append(len(self.rates))
             self.rates += [(part, axis, joint.kind == "prismatic") for axis in several]
             if part:
-                self.path.append([*self.path[base], *own])
+                self.path.append([*self.path[base], *rates])
             else:
-                self.closing = [*self.path[base], *own]
+                self.closing = [*self.path[base], *rates]
         size = len(self.rates)
         self.rows: list[int] = []
         self.dependent: list[int] = []
@@ -282,8 +282,8 @@ class SpatialMotion:
         for part, (omega, v) in enumerate(twists):
             vectors = []
             for axis in range(4):
-                own = [frame[part][axis] for frame in frames]
-                rate = _crossed(omega, own, k, p)
+                series = [frame[part][axis] for frame in frames]
+                rate = _crossed(omega, series, k, p)
                 if axis == 3:
                     rate = _add(rate, v[k], p)
                 vectors.append(_scaled(rate, scale, p))

@@ -40,14 +40,14 @@ class AxisPlace(NamedTuple):
         along: dimension of the foot of the normal along z; None for 0.
         normal: dimension of its length; None for 0.
         twist: dimension of the angle between the axes; None for a right angle or none.
-        right: whether that angle is a right one.
+        perpendicular: whether that angle is a right one.
     """
 
     turn: int | None = None
     along: int | None = None
     normal: int | None = None
     twist: int | None = None
-    right: bool = False
+    perpendicular: bool = False
 
 
 class SpatialJoint(NamedTuple):
@@ -301,14 +301,16 @@ class _Builder:
         used = {"ground"}
         for number, label in enumerate(order[1:], 1):
             first = next(k for k, joint in enumerate(self.joints) if joint.parts[1] == number)
-            own = bodies.get(label, [])
-            word = plain_name(space.bodies[own[0]] if own else f"link_{axes[first].name}")
+            members = bodies.get(label, [])
+            word = plain_name(
+                space.bodies[members[0]] if members else f"link_{axes[first].name}"
+            )
             name, count = word, 2
             while name in used:
                 name, count = f"{word}_{count}", count + 1
             used.add(name)
             further = [k for k, j in enumerate(self.joints) if j.parts[0] == number]
-            self.parts.append(SpatialPart(name, own, first, further))
+            self.parts.append(SpatialPart(name, members, first, further))
         self._direct_axes()
         self._place_frames(space.source)
         for number in range(1, len(self.parts)):

@@ -158,7 +158,7 @@ def axis_frame(
         moves.append(Move(Z, _angle(values[place.turn])))
     moves.append(Move(Z, shift=_number(values, place.along)))
     moves.append(Move(X, shift=_number(values, place.normal)))
-    if place.right:
+    if place.perpendicular:
         moves.append(Move(X, RIGHT_ANGLE))
     elif place.twist is not None:
         moves.append(Move(X, _angle(values[place.twist])))

@@ -30,7 +30,6 @@ from balance.space.transfers.by_joint import Transfer
 from balance.support.tolerances import (
     AXIS_OFFSET_CLEAR,
     ECHELON_PIVOT,
-    FRACTION_ROUND_OFF,
     GEOMETRY_EQUAL,
 )
 from kinematics.model.arrays import freeze
@@ -189,7 +188,7 @@ def _with_values(terms: Sequence[Term], x: Array) -> list[Term]:
 def _normalise(values: Array) -> Array:
     """Divide values by the largest, make the first positive, and remove round-off."""
     values = values / np.abs(values).max()
-    rounded = np.array([round_to_fraction(value, FRACTION_ROUND_OFF) for value in values])
+    rounded = np.array([round_to_fraction(value) for value in values])
     return np.asarray(rounded * np.sign(rounded[np.flatnonzero(rounded)[0]]))
 
 

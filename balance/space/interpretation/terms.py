@@ -16,7 +16,12 @@ import numpy as np
 from balance.space.inertial_parameters.conversions import to_chain
 from balance.space.inertial_parameters.multipole import UNITS, Primitive
 from balance.space.spaces.design_space import DesignSpace
-from balance.support.tolerances import FRACTION_IN_TEXT, GEOMETRY_EQUAL, TERMS_RANK
+from balance.support.tolerances import (
+    FRACTION_IN_TEXT,
+    FRACTION_ROUND_OFF,
+    GEOMETRY_EQUAL,
+    TERMS_RANK,
+)
 from kinematics.model.arrays import Frame
 from kinematics.model.linkage import Joint
 from kinematics.numerics.array_types import Array, Flags
@@ -198,14 +203,10 @@ def describe_terms(terms: Sequence[Term]) -> str:
     return "; ".join(f"{name} {', '.join(values)}" for name, values in groups.items())
 
 
-def round_to_fraction(value: float, tolerance: float) -> float:
-    """Round a number to a fraction with a denominator up to 12, if one is near enough.
-
-    Args:
-        tolerance: largest difference from the fraction.
-    """
+def round_to_fraction(value: float) -> float:
+    """Round a number to a fraction with a denominator up to 12, if one is near enough."""
     fraction = float(Fraction(value).limit_denominator(12))
-    return fraction if abs(fraction - value) <= tolerance else value
+    return fraction if abs(fraction - value) <= FRACTION_ROUND_OFF else value
 
 
 def _number(value: float) -> str:

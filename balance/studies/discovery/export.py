@@ -320,7 +320,10 @@ def _holds_exactly(
         relation: the relation; a sum of lengths is never decided.
         points: the points of the joints.
     """
-    sides = [[quantities[k].joints for k in side] for side in (relation.left, relation.right)]
+    sides = [
+        [quantities[k].joints for k in side]
+        for side in (relation.left_side, relation.right_side)
+    ]
     left, right = sides
     match relation.kind:
         case "zero":
@@ -373,7 +376,7 @@ def _same_function(
         for loop in (first_loop, second_loop)
     ]
     (ab, bc, cd, da), (ef, fg, gh, he) = sides
-    if quantities[relation.left[0]].kind == "slope":
+    if quantities[relation.left_side[0]].kind == "slope":
         return ab * da * fg * gh == ef * he * bc * cd
     first, second = bc + cd - ab - da, fg + gh - ef - he
     sign = 1 if relation.kind == "same function" else -1

@@ -106,22 +106,22 @@ def _close(
     return q
 
 
-def _solve(S: Array, right: Array) -> Array:
+def _solve(S: Array, right_side: Array) -> Array:
     """Solve linear systems; NaN where any of them is singular in its lane."""
     try:
-        return np.asarray(np.linalg.solve(S, right))
+        return np.asarray(np.linalg.solve(S, right_side))
     except np.linalg.LinAlgError:
         usable = np.abs(np.linalg.det(S)) > 0.0
         safe = np.where(usable[..., None, None], S, np.eye(S.shape[-1]))
-        solution = np.asarray(np.linalg.solve(safe, right))
+        solution = np.asarray(np.linalg.solve(safe, right_side))
         return np.where(usable[..., None, None], solution, np.nan)
 
 
 def _rates(structure: TopologyArrays, S: Array) -> Array:
     """Solve for the columns of C."""
-    right = np.zeros((*S.shape[:-1], structure.width))
-    right[..., -structure.width :, :] = np.eye(structure.width)
-    return _solve(S, right)
+    right_side = np.zeros((*S.shape[:-1], structure.width))
+    right_side[..., -structure.width :, :] = np.eye(structure.width)
+    return _solve(S, right_side)
 
 
 def _orthonormal(C: Array) -> Array:

@@ -49,23 +49,23 @@ class GeometryRelation(NamedTuple):
 
     Attributes:
         kind: one of `KINDS`.
-        left: numbers of the quantities on the left.
-        right: numbers of the quantities on the right.
+        left_side: numbers of the quantities on the left.
+        right_side: numbers of the quantities on the right.
     """
 
     kind: str
-    left: tuple[int, ...]
-    right: tuple[int, ...] = ()
+    left_side: tuple[int, ...]
+    right_side: tuple[int, ...] = ()
 
     def text(self, quantities: tuple[InvariantQuantity, ...]) -> str:
         """Write the relation with the names of the quantities."""
-        left = [quantities[k].text for k in self.left]
-        right = [quantities[k].text for k in self.right]
+        left = [quantities[k].text for k in self.left_side]
+        right = [quantities[k].text for k in self.right_side]
         match self.kind:
             case "zero":
                 return f"{left[0]} = 0"
             case "straight":
-                a, b, c = (chr(65 + j) for j in quantities[self.left[0]].joints)
+                a, b, c = (chr(65 + j) for j in quantities[self.left_side[0]].joints)
                 return f"{b}, {a}, {c} in line"
             case "right":
                 return f"{left[0]} = 90°"
@@ -85,9 +85,9 @@ class GeometryRelation(NamedTuple):
 
     def words(self, quantities: tuple[InvariantQuantity, ...]) -> str:
         """Say the relation in words, with the names of the quantities."""
-        left = [quantities[k].text for k in self.left]
-        right = [quantities[k].text for k in self.right]
-        quantity = quantities[self.left[0]]
+        left = [quantities[k].text for k in self.left_side]
+        right = [quantities[k].text for k in self.right_side]
+        quantity = quantities[self.left_side[0]]
         a, b, c = (*(chr(65 + j) for j in quantity.joints), "")[:3]
         match self.kind:
             case "zero":
@@ -106,7 +106,7 @@ class GeometryRelation(NamedTuple):
                 opposite = "opposite of the " * (self.kind == "opposite function")
                 corner, other = (
                     f"corner {letters[2]} over corner {letters[0]} in the loop {letters}"
-                    for letters in _loops(quantities, (*self.left, *self.right))
+                    for letters in _loops(quantities, (*self.left_side, *self.right_side))
                 )
                 return f"{corner} has the {opposite}{quantity.kind} of {other}"
             case "product":
@@ -131,13 +131,13 @@ def _and(names: list[str]) -> str:
     return f"twice {names[0]}" if len(set(names)) < len(names) else " and ".join(names)
 
 
-def _ratio_words(left: list[str], right: list[str]) -> str:
+def _ratio_words(first: list[str], second: list[str]) -> str:
     """Say that two products are equal."""
-    if left[0] == left[1]:
-        return f"{left[0]} is the geometric mean of {right[0]} and {right[1]}"
-    if right[0] == right[1]:
-        return f"{right[0]} is the geometric mean of {left[0]} and {left[1]}"
-    return f"{left[0]} is to {right[0]} as {right[1]} is to {left[1]}"
+    if first[0] == first[1]:
+        return f"{first[0]} is the geometric mean of {second[0]} and {second[1]}"
+    if second[0] == second[1]:
+        return f"{second[0]} is the geometric mean of {first[0]} and {first[1]}"
+    return f"{first[0]} is to {second[0]} as {second[1]} is to {first[1]}"
 
 
 def _product(names: list[str]) -> str:
@@ -203,8 +203,12 @@ def residuals(kind: str, relations: list[GeometryRelation], values: Array) -> Ar
     Args:
         values: quantities of the linkages (lanes, quantities).
     """
-    left = values[:, np.array([r.left for r in relations], int).reshape(len(relations), -1)]
-    right = values[:, np.array([r.right for r in relations], int).reshape(len(relations), -1)]
+    left = values[
+        :, np.array([r.left_side for r in relations], int).reshape(len(relations), -1)
+    ]
+    right = values[
+        :, np.array([r.right_side for r in relations], int).reshape(len(relations), -1)
+    ]
     match kind:
         case "zero":
             return left[..., 0]
@@ -250,8 +254,8 @@ def _without_trivial(held: list[GeometryRelation]) -> list[GeometryRelation]:
     name: dict[int, int] = {}
     for relation in held:
         if relation.kind == "equal":
-            a, b = (name.get(k, k) for k in (relation.left[0], relation.right[0]))
-            for k in [*name, relation.left[0], relation.right[0]]:
+            a, b = (name.get(k, k) for k in (relation.left_side[0], relation.right_side[0]))
+            for k in [*name, relation.left_side[0], relation.right_side[0]]:
                 if name.get(k, k) == b:
                     name[k] = a
 
@@ -259,7 +263,9 @@ def _without_trivial(held: list[GeometryRelation]) -> list[GeometryRelation]:
         return sorted(name.get(k, k) for k in side)
 
     many = ("product", "squares", "sum")
-    return [r for r in held if r.kind not in many or renamed(r.left) != renamed(r.right)]
+    return [
+        r for r in held if r.kind not in many or renamed(r.left_side) != renamed(r.right_side)
+    ]
 
 
 def gradients(

@@ -157,11 +157,13 @@ def pantograph_urdf(pantograph: BalancedPantograph, ratio: float | None = None) 
     ]
     yaw = number_words([0.0, 0.0, chain.positions[0].angle + second])
     turned = Element("origin", {**_origin(tool).attributes, "rpy": yaw})
+    mimic = None if ratio is None else (SHOULDER, elbow_ratio(ratio), 0.0)
+    hinge = make_elements.hinge
     joints = [
-        _joint(SHOULDER, "base", "link1", fixed, True),
-        _joint(ELBOW, "link1", "link2", along, ratio is None, ratio),
-        _joint("joint3", "link2", "link3", down),
-        _joint("joint4", "link1", "link4", back),
+        hinge(SHOULDER, "base", "link1", _origin(fixed), independent=True),
+        hinge(ELBOW, "link1", "link2", _origin(along), mimic=mimic, independent=mimic is None),
+        hinge("joint3", "link2", "link3", _origin(down)),
+        hinge("joint4", "link1", "link4", _origin(back)),
         make_elements.joint("tool_fixed", "fixed", "link2", "tool", turned),
         make_elements.loop(
             "joint34",
@@ -203,28 +205,6 @@ def _link(name: str, mass: float, centre: complex, inertia: float) -> Element:
     moments = inertia * np.diag([IN_PLANE, IN_PLANE, 1.0])
     at = Element("origin", {"xyz": number_words([centre.real, centre.imag, 0.0])})
     return make_elements.link(name, make_elements.inertial(mass, moments, at))
-
-
-def _joint(
-    name: str,
-    parent: str,
-    child: str,
-    at: tuple[Decimal, Decimal],
-    independent: bool = False,
-    ratio: float | None = None,
-) -> Element:
-    """Make a revolute joint about the normal of the plane; with a ratio, it mimics."""
-    mimic = None if ratio is None else (SHOULDER, elbow_ratio(ratio), 0.0)
-    return make_elements.joint(
-        name,
-        "continuous",
-        parent,
-        child,
-        _origin(at),
-        ("0 0 1", ""),
-        mimic=mimic,
-        independent=independent,
-    )
 
 
 def _origin(at: tuple[Decimal, Decimal]) -> Element:

@@ -86,14 +86,14 @@ def cranks_through(
 
 def _rows(points: ComplexArray, turns: ComplexArray) -> Array:
     """Build the linear equations (n, 8), in λ, λ w, λ G, λ Ḡ w, λ κ."""
-    u, one = points.conj() * turns, np.ones(len(points))
+    u, ones = points.conj() * turns, np.ones(len(points))
     return np.column_stack(
         [
             np.abs(points) ** 2,
             *(2.0 * u.real, -2.0 * u.imag),
             *(-2.0 * points.real, -2.0 * points.imag),
             *(-2.0 * turns.real, 2.0 * turns.imag),
-            one,
+            ones,
         ]
     )
 
@@ -142,9 +142,9 @@ def _meet_quadrics(basis: Array) -> tuple[ComplexArray, ComplexArray]:
 
 def _quadrics(basis: Array) -> tuple[Array, Array]:
     """Build both quadrics ``λ (λ Ḡ w) = (λ Ḡ) (λ w)`` in coordinates of a basis (3, 3)."""
-    one, wx, wy, gx, gy, px, py, _ = basis
-    real = np.outer(one, px) - np.outer(gx, wx) - np.outer(gy, wy)
-    imaginary = np.outer(one, py) - np.outer(gx, wy) + np.outer(gy, wx)
+    scale, wx, wy, gx, gy, px, py, _ = basis
+    real = np.outer(scale, px) - np.outer(gx, wx) - np.outer(gy, wy)
+    imaginary = np.outer(scale, py) - np.outer(gx, wy) + np.outer(gy, wx)
     return real + real.T, imaginary + imaginary.T
 
 

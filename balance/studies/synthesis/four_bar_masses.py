@@ -4,14 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from math import inf
-from typing import Protocol
 
 from balance.masses.designs.best_design import Design, design
 from balance.masses.designs.density import STEEL
 from balance.masses.designs.write_urdf import replace_inertials
 from balance.space.spaces.compute_space import design_space
 from balance.studies.synthesis.four_bars import FourBarDesign
-from balance.studies.synthesis.positions import Position
+from balance.studies.synthesis.general_four_bars import GeneralFourBar
 from kinematics.loading.model_gallery import load
 from kinematics.model.document import make_elements
 from kinematics.model.document.element import Document, Element
@@ -23,24 +22,6 @@ COUPLER_MASS = 1.0
 DECIMALS = 15
 LINKS = ("base", "crank", "coupler", "rocker", "tool")
 """Links of the file."""
-
-
-class PlacedFourBar(Protocol):
-    """A four-bar at the first position of its tool."""
-
-    @property
-    def kind(self) -> str:
-        """Name of the robot in the file."""
-        ...
-
-    @property
-    def first(self) -> Position:
-        """Pose of the tool."""
-        ...
-
-    def pivots(self, index: int = 0) -> dict[str, complex]:
-        """Compute the pivots, metres, inertial frame."""
-        ...
 
 
 def balanced_four_bar(
@@ -68,7 +49,7 @@ def balanced_four_bar(
 
 
 def four_bar_urdf(
-    four_bar: PlacedFourBar, inertials: Mapping[str, Element] | None = None
+    four_bar: FourBarDesign | GeneralFourBar, inertials: Mapping[str, Element] | None = None
 ) -> bytes:
     """Write a four-bar as a URDF file at the first position.
 
@@ -84,9 +65,9 @@ def four_bar_urdf(
     turned = Element("origin", {**_origin(tool.point - tip).attributes, "rpy": yaw})
     parts = [
         *(make_elements.link(name, (inertials or {}).get(name)) for name in LINKS),
-        _joint("crank_joint", "base", "crank", crank, True),
-        _joint("coupler_joint", "crank", "coupler", tip - crank),
-        _joint("rocker_joint", "base", "rocker", at["rocker_base"]),
+        make_elements.hinge("crank_joint", "base", "crank", _origin(crank), independent=True),
+        make_elements.hinge("coupler_joint", "crank", "coupler", _origin(tip - crank)),
+        make_elements.hinge("rocker_joint", "base", "rocker", _origin(at["rocker_base"])),
         make_elements.joint("tool_fixed", "fixed", "coupler", "tool", turned),
         make_elements.loop(
             "tip_joint",
@@ -99,15 +80,6 @@ def four_bar_urdf(
         ),
     ]
     return element_text(make_elements.robot(four_bar.kind, parts)).encode()
-
-
-def _joint(
-    name: str, parent: str, child: str, at: complex, independent: bool = False
-) -> Element:
-    """Make a revolute joint about the normal of the plane."""
-    return make_elements.joint(
-        name, "continuous", parent, child, _origin(at), ("0 0 1", ""), independent=independent
-    )
 
 
 def _origin(at: complex) -> Element:

@@ -20,6 +20,7 @@ from __future__ import annotations
 
 import cmath
 import math
+from abc import ABC, abstractmethod
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import product
@@ -49,8 +50,55 @@ STRIDE = 5
 SMALLEST, LARGEST = 0.02, 50.0
 
 
+class CouplerMotion(ABC):
+    """What a four-bar whose coupler carries the tool does, and how near it comes to positions.
+
+    Attributes:
+        positions: of the tool.
+        crank_angles: of the crank at each position, radians.
+    """
+
+    positions: tuple[Position, ...]
+    crank_angles: tuple[float, ...]
+
+    @abstractmethod
+    def pivots(self, index: int = 0) -> dict[str, complex]:
+        """Compute the pivots at a position, metres, inertial frame."""
+
+    @abstractmethod
+    def tool_points(self, crank_angles: ArrayLike) -> Complex:
+        """Compute the point of the tool for angles of the crank."""
+
+    @abstractmethod
+    def tool_turns(self, crank_angles: ArrayLike) -> Complex:
+        """Compute ``e^(iθ)`` of the angle of the tool for angles of the crank."""
+
+    def outline(self, index: int) -> tuple[complex, ...]:
+        """Compute a line along the links: crank, coupler with the tool, rocker."""
+        at, tool = self.pivots(index), complex(self.tool_points(self.crank_angles[index]))
+        A, B = at["crank_tip"], at["rocker_tip"]
+        return at["crank_base"], A, tool, B, A, B, at["rocker_base"]
+
+    @property
+    def error(self) -> float:
+        """Largest distance of the tool from its positions, metres."""
+        points = self.tool_points(self.crank_angles)
+        return float(np.abs(points - [each.point for each in self.positions]).max())
+
+    @property
+    def angle_error(self) -> float:
+        """Largest difference of the angle of the tool from those of its positions, radians."""
+        wanted = np.exp(-1j * np.array([each.angle for each in self.positions]))
+        return float(np.abs(np.angle(self.tool_turns(self.crank_angles) * wanted)).max())
+
+    @property
+    def miss(self) -> float:
+        """The larger of both, metres: the angle as an arc of the size of the positions."""
+        return max(self.error, size_of(self.positions) * self.angle_error)
+
+
 @dataclass(frozen=True)
-class FourBarDesign:
+class FourBarDesign(CouplerMotion):
     """A four-bar whose coupler carries the tool through positions.
 
     Attributes:
@@ -83,12 +131,6 @@ class FourBarDesign:
         }
         return {name: self.scale * z + self.fixed for name, z in points.items()}
 
-    def outline(self, index: int) -> tuple[complex, ...]:
-        """Compute a line along the links: crank, coupler with the tool, rocker."""
-        at, tool = self.pivots(index), complex(self.tool_points(self.crank_angles[index]))
-        A, B = at["crank_tip"], at["rocker_tip"]
-        return at["crank_base"], A, tool, B, A, B, at["rocker_base"]
-
     def tool_points(self, crank_angles: ArrayLike) -> Complex:
         """Compute the point of the tool for angles α of the crank."""
         A, _ = place_four_bar(self.kind, self.ratio, crank_angles)
@@ -102,23 +144,9 @@ class FourBarDesign:
         start, end = place_four_bar(self.kind, self.ratio, self.crank_angles[0])
         return np.asarray((B - A) / (end - start))
 
-    @property
-    def error(self) -> float:
-        """Largest distance of the tool from its positions, metres."""
-        points = self.tool_points(self.crank_angles)
-        return float(np.abs(points - [each.point for each in self.positions]).max())
-
-    @property
-    def angle_error(self) -> float:
-        """Largest difference of the angle of the tool from those of its positions, radians."""
-        turns = self._coupler_turns(self.crank_angles) * cmath.exp(1j * self.first.angle)
-        wanted = np.exp(-1j * np.array([each.angle for each in self.positions]))
-        return float(np.abs(np.angle(turns * wanted)).max())
-
-    @property
-    def miss(self) -> float:
-        """The larger of both, metres: the angle as an arc of the size of the positions."""
-        return max(self.error, size_of(self.positions) * self.angle_error)
+    def tool_turns(self, crank_angles: ArrayLike) -> Complex:
+        """Compute ``e^(iθ)`` of the angle of the tool for angles α of the crank."""
+        return self._coupler_turns(crank_angles) * cmath.exp(1j * self.first.angle)
 
     @property
     def defects(self) -> tuple[Defect, ...]:

@@ -14,7 +14,8 @@ from balance.masses.designs.density import STEEL
 from balance.masses.remedies.applied import AppliedRemedy
 from balance.masses.remedies.counter_rotations.separate_rotors import apply_separate_rotors
 from balance.masses.remedies.request import RemedyRequest
-from balance.studies.synthesis.four_bar_masses import PlacedFourBar, four_bar_urdf
+from balance.studies.synthesis.four_bar_masses import four_bar_urdf
+from balance.studies.synthesis.general_four_bars import GeneralFourBar
 from balance.studies.synthesis.steel_links import bar_width, bars_inertial
 from kinematics.errors import LinkageError
 from kinematics.loading.model_gallery import load
@@ -25,7 +26,7 @@ GEAR, RADIUS = 3.0, 0.5
 
 
 def balanced_by_rotors(
-    four_bar: PlacedFourBar, density: float | None = STEEL, thickness: float | None = None
+    four_bar: GeneralFourBar, density: float | None = STEEL, thickness: float | None = None
 ) -> AppliedRemedy | None:
     """Add counterweights and counter-rotors to a four-bar of steel bars.
 

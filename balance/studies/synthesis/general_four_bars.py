@@ -27,6 +27,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from balance.studies.synthesis.circle_points import Cranks, cranks_through
 from balance.studies.synthesis.constrained_motion import Defect
+from balance.studies.synthesis.four_bars import CouplerMotion
 from balance.studies.synthesis.positions import Position, displacements, size_of
 from kinematics.numerics.array_types import Array, Flags
 from kinematics.numerics.linalg.ties import rank_least_first
@@ -42,7 +43,7 @@ MOST = 500
 
 
 @dataclass(frozen=True)
-class GeneralFourBar:
+class GeneralFourBar(CouplerMotion):
     """A four-bar whose coupler carries the tool through positions.
 
     Attributes:
@@ -93,12 +94,6 @@ class GeneralFourBar:
             "rocker_tip": complex(B),
         }
 
-    def outline(self, index: int) -> tuple[complex, ...]:
-        """Compute a line along the links: crank, coupler with the tool, rocker."""
-        at, tool = self.pivots(index), complex(self.tool_points(self.crank_angles[index]))
-        A, B = at["crank_tip"], at["rocker_tip"]
-        return at["crank_base"], A, tool, B, A, B, at["rocker_base"]
-
     def tool_points(self, crank_angles: ArrayLike) -> ComplexArray:
         """Compute the point of the tool for angles of the crank."""
         A, B = self._tips(crank_angles)
@@ -115,24 +110,11 @@ class GeneralFourBar:
         beside = side * np.sqrt(np.maximum(coupler**2 - along**2, 0.0))
         return A, np.asarray(A + (along + 1j * beside) * (H - A) / diagonal)
 
-    @property
-    def error(self) -> float:
-        """Largest distance of the tool from its positions, metres."""
-        points = self.tool_points(self.crank_angles)
-        return float(np.abs(points - [each.point for each in self.positions]).max())
-
-    @property
-    def angle_error(self) -> float:
-        """Largest difference of the angle of the tool from those of its positions, radians."""
-        A, B = self._tips(self.crank_angles)
-        turned = (B - A) / (self.rocker_tip - self.crank_tip) * cmath.exp(1j * self.first.angle)
-        wanted = np.exp(-1j * np.array([each.angle for each in self.positions]))
-        return float(np.abs(np.angle(turned * wanted)).max())
-
-    @property
-    def miss(self) -> float:
-        """The larger of both, metres: the angle as an arc of the size of the positions."""
-        return max(self.error, size_of(self.positions) * self.angle_error)
+    def tool_turns(self, crank_angles: ArrayLike) -> ComplexArray:
+        """Compute ``e^(iθ)`` of the angle of the tool for angles of the crank."""
+        A, B = self._tips(crank_angles)
+        turns = (B - A) / (self.rocker_tip - self.crank_tip) * cmath.exp(1j * self.first.angle)
+        return np.asarray(turns)
 
 
 def general_four_bars(

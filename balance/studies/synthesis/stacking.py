@@ -240,15 +240,8 @@ def _joint(
     name: str, parent: str, child: str, at: Array, axis: Array, independent: bool = False
 ) -> Element:
     """Make a revolute joint."""
-    return make_elements.joint(
-        name,
-        "continuous",
-        parent,
-        child,
-        _origin(at),
-        (number_words(axis), ""),
-        independent=independent,
-    )
+    words = number_words(axis)
+    return make_elements.hinge(name, parent, child, _origin(at), words, independent=independent)
 
 
 def _origin(at: Array) -> Element:

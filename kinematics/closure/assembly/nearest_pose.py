@@ -24,6 +24,7 @@ import numpy as np
 from kinematics.closure.mobility.components import Component
 from kinematics.model.arrays import Chain
 from kinematics.model.chain import extent, paths
+from kinematics.model.full_turns import within_turn
 from kinematics.model.spatial.screws import hat
 from kinematics.numerics.array_types import Array
 from kinematics.numerics.tolerances import CLOSED_SQUARE, ROTATION_PITCH
@@ -111,8 +112,7 @@ class OpenLoops:
 
     def within_turn(self, q: Array) -> Array:
         """Take full turns off positions (..., n) of joints that turn and follow no other."""
-        turns = np.where(self._turning, np.rint(q / (2.0 * np.pi)), 0.0)
-        return np.asarray(q - 2.0 * np.pi * turns)
+        return within_turn(q, self._turning)
 
     def _place(self, q: Array) -> Array:
         """Compute displacements of the links, and of the ground (poses, n + 1, 4, 4)."""

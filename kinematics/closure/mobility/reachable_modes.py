@@ -32,6 +32,7 @@ from kinematics.closure.mobility.motion_modes import (
 from kinematics.closure.newton import forward_kinematics
 from kinematics.closure.series import loop_matrix
 from kinematics.model.arrays import Chain, freeze
+from kinematics.model.full_turns import within_turn
 from kinematics.numerics.array_types import Array, Flags
 from kinematics.numerics.linalg.ties import first_basis
 
@@ -125,7 +126,7 @@ def reachable_modes(
             doubts.append("a mode was not followed to its end")
         for node in curve.nodes:
             visited = any(
-                np.abs(_within_turn(node - x, turning)).max() <= SAME_NODE for x in nodes
+                np.abs(within_turn(node - x, turning)).max() <= SAME_NODE for x in nodes
             )
             if visited:
                 continue
@@ -174,7 +175,7 @@ class _ModeCurve(NamedTuple):
             q: joint positions (n,), chain units.
             turning: joints that are in the same place after a full turn (n,).
         """
-        apart = np.linalg.norm(_within_turn(q - self.poses, turning), axis=1)
+        apart = np.linalg.norm(within_turn(q - self.poses, turning), axis=1)
         near = np.flatnonzero(apart <= 2.0 * LONGEST)
         return any(
             self._leads(chain, k, q, turning)
@@ -185,7 +186,7 @@ class _ModeCurve(NamedTuple):
         """Decide whether the curve leads from one of its poses to another pose next to it."""
         pose = SheetPose(self.poses[k], self.tangents[k][:, None])
         for _ in range(5):
-            away = _within_turn(q - pose.q, turning)
+            away = within_turn(q - pose.q, turning)
             if np.abs(away).max() <= ON_CURVE:
                 return True
             along = pose.T[:, 0] * float(pose.T[:, 0] @ away)
@@ -194,17 +195,6 @@ class _ModeCurve(NamedTuple):
                 return False
             pose = there
         return False
-
-
-def _within_turn(away: Array, turning: Flags) -> Array:
-    """Reduce differences of joint positions (..., n) to half a turn at most.
-
-    Args:
-        away: the differences, chain units.
-        turning: joints that are in the same place after a full turn (n,).
-    """
-    turns = np.where(turning, np.rint(away / (2.0 * np.pi)), 0.0)
-    return np.asarray(away - 2.0 * np.pi * turns)
 
 
 def _trace_curve(chain: Chain, start: SheetPose, turning: Flags) -> _ModeCurve:
@@ -254,7 +244,7 @@ def _follow(
         sense = np.sign(float(there.T[:, 0] @ pose.T[:, 0]))
         there = there._replace(T=there.T * sense)
         turned = 1.0 - float(there.T[:, 0] @ pose.T[:, 0])
-        away = _within_turn(start.q - pose.q, turning)
+        away = within_turn(start.q - pose.q, turning)
         ahead = float(away @ pose.T[:, 0])
         if (
             length > 2.0 * LONGEST
@@ -292,7 +282,7 @@ def _nodes(
             continue
         q = _node_near(chain, poses[k])
         if q is not None and all(
-            np.abs(_within_turn(q - each, turning)).max() > 1e-3 for each in nodes
+            np.abs(within_turn(q - each, turning)).max() > 1e-3 for each in nodes
         ):
             nodes.append(q)
             yield q

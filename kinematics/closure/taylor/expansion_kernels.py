@@ -14,8 +14,8 @@ joints, and arms r_j from a point of the joint before a link to one of the joint
 Of degree k, products of parts of lower degrees are known; the matrix of the unknown Dq is the
 loop matrix S_0 of the screws, and its pseudo-inverse gives the response of Dq to each product.
 All products of one degree are formed at once, each on a *lane* of its own: a column of the
-arrays ``left``, ``right`` (factors) and ``product``, which have a row of ``stride`` lanes for
-each monomial. Lengths are in chain units. (J. J. de Jong, PhD thesis, University of Twente,
+arrays ``left_factors``, ``right_factors`` and ``product``, which have a row of ``stride`` lanes
+for each monomial. Lengths are in chain units. (J. J. de Jong, PhD thesis, University of Twente,
 Eq. 4.30, has the same derivatives with Kronecker products and without symmetry.)
 """
 
@@ -123,8 +123,8 @@ def _polynomials_kernel(dim):
         mimics = real[n * width :].reshape(-1, n)
 
         at = whole[whole[SECTION.work] : whole[SECTION.work + 1]]
-        left = workspace[at[WORK.left] : at[WORK.left + 1]]
-        right = workspace[at[WORK.right] : at[WORK.right + 1]]
+        left_factors = workspace[at[WORK.left_factors] : at[WORK.left_factors + 1]]
+        right_factors = workspace[at[WORK.right_factors] : at[WORK.right_factors + 1]]
         product = workspace[at[WORK.product] : at[WORK.product + 1]]
         response = workspace[at[WORK.response] : at[WORK.response + 1]]
         inverse = workspace[at[WORK.inverse] : at[WORK.inverse + 1]]
@@ -159,7 +159,15 @@ def _polynomials_kernel(dim):
                 # The last degree needs no turned axes: those lanes come after the loops'.
                 count = lanes if k == order else stride
                 multiply_polynomials(
-                    begin, end, count, stride, places, pairs, left, right, product
+                    begin,
+                    end,
+                    count,
+                    stride,
+                    places,
+                    pairs,
+                    left_factors,
+                    right_factors,
+                    product,
                 )
                 solve_order(begin, end, lanes, stride, product, response, dependent, x, rates)
             if k < order and dim == 6:
@@ -177,8 +185,8 @@ def _polynomials_kernel(dim):
                     rates,
                     omega,
                     product,
-                    left,
-                    right,
+                    left_factors,
+                    right_factors,
                 )
             elif k < order:
                 planar_vectors(
@@ -194,8 +202,8 @@ def _polynomials_kernel(dim):
                     starts,
                     rates,
                     product,
-                    left,
-                    right,
+                    left_factors,
+                    right_factors,
                 )
         _divide_by_degree(degrees, rates)
         return condition

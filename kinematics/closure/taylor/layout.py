@@ -92,8 +92,8 @@ class _Work(NamedTuple):
     them begin at a line of the cache.
 
     Attributes:
-        left: left factors, a row of lanes for each monomial.
-        right: right factors.
+        left_factors: a row of lanes for each monomial.
+        right_factors: likewise.
         product: sums of their products.
         response: rates of the dependent joints for each lane of the loops.
         inverse: pseudo-inverse, transposed, a row for each row of the loop matrix.
@@ -110,8 +110,8 @@ class _Work(NamedTuple):
         scratch: a number for each equation.
     """
 
-    left: int
-    right: int
+    left_factors: int
+    right_factors: int
     product: int
     response: int
     inverse: int
@@ -200,8 +200,8 @@ def _pack(chain: Chain, order: int, equations: tuple[int, ...] | None, _kinds: b
     every = range(rows) if equations is None else equations
     m, monomials = len(every), len(table.exponents)
     lengths = _Work(
-        left=monomials * stride,
-        right=monomials * stride,
+        left_factors=monomials * stride,
+        right_factors=monomials * stride,
         product=monomials * stride,
         response=loop_lanes * wide,
         inverse=rows * wide,

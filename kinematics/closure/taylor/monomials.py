@@ -131,12 +131,14 @@ def _list_products(i, a, b, codes, starts, places, pairs):
 
 
 @kernel(inline=True, reference_counting=False)
-def multiply_polynomials(begin, end, count, lanes, places, pairs, left, right, out):
+def multiply_polynomials(
+    begin, end, count, lanes, places, pairs, left_factors, right_factors, out
+):
     """Multiply polynomials side by side: the coefficients of monomials begin … end.
 
-    ``out_t = left_r right_r + Σ_(i,j) (left_i right_j + left_j right_i)`` with the root r of t,
-    if it is a square, and the pairs (i, j) of different factors of t. Constant terms of the
-    factors must be 0: monomials that are no squares have the root 0.
+    ``out_t = a_r b_r + Σ_(i,j) (a_i b_j + a_j b_i)`` with the left factors a and the right ones
+    b, the root r of t, if it is a square, and the pairs (i, j) of different factors of t.
+    Constant terms of the factors must be 0: monomials that are no squares have the root 0.
 
     Args:
         end: monomial after the last one.
@@ -144,20 +146,20 @@ def multiply_polynomials(begin, end, count, lanes, places, pairs, left, right, o
         lanes: numbers of each monomial, one for each product; a multiple of `VECTOR_WIDTH`.
         places: in; as in `Monomials`.
         pairs: in; as in `Monomials`.
-        left: in; left factors, flat (monomials * lanes,).
-        right: in; right factors.
+        left_factors: in; flat (monomials * lanes,).
+        right_factors: in; likewise.
         out: out; products.
     """
     for t in range(begin, end):
         for x in range(0, count, VECTOR_WIDTH):
             root = places[t, 1] * lanes + x  # that of the constant term, 0, if there is none
-            total = load_vector(left, root) * load_vector(right, root)
+            total = load_vector(left_factors, root) * load_vector(right_factors, root)
             # Two sums hide the latency of additions, and a slice what signs of indices cost.
             other, factors = broadcast(0.0), pairs[places[t, 0] : places[t + 1, 0]]
             for p in range(factors.shape[0]):
                 i, j = factors[p, 0] * lanes + x, factors[p, 1] * lanes + x
-                total = total + load_vector(left, i) * load_vector(right, j)
-                other = other + load_vector(left, j) * load_vector(right, i)
+                total = total + load_vector(left_factors, i) * load_vector(right_factors, j)
+                other = other + load_vector(left_factors, j) * load_vector(right_factors, i)
             store_vector(out, t * lanes + x, total + other)
 
 

@@ -2,8 +2,8 @@
 
 Formulas and symbols are those of `kinematics.closure.taylor.expansion_kernels`; sections of
 integers (joints, arms, axes, terms, cuts) are those of `kinematics.closure.taylor.layout`. A
-monomial t has a row of ``stride`` lanes in the flat arrays ``left``, ``right`` and ``product``.
-Lengths are in chain units.
+monomial t has a row of ``stride`` lanes in the flat arrays ``left_factors``, ``right_factors``
+and ``product``. Lengths are in chain units.
 
 Kernels of the plane and of space are two: a cross product takes 2 lanes in the plane,
 ``ω (-r_y, r_x)``, and 6 in space, and only the axes of sliders change in the plane. Expanding a
@@ -225,8 +225,8 @@ def planar_vectors(
     starts,
     rates,
     product,
-    left,
-    right,
+    left_factors,
+    right_factors,
 ):
     """Compute vectors of degree k, in a plane; see `spatial_vectors`.
 
@@ -244,8 +244,8 @@ def planar_vectors(
         starts: in; arms and axes at the reference pose (arms + axes, 2).
         rates: in; joint rates up to degree k (monomials, n).
         product: in; sums of products of degree k.
-        left: out; angular velocities and joint rates of degree k, on their lanes.
-        right: out; arms and axes of degree k.
+        left_factors: out; angular velocities and joint rates of degree k, on their lanes.
+        right_factors: out; arms and axes of degree k.
     """
     few, part = arms.shape[0], 1.0 / k
     for t in range(begin, end):
@@ -256,12 +256,12 @@ def planar_vectors(
                 j = joints[h, 0]
                 rate = broadcast(rates[t, j])
                 speeds = speeds + rate * load_vector(turning, j * stride + x)
-            store_vector(left, t * stride + x, speeds)
+            store_vector(left_factors, t * stride + x, speeds)
             change = speeds * load_vector(turned, x)
             change = change + quarter_turn(load_vector(product, t * stride + x))
-            store_vector(right, t * stride + x, broadcast(part) * change)
+            store_vector(right_factors, t * stride + x, broadcast(part) * change)
         here = slice(t * stride, (t + 1) * stride)
-        omegas, two, z = left[here], right[here], product[here]
+        omegas, two, z = left_factors[here], right_factors[here], product[here]
         # r_k = (ω × r + a Dq)_k / k, of arms that lengthen
         for h in range(few if axes.shape[0] > 0 else 0):
             w, axis, x, y = omegas[2 * h], arms[h, 2], 2 * h, 2 * h + 1
@@ -292,8 +292,8 @@ def spatial_vectors(
     rates,
     omega,
     product,
-    left,
-    right,
+    left_factors,
+    right_factors,
 ):
     """Compute vectors of degree k and their factors, each on its lanes.
 
@@ -314,8 +314,8 @@ def spatial_vectors(
         rates: in; joint rates up to degree k (monomials, n).
         omega: workspace; angular velocities of the links (n, 3).
         product: in; sums of products of degree k, flat.
-        left: out; angular velocities and joint rates of degree k, on their lanes.
-        right: out; arms and axes of degree k.
+        left_factors: out; angular velocities and joint rates of degree k, on their lanes.
+        right_factors: out; arms and axes of degree k.
     """
     few, part = arms.shape[0], 1.0 / k
     for t in range(begin, end):
@@ -343,8 +343,11 @@ def spatial_vectors(
                     slid = starts[few + axis, i] * rates[t, j] + product[y + i]
                     change += pitch[j] * slid
                 change *= part
-                left[z + v] = left[z + 3 + u] = omega[link, i]
-                right[z + u] = right[z + 3 + v] = change
+                left_factors[z + v] = left_factors[z + 3 + u] = omega[link, i]
+                right_factors[z + u] = right_factors[z + 3 + v] = change
                 if h >= few:
                     y = base + axes[h - few, 4]
-                    left[y + i], right[y + i] = rates[t, axes[h - few, 1]], change
+                    left_factors[y + i], right_factors[y + i] = (
+                        rates[t, axes[h - few, 1]],
+                        change,
+                    )

@@ -124,7 +124,7 @@ def read_files(model: Path | Document, loops: Path | None, options: ReadOptions)
     robot = read_robot(model, nominal, options.ground)
     search = not isinstance(model, Document)
     merged = merge_loop_file(robot.tree, source, loops, search, robot.dialects)
-    tree, repeated = drop_repeated_loops(merged.tree, robot.dialects, "")
+    tree, repeated = drop_repeated_loops(merged.tree, robot.dialects)
     rounded = find_rounded_angles(tree)
     text = f"{clean(source, 1000)}: {describe_rounded_angles(rounded, options.angles)}"
     more = ((ROUNDED_ANGLES, text),) if rounded else ()

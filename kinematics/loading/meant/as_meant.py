@@ -1,14 +1,16 @@
 """Read a linkage as it is meant: with the special geometry that lies inside its digits.
 
-Between a joint and the next one on its path to the ground, three numbers are constant in
-any motion: the angle between their axes, their distance, and how far along an axis its common
-normals with its neighbours are apart. Where one of them is a right angle or zero inside its
-interval, it is so exactly in the screws that are returned. Joints are taken parents first, so
-that each has one predecessor to be related to, and no relation contradicts another.
+Between a joint and the next one on its path to the ground, and between joints of one link,
+three numbers are constant in any motion: the angle between their axes, their distance, and how
+far along an axis its common normals with its neighbours are apart. Where one of them is a right
+angle or zero inside its interval, it is so exactly in the screws that are returned. Joints are
+taken parents first, and related to earlier ones in an order in which no relation contradicts
+another.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import replace
 from fractions import Fraction
 from typing import NamedTuple
@@ -293,6 +295,7 @@ class _Snapping:
     def __init__(self, linkage: Linkage, limits: _Limits) -> None:
         """Start with no joint."""
         self._linkage, self._limits = linkage, limits
+        self._turning: list[int] = []
         self._n: list[Vector] = []
         self._units = np.empty((0, 3))
         self._p: list[Vector] = []
@@ -304,11 +307,16 @@ class _Snapping:
         screws = []
         for j, joint in enumerate(self._linkage.joints):
             before, turning = self._predecessors(j)
-            self._n.append(self._direction(j, before, turning))
+            beside = [k for k in range(j) if self._turning[k] == turning]
+            self._turning.append(turning)
+            self._n.append(self._direction(j, before, turning, beside))
             self._units = np.vstack([self._units, _unit(self._n[j])])
             self._p.append(nearby_vector(joint.point))
-            if joint.kind != "prismatic" and turning != GROUND:
-                self._place(j, turning)
+            if joint.kind != "prismatic":
+                axes = [k for k in beside if self._linkage.joints[k].kind != "prismatic"]
+                anchors = axes[:1] if turning == GROUND else [turning]
+                for k in anchors:
+                    self._place(j, k)
             n, p = self._n[j], self._p[j]
             if joint.kind == "prismatic":
                 screws.append((Fraction(0),) * 3 + n)
@@ -328,15 +336,14 @@ class _Snapping:
             turning = joints[turning].parent
         return before, turning
 
-    def _direction(self, j: int, before: int, turning: int) -> Vector:
-        """Make the direction of a joint exactly parallel, or perpendicular, to earlier ones."""
-        joint = self._linkage.joints[j]
-        n = nearby_vector(joint.direction)
-        across = [
-            k
-            for k in dict.fromkeys((before, turning))
-            if k != GROUND and self._angle(n, k, right=True) <= self._limits.angle
-        ]
+    def _direction(self, j: int, before: int, turning: int, beside: list[int]) -> Vector:
+        """Make the direction of a joint exactly parallel, or perpendicular, to earlier ones.
+
+        Its angles are constant with the joint before, the last that turns, and those that the
+        same joint turns (``beside``).
+        """
+        n = nearby_vector(self._linkage.joints[j].direction)
+        across = self._perpendicular(n, dict.fromkeys((before, turning, *beside)))
         for k in (before, turning, *self._nearly_parallel(n)):
             if k == GROUND or self._angle(n, k) > self._limits.angle:
                 continue
@@ -347,14 +354,27 @@ class _Snapping:
         for m in across:
             self._record(
                 f"{self._name(j)} perpendicular to {self._name(m)}",
-                self._angle(n, m, right=True),
+                self._angle(n, m, from_perpendicular=True),
             )
-        if len(across) == 2 and any(both := cross(*(self._n[m] for m in across))):
+        if len(across) == 2:
+            both = cross(*(self._n[m] for m in across))
             sign = 1 if dot(n, both) > 0 else -1
             return tuple(sign * x for x in both)
-        for m in across[:1]:
+        for m in across:
             n = part_across(n, self._n[m])
         return n
+
+    def _perpendicular(self, n: Vector, joints: Iterable[int]) -> list[int]:
+        """List the joints across a direction: one, or two that are not parallel."""
+        across: list[int] = []
+        for k in joints:
+            if k == GROUND or self._angle(n, k, from_perpendicular=True) > self._limits.angle:
+                continue
+            if not across:
+                across = [k]
+            elif self._angle(self._n[k], across[0]) > NEAR_OPEN:
+                return [across[0], k]
+        return across
 
     def _nearly_parallel(self, n: Vector) -> list[int]:
         """List the earlier joints within the limit of a direction, or round-off beyond it."""
@@ -403,11 +423,11 @@ class _Snapping:
         t = (vv * dot(r, u) - uv * dot(r, v)) / (uu * vv - uv * uv)
         return t + dot(self._p[a], u) / uu
 
-    def _angle(self, n: Vector, k: int, right: bool = False) -> float:
+    def _angle(self, n: Vector, k: int, from_perpendicular: bool = False) -> float:
         """Compute the angle between a direction and a joint's, or its distance from π/2."""
         m = self._n[k]
         sine, size = _size(cross(n, m)), _size(n) * _size(m)
-        return abs(float(dot(n, m))) / size if right else sine / size
+        return abs(float(dot(n, m))) / size if from_perpendicular else sine / size
 
     def _record(self, text: str, angle: float = 0.0, place: float = 0.0) -> None:
         """Record a relation, and its error."""

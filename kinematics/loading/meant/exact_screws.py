@@ -35,6 +35,8 @@ MAX_BENNETT_ERROR = 4.0
 # Gap up to which loops count as closed in a file whose pose is the reference pose, in parts of
 # the size.
 CLOSED_GAP = 1e-12
+# Least second singular value of the directions of slides that are not all parallel.
+MIN_SPREAD_OF_SLIDES = 1e-3
 # Round-off of the direction of a slide, radians.
 SLIDE_ROUND_OFF = 1e-15
 
@@ -180,12 +182,12 @@ def _planar_figure(
     """Make the figure of joints that move in a plane; None if they do not."""
     kinds = {j: linkage.joints[j].kind for j in joints}
     turning = [j for j in joints if kinds[j] == "revolute"]
-    if not turning or "helical" in kinds.values():
+    if "helical" in kinds.values():
         return None
     axes = {j: linkage.joints[j].direction for j in joints}
-    first = axes[turning[0]]
-    mean = np.sum([np.sign(axes[j] @ first) * axes[j] for j in turning], axis=0)
-    mean /= np.linalg.norm(mean)
+    mean = _mean_normal([axes[j] for j in turning], [axes[j] for j in joints])
+    if mean is None:
+        return None
     off = [float(np.linalg.norm(np.cross(axes[j], mean))) for j in turning]
     off += [abs(float(axes[j] @ mean)) for j in joints if kinds[j] == "prismatic"]
     if max(off) > widths.angle:
@@ -209,13 +211,22 @@ def _planar_figure(
         members = tuple(turning[k] for k in group)
         pins.append(Pin(members, _pin_widths(widths, members, lever)))
         places.append(flat[members[0]])
-    where = np.array([_floats(place) for place in places])
+    where = np.array([_floats(place) for place in places]).reshape(-1, 3)
     relations = find_relations(
         where, pins, slides, True, size, limit, widths.links, LinkShapes(linkage, widths)
     )
     return Figure(
         joints, normal, None, tuple(pins), tuple(places), tuple(slides), tuple(relations), size
     )
+
+
+def _mean_normal(turning: Sequence[Array], directions: Sequence[Array]) -> Array | None:
+    """Compute the mean of axes, or the normal of slides; None if neither decides the plane."""
+    if turning:
+        mean: Array = np.sum([np.sign(axis @ turning[0]) * axis for axis in turning], axis=0)
+        return mean / np.linalg.norm(mean)
+    _, sizes, rows = np.linalg.svd(np.array(directions), full_matrices=False)
+    return rows[2] if len(rows) == 3 and sizes[1] > MIN_SPREAD_OF_SLIDES else None
 
 
 def _lever(linkage: Linkage, joints: Sequence[int], normal: Array) -> float:
@@ -250,7 +261,7 @@ def _spherical_figure(
         members = tuple(joints[k] for k in group)
         pins.append(Pin(members, _pin_angles(widths, members, tilted)))
         places.append(_unit_vector(axes[group[0]]))
-    where = np.array([_floats(place) for place in places])
+    where = np.array([_floats(place) for place in places]).reshape(-1, 3)
     relations = find_relations(
         where, pins, (), False, 1.0, limit, widths.links, LinkShapes(linkage, widths)
     )

@@ -106,6 +106,23 @@ def joint(
     return Element("joint", attributes, tuple(parts))
 
 
+def hinge(
+    name: str,
+    parent: str,
+    child: str,
+    at: Element,
+    axis: str = "0 0 1",
+    *,
+    mimic: tuple[str, float, float] | None = None,
+    independent: bool = False,
+) -> Element:
+    """Make a revolute joint without limits; see `joint`."""
+    axes = axis, ""
+    return joint(
+        name, "continuous", parent, child, at, axes, mimic=mimic, independent=independent
+    )
+
+
 def loop(
     name: str,
     kind: str,

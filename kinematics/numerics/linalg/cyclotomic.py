@@ -66,15 +66,15 @@ def _field(N: int) -> _Field:
 
 def _cosine(x: Fraction) -> Fraction:
     """Compute a cosine to `_PRECISION` bits."""
-    one = 1 << _PRECISION
-    square = round(x * x * one)
-    term, total, k = one, 0, 0
+    unit = 1 << _PRECISION
+    square = round(x * x * unit)
+    term, total, k = unit, 0, 0
     while term:
         total += term
         k += 2
-        size = abs(term) * square // (one * k * (k - 1))
+        size = abs(term) * square // (unit * k * (k - 1))
         term = -size if term > 0 else size
-    return Fraction(total, one)
+    return Fraction(total, unit)
 
 
 class FieldNumber(Fraction):

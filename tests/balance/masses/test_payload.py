@@ -62,7 +62,7 @@ def test_springs_for_a_load_and_a_range_of_loads():
     (spring,) = answer.springs
     assert spring.stiffness * spring.ends[0].point[2] * 0.25 == pytest.approx(1.1 * G, rel=1e-9)
     # 0.5 kg m of payload too much, or too little, beside 0.6 and 1.6.
-    assert answer.loads.left == pytest.approx((0.5 / 0.6, 0.5 / 1.6), rel=1e-9)
+    assert answer.loads.torque_shares == pytest.approx((0.5 / 0.6, 0.5 / 1.6), rel=1e-9)
     (moved,) = answer.loads.springs
     heights = moved.start[0, 2], moved.end[0, 2]
     assert moved.stiffness * 0.25 * np.array(heights) == pytest.approx([0.6 * G, 1.6 * G])

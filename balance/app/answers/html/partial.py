@@ -38,7 +38,7 @@ def front_picture(front: ParetoFront, kind: str = "png") -> bytes:
     Raises:
         PackageError: Matplotlib is missing.
     """
-    shown = [design for design in front.designs if design.found is not None]
+    shown = [design for design in front.designs if design.shaking is not None]
     mass = np.array([design.mass for design in shown])
     left = [("shaking force (N, rms)", "force"), ("shaking moment (N m, rms)", "moment")]
     if front.frame is not None:
@@ -53,7 +53,7 @@ def front_picture(front: ParetoFront, kind: str = "png") -> bytes:
         for ax, (title, name) in zip(axes[:, 0], left, strict=True):
             ax.plot(
                 mass,
-                [getattr(design.found, name) for design in shown],
+                [getattr(design.shaking, name) for design in shown],
                 "o-",
                 ms=3,
                 color=COLOURS[0],
@@ -95,7 +95,7 @@ def _draw_inputs(ax: Any, mass: Array, shown: list[PartialBalance], name: str) -
     lines = {}
     for key, before in given.items():
         if before > 0.0:
-            lines[key] = [getattr(design.found, name)[key] / before for design in shown]
+            lines[key] = [getattr(design.shaking, name)[key] / before for design in shown]
     names = list(lines)
     ranks = rank_least_first([-max(line) for line in lines.values()])
     largest = [names[k] for k in ranks[:MOST_LINES]]

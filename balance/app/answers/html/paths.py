@@ -194,8 +194,8 @@ def _loads(
     forces = bodies[..., 3:]
     moments = bodies[..., :3] - np.cross(chain.frame.origin, forces)
     sums = [np.linalg.norm(part.sum(axis=1), axis=1) for part in (forces, moments)]
-    own = [np.linalg.norm(part, axis=2).sum(axis=1) for part in (forces, moments)]
-    return dict(zip(LOADS, map(short, (*sums, *own)), strict=True))
+    scales = [np.linalg.norm(part, axis=2).sum(axis=1) for part in (forces, moments)]
+    return dict(zip(LOADS, map(short, (*sums, *scales)), strict=True))
 
 
 def _frames(linkage: Linkage, q: Array) -> list[list[list[list[float]]]]:

@@ -130,7 +130,7 @@ def _summary(plan: QuietMotion) -> str:
     changes = [
         f"{name}: {text}"
         for name, text in quiet_facts(plan)
-        if name in ("quintic", "trapezoidal") and plan.found
+        if name in ("quintic", "trapezoidal") and plan.feasible
     ]
     sentence = "; ".join([plan.words, *changes])
     return f"{capitalised(sentence)}."

@@ -124,8 +124,8 @@ def similarity_body(
             (
                 condition.name,
                 condition.words,
-                number_text(condition.left, ".6g"),
-                number_text(condition.right, ".6g"),
+                number_text(condition.first, ".6g"),
+                number_text(condition.second, ".6g"),
                 state,
             )
         )

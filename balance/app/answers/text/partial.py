@@ -40,9 +40,9 @@ def partial_facts(front: ParetoFront) -> list[tuple[str, str]]:
     if front.frame is not None:
         pairs.append(("frame", f"natural frequency {number_text(front.frame.frequency)} Hz"))
     pairs.append(("verdict", best.words))
-    if best.found is not None:
+    if best.shaking is not None:
         for label, name, unit in (("force", "force", "N"), ("moment", "moment", "N m")):
-            before, after = getattr(given, name), getattr(best.found, name)
+            before, after = getattr(given, name), getattr(best.shaking, name)
             pairs.append(
                 (
                     label,
@@ -50,7 +50,7 @@ def partial_facts(front: ParetoFront) -> list[tuple[str, str]]:
                     f"{_remaining_load_text(after, before)} {unit} after (rms)",
                 )
             )
-        if given.force_off > 0.0 or best.found.force_off > 0.0:
+        if given.force_off > 0.0 or best.shaking.force_off > 0.0:
             pairs.append(("tables", _rounding_text(best)))
         pairs += [*density_facts(best.weights), *_drives(best)]
     return pairs
@@ -58,12 +58,12 @@ def partial_facts(front: ParetoFront) -> list[tuple[str, str]]:
 
 def _rounding_text(best: PartialBalance) -> str:
     """Say how far the loads before and after can be off, since tables are rounded."""
-    assert best.found is not None
+    assert best.shaking is not None
     words = []
     for name, unit in (("force", "N"), ("moment", "N m")):
         before, after = (
             size_text(getattr(figures, f"{name}_off"), ".2g", getattr(best.given, name))
-            for figures in (best.given, best.found)
+            for figures in (best.given, best.shaking)
         )
         words.append(f"{name} off by up to {before} {unit} before, {after} {unit} after")
     return f"by decimals and samples, {'; '.join(words)}"
@@ -76,15 +76,15 @@ def _remaining_load_text(after: float, before: float) -> str:
 
 def _drives(best: PartialBalance) -> list[tuple[str, str]]:
     """List what the motors feel, before and after."""
-    assert best.found is not None
+    assert best.shaking is not None
     inertia, torque = best.given.inertia, best.given.torque
     return [
         (
             f"input {name}",
             f"inertia {number_text(inertia[name])} before, "
-            f"{number_text(best.found.inertia[name])} after; peak "
+            f"{number_text(best.shaking.inertia[name])} after; peak "
             f"torque {number_text(torque[name])} before, "
-            f"{number_text(best.found.torque[name])} after",
+            f"{number_text(best.shaking.torque[name])} after",
         )
         for name in inertia
     ]
@@ -105,14 +105,14 @@ def front_rows(front: ParetoFront) -> list[tuple[str, ...]]:
     )
     rows: list[tuple[str, ...]] = [head]
     for design in front.designs:
-        if design.found is None:
+        if design.shaking is None:
             rows.append(
                 (number_text(design.budget, f".{DIGITS}g"), "-", "-", "-", "-", design.verdict)
             )
             continue
-        given, torque = design.given, max(design.found.torque.values(), default=0.0)
+        given, torque = design.given, max(design.shaking.torque.values(), default=0.0)
         loads = (
-            _remaining_load_text(getattr(design.found, name), getattr(given, name))
+            _remaining_load_text(getattr(design.shaking, name), getattr(given, name))
             for name in ("objective", "force", "moment")
         )
         mass, torque_text = (number_text(x, f".{DIGITS}g") for x in (design.mass, torque))

@@ -66,7 +66,7 @@ def quiet_facts(plan: QuietMotion) -> list[tuple[str, str]]:
     if plan.law != "planned":
         pairs.append(("motion", f"the {plan.law} law, which shakes less than what was planned"))
     for law in plan.laws:
-        if plan.found and law.figures is not None:
+        if plan.feasible and law.figures is not None:
             pairs.append((law.name, _change_text(plan, law.figures)))
     return pairs
 
@@ -82,7 +82,7 @@ def _change_text(plan: QuietMotion, law: MotionFigures) -> str:
 
 def _motion_rows(plan: QuietMotion) -> list[tuple[str, ...]]:
     """Build the table of what motions shake, its head first."""
-    rows = [HEAD, _figures_row(plan, "planned", plan.after, plan.found)]
+    rows = [HEAD, _figures_row(plan, "planned", plan.after, plan.feasible)]
     for law in plan.laws:
         if law.figures is None:
             rows.append((law.name, *[MISSING] * 5, "loops do not close"))

@@ -41,7 +41,7 @@ def remedies_facts(comparison: RemedyComparison) -> list[tuple[str, str]]:
     pairs += [
         ("mobility", str(request.freedoms)),
         ("mass", f"{number_text(request.given_mass, f'.{DIGITS}g')} kg in moving links"),
-        ("own masses", comparison.own.words),
+        ("own masses", comparison.own_masses.words),
         ("added matter", matter),
         (
             "rotors",

@@ -188,7 +188,7 @@ def inertia_sections(pure_inertia: PureInertia) -> list[AnswerSection]:
     Args:
         pure_inertia: result of `balance.masses.pure_inertia`.
     """
-    stay = {item.body for item in pure_inertia.left}
+    stay = {item.body for item in pure_inertia.immovable}
     inertias = [
         (name, "mass stays" if name in stay else f"{number_text(value, '.6g')} kg m²")
         for name, value in zip(
@@ -198,7 +198,7 @@ def inertia_sections(pure_inertia: PureInertia) -> list[AnswerSection]:
     moved = [(", ".join(item.joints), item.gains_text) for item in pure_inertia.moved]
     unmoved = [
         (item.body, f"{number_text(item.mass, '.6g')} kg: {item.reason}")
-        for item in pure_inertia.left
+        for item in pure_inertia.immovable
     ]
     related = [(str(k), text) for k, text in enumerate(pure_inertia.relation_words, 1)]
     asked = [(str(k), text) for k, text in enumerate(pure_inertia.condition_words, 1)]

@@ -128,7 +128,9 @@ def _describe_denser(
     """Describe the density that is enough, if it was found, and the least mass it needs."""
     if not np.isfinite(needed.factor):
         return ()
-    program = build_added_program(space, {b: it.region for b, it in stocks.items()}, "mass")
+    program = build_added_program(
+        space, {b: stock.region for b, stock in stocks.items()}, "mass"
+    )
     factor = needed.factor * (1.0 + density_gap(program))
     mass = least_mass(program, list(stocks.values()), needed, factor)
     return (Relaxation(None, factor, program.unit * mass),)

@@ -31,13 +31,13 @@ class FillingCheck(NamedTuple):
         accepted: whether the certificate excludes all matter in the regions.
         orthogonality: size of the functional on the orthonormal basis of the design space,
             over its size.
-        left: minus its value on the given masses, over its size, kg.
+        missing: minus its value on the given masses, over its size, kg.
         held: most that matter in the regions has, over its size, kg.
     """
 
     accepted: bool
     orthogonality: float
-    left: float
+    missing: float
     held: float
 
     def __repr__(self) -> str:

@@ -69,7 +69,7 @@ def _path(request: RemedyRequest, linkage: Linkage) -> ReactionlessPaths | None:
     """Find the paths of a linkage under the relations of a request; None if there is none."""
     kept: Kept = "force" if request.balance == "force" else "all"
     solution = find_paths(linkage, kept=kept, motion=request.motion, length=LENGTH)
-    return solution if solution.found else None
+    return solution if solution.paths else None
 
 
 def _verified(

@@ -62,7 +62,7 @@ class Translated(NamedTuple):
     Attributes:
         tree: the ``<robot>``; the one that was given if nothing was translated.
         remarks: code and message of each remark for the user.
-        dialects: dialect of each translated loop, by its name.
+        dialects: dialect of each translated loop, by its name; the others have none.
     """
 
     tree: Element
@@ -156,18 +156,17 @@ def _read_parts(item: Element) -> list[int]:
 
 
 def drop_repeated_loops(
-    tree: Element, dialects: Mapping[str, str], other: str
+    tree: Element, dialects: Mapping[str, str]
 ) -> tuple[Element, tuple[tuple[str, str], ...]]:
     """Drop loops that a loop of another dialect implies.
 
     Args:
-        dialects: dialect of each translated loop, by its name.
-        other: the dialect of the other loops.
+        dialects: dialect of each translated loop, by its name; the others have none.
 
     Returns:
         The tree, and code and message of a remark on each dropped loop.
     """
-    pairs = [(loop, dialects.get(loop.name, other)) for loop in tree.every("loop")]
+    pairs = [(loop, dialects.get(loop.name, "")) for loop in tree.every("loop")]
     return _drop_repeated(tree, sorted(pairs, key=lambda pair: pair[0].name in dialects))
 
 

@@ -15,8 +15,6 @@ from kinematics.numerics.linalg.rational import pi
 _FLAGS = {"true": True, "1": True, "false": False, "0": False}
 # Least length of a quaternion: that of a shorter one is not that of a rotation.
 MIN_QUATERNION = 1e-6
-# Difference from a multiple of 15° below which degrees are that multiple: none.
-_TWELFTH = 15
 
 
 def needed_text(owner: Element, tag: str) -> str:

@@ -52,7 +52,6 @@ _HARMLESS = ("collision_filter_group", "linear_spring_damper", "joint_actuator")
 _JOINING = ("child_link", "mimicjoint", "mimic_joint", "second_link", "link2")
 # Elements in which other tools write theirs.
 _OPEN = ("model", "link", "joint")
-_PARTS = ("link", "joint", "inertial", "pose")
 
 
 def check_tags(model: Element) -> None:

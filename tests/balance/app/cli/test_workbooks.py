@@ -16,12 +16,12 @@ def test_cells_are_numbers_and_names(tmp_path):
     """Excel would show a word as it is, and add up no column of words."""
     table = b'time,"a, b",note\n0.1,-2.5e-300,up\n1e6,nan,\n'
     path = tmp_path / "t.xlsx"
-    path.write_bytes(workbook_of(table, "motion"))
+    path.write_bytes(workbook_of(table))
     book = openpyxl.load_workbook(path)
     assert book.sheetnames == ["motion"]
     rows = [[cell.value for cell in row] for row in book["motion"].iter_rows()]
     assert rows == [["time", "a, b", "note"], [0.1, -2.5e-300, "up"], [1e6, None, None]]
-    assert workbook_of(table, "motion") == path.read_bytes()
+    assert workbook_of(table) == path.read_bytes()
 
 
 @pytest.mark.slow

@@ -90,7 +90,7 @@ def test_a_front_without_a_budget_has_its_designs_where_the_curve_bends():
     ways = list(random_motions(space.linkage, 1, 40))
     front = pareto(space, ["crank", "rocker"], 7, density=None, motions=ways)
     masses = [design.mass for design in front.designs]
-    values = [design.found.objective for design in front.designs]
+    values = [design.shaking.objective for design in front.designs]
     assert masses == sorted(masses) and values == sorted(values, reverse=True)
     assert masses[0] == 0.0 and len(masses) == 7
     rectangles = -np.diff(masses) * np.diff(values)
@@ -137,7 +137,7 @@ def test_the_command_prints_and_writes_what_the_function_finds(tmp_path, capsys)
     data = json.loads(text)
     linkage = kinematics.load("slider_crank")
     found = partial(linkage, ["crank", "coupler"], 0.6, motions=[from_csv(linkage, way)])
-    assert data["designs"][-1]["found"]["objective"] == pytest.approx(found.found.objective)
+    assert data["designs"][-1]["found"]["objective"] == pytest.approx(found.shaking.objective)
     assert plot.read_bytes().startswith(b"<?xml")
     after = kinematics.load(out)
     assert sum(body.inertia[0] for body in after.bodies) == pytest.approx(
@@ -253,5 +253,5 @@ def test_its_frame_vibrates_as_much_as_the_search_leaves(tmp_path):
     space = design_space(exudyn(tmp_path, 0.05, 0.15), balance="force", max_order=0)
     regions = {"crank": "ball(0,0,0,0.1)", "rod": "ball(0,0,0,0.15)"}
     found = partial(space, ["crank", "rod"], 50.0, regions=regions, frame=frame)
-    assert found.found.vibration < 1e-9 * found.given.vibration
-    assert found.found.vibration < 1e-3 * left.vibration
+    assert found.shaking.vibration < 1e-9 * found.given.vibration
+    assert found.shaking.vibration < 1e-3 * left.vibration

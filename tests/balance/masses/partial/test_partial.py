@@ -137,8 +137,8 @@ def test_a_general_solver_finds_the_same_optimum(seed):
     """On random linkages of each shape; on ten with ``ALL_CASES=1``."""
     found, least, given = compare(seed)
     assert found.given.objective == pytest.approx(given, rel=1e-10)
-    assert found.found.objective == pytest.approx(least, abs=1e-6 * given)
-    assert found.verdict == "optimal" and found.bound <= found.found.objective
+    assert found.shaking.objective == pytest.approx(least, abs=1e-6 * given)
+    assert found.verdict == "optimal" and found.bound <= found.shaking.objective
 
 
 # --- laws ----------------------------------------------------------------------------------
@@ -149,7 +149,7 @@ def test_without_a_budget_nothing_changes():
     found = point_partial("slider_crank", ADD, 0.0)
     assert (found.mass, found.weights, found.share) == (0.0, (), 1.0)
     given = np.array([body.inertia for body in found.space.linkage.bodies])
-    assert np.array_equal(found.z, given) and found.found == found.given
+    assert np.array_equal(found.z, given) and found.shaking == found.given
     ways = motions(found.space.linkage, 10, 200)
     runs = balance.verify(found.space.linkage, motions=ways).runs
     force = np.sqrt(np.mean([run.rms("force") ** 2 for run in runs]))
@@ -180,10 +180,10 @@ def test_more_budget_leaves_less(shape):
         )
         # Lumps of a cylinder are fitted to seven digits.
         assert found.verdict == "optimal" and found.mass <= budget * (1 + 1e-6)
-        assert found.found.objective < last
-        gap = found.found.objective - found.bound
+        assert found.shaking.objective < last
+        gap = found.shaking.objective - found.bound
         assert -1e-9 <= gap / found.given.objective <= 1e-6
-        last = found.found.objective
+        last = found.shaking.objective
         for weight in found.weights:
             assert all(weight.region.contains(lump.position) for lump in weight.lumps)
 
@@ -201,7 +201,7 @@ def test_nothing_is_left_where_an_exact_design_exists(model, add, kind):
     space = design_space(model, balance=kind)
     regions = dict.fromkeys(add, "ball(0,0,0,1.5)")
     found = point_partial(space, add, 1000.0, regions=regions)
-    assert found.found.objective <= 1e-9 * found.given.objective
+    assert found.shaking.objective <= 1e-9 * found.given.objective
     assert found.mass < 100.0
     again = balance.verify(space.linkage, found.z, balance=kind, seed=5)
     assert again.balanced
@@ -215,7 +215,7 @@ def test_nothing_is_added_to_what_is_balanced(reach):
     front = balance.pareto(linkage, ["crank"], 3, motions=ways)
     for one in front.designs:
         assert (one.verdict, one.mass, one.budget >= 0.0) == ("optimal", 0.0, True)
-        assert "balanced" in one.words and one.found == one.given
+        assert "balanced" in one.words and one.shaking == one.given
     least = front.designs[0].given.torque["u1"]
     capped = point_partial(linkage, ["crank"], 1.0, motions=ways, max_torque={"u1": least / 2})
     assert capped.verdict == "infeasible"
@@ -228,7 +228,7 @@ def test_a_budget_that_saves_next_to_nothing_is_told():
     told = []
     for budget in (1e-5, 1e-4, 1e-3, 0.5):
         answer = point_partial(space, links, budget, motions=motions(space.linkage))
-        left = answer.found.objective / answer.given.objective
+        left = answer.shaking.objective / answer.given.objective
         told.append("hardly worth its mass" in answer.words)
         assert told[-1] == (left > 1 - 1e-3 and bool(answer.weights))
     assert any(told) and not told[-1]
@@ -258,7 +258,7 @@ def test_no_other_matter_in_the_regions_does_better():
         for share in (0.01, 0.3):
             z = (1 - share) * best.z + share * other
             value = np.linalg.norm(rows_of(space.linkage, ways, z, 0.5))
-            assert value >= best.found.objective * (1 - 1e-9)
+            assert value >= best.shaking.objective * (1 - 1e-9)
 
 
 def point_mass(m, r):
@@ -288,16 +288,16 @@ def test_caps_are_kept_at_every_sample():
     ways = motions(space.linkage, 3, 60)
     options = {"regions": WIDE, "motions": ways}
     free = point_partial(space, ADD, 1.0, **options)
-    limit = 0.5 * (free.given.torque["u1"] + free.found.torque["u1"])
+    limit = 0.5 * (free.given.torque["u1"] + free.shaking.torque["u1"])
     capped = point_partial(space, ADD, 1.0, max_torque={"u1": limit}, **options)
     assert capped.verdict == "optimal"
-    assert capped.found.torque["u1"] == pytest.approx(limit, rel=1e-7)
-    assert free.found.objective < capped.found.objective < free.given.objective
+    assert capped.shaking.torque["u1"] == pytest.approx(limit, rel=1e-7)
+    assert free.shaking.objective < capped.shaking.objective < free.given.objective
     runs = balance.verify(space.linkage, capped.z, motions=ways).runs
     bearing = max(run.bearing[:, 1].max() for run in runs)
     name = space.linkage.joints[1].name
     tight = point_partial(space, ADD, 1.0, max_bearing={name: 0.99 * bearing}, **options)
-    assert tight.found.bearing[name] <= 0.99 * bearing * (1 + 1e-7)
+    assert tight.shaking.bearing[name] <= 0.99 * bearing * (1 + 1e-7)
 
 
 @pytest.mark.slow
@@ -322,7 +322,7 @@ def test_the_largest_load_is_least(minimise):
     space = design_space("slider_crank", max_order=0)
     options = {"regions": WIDE, "motions": motions(space.linkage, 1, 40)}
     found = point_partial(space, ADD, 1.0, minimise=minimise, **options)
-    figures = found.found
+    figures = found.shaking
     sizes = {"torque": figures.torque, "bearing": figures.bearing}
     if minimise != "peak":
         assert figures.objective == pytest.approx(max(sizes[minimise].values()), rel=1e-12)
@@ -340,14 +340,14 @@ def test_the_largest_load_is_least(minimise):
                 motions=options["motions"],
                 regions=region,
             )
-            assert found.bound <= narrow.found.objective * (1.0 + 1e-9)
+            assert found.bound <= narrow.shaking.objective * (1.0 + 1e-9)
 
 
 @pytest.mark.slow
 def test_caps_that_nothing_keeps_are_proved_impossible():
     """Added mass in the crank alone cannot take force from the pin of the coupler."""
     found = point_partial("slider_crank", ["crank"], 1.0, max_bearing={"q2": 1.0})
-    assert (found.verdict, found.found, found.z, found.mass) == ("infeasible", None, None, 0)
+    assert (found.verdict, found.shaking, found.z, found.mass) == ("infeasible", None, None, 0)
     assert "q2" in found.words
     nothing = point_partial("slider_crank", ["crank"], 0.0, max_torque={"u1": 1.0})
     assert nothing.verdict == "infeasible" and "u1" in nothing.words

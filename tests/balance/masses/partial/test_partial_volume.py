@@ -52,7 +52,7 @@ def test_the_bound_is_below_bounded_least_squares_and_the_answer_near_it(balance
     best = lsq_linear(np.hstack(blocks), -R[:, -1], (0.0, 1.0), tol=1e-10)
     least = np.sqrt(2.0 * best.cost)
     assert found.bound <= least * (1.0 + 1e-6)
-    assert least <= 1.05 * found.found.objective + 1e-6 * found.given.objective
+    assert least <= 1.05 * found.shaking.objective + 1e-6 * found.given.objective
     for weight in found.weights:
         assert 0.0 < weight.share <= 1.0 + 1e-9 and weight.density == STEEL
 
@@ -78,7 +78,7 @@ def test_no_random_filling_shakes_less_than_the_bound():
             mass += total[3, 3]
         scale = min(1.0, 0.5 / mass)
         least = min(least, problem.program.value(scale * np.concatenate(s)))
-    assert found.bound <= least and found.found.objective <= least * (1.0 + 1e-6)
+    assert found.bound <= least and found.shaking.objective <= least * (1.0 + 1e-6)
 
 
 @pytest.mark.slow
@@ -87,7 +87,7 @@ def test_less_density_leaves_more_shaking():
     left = [
         balance.partial(
             space, ["crank", "rocker"], 5.0, regions=BOXES, motions=motions, **limits
-        ).found.objective
+        ).shaking.objective
         for limits in ({"density": 1000.0}, {"density": STEEL}, {"density": 1e7}, {})
     ]
     assert left[0] > 1.05 * left[1] > 1.05 * 1.05 * left[2]
@@ -100,7 +100,7 @@ def test_caps_hold_with_a_density():
     free = balance.partial(
         space, ["crank", "rocker"], 5.0, regions=BOXES, motions=motions, density=STEEL
     )
-    most = 0.5 * (free.found.torque["u1"] + free.given.torque["u1"])
+    most = 0.5 * (free.shaking.torque["u1"] + free.given.torque["u1"])
     capped = balance.partial(
         space,
         ["crank", "rocker"],
@@ -110,10 +110,10 @@ def test_caps_hold_with_a_density():
         density=STEEL,
         max_torque={"u1": most},
     )
-    assert free.found.torque["u1"] > most
+    assert free.shaking.torque["u1"] > most
     assert capped.verdict == "optimal"
-    assert capped.found.torque["u1"] <= most * (1.0 + 1e-6)
-    assert capped.found.objective > free.found.objective
+    assert capped.shaking.torque["u1"] <= most * (1.0 + 1e-6)
+    assert capped.shaking.objective > free.shaking.objective
     none = balance.partial(
         space,
         ["crank"],
@@ -123,7 +123,7 @@ def test_caps_hold_with_a_density():
         density=STEEL,
         max_torque={"u1": 0.1 * free.given.torque["u1"]},
     )
-    assert none.verdict in ("infeasible", "undecided") and none.found is None
+    assert none.verdict in ("infeasible", "undecided") and none.shaking is None
 
 
 @pytest.mark.slow
@@ -148,7 +148,7 @@ def test_boxes_that_are_too_small_are_filled():
         whole.append(triangles(STEEL * region.volume * np.diag([1 / 3, 1 / 3, 1 / 3, 1.0])))
     filled = problem.program.value(np.concatenate(whole))
     assert abs(steel.mass - 2 * 0.942) <= 1e-5 and steel.verdict == "optimal"
-    assert abs(steel.found.objective - filled) <= 1e-5 * filled
+    assert abs(steel.shaking.objective - filled) <= 1e-5 * filled
     assert points.mass > 2.9 and points.share < 0.6 * steel.share
 
 
@@ -163,8 +163,8 @@ def test_a_budget_is_kept_in_a_region_that_holds_tonnes(budget):
     found = balance.partial(space, links, budget, regions=regions, motions=ways)
     assert found.verdict == "optimal" and found.mass <= budget * (1.0 + 1e-9)
     # Integrals over rays have errors of this size.
-    assert found.bound <= found.found.objective * (1.0 + 1e-7)
-    assert found.found.objective < found.given.objective
+    assert found.bound <= found.shaking.objective * (1.0 + 1e-7)
+    assert found.shaking.objective < found.given.objective
 
 
 @pytest.mark.slow

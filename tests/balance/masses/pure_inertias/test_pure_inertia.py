@@ -69,7 +69,7 @@ def test_pure_inertias_come_back_from_masses_at_joints():
         after, _ = momentum(linkage, pure)
         assert np.abs(after - before).max() < 1e-12 * size
         found = pure_inertia(design_space(with_masses(linkage, z)))
-        assert found.complete, found.left
+        assert found.complete, found.immovable
         # Equal, unless bodies turn alike and could exchange inertia.
         apart, largest = found.inertias - g, max(1.0, np.abs(in_plane(z)).max())
         assert np.abs(found.conditions @ apart).max(initial=0.0) < 1e-11 * largest
@@ -100,13 +100,13 @@ def test_any_masses_keep_their_momentum():
                 at = found.space.bodies.index(name)
                 back[at] -= mass * np.array([1, x, y, x * x + y * y])
         assert np.abs(back - in_plane(z)).max() < 1e-11
-        stay = {item.body for item in found.left}
+        stay = {item.body for item in found.immovable}
         for name, row in zip(found.space.bodies, found.parameters, strict=True):
             assert (name in stay) == bool(np.any(row[:3] != 0.0))
 
 
 def test_a_body_that_keeps_its_mass_has_a_reason():
-    left = {x.body: x.reason for x in pure_inertia(design_space("four_bar_general")).left}
+    left = {x.body: x.reason for x in pure_inertia(design_space("four_bar_general")).immovable}
     assert set(left) == {"crank", "coupler", "rocker"}
     assert "m beside the line through its revolute joints" in left["crank"]
     distance = float(left["crank"].split()[5])
@@ -119,11 +119,11 @@ def test_a_body_that_keeps_its_mass_has_a_reason():
 def test_masses_on_slides_that_cannot_be_moved_are_named():
     """A slider with its centre off its pin; one without any pin; one that turns and slides."""
     found = pure_inertia(design_space("slider_crank"))
-    (reason,) = (x.reason for x in found.left if x.body == "slider")
+    (reason,) = (x.reason for x in found.immovable if x.body == "slider")
     assert "0.02 m from its revolute joint, across the slide" in reason
     assert "a prismatic joint lets no point mass pass" in reason
     found = pure_inertia(design_space("slider_pantograph"))
-    reasons = {x.body: x.reason for x in found.left}
+    reasons = {x.body: x.reason for x in found.immovable}
     assert "no revolute joint leads to a body" in reasons["slider"]
     assert "prismatic" in reasons["slider"]
 

@@ -138,7 +138,7 @@ def test_an_arm_of_four_joints_leaves_its_base_at_rest():
     turned, moved = base_motion(arm, path, BASE)
     assert turned <= 1e-10 and moved <= 1e-10 * 2.0
     none = balance.find_paths(planar_arm(3), base=BASE, length=0.2)
-    assert not none.found and "full column rank" in none.reason
+    assert not none.paths and "full column rank" in none.reason
 
 
 def test_an_arm_of_two_joints_keeps_the_attitude_and_moves_the_base():
@@ -154,7 +154,7 @@ def test_six_joints_on_a_fixed_base_have_paths_of_parts_alone():
     if "ur5" not in robots():
         pytest.skip("needs example-robot-data")
     whole = balance.find_paths("ur5", [{"shoulder_lift_joint": 0.4, "elbow_joint": -0.7}])
-    assert not whole.found and whole.dimension == 0
+    assert not whole.paths and whole.dimension == 0
     moment = RestEquations(whole.linkage, Demand("moment"))
     force = RestEquations(whole.linkage, Demand("force"))
     q = np.array([0.2, 0.4, -0.7, 0.3, 0.5, 0.1])

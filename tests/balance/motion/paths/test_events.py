@@ -96,4 +96,4 @@ def test_the_rank_of_the_momentum_matrix_drops_where_paths_meet():
 def test_a_full_rank_matrix_and_an_isolated_pose_have_no_path():
     assert "full column rank in all of 9 poses" in balance.find_paths("five_bar").reason
     # Balanced in this pose alone, with nothing that forces balance around it.
-    assert not balance.find_paths(load("four_bar_general")).found
+    assert not balance.find_paths(load("four_bar_general")).paths

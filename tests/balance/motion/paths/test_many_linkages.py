@@ -26,7 +26,7 @@ def first_paths(linkage, starts):
     """Paths of the largest part of the momentum that has some."""
     for kept in ("all", "force", "moment"):
         found = balance.find_paths(linkage, starts, kept=kept, length=LENGTH)
-        if found.found:
+        if found.paths:
             return found
     return found
 

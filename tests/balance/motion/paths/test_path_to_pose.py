@@ -29,7 +29,7 @@ SATELLITE = FloatingBase(10.0, 1.0)
 def check_the_attitude(arm, start, end):
     """The base does not turn along a path to a pose."""
     solution = balance.path_to_pose(arm, end, start, kept="attitude", base=SATELLITE)
-    assert solution.found, solution.reason
+    assert solution.paths, solution.reason
     (path,) = solution.paths
     assert path.u[[0, -1]] == pytest.approx(np.array([start, end]), abs=1e-12)
     assert path.residual <= 1e-9
@@ -56,7 +56,7 @@ def test_a_satellite_is_turned_by_its_arm():
     arm = arm_in_line(3)
     start, base = [0.5, 0.4, 0.2], FloatingBase(2.0, 0.3)
     solution = balance.path_to_pose(arm, start, start, base=base, turn=0.5)
-    assert solution.found and solution.target.turn == pytest.approx([0, 0, 0.5])
+    assert solution.paths and solution.target.turn == pytest.approx([0, 0, 0.5])
     (path,) = solution.paths
     assert path.attitude[-1] == pytest.approx([0, 0, 0.5]) and path.residual <= 1e-9
     assert path.u[[0, -1]] == pytest.approx(np.array([start, start]), abs=1e-12)
@@ -73,7 +73,7 @@ def test_a_turn_in_space():
     arm, turn = arm_in_space(7), np.array([0.2, -0.3, 0.4])
     end = [0.2, -0.4, 0.3, 0.5, -0.2, 0.1, 0.3]
     solution = balance.path_to_pose(arm, end, base=SATELLITE, turn=turn)
-    assert solution.found, solution.reason
+    assert solution.paths, solution.reason
     (path,) = solution.paths
     assert path.u[-1] == pytest.approx(end, abs=1e-12) and path.residual <= 1e-9
     assert pin.log3(attitude_after(arm, SATELLITE, path)) == pytest.approx(turn, abs=1e-7)
@@ -82,9 +82,9 @@ def test_a_turn_in_space():
 def test_a_force_would_move_the_centre_of_mass():
     """Without one it stays: a bound, not a search."""
     solution = balance.path_to_pose(arm_in_line(7), {"q1": 0.5}, kept="force")
-    assert not solution.found and "the centre of mass is" in solution.reason
+    assert not solution.paths and "the centre of mass is" in solution.reason
     solution = balance.path_to_pose(arm_in_line(3), {"q1": 0.5}, [0.1, 0.2, 0.3])
-    assert not solution.found and "full column rank" in solution.reason
+    assert not solution.paths and "full column rank" in solution.reason
 
 
 @pytest.mark.slow
@@ -111,7 +111,7 @@ def test_a_pose_beyond_a_meeting_of_paths(tmp_path):
 def test_printed_masses_have_paths_within_a_tolerance():
     """[J] table 3.2 as printed: no path without reaction, one within a tenth."""
     linkage = fuga(0.0, Masses((0.140, 90.0), (0.069, 150.0), 1.46e-3))
-    assert not balance.find_paths(linkage).found
+    assert not balance.find_paths(linkage).paths
     assert "is above 0.02" in balance.find_paths(linkage, tolerance=0.02).reason
     solution = balance.find_paths(linkage, tolerance=0.1)
     (path,) = solution.paths
@@ -133,7 +133,7 @@ def test_a_tolerance_is_where_a_path_ends():
     linkage = kinematics.load("five_bar")
     exact = balance.find_paths("fuga_i", tolerance=0.2, length=0.1)
     assert exact.demand.tolerance == 0.0 and exact.paths[0].residual < 1e-9
-    assert not balance.find_paths(linkage, tolerance=1e-3, length=0.1).found
+    assert not balance.find_paths(linkage, tolerance=1e-3, length=0.1).paths
 
 
 @pytest.mark.parametrize(

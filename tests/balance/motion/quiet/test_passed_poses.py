@@ -135,7 +135,7 @@ def test_six_axes_turn_their_tool():
     arm, bent = six_axes(), [0, -0.4, 0.9, 0.2, 0.1, 0]
     goal = {"x": -0.2, "y": 0.2, "z": 0.1, "rx": 0.3, "ry": -0.2, "rz": 0.4}
     plan = balance.quiet_motion(arm, bent, goal, 1.0, tool="link6")
-    assert plan.found and not plan.passed
+    assert plan.feasible and not plan.passed
     before = tool_position(arm, "link6", np.zeros(6))
     after = tool_position(arm, "link6", plan.end)
     assert after.translation - before.translation == pytest.approx([-0.2, 0.2, 0.1], abs=1e-9)
@@ -161,7 +161,7 @@ def test_the_least_cycle_of_a_slide(measure, least):
 def test_a_cycle_is_periodic_and_of_few_harmonics():
     arm = planar_arm(2)
     plan = balance.quiet_motion(arm, ENDS[0], None, 0.8, via=[VIA, ENDS[1]], cycle=True)
-    assert plan.found and plan.harmonics == 5
+    assert plan.feasible and plan.harmonics == 5
     time, *motion = plan.samples(65)
     for values in motion:
         assert values[0] == pytest.approx(values[-1], abs=1e-8)
@@ -186,7 +186,7 @@ def test_lines_of_a_cycle_next_to_a_natural_frequency_vanish():
     for each in (free, plan):
         force = base_wrenches(arm, *each.samples(257)[1:])[:-1, 3:]
         sizes.append(np.linalg.norm(np.fft.rfft(force, axis=0), axis=1) / len(force))
-    assert plan.found and plan.frequencies == (3.0, 4.0)
+    assert plan.feasible and plan.frequencies == (3.0, 4.0)
     assert sizes[1][[3, 4]].max() < 2e-3 * plan.after.value
     assert sizes[0][3] > 20.0 * sizes[1][3]
     assert free.after.value <= plan.after.value * (1 + 1e-3)

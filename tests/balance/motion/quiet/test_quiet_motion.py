@@ -176,7 +176,7 @@ def test_limits_are_kept(limit):
         "jerk": plan.path.jerk(time),
         "torque": torques(arm, u, ud, udd),
     }[limit]
-    assert plan.found
+    assert plan.feasible
     assert np.abs(reached[:, 0]).max() <= 0.9 * peak * 1.003
     assert plan.after.value > 0.999 * free.after.value or limit == "jerk"
 
@@ -206,7 +206,7 @@ def test_an_infeasible_limit_is_named():
     assert plan.words.startswith("infeasible: the velocity of u1 exceeds its limit 0.4 by 0.2")
     plan = balance.quiet_motion(slide(), [0.0], [0.5], 1.0, acceleration=1.9)
     assert plan.exceeded.kind == "acceleration"
-    assert balance.quiet_motion(slide(), [0.0], [0.5], 1.0, acceleration=2.1).found
+    assert balance.quiet_motion(slide(), [0.0], [0.5], 1.0, acceleration=2.1).feasible
 
 
 def test_natural_frequencies_of_the_base_are_not_excited():
@@ -225,12 +225,12 @@ def test_natural_frequencies_of_the_base_are_not_excited():
     assert excited[0] > 10 * excited[1]
     # A frame that takes far longer than the motion feels the motion as a whole.
     slow = balance.quiet_motion(slide(), [0.0], [0.5], 1.0, frequencies=[0.02])
-    assert slow.found or slow.exceeded.kind == "excitation"
+    assert slow.feasible or slow.exceeded.kind == "excitation"
 
 
 def test_a_balanced_linkage_is_quiet_on_any_motion():
     plan = balance.quiet_motion("four_bar_kite_balanced", [0.0], [0.4], 1.0)
-    assert plan.found and plan.after.value < 1e-8
+    assert plan.feasible and plan.after.value < 1e-8
 
 
 @pytest.mark.parametrize(

@@ -34,7 +34,7 @@ def line_loads(arm, rates, start, end):
 def test_a_slide_with_a_limit_of_speed(speed, peak):
     """2 kg over 0.5 m in 1 s: v t = v - 0.5 is the time of acceleration, and F = 2 v / t."""
     plan = balance.quiet_timing(slide(), [[0.0], [0.5]], 1.0, measure="peak", velocity=speed)
-    assert plan.found and plan.verdict == "optimal"
+    assert plan.feasible and plan.verdict == "optimal"
     assert plan.after.velocity[0] <= speed * 1.002
     assert plan.after.value == pytest.approx(2 * speed / (1 - 0.5 / speed), rel=1e-2)
     assert plan.after.value == pytest.approx(peak, rel=1e-2)
@@ -47,7 +47,7 @@ def test_a_law_in_the_place_of_a_plan_is_not_called_optimal():
     line = follow_poses(problem.model, np.linspace(0.0, 0.5, 11)[:, None])
     laws = [law(start, end, 1.0) for law in (quintic_path, trapezoidal_path)]
     answer = compare_with_laws(problem, 1.0, laws[0], line, laws, line, convex=True)
-    assert answer.found and answer.law == "trapezoidal"
+    assert answer.feasible and answer.law == "trapezoidal"
     assert answer.after.value > 1.05 * answer.bound
     assert answer.verdict == "feasible" and answer.words.startswith("feasible: ")
 
@@ -144,7 +144,7 @@ def shortest_by_phase_plane(arm, start, end, most, nodes=1001):
 def test_the_shortest_duration_is_that_of_the_phase_plane():
     arm, start = planar_arm(2), np.array(ENDS[0])
     plan = balance.quiet_timing(arm, ENDS, 5.0, torque=12.0, front=2)
-    assert plan.found
+    assert plan.feasible
     other = shortest_by_phase_plane(arm, start, ENDS[1], 12.0)
     assert plan.shortest == pytest.approx(other, rel=1e-2)
 

@@ -69,7 +69,7 @@ def test_rates_are_derivatives(model):
 def test_inputs_move_as_they_are_told():
     linkage = kinematics.load("three_rsr")
     inputs = linkage.positions_of(linkage.inputs)
-    (way,) = random_motions(linkage, 1, 200, period=2.0)
+    (way,) = random_motions(linkage, 1, 200)
     step = way.time[1]
     for k in (20, 110):
         window = slice(k - 4, k + 5)

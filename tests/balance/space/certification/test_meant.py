@@ -10,6 +10,7 @@ import re
 import numpy as np
 import pytest
 from mpmath import mpf
+from scipy.spatial.transform import Rotation
 
 import kinematics
 from balance import certify, design_space
@@ -127,6 +128,12 @@ def test_linkages_that_are_off_in_all_digits_are_general(family, off, tmp_path):
     assert space.level == "proved" and "special_as_meant" not in codes(space)
 
 
+@pytest.mark.parametrize("family", ["kite", "parallelogram", "antiparallelogram"])
+def test_planar_linkages_that_are_off_by_a_hundred_roundings_are_general(family, tmp_path):
+    space = space_of(tmp_path, family, 8, 17, 2e-14)
+    assert ranks(space) == TRUE[family][2] and "special_as_meant" not in codes(space)
+
+
 def planar_linkage(name, seed):
     """A general planar linkage at random: an arm of three links, or a Watt six-bar."""
     rng = np.random.default_rng([seed, 9])
@@ -155,6 +162,44 @@ def test_planar_linkages_in_oblique_planes_are_proved(name, expected, digits, tm
     path.write_text(meant_text(planar_linkage(name, digits), digits, digits))
     space = certify(design_space(kinematics.load(str(path))))
     assert (ranks(space), space.level) == (expected, "proved")
+
+
+def wedge(folder, rotation, digits, off=0.0):
+    """Two bodies on three slides in an oblique plane, the last off the plane by an angle."""
+    angles, out = (0.3, 1.4, 2.6), (0, 0, off)
+    axes = [rotation.apply([np.cos(a), np.sin(a), z]) for a, z in zip(angles, out, strict=True)]
+    lines = ["<robot name='wedge'><link name='base'/>"]
+    lines += [
+        f"<link name='{name}'><inertial><origin xyz='0.1 0.2 0.3'/><mass value='1'/><inertia "
+        "ixx='0.2' iyy='0.25' izz='0.3' ixy='0.01' ixz='0' iyz='0'/></inertial></link>"
+        for name in "ab"
+    ]
+    ends = (
+        ("joint", "<parent link='base'/><child link='a'/>"),
+        ("joint", "<parent link='a'/><child link='b'/>"),
+        ("loop", "<predecessor link='b'/><successor link='base'/>"),
+    )
+    for k, (axis, (tag, links)) in enumerate(zip(axes, ends, strict=True)):
+        text = " ".join(f"{x:.{digits}g}" for x in axis)
+        lines.append(f"<{tag} name='s{k}' type='prismatic'>{links}<axis xyz='{text}'/></{tag}>")
+    path = folder / "wedge.urdf"
+    path.write_text("\n".join([*lines, "</robot>"]))
+    return path
+
+
+@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("digits", [17, 12, 6])
+def test_slides_in_an_oblique_plane_are_proved(digits, seed, tmp_path):
+    # p_x, p_y and the moment of the momenta of two bodies that move on straight lines
+    path = wedge(tmp_path, Rotation.random(random_state=seed), digits)
+    space = certify(design_space(path))
+    assert (space.linkage.mobility, space.rank, space.level) == (1, 3, "proved")
+
+
+def test_slides_out_of_the_plane_by_more_than_the_digits_leave_a_doubt(tmp_path):
+    space = certify(design_space(wedge(tmp_path, Rotation.random(random_state=0), 12, 1e-6)))
+    assert space.level == "estimated"
+    assert any("as written the loops do not move" in doubt for doubt in space.doubts)
 
 
 def test_axes_tilted_by_more_than_the_digits_are_not_parallel(tmp_path):

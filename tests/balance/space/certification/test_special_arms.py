@@ -112,3 +112,42 @@ def test_an_arm_that_is_tilted_on_purpose_is_general(tmp_path):
         for n in space.notices
         if n.code in ("special_as_meant", "near_special") and f"{SPECIAL} " in n.message
     ]
+
+
+def two_drives(folder, turn, digits):
+    """A slide, and beside it an arm of two joints whose first turns as the slide moves."""
+    slide, across = Rotation.from_rotvec(turn).apply([[0, 0, 1], [1, 0, 0]])
+    places = Rotation.from_rotvec(turn).apply([[0.3, 0, 0], [2, 0.4, 0.5], [0, 1.2, 0.9]])
+    joints = (
+        ("lift", "prismatic", "base", "table", slide, ""),
+        ("swing", "continuous", "base", "arm", across, '<mimic joint="lift"/>'),
+        ("turn", "continuous", "arm", "hand", slide, ""),
+    )
+
+    def text(values):
+        return " ".join(f"{x + 0.0:.{digits}g}" for x in np.round(values, 15))
+
+    lines = ['<robot name="two"><link name="base"/>']
+    for (name, kind, before, after, axis, mimic), place in zip(joints, places, strict=True):
+        lines.append(
+            f'<link name="{after}"><inertial><origin xyz="0.1 0.2 0.3"/><mass value="1"/>'
+            '<inertia ixx="0.2" iyy="0.25" izz="0.3" ixy="0.01" ixz="0" iyz="0"/></inertial>'
+            f'</link><joint name="{name}" type="{kind}"><origin xyz="{text(place)}"/>'
+            f'<parent link="{before}"/><child link="{after}"/><axis xyz="{text(axis)}"/>{mimic}'
+            "</joint>"
+        )
+    path = folder / "two.urdf"
+    path.write_text("".join(lines) + "</robot>")
+    return path
+
+
+@pytest.mark.parametrize("digits", [6, 9, 12])
+def test_joints_of_one_link_are_perpendicular_where_a_turned_file_rounds_it(tmp_path, digits):
+    def space(turn, digits):
+        path = two_drives(tmp_path, turn, digits)
+        return certify(design_space(path, motion="turn=1*lift", spatial=True))
+
+    along = space((0, 0, 0), 17)
+    turned = space((0.3, -0.5, 0.7), digits)
+    assert along.level in ("proved", "verified")
+    assert (turned.rank, turned.level) == (along.rank, "verified")

@@ -14,7 +14,7 @@ LINES = "return byId('traces{}').querySelectorAll('.line').length"
 
 @pytest.mark.browser
 def test_mechanism_and_map_on_wide_and_narrow_screens(browser, tmp_path):
-    """Links at both positions, frames, path and slot where they are, the contour, and no sideways scrolling."""
+    """Links, frames, path, slot and contour where they are, and no sideways scrolling."""
     places = [(0.3, 0.1, 0.19), (0.1, 0.4, -0.7)]
     found = synthesize(places, nonlinear=True, moving=0.4 + 0.4j)
     text = synthesis_page(found)

@@ -199,6 +199,8 @@ GOOD: dict[str, list[str]] = {
                           "0.2,-0.1"],
     "synthesize --within": ["1", "--positions", "0,0,0; 0.1,0,10; 0.2,0.1,20; 0.3,0,40",
                             "--kind", "four-bar"],
+    "synthesize --density": ["none", *POSITIONS, "--kind", "four-bar", "--moving", "0.2,-0.1"],
+    "synthesize --thickness": ["8mm", *POSITIONS, "--kind", "four-bar", "--moving", "0.2,-0.1"],
     "synthesize --table": ["{folder}/table.csv", *POSITIONS, "--nonlinear", "--fixed",
                            "0.2,-0.1"],
     **{f"synthesize {name}": [*word, *POSITIONS, "--moving", "0.2,-0.1"] for name, word in {

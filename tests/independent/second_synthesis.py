@@ -32,6 +32,9 @@ KINDS = ("kite", "antiparallelogram")
 LOWEST, HIGHEST = np.sqrt(2.0), 12.0
 # Crank over, and distance of the pivots in, sizes of the positions, as in the product.
 SHORTEST, FARTHEST = 0.02, 50.0
+# How far the crank stays from change points, where links are in line, for two and three
+# positions: the product leaves out the ends of its angles.
+APART = np.radians(8.9)
 # What is left of the equations, relative to the size, of a design.
 MET = 1e-10
 
@@ -86,6 +89,8 @@ def admissible(kind: str, task: Task, pivots: Pivots) -> bool:
         return False
     angles = np.angle((tips - G) / (H - G))
     steps = np.diff(angles)
+    if len(angles) < 4 and np.abs(np.sin(angles)).min() < np.sin(APART):
+        return False
     return bool(
         LOWEST < base / crank <= HIGHEST
         and max(abs(z - task.tool) for z in pivots) < FARTHEST * task.size

@@ -126,7 +126,9 @@ def judge_task(kind: str, count: int, seed: int, planted: bool, search: bool, fo
     line = {"kind": kind, "count": count, "seed": seed, "outcome": "", "detail": ""}
     begin = time.process_time()
     try:
-        synthesis = synthesize(places, kind=kind, **pivot)
+        # Planted four-bars are of any ratio of base and crank; short bases take denser matter.
+        matter = {"density": None} if planted else {}
+        synthesis = synthesize(places, kind=kind, **pivot, **matter)
         verdict = synthesis.verdict
     except LinkageError as error:
         synthesis, verdict = None, "infeasible"

@@ -43,19 +43,33 @@ def add_density_options(
         )
 
 
-def add_density_option(parser: Parser, group: str) -> None:
-    """Add the option ``--density`` of one density for all matter; the default is none.
+def add_density_option(
+    parser: Parser, group: str, *, steel: bool = False, thickness: str = ""
+) -> None:
+    """Add the option ``--density`` of one density for all matter.
 
     Args:
         parser: the parser of a command.
         group: title of its group in the help.
+        steel: whether matter is steel without the option; else it has any density.
+        thickness: what the option ``--thickness`` is for; empty for none.
     """
     parser.group(group).add_argument(
         "--density",
         type=_one_density,
+        default=MATERIALS["steel"] if steel else None,
         metavar="KG/M3",
-        help="of added matter, at most: steel (default: points)",
+        help="at most: 7850, 7.85g/cm3, lead, none (steel)"
+        if steel
+        else "of added matter, at most: steel (default: points)",
     )
+    if thickness:
+        parser.group(group).add_argument(
+            "--thickness",
+            type=positive_quantity("length"),
+            metavar="METRES",
+            help=thickness,
+        )
 
 
 def check_density_options(arguments: argparse.Namespace) -> None:

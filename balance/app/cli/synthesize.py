@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 from balance.app.answers.answer import Answer, Files
 from balance.app.cli.arguments import Parser, add_json_option
+from balance.app.cli.density_options import add_density_option
 from balance.app.cli.exit_codes import verdict_code
 from balance.app.cli.number_arguments import finite_number, positive_quantity
 from balance.app.cli.outputs import (
@@ -40,10 +41,16 @@ def add_synthesize(parser: Parser) -> None:
         type=_positions,
         required=True,
         metavar='"x,y,deg; …"',
-        help="two or three positions of the tool, or more for four-bars: metres, and "
-        "degrees from the x-axis; it turns by the difference of the angles as they are written",
+        help="two or three of the tool, or more for four-bars: metres, and degrees by which it "
+        "turns",
     )
     _add_method_options(parser)
+    add_density_option(
+        parser,
+        "matter of four-bars",
+        steel=True,
+        thickness="of plates (default 1/20 or 1/8 of the base; rotors: no plates)",
+    )
     parser.add_argument(
         "--out", metavar="FILE.urdf", help="write the best mechanism as a URDF file"
     )
@@ -54,7 +61,7 @@ def add_synthesize(parser: Parser) -> None:
         "--slot",
         type=_slot_path,
         metavar="FILE.csv|.svg|.dxf",
-        help="write the slot in the base that makes a pin of it move so, in the nonlinear case",
+        help="write the slot in the base for a pin, in the nonlinear case",
     )
     add_picture_option(parser)
     add_page_option(parser, "with the mechanism and the map")
@@ -72,8 +79,7 @@ def _add_method_options(parser: argparse.ArgumentParser) -> None:
         "--kind",
         choices=("pantograph", "four-bar", "geared-four-bar"),
         default="pantograph",
-        help="pantograph (default); a kite or antiparallelogram, or any four-bar with geared "
-        "rotors, whose coupler is the tool",
+        help="pantograph (default); a kite or antiparallelogram, or any four-bar with rotors",
     )
     case = parser.add_mutually_exclusive_group()
     case.add_argument(
@@ -85,40 +91,38 @@ def _add_method_options(parser: argparse.ArgumentParser) -> None:
     case.add_argument(
         "--nonlinear",
         action="store_true",
-        help="let the ratio vary: the masses are kept, and pivots are searched that fit them",
+        help="let the ratio vary: pivots are searched that fit the masses",
     )
     pivot = parser.add_mutually_exclusive_group()
     pivot.add_argument(
         "--fixed",
         type=_point,
         metavar="X,Y",
-        help="pivot on the base, for two positions (--fixed=-0.1,0.2 with a minus)",
+        help="pivot on the base, for two positions",
     )
     pivot.add_argument(
         "--moving",
         type=_point,
         metavar="X,Y",
-        help="pivot on the tool at the first position, for two positions",
+        help="or the one on the tool, at the first position",
     )
     parser.add_argument(
         "--within",
         type=positive_quantity("length"),
         default=0.0,
         metavar="LENGTH",
-        help="how far a four-bar may miss four or more positions, such as 2mm (default: it "
-        "meets them)",
+        help="how far a four-bar may miss four or more (default: not)",
     )
     parser.add_argument(
         "--masses",
         metavar="FILE.json",
-        help="lengths and masses of the pantograph (default: in proportion to it)",
+        help="of the pantograph (default: in proportion to it)",
     )
     parser.add_argument(
         "--window",
         type=_numbers,
         metavar="X0,X1[,Y0,Y1]",
-        help="where pivots are searched in the nonlinear case: x of the free pivot from and to "
-        "for two positions, x and y of the moving pivot for three",
+        help="where the free pivot, or for three positions the moving one, is searched",
     )
 
 
@@ -162,6 +166,8 @@ def _synthesize(
         masses=masses,
         window=arguments.window,
         within=arguments.within,
+        density=arguments.density,
+        thickness=arguments.thickness,
         progress=advance,
     )
 

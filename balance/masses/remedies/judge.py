@@ -55,14 +55,16 @@ def judge(
     if variant.urdf is request.base and not variant.motion:
         # Nothing is built in but matter: the spaces of the request are known, and certified.
         flat = request.space.planar and request.balance == "dynamic"
-        whole = request.spatial_space if flat else None
-        least = least_matter(request.space, variant.free, regions, request.density, whole)
+        whole = request.spatial_space if flat and not request.thickness else None
+        least = least_matter(
+            request.space, variant.free, regions, request.density, request.thickness, whole
+        )
     else:
         try:
             space = space or space_with(request, variant)
         except LinkageError as error:
             return replace(blank, verdict="refused", reason=str(error))
-        least = least_matter(space, variant.free, regions, request.density)
+        least = least_matter(space, variant.free, regions, request.density, request.thickness)
     verdict = least.matter.verdict
     if verdict != "feasible":
         return replace(blank, verdict=verdict, reason=least.reason, proof=least.proof)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -80,6 +81,7 @@ def least_matter(
     links: Sequence[str],
     regions: Mapping[str, Region | str],
     density: float | None = None,
+    thickness: float | None = None,
     whole: DesignSpace | None = None,
 ) -> LeastMatter:
     """Find the least matter in some regions, or in wider ones if these are too small.
@@ -91,17 +93,19 @@ def least_matter(
         links: links that may get matter.
         regions: where, by name of the link; see `balance.counterweights`.
         density: density that the matter nowhere exceeds, kg/m³; None for point masses.
+        thickness: that of plates on a planar linkage, m; None for other matter.
         whole: the space with all components of the momentum, if it is known.
     """
-    flat = space.planar and space.balance == "dynamic"
+    flat = space.planar and space.balance == "dynamic" and thickness is None
+    fill = partial(counterweights, density=density, thickness=thickness, relax=False)
     # The space of all components of the momentum, once for all programs.
     if whole is None or not flat:
         whole = recompute_spatial(space) if flat else space
-    matter = counterweights(whole, links, regions, density=density, relax=False)
+    matter = fill(whole, links, regions)
     if matter.verdict == "feasible":
         return LeastMatter(matter, None)
     whole = certify(whole)
-    matter = counterweights(whole, links, regions, density=density, relax=False)
+    matter = fill(whole, links, regions)
     if matter.verdict != "infeasible":
         return LeastMatter(matter, None)
     space = certify(space) if flat else whole
@@ -109,5 +113,5 @@ def least_matter(
     if anywhere.verdict == "infeasible" or not matter.chosen:
         return LeastMatter(matter, anywhere)
     wide = {name: wide_region(space, space.bodies.index(name)) for name in matter.chosen}
-    matter = counterweights(whole, links, {**regions, **wide}, density=density, relax=False)
+    matter = fill(whole, links, {**regions, **wide})
     return LeastMatter(matter, anywhere)

@@ -140,7 +140,12 @@ def apply_partial(request: RemedyRequest) -> Iterator[AppliedRemedy]:
     budget = request.given_mass if request.budget is None else request.budget
     words = f"at most {budget:.4g} kg on {', '.join(request.links)}"
     design = partial(
-        request.space, request.links, budget, regions=request.regions, density=request.density
+        request.space,
+        request.links,
+        budget,
+        regions=request.regions,
+        density=request.density,
+        thickness=request.thickness,
     )
     blank = AppliedRemedy("partial", words, "undecided", design.words)
     if design.shaking is None or design.verdict != "optimal":

@@ -53,6 +53,7 @@ class RemedyRequest:
         trade_off: points of added mass against input inertia for each remedy that balances by
             the least matter; 0 for none.
         density: density that added matter nowhere exceeds, kg/m³; None for point masses.
+        thickness: that of plates of added matter on a planar linkage, m; None for other matter.
     """
 
     linkage: Linkage
@@ -69,6 +70,7 @@ class RemedyRequest:
     only: tuple[str, ...] = ()
     trade_off: int = 0
     density: float | None = None
+    thickness: float | None = None
 
     def check(self) -> None:
         """Refuse a request that no remedy can serve.

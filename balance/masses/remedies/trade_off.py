@@ -86,6 +86,7 @@ def trade_off_of(
             "rotor",
             price_of_mass=price,
             density=request.density,
+            thickness=request.thickness,
             relax=False,
         )
         if answer.verdict == "feasible" and answer.value is not None:

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from math import inf
 
 from balance.masses.designs.best_design import Design, design
+from balance.masses.designs.density import STEEL
 from balance.masses.designs.write_urdf import replace_inertials
 from balance.space.spaces.compute_space import design_space
 from balance.studies.synthesis.four_bars import FourBarDesign
@@ -23,8 +24,14 @@ LINKS = ("base", "crank", "coupler", "rocker", "tool")
 """Links of the file."""
 
 
-def balanced_four_bar(four_bar: FourBarDesign) -> tuple[bytes | None, Design]:
+def balanced_four_bar(
+    four_bar: FourBarDesign, density: float | None = STEEL, thickness: float | None = None
+) -> tuple[bytes | None, Design]:
     """Find the least masses that balance a four-bar with a coupler of 1 kg, and its file.
+
+    Args:
+        density: density of its links at most, kg/m³; None for points.
+        thickness: of the plates that its links are, metres; see `balance.design`.
 
     Returns:
         The bytes of the file, None if no masses balance it, and the design.
@@ -32,7 +39,9 @@ def balanced_four_bar(four_bar: FourBarDesign) -> tuple[bytes | None, Design]:
     linkage = load(Document(four_bar.kind, four_bar_urdf(four_bar)), bodies="all")
     # Exact arithmetic would see the rounding of the digits, which no design closes.
     bounds = {"coupler": (COUPLER_MASS, inf)}
-    best = design(design_space(linkage), "mass", bounds=bounds, density=None)
+    best = design(
+        design_space(linkage), "mass", bounds=bounds, density=density, thickness=thickness
+    )
     if best.verdict != "feasible":
         return None, best
     elements = {body.name: body.urdf for body in best.bodies if body.urdf}

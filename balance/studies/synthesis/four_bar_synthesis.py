@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
+
 import numpy as np
 
 from balance.motion.motion_tolerances import SYNTHESIS_MET
@@ -16,8 +18,11 @@ from balance.studies.synthesis.positions import size_of
 from balance.studies.synthesis.request import SynthesisRequest
 from kinematics.numerics.linalg.ties import rank_least_first
 
-# Most four-bars whose masses are tried.
-TRIES = 8
+# Most four-bars whose masses are tried. Of plates, those of each ratio of base and crank at
+# these parts of their order by size: large ones take less dense matter for the same tool.
+TRIES, PARTS = 8, (0.0, 0.1, 0.3, 0.6)
+# Thickness of plates, over the length of the base; the first that does is taken.
+THICKNESS = (1.0 / 20.0, 1.0 / 8.0)
 # Most general four-bars that are balanced, of which the lightest is the best, by the number of
 # positions: each costs half a second.
 GEARED = {2: 1, 3: 1, 4: 3, 5: 3}
@@ -25,7 +30,7 @@ GEARED = {2: 1, 3: 1, 4: 3, 5: 3}
 
 def special_four_bars(request: SynthesisRequest) -> Synthesis:
     """Search balanced four-bars, and masses for the best of each kind."""
-    mechanisms, count = [], 0
+    mechanisms, count, unbuilt = [], 0, False
     within = max(request.within, SYNTHESIS_MET * size_of(request.positions))
     for done, kind in enumerate(FOUR_BARS, 1):
         if len(request.positions) > 3:
@@ -36,28 +41,65 @@ def special_four_bars(request: SynthesisRequest) -> Synthesis:
             )
         meeting = [design for design in designs if design.miss <= within]
         count += len(meeting)
-        for four_bar in (meeting or designs)[:TRIES]:
-            mechanism = _four_bar(four_bar, within)
-            if mechanism is not None:
-                mechanisms.append(mechanism)
-                break
+        if meeting and request.density is not None:
+            tried = _of_plates(meeting, request.density, request.thickness, within)
+        else:
+            tried = (_four_bar(four_bar, within) for four_bar in (meeting or designs)[:TRIES])
+        first = next((mechanism for mechanism in tried if mechanism is not None), None)
+        if first is not None:
+            mechanisms.append(first)
+        unbuilt |= first is None and any(not each.defects for each in meeting)
         if request.progress is not None:
             request.progress(done, len(FOUR_BARS))
     ranked = sorted(
         mechanisms,
         key=lambda four_bar: (not four_bar.good, not four_bar.meets, len(four_bar.defects)),
     )
+    if unbuilt and not any(mechanism.good for mechanism in ranked):
+        # Those of the other kind have defects; these have none, and may have masses.
+        ranked = []
     return Synthesis(
-        request.positions, request.kind, None, tuple(ranked), count, within=request.within
+        request.positions,
+        request.kind,
+        None,
+        tuple(ranked),
+        count,
+        within=request.within,
+        density=request.density,
+        thickness=request.thickness,
     )
 
 
-def _four_bar(four_bar: FourBarDesign, within: float) -> SynthesizedMechanism | None:
+def _of_plates(
+    designs: Sequence[FourBarDesign], density: float, thickness: float | None, within: float
+) -> Iterator[SynthesizedMechanism | None]:
+    """Try four-bars of all ratios and sizes as plates, thin and small ones first."""
+    fewest = min(len(each.defects) for each in designs)
+    groups: dict[float, list[int]] = {}
+    for k, each in enumerate(designs):
+        if len(each.defects) == fewest:
+            groups.setdefault(each.ratio, []).append(k)
+    picked = {group[int(part * len(group))] for group in groups.values() for part in PARTS}
+    chosen = [designs[k] for k in sorted(picked)]
+    for part in THICKNESS if thickness is None else (0.0,):
+        for each in chosen:
+            base = abs(each.scale) * each.ratio
+            yield _four_bar(each, within, density, thickness or part * base)
+
+
+def _four_bar(
+    four_bar: FourBarDesign,
+    within: float,
+    density: float | None = None,
+    thickness: float | None = None,
+) -> SynthesizedMechanism | None:
     """Write and confirm a four-bar; None if the core finds no masses."""
-    urdf, best = balanced_four_bar(four_bar)
+    urdf, best = balanced_four_bar(four_bar, density, thickness)
     if urdf is None:
         return None
     numbers = {f"{body.name}_mass": float(body.mass) for body in best.bodies}
+    if thickness is not None:
+        numbers["thickness"] = thickness
     return _four_bar_mechanism(four_bar, urdf, numbers, within)
 
 
@@ -98,7 +140,7 @@ def geared_four_bars(request: SynthesisRequest) -> Synthesis:
     most = GEARED[len(request.positions)]
     mechanisms: list[SynthesizedMechanism] = []
     for done, four_bar in enumerate(designs[:TRIES], 1):
-        applied = balanced_by_rotors(four_bar)
+        applied = balanced_by_rotors(four_bar, request.density, request.thickness)
         if applied is not None:
             assert applied.urdf is not None and applied.added_mass is not None
             numbers = {
@@ -115,5 +157,12 @@ def geared_four_bars(request: SynthesisRequest) -> Synthesis:
     ranked = sorted((mechanisms[k] for k in ranks), key=lambda mechanism: not mechanism.good)
     remark = "links: bars of steel; tool: 1 kg; a rotor turns three times as far as its joint"
     return Synthesis(
-        request.positions, request.kind, None, tuple(ranked), len(designs), (remark,)
+        request.positions,
+        request.kind,
+        None,
+        tuple(ranked),
+        len(designs),
+        (remark,),
+        density=request.density,
+        thickness=request.thickness,
     )

@@ -10,6 +10,7 @@ coupler is a physical pendulum.
 
 from __future__ import annotations
 
+from balance.masses.designs.density import STEEL
 from balance.masses.remedies.applied import AppliedRemedy
 from balance.masses.remedies.counter_rotations.separate_rotors import apply_separate_rotors
 from balance.masses.remedies.request import RemedyRequest
@@ -24,8 +25,14 @@ from kinematics.model.document.element import Document
 GEAR, RADIUS = 3.0, 0.5
 
 
-def balanced_by_rotors(four_bar: GeneralFourBar) -> AppliedRemedy | None:
+def balanced_by_rotors(
+    four_bar: GeneralFourBar, density: float | None = STEEL, thickness: float | None = None
+) -> AppliedRemedy | None:
     """Add counterweights and counter-rotors to a four-bar of steel bars.
+
+    Args:
+        density: density of counterweights and rotors at most, kg/m³; None for points.
+        thickness: of the plates that they are, metres; None for other matter.
 
     Returns:
         The remedy, with its file; None if there is none that balances it.
@@ -42,7 +49,13 @@ def balanced_by_rotors(four_bar: GeneralFourBar) -> AppliedRemedy | None:
     }
     try:
         linkage = load(Document(four_bar.kind, four_bar_urdf(four_bar, inertials)))
-        request = RemedyRequest(linkage, gear=GEAR, radius=RADIUS * max(lengths))
+        request = RemedyRequest(
+            linkage,
+            gear=GEAR,
+            radius=RADIUS * max(lengths),
+            density=density,
+            thickness=thickness,
+        )
         request.check()
         remedies = apply_separate_rotors(request)
         return next((each for each in remedies if each.verdict == "feasible"), None)

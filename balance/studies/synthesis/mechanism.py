@@ -122,6 +122,8 @@ class Synthesis(WithPage, WithPicture):
         map: of the nonlinear case.
         construction: drawing of the linear case for two positions.
         within: distance up to which positions count as met, metres; 0 if they are met exactly.
+        density: density of the matter of four-bars at most, kg/m³; None without a limit.
+        thickness: of the plates that were asked for, metres.
     """
 
     page_maker = "synthesis:synthesis_page"
@@ -136,6 +138,8 @@ class Synthesis(WithPage, WithPicture):
     map: AngleErrorMap | CrossingMap | None = None
     construction: Construction | None = None
     within: float = 0.0
+    density: float | None = None
+    thickness: float | None = None
 
     @property
     def case(self) -> str:
@@ -153,11 +157,14 @@ class Synthesis(WithPage, WithPicture):
             not (mechanism.defects or mechanism.confirmation.confirmed) and mechanism.meets
             for mechanism in self.mechanisms
         )
+        unsure = unsure or (self.count > 0 and not self.mechanisms)
         return "undecided" if unsure else "infeasible"
 
     @property
     def words(self) -> str:
         """The verdict in words."""
+        if not self.mechanisms and self.count:
+            return f"undecided: {self._without_matter()}"
         if not self.mechanisms:
             return "infeasible: no such mechanism passes through the positions"
         first = self.mechanisms[0]
@@ -169,6 +176,17 @@ class Synthesis(WithPage, WithPicture):
             "infeasible": defects if first.meets else self._nearest(),
         }
         return f"{self.verdict}: {sentences[self.verdict]}"
+
+    def _without_matter(self) -> str:
+        """Say that mechanisms pass through the positions, and have no masses."""
+        matter = (
+            "masses" if self.density is None else f"matter of at most {self.density:g} kg/m³"
+        )
+        thick = "" if self.thickness is None else f" in plates {self.thickness:g} m thick"
+        return (
+            f"{count_noun(self.count, 'mechanism')} through the positions, but no "
+            f"{matter}{thick} balances those that were tried: allow denser or thicker matter"
+        )
 
     def _nearest(self) -> str:
         """Say by how much the nearest mechanism misses the positions."""
@@ -226,6 +244,8 @@ class Synthesis(WithPage, WithPicture):
             "words": self.words,
             "remarks": list(self.remarks),
             "within": self.within,
+            "density": self.density,
+            "thickness": self.thickness,
             "count": self.count,
             "mechanisms": [mechanism.to_dict() for mechanism in self.mechanisms],
             "contour": _contour(self.map),

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
+from balance.masses.designs.density import STEEL
 from balance.studies.synthesis.circle_points import MOST_POSITIONS
 from balance.studies.synthesis.pantograph import PantographMasses
 from balance.studies.synthesis.positions import FARTHEST, Position
@@ -25,6 +26,8 @@ class SynthesisRequest:
         window: range of x of the free pivot, and of y for three positions, metres.
         progress: called with the number of steps done and of all steps.
         within: distance up to which four-bars may miss four or more positions, metres.
+        density: density of the matter of four-bars at most, kg/m³; None for points.
+        thickness: of plates that this matter is, metres; None to have it chosen.
     """
 
     positions: tuple[Position, ...]
@@ -36,6 +39,8 @@ class SynthesisRequest:
     window: tuple[float, ...] | None = None
     progress: Callable[[int, int], None] | None = None
     within: float = 0.0
+    density: float | None = STEEL
+    thickness: float | None = None
 
     def check(self) -> None:
         """Refuse a request that contradicts itself.
@@ -72,6 +77,7 @@ class SynthesisRequest:
             raise UsageError(f"the pivot is not of finite numbers up to {FARTHEST:g} m")
         if self.kind != "pantograph" and self.masses is not None:
             raise UsageError("masses are for a pantograph: those of a four-bar follow")
+        self._check_matter()
         nonlinear = self.kind == "pantograph" and self.ratio is None
         if self.window is not None:
             wanted = 2 if len(self.positions) == 2 else 4
@@ -85,3 +91,15 @@ class SynthesisRequest:
                 raise UsageError(
                     f"a window goes from a number to a larger one, both up to {FARTHEST:g} m"
                 )
+
+    def _check_matter(self) -> None:
+        """Refuse a density or a thickness that matter cannot have."""
+        for name, value in (("density", self.density), ("thickness", self.thickness)):
+            if value is not None and not 0.0 < value < float("inf"):
+                raise UsageError(f"{name} {value:g}: give a positive number")
+        if self.kind == "pantograph" and (self.thickness or self.density != STEEL):
+            raise UsageError(
+                "density and thickness are for four-bars: the masses of a pantograph are given"
+            )
+        if self.thickness is not None and self.density is None:
+            raise UsageError("a thickness is for matter with a density: points have none")

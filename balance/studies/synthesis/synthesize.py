@@ -13,6 +13,7 @@ from dataclasses import asdict, replace
 import numpy as np
 from numpy.typing import ArrayLike
 
+from balance.masses.designs.density import STEEL
 from balance.motion.motion_tolerances import SYNTHESIS_LINK_FLAT
 from balance.studies.synthesis.angle_error import chain_angles
 from balance.studies.synthesis.balanced_pantograph import (
@@ -82,6 +83,8 @@ def synthesize(
     masses: PantographMasses | None = None,
     window: Sequence[float] | None = None,
     within: float = 0.0,
+    density: float | None = STEEL,
+    thickness: float | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> Synthesis:
     """Find balanced mechanisms whose tool passes through positions.
@@ -105,6 +108,12 @@ def synthesize(
             x and y of the moving pivot for three; metres.
         within: distance up to which a four-bar may miss four or more positions, metres; its
             angle counts as an arc of the size of the positions. By default it meets them.
+        density: density that the links of a kite or antiparallelogram, or the counterweights
+            and rotors of another four-bar, nowhere exceed, kg/m³; that of steel by default.
+            None for points, denser than any material.
+        thickness: of the plates that this matter is, metres. By default links are plates of a
+            twentieth of the base, or an eighth if those are too thin, and counterweights and
+            rotors are no plates.
         progress: called with the number of steps done and of all steps.
 
     Returns:
@@ -141,6 +150,8 @@ def synthesize(
         None if window is None else tuple(map(float, window)),
         progress,
         float(within),
+        density,
+        thickness,
     )
     request.check()
     if kind == "four-bar":

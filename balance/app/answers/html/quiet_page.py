@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from balance.app.answers.answer import AnswerTable
-from balance.app.answers.html.render import facts_list, render_page, rows_table
+from balance.app.answers.html.render import facts_list, render_page, rows_table, with_capital
 from balance.app.answers.html.robot_shapes import robot_shapes
 from balance.app.answers.html.scene import scene
 from balance.app.answers.html.time_panels import (
@@ -131,7 +131,8 @@ def _summary(plan: QuietMotion) -> str:
         for name, text in quiet_facts(plan)
         if name in ("quintic", "trapezoidal") and plan.feasible
     ]
-    return f"{'; '.join([plan.words, *changes])}."
+    sentence = "; ".join([plan.words, *changes])
+    return f"{with_capital(sentence)}."
 
 
 def _caption(plan: QuietMotion, motions: Sequence[_Shown]) -> str:
@@ -215,6 +216,8 @@ def _numbers(plan: QuietMotion, figures: MotionFigures) -> list[tuple[str, str]]
         ("shaking moment", f"{plan.size_text(figures.moment_peak)} N m"),
         ("shaking moment, rms", f"{plan.size_text(figures.moment_rms)} N m"),
     ]
+    kinds = {joint.name: joint.kind for joint in plan.linkage.joints}
     for name, value in zip(plan.linkage.inputs[:MAX_LINES], figures.torque, strict=False):
-        rows.append((f"torque {name}", number_text(float(value), ".3g")))
+        what, unit = ("force", "N") if kinds.get(name) == "prismatic" else ("torque", "N m")
+        rows.append((f"{what} {name}", f"{number_text(float(value), '.3g')} {unit}"))
     return [*rows, ("duration", f"{number_text(plan.duration)} s")]

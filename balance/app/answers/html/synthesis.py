@@ -15,6 +15,7 @@ from balance.app.answers.html.render import (
     fill_template,
     render_page,
     rows_table,
+    with_capital,
 )
 from balance.app.answers.html.synthesis_motion import mechanism_motion
 from balance.app.answers.text.synthesis import mechanism_rows, synthesis_facts
@@ -73,15 +74,23 @@ def synthesis_page(synthesis: Synthesis) -> str:
         number=str(number),
         moving=fill_template("synthesis_motion.html", {}) if motion else "",
         construction=drawn,
+        dashed=_dashed(synthesis),
         map=section,
         mechanisms=rows_table(mechanism_rows(synthesis)),
     )
 
 
+def _dashed(synthesis: Synthesis) -> str:
+    """Say what is dashed in the figure of the mechanism, if anything is."""
+    if synthesis.construction is not None:
+        return " Dashed: the construction with ruler and compass."
+    slot = synthesis.mechanisms and isinstance(synthesis.mechanisms[0].coupling, SlotCoupling)
+    return " Dashed: the slot in the base." if slot else ""
+
+
 def _summary(synthesis: Synthesis) -> str:
     """Say what was found, and where the best mechanism stands."""
-    words = synthesis.words
-    sentence = f"{words[0].upper()}{words[1:]}."
+    sentence = f"{with_capital(synthesis.words)}."
     if not synthesis.mechanisms:
         return sentence
     best = synthesis.mechanisms[0]
@@ -262,7 +271,7 @@ def _mechanism_curves(synthesis: Synthesis) -> list[_Curve]:
     for k, outline in enumerate(best.outlines):
         colour = COLOURS[k % len(COLOURS)]
         curves.append(_Curve(f"position {k + 1}", np.array(outline), colour, "line", True))
-    curves.append(_Curve("path of the tool", best.path, INK))
+    curves.append(_Curve("path of the tool", best.path, GREY))
     names = tuple(name.replace("_", " ") for name in best.pivots)
     pivots = np.array([*best.pivots.values()])
     curves.append(_Curve("pivots at position 1", pivots, INK, "marks", labels=names))

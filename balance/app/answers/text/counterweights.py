@@ -14,7 +14,7 @@ from balance.app.answers.text.linkage import linkage_facts
 from balance.masses.counterweights.answer import Counterweights
 from balance.masses.counterweights.counterweight import DENSITIES, Counterweight
 from balance.masses.designs.density import STEEL
-from balance.motion.verification.result import peak_change, round_off_of
+from balance.motion.verification.comparison import peak_change, round_off_of
 from balance.support.change_text import grows
 from balance.support.tolerances import MASSES_EQUAL
 from kinematics.numerics.linalg.ties import first_largest

@@ -63,6 +63,14 @@ def _best(mechanism: SynthesizedMechanism) -> list[tuple[str, str]]:
         angle = number_text(math.degrees(numbers["transmission_angle"]), ".3g")
         added = number_text(numbers["added_mass"], ".4g")
         pairs += [("transmission", f"{angle}° or more"), ("added", f"{added} kg")]
+    if "thickness" in numbers:
+        masses = ", ".join(
+            f"{name} {number_text(numbers[f'{name}_mass'])} kg"
+            for name in ("crank", "coupler", "rocker")
+        )
+        pairs.append(
+            ("plates", f"{number_text(1e3 * numbers['thickness'])} mm thick: {masses}")
+        )
     if "J1" in numbers:
         lengths = ", ".join(
             f"{name} {number_text(numbers[name], '.6g')}" for name in ("l1", "l2", "l3")

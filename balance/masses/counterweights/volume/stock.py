@@ -112,6 +112,9 @@ def fill(stock: Stock, form: Array, rays: int = FINE) -> Array:
         moments = part
     else:
         moments = integrate_positive_part(rays_of(stock.region, rays, stock.origin), Q)
+    if stock.mirror is not None:
+        # Rays are not mirrored, and halves that differ by their error leave moments.
+        moments = 0.5 * (moments + stock.mirror @ moments @ stock.mirror.T)
     return stock.per_volume * moments
 
 

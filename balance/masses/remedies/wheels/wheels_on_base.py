@@ -271,7 +271,9 @@ def balance_force(request: RemedyRequest) -> ForceBalanced:
     space = design_space(linkage, request.motion or None, "force")
     data, rim = request.base.data, ""
     if not space.as_given.balanced:
-        least = least_matter(space, request.links, request.regions, request.density)
+        least = least_matter(
+            space, request.links, request.regions, request.density, request.thickness
+        )
         verdict = least.matter.verdict
         if verdict != "feasible":
             raise NoWheel(verdict, f"a wheel takes no force, and {least.reason}", least.proof)

@@ -165,6 +165,9 @@ EXTREME = {
     (f"--positions '{TWO}' --fixed 0,1 --masses {{folder}}/odd.json", 3, "follows from"),
     (f"--positions '{TWO}' --fixed 0,1 --masses {{folder}}/text.json", 3, "is no JSON"),
     (f"--positions '{TWO}' --fixed 0,1 --kind four-bar --masses {{folder}}/bad.json", 2, "m3"),
+    (f"--positions '{TWO}' --fixed 0,1 --density 2700", 2, "for four-bars"),
+    (f"--positions '{TWO}' --fixed 0,1 --thickness 8mm", 2, "for four-bars"),
+    (f"--positions '{THREE}' --kind four-bar --density none --thickness 8mm", 2, "have none"),
     *((f"--positions '{TWO}' --fixed 0,1 --masses {{folder}}/{name}.json", code, said)
       for name, (_, code, said) in EXTREME.items()),
     (f"--positions '{TWO}' --fixed 1e308,1e308", 2, "finite numbers up to 1e+06 m"),

@@ -124,18 +124,18 @@ def root_of_squares(design):
 def test_the_written_four_bar_is_balanced_and_near_is_said():
     """Four planted positions are met; five others only within a distance that is given."""
     rng = np.random.default_rng(11)
-    synthesis = balance.synthesize(planted(rng, "kite", 4), kind="four-bar")
+    synthesis = balance.synthesize(planted(rng, "kite", 4), kind="four-bar", density=None)
     assert synthesis.verdict == "feasible" and synthesis.mechanisms[0].meets
     linkage = load(Document("kite", synthesis.mechanisms[0].urdf))
     assert balance.verify(linkage, trajectories=1).balanced
     places = [(0, 0, 0), (0.1, 0.05, 0.2), (0.2, 0.05, 0.4), (0.3, 0, 0.6), (0.35, -0.1, 0.9)]
-    far = balance.synthesize(places, kind="four-bar")
+    far = balance.synthesize(places, kind="four-bar", density=None)
     assert far.verdict == "infeasible" and "the nearest misses by up to" in far.words
     miss = max(
         far.mechanisms[0].position_error,
         size_of(far.positions) * far.mechanisms[0].angle_error,
     )
-    near = balance.synthesize(places, kind="four-bar", within=1.01 * miss)
+    near = balance.synthesize(places, kind="four-bar", within=1.01 * miss, density=None)
     assert near.verdict == "feasible" and near.mechanisms[0].meets
 
 

@@ -177,7 +177,12 @@ class Chart {
       }
     }
     if (mode.includes("text")) {
-      points.forEach((p, k) => p && this.write(p[0] + 6, p[1] - 6, trace.text[k] || "", {fill: CURVE_SOFT, class: "halo"}));
+      points.forEach((p, k) => {
+        if (!p) return;
+        /* To the left of its point where the panel ends on the right. */
+        const text = trace.text[k] || "", left = p[0] + 6 + wide(text) > panel.right;
+        this.write(p[0] + (left ? -6 : 6), p[1] - 6, text, {fill: CURVE_SOFT, class: "halo", "text-anchor": left ? "end" : "start"});
+      });
     }
   }
   drawShapes(panel, where) {

@@ -18,6 +18,7 @@ function showRun() {
     trail.push(pointAt(stage.pose));
   }
   stage.trail = {points: trail, at: null};
+  stage.view.hold(trail);
   /* The names of what moves: the tool, and the joints of the curves. */
   stage.named = {bodies: [plain(tool ? tool.name : body.name)], joints: run.chart.data.map(({name}) => name)};
   place.max = run.q.length - 1;

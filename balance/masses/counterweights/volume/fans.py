@@ -94,13 +94,13 @@ def _turn(start: float, end: float) -> float:
     return float((end - start) % FULL_TURN)
 
 
-def _common(one: Arc, other: Arc) -> list[Arc]:
+def _common(first: Arc, second: Arc) -> list[Arc]:
     """List the arcs that two arcs have in common: two if both reach round."""
-    if one.width >= FULL_TURN:
-        return [other]
-    ahead = _turn(one.start, other.start)
+    if first.width >= FULL_TURN:
+        return [second]
+    ahead = _turn(first.start, second.start)
     pieces = [
-        (max(0.0, start), min(one.width, start + other.width))
+        (max(0.0, start), min(first.width, start + second.width))
         for start in (ahead - FULL_TURN, ahead)
     ]
-    return [Arc(one.start + a, b - a) for a, b in pieces if b > a]
+    return [Arc(first.start + a, b - a) for a, b in pieces if b > a]

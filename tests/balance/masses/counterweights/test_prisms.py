@@ -11,6 +11,8 @@ from balance.masses.counterweights.volume.stock import Stock, fill
 from kinematics.errors import UsageError
 
 BOX = read_region("box(-1:1,-1:1,-1:1)")
+CYLINDER = read_region("cylinder(0,0,0,0,0,1,1,2)")
+STEEL = 7850.0
 
 
 def test_a_quarter_of_a_disc_in_the_corner_of_a_box_is_that_of_the_textbook():
@@ -66,3 +68,21 @@ def test_a_turned_box_is_the_hull_of_its_turned_corners():
     for wrong in ("box(0:1,0:1,0:1,0.1)", "box(0:1,0:1,0,1,2,3)", "box(0:1,0:1,0:1,0:1,0,0)"):
         with pytest.raises(UsageError, match="or with ,roll,pitch,yaw"):
             read_region(wrong)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_the_part_of_a_plate_that_a_quadric_cuts_off_is_in_equal_halves(seed):
+    """Nothing is left of the products with the normal, although rays are not mirrored."""
+    mirror = np.diag([1.0, 1.0, -1.0, 1.0])
+    stock = Stock(CYLINDER, STEEL, mirror)
+    form = np.random.default_rng(seed).normal(size=(4, 4))
+    form = form + form.T
+    P, doubled = (
+        fill(stock, form),
+        fill(Stock(CYLINDER, STEEL), form + mirror @ form @ mirror),
+    )
+    assert np.abs(P[2, [0, 1, 3]]).max() <= 1e-15 * P[3, 3]
+    # The same part, and the same matter in all that is even.
+    even = [(0, 0), (0, 1), (1, 1), (2, 2), (0, 3), (1, 3), (3, 3)]
+    for i, j in even:
+        assert P[i, j] == pytest.approx(doubled[i, j], abs=1e-9 * P[3, 3])

@@ -44,24 +44,6 @@ def direction(rng):
     return n / np.linalg.norm(n)
 
 
-@pytest.mark.parametrize("seed", range(4))
-def test_the_part_of_a_plate_that_a_quadric_cuts_off_is_in_equal_halves(seed):
-    """Nothing is left of the products with the normal, although rays are not mirrored."""
-    mirror = np.diag([1.0, 1.0, -1.0, 1.0])
-    stock = Stock(UNIT["cylinder"], STEEL, mirror)
-    form = np.random.default_rng(seed).normal(size=(4, 4))
-    form = form + form.T
-    P, doubled = (
-        fill(stock, form),
-        fill(Stock(UNIT["cylinder"], STEEL), form + mirror @ form @ mirror),
-    )
-    assert np.abs(P[2, [0, 1, 3]]).max() <= 1e-15 * P[3, 3]
-    # The same part, and the same matter in all that is even.
-    even = [(0, 0), (0, 1), (1, 1), (2, 2), (0, 3), (1, 3), (3, 3)]
-    for i, j in even:
-        assert P[i, j] == pytest.approx(doubled[i, j], abs=1e-9 * P[3, 3])
-
-
 @pytest.mark.parametrize("height", [-0.7, 0.0, 0.4, 0.95])
 def test_a_cap_of_a_ball_has_the_volume_and_centre_of_the_textbook(height):
     n, depth = direction(np.random.default_rng(2)), 1.0 - height

@@ -11,16 +11,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
+from fractions import Fraction
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from balance.space.formulas.input_relations import (
-    RateRelation,
-    parts_without_turn,
-    rate_relations,
-)
+from balance.space.formulas.input_relations import RateRelation, rate_relations
 from balance.space.formulas.notations import plain_name
 from balance.space.formulas.parameters import Parameter, in_part_frame
 from balance.space.spaces.design_space import DesignSpace
@@ -29,6 +26,7 @@ from kinematics.errors import ExactError
 from kinematics.model.chain import rigid_parts
 from kinematics.model.linkage import Joint
 from kinematics.numerics.array_types import Array
+from kinematics.numerics.linalg.rational import echelon
 
 GROUND_PART = 0
 
@@ -191,7 +189,7 @@ def planar_parts(space: DesignSpace) -> PlanarParts:
         }
         for row in rate_relations(space)
     ]
-    unturned = parts_without_turn(relations, joints)
+    unturned = _parts_without_turn(relations, joints)
     dimensions: list[Dimension] = []
     for number, part in enumerate(parts):
         _place_frame(space.source, part, joints)
@@ -344,3 +342,32 @@ def _with_offset(
             )
         )
     return joint._replace(signs=(signs[0], signs[1]), offset=offset)
+
+
+def _parts_without_turn(
+    relations: Sequence[RateRelation], joints: Sequence[PartJoint]
+) -> frozenset[int]:
+    """Find the moving parts that relations keep from turning; those that slide do not count.
+
+    Args:
+        relations: of the rates of the joints, about the normal of the plane.
+        joints: of the linkage; part 0 is the ground.
+    """
+    count = 1 + max((max(joint.parts) for joint in joints), default=0)
+    rows = []
+    for relation in relations:
+        row = [Fraction(0)] * count
+        for k, c in relation.items():
+            if not joints[k].slides:
+                base, part = joints[k].parts
+                row[part] += c
+                row[base] -= c
+        rows.append(row[1:])
+    sliding = {part for joint in joints if joint.slides for part in joint.parts}
+    solved, _ = echelon(rows) if rows else ([], [])
+    still = {
+        next(k for k, c in enumerate(row, start=1) if c)
+        for row in solved
+        if sum(c != 0 for c in row) == 1
+    }
+    return frozenset(still - sliding)

@@ -19,7 +19,7 @@ from balance.masses.counterweights.regions import Region, cylinder_region, secto
 from balance.masses.counterweights.shaped.across_plane import axes_and_height, height_within
 from balance.masses.counterweights.shaped.weight_shape import WeightShape
 from balance.masses.counterweights.volume.decide_filled import decide_filled
-from balance.masses.counterweights.volume.fans import Arc, Fan, widest_arc_left
+from balance.masses.counterweights.volume.fans import AngleRange, Fan, widest_arc_left
 from balance.masses.counterweights.volume.stock import Stock, fill
 from balance.masses.designs.mass_regions import joint_points
 from balance.support.tolerances import SHAPE_INSIDE
@@ -69,7 +69,7 @@ def fan_of(free: Counterweights, body: int, stock: Stock, shape: WeightShape) ->
     for normal, room in zip(normals, rooms.tolist(), strict=True):
         if room < radius * (1.0 - SHAPE_INSIDE):
             half = float(np.arccos(max(-1.0, room / radius)))
-            arcs.append(Arc(float(np.arctan2(normal[1], normal[0])) - half, 2.0 * half))
+            arcs.append(AngleRange(float(np.arctan2(normal[1], normal[0])) - half, 2.0 * half))
     allowed = widest_arc_left(arcs)
     if allowed is None:
         raise UsageError(
@@ -123,7 +123,7 @@ def _sector(weight: Counterweight, stock: Stock) -> Counterweight | None:
     sizes = np.linalg.norm(place[:3, :3], axis=0)
     axes = np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]]) @ (place[:3, :3] / sizes).T
     region = sector_region(place[:3, 3], axes, sizes[0], 2.0 * float(sizes[2]), 0.5 * arc.width)
-    whole = Fan(Arc(-0.5 * arc.width, arc.width))
+    whole = Fan(AngleRange(-0.5 * arc.width, arc.width))
     matter = Stock(region, stock.density, fan=whole)
     return filled_counterweight(weight.link, matter, WHOLE, fill(matter, WHOLE))
 

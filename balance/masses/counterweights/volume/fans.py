@@ -23,7 +23,7 @@ from kinematics.numerics.linalg.ties import first_largest
 FULL_TURN = 2.0 * np.pi
 
 
-class Arc(NamedTuple):
+class AngleRange(NamedTuple):
     """Directions from one on, counter-clockwise.
 
     Attributes:
@@ -47,19 +47,19 @@ class Fan(NamedTuple):
         allowed: the directions.
     """
 
-    allowed: Arc
+    allowed: AngleRange
 
-    def arcs(self, form: Array) -> list[Arc]:
+    def arcs(self, form: Array) -> list[AngleRange]:
         """List the allowed directions in which the integral of a form (4, 4) is positive."""
         (gx, gy), c = (2.0 * form[:2, 3]).tolist(), float(form[3, 3])
         size = float(np.hypot(gx, gy))
         if 1.5 * abs(c) >= size:
             return [self.allowed] if c > 0.0 else []
         half = float(np.arccos(-1.5 * c / size))
-        return _common(self.allowed, Arc(float(np.arctan2(gy, gx)) - half, 2.0 * half))
+        return _common(self.allowed, AngleRange(float(np.arctan2(gy, gx)) - half, 2.0 * half))
 
     @staticmethod
-    def moments(arcs: Sequence[Arc]) -> Array:
+    def moments(arcs: Sequence[AngleRange]) -> Array:
         """Compute ``∫ [u; 1][u; 1]ᵀ`` (4, 4) over the sectors of arcs."""
         total = np.zeros((4, 4))
         for arc in arcs:
@@ -75,16 +75,16 @@ class Fan(NamedTuple):
         return total
 
 
-def widest_arc_left(excluded: Sequence[Arc]) -> Arc | None:
+def widest_arc_left(excluded: Sequence[AngleRange]) -> AngleRange | None:
     """Return the widest arc outside all of some arcs; None if they leave none."""
     if not excluded:
-        return Arc(0.0, FULL_TURN)
+        return AngleRange(0.0, FULL_TURN)
     free = []
     for arc in excluded:
         end = arc.start + arc.width
         others = [other for other in excluded if other is not arc]
         if not any(0.0 <= _turn(other.start, end) < other.width for other in others):
-            free.append(Arc(end, min(_turn(end, other.start) for other in excluded)))
+            free.append(AngleRange(end, min(_turn(end, other.start) for other in excluded)))
     free = [arc for arc in free if arc.width > 0.0]
     return free[first_largest([arc.width for arc in free])] if free else None
 
@@ -94,7 +94,7 @@ def _turn(start: float, end: float) -> float:
     return float((end - start) % FULL_TURN)
 
 
-def _common(first: Arc, second: Arc) -> list[Arc]:
+def _common(first: AngleRange, second: AngleRange) -> list[AngleRange]:
     """List the arcs that two arcs have in common: two if both reach round."""
     if first.width >= FULL_TURN:
         return [second]
@@ -103,4 +103,4 @@ def _common(first: Arc, second: Arc) -> list[Arc]:
         (max(0.0, start), min(first.width, start + second.width))
         for start in (ahead - FULL_TURN, ahead)
     ]
-    return [Arc(first.start + a, b - a) for a, b in pieces if b > a]
+    return [AngleRange(first.start + a, b - a) for a, b in pieces if b > a]

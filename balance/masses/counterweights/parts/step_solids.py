@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 LIBRARY = "build123d"
 INSTALL = "python -m pip install 'screwbalance[cad]'"
-# What stands for the time of writing: the same solid is the same file.
+# What stands for the time of writing in the file.
 NO_TIME = "1970-01-01T00:00:00"
 
 

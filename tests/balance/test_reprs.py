@@ -183,6 +183,7 @@ def results():
         (space, "verified: balanced at"),
         (space, "ranks by order 3, 6, 7"),
         (required, "force; gravity"),
+        (balance.motion.verify_against(verification, verification), "Shaking force"),
         (balance.masses.least_violation(required, ["crank"], 0.1), "costs most"),
         (record_of(space), "nullity 5 = 4 serial + 1 par"),
         (open_space, "estimated: by floating-point arithmetic alone"),

@@ -228,6 +228,11 @@ def from_linkages(linkage, folder):
         "sweep": lambda: balance.sweep(linkage, {"coupler.length": [0.9]})["rank"],
         "timed_path": lambda: balance.motion.timed_path(linkage, path).q,
         "verify": lambda: balance.verify(linkage, trajectories=1, samples=8).force,
+        "verify_against": lambda: (
+            balance.motion.verify_against(
+                linkage, "four_bar_kite", trajectories=1, samples=8
+            ).sentence
+        ),
     }
 
 

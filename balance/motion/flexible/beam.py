@@ -26,8 +26,6 @@ if TYPE_CHECKING:
 # Four points integrate the mass of cubic shapes exactly.
 GAUSS_POINTS: Array = 0.5 + 0.5 * np.polynomial.legendre.leggauss(4)[0]
 GAUSS_WEIGHTS: Array = 0.5 * np.polynomial.legendre.leggauss(4)[1]
-# Of a rectangular section.
-SHEAR_FACTOR = 5.0 / 6.0
 
 
 @dataclass(frozen=True)
@@ -86,6 +84,7 @@ def rectangular_beam(
     modulus: float,
     density: float,
     poisson: float = 0.3,
+    shear_factor: float = 5.0 / 6.0,
     classical: bool = False,
 ) -> Beam:
     """Build a beam of rectangular section.
@@ -97,6 +96,7 @@ def rectangular_beam(
         modulus: Young's modulus, in N/m².
         density: in kg/m³.
         poisson: Poisson's ratio, for the shear modulus.
+        shear_factor: shear area over the area of the section.
         classical: leave out stretch, shear and rotary inertia (Euler-Bernoulli).
 
     Raises:
@@ -107,6 +107,7 @@ def rectangular_beam(
         "width": width,
         "modulus": modulus,
         "density": density,
+        "shear factor": shear_factor,
         "1 + Poisson's ratio": 1.0 + poisson,
     }
     for name, value in given.items():
@@ -115,7 +116,7 @@ def rectangular_beam(
     area, second = thickness * width, width * thickness**3 / 12.0
     if classical:
         return Beam(length, modulus * second, density * area)
-    shear = SHEAR_FACTOR * modulus / (2.0 * (1.0 + poisson)) * area
+    shear = shear_factor * modulus / (2.0 * (1.0 + poisson)) * area
     return Beam(
         length, modulus * second, density * area, modulus * area, shear, density * second
     )

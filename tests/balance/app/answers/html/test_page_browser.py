@@ -260,7 +260,7 @@ def test_the_page_asks_for_nothing_and_does_not_complain(browser, pages):
 @pytest.mark.browser
 def test_names_of_files_do_not_run(browser, tmp_path):
     opened(browser, written(tmp_path, hostile(tmp_path)))
-    assert one(browser, "h1").text == "four_bar" + HOSTILE
+    assert one(browser, "h1").text == f"four_bar{HOSTILE} (hostile.urdf)"
     assert one(browser, ".slider label").text == "j1" + HOSTILE
     assert not browser.find_elements("css selector", "h1 b, label b, option b, td b, dd b")
     assert complaints(browser) == []

@@ -28,6 +28,7 @@ from kinematics.loading.warmup import (
     warm_up_single_poses,
 )
 from kinematics.model.linkage import Linkage
+from kinematics.numerics.compiled.background import verb_in_need
 
 SMALL_STEP = 0.01
 # Kinds of balance, and whether in space, that need kernels of their own.
@@ -48,8 +49,13 @@ def warm_up_balance() -> Iterator[None]:
 
 
 def warm_up_single(linkages: Sequence[Linkage]) -> Iterator[None]:
-    """Run what is done with linkages in one pose and geometry; yields after each stage."""
-    yield from _run_stages(linkages, _find_space, _move, _predict, _find_other_spaces)
+    """Run what is done with linkages in one pose and geometry; yields after each stage.
+
+    What the command that waits for kernels does most comes first.
+    """
+    first = NEEDED.get(verb_in_need(), _find_space)
+    stages = (_find_space, _move, _predict, _find_other_spaces)
+    yield from _run_stages(linkages, *sorted(stages, key=lambda work: work is not first))
     yield from warm_up_single_poses(linkages)
 
 
@@ -72,6 +78,10 @@ def _find_space(linkage: Linkage) -> None:
 def _move(linkage: Linkage) -> None:
     for way in random_motions(linkage, 1, 3):
         shaking(linkage, way.q, way.qd, way.qdd)
+
+
+# What a verb does most, if that is not to find a design space.
+NEEDED = {"verify": _move}
 
 
 def _predict(linkage: Linkage) -> None:

@@ -73,6 +73,7 @@ class _ProcessChoice:
     """The choices made for this process."""
 
     default = "now"
+    verb = ""
     warm_up: _WarmUp | None = None
 
 
@@ -96,6 +97,11 @@ def compile_mode() -> str:
     if chosen not in MODES:
         raise UsageError(f"{VARIABLE}={chosen!r}: choose from {', '.join(MODES)}")
     return chosen
+
+
+def verb_in_need() -> str:
+    """Return the verb of the command that this process compiles for; empty if for none."""
+    return _ProcessChoice.verb
 
 
 def register_warm_up(module: str, stages: Callable[[], Iterator[None]]) -> None:
@@ -210,7 +216,10 @@ def _start_background() -> None:
     variables = {"PYTHONPATH": os.pathsep.join(filter(None, above)), VARIABLE: "now"}
     try:
         subprocess.Popen(
-            [sys.executable, "-P", "-c", CHILD.format(_ProcessChoice.warm_up.module)],
+            [
+                *(sys.executable, "-P", "-c", CHILD.format(_ProcessChoice.warm_up.module)),
+                *sys.argv[1:2],
+            ],
             cwd=folder,
             env=os.environ | variables | {"OPENBLAS_NUM_THREADS": "1"},
             stdin=subprocess.DEVNULL,
@@ -228,7 +237,8 @@ def _start_background() -> None:
 def compile_in_background() -> int:
     """Compile all kernels in a process of its own, unless another does; return the exit code.
 
-    The lock ends with the process, however it ends. A failure is written to ``kernels.log``,
+    The kernels that the command needs come first: its verb is the argument of the process. The
+    lock ends with the process, however it ends. A failure is written to ``kernels.log``,
     and the next command tries again.
     """
     from filelock import FileLock, Timeout
@@ -236,6 +246,7 @@ def compile_in_background() -> int:
     lower = getattr(os, "nice", None)
     if lower is not None:
         lower(COMPILER_NICENESS)
+    _ProcessChoice.verb = next(iter(sys.argv[1:2]), "")
     folder = cache_folder()
     if folder is None or _ProcessChoice.warm_up is None:
         return 1

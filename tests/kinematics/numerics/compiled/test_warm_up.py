@@ -1,5 +1,8 @@
 """The warm-up of a package runs everything that has kernels."""
 
+import pytest
+
+import balance.app.warmup as balance_warmup
 from kinematics.loading import warmup
 
 
@@ -17,3 +20,14 @@ def test_kinematics_alone_warms_up_single_and_many_poses(monkeypatch):
     assert sum(1 for _ in warmup.warm_up_kinematics()) > len(linkages)
     assert all(linkage in expanded for linkage in linkages)
     assert expanded_at_many == linkages
+
+
+@pytest.mark.parametrize(("verb", "first"), [("verify", "_move"), ("report", "_find_space")])
+def test_the_kernels_that_a_command_needs_come_first(verb, first, monkeypatch):
+    run = []
+    monkeypatch.setattr(
+        balance_warmup, "_run_stages", lambda _, *stages: run.extend(stages) or ()
+    )
+    monkeypatch.setattr(balance_warmup, "verb_in_need", lambda: verb)
+    assert list(balance_warmup.warm_up_single([])) == []
+    assert run[0].__name__ == first and len({*run}) == len(run) == 4

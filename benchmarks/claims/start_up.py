@@ -217,8 +217,7 @@ class FirstLongCommand(_Commands):
     claims = (("track_first", "track_better", 1.3),)
 
     def setup(self, verb: str) -> None:
-        """Write the study of 2000 geometries."""
-        compile_kernels()
+        """Look up the words of the command; every run has an empty cache."""
         self.words = LONG[verb]
 
     def _clock(self, way: str) -> np.ndarray:

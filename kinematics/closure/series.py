@@ -141,8 +141,8 @@ def _make_series_kernel(dim):
                             dim, k, w, ends, mimics, columns, envelope, t, b
                         )
                         if opens:
-                            left = solve_least_norm(F, envelope, diagonal, b)
-                            residual[k] = max(residual[k], left)
+                            gap = solve_least_norm(F, envelope, diagonal, b)
+                            residual[k] = max(residual[k], gap)
                         # The solution, by columns of the envelope, is C_k.
                         for d in range(nd):
                             c[k, joints[d], w] = b[d]

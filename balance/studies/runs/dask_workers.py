@@ -110,8 +110,8 @@ def _windowed(
     for future in done:
         outcome: ChunkOutcome = future.result()
         future.release()
-        left = outcome.chunk, outcome.next_row
-        task = left if outcome.next_row else next(rest, None)
+        remainder = outcome.chunk, outcome.next_row
+        task = remainder if outcome.next_row else next(rest, None)
         if task is not None:
             done.add(_submit(client, made, task))
         yield outcome

@@ -122,9 +122,9 @@ class SweepJob:
             with np.errstate(over="ignore", invalid="ignore"):
                 parts.append(_compute_rows(plan, start, start + step))
             row += step
-            left = PART_SECONDS - (monotonic() - begin)
-            each = (monotonic() - begin) / (row - first)
-            step = max(1, min(2 * step, int(left / max(each, SHORTEST))))
+            spent = monotonic() - begin
+            each = max(spent / (row - first), SHORTEST)
+            step = max(1, min(2 * step, int((PART_SECONDS - spent) / each)))
         columns = {
             column.name: list(chain.from_iterable(part[column.name] for part in parts))
             for column in self.columns

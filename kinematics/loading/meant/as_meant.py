@@ -312,11 +312,12 @@ class _Snapping:
             self._n.append(self._direction(j, before, turning, beside))
             self._units = np.vstack([self._units, _unit(self._n[j])])
             self._p.append(nearby_vector(joint.point))
-            if joint.kind != "prismatic":
-                axes = [k for k in beside if self._linkage.joints[k].kind != "prismatic"]
-                anchors = axes[:1] if turning == GROUND else [turning]
-                for k in anchors:
-                    self._place(j, k)
+            anchor = turning
+            if turning == GROUND:
+                axes = (k for k in beside if self._linkage.joints[k].kind != "prismatic")
+                anchor = next(axes, GROUND)
+            if joint.kind != "prismatic" and anchor != GROUND:
+                self._place(j, anchor)
             n, p = self._n[j], self._p[j]
             if joint.kind == "prismatic":
                 screws.append((Fraction(0),) * 3 + n)

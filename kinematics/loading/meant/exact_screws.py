@@ -261,7 +261,7 @@ def _spherical_figure(
         members = tuple(joints[k] for k in group)
         pins.append(Pin(members, _pin_angles(widths, members, tilted)))
         places.append(_unit_vector(axes[group[0]]))
-    where = np.array([_floats(place) for place in places]).reshape(-1, 3)
+    where = np.array([_floats(place) for place in places])
     relations = find_relations(
         where, pins, (), False, 1.0, limit, widths.links, LinkShapes(linkage, widths)
     )

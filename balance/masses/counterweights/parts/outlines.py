@@ -210,11 +210,13 @@ def _with_arcs(loop: Array, circles: tuple[Circle, ...]) -> Array:
         runs += [(at, run, int(edges[at]))] if many else [(at + i, 1, -1) for i in range(run)]
         k += run
     exact = loop.copy()
-    for (at, _, one), (_, _, before) in zip(runs, [runs[-1], *runs[:-1]], strict=True):
+    for (at, _, circle_here), (_, _, circle_before) in zip(
+        runs, [runs[-1], *runs[:-1]], strict=True
+    ):
         # Polygons have corners off their circle, by so little as keeps its area.
-        if (one >= 0) != (before >= 0):
-            line = (at - 1 if one >= 0 else at + 1) % count
-            circle = circles[max(one, before)]
+        if (circle_here >= 0) != (circle_before >= 0):
+            line = (at - 1 if circle_here >= 0 else at + 1) % count
+            circle = circles[max(circle_here, circle_before)]
             exact[at % count] = _onto(loop[at % count], loop[line], circle)
     corners = []
     for at, run, number in runs:

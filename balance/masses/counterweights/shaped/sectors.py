@@ -105,10 +105,10 @@ def decide_sectors(
     made = tuple(weight for weight in weights if weight is not None)
     if len(made) < len(weights):
         return blank, bound
-    found = replace(
+    shaped = replace(
         blank, verdict="feasible", z=answer.z, residual=answer.residual, weights=made
     )
-    return found, bound
+    return shaped, bound
 
 
 def _sector(weight: Counterweight, stock: Stock) -> Counterweight | None:

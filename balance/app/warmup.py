@@ -28,7 +28,7 @@ from kinematics.loading.warmup import (
     warm_up_single_poses,
 )
 from kinematics.model.linkage import Linkage
-from kinematics.numerics.compiled.background import verb_in_need
+from kinematics.numerics.compiled.background import waiting_verb
 
 SMALL_STEP = 0.01
 # Kinds of balance, and whether in space, that need kernels of their own.
@@ -53,7 +53,7 @@ def warm_up_single(linkages: Sequence[Linkage]) -> Iterator[None]:
 
     What the command that waits for kernels does most comes first.
     """
-    first = NEEDED.get(verb_in_need(), _find_space)
+    first = NEEDED.get(waiting_verb(), _find_space)
     stages = (_find_space, _move, _predict, _find_other_spaces)
     yield from _run_stages(linkages, *sorted(stages, key=lambda work: work is not first))
     yield from warm_up_single_poses(linkages)

@@ -91,12 +91,12 @@ def _import_remedy(name: str) -> Apply:
                 else transmissions.apply_parallelogram_transmission
             )
         case "passive_wheel" | "active_wheel":
-            from balance.masses.remedies.wheels import balancing_wheels as wheels
+            from balance.masses.remedies.balancers import balancing_wheels as wheels
 
             passive = name == "passive_wheel"
             return wheels.apply_passive_wheel if passive else wheels.apply_active_wheel
         case "moving_mass" | "cam_mass":
-            from balance.masses.remedies.wheels import moving_body
+            from balance.masses.remedies.balancers import moving_body
 
             motors = name == "moving_mass"
             return moving_body.apply_moving_mass if motors else moving_body.apply_cam_mass

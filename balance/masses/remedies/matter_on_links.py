@@ -11,14 +11,14 @@ from balance.masses.counterweights.write_counterweights import with_counterweigh
 from balance.masses.partial.budgets import partial
 from balance.masses.partial.motion_loads import input_inertia
 from balance.masses.remedies.applied import AppliedRemedy, refused, with_cost
+from balance.masses.remedies.balancers.on_base import (
+    ForceBalanced,
+    NoBalancer,
+    balance_force,
+)
 from balance.masses.remedies.judge import MOTIONS, POSES, judge
 from balance.masses.remedies.request import RemedyRequest
 from balance.masses.remedies.variant import Variant
-from balance.masses.remedies.wheels.wheels_on_base import (
-    ForceBalanced,
-    NoWheel,
-    balance_force,
-)
 from balance.motion.motion_tolerances import SHAKING_RELATIVE
 from balance.motion.verification.shaking_wrench import move_wrenches, shaking_along
 from balance.motion.verification.trajectory import Trajectory, drive, random_motions
@@ -56,7 +56,7 @@ def apply_force_masses(request: RemedyRequest) -> Iterator[AppliedRemedy]:
     words = f"matter on {', '.join(request.links)} against the force alone"
     try:
         balanced = balance_force(request)
-    except NoWheel as no:
+    except NoBalancer as no:
         reason = no.reason.removeprefix("a wheel takes no force, and ")
         yield replace(
             refused("force_masses", reason, words), verdict=no.verdict, proof=no.proof

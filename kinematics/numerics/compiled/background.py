@@ -99,7 +99,7 @@ def compile_mode() -> str:
     return chosen
 
 
-def verb_in_need() -> str:
+def waiting_verb() -> str:
     """Return the verb of the command that this process compiles for; empty if for none."""
     return _ProcessChoice.verb
 

@@ -19,7 +19,7 @@ from balance.masses.counterweights.regions import Region, cylinder_region, secto
 from balance.masses.counterweights.shaped.across_plane import axes_and_height, height_within
 from balance.masses.counterweights.shaped.weight_shape import WeightShape
 from balance.masses.counterweights.volume.decide_filled import decide_filled
-from balance.masses.counterweights.volume.fans import AngleRange, Fan, widest_arc_left
+from balance.masses.counterweights.volume.fans import AngleRange, Fan, widest_free_arc
 from balance.masses.counterweights.volume.stock import Stock, fill
 from balance.masses.designs.mass_regions import joint_points
 from balance.support.tolerances import SHAPE_INSIDE
@@ -70,7 +70,7 @@ def fan_of(free: Counterweights, body: int, stock: Stock, shape: WeightShape) ->
         if room < radius * (1.0 - SHAPE_INSIDE):
             half = float(np.arccos(max(-1.0, room / radius)))
             arcs.append(AngleRange(float(np.arctan2(normal[1], normal[0])) - half, 2.0 * half))
-    allowed = widest_arc_left(arcs)
+    allowed = widest_free_arc(arcs)
     if allowed is None:
         raise UsageError(
             f"region {stock.region.text} holds no sector of radius {radius:g} m about joint "

@@ -75,7 +75,7 @@ class Fan(NamedTuple):
         return total
 
 
-def widest_arc_left(excluded: Sequence[AngleRange]) -> AngleRange | None:
+def widest_free_arc(excluded: Sequence[AngleRange]) -> AngleRange | None:
     """Return the widest arc outside all of some arcs; None if they leave none."""
     if not excluded:
         return AngleRange(0.0, FULL_TURN)

@@ -9,13 +9,13 @@ from scipy.interpolate import make_interp_spline
 
 import balance
 import kinematics
-from balance.masses.remedies.request import RemedyRequest
-from balance.masses.remedies.wheels.balancing_wheels import (
+from balance.masses.remedies.balancers.balancing_wheels import (
     apply_active_wheel,
     apply_passive_wheel,
 )
-from balance.masses.remedies.wheels.varying_ratio import VaryingRatio, integrate
-from balance.masses.remedies.wheels.wheels_on_base import balance_force
+from balance.masses.remedies.balancers.on_base import balance_force
+from balance.masses.remedies.balancers.varying_ratio import VaryingRatio, integrate
+from balance.masses.remedies.request import RemedyRequest
 from balance.motion.verification.trajectory import drive, random_motions
 from kinematics.errors import PoseError
 from kinematics.model.document.element import Document

@@ -9,8 +9,8 @@ from scipy.interpolate import make_interp_spline
 import balance
 import kinematics
 from balance.masses.remedies.applied import AppliedRemedy
+from balance.masses.remedies.balancers.moving_body import apply_cam_mass, apply_moving_mass
 from balance.masses.remedies.request import RemedyRequest
-from balance.masses.remedies.wheels.moving_body import apply_cam_mass, apply_moving_mass
 from balance.motion.verification.trajectory import drive
 from kinematics.loading.model_gallery import as_linkage
 from kinematics.model.document.element import Document
@@ -85,7 +85,7 @@ def test_no_momentum_is_left_along_the_motion_of_the_file(model, aim):
 @pytest.mark.slow
 def test_the_body_is_where_it_turns_least():
     """Its angular momentum along the random motions, from places around."""
-    from balance.masses.remedies.wheels import moving_body
+    from balance.masses.remedies.balancers import moving_body
 
     request = RemedyRequest(as_linkage("four_bar_general"))
     ready = moving_body._prepare(request)

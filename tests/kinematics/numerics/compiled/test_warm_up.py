@@ -28,6 +28,6 @@ def test_the_kernels_that_a_command_needs_come_first(verb, first, monkeypatch):
     monkeypatch.setattr(
         balance_warmup, "_run_stages", lambda _, *stages: run.extend(stages) or ()
     )
-    monkeypatch.setattr(balance_warmup, "verb_in_need", lambda: verb)
+    monkeypatch.setattr(balance_warmup, "waiting_verb", lambda: verb)
     assert list(balance_warmup.warm_up_single([])) == []
     assert run[0].__name__ == first and len({*run}) == len(run) == 4

@@ -21,26 +21,26 @@ from typing import NamedTuple
 import numpy as np
 
 from balance.masses.remedies.applied import AppliedRemedy, inertia_ratio, refused
-from balance.masses.remedies.judge import MOTIONS
-from balance.masses.remedies.momentum_along import MovedMasses, move_masses
-from balance.masses.remedies.request import RemedyRequest
-from balance.masses.remedies.variant import free_name, names_taken
-from balance.masses.remedies.wheels.balancing_wheels import SEED, with_motors
-from balance.masses.remedies.wheels.crank_sweep import (
+from balance.masses.remedies.balancers.balancing_wheels import SEED, with_motors
+from balance.masses.remedies.balancers.crank_sweep import (
     crank_rates,
     sweep_crank,
 )
-from balance.masses.remedies.wheels.varying_ratio import integrate, table_bytes
-from balance.masses.remedies.wheels.wheels_on_base import (
+from balance.masses.remedies.balancers.on_base import (
     BalancerDrive,
     Course,
     ForceBalanced,
-    NoWheel,
+    NoBalancer,
     fine_motion_of,
     motion_columns,
     ring_inertia,
     verify_with_balancers,
 )
+from balance.masses.remedies.balancers.varying_ratio import integrate, table_bytes
+from balance.masses.remedies.judge import MOTIONS
+from balance.masses.remedies.momentum_along import MovedMasses, move_masses
+from balance.masses.remedies.request import RemedyRequest
+from balance.masses.remedies.variant import free_name, names_taken
 from balance.motion.motion_tolerances import CONDITIONING_NOTICE, SHAKING_RELATIVE
 from balance.motion.verification.trajectory import drive, random_motions
 from kinematics.errors import LinkageError
@@ -95,14 +95,14 @@ def _attempt(remedy: str, request: RemedyRequest) -> AppliedRemedy:
     """Build the body, or say why there is none."""
     try:
         if not request.linkage.planar:
-            raise NoWheel("refused", "a spatial linkage: the body moves in a plane")
+            raise NoBalancer("refused", "a spatial linkage: the body moves in a plane")
         if remedy == "moving_mass":
             return _with_motors(request)
         if request.freedoms != 1:
             count = f"{request.freedoms} degrees of freedom"
-            raise NoWheel("refused", f"{count}, but a lift is a function of one")
+            raise NoBalancer("refused", f"{count}, but a lift is a function of one")
         return _with_cams(request)
-    except NoWheel as no:
+    except NoBalancer as no:
         return replace(refused(remedy, no.reason), verdict=no.verdict)
     except LinkageError as error:
         return refused(remedy, str(error))
@@ -210,12 +210,12 @@ def _prepare(request: RemedyRequest) -> _Prepared:
     """Move the linkage, and place the body, once for motors and for cams.
 
     Raises:
-        NoWheel: there is no budget, no force, or a moment across the normal.
+        NoBalancer: there is no budget, no force, or a moment across the normal.
         LinkageError: the linkage cannot be moved.
     """
     mass = request.given_mass if request.budget is None else request.budget
     if not mass > 0.0:
-        raise NoWheel("refused", "a budget of 0 kg, and the body needs a mass")
+        raise NoBalancer("refused", "a budget of 0 kg, and the body needs a mass")
     linkage = load(request.base, None, request.linkage.inputs, angles=request.angles)
     limits = motion_of(linkage, request.motion or None)
     motions = random_motions(linkage, MOTIONS, seed=SEED, motion=limits)
@@ -249,14 +249,14 @@ def _place(
     samples.
 
     Raises:
-        NoWheel: there is no force, or the centres of mass are in different planes.
+        NoBalancer: there is no force, or the centres of mass are in different planes.
     """
     frame = request.linkage.spatial_chain.frame
     momenta = [run.momentum for run in runs]
     p = np.concatenate([momentum.total[:, 3:] for momentum in momenta])
     size = max(float(momentum.size.max()) for momentum in momenta)
     if not float(np.abs(p).max()) > SHAKING_RELATIVE * size:
-        raise NoWheel("refused", "the links have no force: a wheel takes the moment")
+        raise NoBalancer("refused", "the links have no force: a wheel takes the moment")
     moved = np.concatenate([_shifts(run, mass) for run in runs])
     moment = np.concatenate([momentum.total[:, :3] for momentum in momenta])
     moment = moment - np.cross(frame.origin + moved, p)
@@ -266,7 +266,7 @@ def _place(
     if request.balance == "dynamic":
         across = (moment - np.cross(along[2] * axes[2], p)) @ axes[:2].T
         if float(np.abs(across).max()) > SHAKING_RELATIVE * size * frame.length:
-            raise NoWheel(
+            raise NoBalancer(
                 "refused",
                 "centres of mass are in different planes, so that a moment across the normal "
                 "is left, which this body does not take; active wheels do",

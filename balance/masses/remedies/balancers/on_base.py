@@ -1,4 +1,4 @@
-"""Wheels on the base that take the angular momentum of a force-balanced linkage."""
+"""Balancers on the base, whose motion takes the momentum that a linkage leaves."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ import numpy as np
 from balance.masses.counterweights.write_counterweights import with_counterweights
 from balance.masses.partial.motion_loads import input_inertia
 from balance.masses.remedies.applied import AppliedRemedy, RemedyVerdict, with_cost
+from balance.masses.remedies.balancers.varying_ratio import integrate
 from balance.masses.remedies.judge import POSES
 from balance.masses.remedies.least_matter import least_matter
 from balance.masses.remedies.momentum_along import Momentum, MovedMasses, move_masses
 from balance.masses.remedies.request import RemedyRequest
 from balance.masses.remedies.variant import append_elements, free_name, names_taken
-from balance.masses.remedies.wheels.varying_ratio import integrate
 from balance.motion.motion_tolerances import SHAKING_RELATIVE
 from balance.motion.verification.trajectory import Trajectory, random_motions
 from balance.motion.verification.verify_motions import verify
@@ -38,8 +38,8 @@ FILE_SAMPLES = 1001
 SAMPLED = ("time", "u", "ud", "udd", "q", "qd", "qdd")
 
 
-class NoWheel(Exception):
-    """No wheel is built: verdict, reason, and the proof if it is infeasible, as plain data."""
+class NoBalancer(Exception):
+    """No balancer is built: its verdict and reason, and the proof if it is infeasible."""
 
     def __init__(
         self, verdict: RemedyVerdict, reason: str, proof: dict[str, object] | None = None
@@ -261,7 +261,7 @@ def balance_force(request: RemedyRequest) -> ForceBalanced:
         request: the request; its balance does not count.
 
     Raises:
-        NoWheel: no matter in the regions does.
+        NoBalancer: no matter in the regions does.
         LinkageError: the linkage cannot be read again.
     """
     inputs, angles = request.linkage.inputs, request.angles
@@ -276,7 +276,9 @@ def balance_force(request: RemedyRequest) -> ForceBalanced:
         )
         verdict = least.matter.verdict
         if verdict != "feasible":
-            raise NoWheel(verdict, f"a wheel takes no force, and {least.reason}", least.proof)
+            raise NoBalancer(
+                verdict, f"a wheel takes no force, and {least.reason}", least.proof
+            )
         data, rim = with_counterweights(least.matter), least.rim_text(request.links)
     document = Document(request.base.name, data)
     made = load(document, None, inputs, angles=angles)

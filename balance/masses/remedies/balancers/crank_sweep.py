@@ -6,8 +6,8 @@ from contextlib import suppress
 
 import numpy as np
 
+from balance.masses.remedies.balancers.on_base import NoBalancer
 from balance.masses.remedies.request import RemedyRequest
-from balance.masses.remedies.wheels.wheels_on_base import NoWheel
 from balance.motion.motion_tolerances import CONDITIONING_NOTICE
 from balance.motion.verification.crank_revolution import crank_limits, revolve_crank
 from balance.motion.verification.trajectory import Trajectory, drive, order_inputs
@@ -25,16 +25,16 @@ MAX_SHORTER = 30
 
 
 def refuse_several_freedoms(request: RemedyRequest) -> None:
-    """Raise NoWheel unless the linkage is planar and has one degree of freedom."""
+    """Raise NoBalancer unless the linkage is planar and has one degree of freedom."""
     if not request.linkage.planar:
-        raise NoWheel(
+        raise NoBalancer(
             "refused",
             "a spatial linkage: its moment changes its direction, which one wheel "
             "about a fixed axis cannot follow; active wheels can",
         )
     if request.freedoms != 1:
         count = f"{request.freedoms} degrees of freedom"
-        raise NoWheel("refused", f"{count}, but a ratio is a function of one")
+        raise NoBalancer("refused", f"{count}, but a ratio is a function of one")
 
 
 def crank_rates(linkage: Linkage, limits: Motion | None) -> tuple[str, Array]:

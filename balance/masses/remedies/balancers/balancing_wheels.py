@@ -12,31 +12,17 @@ from dataclasses import replace
 import numpy as np
 
 from balance.masses.remedies.applied import AppliedRemedy, inertia_ratio, refused
-from balance.masses.remedies.judge import MOTIONS, POSES
-from balance.masses.remedies.momentum_along import (
-    Momentum,
-    MovedMasses,
-    momentum_along,
-    move_masses,
-)
-from balance.masses.remedies.request import RemedyRequest
-from balance.masses.remedies.wheels.crank_sweep import (
+from balance.masses.remedies.balancers.crank_sweep import (
     crank_joint,
     crank_rates,
     refuse_several_freedoms,
     sweep_crank,
 )
-from balance.masses.remedies.wheels.varying_ratio import (
-    PitchCurves,
-    VaryingRatio,
-    integrate,
-    table_bytes,
-)
-from balance.masses.remedies.wheels.wheels_on_base import (
+from balance.masses.remedies.balancers.on_base import (
     Balancer,
     BalancerDrive,
     ForceBalanced,
-    NoWheel,
+    NoBalancer,
     Wheel,
     balance_force,
     fine_motion,
@@ -45,6 +31,20 @@ from balance.masses.remedies.wheels.wheels_on_base import (
     motion_columns,
     verify_with_balancers,
 )
+from balance.masses.remedies.balancers.varying_ratio import (
+    PitchCurves,
+    VaryingRatio,
+    integrate,
+    table_bytes,
+)
+from balance.masses.remedies.judge import MOTIONS, POSES
+from balance.masses.remedies.momentum_along import (
+    Momentum,
+    MovedMasses,
+    momentum_along,
+    move_masses,
+)
+from balance.masses.remedies.request import RemedyRequest
 from balance.motion.motion_tolerances import CONDITIONING_NOTICE, RELATION_RESIDUAL
 from balance.motion.verification.trajectory import (
     Trajectory,
@@ -93,7 +93,7 @@ def _attempt(
         return refused(remedy, "a wheel takes a moment, and only the force is to be balanced")
     try:
         return build(request)
-    except NoWheel as no:
+    except NoBalancer as no:
         return replace(refused(remedy, no.reason), verdict=no.verdict, proof=no.proof)
     except LinkageError as error:
         return refused(remedy, str(error))
@@ -114,7 +114,7 @@ def _build_motor_wheels(request: RemedyRequest) -> AppliedRemedy:
         one a motion with the wheels for ``balance verify --csv``.
 
     Raises:
-        NoWheel: the force cannot be balanced, or no moment is left.
+        NoBalancer: the force cannot be balanced, or no moment is left.
         LinkageError: the linkage cannot be moved.
     """
     balanced = balance_force(request)
@@ -191,7 +191,7 @@ def _wheels(
     candidates = linkage.chain.frame.R[::-1] if linkage.planar else np.eye(3)
     axes = [axis for axis in candidates if has_momentum(linkage, momenta, axis[None])]
     if not axes:
-        raise NoWheel("refused", "no moment is left once counterweights balance the force")
+        raise NoBalancer("refused", "no moment is left once counterweights balance the force")
     pace = _pace(request, balanced, [run.trajectory for run in runs])
     radius = request.rotor_radius
     several = len(axes) > 1
@@ -243,7 +243,7 @@ def _build_geared_wheel(request: RemedyRequest) -> AppliedRemedy:
     the request, so that the mean of ``|i|`` is N, and a full turn turns the wheel by N turns if
     the ratio keeps its sign. The wheel is a thin ring of the rotor radius ρ, of mass
     ``J / ρ²``, its centre ``2 ρ`` from the axis of the crank. Gears there have the pitch curves
-    of `balance.masses.remedies.wheels.varying_ratio`, if the crank turns on the base and the
+    of `balance.masses.remedies.balancers.varying_ratio`, if the crank turns on the base and the
     ratio keeps its sign; otherwise a cam moves the wheel. The crank feels ``J i²`` besides the
     linkage.
 
@@ -255,8 +255,8 @@ def _build_geared_wheel(request: RemedyRequest) -> AppliedRemedy:
         curves.
 
     Raises:
-        NoWheel: the linkage is spatial or has several freedoms, its force cannot be balanced,
-            no moment is left, or one about other axes.
+        NoBalancer: the linkage is spatial or has several freedoms, its force cannot be
+            balanced, no moment is left, or one about other axes.
         LinkageError: the linkage cannot be moved.
     """
     refuse_several_freedoms(request)
@@ -313,16 +313,16 @@ def _with_tables(
 
 
 def _refuse_other_moments(linkage: Linkage, momenta: Sequence[Momentum]) -> None:
-    """Raise NoWheel if no moment is left, or one across the normal."""
+    """Raise NoBalancer if no moment is left, or one across the normal."""
     across, normal = linkage.chain.frame.R[:2], linkage.chain.frame.R[2:]
     if has_momentum(linkage, momenta, across):
-        raise NoWheel(
+        raise NoBalancer(
             "undecided",
             "centres of mass are in different planes, so that a moment across the "
             "normal is left, which this wheel does not take; active wheels do",
         )
     if not has_momentum(linkage, momenta, normal):
-        raise NoWheel("refused", "no moment is left once counterweights balance the force")
+        raise NoBalancer("refused", "no moment is left once counterweights balance the force")
 
 
 def _ratio_table(

@@ -1,0 +1,1 @@
+"""Balancers on the base: wheels and moving bodies, driven by motors, gears or cams."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import kinematics
 from balance.masses.remedies.request import RemedyRequest
+from kinematics.loading.model_gallery import as_linkage
 from kinematics.model.document.element import Document
 
 
@@ -35,3 +36,10 @@ BALANCED_FORCE = (
     rod("a", "base", "0 0 0", 2.0, "-0.5 0 0", SLENDER),
     rod("b", "a", "1 0 0", 1.0, "0 0 0", SLENDER),
 )
+
+
+def request_of_model(name: str) -> RemedyRequest:
+    """A request for a model of the gallery, or for the pendulum of "two rods"."""
+    if name == "two rods":
+        return request_of(*PENDULUM)
+    return RemedyRequest(as_linkage(name))

@@ -8,12 +8,10 @@ from scipy.optimize import brentq
 
 import kinematics
 from balance.masses.remedies.dyads.pantograph import apply_pantograph
-from balance.masses.remedies.request import RemedyRequest
 from balance.motion.verification.trajectory import random_motions
-from kinematics.loading.model_gallery import as_linkage
 from kinematics.model.document.element import Document
 from tests.support.remedy_files import momentum
-from tests.support.remedy_requests import PENDULUM, SLENDER, request_of, rod
+from tests.support.remedy_requests import PENDULUM, SLENDER, request_of, request_of_model, rod
 
 
 def test_a_pendulum_of_rods_has_the_masses_of_the_closed_formula():
@@ -32,9 +30,9 @@ def test_a_pendulum_of_rods_has_the_masses_of_the_closed_formula():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("model", ["four_bar_general", "slider_crank", "double_pendulum"])
+@pytest.mark.parametrize("model", ["four_bar_general", "slider_crank", "two rods"])
 def test_its_file_has_no_linear_momentum(model):
-    request = RemedyRequest(as_linkage(model))
+    request = request_of_model(model)
     (applied,) = apply_pantograph(request)
     assert applied.verdict == "partial" and applied.residual > 0.0
     document = Document("pantograph.urdf", applied.urdf)

@@ -17,12 +17,12 @@ from scipy.optimize import minimize
 from balance.masses.remedies.matter_on_links import apply_own_masses
 from balance.masses.remedies.request import RemedyRequest
 from balance.motion.verification.trajectory import random_motions
-from kinematics.loading.model_gallery import as_linkage
 from tests.support.remedy_files import momentum, placed
+from tests.support.remedy_requests import request_of_model
 
 STARTS = 20
 # Radii of the balls of all links, metres.
-RADII = {"four_bar_general": 0.3, "double_pendulum": 0.06}
+RADII = {"four_bar_general": 0.3, "two rods": 0.5}
 
 
 def conditions(linkage):
@@ -53,7 +53,7 @@ def conditions(linkage):
 @pytest.mark.slow
 @pytest.mark.parametrize("model", RADII)
 def test_twenty_random_starts_agree(model):
-    linkage, R = as_linkage(model), RADII[model]
+    linkage, R = request_of_model(model).linkage, RADII[model]
     regions = {body.name: f"ball(0,0,0,{R})" for body in linkage.bodies}
     (applied,) = apply_own_masses(RemedyRequest(linkage, balance="force", regions=regions))
     assert applied.verdict == "feasible"

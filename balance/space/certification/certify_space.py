@@ -72,6 +72,9 @@ _BELIEVE_FLOATING_POINT = (
     "believe the latter: the digits of the file describe another linkage, which does not move "
     "so, and the answer is for the linkage that closes"
 )
+_BELIEVE_WITHOUT_LOOPS = (
+    "believe the latter: replaced numbers may lose a special geometry, and add conditions"
+)
 _UNSETTLED = "poses further on need more conditions than were found"
 
 
@@ -119,9 +122,12 @@ def _certify(space: DesignSpace) -> CertifiedSpace:
         if rests_on_replaced(space, changed) and not is_general_as_written(space, evidence):
             # A difference that these numbers do not explain either comes from round-off.
             mixed = changed is not None and bool(list_differences(changed, evidence))
+            believed = _BELIEVE_WITHOUT_LOOPS
+            if space.linkage.loops:
+                believed = _BELIEVE_FLOATING_POINT
             reason = (
                 f"exact arithmetic, with {numbers} of the file replaced, finds "
-                f"{'; '.join(lines)}; {_BELIEVE_FLOATING_POINT}"
+                f"{'; '.join(lines)}; {believed}"
             )
             return _certify_rounded(space, reason, evidence, mixed)
     moving = set(range(len(space.linkage.joints))) - set(evidence.idle)
@@ -155,7 +161,7 @@ def _gather_evidence(space: DesignSpace) -> Evidence:
     return of_lowest_rank(
         space.linkage,
         lambda geometry: _gather_evidence_of(space, geometry),
-        lambda evidence: (evidence.exact.rank, *evidence.exact.ranks),
+        lambda evidence: (evidence.exact.rank, *evidence.exact.ranks, evidence.replaced),
         lambda evidence: not list_differences(space, evidence),
     )
 

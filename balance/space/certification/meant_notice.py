@@ -9,7 +9,7 @@ from balance.space.certification.exact_ranks import rank_of_geometry
 from balance.space.spaces.design_space import DesignSpace
 from balance.space.spaces.readings import Reading, deciding_digits
 from balance.support.tolerances import MENDED_RELATIVE, MENDED_ROUND_OFF
-from kinematics.errors import ExactError
+from kinematics.errors import ExactError, InexactClosureError, InexactPlaneError
 from kinematics.files.urdf.rational_screws import exact_geometry, geometry_of
 from kinematics.loading.meant.digits import rounding_of_file
 from kinematics.model.chain import extent
@@ -31,7 +31,7 @@ def add_meant_notice(space: CertifiedSpace) -> CertifiedSpace:
     notices, readings = [], []
     deciding = deciding_digits(meant.digits, meant.nearness)
     if meant.relations and not space.doubts:
-        other = _rank_as_written(space)
+        other, instead = _rank_as_written(space)
         if other != space.rank:
             reading = Reading(
                 "as_meant",
@@ -42,6 +42,7 @@ def add_meant_notice(space: CertifiedSpace) -> CertifiedSpace:
                 space.rank,
                 meant.distance,
                 meant.nearness,
+                instead,
             )
             decided = f"; {reading.deciding_text}" if reading.deciding_text else ""
             text = (
@@ -53,7 +54,7 @@ def add_meant_notice(space: CertifiedSpace) -> CertifiedSpace:
             notices.append(Notice("special_as_meant", text))
             readings.append(reading)
     if meant.near is not None and not (space.doubts and space.linkage.loops):
-        other = _rank_of(space, meant.near)
+        other, _ = _rank_of(space, meant.near)
         if other is not None and other != space.rank:
             reading = Reading(
                 "as_written",
@@ -118,18 +119,26 @@ def decimals_have_rank(space: DesignSpace, rank: int) -> bool:
         return False
 
 
-def _rank_as_written(space: CertifiedSpace) -> int | None:
-    """Compute the rank of the decimals, or of the loops closed with the relations of these."""
+def _rank_as_written(space: CertifiedSpace) -> tuple[int | None, str]:
+    """Compute the rank of the decimals, or of the loops closed with the relations of these.
+
+    Returns:
+        The rank, or None and what the linkage has as written in place of it.
+    """
     assert space.linkage.meant is not None
     try:
-        return rank_of_geometry(space, exact_geometry(space.linkage))
+        return rank_of_geometry(space, exact_geometry(space.linkage)), ""
     except ExactError:
         return _rank_of(space, space.linkage.meant.plain)
 
 
-def _rank_of(space: CertifiedSpace, screws: tuple[Vector, ...]) -> int | None:
-    """Compute the rank with other screws of the joints; None if the loops do not close."""
+def _rank_of(space: CertifiedSpace, screws: tuple[Vector, ...]) -> tuple[int | None, str]:
+    """Compute the rank with other screws of the joints; see `_rank_as_written`."""
     try:
-        return rank_of_geometry(space, geometry_of(space.linkage, screws))
+        return rank_of_geometry(space, geometry_of(space.linkage, screws)), ""
+    except InexactPlaneError:
+        return None, "axes that leave the plane"
+    except InexactClosureError:
+        return None, "loops that do not close"
     except ExactError:
-        return None
+        return None, "conditions that exact arithmetic does not count"

@@ -22,10 +22,11 @@ class Reading(NamedTuple):
         relations: those of the special geometry, in words.
         digits: significant digits of the file.
         deciding: digits with which a file would decide; None if doubles do not have so many.
-        written: conditions of the linkage as written; None if its loops do not close.
+        written: conditions of the linkage as written; None if they cannot be compared.
         special: conditions of the special geometry.
         distance: of the special geometry, in parts of the size of the linkage.
         nearness: the same in half widths of what the digits leave open.
+        instead: what the linkage has as written in place of conditions to compare.
     """
 
     held: str
@@ -36,6 +37,7 @@ class Reading(NamedTuple):
     special: int
     distance: float
     nearness: float
+    instead: str = "loops that do not close"
 
     @property
     def words(self) -> str:
@@ -50,7 +52,7 @@ class Reading(NamedTuple):
     def written_text(self) -> str:
         """The answer for the linkage as written."""
         if self.written is None:
-            return "loops that do not close"
+            return self.instead
         return count_noun(self.written, "condition")
 
     @property

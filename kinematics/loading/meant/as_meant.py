@@ -36,6 +36,11 @@ from kinematics.numerics.linalg.rational import (
     nearby_fraction,
     nearby_vector,
     part_across,
+    root,
+)
+from kinematics.numerics.linalg.rational_directions import (
+    nearby_unit_vector,
+    nearby_unit_vector_across,
 )
 from kinematics.numerics.tolerances import EXACT_SCREW_DIFFERENCE, MEANT_DIFFERENCE
 from kinematics.wording import size_text
@@ -361,9 +366,12 @@ class _Snapping:
             both = cross(*(self._n[m] for m in across))
             sign = 1 if dot(n, both) > 0 else -1
             return tuple(sign * x for x in both)
-        for m in across:
-            n = part_across(n, self._n[m])
-        return n
+        if not across:
+            return nearby_unit_vector(n)
+        other = self._n[across[0]]
+        if root(dot(other, other)) is None:
+            return part_across(n, other)
+        return nearby_unit_vector_across(n, other)
 
     def _perpendicular(self, n: Vector, joints: Iterable[int]) -> list[int]:
         """List the joints across a direction: one, or two that are not parallel."""

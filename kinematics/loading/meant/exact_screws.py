@@ -28,6 +28,7 @@ from kinematics.numerics.linalg.rational import (
     nearby_vector,
     part_across,
 )
+from kinematics.numerics.linalg.rational_directions import nearby_unit_vector
 
 # Error of the axes of a Bennett linkage in half widths of the intervals: those of the last two
 # depend on all others.
@@ -260,7 +261,7 @@ def _spherical_figure(
     for group in groups:
         members = tuple(joints[k] for k in group)
         pins.append(Pin(members, _pin_angles(widths, members, tilted)))
-        places.append(_unit_vector(axes[group[0]]))
+        places.append(nearby_unit_vector(nearby_vector(axes[group[0]])))
     where = np.array([_floats(place) for place in places])
     relations = find_relations(
         where, pins, (), False, 1.0, limit, widths.links, LinkShapes(linkage, widths)
@@ -399,19 +400,6 @@ def _shared_normal(mean: Array, normals: Sequence[Vector], width: float) -> Vect
         if np.linalg.norm(np.cross(n / np.linalg.norm(n), mean)) <= width:
             return normal
     return nearby_vector(mean)
-
-
-def _unit_vector(n: Array) -> Vector:
-    """Make a rational unit vector next to n, by stereographic projection."""
-    k = int(np.argmax(np.abs(n)))
-    sign = 1 if n[k] > 0 else -1
-    others = [i for i in range(3) if i != k]
-    u, v = (nearby_fraction(Fraction(float(n[i] / (1 + abs(n[k]))))) for i in others)
-    square = 1 + u * u + v * v
-    vector = [Fraction(0)] * 3
-    vector[others[0]], vector[others[1]] = 2 * u / square, 2 * v / square
-    vector[k] = sign * (2 - square) / square
-    return tuple(vector)
 
 
 def _floats(x: Vector) -> Array:

@@ -8,6 +8,7 @@ from scipy.spatial.transform import Rotation
 
 import kinematics
 from balance import certify, design_space
+from tests.independent.reference import load, rank_over_poses
 
 QUARTER = np.pi / 2
 # Joint, kind, link before and after, origin, rotation about x, y, z, and whom it mimics.
@@ -151,3 +152,40 @@ def test_joints_of_one_link_are_perpendicular_where_a_turned_file_rounds_it(tmp_
     turned = space((0.3, -0.5, 0.7), digits)
     assert along.level in ("proved", "verified")
     assert (turned.rank, turned.level) == (along.rank, "verified")
+
+
+def gripper(folder, second_axis, fingers=12):
+    """A wrist of two joints, and fingers along axes of many directions that follow one."""
+    rng = np.random.default_rng(38)
+    axes = rng.standard_normal((fingers, 3))
+    joints = [
+        ("first", "base", "forearm", (0, 0, 0.2), "0.6 0 0.8", ""),
+        ("second", "forearm", "palm", (0.1, 0.3, 0.1), second_axis, ""),
+    ]
+    for k, axis in enumerate(axes / np.linalg.norm(axes, axis=1)[:, None]):
+        words = " ".join(f"{x:.10f}" for x in axis)
+        mimic = f'<mimic joint="f0" multiplier="{(-1) ** k}"/>' if k else ""
+        joints.append((f"f{k}", "palm", f"finger{k}", rng.uniform(-0.2, 0.2, 3), words, mimic))
+    lines = ['<robot name="gripper"><link name="base"/>']
+    for name, before, after, place, axis, mimic in joints:
+        lines.append(
+            f'<link name="{after}"><inertial><origin xyz="0.03 0.02 0.05"/><mass value="1"/>'
+            '<inertia ixx="0.2" iyy="0.25" izz="0.3" ixy="0.01" ixz="0" iyz="0"/></inertial>'
+            f'</link><joint name="{name}" type="continuous"><parent link="{before}"/>'
+            f'<origin xyz="{" ".join(f"{x:.4f}" for x in place)}"/>'
+            f'<child link="{after}"/><axis xyz="{axis}"/>{mimic}</joint>'
+        )
+    path = folder / "gripper.urdf"
+    path.write_text("".join(lines) + "</robot>")
+    return path
+
+
+def test_joints_of_many_directions_that_follow_one_are_exact_where_others_are_read_as_parallel(
+    tmp_path,
+):
+    """Their rates compare lengths of axes: irrational ones needed a root for each direction."""
+    rounded = space_of(gripper(tmp_path, "0.60000000002 0 0.79999999998"))
+    assert rounded.level in ("proved", "verified"), rounded.certainty.reason
+    parallel = load(gripper(tmp_path, "0.6 0 0.8"), ("first", "second", "f0"))
+    assert rounded.rank == rank_over_poses(parallel).rank
+    assert rounded.certainty.rank == rounded.rank

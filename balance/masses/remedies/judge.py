@@ -52,7 +52,7 @@ def judge(
     motion = (*request.motion, *variant.motion)
     inputs = _inputs(request, variant)
     regions = {**request.regions, **variant.regions}
-    if variant.urdf is request.base and not variant.motion:
+    if variant.urdf is request.own_file and not variant.motion:
         # Nothing is built in but matter: the spaces of the request are known, and certified.
         flat = request.space.planar and request.balance == "dynamic"
         whole = request.spatial_space if flat and not request.thickness else None

@@ -140,7 +140,7 @@ def apply_partial(request: RemedyRequest) -> Iterator[AppliedRemedy]:
     budget = request.given_mass if request.budget is None else request.budget
     words = f"at most {budget:.4g} kg on {', '.join(request.links)}"
     design = partial(
-        request.space,
+        request.space_of_base,
         request.links,
         budget,
         regions=request.regions,

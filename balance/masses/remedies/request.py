@@ -24,6 +24,7 @@ from kinematics.files.formats.robot_files import read_unassembled
 from kinematics.files.urdf.edit_xml import read_source
 from kinematics.files.urdf.read_options import ReadOptions
 from kinematics.files.urdf.xml_tree import build_tree
+from kinematics.loading.model_gallery import load
 from kinematics.model.document.element import Document
 from kinematics.model.linkage import GROUND, Linkage
 from kinematics.model.motion import motion_of
@@ -99,7 +100,7 @@ class RemedyRequest:
     def changed(self, **changes: Any) -> RemedyRequest:
         """Return the request with other options; what is known of its linkage stays."""
         request = replace(self, **changes)
-        for name in ("space", "spatial_space", "base", "massless", "input_inertia"):
+        for name in ("space", "spatial_space", "own_file", "base", "massless", "input_inertia"):
             if name in self.__dict__:
                 request.__dict__[name] = self.__dict__[name]
         return request
@@ -162,13 +163,13 @@ class RemedyRequest:
         Loops of a YAML file, another reference pose, other formats and repaired loops are not
         in the file; the linkage is then written anew.
         """
-        document = self._own_file()
-        if document is not None:
-            return document
+        if self.own_file is not None:
+            return self.own_file
         return Document(self.linkage.source, self.linkage.to_urdf().encode())
 
-    def _own_file(self) -> Document | None:
-        """Return the file of the linkage if nothing else makes up the linkage."""
+    @cached_property
+    def own_file(self) -> Document | None:
+        """The file of the linkage, if nothing else makes up the linkage; see `base`."""
         linkage = self.linkage
         if linkage.tree is None or linkage.displaced is not None:
             return None
@@ -182,6 +183,33 @@ class RemedyRequest:
         heavy = {body.name for body in linkage.bodies if body.inertia.any()}
         same = heavy == {body.name for body in read.bodies if body.inertia.any()}
         return document if same and read.tree == linkage.tree else None
+
+    @property
+    def space_of_base(self) -> DesignSpace:
+        """The design space of the linkage in `base`, to which matter can be written.
+
+        Raises:
+            LinkageError: it does not assemble.
+        """
+        if self.own_file is not None:
+            return self.space
+        motion = self.motion or None
+        return design_space(self.load_base(), motion, self.balance, spatial=self.spatial)
+
+    def load_base(self) -> Linkage:
+        """Load the linkage in `base`; all of its links that may carry matter are bodies.
+
+        Raises:
+            LinkageError: it does not assemble.
+        """
+        return load(
+            self.base,
+            None,
+            self.linkage.inputs,
+            bodies="all",
+            massless=self.massless,
+            angles=self.angles,
+        )
 
     @cached_property
     def massless(self) -> tuple[str, ...]:

@@ -96,8 +96,9 @@ def repair_component(
         return (
             f"as written they stay open by {gap:.2g} (radians, parts of the size of the "
             f"linkage); with axes and welds moved {by}, that of joint '{fit.furthest}' "
-            f"furthest, they would close and have {degrees}, but more than "
-            f"{AXIS_ROUNDING:.0e} is no rounding: correct the axes along them"
+            f"furthest, they would close and have {degrees}, but that is {max(fit.change, gap):.2g} of "
+            f"the size of {size_text(fit.size, '.2g')} m, and more than {AXIS_ROUNDING:.0e} is "
+            "no rounding: correct the axes along them"
         )
     text = (
         f"overconstrained loops close only to rounding: as written they stay open by "

@@ -265,10 +265,7 @@ def balance_force(request: RemedyRequest) -> ForceBalanced:
         LinkageError: the linkage cannot be read again.
     """
     inputs, angles = request.linkage.inputs, request.angles
-    linkage = load(
-        request.base, None, inputs, bodies="all", massless=request.massless, angles=angles
-    )
-    space = design_space(linkage, request.motion or None, "force")
+    space = design_space(request.load_base(), request.motion or None, "force")
     data, rim = request.base.data, ""
     if not space.as_given.balanced:
         least = least_matter(

@@ -92,13 +92,14 @@ def repair_component(
     turn, shift = max(angle, fit.angle), max(distance, fit.shift)
     by = f"by up to {turn:.2g} rad and {size_text(shift, '.2g', fit.size)} m"
     degrees = f"{fit.freedom} degree{'s' if fit.freedom > 1 else ''} of freedom"
-    if max(fit.change, gap) > AXIS_ROUNDING:
+    change = max(fit.change, gap)
+    if change > AXIS_ROUNDING:
         return (
             f"as written they stay open by {gap:.2g} (radians, parts of the size of the "
             f"linkage); with axes and welds moved {by}, that of joint '{fit.furthest}' "
-            f"furthest, they would close and have {degrees}, but that is {max(fit.change, gap):.2g} of "
-            f"the size of {size_text(fit.size, '.2g')} m, and more than {AXIS_ROUNDING:.0e} is "
-            "no rounding: correct the axes along them"
+            f"furthest, they would close and have {degrees}, but that is {change:.2g} of the "
+            f"size of {size_text(fit.size, '.2g')} m, and more than {AXIS_ROUNDING:.0e} is no "
+            "rounding: correct the axes along them"
         )
     text = (
         f"overconstrained loops close only to rounding: as written they stay open by "
@@ -113,7 +114,7 @@ def repair_component(
     ]
     for j, joint in zip(joints, fit.draft.joints, strict=True):
         new[j] = replace(draft.joints[j], screw=joint.screw)
-    mended = max(draft.mended, fit.change, gap)
+    mended = max(draft.mended, change)
     return replace(draft, joints=tuple(new), notices=notices, mended=mended)
 
 

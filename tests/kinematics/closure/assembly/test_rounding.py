@@ -133,6 +133,9 @@ def test_axes_that_are_further_off_are_refused_with_the_gap(tmp_path):
     opening, angle, shift = numbers(text)
     assert 1e-4 < opening < 1e-2 and max(angle, shift) > 1e-4
     assert "3 degrees of freedom" in text and "1e-04 is no rounding" in text
+    # What is more than that limit is told, and in parts of which size.
+    change = float(re.search(r"that is (\S+) of the size of \S+ m", text)[1])
+    assert change >= max(opening, angle) * 0.99 and change > 1e-4
 
 
 def perturbed(draft, size, seed=1):

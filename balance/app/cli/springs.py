@@ -20,20 +20,23 @@ from kinematics.errors import UsageError
 
 if TYPE_CHECKING:
     from balance.masses.springs.answer import SpringBalance
+    from balance.masses.springs.spring_catalogue import CatalogueSpring
 
 
 def add_springs(parser: Parser) -> None:
     """Add the options of the command ``springs``."""
     parser.description = (
         "Finds springs between links that balance gravity in every pose, the fewest that do, "
-        "and where they are attached; or those that leave the least torque. Springs act as if "
-        "of no free length. Exits with 0 if springs balance, 1 if none of those asked for do, "
+        "and where they are attached; or those that leave the least torque. Without L0 they act as "
+        "if of no free length. Exits with 0 if springs balance, 1 if none of those asked for do, "
         "4 if it is in doubt."
     )
     parser.add_examples(
         "balance springs lamp.urdf --between base,lower --between base,upper",
         "balance springs lamp.urdf --between 'base@0,0,0:0.2 lower@0.1,0,0 k=800'",
         "balance springs lamp.urdf --between base,lower --catalogue 400,600,800",
+        "balance springs lamp.urdf --between 'base@0,0,0.2 lower@0.1,0,0' --catalogue "
+        "200:800:100@0.05",
         "balance springs lamp.urdf --between base,lower --payload upper=0:1",
     )
     add_model_options(parser, unused=("--motion", "--balance", "--spatial"))
@@ -44,15 +47,16 @@ def add_springs(parser: Parser) -> None:
         action="append",
         default=[],
         metavar="SPRING",
-        help="'A,B' or 'A@X,Y,Z B@X,Y,Z k=K': links, points in their frames (m), stiffness "
-        "(N/m); a number may be a range low:high; repeatable",
+        help="'A,B' or 'A@X,Y,Z B@X,Y,Z k=K L0=L': links, points in their frames (m), stiffness "
+        "(N/m), free length (m, default 0); a number may be a range low:high; repeatable",
     )
     group.add_argument(
         "--catalogue",
-        type=_stiffnesses,
+        type=_catalogue,
         default=[],
-        metavar="K1,K2",
-        help="stiffnesses that can be had, N/m (default: any)",
+        metavar="K1,K2@L0",
+        help="stiffnesses that can be had, N/m, each with a free length or without, or steps "
+        "low:high:step of both (default: any)",
     )
     add_payload_option(parser)
     motion = parser.group("motion")
@@ -136,12 +140,11 @@ def _range(text: str) -> tuple[str, tuple[float, float]]:
     return name.strip(), (values[0], values[1])
 
 
-def _stiffnesses(text: str) -> list[float]:
-    """Parse stiffnesses of ``100,0.2N/mm``."""
+def _catalogue(text: str) -> list[CatalogueSpring]:
+    """Parse springs of ``100,0.2N/mm@0.05,300:500:100``."""
+    from balance.masses.springs.spring_catalogue import read_catalogue
+
     try:
-        values = [read_quantity(word, "stiffness") for word in text.split(",")]
+        return read_catalogue(text)
     except UsageError as error:
-        raise argparse.ArgumentTypeError(f"'{text}' is no list: {error}") from None
-    if not all(value > 0.0 for value in values):
-        raise argparse.ArgumentTypeError(f"'{text}': a stiffness is above 0")
-    return values
+        raise argparse.ArgumentTypeError(str(error)) from None

@@ -153,6 +153,7 @@ class SpringBalance(WithPicture):
                     "asked": spring.asked,
                     "ends": [{"link": e.link, "point": list(e.point)} for e in spring.ends],
                     "stiffness": spring.stiffness,
+                    "free_length": spring.free_length,
                     "lengths": list(spring.lengths),
                     "force": spring.force,
                 }

@@ -11,7 +11,7 @@ from balance.app.cli.arguments import Parser
 from balance.app.cli.exit_codes import verdict_code
 from balance.app.cli.model_options import Coordinates, add_model_options, load_model
 from balance.app.cli.number_arguments import point
-from balance.app.cli.outputs import add_picture_option, kind_of
+from balance.app.cli.outputs import add_page_option, add_picture_option, kind_of
 from balance.app.cli.payload_option import add_payload_option
 from balance.app.cli.progress import spinner
 from balance.support.options import GRAVITY
@@ -75,6 +75,7 @@ def add_springs(parser: Parser) -> None:
         metavar="J=LOW:HIGH",
         help="workspace of an input (default: its limits, or 1 rad or length each way)",
     )
+    add_page_option(parser, "that moves, with the springs and the torques over the workspace")
     add_picture_option(parser, "write a picture of the torques without and with the springs")
 
 
@@ -121,10 +122,13 @@ def _find(arguments: argparse.Namespace) -> SpringBalance:
 
 
 def _files(arguments: argparse.Namespace, answer: SpringBalance) -> Files:
-    """Find what makes the picture of an answer."""
-    from balance.app.answers.html.springs import springs_picture
+    """Find what makes the page and the picture of an answer."""
+    from balance.app.answers.html.springs import springs_page, springs_picture
 
-    return {"plot": partial(springs_picture, answer, kind_of(arguments.plot))}
+    return {
+        "html": partial(springs_page, answer),
+        "plot": partial(springs_picture, answer, kind_of(arguments.plot)),
+    }
 
 
 def _range(text: str) -> tuple[str, tuple[float, float]]:

@@ -9,7 +9,7 @@ import numpy as np
 
 from balance.masses.springs.found_spring import Spring
 from balance.space.spaces.certainty import Certainty
-from balance.support.result_files import WithPicture
+from balance.support.result_files import WithPage, WithPicture
 from balance.support.tolerances import SPRING_TORQUE_LEFT
 from kinematics.model.linkage import Linkage, Notice
 from kinematics.numerics.array_types import Array
@@ -24,7 +24,7 @@ SCHEMA = "balance.springs/1"
 
 
 @dataclass(frozen=True, eq=False)
-class SpringBalance(WithPicture):
+class SpringBalance(WithPage, WithPicture):
     """Result of `springs`.
 
     Attributes:
@@ -48,6 +48,7 @@ class SpringBalance(WithPicture):
         notices: remarks for the user.
     """
 
+    page_maker = "springs:springs_page"
     picture_maker = "springs:springs_picture"
 
     linkage: Linkage

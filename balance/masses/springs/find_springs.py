@@ -52,10 +52,12 @@ class _Tried(NamedTuple):
     Attributes:
         used: their indices.
         x: their unknowns.
+        entries: for all springs, those of a catalogue; empty without one.
     """
 
     used: tuple[int, ...]
     x: Array
+    entries: Choice = ()
 
 
 def springs(
@@ -176,7 +178,7 @@ def _find(
             x = least_springs(_flat(problem), problem.springs, given, problem.unit)
             best = _Tried(tuple(range(len(problem.springs))), x)
     if balanced:
-        sizes = [float(sum(x[_starts(problem, used)])) for used, x in balanced]
+        sizes = [float(sum(item.x[_starts(problem, item.used)])) for item in balanced]
         best = balanced[first_least(sizes)]
     assert best is not None
     x = _spread(problem, whole, best)
@@ -185,11 +187,11 @@ def _find(
     in_span = bool(balanced) or balanced_unknowns(rows, unsigned) is not None
     torque, count = problem.fresh_torque(x)
     certainty = _certainty(bool(balanced), settled, torque, count)
-    springs = tuple(_springs(problem, whole, x))
+    springs = tuple(_springs(problem, whole, x, best.entries))
     proof, certainty = proved_certainty(
         problem, springs, gravity, bool(balanced), in_span, certainty
     )
-    sets = list(dict.fromkeys(tuple(used) for used, _ in balanced))
+    sets = list(dict.fromkeys(item.used for item in balanced))
     return SpringBalance(
         problem.linkage,
         (float(gravity[0]), float(gravity[1]), float(gravity[2])),
@@ -392,7 +394,7 @@ def _of_catalogue(
         if used:
             part = _chosen(problem, rows, cone, choice)
             x, known = balance_springs(part.rows, part.springs, part.ranges, problem.unit)
-            balanced += [] if x is None else [_Tried(used, part.spread @ x)]
+            balanced += [] if x is None else [_Tried(used, part.spread @ x, choice)]
             sure = sure and known
     return balanced, sure
 
@@ -405,7 +407,7 @@ def _least_of_catalogue(problem: SpringProblem, choices: Sequence[Choice]) -> _T
         part, x = _chosen(problem, flat, cone, choice), np.empty(0)
         if part.used:
             x = least_springs(part.rows, part.springs, part.ranges, problem.unit)
-        tried.append(_Tried(part.used, part.spread @ x))
+        tried.append(_Tried(part.used, part.spread @ x, choice))
         torques.append(float(np.linalg.norm(part.rows @ np.append(x, 1.0))))
     return tried[rank_least_first(torques, torques[0])[0]]
 
@@ -421,10 +423,13 @@ def _spread(problem: SpringProblem, cone: SpringCone, tried: _Tried) -> Array:
     return x
 
 
-def _springs(problem: SpringProblem, cone: SpringCone, x: Array) -> Iterator[Spring]:
-    """Describe the springs of unknowns."""
+def _springs(
+    problem: SpringProblem, cone: SpringCone, x: Array, entries: Choice
+) -> Iterator[Spring]:
+    """Describe the springs of unknowns, with the numbers of a catalogue if they are of one."""
     length = problem.length
-    for start, spring in zip(cone.starts, problem.springs, strict=False):
+    entries = entries or (None,) * len(problem.springs)
+    for start, spring, entry in zip(cone.starts, problem.springs, entries, strict=False):
         stiffness = float(x[start])
         shares = x[start + 1 : start + 1 + spring.free] / (stiffness or 1.0)
         shares = np.where(np.abs(shares) < SPRING_IN_MIDDLE, 0.0, np.clip(shares, -1.0, 1.0))
@@ -438,6 +443,8 @@ def _springs(problem: SpringProblem, cone: SpringCone, x: Array) -> Iterator[Spr
         ends = _attached_points(spring, shares)
         lengths = min(distances), max(distances)
         free = _free_length(spring, shares) if k > 0.0 else 0.0
+        if k > 0.0 and entry is not None:
+            k, free = entry
         force = k * max(abs(length - free) for length in lengths)
         yield Spring(spring.asked.text, ends, k, lengths, force, free)
 

@@ -135,6 +135,8 @@ class SpringBalance(WithPage, WithPicture):
             return ""
         if not self.excluded:
             return "no points of both ends were found that balance, and none are excluded"
+        if self.in_span and any(spring.free_length for spring in self.springs):
+            return "some stiffness or free length would be out of its range"
         if self.in_span:
             return "some stiffness would be negative, or out of its range"
         return "no stiffnesses, of either sign, make the energy constant"

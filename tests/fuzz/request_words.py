@@ -446,7 +446,7 @@ WORDS: dict[str, Maker] = {
     "--weights": _of("1", "2,1", "0", "1,x", "-1"),
     "verify --gravity": _of("0,-9.81,0", "0.1,-9.81,0", "0,0,0", "1,2", "x"),
     "--between": lambda rng, place: [_spring(rng, place)],
-    "--catalogue": _of("100,200", "0.1N/mm", "0", "-1", "x", "", "90@0.02", "10:90:20@0:0.1:0.05"),
+    "--catalogue": _of("100,200", "0.1N/mm", "0", "-1", "x", "", "9:90:9@0:0.1:0.05"),
     "--range": lambda rng, place: [
         f"{_one(rng, place.names.inputs, 0.05)}={_number(rng)}:{_number(rng)}"
     ],

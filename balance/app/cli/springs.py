@@ -27,8 +27,8 @@ def add_springs(parser: Parser) -> None:
     """Add the options of the command ``springs``."""
     parser.description = (
         "Finds springs between links that balance gravity in every pose, the fewest that do, "
-        "and where they are attached; or those that leave the least torque. Without L0 they act as "
-        "if of no free length. Exits with 0 if springs balance, 1 if none of those asked for do, "
+        "and where they are attached; or those that leave the least torque. Without L0 springs "
+        "act as if of no free length. Exits with 0 if springs balance, 1 if none of those do, "
         "4 if it is in doubt."
     )
     parser.add_examples(
@@ -47,8 +47,9 @@ def add_springs(parser: Parser) -> None:
         action="append",
         default=[],
         metavar="SPRING",
-        help="'A,B' or 'A@X,Y,Z B@X,Y,Z k=K L0=L': links, points in their frames (m), stiffness "
-        "(N/m), free length (m, default 0); a number may be a range low:high; repeatable",
+        help="'A,B' or 'A@X,Y,Z B@X,Y,Z k=K L0=L': links, points in their frames (m), "
+        "stiffness (N/m), free length (m, default 0); a number may be a range low:high; "
+        "repeatable",
     )
     group.add_argument(
         "--catalogue",

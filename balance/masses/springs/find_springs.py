@@ -6,7 +6,6 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from itertools import combinations
 from math import comb
-from typing import NamedTuple
 
 import numpy as np
 
@@ -14,6 +13,11 @@ from balance.masses.payload import Payload, carrying, read_payload
 from balance.masses.springs.answer import SpringBalance
 from balance.masses.springs.attached_springs import AttachedSpring, attach_springs
 from balance.masses.springs.both_ends import balance_springs, least_springs
+from balance.masses.springs.catalogue_search import (
+    Tried,
+    balanced_of_catalogue,
+    least_of_catalogue,
+)
 from balance.masses.springs.found_spring import AttachedPoint, Spring
 from balance.masses.springs.gradient_rows import point_at
 from balance.masses.springs.spring_catalogue import (
@@ -22,7 +26,6 @@ from balance.masses.springs.spring_catalogue import (
     check_catalogue,
     list_choices,
     stiffness_ranges,
-    used_in,
     with_lengths,
 )
 from balance.masses.springs.spring_cone import SpringCone, balanced_unknowns, make_cone
@@ -37,27 +40,13 @@ from kinematics.errors import UsageError
 from kinematics.loading.model_gallery import LinkageLike, as_linkage
 from kinematics.model.linkage import Linkage, Notice
 from kinematics.numerics.array_types import Array
-from kinematics.numerics.linalg.ties import first_least, rank_least_first
+from kinematics.numerics.linalg.ties import first_least
 from kinematics.wording import size_text
 
 Range = tuple[float, float]
 
 # Most springs, and most sets of them.
 MAX_SPRINGS, MAX_SETS = 30, 4096
-
-
-class _Tried(NamedTuple):
-    """Springs that were tried together.
-
-    Attributes:
-        used: their indices.
-        x: their unknowns.
-        entries: for all springs, those of a catalogue; empty without one.
-    """
-
-    used: tuple[int, ...]
-    x: Array
-    entries: Choice = ()
 
 
 def springs(
@@ -156,31 +145,32 @@ def springs(
             "both: give one a point"
         )
     ends = [problem_of(carrying(linkage, carried, m)) for m in (carried.low, carried.high)]
-    return replace(answer, payload=carried, loads=_loads(problem, ends, carried, listed, answer))
+    return replace(
+        answer, payload=carried, loads=_loads(problem, ends, carried, listed, answer)
+    )
 
 
 def _find(
     problem: SpringProblem, gravity: Array, catalogue: Sequence[CatalogueSpring]
 ) -> SpringBalance:
     """Find the springs of a problem."""
-    whole, given = _asked_cone(problem), [s.asked.stiffness for s in problem.springs]
+    whole, given = problem.cone, [s.asked.stiffness for s in problem.springs]
     sure = True
     conditions, settled = problem.conditions
     rows = conditions.rows
     if catalogue:
         choices = list_choices(catalogue, [spring.asked for spring in problem.springs])
-        (balanced, sure), best, every_set = _of_catalogue(problem, rows, choices), None, True
+        (balanced, sure), every_set = balanced_of_catalogue(problem, rows, choices), True
         if not balanced:
-            best = _least_of_catalogue(problem, choices)
+            best = least_of_catalogue(problem, choices)
     else:
         balanced, every_set, sure = _smallest_sets(problem, rows, whole, given)
         if not balanced:
-            x = least_springs(_flat(problem), problem.springs, given, problem.unit)
-            best = _Tried(tuple(range(len(problem.springs))), x)
+            x = least_springs(problem.torque_triangle, problem.springs, given, problem.unit)
+            best = Tried(tuple(range(len(problem.springs))), x)
     if balanced:
         sizes = [float(sum(item.x[_starts(problem, item.used)])) for item in balanced]
         best = balanced[first_least(sizes)]
-    assert best is not None
     x = _spread(problem, whole, best)
     unknowns = rows.shape[1] - 1
     unsigned = SpringCone(np.zeros((1, unknowns)), np.zeros(1), whole.starts)
@@ -285,18 +275,6 @@ def _moved_springs(
     return tuple(listed)
 
 
-def _asked_cone(problem: SpringProblem) -> SpringCone:
-    """Build the limits of the springs as they are asked for."""
-    given = [spring.asked.stiffness for spring in problem.springs]
-    return make_cone(problem.springs, problem.unit, given)
-
-
-def _flat(problem: SpringProblem) -> Array:
-    """Give the rows of the torques over the workspace below one another."""
-    rows = problem.torque_rows
-    return rows.reshape(-1, rows.shape[-1])
-
-
 def _starts(problem: SpringProblem, used: Sequence[int]) -> list[int]:
     """Give the places of the stiffnesses among the unknowns of some springs."""
     counts = [problem.springs[k].columns for k in used]
@@ -305,7 +283,7 @@ def _starts(problem: SpringProblem, used: Sequence[int]) -> list[int]:
 
 def _smallest_sets(
     problem: SpringProblem, rows: Array, cone: SpringCone, given: Sequence[Range]
-) -> tuple[list[_Tried], bool, bool]:
+) -> tuple[list[Tried], bool, bool]:
     """Find the smallest sets of springs that balance.
 
     Returns:
@@ -319,7 +297,7 @@ def _smallest_sets(
         balanced = []
         for used in combinations(range(count), size):
             x, known = _balance(problem, rows, cone, used, [given[k] for k in used])
-            balanced += [] if x is None else [_Tried(used, x)]
+            balanced += [] if x is None else [Tried(used, x)]
             sure = sure and known
         if balanced:
             return balanced, True, sure
@@ -327,7 +305,7 @@ def _smallest_sets(
         return [], True, sure
     every = tuple(range(count))
     x, known = _balance(problem, rows, cone, every, given)
-    return ([] if x is None else [_Tried(every, x)]), False, sure and known
+    return ([] if x is None else [Tried(every, x)]), False, sure and known
 
 
 def _balance(
@@ -343,76 +321,7 @@ def _balance(
     return balance_springs(rows[:, columns], chosen, ranges, problem.unit)
 
 
-class _Chosen(NamedTuple):
-    """The springs of a choice from a catalogue.
-
-    Attributes:
-        used: their indices.
-        springs: the springs, of the free lengths of the choice.
-        ranges: their stiffnesses.
-        rows: conditions, or torques, on their unknowns.
-        spread: from these unknowns to those for any free length.
-    """
-
-    used: tuple[int, ...]
-    springs: list[AttachedSpring]
-    ranges: list[Range]
-    rows: Array
-    spread: Array
-
-
-def _chosen(problem: SpringProblem, rows: Array, cone: SpringCone, choice: Choice) -> _Chosen:
-    """Take the springs of a choice, and the columns of their unknowns."""
-    from scipy.linalg import block_diag
-
-    used = used_in(choice)
-    entries = [entry for entry in choice if entry is not None]
-    pairs = [
-        problem.springs[k].with_length(entry.free_length / problem.length)
-        for k, entry in zip(used, entries, strict=True)
-    ]
-    T = block_diag(*(matrix for _, matrix in pairs)) if used else np.empty((0, 0))
-    few = np.column_stack([rows[:, cone.columns_of(used)] @ T, rows[:, -1]])
-    ranges = [(entry.stiffness, entry.stiffness) for entry in entries]
-    return _Chosen(used, [spring for spring, _ in pairs], ranges, few, T)
-
-
-def _of_catalogue(
-    problem: SpringProblem, rows: Array, choices: Sequence[Choice]
-) -> tuple[list[_Tried], bool]:
-    """Find the choices from a catalogue with the fewest springs that balance.
-
-    Returns:
-        The choices; and whether fewer springs, or all, are excluded.
-    """
-    balanced: list[_Tried] = []
-    sure, cone = True, _asked_cone(problem)
-    for choice in choices:
-        used = used_in(choice)
-        if balanced and len(used) > len(balanced[0].used):
-            break
-        if used:
-            part = _chosen(problem, rows, cone, choice)
-            x, known = balance_springs(part.rows, part.springs, part.ranges, problem.unit)
-            balanced += [] if x is None else [_Tried(used, part.spread @ x, choice)]
-            sure = sure and known
-    return balanced, sure
-
-
-def _least_of_catalogue(problem: SpringProblem, choices: Sequence[Choice]) -> _Tried:
-    """Find the choice from a catalogue that leaves the least torque."""
-    tried, torques = [], []
-    flat, cone = _flat(problem), _asked_cone(problem)
-    for choice in choices:
-        part, x = _chosen(problem, flat, cone, choice), np.empty(0)
-        if part.used:
-            x = least_springs(part.rows, part.springs, part.ranges, problem.unit)
-        tried.append(_Tried(part.used, part.spread @ x, choice))
-        torques.append(float(np.linalg.norm(part.rows @ np.append(x, 1.0))))
-    return tried[rank_least_first(torques, torques[0])[0]]
-
-
-def _spread(problem: SpringProblem, cone: SpringCone, tried: _Tried) -> Array:
+def _spread(problem: SpringProblem, cone: SpringCone, tried: Tried) -> Array:
     """Place the unknowns of some springs among those of all; springs of no stiffness are 0."""
     x = np.zeros(cone.starts[-1])
     x[cone.columns_of(tried.used)] = tried.x

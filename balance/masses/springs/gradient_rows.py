@@ -4,7 +4,8 @@ A spring of stiffness k and free length L between points a of link A and b of li
 
     U = ½ k (|p_A - p_B| - L)² = ½ k |p_A - p_B|² - k L |p_A - p_B| + ½ k L²,    p_A = H_A a:
 
-linear in k and k L for given points. Springs that may be attached elsewhere have L = 0. Where b may be chosen, ``b = c + Σ_j s_j e_j`` with |p_B| turning rigidly, and
+linear in k and k L for given points. Springs that may be attached elsewhere have L = 0. Where b
+may be chosen, ``b = c + Σ_j s_j e_j`` with |p_B| turning rigidly, and
 
     ∂U/∂u_w = k (p_A - p_C)·(v_A - v_C) - Σ_j k s_j [(v_A - v_C)·n_j + (p_A - p_C)·(ω_B × n_j)]
 

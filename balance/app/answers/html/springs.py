@@ -1,4 +1,4 @@
-"""Page and picture of springs: what each input holds over the workspace, without and with them."""
+"""Page and picture of springs: what inputs hold over the workspace, without and with them."""
 
 from __future__ import annotations
 

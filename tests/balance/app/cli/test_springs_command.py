@@ -32,14 +32,16 @@ def test_the_answer_keeps_to_its_schema_and_has_a_picture(capsys, tmp_path):
 
 
 def test_a_catalogue_of_real_springs(capsys, tmp_path):
-    """Free lengths have a column, the page holds the answer, and the best is in the catalogue."""
+    """Free lengths have a column, and the page holds the answer."""
     page = tmp_path / "springs.html"
     words = ("springs", *CRANK, "--catalogue", "10:40:15@0.02:0.06:0.04", "--html", str(page))
     code, answer = json_answer(capsys, *words)
     (spring,) = answer["springs"]
     assert code == 1 and (spring["stiffness"], spring["free_length"]) == (40.0, 0.02)
     text = page.read_text("utf-8")
-    report = re.search(r'<script type="application/json" id="report">(.*?)</script>', text, re.S)
+    report = re.search(
+        r'<script type="application/json" id="report">(.*?)</script>', text, re.S
+    )
     assert json.loads(report[1]) == answer
     assert main(["springs", *CRANK, "--catalogue", "10:40:15@0.02:0.06:0.04"]) == 1
     lines = capsys.readouterr().out.splitlines()

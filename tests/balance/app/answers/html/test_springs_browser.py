@@ -1,4 +1,4 @@
-"""Pages of springs in a browser that has no network: drawn springs, their lengths, the curves."""
+"""Pages of springs in a browser without a network: drawn springs, their lengths, the curves."""
 
 from __future__ import annotations
 
@@ -85,7 +85,9 @@ def test_springs_are_as_long_as_their_points_are_apart(page, answer, degrees):
         spring = answer.springs[k]
         assert float(length.removesuffix(" m")) == pytest.approx(lengths[k], rel=1e-3)
         pull = spring.stiffness * (lengths[k] - spring.free_length)
-        assert float(force.replace("−", "-").removesuffix(" N")) == pytest.approx(pull, rel=2e-3)
+        assert float(force.replace("−", "-").removesuffix(" N")) == pytest.approx(
+            pull, rel=2e-3
+        )
     drawn = [p for p in page.execute_script("return stage.drawn('springs')") if p]
     ends = [p for p in page.execute_script("return stage.drawn('spring ends')") if p]
     gaps = [np.linalg.norm(np.array(drawn) - end, axis=1).min() for end in np.array(ends)]

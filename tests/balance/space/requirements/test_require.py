@@ -157,7 +157,7 @@ def test_moments_about_three_points_are_force_and_moment():
 
 
 def test_moments_about_two_points_leave_the_force_along_their_line():
-    """``(c - c') × p`` vanishes: a slide along that line keeps its force m, and no other does."""
+    """``(c - c') × p`` vanishes: a slide along that line keeps its force, and no other does."""
     points = "moment about 0,0,0; moment about 1,0,0"
     for axis, rank in (((1, 0, 0), 2), ((0, 1, 0), 3)):
         slide = ScrewJoint("u1", "base", "slide", axis=axis, kind="prismatic")

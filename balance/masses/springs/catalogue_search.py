@@ -164,7 +164,7 @@ def _given_unknowns(
     """
     given = np.zeros((problem.torque_triangle.shape[1], len(choices)))
     given[-1] = 1.0
-    limits, free = [np.empty((0, len(choices)))], []
+    limits, free = [np.empty((0, len(choices)))], list[int]()
     for k in used:
         spring, start = problem.springs[k], problem.cone.starts[k]
         entries = [entry for choice in choices if (entry := choice[k]) is not None]

@@ -43,7 +43,7 @@ def distance_equations(
         parts = [term.stiffness * term.length for term, _ in members]
         if not any(parts):
             continue
-        if abs(sum(parts)) > DROPS_OUT * max(map(abs, parts)):
+        if abs(sum(parts, Fraction(0))) > DROPS_OUT * max(abs(part) for part in parts):
             return None
         row, right = [Fraction(0)] * width, Fraction(0)
         for term, at in members:

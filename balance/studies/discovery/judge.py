@@ -182,7 +182,7 @@ def explained(
     N = conditions.Vt[lane, rank:].T
     spaces = [_serial(topology, points)]
     if structure.force:
-        spaces.append(np.kron(np.eye(len(structure.bodies)), np.eye(4)[:, 3:]))
+        spaces.append(np.eye(structure.unknowns)[:, 3::4])
 
     def on_links(links: tuple[int, ...]) -> Array:
         outside = [link - 1 for link in range(1, topology.links) if link not in links]
@@ -192,9 +192,8 @@ def explained(
     for links, joints in topology.four_link_loops():
         corners = points[list(joints)]
         lengths = np.sqrt(np.sum((corners - np.roll(corners, 1, axis=0)) ** 2, axis=1))
-        if all(topology.edges[j][0] == "R" for j in joints) and _special_loop(
-            lengths, structure.force
-        ):
+        hinged = all(topology.edges[j][0] == "R" for j in joints)
+        if hinged and _special_loop(lengths, structure.force):
             spaces.append(on_links(links))
     if _span(spaces) >= N.shape[1]:
         return "explained by one loop"

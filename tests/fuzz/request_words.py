@@ -168,6 +168,8 @@ def _spring(rng: random.Random, place: Place) -> str:
         "{a}@0,0,{0} {b}@{1},{2},0",
         "{a}@0:{0},0,0 {b}",
         "{a}@{0},0,0 {b}@0,{1},0 k={2}",
+        "{a}@{0},0,0 {b}@0,{1},0 L0=0.05",
+        "{a}@{0},0,0 {b}@0,{1},0 L0=-0.1:{2} k=10:500",
         "{a}@0,0 {b}",
         "{a} {b} k=",
         "{a}@0:1,0,0 {b}@0:1,0,0",
@@ -444,7 +446,7 @@ WORDS: dict[str, Maker] = {
     "--weights": _of("1", "2,1", "0", "1,x", "-1"),
     "verify --gravity": _of("0,-9.81,0", "0.1,-9.81,0", "0,0,0", "1,2", "x"),
     "--between": lambda rng, place: [_spring(rng, place)],
-    "--catalogue": _of("100,200", "0.1N/mm", "0", "-1", "x", ""),
+    "--catalogue": _of("100,200", "0.1N/mm", "0", "-1", "x", "", "9:90:9@0:0.1:0.05"),
     "--range": lambda rng, place: [
         f"{_one(rng, place.names.inputs, 0.05)}={_number(rng)}:{_number(rng)}"
     ],

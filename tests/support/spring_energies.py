@@ -82,25 +82,32 @@ def energies_with_springs(linkage, answer, count, reach=0.4):
             first, second = (
                 _placed(model, data, start, *end) for end in _ends(linkage, spring)
             )
-            total += 0.5 * spring.stiffness * np.sum((first - second) ** 2)
+            stretch = np.linalg.norm(first - second) - spring.free_length
+            total += 0.5 * spring.stiffness * stretch**2
         both.append(total)
     return np.array(both), np.array(alone)
 
 
 def torques_with_springs(linkage, answer, count, reach=3.0):
-    """Torques of an arm without loops at poses: with springs, and of gravity alone."""
+    """Torques of an arm without loops at random poses: with springs, and of gravity alone."""
+    return torques_at(linkage, answer, closed_poses(linkage, count, reach))
+
+
+def torques_at(linkage, answer, poses):
+    """The same at given poses (poses, joints)."""
     model = _model(linkage, answer.gravity)
     data = model.createData()
     start = _reference(model, data)
     left, alone = [], []
-    for q in closed_poses(linkage, count, reach):
+    for q in poses:
         gravity = pin.computeGeneralizedGravity(model, data, q).copy()
         pin.computeJointJacobians(model, data, q)
         torque = gravity.copy()
         for spring in answer.springs:
             ends = list(_ends(linkage, spring))
             points = [_placed(model, data, start, *end) for end in ends]
-            force = spring.stiffness * (points[0] - points[1])
+            apart = points[0] - points[1]
+            force = spring.stiffness * (1 - spring.free_length / np.linalg.norm(apart)) * apart
             for sign, (link, _), point in zip((1, -1), ends, points, strict=True):
                 if link >= 0:
                     J = pin.getJointJacobian(model, data, link + 1, pin.WORLD)
@@ -160,7 +167,8 @@ def mujoco_model(mujoco, linkage, answer):
             names.append(f"s{k}_{len(names)}")
             sites[link] += f'<site name="{names[-1]}" pos="{place}"/>'
         tendons += (
-            f'<spatial stiffness="{spring.stiffness!r}" springlength="0 0">'
+            f'<spatial stiffness="{spring.stiffness!r}" '
+            f'springlength="{spring.free_length!r} {spring.free_length!r}">'
             f'<site site="{names[0]}"/><site site="{names[1]}"/></spatial>'
         )
     masses = {body.link: body.inertia for body in linkage.bodies}

@@ -78,6 +78,7 @@ def _add_run(kinds: Verbs) -> None:
         action="store_true",
         help="walk to geometries that balance with masses that can be built",
     )
+    _add_require(parser)
     parser.add_argument(
         "--starts",
         type=whole_number(1, MAX_STARTS),
@@ -115,6 +116,35 @@ def _add_run(kinds: Verbs) -> None:
         help="processes on this machine (default: one per core; 0: this process alone)",
     )
     add_json_option(parser, _compute)
+
+
+def _add_require(parser: argparse.ArgumentParser) -> None:
+    """Add the option that says what is balanced."""
+    parser.add_argument(
+        "--require",
+        type=_everywhere,
+        default="dynamic",
+        metavar="TEXT",
+        help="what is balanced, everywhere: dynamic (default) or force",
+    )
+
+
+def _everywhere(text: str) -> str:
+    """Parse requirements of a search: force or dynamic balance, in every pose."""
+    from balance.space.requirements.requirement import read_requirements
+    from kinematics.errors import UsageError
+
+    try:
+        listed = read_requirements(text)
+    except UsageError as error:
+        raise argparse.ArgumentTypeError(str(error)) from None
+    for item in listed:
+        if item.quantity not in ("dynamic", "force") or not item.whole or any(item.region):
+            raise argparse.ArgumentTypeError(
+                f"no search asks for '{item.text}': geometries of a topology share no frame "
+                "and no pose; write 'dynamic' or 'force'"
+            )
+    return "dynamic" if any(item.quantity == "dynamic" for item in listed) else "force"
 
 
 def _compute(arguments: argparse.Namespace) -> Answer:
@@ -174,8 +204,8 @@ def _job(arguments: argparse.Namespace) -> tuple[DiscoveryJob, str]:
         linkage = load(arguments.model)
         graph, geometry = from_linkage(linkage)
         name, origin = linkage.name, text_of_geometry(geometry)
-    some = arguments.starts, arguments.seed
-    return DiscoveryJob(graph.name, *some, arguments.buildable, origin), name
+    some = arguments.starts, arguments.seed, arguments.buildable
+    return DiscoveryJob(graph.name, *some, origin, arguments.require), name
 
 
 def _walk_all(arguments: argparse.Namespace, job: DiscoveryJob, file: ResultsFile) -> str:
@@ -334,6 +364,7 @@ def add_walk(kinds: Verbs) -> None:
         action="store_true",
         help="a walk of a search for geometries that balance with masses that can be built",
     )
+    _add_require(parser)
     parser.add_argument(
         "--seed",
         type=whole_number(0, MAX_SEED),
@@ -366,7 +397,8 @@ def _walk(arguments: argparse.Namespace) -> Answer:
 
     graph, start = topology(arguments.topology), arguments.start
     count = TRIED if start is None else start + 1
-    job = DiscoveryJob(graph.name, count, arguments.seed, arguments.buildable)
+    some = count, arguments.seed, arguments.buildable
+    job = DiscoveryJob(graph.name, *some, require=arguments.require)
     if start is None:
         start = first_special_start(job)
     if start < 0:

@@ -211,17 +211,19 @@ def _run_required(arguments: argparse.Namespace) -> Answer:
     from balance.app.answers.text.violation import violation_body
     from balance.masses.counterweights.link_regions import distant_regions
     from balance.masses.counterweights.write_counterweights import with_counterweights
-    from balance.masses.partial.least_violation import least_violation, weights_in_order
+    from balance.masses.partial.least_violation import least_violation
     from balance.masses.partial.load_range import violation_left
-    from balance.space.requirements.require import require
     from balance.support.options import GRAVITY
 
-    weights = weights_in_order(arguments.require, arguments.weights)
-    linkage = load_model(arguments, arguments.angles)
-    space = require(linkage, arguments.require, gravity=arguments.gravity or GRAVITY)
     regions = dict(arguments.region)
     answer = least_violation(
-        space, arguments.links, arguments.budget, regions=regions, weights=weights
+        load_model(arguments, arguments.angles),
+        arguments.links,
+        arguments.budget,
+        require=arguments.require,
+        gravity=arguments.gravity or GRAVITY,
+        regions=regions,
+        weights=arguments.weights,
     )
     payload: Payload | None = arguments.payload
     load = violation_left(answer, payload) if payload and payload.varies else payload
@@ -229,7 +231,7 @@ def _run_required(arguments: argparse.Namespace) -> Answer:
         verdict_code(answer.verdict),
         lambda: answer.to_dict() | ({} if load is None else {"payload": load.to_dict()}),
         lambda: [*violation_body(answer), *payload_section(load)],
-        (*space.warnings, *distant_regions(space, regions)),
+        (*answer.space.warnings, *distant_regions(answer.space, regions)),
         describe_written(arguments, True),
         lambda: {"out": partial(with_counterweights, answer, merge=arguments.merge)},
     )

@@ -11,7 +11,7 @@ from balance.app.cli.arguments import Parser
 from balance.app.cli.exit_codes import verdict_code
 from balance.app.cli.model_options import Coordinates, add_model_options, load_model
 from balance.app.cli.number_arguments import point
-from balance.app.cli.outputs import add_picture_option, kind_of
+from balance.app.cli.outputs import add_page_option, add_picture_option, kind_of
 from balance.app.cli.payload_option import add_payload_option
 from balance.app.cli.progress import spinner
 from balance.support.options import GRAVITY
@@ -20,20 +20,23 @@ from kinematics.errors import UsageError
 
 if TYPE_CHECKING:
     from balance.masses.springs.answer import SpringBalance
+    from balance.masses.springs.spring_catalogue import CatalogueSpring
 
 
 def add_springs(parser: Parser) -> None:
     """Add the options of the command ``springs``."""
     parser.description = (
         "Finds springs between links that balance gravity in every pose, the fewest that do, "
-        "and where they are attached; or those that leave the least torque. Springs act as if "
-        "of no free length. Exits with 0 if springs balance, 1 if none of those asked for do, "
+        "and where they are attached; or those that leave the least torque. Without L0 springs "
+        "act as if of no free length. Exits with 0 if springs balance, 1 if none of those do, "
         "4 if it is in doubt."
     )
     parser.add_examples(
         "balance springs lamp.urdf --between base,lower --between base,upper",
         "balance springs lamp.urdf --between 'base@0,0,0:0.2 lower@0.1,0,0 k=800'",
         "balance springs lamp.urdf --between base,lower --catalogue 400,600,800",
+        "balance springs lamp.urdf --between 'base@0,0,0.2 lower@0.1,0,0' --catalogue "
+        "200:800:100@0.05",
         "balance springs lamp.urdf --between base,lower --payload upper=0:1",
     )
     add_model_options(parser, unused=("--motion", "--balance", "--spatial"))
@@ -44,15 +47,17 @@ def add_springs(parser: Parser) -> None:
         action="append",
         default=[],
         metavar="SPRING",
-        help="'A,B' or 'A@X,Y,Z B@X,Y,Z k=K': links, points in their frames (m), stiffness "
-        "(N/m); a number may be a range low:high; repeatable",
+        help="'A,B' or 'A@X,Y,Z B@X,Y,Z k=K L0=L': links, points in their frames (m), "
+        "stiffness (N/m), free length (m, default 0); a number may be a range low:high; "
+        "repeatable",
     )
     group.add_argument(
         "--catalogue",
-        type=_stiffnesses,
+        type=_catalogue,
         default=[],
-        metavar="K1,K2",
-        help="stiffnesses that can be had, N/m (default: any)",
+        metavar="K1,K2@L0",
+        help="stiffnesses that can be had, N/m, each with a free length or without, or steps "
+        "low:high:step of both (default: any)",
     )
     add_payload_option(parser)
     motion = parser.group("motion")
@@ -71,6 +76,7 @@ def add_springs(parser: Parser) -> None:
         metavar="J=LOW:HIGH",
         help="workspace of an input (default: its limits, or 1 rad or length each way)",
     )
+    add_page_option(parser, "that moves, with the springs and the torques over the workspace")
     add_picture_option(parser, "write a picture of the torques without and with the springs")
 
 
@@ -117,10 +123,13 @@ def _find(arguments: argparse.Namespace) -> SpringBalance:
 
 
 def _files(arguments: argparse.Namespace, answer: SpringBalance) -> Files:
-    """Find what makes the picture of an answer."""
-    from balance.app.answers.html.springs import springs_picture
+    """Find what makes the page and the picture of an answer."""
+    from balance.app.answers.html.springs import springs_page, springs_picture
 
-    return {"plot": partial(springs_picture, answer, kind_of(arguments.plot))}
+    return {
+        "html": partial(springs_page, answer),
+        "plot": partial(springs_picture, answer, kind_of(arguments.plot)),
+    }
 
 
 def _range(text: str) -> tuple[str, tuple[float, float]]:
@@ -136,12 +145,11 @@ def _range(text: str) -> tuple[str, tuple[float, float]]:
     return name.strip(), (values[0], values[1])
 
 
-def _stiffnesses(text: str) -> list[float]:
-    """Parse stiffnesses of ``100,0.2N/mm``."""
+def _catalogue(text: str) -> list[CatalogueSpring]:
+    """Parse springs of ``100,0.2N/mm@0.05,300:500:100``."""
+    from balance.masses.springs.spring_catalogue import read_catalogue
+
     try:
-        values = [read_quantity(word, "stiffness") for word in text.split(",")]
+        return read_catalogue(text)
     except UsageError as error:
-        raise argparse.ArgumentTypeError(f"'{text}' is no list: {error}") from None
-    if not all(value > 0.0 for value in values):
-        raise argparse.ArgumentTypeError(f"'{text}': a stiffness is above 0")
-    return values
+        raise argparse.ArgumentTypeError(str(error)) from None

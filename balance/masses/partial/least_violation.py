@@ -29,11 +29,15 @@ from balance.masses.partial.shaking_program import ShakingProgram
 from balance.space.inertial_parameters.conversions import to_chain
 from balance.space.requirements.contradiction import contradiction, contradiction_words
 from balance.space.requirements.recompute_spatial import recompute_spatial
+from balance.space.requirements.require import require as required_space
 from balance.space.requirements.required_space import RequiredSpace
 from balance.space.requirements.requirement import read_requirements
+from balance.space.spaces.design_space import DesignSpace
+from balance.support.options import GRAVITY
 from balance.support.tolerances import SHAKING_GAP_PROVED
 from kinematics.closure.joint_positions import input_chain
 from kinematics.errors import UsageError
+from kinematics.loading.model_gallery import LinkageLike
 from kinematics.model.arrays import freeze
 from kinematics.numerics.array_types import Array
 from kinematics.numerics.linalg.ties import first_largest
@@ -177,10 +181,12 @@ class LeastViolation:
 
 
 def least_violation(
-    space: RequiredSpace,
+    space: RequiredSpace | LinkageLike,
     links: Sequence[str],
     budget: float,
     *,
+    require: str | Sequence[str] | None = None,
+    gravity: Sequence[float] = GRAVITY,
     regions: Mapping[str, Region | str] | None = None,
     weights: Sequence[float] | None = None,
 ) -> LeastViolation:
@@ -190,31 +196,44 @@ def least_violation(
     `balance.partial`. Minimised is ``Σ_i w_i r_i²``; see the module for r.
 
     Args:
-        space: the space of the requirements, from `balance.require`.
+        space: the space of the requirements, from `balance.require`; or a linkage, or what
+            `kinematics.load` accepts, with ``require``.
         links: names of the links that may get matter.
         budget: most mass to add, kg, above 0.
+        require: the requirements, as for `balance.require`.
+        gravity: direction of gravity (3,) for these, in the inertial frame.
         regions: where matter may be added, by link; see `balance.partial`.
-        weights: w of each requirement, in the order of ``space.requirements``; 1 by default.
+        weights: w of each requirement, in the order in which they are written, or for a space
+            in that of ``space.requirements``; 1 by default.
 
     Returns:
         What is left of each requirement, the matter, and the proof that no other does better.
 
     Raises:
         BodyError: a link is unknown, or its region cannot be found.
-        UsageError: the budget or a weight is no positive number, or no body has mass.
+        UsageError: the budget or a weight is no positive number, no body has mass, or nothing
+            is required.
 
     Source:
         S. Boyd, L. Vandenberghe, Convex Optimization, 2004, sections 5.6 and 5.8.
 
     Example:
         >>> import balance
-        >>> space = balance.require("robot.urdf", "force; moment at u1=0.2")
-        >>> balance.masses.least_violation(space, ["crank"], 0.5).verdict
+        >>> balance.masses.least_violation(
+        ...     "robot.urdf", ["crank"], 0.5, require="force; moment at u1=0.2"
+        ... ).verdict
         'optimal'
     """
     check_budget(budget)
     if budget == 0.0:
         raise UsageError("a budget of 0 kg adds nothing: see `as_given` of the space")
+    if not isinstance(space, RequiredSpace):
+        if isinstance(space, DesignSpace) or not require:
+            raise UsageError("give the space of balance.require, or a linkage and require")
+        weights = _weights_in_order(require, weights)
+        space = required_space(space, require, gravity=gravity)
+    elif require:
+        raise UsageError("a space has its requirements: leave out require, or give a linkage")
     spatial = recompute_spatial(space) if space.planar else space
     assert isinstance(spatial, RequiredSpace)
     matter = AddedParameters.of(spatial, regions_of(space, links, regions or {}))
@@ -304,15 +323,10 @@ def missed_by(answer: LeastViolation, z: Array) -> float:
     return float(np.sqrt(total))
 
 
-def weights_in_order(
+def _weights_in_order(
     requirements: str | Sequence[str], weights: Sequence[float] | None
 ) -> list[float] | None:
     """Bring weights of requirements from the order of the texts to that of their space.
-
-    Args:
-        requirements: the texts, as for `balance.require`.
-        weights: one for each requirement in the order in which they are written; None for
-            equal ones.
 
     Raises:
         UsageError: a requirement cannot be read, there are not as many weights as

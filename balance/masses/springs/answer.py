@@ -9,7 +9,7 @@ import numpy as np
 
 from balance.masses.springs.found_spring import Spring
 from balance.space.spaces.certainty import Certainty
-from balance.support.result_files import WithPicture
+from balance.support.result_files import WithPage, WithPicture
 from balance.support.tolerances import SPRING_TORQUE_LEFT
 from kinematics.model.linkage import Linkage, Notice
 from kinematics.numerics.array_types import Array
@@ -24,7 +24,7 @@ SCHEMA = "balance.springs/1"
 
 
 @dataclass(frozen=True, eq=False)
-class SpringBalance(WithPicture):
+class SpringBalance(WithPage, WithPicture):
     """Result of `springs`.
 
     Attributes:
@@ -48,6 +48,7 @@ class SpringBalance(WithPicture):
         notices: remarks for the user.
     """
 
+    page_maker = "springs:springs_page"
     picture_maker = "springs:springs_picture"
 
     linkage: Linkage
@@ -134,6 +135,8 @@ class SpringBalance(WithPicture):
             return ""
         if not self.excluded:
             return "no points of both ends were found that balance, and none are excluded"
+        if self.in_span and any(spring.free_length for spring in self.springs):
+            return "some stiffness or free length would be out of its range"
         if self.in_span:
             return "some stiffness would be negative, or out of its range"
         return "no stiffnesses, of either sign, make the energy constant"
@@ -153,6 +156,7 @@ class SpringBalance(WithPicture):
                     "asked": spring.asked,
                     "ends": [{"link": e.link, "point": list(e.point)} for e in spring.ends],
                     "stiffness": spring.stiffness,
+                    "free_length": spring.free_length,
                     "lengths": list(spring.lengths),
                     "force": spring.force,
                 }

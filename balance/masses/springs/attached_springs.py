@@ -31,20 +31,28 @@ class AttachedEnd(NamedTuple):
 
 
 class AttachedSpring(NamedTuple):
-    """A spring of zero free length between two links.
+    """A spring between two links.
 
     Attributes:
         asked: the text that asks for it.
         ends: its two ends.
+        lengths: least and greatest free length, in the units of the chain; both 0 unless both
+            ends are given.
     """
 
     asked: SpringText
     ends: tuple[AttachedEnd, AttachedEnd]
+    lengths: tuple[float, float] = (0.0, 0.0)
 
     @property
     def free(self) -> int:
-        """Number of coordinates that are to be found."""
-        return sum(len(end.axes) for end in self.ends)
+        """Number of coordinates and free lengths that are to be found."""
+        return sum(len(end.axes) for end in self.ends) + self.any_length
+
+    @property
+    def any_length(self) -> bool:
+        """Whether the free length is to be found."""
+        return self.lengths[0] < self.lengths[1]
 
     @property
     def paired(self) -> bool:
@@ -53,9 +61,27 @@ class AttachedSpring(NamedTuple):
 
     @property
     def columns(self) -> int:
-        """Number of unknowns: k, k s_i of the first end, k t_j of the second, k s_i t_j."""
+        """Number of unknowns: k, k s_i of the first end, k t_j of the second, k s_i t_j.
+
+        Where the free length is to be found: k, and k times its place in its range.
+        """
         first, second = (len(end.axes) for end in self.ends)
-        return (1 + first) * (1 + second)
+        return (1 + first) * (1 + second) + self.any_length
+
+    def with_length(self, length: float) -> tuple[AttachedSpring, Array]:
+        """Fix the free length.
+
+        Args:
+            length: in the units of the chain, within the range.
+
+        Returns:
+            The spring, and the matrix from its unknowns to those of this one.
+        """
+        spring, count = self._replace(lengths=(length, length)), self.columns
+        if not self.any_length:
+            return spring, np.eye(count)
+        low, high = self.lengths
+        return spring, np.array([[1.0], [(2.0 * length - low - high) / (high - low)]])
 
     def fixed(self, end: int, shares: Array) -> AttachedSpring:
         """Fix one end at coordinates in its box."""
@@ -94,7 +120,7 @@ def attach_springs(
     Raises:
         BodyError: a link is unknown, or has no mass where its centre is asked for.
         LinkageError: both ends are on one rigid body.
-        UsageError: nothing says where an end is.
+        UsageError: nothing says where an end is, or one with a free length may be anywhere.
     """
     return tuple(_attach(linkage, spring) for spring in springs)
 
@@ -128,7 +154,14 @@ def _attach(linkage: Linkage, spring: SpringText) -> AttachedSpring:
     near = first.box or _box_about_joint(linkage, places, spring)
     ends = [_end(linkage, place, box) for place, box in zip(places, (near, far), strict=True)]
     asked = spring._replace(ends=(SpringEnd(first.link, near), SpringEnd(second.link, far)))
-    return AttachedSpring(asked, (ends[0], ends[1]))
+    low, high = spring.length or (0.0, 0.0)
+    if (low or high) and any(len(end.axes) for end in ends):
+        raise UsageError(
+            f"{linkage.source}: spring '{spring.text}': a spring with a free length has one "
+            f"point at each end, such as {first.link}@0,0,0.1 {second.link}@0.2,0,0"
+        )
+    unit = input_chain(linkage).frame.length
+    return AttachedSpring(asked, (ends[0], ends[1]), (low / unit, high / unit))
 
 
 def _end(linkage: Linkage, place: LinkPose, box: Sequence[tuple[float, float]]) -> AttachedEnd:

@@ -28,6 +28,7 @@ from fractions import Fraction
 from itertools import product
 from typing import NamedTuple
 
+from balance.masses.springs.distance_equations import distance_equations
 from balance.masses.springs.found_spring import Spring
 from balance.masses.springs.rational_solution import (
     inconsistency,
@@ -67,6 +68,7 @@ class SpringTerm(NamedTuple):
         end: that end, 0 or 1.
         stiffness: the stiffness by floating point, N/m.
         given: whether it must be that one.
+        length: the free length, metres.
     """
 
     links: tuple[int, int]
@@ -75,6 +77,7 @@ class SpringTerm(NamedTuple):
     end: int
     stiffness: Fraction
     given: bool
+    length: Fraction
 
 
 class FreeEnd(NamedTuple):
@@ -158,6 +161,10 @@ def prove_constant(
         start += [ZERO] * len(term.axes)
     count = len(start)
     start += [ZERO] * (3 * len(weights))
+    equations = distance_equations(terms, len(closures), len(start))
+    if equations is None:
+        return "free lengths leave distances in the energy, which have no identity of this kind"
+    rows, right = rows + [row for row, _ in equations], right + [x for _, x in equations]
     solution = solve_rational(rows, right, start, count)
     if solution is None:
         return "no rational numbers near those of the file make the sum constant identically"
@@ -300,7 +307,8 @@ def _term(linkage: Linkage, spring: Spring, free: FreeEnd) -> SpringTerm:
     (a, p), (b, q) = (place(linkage, x.link, x.point) for x in spring.ends)
     axes = tuple(direction(linkage, spring.ends[free.end].link, axis) for axis in free.axes)
     k = rational(spring.stiffness)
-    return SpringTerm((a, b), (p, q), axes, free.end, k, not free.stiffness)
+    length = rational(spring.free_length)
+    return SpringTerm((a, b), (p, q), axes, free.end, k, not free.stiffness, length)
 
 
 def _weights(linkage: Linkage) -> list[tuple[int, Fraction, Vector3]]:

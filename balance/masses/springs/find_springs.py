@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
-from itertools import combinations, product
+from itertools import combinations
 from math import comb
-from typing import NamedTuple
 
 import numpy as np
 
@@ -14,39 +13,40 @@ from balance.masses.payload import Payload, carrying, read_payload
 from balance.masses.springs.answer import SpringBalance
 from balance.masses.springs.attached_springs import AttachedSpring, attach_springs
 from balance.masses.springs.both_ends import balance_springs, least_springs
+from balance.masses.springs.catalogue_search import (
+    Tried,
+    balanced_of_catalogue,
+    least_of_catalogue,
+)
 from balance.masses.springs.found_spring import AttachedPoint, Spring
 from balance.masses.springs.gradient_rows import point_at
+from balance.masses.springs.spring_catalogue import (
+    CatalogueSpring,
+    Choice,
+    check_catalogue,
+    list_choices,
+    stiffness_ranges,
+    with_lengths,
+)
 from balance.masses.springs.spring_cone import SpringCone, balanced_unknowns, make_cone
 from balance.masses.springs.spring_loads import MovedSpring, SpringLoads, moved_unknowns
 from balance.masses.springs.spring_problem import SpringProblem
 from balance.masses.springs.spring_proof import proved_certainty
-from balance.masses.springs.spring_text import MAX_STIFFNESS, read_spring
+from balance.masses.springs.spring_text import read_spring
 from balance.space.spaces.certainty import Certainty
 from balance.support.options import GRAVITY
 from balance.support.tolerances import SPRING_ABSENT, SPRING_IN_MIDDLE, SPRING_TORQUE_LEFT
 from kinematics.errors import UsageError
 from kinematics.loading.model_gallery import LinkageLike, as_linkage
-from kinematics.model.linkage import Linkage
+from kinematics.model.linkage import Linkage, Notice
 from kinematics.numerics.array_types import Array
-from kinematics.numerics.linalg.ties import first_least, rank_least_first
+from kinematics.numerics.linalg.ties import first_least
 from kinematics.wording import size_text
 
 Range = tuple[float, float]
 
-# Most springs, most sets of them, and most choices of stiffnesses of a catalogue.
-MAX_SPRINGS, MAX_SETS, MAX_CHOICES = 30, 4096, 4096
-
-
-class _Choice(NamedTuple):
-    """Springs that were tried together.
-
-    Attributes:
-        used: their indices.
-        x: their unknowns.
-    """
-
-    used: tuple[int, ...]
-    x: Array
+# Most springs, and most sets of them.
+MAX_SPRINGS, MAX_SETS = 30, 4096
 
 
 def springs(
@@ -54,14 +54,15 @@ def springs(
     between: str | Sequence[str],
     *,
     gravity: Sequence[float] = GRAVITY,
-    catalogue: Sequence[float] = (),
+    catalogue: Sequence[float | tuple[float, float]] = (),
     ranges: Mapping[str, tuple[float, float]] | None = None,
     payload: Payload | str | None = None,
 ) -> SpringBalance:
     """Find springs between links of a linkage that balance gravity in every pose.
 
     A spring of stiffness k whose force vanishes at length 0 stores ``½ k |p_A - p_B|²``: linear
-    in k, and in k times the coordinates of one end. The sum with the energy of gravity is
+    in k, and in k times the coordinates of one end. One of free length L stores ``k L |p_A -
+    p_B|`` less, linear in k and k L for given points. The sum with the energy of gravity is
     constant if its derivatives vanish at closed poses of all motions: linear conditions, of
     which a convex program finds the solution with stiffnesses that are not negative. The
     fewest springs are sought by trying all sets, the smallest first; of equal ones, those are
@@ -76,9 +77,11 @@ def springs(
             metres, and a stiffness in N/m. A number may be a range; where both ends of a spring
             have ranges, see `balance.masses.springs.both_ends`.
             Without points a spring ends at the centre of mass of the second link, and within a
-            characteristic length about the joint by which that hangs on the first.
+            characteristic length about the joint by which that hangs on the first. ``L0=0.1``,
+            or a range, is a free length, of springs with one point at each end.
         gravity: acceleration of gravity (3,), m/s², inertial frame.
-        catalogue: stiffnesses that can be had, N/m; by default any.
+        catalogue: stiffnesses that can be had, N/m, or pairs of stiffness and free length,
+            metres; by default any.
         ranges: workspace: least and greatest displacement of inputs by name, radians and
             metres, for the least torque and for lengths; by default the limits in the file,
             without limits 1 rad or one characteristic length each way.
@@ -111,14 +114,14 @@ def springs(
         'infeasible'
     """
     linkage = as_linkage(linkage)
-    asked = [read_spring(text) for text in ([between] if isinstance(between, str) else between)]
+    listed = check_catalogue(catalogue)
+    texts = [between] if isinstance(between, str) else between
+    asked = with_lengths([read_spring(text) for text in texts], listed)
     if not 0 < len(asked) <= MAX_SPRINGS:
         raise UsageError(f"{len(asked)} springs: give 1 to {MAX_SPRINGS}")
     g = np.asarray(gravity, dtype=np.float64)
     if g.shape != (3,) or not np.isfinite(g).all() or not g.any():
         raise UsageError(f"gravity has three coordinates that are not all 0, not {gravity!r}")
-    if not all(0.0 < k <= MAX_STIFFNESS for k in catalogue):
-        raise UsageError(f"a catalogue has stiffnesses above 0 and up to {MAX_STIFFNESS:g} N/m")
     carried = read_payload(payload) if isinstance(payload, str) else payload
     # Points that nothing is said of are those without the load, for every load.
     asked = [spring.asked for spring in attach_springs(linkage, asked)]
@@ -127,10 +130,14 @@ def springs(
         return SpringProblem(loaded, attach_springs(loaded, asked), g, ranges or {})
 
     problem = problem_of(linkage if carried is None else carrying(linkage, carried))
-    steps = sorted(set(catalogue))
-    answer = _find(problem, g, steps)
+    answer = _find(problem, g, listed)
     if carried is None or not carried.varies:
         return replace(answer, payload=carried)
+    open_length = next((spring for spring in problem.springs if spring.any_length), None)
+    if open_length is not None:
+        raise UsageError(
+            f"spring '{open_length.asked.text}': for a range of loads give one free length"
+        )
     paired = next((spring for spring in problem.springs if spring.paired), None)
     if paired is not None:
         raise UsageError(
@@ -138,40 +145,43 @@ def springs(
             "both: give one a point"
         )
     ends = [problem_of(carrying(linkage, carried, m)) for m in (carried.low, carried.high)]
-    return replace(answer, payload=carried, loads=_loads(problem, ends, carried, steps, answer))
+    return replace(
+        answer, payload=carried, loads=_loads(problem, ends, carried, listed, answer)
+    )
 
 
-def _find(problem: SpringProblem, gravity: Array, catalogue: Sequence[float]) -> SpringBalance:
+def _find(
+    problem: SpringProblem, gravity: Array, catalogue: Sequence[CatalogueSpring]
+) -> SpringBalance:
     """Find the springs of a problem."""
-    whole, given = _asked_cone(problem), [s.asked.stiffness for s in problem.springs]
+    whole, given = problem.cone, [s.asked.stiffness for s in problem.springs]
     sure = True
     conditions, settled = problem.conditions
     rows = conditions.rows
     if catalogue:
-        choices = _choices(catalogue, given)
-        (balanced, sure), best, every_set = _of_catalogue(problem, rows, choices), None, True
+        choices = list_choices(catalogue, [spring.asked for spring in problem.springs])
+        (balanced, sure), every_set = balanced_of_catalogue(problem, rows, choices), True
         if not balanced:
-            best = _least_of_catalogue(problem, choices)
+            best = least_of_catalogue(problem, choices)
     else:
         balanced, every_set, sure = _smallest_sets(problem, rows, whole, given)
         if not balanced:
-            x = least_springs(_flat(problem), problem.springs, given, problem.unit)
-            best = _Choice(tuple(range(len(problem.springs))), x)
+            x = least_springs(problem.torque_triangle, problem.springs, given, problem.unit)
+            best = Tried(tuple(range(len(problem.springs))), x)
     if balanced:
-        sizes = [float(sum(x[_starts(problem, used)])) for used, x in balanced]
+        sizes = [float(sum(item.x[_starts(problem, item.used)])) for item in balanced]
         best = balanced[first_least(sizes)]
-    assert best is not None
     x = _spread(problem, whole, best)
     unknowns = rows.shape[1] - 1
     unsigned = SpringCone(np.zeros((1, unknowns)), np.zeros(1), whole.starts)
     in_span = bool(balanced) or balanced_unknowns(rows, unsigned) is not None
     torque, count = problem.fresh_torque(x)
     certainty = _certainty(bool(balanced), settled, torque, count)
-    springs = tuple(_springs(problem, whole, x))
+    springs = tuple(_springs(problem, whole, x, best.entries))
     proof, certainty = proved_certainty(
         problem, springs, gravity, bool(balanced), in_span, certainty
     )
-    sets = list(dict.fromkeys(tuple(used) for used, _ in balanced))
+    sets = list(dict.fromkeys(item.used for item in balanced))
     return SpringBalance(
         problem.linkage,
         (float(gravity[0]), float(gravity[1]), float(gravity[2])),
@@ -187,14 +197,27 @@ def _find(problem: SpringProblem, gravity: Array, catalogue: Sequence[float]) ->
         certainty,
         sure,
         proof,
+        notices=_notices(springs),
     )
+
+
+def _notices(springs: Sequence[Spring]) -> tuple[Notice, ...]:
+    """Name the springs that push."""
+    numbers = [str(number) for number, spring in enumerate(springs, 1) if spring.pushes]
+    if not numbers:
+        return ()
+    text = (
+        f"{'spring' if len(numbers) == 1 else 'springs'} {', '.join(numbers)}: in some poses "
+        "shorter than the free length, where a spring pushes: a string or a hook cannot"
+    )
+    return (Notice("spring_pushes", text),)
 
 
 def _loads(
     problem: SpringProblem,
     ends: Sequence[SpringProblem],
     payload: Payload,
-    catalogue: Sequence[float],
+    catalogue: Sequence[CatalogueSpring],
     answer: SpringBalance,
 ) -> SpringLoads:
     """Find what springs that stay leave for both ends of a range, and springs that move."""
@@ -207,10 +230,12 @@ def _loads(
         )
     rows = [end.conditions[0].rows for end in ends]
     weights = [end.unit / problem.unit for end in ends]
-    given = [spring.asked.stiffness for spring in problem.springs]
-    choices = _choices(catalogue, given) if catalogue else [tuple(given)]
-    for choice in choices:
-        cone = make_cone(problem.springs, problem.unit, choice)
+    texts = [spring.asked for spring in problem.springs]
+    choices = [[text.stiffness for text in texts]]
+    if catalogue:
+        choices = [stiffness_ranges(choice) for choice in list_choices(catalogue, texts)]
+    for ranges in choices:
+        cone = make_cone(problem.springs, problem.unit, ranges)
         moved = moved_unknowns(rows, cone, weights)
         if moved is not None:
             return SpringLoads(payload, (shares[0], shares[1]), _moved_springs(problem, moved))
@@ -250,18 +275,6 @@ def _moved_springs(
     return tuple(listed)
 
 
-def _asked_cone(problem: SpringProblem) -> SpringCone:
-    """Build the limits of the springs as they are asked for."""
-    given = [spring.asked.stiffness for spring in problem.springs]
-    return make_cone(problem.springs, problem.unit, given)
-
-
-def _flat(problem: SpringProblem) -> Array:
-    """Give the rows of the torques over the workspace below one another."""
-    rows = problem.torque_rows
-    return rows.reshape(-1, rows.shape[-1])
-
-
 def _starts(problem: SpringProblem, used: Sequence[int]) -> list[int]:
     """Give the places of the stiffnesses among the unknowns of some springs."""
     counts = [problem.springs[k].columns for k in used]
@@ -270,7 +283,7 @@ def _starts(problem: SpringProblem, used: Sequence[int]) -> list[int]:
 
 def _smallest_sets(
     problem: SpringProblem, rows: Array, cone: SpringCone, given: Sequence[Range]
-) -> tuple[list[_Choice], bool, bool]:
+) -> tuple[list[Tried], bool, bool]:
     """Find the smallest sets of springs that balance.
 
     Returns:
@@ -284,7 +297,7 @@ def _smallest_sets(
         balanced = []
         for used in combinations(range(count), size):
             x, known = _balance(problem, rows, cone, used, [given[k] for k in used])
-            balanced += [] if x is None else [_Choice(used, x)]
+            balanced += [] if x is None else [Tried(used, x)]
             sure = sure and known
         if balanced:
             return balanced, True, sure
@@ -292,7 +305,7 @@ def _smallest_sets(
         return [], True, sure
     every = tuple(range(count))
     x, known = _balance(problem, rows, cone, every, given)
-    return ([] if x is None else [_Choice(every, x)]), False, sure and known
+    return ([] if x is None else [Tried(every, x)]), False, sure and known
 
 
 def _balance(
@@ -308,69 +321,10 @@ def _balance(
     return balance_springs(rows[:, columns], chosen, ranges, problem.unit)
 
 
-def _choices(catalogue: Sequence[float], given: Sequence[Range]) -> list[tuple[Range, ...]]:
-    """List the stiffnesses of a catalogue for each spring, (0, 0) for none, fewest first."""
-    options = [
-        [(0.0, 0.0), *((k, k) for k in catalogue if low <= k <= high)] for low, high in given
-    ]
-    total = 1
-    for option in options:
-        total *= len(option)
-    if total > MAX_CHOICES:
-        raise UsageError(
-            f"{total} choices of stiffnesses: at most {MAX_CHOICES} are tried; name fewer "
-            "springs or fewer stiffnesses"
-        )
-    return sorted(product(*options), key=lambda choice: sum(high > 0.0 for _, high in choice))
-
-
-def _used(choice: Sequence[Range]) -> tuple[int, ...]:
-    """List the springs that a choice of stiffnesses uses."""
-    return tuple(k for k, (_, high) in enumerate(choice) if high > 0.0)
-
-
-def _of_catalogue(
-    problem: SpringProblem, rows: Array, choices: Sequence[tuple[Range, ...]]
-) -> tuple[list[_Choice], bool]:
-    """Find the choices of stiffnesses of a catalogue with the fewest springs that balance.
-
-    Returns:
-        The choices; and whether fewer springs, or all, are excluded.
-    """
-    balanced: list[_Choice] = []
-    sure, cone = True, _asked_cone(problem)
-    for choice in choices:
-        used = _used(choice)
-        if balanced and len(used) > len(balanced[0].used):
-            break
-        if used:
-            x, known = _balance(problem, rows, cone, used, [choice[k] for k in used])
-            balanced += [] if x is None else [_Choice(used, x)]
-            sure = sure and known
-    return balanced, sure
-
-
-def _least_of_catalogue(
-    problem: SpringProblem, choices: Sequence[tuple[Range, ...]]
-) -> _Choice:
-    """Find the choice of stiffnesses of a catalogue that leaves the least torque."""
-    tried, torques = [], []
-    flat, cone = _flat(problem), _asked_cone(problem)
-    for choice in choices:
-        used = _used(choice)
-        columns = [*cone.columns_of(used), flat.shape[1] - 1]
-        few, chosen = flat[:, columns], [problem.springs[k] for k in used]
-        ranges = [choice[k] for k in used]
-        x = least_springs(few, chosen, ranges, problem.unit) if used else np.empty(0)
-        tried.append(_Choice(used, x))
-        torques.append(float(np.linalg.norm(few @ np.append(x, 1.0))))
-    return tried[rank_least_first(torques, torques[0])[0]]
-
-
-def _spread(problem: SpringProblem, cone: SpringCone, choice: _Choice) -> Array:
+def _spread(problem: SpringProblem, cone: SpringCone, tried: Tried) -> Array:
     """Place the unknowns of some springs among those of all; springs of no stiffness are 0."""
     x = np.zeros(cone.starts[-1])
-    x[cone.columns_of(choice.used)] = choice.x
+    x[cone.columns_of(tried.used)] = tried.x
     largest = float(np.abs(x).max(initial=0.0))
     for start, spring in zip(cone.starts, problem.springs, strict=False):
         if x[start] <= SPRING_ABSENT * largest:
@@ -378,10 +332,13 @@ def _spread(problem: SpringProblem, cone: SpringCone, choice: _Choice) -> Array:
     return x
 
 
-def _springs(problem: SpringProblem, cone: SpringCone, x: Array) -> Iterator[Spring]:
-    """Describe the springs of unknowns."""
+def _springs(
+    problem: SpringProblem, cone: SpringCone, x: Array, entries: Choice
+) -> Iterator[Spring]:
+    """Describe the springs of unknowns, with the numbers of a catalogue if they are of one."""
     length = problem.length
-    for start, spring in zip(cone.starts, problem.springs, strict=False):
+    entries = entries or (None,) * len(problem.springs)
+    for start, spring, entry in zip(cone.starts, problem.springs, entries, strict=False):
         stiffness = float(x[start])
         shares = x[start + 1 : start + 1 + spring.free] / (stiffness or 1.0)
         shares = np.where(np.abs(shares) < SPRING_IN_MIDDLE, 0.0, np.clip(shares, -1.0, 1.0))
@@ -394,7 +351,20 @@ def _springs(problem: SpringProblem, cone: SpringCone, x: Array) -> Iterator[Spr
             k = float(np.clip(k, *spring.asked.stiffness))
         ends = _attached_points(spring, shares)
         lengths = min(distances), max(distances)
-        yield Spring(spring.asked.text, ends, k, lengths, k * lengths[1])
+        free = _free_length(spring, shares) if k > 0.0 else 0.0
+        if k > 0.0 and entry is not None:
+            k, free = entry
+        force = k * max(abs(length - free) for length in lengths)
+        yield Spring(spring.asked.text, ends, k, lengths, force, free)
+
+
+def _free_length(spring: AttachedSpring, shares: Array) -> float:
+    """Read the free length of a spring, metres; 0 where round-off alone is left of it."""
+    low, high = spring.asked.length or (0.0, 0.0)
+    if not spring.any_length:
+        return low
+    length = 0.5 * (low + high) + 0.5 * (high - low) * float(shares[-1])
+    return length if abs(length) > SPRING_IN_MIDDLE * (high - low) else 0.0
 
 
 def _end_points(
@@ -404,7 +374,8 @@ def _end_points(
     first, second = spring.ends
     count = len(first.axes)
     for pose in problem.workspace[0]:
-        yield point_at(pose, first, shares[:count]), point_at(pose, second, shares[count:])
+        rest = shares[count : count + len(second.axes)]
+        yield point_at(pose, first, shares[:count]), point_at(pose, second, rest)
 
 
 def _attached_points(

@@ -29,7 +29,7 @@ class AttachedPoint(NamedTuple):
 
 
 class Spring(NamedTuple):
-    """A spring that acts as one without free length: its force is stiffness times length.
+    """A spring: its force is stiffness times the distance of its ends beyond the free length.
 
     Attributes:
         asked: the text that asked for it.
@@ -37,6 +37,8 @@ class Spring(NamedTuple):
         stiffness: N/m; 0 if it is not needed.
         lengths: least and greatest distance of its ends over the workspace, metres.
         force: greatest force over the workspace, N.
+        free_length: distance of its ends at which the force vanishes, metres; below 0 if it
+            pulls where they meet.
     """
 
     asked: str
@@ -44,8 +46,18 @@ class Spring(NamedTuple):
     stiffness: float
     lengths: tuple[float, float]
     force: float
+    free_length: float = 0.0
 
     def __repr__(self) -> str:
-        """Give one line: stiffness and ends."""
+        """Give one line: stiffness, free length and ends."""
         first, second = self.ends
-        return f"Spring: {number_text(self.stiffness)} N/m, {first.words} to {second.words}"
+        length = f", free length {number_text(self.free_length)} m" * bool(self.free_length)
+        return (
+            f"Spring: {number_text(self.stiffness)} N/m{length}, {first.words} to "
+            f"{second.words}"
+        )
+
+    @property
+    def pushes(self) -> bool:
+        """Whether its ends come nearer than the free length in the workspace."""
+        return self.stiffness > 0.0 and self.lengths[0] < self.free_length

@@ -1,10 +1,11 @@
 """Energies of springs and of gravity, differentiated along the motions of a linkage.
 
-A spring of stiffness k and no free length between points a of link A and b of link B stores
+A spring of stiffness k and free length L between points a of link A and b of link B stores
 
-    U = ½ k |p_A - p_B|²,    p_A = H_A a.
+    U = ½ k (|p_A - p_B| - L)² = ½ k |p_A - p_B|² - k L |p_A - p_B| + ½ k L²,    p_A = H_A a:
 
-Where b may be chosen, ``b = c + Σ_j s_j e_j`` with |p_B| turning rigidly, and
+linear in k and k L for given points. Springs that may be attached elsewhere have L = 0. Where b
+may be chosen, ``b = c + Σ_j s_j e_j`` with |p_B| turning rigidly, and
 
     ∂U/∂u_w = k (p_A - p_C)·(v_A - v_C) - Σ_j k s_j [(v_A - v_C)·n_j + (p_A - p_C)·(ω_B × n_j)]
 
@@ -36,7 +37,7 @@ def gradient_rows(
     """Differentiate the energies at a closed pose along all columns of the motion.
 
     Returns:
-        Shape (w, unknowns + 1): for each spring the columns of k and of k s_j, in units of
+        Shape (w, unknowns + 1): for each spring the columns of its unknowns, in units of
         the squared length of the chain, J per N m⁻¹ times length⁻²; last that of gravity, J.
     """
     T = expand_at(chain, pose).T[0, 0]
@@ -62,12 +63,17 @@ def point_at(pose: Pose, end: AttachedEnd, shares: Array) -> Array:
 
 
 def _spring_columns(pose: Pose, T: Array, spring: AttachedSpring) -> list[Array]:
-    """Differentiate the energy of a spring: columns (w,) of k, and of k s_j."""
+    """Differentiate the energy of a spring: columns (w,) of k, and of k s_j or k L."""
     points, rates, turns = zip(
         *(_middle_motion(pose, T, end) for end in spring.ends), strict=True
     )
     apart, away = points[0] - points[1], rates[0] - rates[1]
-    columns = [away @ apart]
+    (low, high), distance = spring.lengths, float(np.linalg.norm(apart))
+    # Where the ends meet, the distance has no derivative, and the force no direction.
+    stretch = away @ apart / (distance or np.inf)
+    columns = [away @ apart - 0.5 * (low + high) * stretch]
+    if spring.any_length:
+        columns.append(-0.5 * (high - low) * stretch)
     axes = []
     for sign, end, turn in zip((1.0, -1.0), spring.ends, turns, strict=True):
         R = np.eye(3) if end.link == GROUND else pose.H[end.link, :3, :3]

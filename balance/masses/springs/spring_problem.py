@@ -10,6 +10,7 @@ import numpy as np
 
 from balance.masses.springs.attached_springs import AttachedSpring
 from balance.masses.springs.gradient_rows import gradient_rows
+from balance.masses.springs.spring_cone import SpringCone, make_cone
 from balance.motion.verification.holding_torques import Weights, weights_of
 from balance.motion.verification.joint_limits import joint_limits
 from balance.space.conditions.collect import relative_tolerance
@@ -163,6 +164,18 @@ class SpringProblem:
     def torque_rows(self) -> Array:
         """Rows at the poses of the workspace (poses, inputs, unknowns + 1)."""
         return np.stack([self.rows_at(self._chain, pose) for pose in self.workspace[0]])
+
+    @cached_property
+    def torque_triangle(self) -> Array:
+        """A triangle R (n, unknowns + 1) with ``|R [x; 1]|`` as the torques of all poses."""
+        rows = self.torque_rows
+        return np.asarray(np.linalg.qr(rows.reshape(-1, rows.shape[-1]), mode="r"))
+
+    @cached_property
+    def cone(self) -> SpringCone:
+        """The limits of the springs as they are asked for."""
+        given = [spring.asked.stiffness for spring in self.springs]
+        return make_cone(self.springs, self.unit, given)
 
     def torques(self, x: Array | None) -> Array:
         """Compute what the inputs hold over the workspace (poses, inputs), N m and N.

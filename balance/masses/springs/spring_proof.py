@@ -41,7 +41,7 @@ def proved_certainty(
             return None, certainty._replace(reason=f"{certainty.reason}; {proof}")
         reason = "the energies add up to a constant, identically in rational numbers"
         return proof, certainty._replace(level="proved", reason=reason)
-    if not balanced and not in_span:
+    if not balanced and not in_span and not any(any(x.lengths) for x in problem.springs):
         ends = [_open_ends(linkage, spring) for spring in problem.springs]
         if prove_none(linkage, ends, g):
             reason = "no stiffnesses make the energies constant, in rational numbers"

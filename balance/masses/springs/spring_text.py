@@ -1,4 +1,10 @@
-"""Text of a spring, such as ``base@0,0,0:0.5 arm@0.2,0,0 k=150``, and what it means."""
+"""Text of a spring, such as ``base@0,0,0:0.5 arm@0.2,0,0 k=150``, and what it means.
+
+``L0=0.05`` is the free length at which the force between both points vanishes. A spring with a
+string behind a pulley has its own free length, and that of the string, less the way from its
+anchor to the pulley: 0 if they are the same, and below 0 if the spring pulls where its ends
+meet, as one that is wound with initial tension does.
+"""
 
 from __future__ import annotations
 
@@ -9,7 +15,7 @@ from typing import NamedTuple
 from balance.support.units import read_quantity
 from kinematics.errors import UsageError
 
-FORM = "write 'base,arm' or 'base@0,0,0:0.5 arm@0.2,0,0 k=100:200'"
+FORM = "write 'base,arm' or 'base@0,0,0:0.5 arm@0.2,0,0 k=100:200 L0=0.05'"
 # Largest coordinate of a point, metres, and largest stiffness, N/m.
 MAX_COORDINATE, MAX_STIFFNESS = 1e6, 1e12
 Range = tuple[float, float]
@@ -40,18 +46,20 @@ class SpringText(NamedTuple):
         text: the text.
         ends: its two ends.
         stiffness: least and greatest stiffness, N/m.
+        length: least and greatest free length, metres; None where the text says nothing.
     """
 
     text: str
     ends: tuple[SpringEnd, SpringEnd]
     stiffness: Range
+    length: Range | None = None
 
 
 def read_spring(text: str) -> SpringText:
-    """Read a spring: two links, each with a point or without, and a stiffness if it is given.
+    """Read a spring: two links, each with a point or without, stiffness and free length.
 
     Args:
-        text: ``LINK[@X,Y,Z] LINK[@X,Y,Z] [k=K]``, where each number may be a range
+        text: ``LINK[@X,Y,Z] LINK[@X,Y,Z] [k=K] [L0=L]``, where each number may be a range
             ``low:high`` and have a unit; or ``LINK,LINK``.
 
     Raises:
@@ -60,13 +68,18 @@ def read_spring(text: str) -> SpringText:
     words = text.split()
     if len(words) == 1 and "@" not in text and text.count(",") == 1:
         words = text.split(",")
-    stiffness = (0.0, math.inf)
-    if len(words) == 3 and words[2].startswith("k="):
-        stiffness = _read_stiffness(text, words.pop()[2:])
+    given: dict[str, str] = {}
+    for _ in range(2):
+        name, equals, value = words[-1].partition("=") if words else ("", "", "")
+        if equals and name in ("k", "L0") and name not in given:
+            given[name] = value
+            words.pop()
+    stiffness = _read_stiffness(text, given["k"]) if "k" in given else (0.0, math.inf)
+    length = _read_length(text, given["L0"]) if "L0" in given else None
     if len(words) != 2 or not all(words):
         raise UsageError(f"spring '{text}' has no known form: {FORM}")
     first, second = (_read_end(text, word) for word in words)
-    return SpringText(" ".join(text.split()), (first, second), stiffness)
+    return SpringText(" ".join(text.split()), (first, second), stiffness, length)
 
 
 def _read_stiffness(text: str, words: str) -> Range:
@@ -78,6 +91,14 @@ def _read_stiffness(text: str, words: str) -> Range:
         raise UsageError(
             f"spring '{text}': give a stiffness above 0 and up to {MAX_STIFFNESS:g} N/m"
         )
+    return low, high
+
+
+def _read_length(text: str, words: str) -> Range:
+    """Read a free length or a range of them."""
+    low, high = _read_range(text, words, "length")
+    if max(-low, high) > MAX_COORDINATE:
+        raise UsageError(f"spring '{text}': a free length is beyond {MAX_COORDINATE:g} m")
     return low, high
 
 

@@ -98,7 +98,7 @@ def export_member(job: DiscoveryJob, family: Family) -> ExportedMember:
         best = best or (linkage, rational)
     if best is None:
         raise LinkageError("no member of this family could be read as a linkage")
-    return _with_masses(*best)
+    return _with_masses(job, *best)
 
 
 def _judge(
@@ -108,8 +108,8 @@ def _judge(
     try:
         built = to_linkage(job.topology, job.structure, geometry)
         linkage = _read(built.to_urdf().encode())
-        space = design_space(linkage)
-        if space.nullity != family.nullity:
+        space = design_space(linkage, balance=job.require)
+        if space.nullity + job.structure.uncounted != family.nullity:
             return None, ""
         return linkage, str(feasible(space).verdict)
     except LinkageError:
@@ -144,9 +144,9 @@ def _read(urdf: bytes) -> Linkage:
     return load(Document("the member", urdf))
 
 
-def _with_masses(linkage: Linkage, rational: bool) -> ExportedMember:
+def _with_masses(job: DiscoveryJob, linkage: Linkage, rational: bool) -> ExportedMember:
     """Design masses for a member, write them, and verify what was written."""
-    space = design_space(linkage)
+    space = design_space(linkage, balance=job.require)
     if rational:
         space = certify(space)
     mass_design = design(space)
@@ -154,7 +154,7 @@ def _with_masses(linkage: Linkage, rational: bool) -> ExportedMember:
         return ExportedMember(linkage.to_urdf().encode(), rational, space, mass_design, None)
     inertials = {body.name: body.urdf for body in mass_design.bodies if body.urdf}
     urdf = replace_inertials(linkage, inertials)
-    checked = verify(_read(urdf), trajectories=TRAJECTORIES)
+    checked = verify(_read(urdf), balance=job.require, trajectories=TRAJECTORIES)
     return ExportedMember(urdf, rational, space, mass_design, checked)
 
 

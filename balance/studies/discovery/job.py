@@ -10,7 +10,7 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -30,6 +30,7 @@ from balance.studies.discovery.walk import (
     walk_to_special,
 )
 from balance.studies.runs.chunk_job import Column, chunk_size
+from balance.support.options import Balance
 from kinematics.errors import UsageError
 from kinematics.numerics.array_types import Array, Flags, IntArray
 from kinematics.version import __version__
@@ -72,6 +73,7 @@ class DiscoveryJob:
         buildable: whether to walk to geometries that masses balance which can be built.
         origin: a geometry as text, see `text_of_geometry`; walks start from it and near it.
             By default they start anywhere.
+        require: what is balanced, ``"dynamic"`` or ``"force"``, everywhere.
     """
 
     name: str
@@ -79,6 +81,7 @@ class DiscoveryJob:
     seed: int = 1
     buildable: bool = False
     origin: str = ""
+    require: Balance = "dynamic"
 
     kind = "discovery"
     columns = COLUMNS
@@ -102,8 +105,16 @@ class DiscoveryJob:
             type(data.get(name)) is not kind for name, kind in DESCRIPTION.items()
         ):
             raise UsageError("the file holds no search for special geometries")
+        given = data.get("require", "dynamic")
+        if given not in ("dynamic", "force"):
+            raise UsageError("the file holds a search for what is none of force and dynamic")
         job = cls(
-            data["topology"], data["starts"], data["seed"], data["buildable"], data["origin"]
+            data["topology"],
+            data["starts"],
+            data["seed"],
+            data["buildable"],
+            data["origin"],
+            given,
         )
         if job.starts < 1 or not 0 <= job.seed <= MOST_SEED:
             raise UsageError("the file holds a search without walks or without a seed")
@@ -122,7 +133,9 @@ class DiscoveryJob:
         """JSON text from which the job can be built again."""
         data = {"topology": self.name, "starts": self.starts, "seed": self.seed}
         more = {"buildable": self.buildable, "origin": self.origin, "method": METHOD}
-        return json.dumps({**data, **more})
+        # Files of searches for dynamic balance do not name it.
+        named = {} if self.require == "dynamic" else {"require": self.require}
+        return json.dumps({**data, **more, **named})
 
     @property
     def digest(self) -> str:
@@ -137,11 +150,11 @@ class DiscoveryJob:
     @cached_property
     def structure(self) -> TopologyArrays:
         """The graph as arrays."""
-        return self.topology.structure()
+        return replace(self.topology.structure(), force=self.require == "force")
 
     @cached_property
     def generic(self) -> int:
-        """Dimension of the design space of most geometries."""
+        """Dimension of the design space of most geometries, with all inertial parameters."""
         sample = random_starts(self.structure, self.seed, range(SAMPLE))
         return generic_nullity(self.structure, sample)
 

@@ -147,15 +147,16 @@ def _still(
     return ""
 
 
-def _special_loop(lengths: Array) -> bool:
+def _special_loop(lengths: Array, force: bool) -> bool:
     """Whether a four-bar is a kite, parallelogram or antiparallelogram.
 
     Args:
         lengths: of its four links, in order.
+        force: whether forces alone are balanced, where kites are not special.
     """
     a, b, c, d = lengths
     same = EQUAL * float(np.max(lengths))
-    pairs = ((a - c, b - d), (a - b, c - d), (a - d, b - c))
+    pairs = ((a - c, b - d), (a - b, c - d), (a - d, b - c))[: 1 if force else None]
     return any(max(abs(x), abs(y)) <= same for x, y in pairs)
 
 
@@ -180,6 +181,8 @@ def explained(
     rank = int(np.sum(conditions.values[lane] > 1e-12 * conditions.values[lane, 0]))
     N = conditions.Vt[lane, rank:].T
     spaces = [_serial(topology, points)]
+    if structure.force:
+        spaces.append(np.eye(structure.unknowns)[:, 3::4])
 
     def on_links(links: tuple[int, ...]) -> Array:
         outside = [link - 1 for link in range(1, topology.links) if link not in links]
@@ -189,7 +192,8 @@ def explained(
     for links, joints in topology.four_link_loops():
         corners = points[list(joints)]
         lengths = np.sqrt(np.sum((corners - np.roll(corners, 1, axis=0)) ** 2, axis=1))
-        if all(topology.edges[j][0] == "R" for j in joints) and _special_loop(lengths):
+        hinged = all(topology.edges[j][0] == "R" for j in joints)
+        if hinged and _special_loop(lengths, structure.force):
             spaces.append(on_links(links))
     if _span(spaces) >= N.shape[1]:
         return "explained by one loop"

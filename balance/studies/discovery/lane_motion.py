@@ -218,7 +218,7 @@ def _body_twists(structure: TopologyArrays, poses: Poses) -> tuple[Array, Array]
 
 
 def lane_momentum_rows(structure: TopologyArrays, poses: Poses) -> Array:
-    """Compute the matrix M (lanes, poses · width · dim, unknowns) of ``h = M z``.
+    """Compute the matrix M (lanes, poses · width · components, unknowns) of ``h = M z``.
 
     Args:
         poses: poses of the linkages.
@@ -227,7 +227,7 @@ def lane_momentum_rows(structure: TopologyArrays, poses: Poses) -> Array:
     body_twists = back @ T
     tensor = structure.algebra.tensors.momentum
     rows = np.einsum("lpbdw,diq->lpbwiq", body_twists, tensor)
-    rows = np.swapaxes(back, -1, -2)[:, :, :, None] @ rows
+    rows = (np.swapaxes(back, -1, -2)[:, :, :, None] @ rows)[..., structure.components, :]
     lanes = len(rows)
     return np.moveaxis(rows, 2, 4).reshape(lanes, -1, structure.unknowns)
 
@@ -242,7 +242,7 @@ def momentum_rates(
         z: parameters of all bodies, several sets for each lane (lanes, sets, unknowns).
 
     Returns:
-        Shape (lanes, sets, poses · width · dim, changes).
+        Shape (lanes, sets, poses · width · components, changes).
     """
     algebra = structure.algebra
     eta, twists = _link_rates(structure, geometry, poses)
@@ -261,6 +261,7 @@ def momentum_rates(
     # ad(η)ᵀ h is linear in both: -Σ η_a bracket[a]ᵀ h.
     force = np.einsum("aij,lspbiw->lspbwja", algebra.tensors.bracket, h)
     out -= np.einsum("lspbwja,lpbac->lspwjc", force, eta)
+    out = out[..., structure.components, :]
     return out.reshape(*z.shape[:2], -1, eta.shape[-1])
 
 

@@ -158,7 +158,7 @@ def examine(
     for number in range(min(tried, confirmation.members)):
         try:
             linkage = to_linkage(job.topology, job.structure, confirmation.geometry, number)
-            space = design_space(linkage)
+            space = design_space(linkage, balance=job.require)
             verdict = str(feasible(space).verdict)
             serial = max(serial, space.serial_nullity)
         except LinkageError:

@@ -57,6 +57,7 @@ class TopologyArrays:
         turns: rotation of joints about their points by each permitted change (changes, 3).
         moved: joints that each change moves together (changes, joints).
         origin: joint of the graph that each joint belongs to (joints,).
+        force: whether linear momentum alone is to vanish.
     """
 
     planar: bool
@@ -70,6 +71,7 @@ class TopologyArrays:
     turns: Array
     moved: Array
     origin: IntArray
+    force: bool = False
 
     @property
     def algebra(self) -> _Algebra:
@@ -96,6 +98,17 @@ class TopologyArrays:
     def unknowns(self) -> int:
         """Number of inertial parameters."""
         return len(self.bodies) * self.algebra.parameters
+
+    @property
+    def components(self) -> slice:
+        """Components of the momentum ``[ξ; p]`` that are to vanish."""
+        return slice(self.algebra.dim - (2 if self.planar else 3) if self.force else 0, None)
+
+    @property
+    def uncounted(self) -> int:
+        """Number of inertial parameters without linear momentum: second moments."""
+        moments = self.algebra.parameters - (3 if self.planar else 4)
+        return len(self.bodies) * moments if self.force else 0
 
     @cached_property
     def paths(self) -> Array:

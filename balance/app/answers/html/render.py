@@ -31,6 +31,7 @@ NEEDS = {
     "verify": ("stage", "chart"),
     "compare": ("controls",),
     "comparison": ("chart", "shapes"),
+    "springs": ("drawing", "chart"),
 }
 
 

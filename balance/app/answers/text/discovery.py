@@ -7,6 +7,7 @@ from typing import Any
 from balance.app.answers.answer import AnswerBody, Facts
 from balance.studies.discovery.export import ExportedMember
 from balance.studies.discovery.families import Family
+from balance.studies.discovery.job import DiscoveryJob
 from balance.studies.discovery.motion_range import MotionRange
 from balance.studies.discovery.quantities import quantities_of
 from balance.studies.discovery.results import Found, FoundFamily
@@ -17,6 +18,8 @@ from kinematics.wording import count_noun, number_text
 SCHEMA = "balance.discover/1"
 # Least width of the labels of facts.
 LABELS = 13
+# What a search for force balance counts.
+FORCES = "force balance; nullity counts masses and centres of mass"
 Data = dict[str, Any]
 
 
@@ -39,22 +42,23 @@ def search_data(
         "seed": search.job.seed,
         "buildable": search.job.buildable,
         "near": bool(search.job.origin),
-        "nullity": search.job.generic,
+        "require": search.job.require,
+        "nullity": search.job.generic - search.job.structure.uncounted,
         "outcomes": search.outcomes,
-        "families": [_family_data(k, f) for k, f in enumerate(search.families, 1)],
+        "families": [_family_data(k, f, search.job) for k, f in enumerate(search.families, 1)],
     }
     if seconds is not None:
         data["seconds"] = seconds
     return data
 
 
-def _family_data(number: int, family: Family) -> Data:
+def _family_data(number: int, family: Family, job: DiscoveryJob) -> Data:
     """Collect the facts on a family."""
     quantities = quantities_of(family.topology)
     words = [relation.words(quantities) for relation in family.members[0].relations]
     return {
         "family": number,
-        "nullity": family.nullity,
+        "nullity": family.nullity - job.structure.uncounted,
         "parallel": family.parallel,
         "codimension": family.codimension,
         "relations": list(family.relations),
@@ -140,6 +144,7 @@ def search_facts(data: Data, topology: Topology) -> list[tuple[str, str]]:
         ("topology", data["topology"]),
         ("joints", f"{joints} (link 0 is the ground)"),
         ("walks", walked + ", to masses that can be built" * data["buildable"]),
+        *([("required", FORCES)] if data["require"] == "force" else []),
         ("starts", "the model and changes of it" if data["near"] else "anywhere"),
         ("ends", outcomes or "none yet"),
         ("elsewhere", f"most geometries have nullity {data['nullity']}"),

@@ -54,28 +54,44 @@ def _sets_text(answer: SpringBalance) -> str:
 
 def springs_body(answer: SpringBalance) -> AnswerBody:
     """Build what is printed on springs."""
-    rows = [_spring_row(k, spring) for k, spring in enumerate(answer.springs, 1)]
-    body: list = [Facts(springs_facts(answer)), "", AnswerTable([HEAD, *rows], "<<<>")]
-    body += ["", AnswerTable([TORQUE_HEAD, *_torque_rows(answer)], "<>")]
-    if any(spring.stiffness > 0.0 for spring in answer.springs):
+    body: list = [Facts(springs_facts(answer)), "", spring_table(answer)]
+    body += ["", torque_table(answer)]
+    needed = [spring for spring in answer.springs if spring.stiffness > 0.0]
+    real = any(spring.free_length for spring in needed)
+    if any(not spring.free_length for spring in needed):
+        which = "Others act" if real else "Springs act"
         body += [
             "",
-            "Springs act as if of no free length: lead each over a pulley at one end, "
+            f"{which} as if of no free length: lead each over a pulley at one end, "
             "with its free length behind it.",
         ]
     return [*body, *payload_section(answer.loads or answer.payload)]
 
 
-def _spring_row(number: int, spring: Spring) -> tuple[str, ...]:
-    """Build the row of one spring."""
+def spring_table(answer: SpringBalance) -> AnswerTable:
+    """Build the table of the springs; free lengths have a column where there are any."""
+    real = any(spring.free_length for spring in answer.springs)
+    rows = [_spring_row(k, spring, real) for k, spring in enumerate(answer.springs, 1)]
+    head = [*HEAD[:4], *(["free length (m)"] * real), *HEAD[4:]]
+    return AnswerTable([head, *rows], "<<<>")
+
+
+def torque_table(answer: SpringBalance) -> AnswerTable:
+    """Build the table of the inputs: peak torques of gravity, and what is left."""
+    return AnswerTable([TORQUE_HEAD, *_torque_rows(answer)], "<>")
+
+
+def _spring_row(number: int, spring: Spring, real: bool) -> tuple[str, ...]:
+    """Build the row of one spring, with its free length or without."""
     ends = map(_point_text, spring.ends)
     if spring.stiffness == 0.0:
-        return (str(number), *ends, "not needed", MISSING, MISSING)
+        return (str(number), *ends, "not needed", *([MISSING] * real), MISSING, MISSING)
     low, high = map(number_text, spring.lengths)
     return (
         str(number),
         *ends,
         number_text(spring.stiffness),
+        *([number_text(spring.free_length)] * real),
         f"{low} to {high}",
         number_text(spring.force),
     )

@@ -6,7 +6,7 @@ from itertools import zip_longest
 from typing import Any
 
 from balance.app.answers.answer import AnswerBody, AnswerTable, Facts
-from balance.app.answers.text.discovery import LABELS, SCHEMA
+from balance.app.answers.text.discovery import FORCES, LABELS, SCHEMA
 from balance.studies.discovery.quantities import quantities_of
 from balance.studies.discovery.watch import WatchedWalk
 from kinematics.wording import size_text
@@ -25,10 +25,11 @@ def walk_data(walk: WatchedWalk) -> Data:
         "topology": walk.job.name,
         "seed": walk.job.seed,
         "buildable": walk.job.buildable,
+        "require": walk.job.require,
         "start": walk.start,
         "outcome": walk.outcome,
-        "generic": walk.job.generic,
-        "nullity": walk.nullity,
+        "generic": walk.job.generic - walk.job.structure.uncounted,
+        "nullity": max(walk.nullity - walk.job.structure.uncounted, -1),
         "codimension": walk.codimension,
         "relations": [relation.text(quantities) for relation in walk.relations],
         "words": [relation.words(quantities) for relation in walk.relations],
@@ -57,6 +58,7 @@ def walk_facts(data: Data) -> list[tuple[str, str]]:
     pairs = [
         ("topology", data["topology"]),
         ("start", start),
+        *([("required", FORCES)] if data["require"] == "force" else []),
         ("steps", f"{steps}{', and the polished end' if data['polished'] else ''}"),
         ("end", end),
     ]

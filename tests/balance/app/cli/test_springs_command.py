@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import json
+import re
+
 import pytest
 
 from balance.app.cli.main import main
@@ -28,6 +31,24 @@ def test_the_answer_keeps_to_its_schema_and_has_a_picture(capsys, tmp_path):
     assert picture.read_text("utf-8").startswith("<?xml")
 
 
+def test_a_catalogue_of_real_springs(capsys, tmp_path):
+    """Free lengths have a column, and the page holds the answer."""
+    page = tmp_path / "springs.html"
+    words = ("springs", *CRANK, "--catalogue", "10:40:15@0.02:0.06:0.04", "--html", str(page))
+    code, answer = json_answer(capsys, *words)
+    (spring,) = answer["springs"]
+    assert code == 1 and (spring["stiffness"], spring["free_length"]) == (40.0, 0.02)
+    text = page.read_text("utf-8")
+    report = re.search(
+        r'<script type="application/json" id="report">(.*?)</script>', text, re.S
+    )
+    assert json.loads(report[1]) == answer
+    assert main(["springs", *CRANK, "--catalogue", "10:40:15@0.02:0.06:0.04"]) == 1
+    lines = capsys.readouterr().out.splitlines()
+    head = next(line for line in lines if line.startswith("spring "))
+    assert "free length (m)" in head and "Springs act as if" not in "\n".join(lines)
+
+
 @pytest.mark.slow
 def test_the_text_says_what_is_left(capsys):
     words = ("springs", *CRANK, "--range", "u1=-20deg:0.5")
@@ -44,7 +65,10 @@ def test_the_text_says_what_is_left(capsys):
     [
         ((), 2, "give the links of a spring by --between"),
         (("--between", "base"), 2, "has no known form"),
-        (("--between", "base,crank", "--catalogue", "0"), 2, "a stiffness is above 0"),
+        (("--between", "base,crank", "--catalogue", "0"), 2, "stiffnesses above 0"),
+        (("--between", "base,crank", "--catalogue", "5:9"), 2, "is no steps"),
+        (("--between", "base,crank", "--catalogue", "5@0.1"), 2, "one point at each end"),
+        (("--between", "base,crank L0=0.1"), 2, "has no known form"),
         (("--between", "base,crank", "--range", "u1=3"), 2, "is not a range"),
         (("--between", "base@0,0,1 crank@1,0,0 k=-2"), 2, "a stiffness is not negative"),
         (("--between", "base,ghost"), 3, "there is no such link"),

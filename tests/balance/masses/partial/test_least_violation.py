@@ -112,3 +112,35 @@ def test_wrong_numbers_are_refused(budget, weights, words):
     space = balance.require("four_bar_general", "force; gravity")
     with pytest.raises(UsageError, match=words):
         least_violation(space, LINKS, budget, weights=weights)
+
+
+def test_requirements_of_a_linkage_are_those_of_its_space():
+    """Weights are those of the texts as written; a space has them in its own order."""
+    texts = "gravity; dynamic at u1=0; force"
+    space = balance.require("four_bar_general", texts, gravity=(0, -9.81, 0))
+    assert space.texts == ("dynamic at u1=0", "force", "gravity")
+    first = least_violation(space, LINKS, 2.0, weights=[2.0, 3.0, 1.0])
+    second = least_violation(
+        "four_bar_general",
+        LINKS,
+        2.0,
+        require=texts,
+        gravity=(0, -9.81, 0),
+        weights=[1.0, 2.0, 3.0],
+    )
+    assert first.violations == second.violations and np.array_equal(first.z, second.z)
+
+
+@pytest.mark.parametrize(
+    ("given", "more", "told"),
+    [
+        ("four_bar_general", {}, "or a linkage and require"),
+        (balance.design_space, {"require": "force"}, "or a linkage and require"),
+        (balance.require, {"require": "force"}, "leave out require"),
+    ],
+)
+def test_what_has_no_requirements_is_refused(given, more, told):
+    if not isinstance(given, str):
+        given = given("four_bar_general", *(["force"] if given is balance.require else []))
+    with pytest.raises(UsageError, match=told):
+        least_violation(given, LINKS, 1.0, **more)

@@ -8,6 +8,7 @@ import pytest
 import balance
 import kinematics
 from tests.support.potential_energies import GRAVITY, energies, poses_of
+from tests.support.source_files import ROOT
 
 # Parallelogram arms (pantographs), delta, chains, closed loops in a plane and in space.
 MODELS = [
@@ -33,6 +34,8 @@ def energy_changes(linkage, poses):
     return rows[1:] - rows[0]
 
 
+# Arms with parallelograms, of their makers.
+MODELS += [str(ROOT / "docs" / "machines" / name) for name in ("forbal2.urdf", "forbal5.urdf")]
 QUICK = ("pantograph", "slider_crank", "fuga_i")
 
 

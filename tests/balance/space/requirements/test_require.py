@@ -12,6 +12,7 @@ import pytest
 import balance
 import kinematics
 from balance.app.cli.main import main
+from kinematics import ScrewJoint, from_screws
 from kinematics.errors import LinkageError, UsageError
 from tests.independent.reference import decide, load
 from tests.support.required_rows import parameters, rows_of
@@ -153,6 +154,48 @@ def test_moments_about_three_points_are_force_and_moment():
     points = ["0,0,0", "1,0,0", "0,1,0"]
     space = balance.require("hprs", [f"moment about {point}" for point in points])
     assert space.differences(balance.require("hprs", "dynamic")) == ()
+
+
+def test_moments_about_two_points_leave_the_force_along_their_line():
+    """``(c - c') × p`` vanishes: a slide along that line keeps its force, and no other does."""
+    points = "moment about 0,0,0; moment about 1,0,0"
+    for axis, rank in (((1, 0, 0), 2), ((0, 1, 0), 3)):
+        slide = ScrewJoint("u1", "base", "slide", axis=axis, kind="prismatic")
+        linkage = from_screws([slide], bodies={"slide": (1.0, (0, 0, 0), np.eye(3))})
+        spaces = [
+            balance.require(linkage, texts, spatial=True)
+            for texts in (points, f"{points}; force x", "dynamic")
+        ]
+        assert [space.rank for space in spaces] == [rank, 3, 3]
+        assert spaces[1].differences(spaces[2]) == ()
+
+
+@pytest.mark.parametrize(
+    ("model", "texts"),
+    [
+        ("five_bar", ["force", "dynamic at u1=0.1"]),
+        pytest.param("four_bar_general", ["force", "gravity"], marks=pytest.mark.slow),
+        pytest.param("slider_crank", ["force at u1=0.2"], marks=pytest.mark.slow),
+    ],
+)
+def test_masses_of_a_space_of_requirements_meet_them(model, texts):
+    """What `certify`, `feasible` and `fewest_rotors` say of such a space, by finite poses."""
+    mechanism, linkage = load(model), kinematics.load(model)
+    space = balance.require(linkage, texts, gravity=GRAVITY)
+    assert balance.certify(space) is space
+    answer = balance.masses.feasible(space)
+    assert answer.verdict == "feasible"
+    names = list(linkage.inputs)
+    z = np.zeros((len(mechanism.links), 10))
+    z[[mechanism.bodies.index(name) for name in space.bodies]] = answer.z
+    for seed, text in enumerate(texts):
+        rows = rows_of(
+            mechanism, *region_of(text, names), not linkage.planar, np.array(GRAVITY), seed
+        )
+        by_body = np.einsum("rbp,bp->rb", rows.reshape(len(rows), -1, 10), z)
+        assert np.abs(by_body.sum(axis=1)).max() < 1e-9 * np.abs(by_body).max()
+    if space.balance == "dynamic":
+        assert balance.masses.fewest_rotors(space).count == 0
 
 
 def test_gravity_that_may_turn_is_force_balance():

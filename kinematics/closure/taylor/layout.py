@@ -75,7 +75,7 @@ class _Sizes(NamedTuple):
         width: columns.
         lanes: lanes that the loops need.
         stride: all lanes of a monomial.
-        wide: dependent joints, rounded up to whole vectors.
+        wide: joints, rounded up to whole vectors.
     """
 
     joints: int
@@ -95,9 +95,10 @@ class _Work(NamedTuple):
         left_factors: a row of lanes for each monomial.
         right_factors: likewise.
         product: sums of their products.
-        response: rates of the dependent joints for each lane of the loops.
+        rates: rates of all joints, a row of ``wide`` numbers for each monomial.
+        effect: in a plane, what a product on each lane of the loops gives on the left.
+        response: rates of the joints for each lane of the loops.
         inverse: pseudo-inverse, transposed, a row for each row of the loop matrix.
-        unknown: rates of the dependent joints.
         reflected: ``[A 1]`` and then ``[R Qᵀ]``, a row for each equation.
         turning: in a plane, how each joint turns the link of each lane (n, stride).
         turned: in a plane, arms and axes at the reference pose, turned by a right angle, on
@@ -113,9 +114,10 @@ class _Work(NamedTuple):
     left_factors: int
     right_factors: int
     product: int
+    rates: int
+    effect: int
     response: int
     inverse: int
-    unknown: int
     reflected: int
     turning: int
     turned: int
@@ -127,7 +129,7 @@ class _Work(NamedTuple):
     scratch: int
 
 
-SECTION, SIZE, WORK = _Sections(*range(14)), _Sizes(*range(5)), _Work(*range(15))
+SECTION, SIZE, WORK = _Sections(*range(14)), _Sizes(*range(5)), _Work(*range(16))
 
 
 class Layout(NamedTuple):
@@ -195,7 +197,7 @@ def _pack(chain: Chain, order: int, equations: tuple[int, ...] | None, _kinds: b
         axis += [loop_lanes + across * k, across * arms + space * k]
     stride, wide = (
         round_up_to_vectors(loop_lanes + across * axes),
-        round_up_to_vectors(chain.dependent.size),
+        round_up_to_vectors(n),
     )
     every = range(rows) if equations is None else equations
     m, monomials = len(every), len(table.exponents)
@@ -203,10 +205,11 @@ def _pack(chain: Chain, order: int, equations: tuple[int, ...] | None, _kinds: b
         left_factors=monomials * stride,
         right_factors=monomials * stride,
         product=monomials * stride,
+        rates=monomials * wide,
+        effect=loop_lanes * stride if dim == 3 else 0,
         response=loop_lanes * wide,
         inverse=rows * wide,
-        unknown=wide,
-        reflected=m * round_up_to_vectors(chain.dependent.size + m),
+        reflected=m * max(round_up_to_vectors(chain.dependent.size + m), wide),
         turning=n * stride if dim == 3 else 0,
         turned=stride if dim == 3 else 0,
         matrix=rows * n,

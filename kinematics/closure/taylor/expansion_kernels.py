@@ -110,12 +110,11 @@ def _polynomials_kernel(dim):
     space = 3 if dim == 6 else 2
 
     @kernel(reference_counting=False)
-    def expand(whole, real, screws, positions, workspace):
+    def expand(whole, screws, positions, workspace):
         """Compute the coefficients of the joint positions, degree by degree.
 
         Args:
             whole: in; integers, in the sections of `kinematics.closure.taylor.layout`.
-            real: in; columns (n, width), then mimic relations (g, n), flat.
             screws: in; joint screws (n, 6 or 3).
             positions: out; coefficients of the joint positions (monomials, n).
             workspace: as from `expansion_workspace`.
@@ -138,8 +137,6 @@ def _polynomials_kernel(dim):
         pairs = in_rows(whole[whole[SECTION.pairs] : whole[SECTION.pairs + 1]], 2)
         n, width, lanes = sizes[SIZE.joints], sizes[SIZE.width], sizes[SIZE.lanes]
         stride, wide, order = sizes[SIZE.stride], sizes[SIZE.wide], degrees.size - 2
-        columns = in_rows(real[: n * width], width)
-        mimics = in_rows(real[n * width :], n)
 
         at = whole[whole[SECTION.work] : whole[SECTION.work + 1]]
         left_factors = workspace[at[WORK.left_factors] : at[WORK.left_factors + 1]]
@@ -158,8 +155,10 @@ def _polynomials_kernel(dim):
         omega = in_rows(workspace[at[WORK.omega] : at[WORK.omega + 1]], 3)
         pitch = workspace[at[WORK.pitch] : at[WORK.pitch + 1]]
         scratch = workspace[at[WORK.scratch] : at[WORK.scratch + 1]]
-        # Of the sections before these, what is read is written, or always 0.
-        _fill_zeros(workspace[at[WORK.response] :])
+        columns = in_rows(workspace[at[WORK.columns] : at[WORK.columns + 1]], width)
+        mimics = in_rows(workspace[at[WORK.mimics] : at[WORK.mimics + 1]], n)
+        # Of the other sections, what is read is written, or always the same.
+        _fill_zeros(workspace[at[WORK.response] : at[WORK.matrix + 1]])
 
         fill_loop_matrix(parent, screws, ends, mimics, S)
         condition = pseudo_inverse(S, equations, dependent, inverse, reflected, scratch)
@@ -248,13 +247,13 @@ def polynomials(screws: Array, which: Layout) -> tuple[Array, float]:
         Coefficients of the positions, in the units of the chain (M, n), and the condition
         number of the equations that are solved, infinite if they determine no motion.
     """
-    whole, real, shape, spare = which
+    whole, _, shape, spare = which
     try:
         workspace = spare.pop()
     except IndexError:
         workspace = expansion_workspace(which)
     positions = np.empty(shape)
     expand = _spatial if screws.shape[1] == 6 else _planar
-    condition: float = expand(whole, real, screws, positions, workspace)
+    condition: float = expand(whole, screws, positions, workspace)
     spare.append(workspace)
     return positions, condition

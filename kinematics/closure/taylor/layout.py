@@ -89,7 +89,7 @@ class _Work(NamedTuple):
     """Numbers of the sections of the workspace.
 
     Those that vectors are loaded from come first, and have lengths of whole vectors: all of
-    them begin at a line of the cache.
+    them begin at a line of the cache. From ``response`` to ``matrix`` a call begins with zeros.
 
     Attributes:
         left_factors: a row of lanes for each monomial.
@@ -97,18 +97,20 @@ class _Work(NamedTuple):
         product: sums of their products.
         rates: rates of all joints, a row of ``wide`` numbers for each monomial.
         effect: in a plane, what a product on each lane of the loops gives on the left.
-        response: rates of the joints for each lane of the loops.
         inverse: pseudo-inverse, transposed, a row for each row of the loop matrix.
-        reflected: ``[A 1]`` and then ``[R Qᵀ]``, a row for each equation.
         turning: in a plane, how each joint turns the link of each lane (n, stride).
         turned: in a plane, arms and axes at the reference pose, turned by a right angle, on
             the lanes of one monomial.
+        response: rates of the joints for each lane of the loops.
+        reflected: ``[A 1]`` and then ``[R Qᵀ]``, a row for each equation.
         matrix: the loop matrix (rows, n).
         points: points of the joints, then of the cuts.
         starts: arms and axes at the reference pose.
         omega: in space, angular velocities of the links.
         pitch: pitch of each joint.
         scratch: a number for each equation.
+        columns: those of the independent joints (n, width), from the start.
+        mimics: the mimic relations (g, n), likewise.
     """
 
     left_factors: int
@@ -116,20 +118,22 @@ class _Work(NamedTuple):
     product: int
     rates: int
     effect: int
-    response: int
     inverse: int
-    reflected: int
     turning: int
     turned: int
+    response: int
+    reflected: int
     matrix: int
     points: int
     starts: int
     omega: int
     pitch: int
     scratch: int
+    columns: int
+    mimics: int
 
 
-SECTION, SIZE, WORK = _Sections(*range(14)), _Sizes(*range(5)), _Work(*range(16))
+SECTION, SIZE, WORK = _Sections(*range(14)), _Sizes(*range(5)), _Work(*range(18))
 
 
 class Layout(NamedTuple):
@@ -149,9 +153,14 @@ class Layout(NamedTuple):
 
 
 def expansion_workspace(layout: Layout) -> Array:
-    """Make the workspace of the kernel, zeros; kernels leave what has to be 0 as it is."""
+    """Make the workspace of the kernel: columns and mimic relations, and zeros.
+
+    Kernels leave what has to be 0 as it is.
+    """
     ends = layout.whole[SECTION.work + 1] - 1
-    return aligned_zeros(int(layout.whole[ends]))
+    workspace = aligned_zeros(int(layout.whole[ends]))
+    workspace[workspace.size - layout.real.size :] = layout.real
+    return workspace
 
 
 class _Vectors(NamedTuple):
@@ -207,17 +216,19 @@ def _pack(chain: Chain, order: int, equations: tuple[int, ...] | None, _kinds: b
         product=monomials * stride,
         rates=monomials * wide,
         effect=loop_lanes * stride if dim == 3 else 0,
-        response=loop_lanes * wide,
         inverse=rows * wide,
-        reflected=m * max(round_up_to_vectors(chain.dependent.size + m), wide),
         turning=n * stride if dim == 3 else 0,
         turned=stride if dim == 3 else 0,
+        response=loop_lanes * wide,
+        reflected=m * max(round_up_to_vectors(chain.dependent.size + m), wide),
         matrix=rows * n,
         points=(n + len(vectors.cuts)) * space,
         starts=(arms + axes) * space,
         omega=3 * n if dim == 6 else 0,
         pitch=n,
         scratch=m,
+        columns=chain.columns.size,
+        mimics=chain.mimics.size,
     )
     sections: list[Iterable] = [
         [n, chain.width, loop_lanes, stride, wide],

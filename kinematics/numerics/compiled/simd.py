@@ -70,7 +70,7 @@ def in_rows(array: Array, columns: int) -> Array:
     ``reshape`` does the same; in compiled code it is a call that takes as long as thirty
     multiplications.
     """
-    return array.reshape(-1, columns)
+    return array.reshape(array.size // max(columns, 1), columns)
 
 
 def square_root(x: Array) -> Array:

@@ -172,11 +172,16 @@ def multiply_lanes(begin, end, count, stride, weights, width, matrix, out):
     """
     for t in range(begin, end):
         for x in range(0, width, VECTOR_WIDTH):
-            total = broadcast(0.0)
-            for i in range(count):
+            total, other = broadcast(0.0), broadcast(0.0)
+            for i in range(0, count - 1, 2):
                 factor = load_broadcast(weights, t * stride + i)
                 total = total + factor * load_vector(matrix, i * width + x)
-            store_vector(out, t * width + x, total)
+                factor = load_broadcast(weights, t * stride + i + 1)
+                other = other + factor * load_vector(matrix, i * width + width + x)
+            if count % 2 == 1:
+                factor = load_broadcast(weights, t * stride + count - 1)
+                total = total + factor * load_vector(matrix, (count - 1) * width + x)
+            store_vector(out, t * width + x, total + other)
 
 
 @kernel(inline=True, reference_counting=False)

@@ -52,11 +52,11 @@ from kinematics.numerics.linalg.skyline_qr import COUNT, ROWS
 # Integers, smallest pivots and bases of geometries.
 Results = tuple[IntArray, Array, Array]
 
-# Number of geometries in a task of one thread: at least, and at most, where threads would
-# otherwise wait for one another between the short calls of kernels.
+# Number of geometries in a task of one thread: at least, and at most; threads wait for one
+# another between short calls of kernels.
 CHUNK_SIZE = 512
-LARGE_CHUNK_SIZE = 4096
-# Tasks that a sweep has at least before they become larger.
+LARGE_CHUNK_SIZE = 8192
+# Large sweeps have a multiple of so many tasks: as many for each of 2, 3, 4, 6, 8 … threads.
 TASKS = 24
 
 
@@ -103,14 +103,12 @@ def design_space_many(
         raise ValueError(f"balance must be 'dynamic' or 'force', not {balance!r}")
     screws = _read_screws(linkage, geometries)
     spatial = spatial or not linkage.planar
-    workers = workers or os.cpu_count() or 1
-    size = _chunk_size(len(screws), workers)
-    sweep = _Sweep(linkage, screws, balance == "force", spatial, bases, size)
-    starts = range(0, len(screws), size)
+    sweep = _Sweep(linkage, screws, balance == "force", spatial, bases)
+    starts = range(0, len(screws), sweep.chunk_size)
     if workers == 1:
         list(map(sweep.solve_chunk, starts))
     else:
-        with ThreadPoolExecutor(workers) as pool:
+        with ThreadPoolExecutor(workers or os.cpu_count()) as pool:
             list(pool.map(sweep.solve_chunk, starts))
     refused, unsure = {}, {}
     for number in sorted(sweep.unsettled):
@@ -127,11 +125,10 @@ def design_space_many(
     return sweep.result(refused, unsure)
 
 
-def _chunk_size(count: int, workers: int) -> int:
-    """Choose the number of geometries in a task: threads get as many tasks each, full lanes."""
-    tasks = max(-(-count // LARGE_CHUNK_SIZE), min(TASKS, count // CHUNK_SIZE), 1)
-    tasks = -(-tasks // workers) * workers
-    return round_up_to_vectors(max(1, -(-count // tasks)))
+def _chunk_size(count: int) -> int:
+    """Choose the number of geometries in a task, of full lanes, whatever the threads."""
+    tasks = TASKS * max(1, -(-count // (TASKS * LARGE_CHUNK_SIZE)))
+    return round_up_to_vectors(max(CHUNK_SIZE, -(-count // tasks)))
 
 
 def _read_screws(linkage: Linkage, geometries: ArrayLike) -> Array:
@@ -150,16 +147,10 @@ class _Sweep:
     """A sweep of many geometries, whose results are filled in chunk by chunk."""
 
     def __init__(
-        self,
-        linkage: Linkage,
-        screws: Array,
-        force: bool,
-        spatial: bool,
-        bases: bool,
-        chunk_size: int,
+        self, linkage: Linkage, screws: Array, force: bool, spatial: bool, bases: bool
     ) -> None:
         """Allocate the results."""
-        self.chunk_size = chunk_size
+        self.chunk_size = _chunk_size(len(screws))
         self.linkage, self.screws, self.force, self.spatial = linkage, screws, force, spatial
         self.chain = chain = linkage.spatial_chain if spatial else linkage.chain
         self.rows_per_column = rows_per_column(chain.planar, force)

@@ -6,6 +6,7 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
+from functools import cache
 
 import numpy as np
 
@@ -45,7 +46,7 @@ class Motion:
     @classmethod
     def free(cls, inputs: Sequence[str]) -> Motion:
         """Make the motion that moves every input freely."""
-        return cls(tuple(inputs), (), freeze(np.eye(len(inputs))))
+        return cls(tuple(inputs), (), _identity(len(inputs)))
 
     @classmethod
     def parse(cls, relations: str | Sequence[str], inputs: Sequence[str]) -> Motion:
@@ -92,6 +93,12 @@ class Motion:
             return [(self.relations[k], rows[k]) for k in kept]
         columns = [[Fraction(x) for x in column] for column in self.basis.T.tolist()]
         return [("motion", row) for row in rational_null_space(columns, len(self.inputs))]
+
+
+@cache
+def _identity(count: int) -> Array:
+    """The basis of a motion of so many free inputs."""
+    return freeze(np.eye(count))
 
 
 def motion_of(

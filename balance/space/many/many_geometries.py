@@ -14,19 +14,15 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from math import comb
 from types import MappingProxyType
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from balance.space.conditions.collect import collect_conditions
-from balance.space.conditions.order_kernels import (
-    EXPANSION_ORDERS,
-    FIRST_EXPANSION_ORDER,
-    generic_directions,
-)
+from balance.space.conditions.order_kernels import generic_directions
 from balance.space.inertial_parameters.conversions import to_chain
 from balance.space.many.lane_kernels import lane_sweep
+from balance.space.many.lane_workspace import lane_sweep_workspace
 from balance.space.many.many_geometries_kernels import (
     planar_sweep,
     spatial_sweep,
@@ -43,27 +39,24 @@ from balance.space.transfers.rigid_parts import number_rigid_parts
 from balance.support.options import Balance
 from balance.support.tolerances import SWEEP_PIVOT_CLEAR
 from kinematics.closure.assembly.assemble import assemble
-from kinematics.closure.lane_poses import LanePoses, lane_poses_workspace
-from kinematics.closure.lane_series import LaneSeries, lane_series_workspace
 from kinematics.errors import LinkageError
 from kinematics.loading.model_gallery import LinkageLike, as_linkage
-from kinematics.model.arrays import Chain, Frame, freeze, read_only
+from kinematics.model.arrays import Frame, freeze, read_only
 from kinematics.model.chain import centres_of_mass
 from kinematics.model.linkage import Linkage
 from kinematics.model.spatial.inertia import displace_parameters
 from kinematics.numerics.array_types import Array, IntArray
-from kinematics.numerics.compiled.simd import VECTOR_WIDTH, lanes
-from kinematics.numerics.linalg.lane_pivoted_qr import LaneFactor, lane_factor_workspace
+from kinematics.numerics.compiled.simd import round_up_to_vectors
 from kinematics.numerics.linalg.skyline_qr import COUNT, ROWS
 
 # Integers, smallest pivots and bases of geometries.
 Results = tuple[IntArray, Array, Array]
 
-# Number of geometries in a task of one thread: at least, and in large sweeps, where threads
-# would otherwise wait for one another between the short calls of kernels.
+# Number of geometries in a task of one thread: at least, and at most; threads wait for one
+# another between short calls of kernels.
 CHUNK_SIZE = 512
-LARGE_CHUNK_SIZE = 4096
-# Tasks that a sweep has at least before they become larger.
+LARGE_CHUNK_SIZE = 8192
+# Large sweeps have a multiple of so many tasks: as many for each of 2, 3, 4, 6, 8 … threads.
 TASKS = 24
 
 
@@ -109,7 +102,8 @@ def design_space_many(
     if balance not in ("dynamic", "force"):
         raise ValueError(f"balance must be 'dynamic' or 'force', not {balance!r}")
     screws = _read_screws(linkage, geometries)
-    sweep = _Sweep(linkage, screws, balance == "force", spatial or not linkage.planar, bases)
+    spatial = spatial or not linkage.planar
+    sweep = _Sweep(linkage, screws, balance == "force", spatial, bases)
     starts = range(0, len(screws), sweep.chunk_size)
     if workers == 1:
         list(map(sweep.solve_chunk, starts))
@@ -117,8 +111,7 @@ def design_space_many(
         with ThreadPoolExecutor(workers or os.cpu_count()) as pool:
             list(pool.map(sweep.solve_chunk, starts))
     refused, unsure = {}, {}
-    thin = (sweep.kept < SWEEP_PIVOT_CLEAR) & (sweep.answers[:, 0] >= 0)
-    for number in np.flatnonzero(sweep.answers[:, 0] < 0).tolist():
+    for number in sorted(sweep.unsettled):
         try:
             doubts = sweep.solve_alone(number)
         except LinkageError as error:
@@ -126,10 +119,16 @@ def design_space_many(
         else:
             if doubts:
                 unsure[number] = "; ".join(doubts)
-    for number in np.flatnonzero(thin).tolist():
+    for number in sorted(sweep.thin):
         if doubts := sweep.thin_doubts(number):
             unsure[number] = "; ".join(doubts)
     return sweep.result(refused, unsure)
+
+
+def _chunk_size(count: int) -> int:
+    """Choose the number of geometries in a task, of full lanes, whatever the threads."""
+    tasks = TASKS * max(1, -(-count // (TASKS * LARGE_CHUNK_SIZE)))
+    return round_up_to_vectors(max(CHUNK_SIZE, -(-count // tasks)))
 
 
 def _read_screws(linkage: Linkage, geometries: ArrayLike) -> Array:
@@ -151,17 +150,20 @@ class _Sweep:
         self, linkage: Linkage, screws: Array, force: bool, spatial: bool, bases: bool
     ) -> None:
         """Allocate the results."""
+        self.chunk_size = _chunk_size(len(screws))
         self.linkage, self.screws, self.force, self.spatial = linkage, screws, force, spatial
         self.chain = chain = linkage.spatial_chain if spatial else linkage.chain
         self.rows_per_column = rows_per_column(chain.planar, force)
         self.parameters_per_body = parameters_per_body(chain.planar, force)
-        self.chunk_size = max(CHUNK_SIZE, min(LARGE_CHUNK_SIZE, len(screws) // TASKS))
         count, unknowns = len(screws), self.parameters_per_body * chain.links.size
+        # Numbers of those that no loop settles, and of others with a small pivot.
+        self.unsettled: list[int] = []
+        self.thin: list[int] = []
         # Filled by the threads, as are the others: pages of memory are first used there.
         self.answers = np.empty((count, 4), np.int64)
         self.kept = np.zeros(count)
         self.bases = np.zeros((count if bases else 0, unknowns, unknowns))
-        self.origins, self.lengths = np.zeros((count, 3)), np.ones(count)
+        self.origins, self.lengths = np.zeros((count, 3)), np.empty(count)
         kinds = np.array([joint.kind for joint in linkage.joints])
         self.sliding, self.helical = kinds == "prismatic", kinds == "helical"
         self.near_points = np.array([joint.point for joint in linkage.joints])
@@ -229,15 +231,18 @@ class _Sweep:
         """
         part = slice(start, min(start + self.chunk_size, len(self.screws)))
         self.check_screws(part)
-        self.answers[part] = -1
-        if self.linkage.idle:
-            return
-        geometries = *self.place(part), self.lengths[part]
-        results = self.answers[part], self.kept[part], self.bases[part]
-        if self.listed is not None:
-            self._solve_in_lanes(self.listed, geometries, results)
-        if (self.answers[part, 0] < 0).any():
-            self._solve_in_turn(geometries, results)
+        self.answers[part], self.lengths[part] = -1, 1.0
+        ranks, kept = self.answers[part, 0], self.kept[part]
+        if not self.linkage.idle:
+            geometries = *self.place(part), self.lengths[part]
+            results = self.answers[part], kept, self.bases[part]
+            if self.listed is not None:
+                self._solve_in_lanes(self.listed, geometries, results)
+            if (ranks < 0).any():
+                self._solve_in_turn(geometries, results)
+        thin = (kept < SWEEP_PIVOT_CLEAR) & (ranks >= 0)
+        self.unsettled.extend((start + np.flatnonzero(ranks < 0)).tolist())
+        self.thin.extend((start + np.flatnonzero(thin)).tolist())
 
     def _solve_in_lanes(
         self, listed: IntArray, geometries: tuple[Array, ...], results: Results
@@ -245,7 +250,7 @@ class _Sweep:
         """Compute those geometries of a chunk that agree with others of it in every rank."""
         chain, size = self.chain, self.parameters_per_body
         shape = len(listed) + len(self.rigid_transfers), self.rows_per_column, size
-        workspace = chain.borrow(("lanes", *shape), lambda: _lane_workspace(chain, *shape))
+        workspace = chain.borrow(("lanes", *shape), lambda: lane_sweep_workspace(chain, *shape))
         lane_sweep(
             (chain.walked, chain.links, listed, self.rigid_transfers),
             geometries,
@@ -372,129 +377,3 @@ def _move_back(space: DesignSpace, linkage: Linkage) -> Array:
     scaled = to_chain(here.reshape(-1, 10), space.chain.frame, space.planar, force)
     Q, _ = np.linalg.qr(scaled.reshape(space.nullity, -1).T)
     return np.asarray(Q.T)
-
-
-class _FreshPose(NamedTuple):
-    """Arrays of a finite pose; the last axis is that of the lanes.
-
-    Attributes:
-        series: motions there.
-        H: displacements of the bodies (bodies, 1, 4, lanes).
-        N: their rates, likewise.
-        X: momentum rows (1, rows, bodies, parameters, lanes).
-        rows: the same memory (rows, unknowns, lanes).
-        radius: as from `radius_lanes` (4, lanes).
-        poses: the pose.
-    """
-
-    series: LaneSeries
-    H: Array
-    N: Array
-    X: Array
-    rows: Array
-    radius: Array
-    poses: LanePoses
-
-
-class _OneLane(NamedTuple):
-    """Arrays of one lane, for its basis.
-
-    Attributes:
-        order: places of columns, or their numbers (unknowns,).
-        columns: unknowns that the factor has (unknowns,).
-        serial_rows: factor of the transfers (unknowns, unknowns).
-        R: factor of the conditions (unknowns, unknowns).
-    """
-
-    order: IntArray
-    columns: IntArray
-    serial_rows: Array
-    R: Array
-
-
-class _LaneSweep(NamedTuple):
-    """Arrays of one thread; the last axis is that of the lanes where one is named.
-
-    Attributes:
-        screws: joint screws (n, 3, lanes).
-        mimics: mimic relations (g, n, lanes).
-        series: motions at the reference pose.
-        H: displacements of the bodies (bodies, orders, 4, lanes).
-        N: their rates, likewise.
-        X: momentum rows (orders, rows, bodies, parameters, lanes).
-        rows: the same memory (orders, rows, unknowns, lanes).
-        radius: as from `radius_lanes` (4, lanes).
-        fresh: a finite pose.
-        serial: factors of the transfers.
-        factor: factors of the conditions.
-        weight: weight of the rows of one order (lanes,).
-        ranks: rank after each order (orders,).
-        state: 1 for a lane that is settled, -1 for one that is given up (lanes,).
-        lane: for the basis of one lane.
-    """
-
-    screws: Array
-    mimics: Array
-    series: LaneSeries
-    H: Array
-    N: Array
-    X: Array
-    rows: Array
-    radius: Array
-    fresh: _FreshPose
-    serial: LaneFactor
-    factor: LaneFactor
-    weight: Array
-    ranks: IntArray
-    state: IntArray
-    lane: _OneLane
-
-
-def _lane_workspace(chain: Chain, transfers: int, per: int, size: int) -> _LaneSweep:
-    """Allocate the workspace of `balance.space.many.lane_kernels.lane_sweep`.
-
-    Args:
-        chain: one of the linkages, planar.
-        transfers: their number, with those between bodies of rigid parts.
-        per: momentum components of each column.
-        size: parameters of each body.
-    """
-    n, bodies, orders = (
-        chain.parent.size,
-        chain.links.size,
-        EXPANSION_ORDERS[-1] + 1,
-    )
-    unknowns = bodies * size
-    X, fresh_X = (lanes(count, per, bodies, size) for count in (orders, 1))
-    fresh = _FreshPose(
-        lane_series_workspace(chain, FIRST_EXPANSION_ORDER),
-        lanes(bodies, 1, 4),
-        lanes(bodies, 1, 4),
-        fresh_X,
-        fresh_X.reshape(per, unknowns, VECTOR_WIDTH),
-        lanes(4),
-        lane_poses_workspace(chain),
-    )
-    lane_work = _OneLane(
-        np.zeros(unknowns, np.int64),
-        np.zeros(unknowns, np.int64),
-        np.zeros((unknowns, unknowns)),
-        np.zeros((unknowns, unknowns)),
-    )
-    return _LaneSweep(
-        lanes(n, 3),
-        lanes(len(chain.mimics), n),
-        lane_series_workspace(chain, orders - 1),
-        lanes(bodies, orders, 4),
-        lanes(bodies, orders, 4),
-        X,
-        X.reshape(orders, per, unknowns, VECTOR_WIDTH),
-        lanes(4),
-        fresh,
-        lane_factor_workspace(unknowns, transfers),
-        lane_factor_workspace(unknowns, per),
-        lanes(),
-        np.zeros(orders, np.int64),
-        np.zeros(VECTOR_WIDTH, np.int64),
-        lane_work,
-    )

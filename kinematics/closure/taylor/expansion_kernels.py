@@ -30,53 +30,72 @@ from kinematics.closure.taylor.vector_kernels import (
     fill_points,
     fill_starts,
     fill_turning,
+    multiply_lanes,
     planar_responses,
     planar_vectors,
-    solve_order,
     spatial_responses,
     spatial_vectors,
 )
 from kinematics.numerics.array_types import Array
 from kinematics.numerics.compiled.jit import kernel
+from kinematics.numerics.compiled.simd import (
+    VECTOR_WIDTH,
+    broadcast,
+    in_rows,
+    load_vector,
+    store_vector,
+)
 from kinematics.numerics.linalg.pseudo_inverse import pseudo_inverse
 
 
 @kernel(inline=True, reference_counting=False)
-def _fill_degree_1(columns, S, dependent, inverse, width, rates):
+def _fill_degree_1(columns, S, inverse, wide, rates):
     """Compute the joint rates of degree 1: ``Dq = C - S_0⁺ S_0 C`` with the columns C.
 
     Args:
         columns: in; rates of the independent joints (n, columns).
         S: in; the loop matrix (rows, n).
-        dependent: in; dependent joints.
         inverse: in; the pseudo-inverse, transposed, flat.
-        width: length of its rows.
-        rates: in, zeros; out; the monomials of degree 1 are 1, 2, … (monomials, n).
+        wide: length of its rows and of those of the rates, whole vectors.
+        rates: out; the monomials of degree 1 are 1, 2, … (flat).
     """
+    n = columns.shape[0]
     for w in range(columns.shape[1]):
-        for r in range(S.shape[0]):
-            b = 0.0
-            for j in range(S.shape[1]):
-                b -= S[r, j] * columns[j, w]
-            for d in range(dependent.size):
-                rates[1 + w, dependent[d]] += b * inverse[r * width + d]
-        for j in range(S.shape[1]):
-            rates[1 + w, j] += columns[j, w]
+        row = rates[(1 + w) * wide : (2 + w) * wide]
+        for j in range(n):
+            row[j] = columns[j, w]
+        for x in range(0, wide, VECTOR_WIDTH):
+            total = load_vector(row, x)
+            for j in range(n):
+                if columns[j, w] != 0.0:
+                    for r in range(S.shape[0]):
+                        factor = broadcast(-S[r, j] * columns[j, w])
+                        total = total + factor * load_vector(inverse, r * wide + x)
+            store_vector(row, x, total)
 
 
 @kernel(inline=True, reference_counting=False)
-def _divide_by_degree(degrees, rates):
-    """Divide rates by their degree in place: ``Dq = k q`` for the part of degree k.
+def _divide_by_degree(degrees, rates, wide, n, positions):
+    """Divide rates by their degree: ``Dq = k q`` for the part of degree k.
+
+    Vectors are written beyond the end of their row; the next one is written later.
 
     Args:
         degrees: in; where the monomials of each degree begin (order + 2,).
-        rates: in, the coefficients of Dq; out, those of q (monomials, n).
+        rates: in; coefficients of Dq, flat, rows of ``wide``.
+        n: joints.
+        positions: out; coefficients of q, flat, rows of n.
     """
-    n, flat = rates.shape[1], rates.reshape(rates.size)
-    for k in range(2, degrees.size - 1):
-        part, of_degree = 1.0 / k, flat[degrees[k] * n : degrees[k + 1] * n]
-        for i in range(of_degree.size):
-            of_degree[i] *= part
+    for k in range(degrees.size - 1):
+        part = 1.0 / max(k, 1)
+        for t in range(degrees[k], degrees[k + 1]):
+            if t * n + wide <= positions.size:
+                for x in range(0, wide, VECTOR_WIDTH):
+                    scaled = load_vector(rates, t * wide + x) * broadcast(part)
+                    store_vector(positions, t * n + x, scaled)
+            else:
+                for j in range(n):
+                    positions[t * n + j] = rates[t * wide + j] * part
 
 
 @kernel(inline=True, reference_counting=False)
@@ -91,14 +110,13 @@ def _polynomials_kernel(dim):
     space = 3 if dim == 6 else 2
 
     @kernel(reference_counting=False)
-    def expand(whole, real, screws, rates, workspace):
+    def expand(whole, screws, positions, workspace):
         """Compute the coefficients of the joint positions, degree by degree.
 
         Args:
             whole: in; integers, in the sections of `kinematics.closure.taylor.layout`.
-            real: in; columns (n, width), then mimic relations (g, n), flat.
             screws: in; joint screws (n, 6 or 3).
-            rates: out; coefficients (monomials, n), first of Dq, at last of q.
+            positions: out; coefficients of the joint positions (monomials, n).
             workspace: as from `expansion_workspace`.
 
         Returns:
@@ -106,41 +124,41 @@ def _polynomials_kernel(dim):
         """
         sizes = whole[whole[SECTION.sizes] : whole[SECTION.sizes + 1]]
         parent = whole[whole[SECTION.parent] : whole[SECTION.parent + 1]]
-        ends = whole[whole[SECTION.ends] : whole[SECTION.ends + 1]].reshape(-1, 2)
+        ends = in_rows(whole[whole[SECTION.ends] : whole[SECTION.ends + 1]], 2)
         dependent = whole[whole[SECTION.dependent] : whole[SECTION.dependent + 1]]
         equations = whole[whole[SECTION.equations] : whole[SECTION.equations + 1]]
-        joints = whole[whole[SECTION.joints] : whole[SECTION.joints + 1]].reshape(-1, 3)
-        arms = whole[whole[SECTION.arms] : whole[SECTION.arms + 1]].reshape(-1, 3)
-        axes = whole[whole[SECTION.axes] : whole[SECTION.axes + 1]].reshape(-1, 5)
-        terms = whole[whole[SECTION.terms] : whole[SECTION.terms + 1]].reshape(-1, 3)
+        joints = in_rows(whole[whole[SECTION.joints] : whole[SECTION.joints + 1]], 3)
+        arms = in_rows(whole[whole[SECTION.arms] : whole[SECTION.arms + 1]], 3)
+        axes = in_rows(whole[whole[SECTION.axes] : whole[SECTION.axes + 1]], 5)
+        terms = in_rows(whole[whole[SECTION.terms] : whole[SECTION.terms + 1]], 3)
         cuts = whole[whole[SECTION.cuts] : whole[SECTION.cuts + 1]]
         degrees = whole[whole[SECTION.degrees] : whole[SECTION.degrees + 1]]
-        places = whole[whole[SECTION.places] : whole[SECTION.places + 1]].reshape(-1, 2)
-        pairs = whole[whole[SECTION.pairs] : whole[SECTION.pairs + 1]].reshape(-1, 2)
+        places = in_rows(whole[whole[SECTION.places] : whole[SECTION.places + 1]], 2)
+        pairs = in_rows(whole[whole[SECTION.pairs] : whole[SECTION.pairs + 1]], 2)
         n, width, lanes = sizes[SIZE.joints], sizes[SIZE.width], sizes[SIZE.lanes]
         stride, wide, order = sizes[SIZE.stride], sizes[SIZE.wide], degrees.size - 2
-        columns = real[: n * width].reshape(n, width)
-        mimics = real[n * width :].reshape(-1, n)
 
         at = whole[whole[SECTION.work] : whole[SECTION.work + 1]]
         left_factors = workspace[at[WORK.left_factors] : at[WORK.left_factors + 1]]
         right_factors = workspace[at[WORK.right_factors] : at[WORK.right_factors + 1]]
         product = workspace[at[WORK.product] : at[WORK.product + 1]]
+        rates = workspace[at[WORK.rates] : at[WORK.rates + 1]]
+        effect = workspace[at[WORK.effect] : at[WORK.effect + 1]]
         response = workspace[at[WORK.response] : at[WORK.response + 1]]
         inverse = workspace[at[WORK.inverse] : at[WORK.inverse + 1]]
-        x = workspace[at[WORK.unknown] : at[WORK.unknown + 1]]
         reflected = workspace[at[WORK.reflected] : at[WORK.reflected + 1]]
         turning = workspace[at[WORK.turning] : at[WORK.turning + 1]]
         turned = workspace[at[WORK.turned] : at[WORK.turned + 1]]
-        S = workspace[at[WORK.matrix] : at[WORK.matrix + 1]].reshape(-1, n)
-        points = workspace[at[WORK.points] : at[WORK.points + 1]].reshape(-1, space)
-        starts = workspace[at[WORK.starts] : at[WORK.starts + 1]].reshape(-1, space)
-        omega = workspace[at[WORK.omega] : at[WORK.omega + 1]].reshape(-1, 3)
+        S = in_rows(workspace[at[WORK.matrix] : at[WORK.matrix + 1]], n)
+        points = in_rows(workspace[at[WORK.points] : at[WORK.points + 1]], space)
+        starts = in_rows(workspace[at[WORK.starts] : at[WORK.starts + 1]], space)
+        omega = in_rows(workspace[at[WORK.omega] : at[WORK.omega + 1]], 3)
         pitch = workspace[at[WORK.pitch] : at[WORK.pitch + 1]]
         scratch = workspace[at[WORK.scratch] : at[WORK.scratch + 1]]
-        # Of the sections before these, what is read is written, or always 0.
-        _fill_zeros(workspace[at[WORK.response] :])
-        _fill_zeros(rates.reshape(rates.size))
+        columns = in_rows(workspace[at[WORK.columns] : at[WORK.columns + 1]], width)
+        mimics = in_rows(workspace[at[WORK.mimics] : at[WORK.mimics + 1]], n)
+        # Of the other sections, what is read is written, or always the same.
+        _fill_zeros(workspace[at[WORK.response] : at[WORK.matrix + 1]])
 
         fill_loop_matrix(parent, screws, ends, mimics, S)
         condition = pseudo_inverse(S, equations, dependent, inverse, reflected, scratch)
@@ -151,8 +169,9 @@ def _polynomials_kernel(dim):
         else:
             planar_responses(inverse, wide, axes, terms, response)
             fill_turning(parent, screws, arms, axes, starts, stride, turning, turned)
+            multiply_lanes(0, lanes, n, wide, response, stride, turning, effect)
         if order > 0:
-            _fill_degree_1(columns, S, dependent, inverse, wide, rates)
+            _fill_degree_1(columns, S, inverse, wide, rates)
         for k in range(1, order + 1):
             begin, end = degrees[k], degrees[k + 1]
             if k > 1:
@@ -169,7 +188,7 @@ def _polynomials_kernel(dim):
                     right_factors,
                     product,
                 )
-                solve_order(begin, end, lanes, stride, product, response, dependent, x, rates)
+                multiply_lanes(begin, end, lanes, stride, product, wide, response, rates)
             if k < order and dim == 6:
                 spatial_vectors(
                     k,
@@ -182,30 +201,33 @@ def _polynomials_kernel(dim):
                     screws,
                     starts,
                     pitch,
-                    rates,
+                    in_rows(rates, wide),
                     omega,
                     product,
                     left_factors,
                     right_factors,
                 )
             elif k < order:
+                if k > 1:
+                    multiply_lanes(
+                        begin, end, lanes, stride, product, stride, effect, left_factors
+                    )
+                else:
+                    multiply_lanes(begin, end, n, wide, rates, stride, turning, left_factors)
                 planar_vectors(
                     k,
                     begin,
                     end,
                     stride,
-                    joints,
                     arms,
                     axes,
-                    turning,
                     turned,
                     starts,
-                    rates,
                     product,
                     left_factors,
                     right_factors,
                 )
-        _divide_by_degree(degrees, rates)
+        _divide_by_degree(degrees, rates, wide, n, positions.reshape(-1))
         return condition
 
     return expand
@@ -225,13 +247,13 @@ def polynomials(screws: Array, which: Layout) -> tuple[Array, float]:
         Coefficients of the positions, in the units of the chain (M, n), and the condition
         number of the equations that are solved, infinite if they determine no motion.
     """
-    whole, real, shape, spare = which
+    whole, _, shape, spare = which
     try:
         workspace = spare.pop()
     except IndexError:
         workspace = expansion_workspace(which)
-    rates = np.empty(shape)
+    positions = np.empty(shape)
     expand = _spatial if screws.shape[1] == 6 else _planar
-    condition: float = expand(whole, real, screws, rates, workspace)
+    condition: float = expand(whole, screws, positions, workspace)
     spare.append(workspace)
-    return rates, condition
+    return positions, condition

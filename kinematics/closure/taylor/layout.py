@@ -75,7 +75,7 @@ class _Sizes(NamedTuple):
         width: columns.
         lanes: lanes that the loops need.
         stride: all lanes of a monomial.
-        wide: dependent joints, rounded up to whole vectors.
+        wide: joints, rounded up to whole vectors.
     """
 
     joints: int
@@ -89,45 +89,51 @@ class _Work(NamedTuple):
     """Numbers of the sections of the workspace.
 
     Those that vectors are loaded from come first, and have lengths of whole vectors: all of
-    them begin at a line of the cache.
+    them begin at a line of the cache. From ``response`` to ``matrix`` a call begins with zeros.
 
     Attributes:
         left_factors: a row of lanes for each monomial.
         right_factors: likewise.
         product: sums of their products.
-        response: rates of the dependent joints for each lane of the loops.
+        rates: rates of all joints, a row of ``wide`` numbers for each monomial.
+        effect: in a plane, what a product on each lane of the loops gives on the left.
         inverse: pseudo-inverse, transposed, a row for each row of the loop matrix.
-        unknown: rates of the dependent joints.
-        reflected: ``[A 1]`` and then ``[R Qᵀ]``, a row for each equation.
         turning: in a plane, how each joint turns the link of each lane (n, stride).
         turned: in a plane, arms and axes at the reference pose, turned by a right angle, on
             the lanes of one monomial.
+        response: rates of the joints for each lane of the loops.
+        reflected: ``[A 1]`` and then ``[R Qᵀ]``, a row for each equation.
         matrix: the loop matrix (rows, n).
         points: points of the joints, then of the cuts.
         starts: arms and axes at the reference pose.
         omega: in space, angular velocities of the links.
         pitch: pitch of each joint.
         scratch: a number for each equation.
+        columns: those of the independent joints (n, width), from the start.
+        mimics: the mimic relations (g, n), likewise.
     """
 
     left_factors: int
     right_factors: int
     product: int
-    response: int
+    rates: int
+    effect: int
     inverse: int
-    unknown: int
-    reflected: int
     turning: int
     turned: int
+    response: int
+    reflected: int
     matrix: int
     points: int
     starts: int
     omega: int
     pitch: int
     scratch: int
+    columns: int
+    mimics: int
 
 
-SECTION, SIZE, WORK = _Sections(*range(14)), _Sizes(*range(5)), _Work(*range(15))
+SECTION, SIZE, WORK = _Sections(*range(14)), _Sizes(*range(5)), _Work(*range(18))
 
 
 class Layout(NamedTuple):
@@ -147,9 +153,14 @@ class Layout(NamedTuple):
 
 
 def expansion_workspace(layout: Layout) -> Array:
-    """Make the workspace of the kernel, zeros; kernels leave what has to be 0 as it is."""
+    """Make the workspace of the kernel: columns and mimic relations, and zeros.
+
+    Kernels leave what has to be 0 as it is.
+    """
     ends = layout.whole[SECTION.work + 1] - 1
-    return aligned_zeros(int(layout.whole[ends]))
+    workspace = aligned_zeros(int(layout.whole[ends]))
+    workspace[workspace.size - layout.real.size :] = layout.real
+    return workspace
 
 
 class _Vectors(NamedTuple):
@@ -195,7 +206,7 @@ def _pack(chain: Chain, order: int, equations: tuple[int, ...] | None, _kinds: b
         axis += [loop_lanes + across * k, across * arms + space * k]
     stride, wide = (
         round_up_to_vectors(loop_lanes + across * axes),
-        round_up_to_vectors(chain.dependent.size),
+        round_up_to_vectors(n),
     )
     every = range(rows) if equations is None else equations
     m, monomials = len(every), len(table.exponents)
@@ -203,18 +214,21 @@ def _pack(chain: Chain, order: int, equations: tuple[int, ...] | None, _kinds: b
         left_factors=monomials * stride,
         right_factors=monomials * stride,
         product=monomials * stride,
-        response=loop_lanes * wide,
+        rates=monomials * wide,
+        effect=loop_lanes * stride if dim == 3 else 0,
         inverse=rows * wide,
-        unknown=wide,
-        reflected=m * round_up_to_vectors(chain.dependent.size + m),
         turning=n * stride if dim == 3 else 0,
         turned=stride if dim == 3 else 0,
+        response=loop_lanes * wide,
+        reflected=m * max(round_up_to_vectors(chain.dependent.size + m), wide),
         matrix=rows * n,
         points=(n + len(vectors.cuts)) * space,
         starts=(arms + axes) * space,
         omega=3 * n if dim == 6 else 0,
         pitch=n,
         scratch=m,
+        columns=chain.columns.size,
+        mimics=chain.mimics.size,
     )
     sections: list[Iterable] = [
         [n, chain.width, loop_lanes, stride, wide],

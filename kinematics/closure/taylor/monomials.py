@@ -173,6 +173,9 @@ def monomial_powers(exponents: IntArray, u: Array) -> Array:
     Returns:
         Shape (..., M).
     """
+    if u.ndim == 1:  # a third of the time of a table
+        powers: Array = np.multiply.reduce(u**exponents, axis=1)
+        return powers
     highest = int(exponents.max(initial=0))
     table = u[..., None] ** np.arange(highest + 1)
     result = np.ones((*u.shape[:-1], len(exponents)))

@@ -262,8 +262,9 @@ def scaled_chain(chain: Chain, linkage: Linkage, motion: Motion) -> tuple[Chain,
         The chain, and the scale of each coordinate (w,): the SI value of one unit.
     """
     if chain is linkage.chain:  # its columns are the inputs, one unit each
-        inputs = linkage.positions_of(linkage.inputs)
-        return chain, freeze(chain.units[np.searchsorted(chain.joints, inputs)])
+        scales = chain.units[chain.once(_independent_joints)]
+        scales.setflags(write=False)
+        return chain, scales
     at = {joint: j for j, joint in enumerate(chain.joints.tolist())}
     inputs = linkage.positions_of(motion.inputs).tolist()
     moving = [c for c, joint in enumerate(inputs) if joint in at]
@@ -271,6 +272,12 @@ def scaled_chain(chain: Chain, linkage: Linkage, motion: Motion) -> tuple[Chain,
     basis = motion.basis[moving] / chain.units[independent, None]
     scales = 1.0 / np.linalg.norm(basis, axis=0)
     return move_chain(chain, independent, basis * scales), freeze(scales)
+
+
+def _independent_joints(chain: Chain) -> IntArray:
+    """The joint of each column (w,), where each moves one of the independent joints."""
+    joints: IntArray = np.argmax(chain.columns != 0.0, axis=0)
+    return joints
 
 
 def taylor_motion(
@@ -347,11 +354,11 @@ def _to_si(
 ) -> Array:
     """Convert coefficients of the moving joints to those of all joints in SI units."""
     units = chain.units
-    if (scales != 1.0).any():
+    if any(scale != 1.0 for scale in scales.tolist()):
         units = monomial_powers(table.exponents, 1.0 / scales)[:, None] * units
     coefficients = chain_coefficients * units
     if chain.joints.size < joints:
         moving, coefficients = coefficients, np.zeros((len(coefficients), joints))
         coefficients[:, chain.joints] = moving
-    coefficients.flags.writeable = False
+    coefficients.setflags(write=False)
     return coefficients

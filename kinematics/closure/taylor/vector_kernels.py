@@ -16,6 +16,7 @@ from kinematics.numerics.compiled.jit import kernel
 from kinematics.numerics.compiled.simd import (
     VECTOR_WIDTH,
     broadcast,
+    load_broadcast,
     load_vector,
     quarter_turn,
     store_vector,
@@ -156,29 +157,31 @@ def planar_responses(inverse, width, axes, terms, response):
 
 
 @kernel(inline=True, reference_counting=False)
-def solve_order(begin, end, lanes, stride, product, response, dependent, x, rates):
-    """Compute the rates of the dependent joints: ``Dq = Σ_lane product_lane response_lane``.
+def multiply_lanes(begin, end, count, stride, weights, width, matrix, out):
+    """Multiply rows by a matrix: ``out[t] = Σ_i weights[t, i] matrix[i]``, in vectors.
 
     Args:
-        end: monomial after the last one.
-        lanes: how many count in the loops.
-        stride: lanes of each monomial.
-        product: in; sums of products, flat (monomials * stride,).
-        response: in; flat (lanes * x.size,).
-        dependent: in; dependent joints.
-        x: workspace; a whole number of vectors.
-        rates: out; joint rates (monomials, n).
+        begin: the first row.
+        end: the row after the last one.
+        count: how many numbers of a row count.
+        stride: length of the rows of ``weights``.
+        weights: in; flat (end * stride or more,).
+        width: length of the rows of the others, whole vectors.
+        matrix: in; flat (count * width,).
+        out: out; flat (end * width or more,).
     """
     for t in range(begin, end):
-        products = product[t * stride : t * stride + lanes]
-        for y in range(0, x.size, VECTOR_WIDTH):
-            total = broadcast(0.0)
-            for lane in range(lanes):
-                row = load_vector(response, lane * x.size + y)
-                total = total + broadcast(products[lane]) * row
-            store_vector(x, y, total)
-        for d in range(dependent.size):
-            rates[t, dependent[d]] = x[d]
+        for x in range(0, width, VECTOR_WIDTH):
+            total, other = broadcast(0.0), broadcast(0.0)
+            for i in range(0, count - 1, 2):
+                factor = load_broadcast(weights, t * stride + i)
+                total = total + factor * load_vector(matrix, i * width + x)
+                factor = load_broadcast(weights, t * stride + i + 1)
+                other = other + factor * load_vector(matrix, i * width + width + x)
+            if count % 2 == 1:
+                factor = load_broadcast(weights, t * stride + count - 1)
+                total = total + factor * load_vector(matrix, (count - 1) * width + x)
+            store_vector(out, t * width + x, total + other)
 
 
 @kernel(inline=True, reference_counting=False)
@@ -186,7 +189,8 @@ def fill_turning(parent, screws, arms, axes, starts, stride, turning, turned):
     """Fill what gives the factors of all lanes from joint rates, in a plane.
 
     Lanes of arms and of turned axes have the angular velocity of their link on the left,
-    ``ω = Σ_j s_j Dq_j`` of the joints before it; those of sliding have the joint's rate.
+    ``ω = Σ_j s_j Dq_j`` of the joints before it; those of sliding have the joint's rate. For
+    degrees above 1 these follow from the products at once, by the responses of the joints.
 
     Args:
         parent: in; link before each joint, -1 for the ground (n,).
@@ -217,13 +221,10 @@ def planar_vectors(
     begin,
     end,
     stride,
-    joints,
     arms,
     axes,
-    turning,
     turned,
     starts,
-    rates,
     product,
     left_factors,
     right_factors,
@@ -236,38 +237,32 @@ def planar_vectors(
         k: the degree.
         end: monomial after the last one.
         stride: lanes of each monomial.
-        joints: in; joint, parent, axis or -1 (joints, 3).
         arms: in; link, point where it ends, axis or -1 (arms, 3).
         axes: in; link, joint, 0, first lane if turned, if slid along (axes, 5).
-        turning: in; as from `fill_turning`.
         turned: in; as from `fill_turning`.
         starts: in; arms and axes at the reference pose (arms + axes, 2).
-        rates: in; joint rates up to degree k (monomials, n).
         product: in; sums of products of degree k.
-        left_factors: out; angular velocities and joint rates of degree k, on their lanes.
+        left_factors: in; angular velocities and joint rates of degree k, on their lanes.
         right_factors: out; arms and axes of degree k.
     """
     few, part = arms.shape[0], 1.0 / k
     for t in range(begin, end):
         # r_k = (ω × r)_k / k and a_k = (ω × a)_k / k, with the products of lower degrees
         for x in range(0, stride, VECTOR_WIDTH):
-            speeds = broadcast(0.0)
-            for h in range(joints.shape[0]):
-                j = joints[h, 0]
-                rate = broadcast(rates[t, j])
-                speeds = speeds + rate * load_vector(turning, j * stride + x)
-            store_vector(left_factors, t * stride + x, speeds)
-            change = speeds * load_vector(turned, x)
+            change = load_vector(left_factors, t * stride + x) * load_vector(turned, x)
             change = change + quarter_turn(load_vector(product, t * stride + x))
             store_vector(right_factors, t * stride + x, broadcast(part) * change)
+        if axes.shape[0] == 0:
+            continue
         here = slice(t * stride, (t + 1) * stride)
         omegas, two, z = left_factors[here], right_factors[here], product[here]
         # r_k = (ω × r + a Dq)_k / k, of arms that lengthen
-        for h in range(few if axes.shape[0] > 0 else 0):
+        for h in range(few):
             w, axis, x, y = omegas[2 * h], arms[h, 2], 2 * h, 2 * h + 1
             if axis >= 0:
                 rx, ry = -(w * starts[h, 1] + z[y]), w * starts[h, 0] + z[x]
-                rate, slide = rates[t, axes[axis, 1]], axes[axis, 4]
+                slide = axes[axis, 4]
+                rate = omegas[slide]
                 rx += starts[few + axis, 0] * rate + z[slide]
                 ry += starts[few + axis, 1] * rate + z[slide + 1]
                 two[x], two[y] = part * rx, part * ry

@@ -2,9 +2,10 @@
 
 LLVM vectorises long loops over contiguous arrays. It does not vectorise many short sums side by
 side, as in products of polynomials; these are written with the functions of this file. A
-*lane* is one of the numbers of a vector. `load_vector` reads a vector from a flat array; ``+``,
-``-``, ``*``, ``/``, `square_root`, `quarter_turn` and `choose_greater` work on all lanes;
-`store_vector` writes it back. Work on many geometries has one geometry in each lane.
+*lane* is one of the numbers of a vector. `load_vector` reads a vector from a flat array, and
+`load_broadcast` one number into all lanes; ``+``, ``-``, ``*``, ``/``, `square_root`,
+`quarter_turn` and `choose_greater` work on all lanes; `store_vector` writes it back. Work on
+many geometries has one geometry in each lane. `in_rows` gives a flat array rows.
 `kinematics.numerics.compiled.simd_types` compiles them; without a compiler they are slices of
 NumPy arrays.
 """
@@ -49,6 +50,27 @@ def store_vector(array: Array, at: int, values: Array) -> None:
 def broadcast(value: float) -> Array:
     """Broadcast one number to all lanes."""
     return np.full(VECTOR_WIDTH, value)
+
+
+def load_broadcast(array: Array, at: int) -> Array:
+    """Read one number of a flat array into all lanes; compiled code takes no negative index.
+
+    ``broadcast(array[at])`` would first ask for the sign of the index.
+
+    Args:
+        array: in; flat (n,).
+        at: index of the number, not negative.
+    """
+    return np.full(VECTOR_WIDTH, array[at])
+
+
+def in_rows(array: Array, columns: int) -> Array:
+    """View a flat array as rows (…, columns), of which it has a whole number.
+
+    ``reshape`` does the same; in compiled code it is a call that takes as long as thirty
+    multiplications.
+    """
+    return array.reshape(array.size // max(columns, 1), columns)
 
 
 def square_root(x: Array) -> Array:

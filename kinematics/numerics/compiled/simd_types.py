@@ -6,6 +6,7 @@ import operator
 
 from llvmlite import ir
 from numba.core import cgutils, types
+from numba.core.imputils import impl_ret_borrowed
 from numba.core.typing.templates import AbstractTemplate, infer_global, signature
 from numba.extending import intrinsic, lower_builtin, models, overload, register_model
 
@@ -13,6 +14,8 @@ from kinematics.numerics.compiled.simd import (
     VECTOR_WIDTH,
     broadcast,
     choose_greater,
+    in_rows,
+    load_broadcast,
     load_vector,
     quarter_turn,
     square_root,
@@ -88,15 +91,62 @@ def _store(typing, array, at, values):
     return types.void(array, types.intp, values), generate
 
 
+def _in_all_lanes(builder, number):
+    """Build a vector of one number."""
+    none = ir.Constant(_VECTOR, ir.Undefined)
+    first = builder.insert_element(none, number, ir.Constant(ir.IntType(32), 0))
+    zeros = ir.Constant(ir.VectorType(ir.IntType(32), VECTOR_WIDTH), [0] * VECTOR_WIDTH)
+    return builder.shuffle_vector(first, none, zeros)
+
+
 @intrinsic
 def _broadcast(typing, value):
     def generate(context, builder, sig, args):
-        none = ir.Constant(_VECTOR, ir.Undefined)
-        first = builder.insert_element(none, args[0], ir.Constant(ir.IntType(32), 0))
-        zeros = ir.Constant(ir.VectorType(ir.IntType(32), VECTOR_WIDTH), [0] * VECTOR_WIDTH)
-        return builder.shuffle_vector(first, none, zeros)
+        return _in_all_lanes(builder, args[0])
 
     return _vector_type(types.float64), generate
+
+
+@intrinsic
+def _load_broadcast(typing, array, at):
+    def generate(context, builder, sig, args):
+        data = context.make_array(sig.args[0])(context, builder, args[0]).data
+        return _in_all_lanes(builder, builder.load(builder.gep(data, [args[1]])))
+
+    return _vector_type(array, types.intp), generate
+
+
+@infer_global(in_rows)
+class _InRows(AbstractTemplate):
+    """A flat array and a number give an array of two axes.
+
+    An overload would be a function that returns an array, which kernels that count no
+    references may not call.
+    """
+
+    def generic(self, args: tuple, kws: dict) -> object:
+        """Return the signature, or None for other arguments."""
+        array, columns = args
+        flat = isinstance(array, types.Array) and (array.ndim, array.layout) == (1, "C")
+        return signature(array.copy(ndim=2), array, types.intp) if flat else None
+
+
+@lower_builtin(in_rows, types.Array, types.intp)
+def _in_rows(context, builder, sig, args):
+    # An array of Numba: who owns it (2), entries, bytes of one, data, shape and strides.
+    flat, count = args
+    entries, size = (builder.extract_value(flat, part) for part in (2, 3))
+    rows = ir.Constant(context.get_value_type(sig.return_type), ir.Undefined)
+    for part in range(5):
+        rows = builder.insert_value(rows, builder.extract_value(flat, part), part)
+    divisor = builder.select(
+        builder.icmp_unsigned("==", count, count.type(0)), count.type(1), count
+    )
+    pairs = (builder.udiv(entries, divisor), count), (builder.mul(count, size), size)
+    for part, pair in enumerate(pairs, 5):
+        for axis, length in enumerate(pair):
+            rows = builder.insert_value(rows, length, (part, axis))
+    return impl_ret_borrowed(context, builder, sig.return_type, rows)
 
 
 @intrinsic
@@ -141,6 +191,11 @@ def _(array, at, values):
 @overload(broadcast)
 def _(value):
     return lambda value: _broadcast(value)
+
+
+@overload(load_broadcast)
+def _(array, at):
+    return lambda array, at: _load_broadcast(array, at)
 
 
 @overload(square_root)

@@ -24,7 +24,7 @@ def pseudo_inverse(S, equations, dependent, G, W, v):
         equations: in; its rows that are solved (m,).
         dependent: in; its columns (d,).
         G: in, zeros; out, the pseudo-inverse, transposed and flat: for each row of S a row of
-            d numbers, rounded up to whole vectors.
+            n numbers, rounded up to whole vectors, zeros but for the dependent columns.
         W: workspace, zeros; for each equation a row of d + m numbers, rounded up likewise.
         v: workspace (m,).
 
@@ -82,8 +82,9 @@ def pseudo_inverse(S, equations, dependent, G, W, v):
     for r in range(m):
         column, square = G[equations[r] * lanes : (equations[r] + 1) * lanes], 0.0
         for d in range(nd):
-            column[d] = W[d * stride + nd + r]
-            square += column[d] * column[d]
+            entry = W[d * stride + nd + r]
+            column[dependent[d]] = entry
+            square += entry * entry
         inverse += square
     _refine_inverse(S, equations, dependent, lanes, G, W, v)
     return np.sqrt(size * inverse)
@@ -99,7 +100,7 @@ def _refine_inverse(S, equations, dependent, lanes, G, E, before):
         dependent: in; its columns (d,).
         lanes: length of the rows of G and E, whole vectors.
         G: in and out; P, transposed: a row for each row of S.
-        E: workspace, d rows or more: the transpose of ``1 - P A``.
+        E: workspace, d rows or more: the transpose of ``1 - P A``, spread like G.
         before: workspace (d or more,).
     """
     m, nd = equations.size, dependent.size
@@ -107,7 +108,7 @@ def _refine_inverse(S, equations, dependent, lanes, G, E, before):
     for i in range(nd * lanes):
         E[i] = 0.0
     for e in range(nd):
-        E[e * lanes + e] = 1.0
+        E[e * lanes + dependent[e]] = 1.0
         for x in range(0, lanes, VECTOR_WIDTH):
             rest = load_vector(E, e * lanes + x)
             for r in range(m):
@@ -118,7 +119,7 @@ def _refine_inverse(S, equations, dependent, lanes, G, E, before):
     for r in range(m):
         row = equations[r] * lanes
         for e in range(nd):
-            before[e] = G[row + e]
+            before[e] = G[row + dependent[e]]
         for x in range(0, lanes, VECTOR_WIDTH):
             total = load_vector(G, row + x)
             for e in range(nd):

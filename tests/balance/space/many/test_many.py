@@ -56,6 +56,15 @@ def screws_of(linkage, corners):
     return screws
 
 
+@pytest.mark.parametrize("workers", [2, 3, 4, 8])
+@pytest.mark.parametrize("count", [20_000, 200_000, 10**6])
+def test_threads_get_as_many_geometries_each(count, workers):
+    """The busiest of threads that take turns has at most 2 % more than its share."""
+    size = many_geometries._chunk_size(count)
+    assert size <= many_geometries.LARGE_CHUNK_SIZE
+    assert -(-count // size // workers) * size <= 1.02 * count / workers
+
+
 def agree(found, spaces, frames):
     """Every number, and the spans of the bases."""
     for k, space in enumerate(spaces):

@@ -71,7 +71,7 @@ def judge(
     urdf = with_counterweights(least.matter, merge=frozenset(variant.new_links))
     done = verify_file(request, blank, urdf, motion, inputs)
     if done.verdict == "feasible":
-        done = replace(done, reason=done.reason + least.rim_text(request.links))
+        done = replace(done, reason=done.reason + least.rim_text(_bounded(request, variant)))
     if not request.trade_off or done.added_mass is None or done.input_inertia is None:
         return done
     inertia, gap = total_inertia(request, done.input_inertia), least.matter.gap or 0.0
@@ -96,6 +96,16 @@ def space_with(request: RemedyRequest, variant: Variant) -> DesignSpace:
     )
     motion = (*request.motion, *variant.motion)
     return design_space(linkage, motion or None, request.balance)
+
+
+def _bounded(request: RemedyRequest, variant: Variant) -> list[str]:
+    """List the links with default regions, or those of the user, whose rims are bounds.
+
+    The regions of other new links are sizes of the remedy, which its words state.
+    """
+    return [
+        name for name in variant.free if name in request.links or name not in variant.regions
+    ]
 
 
 def _inputs(request: RemedyRequest, variant: Variant) -> tuple[str, ...]:

@@ -17,6 +17,7 @@ from balance.masses.remedies.balancers.on_base import (
     balance_force,
 )
 from balance.masses.remedies.judge import MOTIONS, POSES, judge
+from balance.masses.remedies.least_matter import rim_text
 from balance.masses.remedies.request import RemedyRequest
 from balance.masses.remedies.variant import Variant
 from balance.motion.motion_tolerances import SHAKING_RELATIVE
@@ -163,5 +164,6 @@ def apply_partial(request: RemedyRequest) -> Iterator[AppliedRemedy]:
             angles=request.angles,
         )
     )
-    done = replace(blank, verdict="partial", residual=residual, urdf=urdf)
+    reason = design.words + rim_text(design.weights, request.links)
+    done = replace(blank, verdict="partial", reason=reason, residual=residual, urdf=urdf)
     yield with_cost(request, done, design.mass, felt)

@@ -20,7 +20,7 @@ from kinematics.errors import UsageError
 from kinematics.loading.model_gallery import LinkageLike, as_linkage
 from kinematics.numerics.compiled.background import collect_garbage_seldom, kernel_clock
 from kinematics.numerics.linalg.ties import rank_least_first
-from kinematics.wording import first_names, html_facts, repr_lines
+from kinematics.wording import count_noun, first_names, html_facts, number_text, repr_lines
 
 REMEDIES_SCHEMA = "balance.remedies/1"
 # Seconds that a remedy of a four-bar takes in uncompiled kernels, about.
@@ -150,6 +150,11 @@ def _apply(name: str, request: RemedyRequest) -> Iterator[AppliedRemedy]:
         yield replace(applied, trade_off=points)
 
 
+def _mass_words(applied: AppliedRemedy) -> str:
+    """Name a result, with the mass that it adds."""
+    return f"{applied.short} {number_text(applied.built_mass, '.4g')} kg"
+
+
 @dataclass(frozen=True, eq=False)
 class RemedyComparison(WithPage, WithPicture):
     """Remedies that were applied to one linkage, and what each costs.
@@ -188,10 +193,10 @@ class RemedyComparison(WithPage, WithPicture):
 
     @property
     def balanced(self) -> tuple[AppliedRemedy, ...]:
-        """Results that balance the linkage, the least added mass first."""
+        """Results that balance the linkage, the least added mass, with gears, first."""
         remedies = [applied for applied in self.results if applied.verdict == "feasible"]
         remedies.sort(key=lambda applied: applied.lost_freedoms)
-        masses = [applied.added_mass or 0.0 for applied in remedies]
+        masses = [applied.built_mass for applied in remedies]
         ranks = rank_least_first(masses, self.request.given_mass, MASSES_EQUAL)
         return tuple(remedies[k] for k in ranks)
 
@@ -215,6 +220,30 @@ class RemedyComparison(WithPage, WithPicture):
         light = [applied for applied in balanced if not self.too_heavy(applied)]
         heavy = [applied for applied in balanced if self.too_heavy(applied)]
         return (*light, *partial, *heavy, *chain.from_iterable(rest))
+
+    @property
+    def why_first(self) -> str:
+        """Why the first of `by_preference` comes first, in words; empty if none balances it."""
+        first = self.by_preference[0] if self.balanced else None
+        if first is None or first.verdict != "feasible":
+            return ""
+        others = [each for each in self.balanced if each.remedy != first.remedy]
+        lost = first.lost_freedoms
+        freedoms = f"takes {count_noun(lost, 'freedom')}" if lost else "keeps all freedoms"
+        gears = " with its gears" * (first.built_mass > (first.added_mass or 0.0))
+        mass = f"{number_text(first.built_mass, '.4g')} kg{gears}"
+        if not others:
+            return f"nothing else that was tried balances it; it {freedoms}, and adds {mass}"
+        later = [each for each in others if each.lost_freedoms > lost or each.remedy in COPIES]
+        alike = [each for each in others if each not in later]
+        words = [f"it balances the linkage, {freedoms}, and adds {mass}"]
+        if alike:
+            words[0] += f", the least (next: {_mass_words(alike[0])})"
+        lighter = [each for each in later if each.built_mass < first.built_mass]
+        if lighter:
+            names = ", ".join(dict.fromkeys(map(_mass_words, lighter)))
+            words.append(f"lighter, but with fewer freedoms or as copies of it all: {names}")
+        return "; ".join(words)
 
     def too_heavy(self, applied: AppliedRemedy) -> bool:
         """Whether a remedy adds more than `MOST_BUILT` times the mass of the linkage."""
@@ -249,6 +278,7 @@ class RemedyComparison(WithPage, WithPicture):
             "input_inertia": dict(request.input_inertia),
             "own_masses": {"verdict": self.own_masses.verdict, "words": self.own_masses.words},
             "verdict": self.verdict,
+            "why_first": self.why_first,
             "gear": request.gear,
             "rotor_radius": request.rotor_radius,
             "density": request.density,

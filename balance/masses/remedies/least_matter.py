@@ -56,11 +56,14 @@ class LeastMatter(NamedTuple):
         return {"functional": matter.certificate.tolist(), "check": matter.check._asdict()}
 
 
-def rim_text(weights: Iterable[Counterweight], links: Sequence[str]) -> str:
+def rim_text(
+    weights: Iterable[Counterweight], links: Sequence[str], gain: str = "take less"
+) -> str:
     """Say on which links matter lies at the rim of its region, which bounds its lever.
 
     Args:
         links: those that are looked at: rotors are at their radius, which is said for all.
+        gain: what larger regions do.
 
     Returns:
         The end of a sentence; empty if there are none.
@@ -70,7 +73,7 @@ def rim_text(weights: Iterable[Counterweight], links: Sequence[str]) -> str:
     ]
     if not at_rim:
         return ""
-    return f"; at the rim of the regions of {', '.join(at_rim)}: larger ones take less"
+    return f"; at the rim of the regions of {', '.join(at_rim)}: larger ones {gain}"
 
 
 def _reach(weight: Counterweight) -> float:

@@ -78,7 +78,7 @@ def remedies_page(comparison: RemedyComparison) -> str:
         scripts=("curves",),
         facts=facts_list(remedies_facts(comparison)),
         drawings=_drawings(comparison),
-        remedies=rows_table(table, [2, 3, 4, 5, 6, 7]),
+        remedies=rows_table(table, [*range(2, 11)]),
         units=escape(UNITS),
         refused="\n".join(f"<li>{escape(line)}</li>" for line in refused_lines(comparison)),
     )

@@ -37,14 +37,13 @@ from balance.masses.remedies.balancers.varying_ratio import (
     integrate,
     table_bytes,
 )
-from balance.masses.remedies.judge import MOTIONS, POSES
 from balance.masses.remedies.momentum_along import (
     Momentum,
     MovedMasses,
     momentum_along,
     move_masses,
 )
-from balance.masses.remedies.request import RemedyRequest
+from balance.masses.remedies.request import MOTIONS, POSES, RemedyRequest
 from balance.motion.motion_tolerances import CONDITIONING_NOTICE, RELATION_RESIDUAL
 from balance.motion.verification.trajectory import (
     Trajectory,

@@ -9,7 +9,6 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from balance.masses.designs.density import STEEL
-from balance.masses.partial.motion_loads import input_inertia
 from balance.masses.remedies.applied import AppliedRemedy, refused, with_cost
 from balance.masses.remedies.request import RemedyRequest
 from balance.masses.remedies.shafts.harmonic_shafts import (
@@ -182,7 +181,7 @@ def _built(request: RemedyRequest, turn: _Turn, orders: Sequence[int]) -> Applie
         details=details,
     )
     added = sum(float(body.inertia[0]) for body in linkage.bodies) - request.given_mass
-    return with_cost(request, done, added, input_inertia(linkage))
+    return with_cost(request, done, added, linkage, request.motion)
 
 
 def _details(

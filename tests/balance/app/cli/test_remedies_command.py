@@ -21,6 +21,7 @@ from balance.app.answers.text.remedies import (
 from balance.app.cli.main import main
 from balance.masses.designs.feasibility import feasible
 from balance.masses.remedies.applied import AppliedRemedy
+from balance.masses.remedies.as_built import AsBuilt
 from balance.masses.remedies.catalogue import CATALOGUE
 from balance.masses.remedies.compare import RemedyComparison
 from balance.masses.remedies.request import RemedyRequest
@@ -204,6 +205,37 @@ def test_what_one_would_build_first_comes_first():
     facts = dict(remedies_facts(found))
     assert facts["build first"].startswith("turning counterweights: parts of")
     assert "other ways" not in facts
+    assert facts["because"] == (
+        "it balances the linkage, keeps all freedoms, and adds 5 kg, the least (next: rotors "
+        "against joints 9 kg); lighter, but with fewer freedoms or as copies of it all: "
+        "mirrored copies 1 kg"
+    )
+
+
+def test_gears_count_in_what_one_would_build_first():
+    """A lighter remedy with heavy gears comes after a heavier one without."""
+    found = comparison_of(
+        ("counter_rotary_masses", "feasible", 5.0), ("passive_wheel", "feasible", 6.0)
+    )
+    geared = replace(found.results[0], built=AsBuilt(10.0, 1.0, 2.0, 1.5, 1.25))
+    found = replace(found, results=(geared, found.results[1]))
+    assert [each.remedy for each in found.balanced] == [
+        "passive_wheel",
+        "counter_rotary_masses",
+    ]
+    row = dict(zip(*(remedy_rows(found)[k] for k in (0, 2)), strict=True))
+    assert (row["gears (kg)"], row["bearing load (×)"], row["width (×)"]) == (
+        "2",
+        "1.5",
+        "1.25",
+    )
+    assert "turning counterweights 7 kg" in found.why_first
+    (alone,) = comparison_of(("passive_wheel", "feasible", 6.0)).results
+    alone = replace(found, results=(replace(alone, lost_freedoms=1),))
+    assert alone.why_first == (
+        "nothing else that was tried balances it; it takes 1 freedom, and adds 6 kg"
+    )
+    assert not comparison_of(("partial", "partial", 1.0)).why_first
 
 
 def test_what_is_too_heavy_is_not_built_first():

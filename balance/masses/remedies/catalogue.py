@@ -138,6 +138,13 @@ CATALOGUE: dict[str, Remedy] = {
             "",
             "S. Boyd, L. Vandenberghe, Convex Optimization, 2004",
         ),
+        Remedy(
+            "harmonic_springs",
+            "springs at constant speed",
+            "springs against the input torque at constant speed",
+            "",
+            "B. Demeulenaere, J. De Schutter, J. Mechanical Design 127(5), 2005",
+        ),
     )
 }
 """Remedies by name, in the order in which they are applied."""

@@ -51,6 +51,7 @@ _ORDER = (
     "force_masses",
     "pantograph",
     "partial",
+    "harmonic_springs",
 )
 # Remedies with counter-rotations at the gear of the request.
 _GEARED = (
@@ -126,6 +127,10 @@ def _import_added_links(name: str) -> Apply:
             from balance.masses.remedies.constraints import slider_path
 
             return slider_path.apply_slider_path
+        case "harmonic_springs":
+            from balance.masses.remedies.shafts import harmonic_springs
+
+            return harmonic_springs.apply_harmonic_springs
         case _:
             from balance.masses.remedies.shafts import balance_shafts
 

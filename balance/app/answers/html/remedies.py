@@ -115,12 +115,14 @@ def _drawing(request: RemedyRequest, applied: AppliedRemedy) -> str:
         return ""
     given = {body.name: body.inertia for body in request.linkage.bodies}
     added = [body.inertia - given.get(body.name, np.zeros(10)) for body in linkage.bodies]
+    springs: Any = applied.details.get("springs", ())
     return linkage_drawing(
         linkage,
         SIZE,
         names=False,
         marked=applied.new_links,
         balls=[steel_ball(z) for z in added if z[0] > DRAWN * request.given_mass],
+        springs=[np.array([spring["base"], spring["at"]]) for spring in springs],
     )
 
 

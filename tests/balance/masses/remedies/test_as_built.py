@@ -11,19 +11,18 @@ from balance.masses.designs.density import STEEL
 from balance.masses.remedies.as_built import K_FACTOR, built_in_file, gear_mass, input_steps
 from balance.masses.remedies.counter_rotations.separate_rotors import apply_separate_rotors
 from balance.motion.verification.verify_motions import PinocchioModel
-from kinematics.loading.model_gallery import as_linkage
 from kinematics.model.document.element import Document
 from tests.balance.masses.remedies.test_rotors import I1, I2
 from tests.support.double_pendulum import REACH, pendulum
-from tests.support.remedy_requests import request_of_model
+from tests.support.remedy_requests import PENDULUM, SLENDER, request_of, request_of_model, rod
 
 GEAR, RADIUS = 2.0, 0.8
 
 
-def peaks(request):
+def peaks(request, units=1.0):
     """Largest rate and acceleration of the inputs along the motions of a request."""
     return (
-        max(np.abs(getattr(motion, name)).max() for motion in request.motions)
+        max(np.abs(getattr(motion, name) / units).max() for motion in request.motions)
         for name in ("ud", "udd")
     )
 
@@ -38,6 +37,7 @@ def test_two_rods_in_line_pull_at_their_hinges():
     assert built.width == pytest.approx(1.5 + np.sqrt(1.0 / 12.0), rel=1e-9)
 
 
+@pytest.mark.slow
 def test_rotors_on_a_pendulum_by_hand_and_by_pinocchio():
     """Gears take the inertia of the rods; rings as large as rotors stand at both hinges."""
     request = pendulum(GEAR, RADIUS)
@@ -96,10 +96,9 @@ def test_inputs_that_are_related_move_together():
 
 def test_a_sliding_input_moves_a_length_a_second():
     """Rates are those of characteristic lengths, so that files in other units are alike."""
-    linkage = as_linkage("slider_pantograph")
-    kinds = {joint.name: joint.kind for joint in linkage.joints}
-    request = type(request_of_model("two rods"))(linkage)
-    steps = input_steps(request, linkage)
-    lengths = [request.space.length if kinds[n] == "prismatic" else 1.0 for n in linkage.inputs]
-    scaled = np.abs(steps.ud[: len(lengths)]).max(axis=1) / lengths
-    np.testing.assert_allclose(scaled, scaled[0])
+    slider = rod("b", "a", "1 0 0", 1.0, "0.5 0 0", SLENDER, kind="prismatic", axis="1 0 0")
+    request = request_of(PENDULUM[0], slider)
+    steps = input_steps(request, request.linkage)
+    rate, change = peaks(request, np.array([1.0, request.space.length]))
+    np.testing.assert_allclose(steps.ud[:2], np.diag([rate, rate * request.space.length]))
+    np.testing.assert_allclose(steps.udd[2:], np.diag([change, change * request.space.length]))

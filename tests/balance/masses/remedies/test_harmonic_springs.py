@@ -55,9 +55,7 @@ def energies(linkage, turn, points, springs):
         poses, twists = placed(linkage, q, qd)
         momenta = momentum(linkage, q, qd)
         links = [body.link for body in linkage.bodies]
-        kinetic.append(
-            0.5 * sum(t @ h for t, h in zip(np.array(twists)[links], momenta, strict=True))
-        )
+        kinetic.append(0.5 * np.einsum("bi,bi->", np.array(twists)[links], momenta))
         ways = [(poses[link] @ [*point, 1.0])[:3] for link, point in points]
         stored.append(
             sum(0.5 * k * (p - a) @ (p - a) for (k, a), p in zip(springs, ways, strict=True))
@@ -89,8 +87,8 @@ def test_energies_of_a_four_bar_vary_as_little_as_is_said():
     assert results[1].residual < results[0].residual < 0.5
 
     # The best spring on the same point, by another program from twenty random starts.
-    (one,) = results[0].details["springs"]
-    link, point = linkage.places[one["link"]].link, one["at"]
+    (spring,) = results[0].details["springs"]
+    link, point = linkage.places[spring["link"]].link, spring["at"]
     kinetic, _ = energies(linkage, turn, [], [])
     poses = [placed(linkage, q, 0.0 * q)[0][link] for q in turn.q[:-1]]
     ways = np.array([(pose @ [*point, 1.0])[:2] for pose in poses])

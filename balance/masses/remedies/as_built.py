@@ -141,6 +141,7 @@ def gear_mass(torque: float, ratio: float) -> float:
     return 0.25 * np.pi * STEEL * 2.0 * pinion / K_FACTOR * (1.0 + 1.0 / m + m + m**2)
 
 
+@lru_cache(maxsize=4)
 def _peaks(request: RemedyRequest) -> tuple[float, float]:
     """Compute the peaks of rate and acceleration of the inputs along random motions."""
     linkage = request.linkage

@@ -170,7 +170,10 @@ def _built(request: RemedyRequest, turn: _Turn, orders: Sequence[int]) -> Applie
         details=details,
     )
     added = sum(float(body.inertia[0]) for body in linkage.bodies) - request.given_mass
-    return with_cost(request, done, added, linkage, request.motion)
+    costed = with_cost(request, done, added, linkage, request.motion)
+    assert costed.built is not None, "its cost was added up"
+    # At constant speed, for which they are, gears of shafts carry no torque.
+    return replace(costed, built=costed.built._replace(gear_mass=0.0))
 
 
 def _details(

@@ -101,6 +101,13 @@ CATALOGUE: dict[str, Remedy] = {
         ),
         Remedy("cam_mass", "a moving body with cams", "one body moved by cams", "", _BODY),
         Remedy(
+            "free_joint",
+            "a free hinge of the frame",
+            "a free joint at the common centre of mass",
+            "",
+            _BECHT,
+        ),
+        Remedy(
             "input_relation", "a relation of inputs", "a relation between inputs", "", _BECHT
         ),
         Remedy(

@@ -27,8 +27,8 @@ REMEDIES_SCHEMA = "balance.remedies/1"
 UNCOMPILED = 0.25
 # Added mass, over that of the linkage, above which one would not build a remedy.
 MOST_BUILT = 10.0
-# Remedies that build the whole linkage again.
-COPIES = ("duplicates",)
+# Remedies that build the whole linkage again, and those after which its frame turns.
+COPIES, TURNING = ("duplicates",), ("free_joint",)
 
 Apply = Callable[[RemedyRequest], Iterator[AppliedRemedy]]
 
@@ -45,6 +45,7 @@ _ORDER = (
     "active_wheel",
     "moving_mass",
     "cam_mass",
+    "free_joint",
     "input_relation",
     "slider_path",
     "balance_shafts",
@@ -101,6 +102,10 @@ def _import_remedy(name: str) -> Apply:
 
             motors = name == "moving_mass"
             return moving_body.apply_moving_mass if motors else moving_body.apply_cam_mass
+        case "free_joint":
+            from balance.masses.remedies.balancers import free_joint
+
+            return free_joint.apply_free_joint
     return _import_added_links(name)
 
 
@@ -210,13 +215,14 @@ class RemedyComparison(WithPage, WithPicture):
         """All results, those first that one would build first.
 
         What balances comes first, without loss of freedoms before with it, copies of the whole
-        linkage after other parts, and the least added mass first; then partial balance, what
+        linkage and a frame that turns after other parts, and the least mass, with gears, first;
+        then partial balance, what
         balances with more than `MOST_BUILT` times the given mass, what is undecided, what no
         masses do, and what does not apply, in the order of the catalogue.
         """
         balanced = sorted(
             self.balanced,
-            key=lambda applied: (applied.lost_freedoms, applied.remedy in COPIES),
+            key=lambda applied: (applied.lost_freedoms, applied.remedy in (*COPIES, *TURNING)),
         )
         partial, *rest = (
             [applied for applied in self.results if applied.verdict == verdict]
@@ -239,7 +245,8 @@ class RemedyComparison(WithPage, WithPicture):
         mass = f"{number_text(first.built_mass, '.4g')} kg{gears}"
         if not others:
             return f"nothing else that was tried balances it; it {freedoms}, and adds {mass}"
-        later = [each for each in others if each.lost_freedoms > lost or each.remedy in COPIES]
+        last = (*COPIES, *TURNING)
+        later = [each for each in others if each.lost_freedoms > lost or each.remedy in last]
         alike = [each for each in others if each not in later]
         words = [f"it balances the linkage, {freedoms}, and adds {mass}"]
         if alike:
@@ -247,7 +254,8 @@ class RemedyComparison(WithPage, WithPicture):
         lighter = [each for each in later if each.built_mass < first.built_mass]
         if lighter:
             names = ", ".join(dict.fromkeys(map(_mass_words, lighter)))
-            words.append(f"lighter, but with fewer freedoms or as copies of it all: {names}")
+            but = "with fewer freedoms, copies of it all or a frame that turns"
+            words.append(f"lighter, but {but}: {names}")
         return "; ".join(words)
 
     def too_heavy(self, applied: AppliedRemedy) -> bool:

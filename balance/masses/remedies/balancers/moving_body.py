@@ -21,12 +21,13 @@ from typing import NamedTuple
 import numpy as np
 
 from balance.masses.remedies.applied import AppliedRemedy, inertia_ratio, refused
-from balance.masses.remedies.balancers.balancing_wheels import SEED, with_motors
+from balance.masses.remedies.balancers.balancing_wheels import with_motors
 from balance.masses.remedies.balancers.crank_sweep import (
     crank_rates,
     sweep_crank,
 )
 from balance.masses.remedies.balancers.on_base import (
+    SEED,
     BalancerDrive,
     Course,
     ForceBalanced,

@@ -15,7 +15,7 @@ from balance.masses.remedies.as_built import InputSteps, input_steps
 from balance.masses.remedies.balancers.varying_ratio import integrate
 from balance.masses.remedies.least_matter import least_matter
 from balance.masses.remedies.momentum_along import Momentum, MovedMasses, move_masses
-from balance.masses.remedies.request import POSES, RemedyRequest
+from balance.masses.remedies.request import MOTIONS, POSES, RemedyRequest
 from balance.masses.remedies.variant import append_elements, free_name, names_taken
 from balance.motion.motion_tolerances import SHAKING_RELATIVE
 from balance.motion.verification.trajectory import Trajectory, drive, random_motions
@@ -33,6 +33,8 @@ from kinematics.wording import size_text
 
 # Samples of a motion in a file: a spline through them has the velocities and accelerations.
 FILE_SAMPLES = 1001
+# Seed of the other random motions.
+SEED = 3
 # The attributes of a motion that have a row for each sample.
 SAMPLED = ("time", "u", "ud", "udd", "q", "qd", "qdd")
 
@@ -337,6 +339,19 @@ def fine_motion(request: RemedyRequest) -> MovedMasses:
         request: the request, whose force can be balanced.
     """
     return fine_motion_of(request, balance_force(request).linkage)
+
+
+@lru_cache(maxsize=1)
+def random_runs(request: RemedyRequest) -> list[MovedMasses]:
+    """Make random motions of a linkage without shaking force, once for what has no ratio.
+
+    Args:
+        request: the request, whose force can be balanced.
+    """
+    linkage = balance_force(request).linkage
+    limits = motion_of(linkage, request.motion or None)
+    motions = random_motions(linkage, MOTIONS, seed=SEED, motion=limits)
+    return [move_masses(linkage, motion) for motion in motions]
 
 
 def fine_motion_of(request: RemedyRequest, linkage: Linkage) -> MovedMasses:

@@ -207,8 +207,8 @@ def test_what_one_would_build_first_comes_first():
     assert "other ways" not in facts
     assert facts["because"] == (
         "it balances the linkage, keeps all freedoms, and adds 5 kg, the least (next: rotors "
-        "against joints 9 kg); lighter, but with fewer freedoms or as copies of it all: "
-        "mirrored copies 1 kg"
+        "against joints 9 kg); lighter, but with fewer freedoms, copies of it all or a frame "
+        "that turns: mirrored copies 1 kg"
     )
 
 

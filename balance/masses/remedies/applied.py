@@ -30,8 +30,8 @@ class AppliedRemedy:
         remedy: name of the remedy in `balance.masses.remedies.catalogue`.
         words: what is built in where, in one line.
         verdict: ``"feasible"``: the linkage with it is balanced; ``"partial"``: it shakes
-            less; ``"infeasible"``, with a proof; ``"undecided"``; ``"refused"``: the remedy
-            does not apply to this linkage.
+            less, or an input needs less torque; ``"infeasible"``, with a proof;
+            ``"undecided"``; ``"refused"``: the remedy does not apply to this linkage.
         reason: the proof, or why not, in one line.
         proof: for ``"infeasible"``, the certificate and its check without the solver, as plain
             data: ``matrices`` (see `balance.checks.check_certificate`) if no masses balance the
@@ -88,7 +88,7 @@ class AppliedRemedy:
 
     @property
     def helps(self) -> bool:
-        """Whether there is a linkage with the remedy that shakes less."""
+        """Whether there is a linkage with the remedy that shakes less, or needs less torque."""
         return self.verdict in ("feasible", "partial")
 
     @property

@@ -29,6 +29,8 @@ UNCOMPILED = 0.25
 MOST_BUILT = 10.0
 # Remedies that build the whole linkage again, and those after which its frame turns.
 COPIES, TURNING = ("duplicates",), ("free_joint",)
+# Remedies that take no shaking, but the torque of an input.
+TORQUE_ALONE = ("harmonic_springs",)
 
 Apply = Callable[[RemedyRequest], Iterator[AppliedRemedy]]
 
@@ -246,6 +248,7 @@ class RemedyComparison(WithPage, WithPicture):
         if not others:
             return f"nothing else that was tried balances it; it {freedoms}, and adds {mass}"
         last = (*COPIES, *TURNING)
+        last = () if first.remedy in last else last
         later = [each for each in others if each.lost_freedoms > lost or each.remedy in last]
         alike = [each for each in others if each not in later]
         words = [f"it balances the linkage, {freedoms}, and adds {mass}"]

@@ -9,7 +9,7 @@ from balance.app.answers.answer import AnswerBody, AnswerPart, AnswerTable, Fact
 from balance.app.answers.text.design import REDUCE
 from balance.app.answers.text.linkage import linkage_facts
 from balance.masses.remedies.applied import AppliedRemedy
-from balance.masses.remedies.compare import RemedyComparison
+from balance.masses.remedies.compare import TORQUE_ALONE, RemedyComparison
 from kinematics.numerics.tolerances import POSE_DETERMINED
 from kinematics.wording import number_text, size_text
 
@@ -37,7 +37,8 @@ UNITS = (
     "×: times that of the linkage in the file; +: more than there; gears: solid steel, at the "
     "peaks of random motions of 1 s, and not in the written file; bearing load: the largest "
     "force of a joint at these peaks; width: of a box about joints and masses; shaking: of the "
-    "bodies' own inertia, and of partial balance the rms over that of the file"
+    "bodies' own inertia, and of partial balance the rms over that of the file (of springs: of "
+    "the input torque)"
 )
 
 
@@ -106,7 +107,7 @@ def _too_heavy_text(comparison: RemedyComparison) -> str:
         f"{number_text(ratio, '.2g')} times the mass of the linkage"
     )
     first = comparison.by_preference[0]
-    if first.verdict == "partial":
+    if first.verdict == "partial" and first.remedy not in TORQUE_ALONE:
         text += f"; {first.short} shakes less: {first.words}"
     return text
 

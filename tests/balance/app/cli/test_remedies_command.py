@@ -250,6 +250,17 @@ def test_what_is_too_heavy_is_not_built_first():
     assert remedies_sentence(found) == f"Build {said['build first']}."
 
 
+def test_springs_are_not_said_to_shake_less():
+    """They take torque alone; a frame that turns is compared with copies too."""
+    mass = 20.0 * comparison_of().request.given_mass
+    found = comparison_of(
+        ("separate_rotors", "feasible", mass), ("harmonic_springs", "partial", 0.0)
+    )
+    assert "shakes less" not in dict(remedies_facts(found))["build first"]
+    found = comparison_of(("free_joint", "feasible", 1.0), ("duplicates", "feasible", 2.0))
+    assert "the least (next: mirrored copies 2 kg)" in found.why_first
+
+
 def test_what_does_not_apply_has_a_line_for_each_reason():
     found = comparison_of(
         ("input_relation", "refused", None),

@@ -86,6 +86,23 @@ def _extent(drawing):
 
 
 @pytest.mark.slow
+def test_the_page_draws_springs_and_frames(capsys, tmp_path):
+    """One spring and two, each from its foot on the base; their file has the places."""
+    page, out = tmp_path / "page.html", tmp_path / "out"
+    words = ["--only", "harmonic_springs,free_joint", "--html", str(page), "--out", str(out)]
+    code, found = run(capsys, NO, *words)
+    assert code == 0 and [one["remedy"] for one in found["remedies"]] == [
+        "free_joint",
+        "harmonic_springs",
+        "harmonic_springs",
+    ]
+    assert page.read_text("utf-8").count('class="spring"') == 3
+    springs = json.loads((out / "harmonic_springs_springs.json").read_text())["springs"]
+    assert springs == found["remedies"][1]["details"]["springs"]
+    assert found["remedies"][1]["built"] is None and found["why_first"]
+
+
+@pytest.mark.slow
 def test_the_picture_of_costs(tmp_path):
     """A mark for each remedy that helps, with its name; where none does, no file, and why."""
     path = tmp_path / "costs.svg"

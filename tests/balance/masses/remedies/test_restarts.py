@@ -206,13 +206,13 @@ def test_turning_counterweights_of_random_starts_agree(gear):
 @pytest.mark.slow
 def test_larger_regions_do_better_where_matter_is_at_the_rim():
     """What is said of the rim is so, and matter within a budget says it too."""
-    linkage = request_of_model("two rods").linkage
+    linkage = request_of_model("four_bar_general").linkage
     apply = {"force": apply_own_masses, "dynamic": apply_partial}
     for aim, remedy in apply.items():
         results = []
-        for R in (0.3, 0.4):
+        for R in (0.1, 0.15):
             regions = {body.name: f"ball(0,0,0,{R})" for body in linkage.bodies}
-            request = RemedyRequest(linkage, balance=aim, regions=regions, budget=1.0)
+            request = RemedyRequest(linkage, balance=aim, regions=regions, budget=2.0)
             results += remedy(request)
         small, large = results
         assert "at the rim of the regions of" in small.reason

@@ -247,8 +247,9 @@ class RemedyComparison(WithPage, WithPicture):
         mass = f"{number_text(first.built_mass, '.4g')} kg{gears}"
         if not others:
             return f"nothing else that was tried balances it; it {freedoms}, and adds {mass}"
-        last = (*COPIES, *TURNING)
-        last = () if first.remedy in last else last
+        last = {*COPIES, *TURNING}
+        if first.remedy in last:
+            last = set()
         later = [each for each in others if each.lost_freedoms > lost or each.remedy in last]
         alike = [each for each in others if each not in later]
         words = [f"it balances the linkage, {freedoms}, and adds {mass}"]

@@ -12,11 +12,15 @@ from balance.masses.remedies.as_built import K_FACTOR, built_in_file, gear_mass,
 from balance.masses.remedies.counter_rotations.separate_rotors import apply_separate_rotors
 from balance.motion.verification.verify_motions import PinocchioModel
 from kinematics.model.document.element import Document
-from tests.balance.masses.remedies.test_rotors import I1, I2
 from tests.support.double_pendulum import REACH, pendulum
 from tests.support.remedy_requests import PENDULUM, SLENDER, request_of, request_of_model, rod
 
 GEAR, RADIUS = 2.0, 0.8
+# Counterweights of both rods at the reach, and the inertia of each with all that it carries.
+M2 = 0.5 / REACH
+M1 = (1.5 + M2) / REACH
+I2 = 1.0 / 3.0 + M2 * REACH**2
+I1 = 1.0 / 3.0 + M1 * REACH**2 + (1.0 + M2) + I2
 
 
 def peaks(request, units=1.0):

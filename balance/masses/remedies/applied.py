@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from os import PathLike
 from typing import Literal
 
 import numpy as np
 
+from balance.masses.partial.motion_loads import input_inertia
+from balance.masses.remedies.as_built import AsBuilt, InputSteps, as_built, input_steps
 from balance.masses.remedies.catalogue import CATALOGUE
 from balance.masses.remedies.request import RemedyRequest
 from balance.masses.remedies.trade_off import TradeOff
 from balance.support.result_files import write_file
 from kinematics.errors import UsageError
+from kinematics.model.linkage import Linkage
 from kinematics.wording import number_text, repr_lines
 
 RemedyVerdict = Literal["feasible", "partial", "infeasible", "undecided", "refused"]
@@ -27,18 +30,19 @@ class AppliedRemedy:
         remedy: name of the remedy in `balance.masses.remedies.catalogue`.
         words: what is built in where, in one line.
         verdict: ``"feasible"``: the linkage with it is balanced; ``"partial"``: it shakes
-            less; ``"infeasible"``, with a proof; ``"undecided"``; ``"refused"``: the remedy
-            does not apply to this linkage.
+            less, or an input needs less torque; ``"infeasible"``, with a proof;
+            ``"undecided"``; ``"refused"``: the remedy does not apply to this linkage.
         reason: the proof, or why not, in one line.
         proof: for ``"infeasible"``, the certificate and its check without the solver, as plain
             data: ``matrices`` (see `balance.checks.check_certificate`) if no masses balance the
             linkage with the remedy, else the ``functional`` that excludes matter in the
             regions (see `balance.masses.counterweights.exclusion`).
-        added_mass: kg; None unless feasible or partial, as for the next three.
+        added_mass: kg; None unless feasible or partial, as for the next four.
         mass_ratio: added mass over that of the moving bodies in the file.
         input_inertia: inertia that each input feels, by its name, kg m² or kg; see
             `balance.masses.partial.motion_loads.input_inertia`.
         inertia_ratio: their sum over the same sum of the file.
+        built: what it asks of bearings, gears and room; see `balance.masses.remedies.as_built`.
         new_links: links that the remedy adds, without counterweights.
         new_joints: joints and loops that it adds.
         lost_freedoms: degrees of freedom that it takes.
@@ -61,6 +65,7 @@ class AppliedRemedy:
     mass_ratio: float | None = None
     input_inertia: Mapping[str, float] | None = None
     inertia_ratio: float | None = None
+    built: AsBuilt | None = None
     new_links: tuple[str, ...] = ()
     new_joints: tuple[str, ...] = ()
     lost_freedoms: int = 0
@@ -83,8 +88,14 @@ class AppliedRemedy:
 
     @property
     def helps(self) -> bool:
-        """Whether there is a linkage with the remedy that shakes less."""
+        """Whether there is a linkage with the remedy that shakes less, or needs less torque."""
         return self.verdict in ("feasible", "partial")
+
+    @property
+    def built_mass(self) -> float:
+        """Added mass with that of gears, kg; 0 if nothing is built."""
+        gears = 0.0 if self.built is None else self.built.gear_mass
+        return (self.added_mass or 0.0) + gears
 
     @property
     def short(self) -> str:
@@ -127,6 +138,7 @@ class AppliedRemedy:
             "mass_ratio": self.mass_ratio,
             "input_inertia": None if self.input_inertia is None else dict(self.input_inertia),
             "inertia_ratio": self.inertia_ratio,
+            "built": None if self.built is None else self.built._asdict(),
             "new_links": list(self.new_links),
             "new_joints": list(self.new_joints),
             "lost_freedoms": self.lost_freedoms,
@@ -177,21 +189,36 @@ def total_inertia(request: RemedyRequest, inertias: Mapping[str, float]) -> floa
 
 
 def with_cost(
-    request: RemedyRequest, done: AppliedRemedy, added: float, felt: Mapping[str, float]
+    request: RemedyRequest,
+    done: AppliedRemedy,
+    added: float,
+    linkage: Linkage,
+    relations: Sequence[str] = (),
+    steps: InputSteps | None = None,
 ) -> AppliedRemedy:
     """Add the cost to a result that balances the linkage.
 
     Args:
         added: mass that it adds, kg.
-        felt: inertia that each input of the linkage feels with it.
+        linkage: the linkage with it. Inputs that the request has not are balancers, which
+            stand where the inertia of the others is felt.
+        relations: between the inputs.
+        steps: of all its inputs, where balancers move with the others; by default each input
+            moves alone.
     """
     given = request.given_mass
+    felt = input_inertia(linkage)
+    if steps is None:
+        steps = input_steps(request, linkage, relations)
+    else:
+        felt = {name: felt[name] for name in request.linkage.inputs}
     return replace(
         done,
         added_mass=added,
         mass_ratio=added / given,
         input_inertia=felt,
         inertia_ratio=inertia_ratio(request, felt),
+        built=as_built(request, linkage, steps, done.new_joints),
         reason=done.reason
         or f"balanced: {number_text(added)} kg added to {number_text(given)} kg",
     )

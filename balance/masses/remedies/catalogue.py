@@ -101,6 +101,13 @@ CATALOGUE: dict[str, Remedy] = {
         ),
         Remedy("cam_mass", "a moving body with cams", "one body moved by cams", "", _BODY),
         Remedy(
+            "free_joint",
+            "a free hinge of the frame",
+            "a free joint at the common centre of mass",
+            "",
+            _BECHT,
+        ),
+        Remedy(
             "input_relation", "a relation of inputs", "a relation between inputs", "", _BECHT
         ),
         Remedy(
@@ -137,6 +144,13 @@ CATALOGUE: dict[str, Remedy] = {
             "least shaking for a budget of matter",
             "",
             "S. Boyd, L. Vandenberghe, Convex Optimization, 2004",
+        ),
+        Remedy(
+            "harmonic_springs",
+            "springs at constant speed",
+            "springs against the input torque at constant speed",
+            "",
+            "B. Demeulenaere, J. De Schutter, J. Mechanical Design 127(5), 2005",
         ),
     )
 }

@@ -20,15 +20,17 @@ from kinematics.errors import UsageError
 from kinematics.loading.model_gallery import LinkageLike, as_linkage
 from kinematics.numerics.compiled.background import collect_garbage_seldom, kernel_clock
 from kinematics.numerics.linalg.ties import rank_least_first
-from kinematics.wording import first_names, html_facts, repr_lines
+from kinematics.wording import count_noun, first_names, html_facts, number_text, repr_lines
 
 REMEDIES_SCHEMA = "balance.remedies/1"
 # Seconds that a remedy of a four-bar takes in uncompiled kernels, about.
 UNCOMPILED = 0.25
 # Added mass, over that of the linkage, above which one would not build a remedy.
 MOST_BUILT = 10.0
-# Remedies that build the whole linkage again.
-COPIES = ("duplicates",)
+# Remedies that build the whole linkage again, and those after which its frame turns.
+COPIES, TURNING = ("duplicates",), ("free_joint",)
+# Remedies that take no shaking, but the torque of an input.
+TORQUE_ALONE = ("harmonic_springs",)
 
 Apply = Callable[[RemedyRequest], Iterator[AppliedRemedy]]
 
@@ -45,12 +47,14 @@ _ORDER = (
     "active_wheel",
     "moving_mass",
     "cam_mass",
+    "free_joint",
     "input_relation",
     "slider_path",
     "balance_shafts",
     "force_masses",
     "pantograph",
     "partial",
+    "harmonic_springs",
 )
 # Remedies with counter-rotations at the gear of the request.
 _GEARED = (
@@ -100,6 +104,10 @@ def _import_remedy(name: str) -> Apply:
 
             motors = name == "moving_mass"
             return moving_body.apply_moving_mass if motors else moving_body.apply_cam_mass
+        case "free_joint":
+            from balance.masses.remedies.balancers import free_joint
+
+            return free_joint.apply_free_joint
     return _import_added_links(name)
 
 
@@ -126,6 +134,10 @@ def _import_added_links(name: str) -> Apply:
             from balance.masses.remedies.constraints import slider_path
 
             return slider_path.apply_slider_path
+        case "harmonic_springs":
+            from balance.masses.remedies.shafts import harmonic_springs
+
+            return harmonic_springs.apply_harmonic_springs
         case _:
             from balance.masses.remedies.shafts import balance_shafts
 
@@ -148,6 +160,11 @@ def _apply(name: str, request: RemedyRequest) -> Iterator[AppliedRemedy]:
         same = [each.trade_off for each in others if each.new_joints == applied.new_joints]
         points = best_points(chain(applied.trade_off, *same)) if applied.trade_off else ()
         yield replace(applied, trade_off=points)
+
+
+def _mass_words(applied: AppliedRemedy) -> str:
+    """Name a result, with the mass that it adds."""
+    return f"{applied.short} {number_text(applied.built_mass, '.4g')} kg"
 
 
 @dataclass(frozen=True, eq=False)
@@ -188,10 +205,10 @@ class RemedyComparison(WithPage, WithPicture):
 
     @property
     def balanced(self) -> tuple[AppliedRemedy, ...]:
-        """Results that balance the linkage, the least added mass first."""
+        """Results that balance the linkage, the least added mass, with gears, first."""
         remedies = [applied for applied in self.results if applied.verdict == "feasible"]
         remedies.sort(key=lambda applied: applied.lost_freedoms)
-        masses = [applied.added_mass or 0.0 for applied in remedies]
+        masses = [applied.built_mass for applied in remedies]
         ranks = rank_least_first(masses, self.request.given_mass, MASSES_EQUAL)
         return tuple(remedies[k] for k in ranks)
 
@@ -200,13 +217,14 @@ class RemedyComparison(WithPage, WithPicture):
         """All results, those first that one would build first.
 
         What balances comes first, without loss of freedoms before with it, copies of the whole
-        linkage after other parts, and the least added mass first; then partial balance, what
+        linkage and a frame that turns after other parts, and the least mass, with gears, first;
+        then partial balance, what
         balances with more than `MOST_BUILT` times the given mass, what is undecided, what no
         masses do, and what does not apply, in the order of the catalogue.
         """
         balanced = sorted(
             self.balanced,
-            key=lambda applied: (applied.lost_freedoms, applied.remedy in COPIES),
+            key=lambda applied: (applied.lost_freedoms, applied.remedy in (*COPIES, *TURNING)),
         )
         partial, *rest = (
             [applied for applied in self.results if applied.verdict == verdict]
@@ -215,6 +233,34 @@ class RemedyComparison(WithPage, WithPicture):
         light = [applied for applied in balanced if not self.too_heavy(applied)]
         heavy = [applied for applied in balanced if self.too_heavy(applied)]
         return (*light, *partial, *heavy, *chain.from_iterable(rest))
+
+    @property
+    def why_first(self) -> str:
+        """Why the first of `by_preference` comes first, in words; empty if none balances it."""
+        first = self.by_preference[0] if self.balanced else None
+        if first is None or first.verdict != "feasible":
+            return ""
+        others = [each for each in self.balanced if each.remedy != first.remedy]
+        lost = first.lost_freedoms
+        freedoms = f"takes {count_noun(lost, 'freedom')}" if lost else "keeps all freedoms"
+        gears = " with its gears" * (first.built_mass > (first.added_mass or 0.0))
+        mass = f"{number_text(first.built_mass, '.4g')} kg{gears}"
+        if not others:
+            return f"nothing else that was tried balances it; it {freedoms}, and adds {mass}"
+        last = {*COPIES, *TURNING}
+        if first.remedy in last:
+            last = set()
+        later = [each for each in others if each.lost_freedoms > lost or each.remedy in last]
+        alike = [each for each in others if each not in later]
+        words = [f"it balances the linkage, {freedoms}, and adds {mass}"]
+        if alike:
+            words[0] += f", the least (next: {_mass_words(alike[0])})"
+        lighter = [each for each in later if each.built_mass < first.built_mass]
+        if lighter:
+            names = ", ".join(dict.fromkeys(map(_mass_words, lighter)))
+            but = "with fewer freedoms, copies of it all or a frame that turns"
+            words.append(f"lighter, but {but}: {names}")
+        return "; ".join(words)
 
     def too_heavy(self, applied: AppliedRemedy) -> bool:
         """Whether a remedy adds more than `MOST_BUILT` times the mass of the linkage."""
@@ -249,6 +295,7 @@ class RemedyComparison(WithPage, WithPicture):
             "input_inertia": dict(request.input_inertia),
             "own_masses": {"verdict": self.own_masses.verdict, "words": self.own_masses.words},
             "verdict": self.verdict,
+            "why_first": self.why_first,
             "gear": request.gear,
             "rotor_radius": request.rotor_radius,
             "density": request.density,

@@ -6,10 +6,9 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from balance.masses.counterweights.write_counterweights import with_counterweights
-from balance.masses.partial.motion_loads import input_inertia
 from balance.masses.remedies.applied import AppliedRemedy, total_inertia, with_cost
 from balance.masses.remedies.least_matter import least_matter
-from balance.masses.remedies.request import RemedyRequest, freedoms_of
+from balance.masses.remedies.request import MOTIONS, POSES, RemedyRequest, freedoms_of
 from balance.masses.remedies.trade_off import TradeOff, trade_off_of
 from balance.masses.remedies.variant import Variant
 from balance.motion.motion_tolerances import SHAKING_RELATIVE
@@ -22,10 +21,6 @@ from kinematics.loading.model_gallery import load
 from kinematics.model.document.element import Document
 from kinematics.model.motion import motion_of
 from kinematics.wording import size_text
-
-# Random motions along which a file is verified, and the poses of each: a momentum that is not
-# zero is an analytic function of the pose, which generic poses do not miss.
-MOTIONS, POSES = 5, 40
 
 
 def judge(
@@ -71,7 +66,7 @@ def judge(
     urdf = with_counterweights(least.matter, merge=frozenset(variant.new_links))
     done = verify_file(request, blank, urdf, motion, inputs)
     if done.verdict == "feasible":
-        done = replace(done, reason=done.reason + least.rim_text(request.links))
+        done = replace(done, reason=done.reason + least.rim_text(_bounded(request, variant)))
     if not request.trade_off or done.added_mass is None or done.input_inertia is None:
         return done
     inertia, gap = total_inertia(request, done.input_inertia), least.matter.gap or 0.0
@@ -96,6 +91,16 @@ def space_with(request: RemedyRequest, variant: Variant) -> DesignSpace:
     )
     motion = (*request.motion, *variant.motion)
     return design_space(linkage, motion or None, request.balance)
+
+
+def _bounded(request: RemedyRequest, variant: Variant) -> list[str]:
+    """List the links with default regions, or those of the user, whose rims are bounds.
+
+    The regions of other new links are sizes of the remedy, which its words state.
+    """
+    return [
+        name for name in variant.free if name in request.links or name not in variant.regions
+    ]
 
 
 def _inputs(request: RemedyRequest, variant: Variant) -> tuple[str, ...]:
@@ -135,4 +140,4 @@ def verify_file(
         urdf=urdf,
         lost_freedoms=request.freedoms - freedoms_of(linkage, motion),
     )
-    return with_cost(request, done, added, input_inertia(linkage))
+    return with_cost(request, done, added, linkage, motion)

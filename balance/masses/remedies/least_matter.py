@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from functools import partial
 from typing import NamedTuple
 
@@ -41,22 +41,8 @@ class LeastMatter(NamedTuple):
         return self.matter.words
 
     def rim_text(self, links: Sequence[str]) -> str:
-        """Say on which links matter lies at the rim of its region, which bounds its lever.
-
-        Args:
-            links: those that are looked at: rotors are at their radius, which is said for all.
-
-        Returns:
-            The end of a sentence; empty if there are none.
-        """
-        at_rim = [
-            weight.link
-            for weight in self.matter.weights
-            if weight.link in links and _reach(weight) > AT_RIM
-        ]
-        if not at_rim:
-            return ""
-        return f"; at the rim of the regions of {', '.join(at_rim)}: larger ones take less"
+        """Say on which links matter lies at the rim of its region; see `rim_text`."""
+        return rim_text(self.matter.weights, links)
 
     @property
     def proof(self) -> dict[str, object] | None:
@@ -68,6 +54,26 @@ class LeastMatter(NamedTuple):
         if matter.certificate is None or matter.check is None:
             return None
         return {"functional": matter.certificate.tolist(), "check": matter.check._asdict()}
+
+
+def rim_text(
+    weights: Iterable[Counterweight], links: Sequence[str], gain: str = "take less"
+) -> str:
+    """Say on which links matter lies at the rim of its region, which bounds its lever.
+
+    Args:
+        links: those that are looked at: rotors are at their radius, which is said for all.
+        gain: what larger regions do.
+
+    Returns:
+        The end of a sentence; empty if there are none.
+    """
+    at_rim = [
+        weight.link for weight in weights if weight.link in links and _reach(weight) > AT_RIM
+    ]
+    if not at_rim:
+        return ""
+    return f"; at the rim of the regions of {', '.join(at_rim)}: larger ones {gain}"
 
 
 def _reach(weight: Counterweight) -> float:

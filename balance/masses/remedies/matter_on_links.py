@@ -9,25 +9,24 @@ import numpy as np
 
 from balance.masses.counterweights.write_counterweights import with_counterweights
 from balance.masses.partial.budgets import partial
-from balance.masses.partial.motion_loads import input_inertia
 from balance.masses.remedies.applied import AppliedRemedy, refused, with_cost
 from balance.masses.remedies.balancers.on_base import (
     ForceBalanced,
     NoBalancer,
     balance_force,
 )
-from balance.masses.remedies.judge import MOTIONS, POSES, judge
-from balance.masses.remedies.request import RemedyRequest
+from balance.masses.remedies.judge import judge
+from balance.masses.remedies.least_matter import rim_text
+from balance.masses.remedies.request import MOTIONS, RemedyRequest
 from balance.masses.remedies.variant import Variant
 from balance.motion.motion_tolerances import SHAKING_RELATIVE
 from balance.motion.verification.shaking_wrench import move_wrenches, shaking_along
-from balance.motion.verification.trajectory import Trajectory, drive, random_motions
+from balance.motion.verification.trajectory import Trajectory, drive
 from balance.motion.verification.verify_motions import measure_shaking
 from kinematics.closure.joint_positions import input_chain
 from kinematics.loading.model_gallery import load
 from kinematics.model.document.element import Document
 from kinematics.model.linkage import Linkage
-from kinematics.model.motion import motion_of
 from kinematics.wording import number_text, size_text
 
 
@@ -82,7 +81,8 @@ def with_moment_left(
         PoseError: it cannot follow the random motions of the linkage.
     """
     given, made = request.linkage, balanced.linkage
-    motions = moved = _random_motions(request)
+    motions = request.motions
+    moved = list(motions)
     if len(made.joints) > len(given.joints):
         moved = [drive(made, each.time, each.u, each.ud, each.udd) for each in motions]
     before, after = _root_mean_squares(given, motions), _root_mean_squares(made, moved)
@@ -111,13 +111,7 @@ def with_moment_left(
         urdf=balanced.document.data,
         details={**blank.details, **details},
     )
-    return with_cost(request, done, balanced.added, input_inertia(made))
-
-
-def _random_motions(request: RemedyRequest) -> list[Trajectory]:
-    """Make the random motions along which files of remedies are verified."""
-    limits = motion_of(request.linkage, request.motion or None)
-    return list(random_motions(request.linkage, MOTIONS, POSES, motion=limits))
+    return with_cost(request, done, balanced.added, made, request.motion)
 
 
 def _root_mean_squares(linkage: Linkage, motions: Sequence[Trajectory]) -> tuple[float, float]:
@@ -155,13 +149,8 @@ def apply_partial(request: RemedyRequest) -> Iterator[AppliedRemedy]:
         design.shaking.objective / design.given.objective if design.given.objective else 0.0
     )
     urdf = with_counterweights(design) if design.weights else request.base.data
-    felt = input_inertia(
-        load(
-            Document(request.base.name, urdf),
-            None,
-            request.linkage.inputs,
-            angles=request.angles,
-        )
-    )
-    done = replace(blank, verdict="partial", residual=residual, urdf=urdf)
-    yield with_cost(request, done, design.mass, felt)
+    document = Document(request.base.name, urdf)
+    made = load(document, None, request.linkage.inputs, angles=request.angles)
+    reason = design.words + rim_text(design.weights, request.links, "leave less")
+    done = replace(blank, verdict="partial", reason=reason, residual=residual, urdf=urdf)
+    yield with_cost(request, done, design.mass, made, request.motion)

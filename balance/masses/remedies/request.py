@@ -13,6 +13,7 @@ from balance.masses.counterweights.link_regions import ALL, regions_of
 from balance.masses.counterweights.regions import Region
 from balance.masses.designs.pseudo_inertia_cone import given_parameters
 from balance.masses.partial.motion_loads import input_inertia
+from balance.motion.verification.trajectory import Trajectory, random_motions
 from balance.space.certification.certified_space import CertifiedSpace
 from balance.space.certification.certify_space import certify
 from balance.space.requirements.recompute_spatial import recompute_spatial
@@ -31,6 +32,14 @@ from kinematics.model.motion import motion_of
 
 # Radius of rotors by default, in characteristic lengths of the linkage, or lengths of its tip.
 ROTOR_RADIUS = 0.25
+# Random motions along which a file is verified, and the poses of each: a momentum that is not
+# zero is an analytic function of the pose, which generic poses do not miss.
+MOTIONS, POSES = 5, 40
+# What is known of the linkage, whatever the options.
+KEPT = (
+    *("space", "spatial_space", "own_file", "base", "massless", "input_inertia"),
+    "motions",
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -100,7 +109,7 @@ class RemedyRequest:
     def changed(self, **changes: Any) -> RemedyRequest:
         """Return the request with other options; what is known of its linkage stays."""
         request = replace(self, **changes)
-        for name in ("space", "spatial_space", "own_file", "base", "massless", "input_inertia"):
+        for name in KEPT:
             if name in self.__dict__:
                 request.__dict__[name] = self.__dict__[name]
         return request
@@ -233,6 +242,16 @@ class RemedyRequest:
     def freedoms(self) -> int:
         """Degrees of freedom of the linkage under its relations."""
         return freedoms_of(self.linkage, self.motion)
+
+    @cached_property
+    def motions(self) -> tuple[Trajectory, ...]:
+        """Random motions of 1 s of the linkage under its relations.
+
+        Raises:
+            PoseError: there are none near the reference pose.
+        """
+        limits = motion_of(self.linkage, self.motion or None)
+        return tuple(random_motions(self.linkage, MOTIONS, POSES, motion=limits))
 
     @cached_property
     def input_inertia(self) -> dict[str, float]:

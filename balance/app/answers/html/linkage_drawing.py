@@ -25,8 +25,11 @@ OBLIQUE = np.array([[0.866, -0.5, 0.0], [0.25, 0.433, 0.866]])
 LINK, MARKED, INK = "#4f86c0", "#d06a10", "#7c858d"
 # Least area of a plate, square pixels: a smaller one is drawn as a line.
 LEAST_AREA = 60.0
-# Least radius of a ball, pixels; directions to its ends.
+# Least radius of a ball, pixels.
 LEAST_RADIUS = 2.0
+# Half coils of a spring, and half its width, pixels.
+COILS, COIL_WIDTH = 14, 4.0
+# Directions from the middle of a ball to its ends.
 OUTWARD = np.array([[1.0, 0.0], [-1.0, 0.0], [0.0, 1.0], [0.0, -1.0]])
 
 
@@ -53,6 +56,7 @@ def linkage_drawing(
     marked: Collection[str] = (),
     balls: Sequence[tuple[Array, float]] = (),
     over: Callable[[Placement], Sequence[str]] | None = None,
+    springs: Sequence[Array] = (),
 ) -> str:
     """Draw a linkage at its reference pose.
 
@@ -63,6 +67,7 @@ def linkage_drawing(
         marked: bodies to draw in a second colour.
         balls: middles (3,) and radii of balls to draw in scale, metres, in that colour.
         over: draws more elements over it, with room for them at all sides.
+        springs: both ends (2, 3) of each, metres, drawn in that colour.
 
     Returns:
         An SVG element.
@@ -73,7 +78,7 @@ def linkage_drawing(
     points = np.array([joint["point"] for joint in drawing["joints"]])
     pad = np.array([SIDE if names else PAD, PAD]) if over is None else np.array([SIDE, WIDE])
     ends = [(np.asarray(p) @ rows.T)[None] + r * OUTWARD for p, r in balls]
-    seen = np.concatenate([*corners, points]) @ rows.T
+    seen = np.concatenate([*corners, points, *springs]) @ rows.T
     place = _placed(np.concatenate([seen, *ends]), size, pad)
     at = [place(part @ rows.T) for part in corners]
     elements = [
@@ -87,6 +92,7 @@ def linkage_drawing(
     elements += map(draw_ground, standing)
     elements += [_joint(joint, place, rows, drawing) for joint in drawing["joints"]]
     elements += [_ball(place(end)) for end in ends]
+    elements += [_spring(*place(np.asarray(pair) @ rows.T)) for pair in springs]
     if names:
         elements += _names(drawing, at, place(points @ rows.T), linkage.inputs)
     if over is not None:
@@ -95,6 +101,20 @@ def linkage_drawing(
     return (
         f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width} {height}" '
         f'width="{width}" height="{height}">\n' + "\n".join(elements) + "\n</svg>\n"
+    )
+
+
+def _spring(start: Array, end: Array) -> str:
+    """Draw a spring as a zigzag between two points, with a foot at its first end."""
+    along = (end - start) / COILS
+    across = COIL_WIDTH * np.array([-along[1], along[0]]) / (np.linalg.norm(along) or 1.0)
+    turns = [
+        start + (k + 0.5) * along + (across if k % 2 else -across) for k in range(1, COILS - 1)
+    ]
+    points = " ".join(f"{x:.1f},{y:.1f}" for x, y in [start, *turns, end])
+    return (
+        f'<polyline class="spring" points="{points}" fill="none" stroke="{MARKED}" '
+        'stroke-width="1.5"/>' + draw_ground(start)
     )
 
 

@@ -78,7 +78,7 @@ def remedies_page(comparison: RemedyComparison) -> str:
         scripts=("curves",),
         facts=facts_list(remedies_facts(comparison)),
         drawings=_drawings(comparison),
-        remedies=rows_table(table, [2, 3, 4, 5, 6, 7]),
+        remedies=rows_table(table, [*range(2, 11)]),
         units=escape(UNITS),
         refused="\n".join(f"<li>{escape(line)}</li>" for line in refused_lines(comparison)),
     )
@@ -115,12 +115,14 @@ def _drawing(request: RemedyRequest, applied: AppliedRemedy) -> str:
         return ""
     given = {body.name: body.inertia for body in request.linkage.bodies}
     added = [body.inertia - given.get(body.name, np.zeros(10)) for body in linkage.bodies]
+    springs: Any = applied.details.get("springs", ())
     return linkage_drawing(
         linkage,
         SIZE,
         names=False,
         marked=applied.new_links,
         balls=[steel_ball(z) for z in added if z[0] > DRAWN * request.given_mass],
+        springs=[np.array([spring["base"], spring["at"]]) for spring in springs],
     )
 
 

@@ -9,7 +9,7 @@ from balance.app.answers.answer import AnswerBody, AnswerPart, AnswerTable, Fact
 from balance.app.answers.text.design import REDUCE
 from balance.app.answers.text.linkage import linkage_facts
 from balance.masses.remedies.applied import AppliedRemedy
-from balance.masses.remedies.compare import RemedyComparison
+from balance.masses.remedies.compare import TORQUE_ALONE, RemedyComparison
 from kinematics.numerics.tolerances import POSE_DETERMINED
 from kinematics.wording import number_text, size_text
 
@@ -23,7 +23,10 @@ HEAD = (
     "verdict",
     "added (kg)",
     "added (× mass)",
+    "gears (kg)",
     "input inertia (×)",
+    "bearing load (×)",
+    "width (×)",
     "links (+)",
     "joints (+)",
     "freedoms (+)",
@@ -31,8 +34,11 @@ HEAD = (
 )
 # What the units of the head are.
 UNITS = (
-    "×: times that of the linkage in the file; +: more than there; shaking: of the bodies' own "
-    "inertia, and of partial balance the rms over that of the file"
+    "×: times that of the linkage in the file; +: more than there; gears: solid steel, at the "
+    "peaks of random motions of 1 s, and not in the written file; bearing load: the largest "
+    "force of a joint at these peaks; width: of a box about joints and masses; shaking: of the "
+    "bodies' own inertia, and of partial balance the rms over that of the file (of springs: of "
+    "the input torque)"
 )
 
 
@@ -64,6 +70,7 @@ def remedies_facts(comparison: RemedyComparison, reduce: str = REDUCE) -> list[t
     elif comparison.balanced:
         first = comparison.by_preference[0]
         pairs.append(("build first", f"{first.short}: {first.words}; {first.reason}"))
+        pairs.append(("because", comparison.why_first))
     if heavy or comparison.only_copies:
         words = [ONLY_COPIES] * comparison.only_copies
         words += ["--balance force: the forces alone"] * (request.balance == "dynamic")
@@ -100,7 +107,7 @@ def _too_heavy_text(comparison: RemedyComparison) -> str:
         f"{number_text(ratio, '.2g')} times the mass of the linkage"
     )
     first = comparison.by_preference[0]
-    if first.verdict == "partial":
+    if first.verdict == "partial" and first.remedy not in TORQUE_ALONE:
         text += f"; {first.short} shakes less: {first.words}"
     return text
 
@@ -136,9 +143,17 @@ def _row(applied: AppliedRemedy, given_mass: float) -> tuple[str, ...]:
     """Build the row of one result."""
     if not applied.helps:
         return (applied.short, applied.verdict, *[NONE] * (len(HEAD) - 2))
+    built = applied.built
     numbers = (
         NONE if value is None else number_text(value, f".{DIGITS}g", given_mass)
-        for value in (applied.added_mass, applied.mass_ratio, applied.inertia_ratio)
+        for value in (
+            applied.added_mass,
+            applied.mass_ratio,
+            None if built is None else built.gear_mass,
+            applied.inertia_ratio,
+            None if built is None else built.bearing_ratio,
+            None if built is None else built.width_ratio,
+        )
     )
     counts = len(applied.new_links), len(applied.new_joints), -applied.lost_freedoms
     shaking = (

@@ -19,6 +19,7 @@ from balance.masses.remedies.balancers.crank_sweep import (
     sweep_crank,
 )
 from balance.masses.remedies.balancers.on_base import (
+    SEED,
     Balancer,
     BalancerDrive,
     ForceBalanced,
@@ -29,6 +30,7 @@ from balance.masses.remedies.balancers.on_base import (
     has_momentum,
     make_wheel,
     motion_columns,
+    random_runs,
     verify_with_balancers,
 )
 from balance.masses.remedies.balancers.varying_ratio import (
@@ -37,14 +39,13 @@ from balance.masses.remedies.balancers.varying_ratio import (
     integrate,
     table_bytes,
 )
-from balance.masses.remedies.judge import MOTIONS, POSES
 from balance.masses.remedies.momentum_along import (
     Momentum,
     MovedMasses,
     momentum_along,
     move_masses,
 )
-from balance.masses.remedies.request import RemedyRequest
+from balance.masses.remedies.request import MOTIONS, POSES, RemedyRequest
 from balance.motion.motion_tolerances import CONDITIONING_NOTICE, RELATION_RESIDUAL
 from balance.motion.verification.trajectory import (
     Trajectory,
@@ -57,7 +58,6 @@ from kinematics.model.motion import motion_of
 from kinematics.numerics.array_types import Array
 from kinematics.wording import number_text
 
-SEED = 3
 # Steps between the rows of tables in the details; the files have all rows.
 STRIDE = 10
 
@@ -118,11 +118,7 @@ def _build_motor_wheels(request: RemedyRequest) -> AppliedRemedy:
         LinkageError: the linkage cannot be moved.
     """
     balanced = balance_force(request)
-    limits = motion_of(balanced.linkage, request.motion or None)
-    runs = [
-        move_masses(balanced.linkage, trajectory)
-        for trajectory in random_motions(balanced.linkage, MOTIONS, seed=SEED, motion=limits)
-    ]
+    runs = random_runs(request)
     wheels = _wheels(request, balanced, runs)
     mass = sum(wheel.mass for wheel in wheels)
     count = "a wheel" if len(wheels) == 1 else f"{len(wheels)} wheels about perpendicular axes"

@@ -21,12 +21,13 @@ from typing import NamedTuple
 import numpy as np
 
 from balance.masses.remedies.applied import AppliedRemedy, inertia_ratio, refused
-from balance.masses.remedies.balancers.balancing_wheels import SEED, with_motors
+from balance.masses.remedies.balancers.balancing_wheels import with_motors
 from balance.masses.remedies.balancers.crank_sweep import (
     crank_rates,
     sweep_crank,
 )
 from balance.masses.remedies.balancers.on_base import (
+    SEED,
     BalancerDrive,
     Course,
     ForceBalanced,
@@ -37,9 +38,8 @@ from balance.masses.remedies.balancers.on_base import (
     verify_with_balancers,
 )
 from balance.masses.remedies.balancers.varying_ratio import integrate, table_bytes
-from balance.masses.remedies.judge import MOTIONS
 from balance.masses.remedies.momentum_along import MovedMasses, move_masses
-from balance.masses.remedies.request import RemedyRequest
+from balance.masses.remedies.request import MOTIONS, RemedyRequest
 from balance.masses.remedies.variant import free_name, names_taken
 from balance.motion.motion_tolerances import CONDITIONING_NOTICE, SHAKING_RELATIVE
 from balance.motion.verification.trajectory import drive, random_motions

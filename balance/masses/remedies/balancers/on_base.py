@@ -10,16 +10,15 @@ from typing import NamedTuple, Protocol
 import numpy as np
 
 from balance.masses.counterweights.write_counterweights import with_counterweights
-from balance.masses.partial.motion_loads import input_inertia
 from balance.masses.remedies.applied import AppliedRemedy, RemedyVerdict, with_cost
+from balance.masses.remedies.as_built import InputSteps, input_steps
 from balance.masses.remedies.balancers.varying_ratio import integrate
-from balance.masses.remedies.judge import POSES
 from balance.masses.remedies.least_matter import least_matter
 from balance.masses.remedies.momentum_along import Momentum, MovedMasses, move_masses
-from balance.masses.remedies.request import RemedyRequest
+from balance.masses.remedies.request import MOTIONS, POSES, RemedyRequest
 from balance.masses.remedies.variant import append_elements, free_name, names_taken
 from balance.motion.motion_tolerances import SHAKING_RELATIVE
-from balance.motion.verification.trajectory import Trajectory, random_motions
+from balance.motion.verification.trajectory import Trajectory, drive, random_motions
 from balance.motion.verification.verify_motions import verify
 from balance.space.spaces.compute_space import design_space
 from kinematics.loading.model_gallery import load
@@ -34,6 +33,8 @@ from kinematics.wording import size_text
 
 # Samples of a motion in a file: a spline through them has the velocities and accelerations.
 FILE_SAMPLES = 1001
+# Seed of the other random motions.
+SEED = 3
 # The attributes of a motion that have a row for each sample.
 SAMPLED = ("time", "u", "ud", "udd", "q", "qd", "qdd")
 
@@ -313,6 +314,20 @@ def _join_motions(
     return replace(moved, u=u, ud=ud, udd=udd, q=q, qd=qd, qdd=qdd, path=None)
 
 
+def _joined_steps(
+    request: RemedyRequest,
+    balanced: ForceBalanced,
+    whole: Linkage,
+    balancers: Sequence[Balancer],
+) -> InputSteps:
+    """Move each input of a linkage alone at the reference pose, and the balancers with it."""
+    alone = input_steps(request, balanced.linkage, request.motion)
+    at_start = np.zeros(len(alone.ud))
+    moved = drive(balanced.linkage, at_start, 0.0 * alone.ud, alone.ud, alone.udd)
+    joined = _join_motions(balanced, whole, move_masses(balanced.linkage, moved), balancers)
+    return InputSteps(joined.ud, joined.udd)
+
+
 @lru_cache(maxsize=1)
 def fine_motion(request: RemedyRequest) -> MovedMasses:
     """Make a random motion of as many samples as its file needs, once for all wheels.
@@ -321,6 +336,19 @@ def fine_motion(request: RemedyRequest) -> MovedMasses:
         request: the request, whose force can be balanced.
     """
     return fine_motion_of(request, balance_force(request).linkage)
+
+
+@lru_cache(maxsize=1)
+def random_runs(request: RemedyRequest) -> list[MovedMasses]:
+    """Make random motions of a linkage without shaking force, once for what has no ratio.
+
+    Args:
+        request: the request, whose force can be balanced.
+    """
+    linkage = balance_force(request).linkage
+    limits = motion_of(linkage, request.motion or None)
+    motions = random_motions(linkage, MOTIONS, seed=SEED, motion=limits)
+    return [move_masses(linkage, motion) for motion in motions]
 
 
 def fine_motion_of(request: RemedyRequest, linkage: Linkage) -> MovedMasses:
@@ -388,12 +416,8 @@ def verify_with_balancers(
     if not (residual <= SHAKING_RELATIVE and checked.agreed):
         reason = f"its file shakes by {size_text(residual)} of the bodies' own inertia"
         return replace(blank, reason=reason), moved
-    felt = {
-        name: value
-        for name, value in input_inertia(whole).items()
-        if name in balanced.linkage.inputs
-    }
     added = balanced.added + sum(balancer.mass for balancer in balancers)
     done = replace(blank, verdict="feasible", urdf=document.data)
-    done = with_cost(request, done, added, felt)
+    steps = _joined_steps(request, balanced, whole, balancers)
+    done = with_cost(request, done, added, whole, steps=steps)
     return replace(done, reason=done.reason + balanced.rim), moved

@@ -7,7 +7,6 @@ from dataclasses import replace
 
 import numpy as np
 
-from balance.masses.partial.motion_loads import input_inertia
 from balance.masses.remedies.applied import AppliedRemedy, refused, with_cost
 from balance.masses.remedies.judge import judge
 from balance.masses.remedies.request import RemedyRequest
@@ -105,4 +104,4 @@ def _verified(
         files={"path.csv": path_table(linkage, path)},
         details={"length": length, "choices": solution.dimension},
     )
-    return with_cost(request, done, added, input_inertia(linkage))
+    return with_cost(request, done, added, linkage, request.motion)

@@ -7,7 +7,8 @@ Their own masses count. Bars, levers and wheels have the mass per length of the 
 mass of its bodies over the sum of their lengths, where the length of a body is the largest
 distance from the joint that carries it to another of its joints, or to its centre of mass.
 Bars and levers are slender rods. A wheel is a disc with the mass of a rod as long as its
-diameter, and as large as rotors.
+diameter. Wheels have the radius that levers have as their length, a quarter of the shortest
+link along which they are carried.
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
+from typing import NamedTuple
 
 import numpy as np
 
@@ -43,13 +45,33 @@ from kinematics.model.document.write_numbers import number_words
 from kinematics.numerics.array_types import Array
 from kinematics.numerics.linalg.ties import first_largest, round_decimals
 from kinematics.numerics.tolerances import TIE_RELATIVE
-from kinematics.wording import count_noun
+from kinematics.wording import count_noun, number_text
 
-# Length of a lever over that of the shortest link along which it is carried.
+# Length of a lever, or radius of a wheel, over that of the shortest link that carries it.
 LEVER = 0.25
 # Directions of levers that are tried; that furthest from all links counts.
 DIRECTIONS = 24
 EYE = np.eye(4)
+
+
+class _CarriedParts(NamedTuple):
+    """The parts of a kind of transmission that links carry, in words.
+
+    Attributes:
+        drive: what drives rotors.
+        parts: what has a size.
+        bound: what that size is: a bound, or not optimised.
+    """
+
+    drive: str
+    parts: str
+    bound: str
+
+
+WHEELS = _CarriedParts("wheels", "wheels", "a radius, and a bound: smaller ones weigh less")
+LEVERS = _CarriedParts(
+    "parallelograms", "levers", "a quarter of the shortest link: set, not sought"
+)
 
 
 def apply_planetary_transmission(request: RemedyRequest) -> Iterator[AppliedRemedy]:
@@ -63,7 +85,7 @@ def apply_planetary_transmission(request: RemedyRequest) -> Iterator[AppliedReme
         A result for the smallest set of links with the least momenta and, if no link of it
         needs a transmission, one for the best set of which one does.
     """
-    yield from _apply(request, "planetary_transmission", _TransmissionWriter.wheels, "wheels")
+    yield from _apply(request, "planetary_transmission", _TransmissionWriter.wheels, WHEELS)
 
 
 def apply_parallelogram_transmission(request: RemedyRequest) -> Iterator[AppliedRemedy]:
@@ -78,14 +100,14 @@ def apply_parallelogram_transmission(request: RemedyRequest) -> Iterator[Applied
         As `apply_planetary_transmission`.
     """
     write = _TransmissionWriter.parallelograms
-    yield from _apply(request, "parallelogram_transmission", write, "parallelograms")
+    yield from _apply(request, "parallelogram_transmission", write, LEVERS)
 
 
 def _apply(
     request: RemedyRequest,
     remedy: str,
     write: Callable[[_TransmissionWriter, _Transmission, tuple[str, ...]], None],
-    by: str,
+    by: _CarriedParts,
 ) -> Iterator[AppliedRemedy]:
     """Judge the linkage with rotors on the ground against one or two sets of links."""
     if why := unusable(request):
@@ -106,9 +128,8 @@ def _apply(
     for rotor_set in sets:
         far = [name for name in rotor_set.joints if len(chains[name]) > 1]
         if far:
-            yield _judged(
-                request, remedy, rotor_set, write, f"driven by {by} from {', '.join(far)}"
-            )
+            drive = f"driven by {by.drive} from {', '.join(far)}"
+            yield _judged(request, remedy, rotor_set, write, drive, by)
         else:
             yield replace(_judged_without_transmission(request, rotor_set), remedy=remedy)
 
@@ -119,6 +140,7 @@ def _judged(
     rotor_set: RotorSet,
     write: Callable[[_TransmissionWriter, _Transmission, tuple[str, ...]], None],
     drive: str,
+    carried: _CarriedParts | None = None,
 ) -> AppliedRemedy:
     """Judge the linkage with rotors on the ground against one set of links."""
     chains, fewest = _chains_to_ground(request), _fewest_on_ground(request)
@@ -127,9 +149,11 @@ def _judged(
         write(writer, out, chains[name])
     number = count_noun(len(rotor_set.joints), "rotor")
     words = f"{number} on the ground against {', '.join(rotor_set.joints)}, {drive}"
-    return judge(
-        request, _variant(request, remedy, words, out, rotor_details(fewest, rotor_set))
-    )
+    if carried is not None:
+        sizes = ", ".join(f"{number_text(size, '.3g')} m" for size in out.sizes.values())
+        words += f", with {carried.parts} of {sizes} ({carried.bound})"
+    details = {**rotor_details(fewest, rotor_set), "carried_sizes": out.sizes}
+    return judge(request, _variant(request, remedy, words, out, details))
 
 
 @lru_cache(maxsize=1)
@@ -182,6 +206,8 @@ class _Transmission:
         links: new links, and ``massless`` those of them without mass.
         joints: new joints and loops.
         massless: see ``links``.
+        sizes: radius of the wheels or length of the levers that are carried for a link, by its
+            name, metres.
     """
 
     elements: list[Element] = field(default_factory=list)
@@ -189,6 +215,7 @@ class _Transmission:
     links: list[str] = field(default_factory=list)
     joints: list[str] = field(default_factory=list)
     massless: list[str] = field(default_factory=list)
+    sizes: dict[str, float] = field(default_factory=dict)
 
     def add_link(self, name: str, mass: Element | None = None) -> None:
         """Add a link.
@@ -251,12 +278,15 @@ class _TransmissionWriter(RotorWriter):
             chain: the joints from the ground to the link.
         """
         end = self.side(chain[-1], "child")
+        radius = self._carried_size(self._spans(chain))
+        if len(chain) > 1:
+            out.sizes[end] = radius
         for k, name in enumerate(chain[:-1]):
             wheel = self.take_name(f"{end}_wheel")
-            self._stack(out, wheel, chain[k:], 1.0, self._disc(name))
+            self._stack(out, wheel, chain[k:], 1.0, self._disc(name, radius))
         if len(chain) > 1:
             wheel = self.take_name(f"{end}_wheel")
-            self._fix(out, end, wheel, self._disc(chain[-1]))
+            self._fix(out, end, wheel, self._disc(chain[-1], radius))
         rotor = self.take_name(f"{end}_rotor")
         self._stack(out, rotor, chain, -self.gear, None)
         out.free[rotor] = ball_region(np.zeros(3), self.radius)
@@ -276,6 +306,8 @@ class _TransmissionWriter(RotorWriter):
         """
         end, spans = self.side(chain[-1], "child"), self._spans(chain)
         lever, idlers = self._lever(spans), []
+        if spans:
+            out.sizes[end] = float(np.linalg.norm(lever))
         for name in chain[:-1]:
             idlers.append(self.take_name(f"{end}_idler"))
             turning = self.take_name(f"{idlers[-1]}_joint")
@@ -380,10 +412,15 @@ class _TransmissionWriter(RotorWriter):
         e = np.column_stack([np.cos(turn), np.sin(turn)])
         sines = np.abs(np.outer(e[:, 0], flat[:, 1]) - np.outer(e[:, 1], flat[:, 0])) / lengths
         best = e[first_largest(sines.min(axis=1))]
-        length = LEVER * float(lengths.min())
+        length = self._carried_size(spans)
         # Four digits, so that both levers of a parallelogram have the same decimals.
         digits = 3 - int(np.floor(np.log10(length * (1.0 + TIE_RELATIVE))))
         return np.asarray(round_decimals(length * best, digits) @ self.axes[:2])
+
+    def _carried_size(self, spans: Iterable[Array]) -> float:
+        """Compute the size of wheels or levers that are carried along some links, metres."""
+        shortest = min((np.linalg.norm(self.axes[:2] @ span) for span in spans), default=0.0)
+        return LEVER * float(shortest)
 
     def _local(self, name: str, vector: Array) -> Array:
         """Express an inertial vector (3,) in the frame of the link after a joint."""
@@ -401,11 +438,11 @@ class _TransmissionWriter(RotorWriter):
         tensor = mass / 12.0 * (end @ end * np.eye(3) - np.outer(end, end))
         return inertial(mass, tensor, _point(0.5 * end))
 
-    def _disc(self, name: str) -> Element:
+    def _disc(self, name: str, radius: float) -> Element:
         """Make the ``<inertial>`` of a wheel on the axis of a joint."""
-        mass = self.density * 2.0 * self.radius
+        mass = self.density * 2.0 * radius
         n = self._local(name, self._axis_vector(name))
-        tensor = mass * self.radius**2 / 4.0 * (np.eye(3) + np.outer(n, n))
+        tensor = mass * radius**2 / 4.0 * (np.eye(3) + np.outer(n, n))
         return inertial(mass, tensor, origin(EYE))
 
 

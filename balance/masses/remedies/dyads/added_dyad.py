@@ -65,6 +65,7 @@ WALKS = 12
 GEOMETRIES = 12
 # Size of a dyad over that of the loop that it repeats.
 SIZE = 0.5
+HALF = ", half as large (a bound: larger ones take less mass)"
 # Shortest link of a dyad, in characteristic lengths.
 SHORTEST = 0.05
 
@@ -237,7 +238,7 @@ def _judge(request: RemedyRequest, seed: DyadSeed, space: DesignSpace) -> Applie
     dyad, frame = seed.dyad, request.linkage.chain.frame
     document, links, joints = dyad_document(request.base, dyad, seed.numbers, frame)
     first, second = dyad.sides
-    words = f"{dyad.kind} between {first.name} and {second.name}: {seed.words}"
+    words = f"{dyad.kind} between {first.name} and {second.name}: {seed.words}{seed.bound}"
     return judge(
         request,
         Variant(
@@ -293,11 +294,13 @@ class DyadSeed:
         dyad: the dyad.
         numbers: its numbers; see `balance.masses.remedies.dyads.dyad_geometry`.
         words: what it is.
+        bound: the size that is set, in words; empty where the linkage sets it.
     """
 
     dyad: Dyad
     numbers: Array
     words: str
+    bound: str = ""
 
     def __repr__(self) -> str:
         """One line: what it is, and the links."""
@@ -353,8 +356,8 @@ def _repeats(hinges: list[_Hinge], sides: dict[int, DyadSide]) -> Iterator[DyadS
         J = centre.point
         K, L, M = (J + SIZE * (hinge.point - J).conjugate() for hinge in (first, last, middle))
         dyad = Dyad((sides[x], sides[y]), False)
-        yield DyadSeed(dyad, _numbers(L, M, K), "the loop repeated, reflected")
-        yield DyadSeed(dyad, _numbers(L, K + L - M, K), "its parallelogram, reflected")
+        yield DyadSeed(dyad, _numbers(L, M, K), "the loop repeated, reflected", HALF)
+        yield DyadSeed(dyad, _numbers(L, K + L - M, K), "its parallelogram, reflected", HALF)
 
 
 def _is_loop(centre: _Hinge, first: _Hinge, middle: _Hinge, last: _Hinge) -> bool:

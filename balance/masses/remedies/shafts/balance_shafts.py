@@ -9,9 +9,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from balance.masses.designs.density import STEEL
-from balance.masses.partial.motion_loads import input_inertia
 from balance.masses.remedies.applied import AppliedRemedy, refused, with_cost
 from balance.masses.remedies.request import RemedyRequest
+from balance.masses.remedies.shafts.crank_turn import revolve, turn_of_crank
 from balance.masses.remedies.shafts.harmonic_shafts import (
     Harmonics,
     Shaft,
@@ -20,16 +20,14 @@ from balance.masses.remedies.shafts.harmonic_shafts import (
 )
 from balance.masses.remedies.variant import append_elements, free_name, names_taken
 from balance.motion.motion_tolerances import SHAKING_RELATIVE
-from balance.motion.verification.crank_revolution import revolve_crank
 from balance.motion.verification.shaking_wrench import mass_parameters
+from balance.motion.verification.trajectory import Trajectory
 from balance.motion.verification.verify_motions import PinocchioModel
-from kinematics.errors import LinkageError
 from kinematics.loading.model_gallery import load
 from kinematics.model.document import make_elements
 from kinematics.model.document.element import Document, Element
 from kinematics.model.document.write_numbers import number_words
 from kinematics.model.linkage import GROUND, Linkage
-from kinematics.model.motion import motion_of
 from kinematics.numerics.array_types import Array
 from kinematics.numerics.linalg.ties import round_decimals
 from kinematics.wording import count_noun, number_text, size_text
@@ -37,8 +35,6 @@ from kinematics.wording import count_noun, number_text, size_text
 KEY = "balance_shafts"
 # Harmonics that shafts are built against, and those that are listed.
 BUILT, LISTED = (1, 2), 4
-# Samples of one turn.
-STEPS = 120
 # Furthest place of a shaft from the axis of the crank, in characteristic lengths.
 FURTHEST = 2.0
 # Digits of places, of the characteristic length: fewer would leave a moment.
@@ -98,16 +94,11 @@ def _turn_of(request: RemedyRequest) -> _Turn | str:
     linkage = request.linkage
     if not linkage.planar:
         return "a spatial linkage: shafts are placed against forces in a plane"
-    if request.freedoms != 1:
-        return f"{request.freedoms} degrees of freedom: shafts hold for one crank"
-    moving = [joint for joint in linkage.joints if joint.name in linkage.inputs]
-    crank = next((joint for joint in moving if joint.kind == "revolute"), None)
-    if crank is None or crank.in_loop or crank.numbered or crank.parent != GROUND:
-        return "no input turns on the base, so that no shaft can be geared to it"
-    try:
-        force, moment, u = _shaking(request, linkage, crank.name)
-    except LinkageError as error:
-        return str(error)
+    turn = turn_of_crank(request)
+    if isinstance(turn, str):
+        return turn
+    crank = turn.joint
+    force, moment, u = _shaking(linkage, crank.name, turn.trajectory)
     R = linkage.chain.frame.R
     x, y, z = (R @ crank.point).tolist()
     harmonics = harmonics_of(u, force, moment, np.arange(1, LISTED + 1))
@@ -115,15 +106,11 @@ def _turn_of(request: RemedyRequest) -> _Turn | str:
     return _Turn(crank.name, (complex(x, y), z), force, weight, harmonics)
 
 
-def _shaking(
-    request: RemedyRequest, linkage: Linkage, crank: str
-) -> tuple[Array, Array, Array]:
+def _shaking(linkage: Linkage, crank: str, turn: Trajectory) -> tuple[Array, Array, Array]:
     """Compute force (complex), moment and crank angle over one turn at the unit rate (N,).
 
     The wrench is that of Pinocchio, which knows nothing of harmonics.
     """
-    limits = motion_of(linkage, request.motion or None)
-    turn, _ = revolve_crank(linkage, 1.0, crank, limits, STEPS)
     wrench = PinocchioModel(linkage, mass_parameters(linkage)).reactions(turn)[:-1]
     R = linkage.chain.frame.R
     force = wrench[:, 3:] @ (R[0] + 1j * R[1])
@@ -141,7 +128,8 @@ def _built(request: RemedyRequest, turn: _Turn, orders: Sequence[int]) -> Applie
         KEY, "", "undecided", "", new_links=tuple(links), new_joints=tuple(joints)
     )
     linkage = load(document, None, request.linkage.inputs, angles=request.angles)
-    force, moment, u = _shaking(request, linkage, turn.crank)
+    whole = revolve(request, linkage, turn.crank)
+    force, moment, u = _shaking(linkage, turn.crank, whole)
     after = harmonics_of(u, force, moment, np.arange(1, LISTED + 1))
     residual = float(np.linalg.norm(force) / np.linalg.norm(turn.force))
     if residual <= SHAKING_RELATIVE:  # round-off
@@ -182,7 +170,10 @@ def _built(request: RemedyRequest, turn: _Turn, orders: Sequence[int]) -> Applie
         details=details,
     )
     added = sum(float(body.inertia[0]) for body in linkage.bodies) - request.given_mass
-    return with_cost(request, done, added, input_inertia(linkage))
+    costed = with_cost(request, done, added, linkage, request.motion)
+    assert costed.built is not None, "its cost was added up"
+    # At constant speed, for which they are, gears of shafts carry no torque.
+    return replace(costed, built=costed.built._replace(gear_mass=0.0))
 
 
 def _details(

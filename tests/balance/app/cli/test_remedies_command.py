@@ -21,6 +21,7 @@ from balance.app.answers.text.remedies import (
 from balance.app.cli.main import main
 from balance.masses.designs.feasibility import feasible
 from balance.masses.remedies.applied import AppliedRemedy
+from balance.masses.remedies.as_built import AsBuilt
 from balance.masses.remedies.catalogue import CATALOGUE
 from balance.masses.remedies.compare import RemedyComparison
 from balance.masses.remedies.request import RemedyRequest
@@ -82,6 +83,23 @@ def _extent(drawing):
     far = max(np.linalg.norm(a - b) for a in at for b in at)
     real = max(np.linalg.norm(a - b) for a in places for b in places)
     return far, far / real
+
+
+@pytest.mark.slow
+def test_the_page_draws_springs_and_frames(capsys, tmp_path):
+    """One spring and two, each from its foot on the base; their file has the places."""
+    page, out = tmp_path / "page.html", tmp_path / "out"
+    words = ["--only", "harmonic_springs,free_joint", "--html", str(page), "--out", str(out)]
+    code, found = run(capsys, NO, *words)
+    assert code == 0 and [one["remedy"] for one in found["remedies"]] == [
+        "free_joint",
+        "harmonic_springs",
+        "harmonic_springs",
+    ]
+    assert page.read_text("utf-8").count('class="spring"') == 3
+    springs = json.loads((out / "harmonic_springs_springs.json").read_text())["springs"]
+    assert springs == found["remedies"][1]["details"]["springs"]
+    assert found["remedies"][1]["built"] is None and found["why_first"]
 
 
 @pytest.mark.slow
@@ -204,6 +222,37 @@ def test_what_one_would_build_first_comes_first():
     facts = dict(remedies_facts(found))
     assert facts["build first"].startswith("turning counterweights: parts of")
     assert "other ways" not in facts
+    assert facts["because"] == (
+        "it balances the linkage, keeps all freedoms, and adds 5 kg, the least (next: rotors "
+        "against joints 9 kg); lighter, but with fewer freedoms, copies of it all or a frame "
+        "that turns: mirrored copies 1 kg"
+    )
+
+
+def test_gears_count_in_what_one_would_build_first():
+    """A lighter remedy with heavy gears comes after a heavier one without."""
+    found = comparison_of(
+        ("counter_rotary_masses", "feasible", 5.0), ("passive_wheel", "feasible", 6.0)
+    )
+    geared = replace(found.results[0], built=AsBuilt(10.0, 1.0, 2.0, 1.5, 1.25))
+    found = replace(found, results=(geared, found.results[1]))
+    assert [each.remedy for each in found.balanced] == [
+        "passive_wheel",
+        "counter_rotary_masses",
+    ]
+    row = dict(zip(*(remedy_rows(found)[k] for k in (0, 2)), strict=True))
+    assert (row["gears (kg)"], row["bearing load (×)"], row["width (×)"]) == (
+        "2",
+        "1.5",
+        "1.25",
+    )
+    assert "turning counterweights 7 kg" in found.why_first
+    (alone,) = comparison_of(("passive_wheel", "feasible", 6.0)).results
+    alone = replace(found, results=(replace(alone, lost_freedoms=1),))
+    assert alone.why_first == (
+        "nothing else that was tried balances it; it takes 1 freedom, and adds 6 kg"
+    )
+    assert not comparison_of(("partial", "partial", 1.0)).why_first
 
 
 def test_what_is_too_heavy_is_not_built_first():
@@ -216,6 +265,17 @@ def test_what_is_too_heavy_is_not_built_first():
     assert "less shaking for a budget" in said["build first"]
     assert said["reduce"] == "balance reduce m --links a --budget 1"
     assert remedies_sentence(found) == f"Build {said['build first']}."
+
+
+def test_springs_are_not_said_to_shake_less():
+    """They take torque alone; a frame that turns is compared with copies too."""
+    mass = 20.0 * comparison_of().request.given_mass
+    found = comparison_of(
+        ("separate_rotors", "feasible", mass), ("harmonic_springs", "partial", 0.0)
+    )
+    assert "shakes less" not in dict(remedies_facts(found))["build first"]
+    found = comparison_of(("free_joint", "feasible", 1.0), ("duplicates", "feasible", 2.0))
+    assert "the least (next: mirrored copies 2 kg)" in found.why_first
 
 
 def test_what_does_not_apply_has_a_line_for_each_reason():

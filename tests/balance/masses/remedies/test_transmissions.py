@@ -20,6 +20,8 @@ from tests.support.covering import spread
 
 BOTH = [apply_planetary_transmission, apply_parallelogram_transmission]
 RADIUS, REACH, GEAR = 0.5, 0.5, 2.0
+# Of wheels along rods of 1 m.
+WHEEL = 0.25
 
 
 def arm(count):
@@ -39,14 +41,15 @@ def test_planetary_transmission_of_a_double_pendulum():
     """Two wheels turn with the second rod, one of them on the ground; each rotor takes one rod.
 
     The last rod has a length of 0.5 m, as far as its centre of mass is away: μ = 2 kg / 1.5 m.
-    A wheel is a disc of 2 μ ρ.
+    A wheel of the radius r, a quarter of a rod, is a disc of 2 μ r.
     """
     request = arm(2)
     (found,) = apply_planetary_transmission(request)
     assert found.verdict == "feasible", found
     assert mass_per_length(request) == pytest.approx(2.0 / 1.5)
-    wheel = 2.0 / 1.5 * 2.0 * RADIUS
-    spin = wheel * RADIUS**2 / 2.0
+    assert "wheels of 0.25 m (a radius, and a bound: smaller ones weigh less)" in found.words
+    wheel = 2.0 / 1.5 * 2.0 * WHEEL
+    spin = wheel * WHEEL**2 / 2.0
     m2 = 0.5 / REACH
     second = 1.0 / 3.0 + m2 * REACH**2 + 2.0 * spin  # all that turns with the second rod
     end = 1.0 + m2 + wheel  # at the second hinge

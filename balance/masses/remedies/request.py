@@ -36,10 +36,7 @@ ROTOR_RADIUS = 0.25
 # zero is an analytic function of the pose, which generic poses do not miss.
 MOTIONS, POSES = 5, 40
 # What is known of the linkage, whatever the options.
-KEPT = (
-    *("space", "spatial_space", "own_file", "base", "massless", "input_inertia"),
-    "motions",
-)
+KEPT = ("space", "spatial_space", "own_file", "base", "massless", "input_inertia", "motions")
 
 
 @dataclass(frozen=True, eq=False)

@@ -56,7 +56,7 @@ def test_a_serial_robot_moves_its_centre_of_mass_on_a_line():
 
 @pytest.mark.slow
 def test_a_parallel_robot_moves_its_centre_of_mass_on_a_line():
-    """The same of a five-bar, its force by Pinocchio: 4 m d / T² at all times but the middle."""
+    """The same of a five-bar, its force by Pinocchio: 4 m d / T², but in the middle."""
     build, start, end = TASKS["five_bar"]
     linkage = build()
     plan = balance.quiet_motion(linkage, start, end, 0.5, measure="peak")

@@ -89,7 +89,7 @@ def tool_paths(
         link: name of a moving link.
         point: its point (3,), metres, in the frame of the link; its origin by default.
         components: of the momentum whose least rates are strokes; None for no strokes.
-        poses: most poses by which the complete workspace is seen.
+        poses: most poses by which the complete workspace is seen; 0 to leave it out.
 
     Raises:
         BodyError: there is no such link.
@@ -97,7 +97,7 @@ def tool_paths(
     tool = ToolPoint.of(linkage, link, point)
     model = SampledLinkage.of(linkage, np.zeros(3))
     ways = tuple(freeze(_positions(model, tool, path.q)) for path in paths)
-    field = _field(linkage, components or "both", poses)
+    field = _field(linkage, components or "both", poses) if poses else None
     seen = np.empty((0, 3))
     if field is not None:
         seen = _positions(model, tool, field.positions[field.reached])

@@ -19,6 +19,7 @@ from balance.app.answers.html.render import facts_list, render_page, rows_table
 from balance.app.answers.text.paths import path_rows, paths_facts
 from balance.motion.motion_tolerances import CONDITIONING_NOTICE
 from balance.motion.paths.found_paths import ReactionlessPaths
+from balance.motion.paths.inertia_ratios import InertiaChart
 from balance.motion.paths.path import ReactionlessPath, timed_path
 from balance.motion.paths.tool_paths import ToolPaths
 from balance.motion.pose.workspace_map import momentum_map
@@ -324,6 +325,37 @@ def _draw_tool(solution: ReactionlessPaths, ax: Any) -> None:
     ax.set_aspect("equal")
     ax.set(xlabel="x (m)", ylabel="y (m)")
     ax.set_title(f"ways of {tool.link}", loc="left", fontsize=9)
+
+
+def chart_picture(chart: InertiaChart, kind: str = "png") -> bytes:
+    """Draw the paths of a chart, a colour for each factor: of the tool, or in two inputs."""
+    return image((6.4, 4.8), kind, partial(_draw_chart, chart))
+
+
+def _draw_chart(chart: InertiaChart, figure: Any) -> None:
+    """Draw a chart on a Matplotlib figure."""
+    ax = figure.subplots()
+    linkage = chart.solutions[0].linkage
+    paths = [path for solution in chart.solutions for path in solution.paths]
+    shown = _plane(linkage, paths, None) if paths else None
+    labels = _labels(linkage)
+    for k, (factor, solution) in enumerate(zip(chart.factors, chart.solutions, strict=True)):
+        label: str | None = f"{number_text(factor)} of the inertia of {chart.link}"
+        for j, path in enumerate(solution.paths):
+            if solution.tool is not None:
+                points = _in_plane(linkage, solution.tool.ways[j])
+                axes = "x (m)", "y (m)"
+            else:
+                assert shown is not None
+                points = np.column_stack([path.u, path.s])[:, list(shown.axes)]
+                axes = labels[shown.axes[0]], labels[shown.axes[1]]
+            ax.plot(*points.T, color=COLOURS[k % len(COLOURS)], linewidth=1.8, label=label)
+            ax.set(xlabel=axes[0], ylabel=axes[1])
+            label = None
+    ax.set_title(f"{linkage.name}: paths over ratios of inertia", loc="left", fontsize=9)
+    if paths:
+        ax.legend(frameon=False, fontsize=8)
+    tidy(ax)
 
 
 class _Plane(NamedTuple):

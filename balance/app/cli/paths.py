@@ -47,6 +47,7 @@ def add_paths(parser: Parser) -> None:
     add_model_options(parser, unused=("--spatial",))
     parser.set_defaults(run=_run)
     _add_path_options(parser.group("motion"))
+    _add_tool_options(parser.group("motion"))
     _add_target_options(parser.group("motion"))
     _add_base_options(parser.group("base"))
     output = parser.group("output")
@@ -100,22 +101,6 @@ def _add_path_options(group: argparse._ArgumentGroup) -> None:
         metavar="S",
         help="arc length between samples (default 0.005)",
     )
-    group.add_argument(
-        "--fan",
-        type=whole_number(1, MAX_FAN),
-        metavar="N",
-        help="where two or more rates are free: follow N paths in directions all around, which "
-        "span the reactionless workspace (default: one for each free rate)",
-    )
-    group.add_argument(
-        "--tool", metavar="LINK", help="link whose ways are shown, in its complete workspace"
-    )
-    group.add_argument(
-        "--point",
-        type=point,
-        metavar="X,Y,Z",
-        help="its point, in its frame, metres (default: the origin)",
-    )
     part = group.add_mutually_exclusive_group()
     part.add_argument(
         "--moment-only",
@@ -132,6 +117,26 @@ def _add_path_options(group: argparse._ArgumentGroup) -> None:
         help="paths without shaking force, whatever the moment (as --balance force)",
     )
     add_about(group, "the inertial origin")
+
+
+def _add_tool_options(group: argparse._ArgumentGroup) -> None:
+    """Add the options of a tool, and of paths that span its reactionless workspace."""
+    group.add_argument(
+        "--fan",
+        type=whole_number(1, MAX_FAN),
+        metavar="N",
+        help="where two or more rates are free: follow N paths in directions all around, which "
+        "span the reactionless workspace (default: one for each free rate)",
+    )
+    group.add_argument(
+        "--tool", metavar="LINK", help="link whose ways are shown, in its complete workspace"
+    )
+    group.add_argument(
+        "--point",
+        type=point,
+        metavar="X,Y,Z",
+        help="its point, in its frame, metres (default: the origin)",
+    )
 
 
 def _add_target_options(group: argparse._ArgumentGroup) -> None:

@@ -162,9 +162,9 @@ class ReactionlessPaths(WithPage, WithPicture):
 
         Example:
             >>> import balance
-            >>> paths = balance.find_paths("fuga_i", length=0.1).with_tool("left_lower")
-            >>> paths.tool.ways[0].shape == (len(paths.paths[0].s), 3)
-            True
+            >>> paths = balance.find_paths("robot.urdf").with_tool("coupler")
+            >>> len(paths.tool.ways), paths.tool.workspace.shape[1]
+            (0, 3)
         """
         from balance.motion.paths.tool_paths import tool_paths
 

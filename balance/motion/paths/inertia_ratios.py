@@ -148,11 +148,17 @@ def inertia_chart(
         PoseError: the start cannot be reached.
 
     Example:
-        >>> import balance
-        >>> chart = balance.motion.inertia_chart(
-        ...     "five_bar", "left_lower", [0.5, 2.0], kept="moment", length=0.02
+        >>> import balance, kinematics, numpy as np
+        >>> arm = kinematics.from_screws(
+        ...     [kinematics.ScrewJoint("u1", "base", "upper"),
+        ...      kinematics.ScrewJoint("u2", "upper", "lower", point=(1, 0, 0))],
+        ...     bodies={"upper": (1, (0.5, 0, 0), 0.1 * np.eye(3)),
+        ...             "lower": (1, (1.5, 0, 0), 0.1 * np.eye(3))},
         ... )
-        >>> [len(paths.paths) for paths in chart.solutions]
+        >>> chart = balance.motion.inertia_chart(
+        ...     arm, "lower", [0.5, 2.0], kept="moment", length=0.02
+        ... )
+        >>> [len(solution.paths) for solution in chart.solutions]
         [1, 1]
     """
     linkage = as_linkage(linkage)

@@ -35,6 +35,7 @@ def turned(start, end, first=1.0, second=1.0):
     return quad(slope, start, end, epsabs=1e-13)[0]
 
 
+@pytest.mark.slow
 def test_a_chart_of_two_links():
     factors = (0.25, 4.0)
     chart = inertia_chart(
@@ -95,6 +96,7 @@ def test_a_path_of_a_five_bar_gives_its_masses_back():
     assert distances.min(axis=1).max() < 5e-3
 
 
+@pytest.mark.slow
 def test_why_there_is_no_such_path():
     """Two links on a fixed base always shake it by a force."""
     answer = moments_through_poses(planar_arm(2), ["link2"], [[0.0, 0.4], [0.1, 0.9]])

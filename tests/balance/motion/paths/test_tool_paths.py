@@ -33,6 +33,7 @@ def tips(arm, u):
     return np.array(ends)
 
 
+@pytest.mark.slow
 def test_a_fan_of_paths_spans_the_reactionless_workspace():
     """An arm of three joints, whose satellite does not turn: two rates are free."""
     arm, count = arm_in_line(3), 6

@@ -204,6 +204,17 @@ class PathMoments:
             f"momentum {size} of the bodies' own",
         )
 
+    def to_dict(self) -> dict[str, Any]:
+        """Return plain data."""
+        return {
+            "model": self.linkage.name,
+            "factors": dict(self.factors),
+            "inputs": list(self.linkage.inputs),
+            "path": self.u.tolist(),
+            "momentum": self.residual,
+            "reason": self.reason or None,
+        }
+
 
 def moments_through_poses(
     linkage: LinkageLike,

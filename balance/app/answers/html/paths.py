@@ -93,7 +93,8 @@ def _summary(solution: ReactionlessPaths) -> str:
 
 def _caption(solution: ReactionlessPaths, shaded: bool) -> str:
     """Describe the figure of the run."""
-    text = "Left: the linkage, seen along the last of its axes, and the way of its last joint. "
+    last = "its last joint" if solution.tool is None else solution.tool.link
+    text = f"Left: the linkage, seen along the last of its axes, and the way of {last}. "
     right = f"the paths in the plane of {' and '.join(solution.linkage.inputs)}"
     if len(solution.linkage.inputs) == 1:
         right = f"{solution.linkage.inputs[0]} along the path"

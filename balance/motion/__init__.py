@@ -18,6 +18,10 @@ Names for users, beside those of `balance` itself:
 - ``FloatingBaseMotion``: result of ``simulate_floating_base``
 - ``ReactionlessPath``: one path, and the momentum along it
 - ``timed_path``: a motion along a path, from rest to rest
+- ``inertia_chart``: reactionless paths for several moments of inertia of a link
+- ``InertiaChart``: result of ``inertia_chart``
+- ``moments_through_poses``: moments of inertia with which a path passes through poses
+- ``PathMoments``: result of ``moments_through_poses``
 """
 
 from __future__ import annotations

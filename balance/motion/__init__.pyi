@@ -3,6 +3,10 @@ from .floating_base.result import FloatingBaseMotion as FloatingBaseMotion
 from .floating_base.simulate import simulate_floating_base as simulate_floating_base
 from .manufacture.analyse import ShakingTolerance as ShakingTolerance
 from .manufacture.analyse import shaking_tolerance as shaking_tolerance
+from .paths.inertia_ratios import InertiaChart as InertiaChart
+from .paths.inertia_ratios import PathMoments as PathMoments
+from .paths.inertia_ratios import inertia_chart as inertia_chart
+from .paths.inertia_ratios import moments_through_poses as moments_through_poses
 from .paths.path import ReactionlessPath as ReactionlessPath
 from .paths.path import timed_path as timed_path
 from .verification.comparison import (

@@ -51,6 +51,8 @@ RESULTS = {
     "QuietMotion": {DATA, PAGE, PICTURE},
     "ReactionlessPaths": {DATA, PAGE, PICTURE},
     "ReactionlessPath": {DATA},
+    "InertiaChart": {DATA, PICTURE},
+    "PathMoments": {DATA},
     "ShakingTolerance": {DATA},
     "FreeMode": {DATA},
     "SupportedModes": {DATA, PICTURE},

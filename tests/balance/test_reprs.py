@@ -42,6 +42,16 @@ def results_of_poses_and_bases(linkage, space):
         (balance.pose.reaction_null_space("five_bar", [0.1, 0.1]), "0 of 2 rates"),
         (paths, "2 paths through 1 pose"),
         (paths.paths[0], "of the bodies' own"),
+        (
+            balance.motion.inertia_chart(
+                "five_bar", "left_lower", [2.0], kept="moment", length=0.02
+            ),
+            "1 path for 1 factor",
+        ),
+        (
+            balance.motion.PathMoments(linkage, {"crank": 2.0}, paths.paths[0].u, 0.0, ""),
+            "crank 2",
+        ),
         (base, "inertia=1"),
         (springs, "infeasible: no stiffness"),
         (springs.springs[0], "N/m, base at"),

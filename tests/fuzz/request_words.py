@@ -420,6 +420,7 @@ WORDS: dict[str, Maker] = {
     "--to": lambda rng, place: [_target(rng, place)],
     "--from": lambda rng, place: [_pose(rng, place)],
     "paths --to": lambda rng, place: [_pose(rng, place)],
+    "--fan": _of("3", "1", "0", "x"),
     "paths --tolerance": _of("5%", "0.2", "0", "1", "x"),
     "--turn": _of("0.1", "3deg", "0.1,0,0", "0,0,0.1", "1,2", "x"),
     "--line": _of("1", "2", "0", "x"),

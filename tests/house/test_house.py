@@ -58,6 +58,7 @@ NOT_FOR_REPORT = (
     "matplotlib",
     "clarabel",
     "balance.motion.flexible",
+    "balance.motion.paths",
     "balance.motion.quiet",
 )
 

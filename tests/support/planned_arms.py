@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 from functools import cache
+from pathlib import Path
 
 import numpy as np
 
 import kinematics
+from balance.motion.verification.trajectory import drive
 from kinematics import ScrewJoint, from_screws
+
+MACHINES = Path(__file__).parents[2] / "docs" / "machines"
 
 
 def slide(mass=2.0):
@@ -72,12 +76,20 @@ def six_axes():
     return from_screws(joints, bodies=bodies, name="six_axes")
 
 
+def ur5e():
+    """The UR5e of the studies, its forearm upright."""
+    names = ("shoulder_lift", "elbow", "wrist_1_turn", "wrist_2_turn")
+    upright = np.deg2rad([-90.0, 90.0, -90.0, -90.0]).tolist()
+    return kinematics.load(MACHINES / "ur5e.urdf", at=dict(zip(names, upright, strict=True)))
+
+
 # Linkages, and poses between which they move.
 TASKS = {
     "planar_2r": (lambda: planar_arm(2), [0.2, 0.4], [1.4, 1.5]),
     "planar_3r": (lambda: planar_arm(3), [0.1, 0.5, 0.3], [1.0, 0.9, -0.4]),
     "scara": (scara, [-0.4, 0.6, 0.0], [0.8, 1.2, 0.15]),
     "six_axes": (six_axes, [0, -0.4, 0.9, 0.2, 0.1, 0], [1.2, -0.9, 1.3, -0.3, 0.5, 0.5]),
+    "ur5e": (ur5e, [0.0] * 6, [1.57, -0.52, 0.7, -0.17, 0.0, 0.0]),
     "five_bar": (lambda: kinematics.load("five_bar"), [0.0, 0.0], [0.5, -0.3]),
     "delta": (lambda: kinematics.load("delta"), [0.0, 0.0, 0.0], [0.3, -0.2, 0.25]),
 }
@@ -94,7 +106,10 @@ def pinocchio_model(linkage):
 
 
 def base_wrenches(linkage, u, ud, udd):
-    """The wrench ``[moment; force]`` of the base on a linkage without loops, by Pinocchio."""
+    """The wrench ``[moment; force]`` of the base on a linkage, by Pinocchio.
+
+    Of loops, the joints of the tree that is left when they are opened move as they close them.
+    """
     import pinocchio as pin
 
     model, _ = pinocchio_model(linkage)
@@ -122,6 +137,12 @@ def _states(linkage, u, ud, udd):
     import pinocchio as pin
 
     model, at = pinocchio_model(linkage)
+    if linkage.loops:
+        motion = drive(linkage, np.linspace(0.0, 1.0, len(u)), u, ud, udd)
+        tree = [k for k, joint in enumerate(linkage.joints) if model.existJointName(joint.name)]
+        u, ud, udd = (rates[:, tree] for rates in (motion.q, motion.qd, motion.qdd))
+        ids = [model.getJointId(linkage.joints[k].name) for k in tree]
+        at = np.array([model.joints[number].idx_v for number in ids])
     rows = np.zeros((len(u), 3, model.nv))
     rows[:, :, at] = np.stack([u, ud, udd], axis=1)
     for way, v, a in rows:

@@ -31,6 +31,8 @@ if TYPE_CHECKING:
 
 # Most starts on a line between two poses.
 MAX_LINE = 10_000
+# Most paths of a fan.
+MAX_FAN = 1000
 
 _SIZE = number_between(1e-9, 1e9)
 
@@ -45,6 +47,7 @@ def add_paths(parser: Parser) -> None:
     add_model_options(parser, unused=("--spatial",))
     parser.set_defaults(run=_run)
     _add_path_options(parser.group("motion"))
+    _add_tool_options(parser.group("motion"))
     _add_target_options(parser.group("motion"))
     _add_base_options(parser.group("base"))
     output = parser.group("output")
@@ -116,6 +119,26 @@ def _add_path_options(group: argparse._ArgumentGroup) -> None:
     add_about(group, "the inertial origin")
 
 
+def _add_tool_options(group: argparse._ArgumentGroup) -> None:
+    """Add the options of a tool, and of paths that span its reactionless workspace."""
+    group.add_argument(
+        "--fan",
+        type=whole_number(1, MAX_FAN),
+        metavar="N",
+        help="where two or more rates are free: follow N paths in directions all around, which "
+        "span the reactionless workspace (default: one for each free rate)",
+    )
+    group.add_argument(
+        "--tool", metavar="LINK", help="link whose ways are shown, in its complete workspace"
+    )
+    group.add_argument(
+        "--point",
+        type=point,
+        metavar="X,Y,Z",
+        help="its point, in its frame, metres (default: the origin)",
+    )
+
+
 def _add_target_options(group: argparse._ArgumentGroup) -> None:
     """Add the options of a pose to reach, and of momentum that may be left."""
     group.add_argument(
@@ -185,6 +208,8 @@ def _run(arguments: argparse.Namespace) -> Answer:
     _refuse_exclusive_options(arguments)
     with progress_bar("starts") as advance:
         solution = _find(arguments, advance)
+    if arguments.tool is not None:
+        solution = solution.with_tool(arguments.tool, arguments.point)
     if solution.paths and arguments.which > len(solution.paths):
         arguments.refuse(f"--which: there are {len(solution.paths)} paths")
     from balance.app.answers.text.paths import paths_body
@@ -205,6 +230,8 @@ def _refuse_exclusive_options(arguments: argparse.Namespace) -> None:
         base_options = ("base_mass", "base_com", "base_inertia", "turn", "attitude")
         refuse_given(arguments, base_options, "{}: only with --base free")
     _refuse_for_a_pose(arguments)
+    if arguments.point is not None and arguments.tool is None:
+        arguments.refuse("--point: name the tool by --tool")
     if free and arguments.base_mass is None and arguments.attitude:
         arguments.refuse("--attitude: give the mass of the base by --base-mass")
     if arguments.about is not None and arguments.kept != "moment":
@@ -231,7 +258,7 @@ def _refuse_for_a_pose(arguments: argparse.Namespace) -> None:
     if arguments.end is None and arguments.turn is None:
         return
     to = "{}: not with --to or --turn, whose path has two ends"
-    refuse_given(arguments, ("step", "motion"), to)
+    refuse_given(arguments, ("step", "motion", "fan"), to)
     if arguments.line or arguments.tolerance:
         arguments.refuse(to.format("--line, --tolerance"))
     if len(arguments.starts or ()) > 1:
@@ -272,6 +299,7 @@ def _find(
         step=arguments.step,
         line=arguments.line,
         tolerance=arguments.tolerance,
+        fan=arguments.fan or 0,
         progress=advance,
     )
 

@@ -93,6 +93,26 @@ def leading_directions(N: Array) -> Array:
     return np.asarray(directions / np.linalg.norm(directions, axis=1, keepdims=True))
 
 
+def fan_of_directions(here: RowsAtPose, count: int) -> Array:
+    """Choose directions all around a null space: evenly in a plane, else at random.
+
+    Args:
+        here: the equations in a pose; its null space has two dimensions or more.
+        count: number of directions; paths lead to both sides along each.
+
+    Returns:
+        Unit directions (count, w).
+    """
+    N = null_basis(here)[0]
+    if N.shape[1] == 2:
+        angles = np.pi * np.arange(count) / count
+        around = np.column_stack([np.cos(angles), np.sin(angles)])
+    else:
+        around = np.random.default_rng(SEED).standard_normal((count, N.shape[1]))
+        around /= np.linalg.norm(around, axis=1, keepdims=True)
+    return np.asarray(around @ N.T)
+
+
 def _resting_directions(N: Array) -> Array:
     """List directions of a null space in which all coordinates rest that can.
 

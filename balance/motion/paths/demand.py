@@ -7,6 +7,7 @@ from math import isfinite
 from typing import Literal
 
 from balance.motion.floating_base.base import FloatingBase
+from balance.motion.pose.null_space import Components
 from kinematics.errors import UsageError
 from kinematics.wording import vector_text
 
@@ -42,6 +43,18 @@ class Demand:
     base: FloatingBase | None = None
     about: tuple[float, float, float] | None = None
     tolerance: float = 0.0
+
+    @property
+    def components(self) -> Components | None:
+        """What counts of the momentum matrix about the inertial origin, on a fixed base.
+
+        None if the base floats, or if the moment is about another point.
+        """
+        if self.base is not None or self.about is not None:
+            return None
+        if self.kept in ("moment", "force"):
+            return "moment" if self.kept == "moment" else "force"
+        return "both"
 
     def check(self) -> None:
         """Check that the parts fit together.

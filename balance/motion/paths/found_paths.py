@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import NamedTuple
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, NamedTuple
+
+from numpy.typing import ArrayLike
 
 from balance.motion.paths.demand import Demand
 from balance.motion.paths.path import ReactionlessPath
@@ -12,6 +14,9 @@ from kinematics.model.linkage import Linkage, Notice
 from kinematics.model.motion import Motion
 from kinematics.numerics.array_types import Array
 from kinematics.wording import count_noun, number_text, repr_lines
+
+if TYPE_CHECKING:
+    from balance.motion.paths.tool_paths import ToolPaths
 
 SCHEMA = "balance.paths/1"
 
@@ -92,6 +97,7 @@ class ReactionlessPaths(WithPage, WithPicture):
         notices: remarks for the user.
         target: the pose to reach, if one is given; the paths are then the segments to it, in
             order.
+        tool: where the paths take a tool; see `with_tool`.
     """
 
     page_maker = "paths:paths_page"
@@ -107,6 +113,7 @@ class ReactionlessPaths(WithPage, WithPicture):
     paths: tuple[ReactionlessPath, ...]
     notices: tuple[Notice, ...]
     target: PathTarget | None = None
+    tool: ToolPaths | None = None
 
     def __repr__(self) -> str:
         """Two lines: the dimension, and the paths."""
@@ -137,6 +144,34 @@ class ReactionlessPaths(WithPage, WithPicture):
             f"{count_noun(self.poses, 'pose')} looked at"
         )
 
+    def with_tool(self, link: str, point: ArrayLike | None = None) -> ReactionlessPaths:
+        """Add where the paths take a tool, and where it gets at all.
+
+        The paths span its reactionless workspace: ask `find_paths` for many in a family of two
+        or more dimensions (``fan=24``), or for paths from many poses (``line=20``).
+
+        Args:
+            link: name of a moving link.
+            point: its point (3,), metres, in the frame of the link; its origin by default.
+
+        Returns:
+            The same paths, with `tool`.
+
+        Raises:
+            BodyError: there is no such link, or no such point.
+
+        Example:
+            >>> import balance
+            >>> paths = balance.find_paths("robot.urdf").with_tool("coupler")
+            >>> len(paths.tool.ways), paths.tool.workspace.shape[1]
+            (0, 3)
+        """
+        from balance.motion.paths.tool_paths import tool_paths
+
+        components = self.demand.components
+        tool = tool_paths(self.linkage, self.paths, link, point, components=components)
+        return replace(self, tool=tool)
+
     def to_dict(self) -> dict[str, object]:
         """Return plain data for JSON; see ``balance/app/schemas/paths.schema.json``."""
         base = self.demand.base
@@ -158,6 +193,7 @@ class ReactionlessPaths(WithPage, WithPicture):
             "meetings": [start.to_dict() for start in self.meetings],
             "target": None if self.target is None else self.target.to_dict(),
             "paths": [path.to_dict() for path in self.paths],
+            "tool": None if self.tool is None else self.tool.to_dict(),
             "reason": self.reason or None,
             "warnings": [notice._asdict() for notice in self.notices],
         }

@@ -10,7 +10,12 @@ from numpy.typing import ArrayLike
 
 from balance.motion.floating_base.base import FloatingBase
 from balance.motion.motion_tolerances import PATH_CONDITIONING
-from balance.motion.paths.branches import Tangents, null_basis, tangent_directions
+from balance.motion.paths.branches import (
+    Tangents,
+    fan_of_directions,
+    null_basis,
+    tangent_directions,
+)
 from balance.motion.paths.demand import Demand, Kept
 from balance.motion.paths.follow import Arc, PathEvent, follow_arc
 from balance.motion.paths.found_paths import ReactionlessPaths, StartPose
@@ -61,6 +66,7 @@ def find_paths(
     step: float | None = None,
     line: int = 0,
     tolerance: float = 0.0,
+    fan: int = 0,
     progress: Callable[[int, int], None] | None = None,
 ) -> ReactionlessPaths:
     """Find paths along which a linkage leaves its base at rest.
@@ -88,6 +94,8 @@ def find_paths(
         tolerance: part of the bodies' own momenta that may be left: with one, the rates with
             the least momentum are followed as long as it is below that part, for masses that
             have no paths without any.
+        fan: number of paths that are followed from each start where the null space has a
+            dimension k above 1 in general, in directions all around; 0 for k.
         progress: called with the number of starts done and of all.
 
     Returns:
@@ -109,13 +117,15 @@ def find_paths(
         False
     """
     linkage = as_linkage(linkage)
+    if fan < 0:
+        raise UsageError("the number of paths of a fan is not negative")
     if not 0.0 < length < np.inf or (step is not None and not 0.0 < step < np.inf):
         raise UsageError("the length of a path and its step are positive numbers")
     relations = motion_of(linkage, motion)
     demand = Demand(kept, base, about, tolerance)
     equations = RestEquations(linkage, demand, relations)
     here = [start_pose(equations, u) for u in _poses(linkage, starts, line)]
-    search = _Search(equations, here, length, step)
+    search = _Search(equations, here, length, step, fan)
     for k in range(len(here)):
         search.run(k)
         if progress is not None:
@@ -181,9 +191,10 @@ class _Search:
         here: Sequence[RowsAtPose],
         length: float,
         step: float | None,
+        fan: int = 0,
     ) -> None:
         """Decide the dimension of the null space in general."""
-        self.equations, self.here, self.length = equations, here, length
+        self.equations, self.here, self.length, self.fan = equations, here, length, fan
         count = 1 + 2.0 * length / (step or STEP)
         if count > MOST:
             raise UsageError(f"more than {MOST} samples: give a longer step")
@@ -241,7 +252,10 @@ class _Search:
             if self.equations.share(here, quietest[0]) > tolerance:
                 return Tangents("isolated", quietest[:0], 0)
             return Tangents("regular", quietest, 1)
-        return tangent_directions(self.equations, here, self.generic)
+        tangents = tangent_directions(self.equations, here, self.generic)
+        if self.fan and tangents.kind == "regular" and tangents.family > 1:
+            return tangents._replace(directions=fan_of_directions(here, self.fan))
+        return tangents
 
     def _path(
         self, number: int, here: RowsAtPose, v: Array, regular: bool

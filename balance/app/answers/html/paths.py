@@ -19,8 +19,9 @@ from balance.app.answers.html.render import facts_list, render_page, rows_table
 from balance.app.answers.text.paths import path_rows, paths_facts
 from balance.motion.motion_tolerances import CONDITIONING_NOTICE
 from balance.motion.paths.found_paths import ReactionlessPaths
+from balance.motion.paths.inertia_ratios import InertiaChart
 from balance.motion.paths.path import ReactionlessPath, timed_path
-from balance.motion.pose.null_space import Components
+from balance.motion.paths.tool_paths import ToolPaths
 from balance.motion.pose.workspace_map import momentum_map
 from balance.motion.verification.given_motions import rest_to_rest
 from balance.motion.verification.shaking_wrench import (
@@ -52,6 +53,8 @@ RESTS = 1e-3
 NARROWEST = 0.05
 ARC_LENGTH = "arc length (radians and characteristic lengths)"
 LOADS = ("force", "moment", "own force", "own moment")
+# Half of a stroke over the width of the workspace of a tool.
+STROKE = 0.012
 # Half of the width if there are no paths, radians and characteristic lengths.
 HALF_WIDTH = 0.5
 
@@ -72,7 +75,8 @@ def paths_page(solution: ReactionlessPaths) -> str:
         scripts=("path_run",),
         facts=facts_list(paths_facts(solution)),
         caption=escape(_caption(solution, field is not None)),
-        paths=rows_table(path_rows(solution), [3, 4]),
+        tool="" if solution.tool is None else _tool_figure(solution.tool),
+        paths=rows_table(path_rows(solution), [3, 4, *[5] * (solution.tool is not None)]),
     )
 
 
@@ -89,7 +93,8 @@ def _summary(solution: ReactionlessPaths) -> str:
 
 def _caption(solution: ReactionlessPaths, shaded: bool) -> str:
     """Describe the figure of the run."""
-    text = "Left: the linkage, seen along the last of its axes, and the way of its last joint. "
+    last = "its last joint" if solution.tool is None else solution.tool.link
+    text = f"Left: the linkage, seen along the last of its axes, and the way of {last}. "
     right = f"the paths in the plane of {' and '.join(solution.linkage.inputs)}"
     if len(solution.linkage.inputs) == 1:
         right = f"{solution.linkage.inputs[0]} along the path"
@@ -110,9 +115,11 @@ def _caption(solution: ReactionlessPaths, shaded: bool) -> str:
 def _run_data(solution: ReactionlessPaths, field: _MomentumField | None) -> dict[str, Any]:
     """Compute all that the script draws."""
     linkage = solution.linkage
+    shown = None if solution.tool is None else _tool_data(linkage, solution.tool)
+    ways = [None] * len(solution.paths) if solution.tool is None else solution.tool.ways
     paths = [
-        _path_data(linkage, field, k, path)
-        for k, path in enumerate(solution.paths[:MAX_PATHS], 1)
+        _path_data(linkage, field, k, path, way)
+        for k, (path, way) in enumerate(zip(solution.paths[:MAX_PATHS], ways, strict=False), 1)
     ]
     points = np.array([p for path in paths for f in path["frames"] for part in f for p in part])
     box = [[-1.0, 1.0]] * 2
@@ -126,13 +133,56 @@ def _run_data(solution: ReactionlessPaths, field: _MomentumField | None) -> dict
         "box": box,
         "axes": ["x (m)", "y (m)"],
         "field": None if field is None else field.to_dict(),
+        "tool": shown,
     }
 
 
+def _tool_figure(tool: ToolPaths) -> str:
+    """Render the place of the figure of a tool, and its caption."""
+    strokes = "; strokes: ways of the least momentum" * bool(len(tool.strokes))
+    return (
+        f"<figure>\n<h2>Where {escape(tool.link)} gets</h2>\n"
+        '<div id="tool" class="traces square" role="img" aria-label="Ways of the tool in its '
+        'workspace"></div>\n<figcaption><b>Figure 3.</b> Ways of the tool along the paths, in '
+        f"its complete workspace (dots, at poses on a grid of the inputs){strokes}."
+        "</figcaption>\n</figure>"
+    )
+
+
+def _in_plane(linkage: Linkage, points: Array) -> Array:
+    """Compute coordinates of points (…, 3) in the plane of the drawing (…, 2)."""
+    return np.asarray(points @ linkage.chain.frame.R[:2].T)
+
+
+def _stroke_lines(linkage: Linkage, tool: ToolPaths) -> Array:
+    """Compute points (N, 2) of strokes of a tool, apart by NaN."""
+    at, way = (_in_plane(linkage, tool.strokes[:, k]) for k in range(2))
+    seen = _in_plane(linkage, tool.workspace)
+    half = STROKE * float(np.ptp(seen, axis=0).max()) * way if len(seen) else way
+    ends = np.stack([at - half, at + half, np.full_like(at, np.nan)], axis=1)
+    return ends.reshape(-1, 2)
+
+
+def _tool_data(linkage: Linkage, tool: ToolPaths) -> dict[str, Any]:
+    """Compute what the script draws of a tool: workspace, strokes, and all ways."""
+    parts = [_in_plane(linkage, tool.workspace), _stroke_lines(linkage, tool)]
+    ways = [_in_plane(linkage, way) for way in tool.ways]
+    drawn = [{"x": short(points[:, 0]), "y": short(points[:, 1])} for points in (*parts, *ways)]
+    return {"workspace": drawn[0], "strokes": drawn[1], "ways": drawn[2:]}
+
+
 def _path_data(
-    linkage: Linkage, field: _MomentumField | None, number: int, path: ReactionlessPath
+    linkage: Linkage,
+    field: _MomentumField | None,
+    number: int,
+    path: ReactionlessPath,
+    way: Array | None,
 ) -> dict[str, Any]:
-    """Compute frames, inputs and loads of one path."""
+    """Compute frames, inputs and loads of one path.
+
+    Args:
+        way: positions of the tool along it (N, 3); None for those of the last joint.
+    """
     try:
         along = timed_path(linkage, path)
     except PoseError:
@@ -147,6 +197,8 @@ def _path_data(
     frames = _frames(linkage, q)
     last = np.array([[p for part in frame for p in part][-1] for frame in frames])
     nearest = np.linalg.norm(q[:, None] - path.q, axis=2).argmin(axis=1)
+    if way is not None:
+        last = _in_plane(linkage, way[nearest])
     plane = _plane(linkage, [path], field)
     return {
         "label": f"{number}: {path.length:.3g} long, momentum {path.residual_text}",
@@ -219,12 +271,13 @@ def _frames(linkage: Linkage, q: Array) -> list[list[list[list[float]]]]:
 
 def paths_picture(solution: ReactionlessPaths, kind: str = "png") -> bytes:
     """Draw the paths in the plane of the first two inputs, and the momentum along them."""
-    return image((9.6, 4.2), kind, partial(_draw, solution))
+    width = 9.6 if solution.tool is None else 14.4
+    return image((width, 4.2), kind, partial(_draw, solution))
 
 
 def _draw(solution: ReactionlessPaths, figure: Any) -> None:
     """Draw both panels on a Matplotlib figure."""
-    plane, along = figure.subplots(1, 2)
+    plane, along, *others = figure.subplots(1, 2 if solution.tool is None else 3)
     field = momentum_field(solution)
     if field is not None:
         size = field.size.T
@@ -254,8 +307,56 @@ def _draw(solution: ReactionlessPaths, figure: Any) -> None:
     along.set_title("momentum over the bodies' own", loc="left", fontsize=9)
     if solution.paths:
         along.legend(frameon=False, fontsize=8)
-    for ax in (plane, along):
+    for ax in others:
+        _draw_tool(solution, ax)
+    for ax in (plane, along, *others):
         tidy(ax)
+
+
+def _draw_tool(solution: ReactionlessPaths, ax: Any) -> None:
+    """Draw the ways of the tool in its complete workspace."""
+    linkage, tool = solution.linkage, solution.tool
+    assert tool is not None
+    seen = _in_plane(linkage, tool.workspace)
+    ax.plot(*seen.T, ".", color="#d3dae0", markersize=2.0, label="complete workspace")
+    ax.plot(*_stroke_lines(linkage, tool).T, color="#5d6a76", linewidth=0.6)
+    for k, way in enumerate(tool.ways):
+        points = _in_plane(linkage, way)
+        ax.plot(*points.T, color=COLOURS[k % len(COLOURS)], linewidth=1.8)
+    ax.set_aspect("equal")
+    ax.set(xlabel="x (m)", ylabel="y (m)")
+    ax.set_title(f"ways of {tool.link}", loc="left", fontsize=9)
+
+
+def chart_picture(chart: InertiaChart, kind: str = "png") -> bytes:
+    """Draw the paths of a chart, a colour for each factor: of the tool, or in two inputs."""
+    return image((6.4, 4.8), kind, partial(_draw_chart, chart))
+
+
+def _draw_chart(chart: InertiaChart, figure: Any) -> None:
+    """Draw a chart on a Matplotlib figure."""
+    ax = figure.subplots()
+    linkage = chart.solutions[0].linkage
+    paths = [path for solution in chart.solutions for path in solution.paths]
+    shown = _plane(linkage, paths, None) if paths else None
+    labels = _labels(linkage)
+    for k, (factor, solution) in enumerate(zip(chart.factors, chart.solutions, strict=True)):
+        label: str | None = f"{number_text(factor)} of the inertia of {chart.link}"
+        for j, path in enumerate(solution.paths):
+            if solution.tool is not None:
+                points = _in_plane(linkage, solution.tool.ways[j])
+                axes = "x (m)", "y (m)"
+            else:
+                assert shown is not None
+                points = np.column_stack([path.u, path.s])[:, list(shown.axes)]
+                axes = labels[shown.axes[0]], labels[shown.axes[1]]
+            ax.plot(*points.T, color=COLOURS[k % len(COLOURS)], linewidth=1.8, label=label)
+            ax.set(xlabel=axes[0], ylabel=axes[1])
+            label = None
+    ax.set_title(f"{linkage.name}: paths over ratios of inertia", loc="left", fontsize=9)
+    if paths:
+        ax.legend(frameon=False, fontsize=8)
+    tidy(ax)
 
 
 class _Plane(NamedTuple):
@@ -341,14 +442,11 @@ def momentum_field(solution: ReactionlessPaths) -> _MomentumField | None:
     """
     linkage = solution.linkage
     demand = solution.demand
-    if len(linkage.inputs) != 2 or demand.base is not None or solution.motion is not None:
-        return None
-    if demand.about is not None:
+    components = demand.components
+    if len(linkage.inputs) != 2 or components is None or solution.motion is not None:
         return None
     first, second = _axes(solution)
     grid = dict(zip(linkage.inputs, (first, second), strict=True))
-    kept = demand.kept
-    components: Components = kept if kept in ("moment", "force") else "both"
     try:
         field = momentum_map(linkage, grid, components)
     except PoseError:

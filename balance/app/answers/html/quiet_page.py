@@ -10,17 +10,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from balance.app.answers.answer import AnswerTable
+from balance.app.answers.html.plot_style import short
 from balance.app.answers.html.render import facts_list, render_page, rows_table, with_capital
 from balance.app.answers.html.robot_shapes import robot_shapes
 from balance.app.answers.html.scene import scene
 from balance.app.answers.html.time_panels import (
+    COLOURS,
     MAX_LINES,
     Panel,
     PanelColumn,
     panels_figures,
 )
 from balance.app.answers.html.verification import run_curves
-from balance.app.answers.text.quiet import quiet_body, quiet_facts
+from balance.app.answers.text.quiet import MEASURES, quiet_body, quiet_facts
 from balance.motion.motion_tolerances import SHAKING_RELATIVE
 from balance.motion.quiet.answer import MotionFigures, QuietMotion
 from balance.motion.quiet.sampled_loads import SampledLinkage
@@ -35,6 +37,13 @@ Array = NDArray[np.float64]
 
 # Samples of a motion on the page.
 SAMPLES = 201
+# Place and caption of the curve of time and shaking.
+FRONT_FIGURE = (
+    '<figure>\n<div class="traces low" id="front_curve" role="img" aria-label="Least shaking '
+    'over the duration"></div>\n<figcaption><b>Figure 2.</b> The price of time: no timing of '
+    "this path within the limits shakes less than the line. Marks: the plan and the laws of "
+    "the given duration; a cross exceeds a limit.</figcaption>\n</figure>"
+)
 
 
 class _Shown(NamedTuple):
@@ -60,7 +69,8 @@ def quiet_page(plan: QuietMotion, meshes: bool = True) -> str:
 
     The linkage moves as planned and by the quintic law, with Play and a slider of time; below
     each are the shaking force and moment, the torques, and the inputs with their speeds and
-    accelerations over time. The element ``report`` contains `QuietMotion.to_dict`.
+    accelerations over time; with the front of a path, the least shaking over the duration. The
+    element ``report`` contains `QuietMotion.to_dict`.
 
     Args:
         meshes: whether to draw the shapes of the file, if it has any.
@@ -72,15 +82,18 @@ def quiet_page(plan: QuietMotion, meshes: bool = True) -> str:
         title=plan.linkage.name,
         summary=_summary(plan),
         report=plan.to_dict(),
-        data={"models": _models(plan, motions, meshes)},
-        scripts=["verify"],
+        data={
+            "models": _models(plan, motions, meshes),
+            **({"front": _front_chart(plan)} if plan.front else {}),
+        },
+        scripts=["verify", *["front"] * bool(plan.front)],
         motion="a cycle" if plan.harmonics is not None else "from rest to rest",
         kind="one" if len(motions) == 1 else "several",
         models="\n".join(_place(k, shown.name) for k, shown in enumerate(motions)),
         caption=_caption(plan, motions),
         shaking=rows_table(tables[0], range(1, 6)),
         inputs=rows_table(tables[1], range(1, len(tables[1][0]))),
-        more="\n".join(_table(rows) for rows in tables[2:]),
+        more="\n".join([*map(_table, tables[2:]), *[FRONT_FIGURE] * bool(plan.front)]),
         facts=facts_list(quiet_facts(plan)),
     )
 
@@ -122,6 +135,53 @@ def _shown(
     loads = model.loads(poses, motion.ud[..., None], motion.udd[..., None])[..., 0]
     wrench = move_wrenches(loads[:, :6], plan.objective.point)
     return _Shown(name, motion, wrench, loads[:, 6:], figures)
+
+
+def _front_chart(plan: QuietMotion) -> dict[str, object]:
+    """Build traces and layout of the least shaking over the duration, and of the laws."""
+    durations, values = (short(np.array(column)) for column in zip(*plan.front, strict=True))
+    traces: list[dict[str, object]] = [
+        {
+            "type": "scatter",
+            "mode": "lines+markers",
+            "name": "least",
+            "x": durations,
+            "y": values,
+            "line": {"color": COLOURS[0], "width": 2},
+            "marker": {"color": COLOURS[0], "size": 5},
+        }
+    ]
+    shown = [("planned" if plan.law == "planned" else plan.law, plan.after, plan.feasible)]
+    shown += [
+        (law.name, law.figures, law.within)
+        for law in plan.laws
+        if law.figures is not None and law.name != plan.law
+    ]
+    for (name, figures, within), colour in zip(shown, COLOURS[1:], strict=False):
+        traces.append(
+            {
+                "type": "scatter",
+                "mode": "markers",
+                "name": name,
+                "x": [plan.duration],
+                "y": short(np.array([figures.value])),
+                "marker": {
+                    "color": colour,
+                    "size": 9,
+                    "symbol": "circle" if within else "x",
+                },
+            }
+        )
+    least = SHAKING_RELATIVE * plan.inertia_force
+    highest = max(value for _, value in plan.front)
+    highest = max(highest, least, *(figures.value for _, figures, _ in shown))
+    unit, measure = plan.objective.unit, MEASURES[plan.objective.measure]
+    layout = {
+        "showlegend": True,
+        "xaxis": {"title": {"text": "duration (s)"}},
+        "yaxis": {"title": {"text": f"{measure} ({unit})"}, "range": [0.0, 1.05 * highest]},
+    }
+    return {"data": traces, "layout": layout}
 
 
 def _summary(plan: QuietMotion) -> str:

@@ -17,6 +17,7 @@ from balance.support.json_text import json_text
 NEEDS = {
     "chart": ("chart_scale",),
     "curves": ("chart",),
+    "front": ("chart",),
     "path_run": ("chart",),
     "parallel": ("chart",),
     "sweep": ("parallel",),

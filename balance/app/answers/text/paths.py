@@ -13,7 +13,7 @@ from balance.app.answers.text.linkage import linkage_facts
 from balance.motion.motion_tolerances import LOCAL_CURVE_STEP
 from balance.motion.paths.found_paths import ReactionlessPaths, StartPose
 from balance.motion.paths.path import ReactionlessPath
-from kinematics.wording import number_text
+from kinematics.wording import number_text, vector_text
 
 Array = NDArray[np.float64]
 
@@ -51,6 +51,11 @@ def paths_facts(solution: ReactionlessPaths) -> list[tuple[str, str]]:
     for start in solution.meetings:
         if not any(np.abs(start.q - pose.q).max() < 1e-6 for pose in solution.starts):
             pairs.append(("meeting", _meeting_words(solution, start)))
+    if solution.tool is not None:
+        tool = solution.tool
+        reach = max(tool.lengths, default=0.0)
+        words = f"{tool.link}, its point at {vector_text(tool.point)} m"
+        pairs.append(("tool", f"{words}, is taken up to {number_text(reach, '.3g')} m"))
     if not solution.paths:
         pairs.append(("no path", solution.reason))
     return pairs
@@ -80,7 +85,11 @@ def _meeting_words(solution: ReactionlessPaths, start: StartPose) -> str:
 
 def path_rows(solution: ReactionlessPaths) -> list[tuple[str, ...]]:
     """Build the table of paths, its head first."""
-    return [HEAD, *(_row(solution, k, path) for k, path in enumerate(solution.paths, 1))]
+    rows = [HEAD, *(_row(solution, k, path) for k, path in enumerate(solution.paths, 1))]
+    if solution.tool is None:
+        return rows
+    ways = ["tool way (m)", *(number_text(way, ".3g") for way in solution.tool.lengths)]
+    return [(*row[:5], way, *row[5:]) for row, way in zip(rows, ways, strict=True)]
 
 
 def _row(solution: ReactionlessPaths, number: int, path: ReactionlessPath) -> tuple[str, ...]:

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import balance
-from tests.support.planned_arms import planar_arm, slide
+from tests.support.planned_arms import TASKS, base_wrenches, planar_arm, slide
 
 # On a slide of 2 kg over 0.5 m in 1 s, m d / T² is 1.
 ENDS = ([0.0], [0.5], 1.0)
@@ -52,3 +52,21 @@ def test_a_serial_robot_moves_its_centre_of_mass_on_a_line():
     assert np.abs(directions @ directions[0]) == pytest.approx(1.0, abs=0.02)
     # The reduction of the peak is that of the laws, and what the straight line saves.
     assert plan.after.value / plan.quintic.value < 4.0 / (10.0 / np.sqrt(3.0))
+
+
+@pytest.mark.slow
+def test_a_parallel_robot_moves_its_centre_of_mass_on_a_line():
+    """The same of a five-bar, its force by Pinocchio: 4 m d / T², but in the middle."""
+    build, start, end = TASKS["five_bar"]
+    linkage = build()
+    plan = balance.quiet_motion(linkage, start, end, 0.5, measure="peak")
+    assert plan.verdict == "optimal" and plan.law == "planned"
+    time, *motion = plan.samples(201)
+    force = base_wrenches(linkage, *motion)[:, 3:]
+    sizes = np.linalg.norm(force, axis=1)
+    away = np.abs(time - 0.25) > 0.03
+    assert plan.bound <= sizes.max() * (1 + 1e-6)
+    assert sizes.max() < 1.01 * plan.bound and sizes[away].min() > 0.97 * plan.bound
+    directions = force[away] / sizes[away, None]
+    assert np.abs(directions @ directions[0]) == pytest.approx(1.0, abs=0.02)
+    assert sizes.max() / plan.quintic.value < 4.0 / (10.0 / np.sqrt(3.0))

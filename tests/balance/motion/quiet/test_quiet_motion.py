@@ -11,8 +11,10 @@ from scipy.optimize import minimize
 
 import balance
 from balance.app.answers.text.quiet import quiet_facts
+from balance.motion.quiet import convex_steps
 from balance.motion.quiet.limits import InputLimits
 from balance.motion.verification.given_motions import from_csv
+from balance.support.clarabel_adapter import solve_cones
 from kinematics.errors import LinkageError
 from tests.support.covering import number_of_cases
 from tests.support.planned_arms import TASKS, base_wrenches, planar_arm, slide, torques
@@ -63,10 +65,11 @@ def trapezoid(start, end, tau, duration):
 
 
 def check_against_the_laws(name, part, measure):
-    """No worse than both laws, by Pinocchio where there are no loops."""
+    """No worse than both laws, by Pinocchio."""
     build, start, end = TASKS[name]
     linkage, duration, start = build(), 0.8, np.array(start)
-    plan = balance.quiet_motion(linkage, start, end, duration, minimise=part, measure=measure)
+    options = {"minimise": part, "measure": measure, "file_limits": False}
+    plan = balance.quiet_motion(linkage, start, end, duration, **options)
     tau = np.linspace(0.0, 1.0, 241)
     motion = plan.samples(tau.size)[1:]
     assert motion[0][[0, -1]] == pytest.approx(np.array([start, end]), abs=1e-12)
@@ -74,11 +77,7 @@ def check_against_the_laws(name, part, measure):
     laws = [law(start, end, tau, duration) for law in (quintic, trapezoid)]
     sizes = []
     for path in (motion, *laws):
-        wrench = (
-            balance.motion.shaking(linkage, *path)
-            if linkage.loops
-            else base_wrenches(linkage, *path)
-        )
+        wrench = base_wrenches(linkage, *path)
         sizes.append(value(duration * tau, size(wrench, plan), measure))
     assert sizes[0] == pytest.approx(plan.after.value, rel=2e-3)
     assert sizes[1] == pytest.approx(plan.quintic.value, rel=2e-3)
@@ -154,6 +153,23 @@ def test_a_second_solver_finds_nothing_better(name, start, end, part):
     linkage = TASKS[name][0]()
     plan = balance.quiet_motion(linkage, start, end, 1.0, minimise=part)
     assert other_solution(linkage, start, end, plan) > 0.99 * plan.after.value
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("name", "most"), [("planar_2r", 90), ("ur5e", 200)])
+def test_a_plan_takes_few_convex_programs(name, most, monkeypatch):
+    """So that two joints take less than two seconds, and six less than twenty."""
+    solved = []
+
+    def solve_and_count(*given):
+        solved.append(given)
+        return solve_cones(*given)
+
+    monkeypatch.setattr(convex_steps, "solve_cones", solve_and_count)
+    build, start, end = TASKS[name]
+    given = {"minimise": "both", "measure": "peak", "file_limits": False}
+    assert balance.quiet_motion(build(), start, end, 0.8, **given).feasible
+    assert 2 < len(solved) <= most
 
 
 @pytest.mark.parametrize("limit", ["velocity", "acceleration", "jerk", "torque"])

@@ -57,6 +57,22 @@ function drawPlane(path, k) {
   });
 }
 
+/** The ways of the tool in its complete workspace. */
+function drawTool(path, k) {
+  const {workspace, strokes, ways} = run.tool, chosenWay = path && ways[run.paths.indexOf(path)];
+  const line = (way, color, width) => ({type: "scatter", mode: "lines", ...way, line: {color, width}, hoverinfo: "skip"});
+  const here = path ? [{type: "scatter", mode: "markers", x: [path.trace.x[k]], y: [path.trace.y[k]],
+    marker: {color: "#1b1e22", size: 9}, hoverinfo: "skip"}] : [];
+  chartOn("tool", [
+    {type: "scatter", mode: "markers", ...workspace, marker: {color: "#d3dae0", size: 3}, hoverinfo: "skip"},
+    line(strokes, "#5d6a76", 1), ...ways.map((way) => line(way, "#1b1e22", 1.5)),
+    ...(chosenWay ? [line(chosenWay, "#c05a10", 3)] : []), ...here,
+  ], {
+    showlegend: false,
+    xaxis: {title: {text: run.axes[0]}, scaleanchor: "y"}, yaxis: {title: {text: run.axes[1]}},
+  });
+}
+
 function drawLoads(path, k) {
   for (const [name, unit] of [["force", "N"], ["moment", "N m"]]) {
     const curves = [["on the path", path.loads[name], "#1f5a94", "solid"],
@@ -78,6 +94,7 @@ function show() {
   const path = run.paths[Number(chosen.value)], k = Number(time.value);
   byId("now").textContent = `${path.time[k].toFixed(2)} s`;
   drawLinkage(path, k); drawPlane(path, k); drawLoads(path, k);
+  if (run.tool) drawTool(path, k);
 }
 
 if (run.paths.length) {
@@ -98,6 +115,7 @@ if (run.paths.length) {
   byId("controls").hidden = true;
   byId("drawing").hidden = true;
   byId("loads").hidden = true;
+  if (run.tool) drawTool(null, 0);
   if (run.field) drawPlane(null, 0);
   else byId("plane").hidden = true;
 }

@@ -7,14 +7,21 @@ from __future__ import annotations
 
 import random
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import partial
 from time import monotonic
 
 import numpy as np
 
-from balance.space.formulas.formula_data import Condition, Formulas, FormulaTerm
+from balance.space.formulas.formula_data import (
+    Condition,
+    Formulas,
+    FormulaTerm,
+    require_sympy,
+)
 from balance.space.formulas.geometry_samples import ConditionSamples, OutOfTimeError
 from balance.space.formulas.interpolation import Degrees, TooManyTermsError
+from balance.space.formulas.length_bounds import LengthBounds
 from balance.space.formulas.modular_pose import UnclosedError
 from balance.space.formulas.parameters import Parameter, name_parameters
 from balance.space.formulas.polynomials import FactorPool, Polynomial, in_fewest_terms
@@ -54,6 +61,7 @@ def formulas(
     where: str | Sequence[str] = (),
     solve: Sequence[str] = (),
     seconds: float | None = None,
+    bounds: bool = False,
 ) -> Formulas:
     """Derive the conditions of balance of a linkage as formulas in its dimensions.
 
@@ -82,6 +90,8 @@ def formulas(
         solve: names of parameters to solve for, such as ``"s_crank"``; by default those that
             leave the fewest terms.
         seconds: return what is known after this time.
+        bounds: find the lengths, too, for which balanced masses can be built; where they are
+            in two lengths, a ratio of which is decided exactly.
 
     Returns:
         The conditions, each solved for a parameter; see `Formulas`.
@@ -91,6 +101,7 @@ def formulas(
             is spatial with several loops; or its formulas are too large, or its special
             geometry is not understood; or a distance or parameter does not exist.
         UsageError: a relation is not written as one.
+        PackageError: bounds need SymPy, which is not installed.
 
     Source:
         R. S. Berkof, G. G. Lowen, A new method for completely force balancing simple
@@ -122,7 +133,7 @@ def formulas(
         geometries = 0 if unknown else fresh_geometries(samples, parameters, conditions)
     except OutOfTimeError:
         pass
-    return Formulas(
+    answer = Formulas(
         source=space.source,
         linkage=space.linkage,
         motion=space.motion,
@@ -137,6 +148,15 @@ def formulas(
         residual=file_residual(space, problem.parts, free, conditions, complete=not unknown),
         geometries=geometries,
     )
+    return replace(answer, bounds=_bounds(answer)) if bounds else answer
+
+
+def _bounds(formulas: Formulas) -> LengthBounds:
+    """Find the lengths for which balanced masses can be built."""
+    require_sympy("a bound")
+    from balance.space.formulas.bounds import length_bounds
+
+    return length_bounds(formulas)
 
 
 def _relations_for(

@@ -58,7 +58,7 @@ def add_formulas(parser: Parser) -> None:
         help="return what is known after this time",
     )
     group.add_argument(
-        "--bounds",
+        "--buildable",
         action="store_true",
         help="the lengths, too, for which balanced masses can be built, proved; for conditions "
         "with one ratio of lengths",
@@ -86,7 +86,7 @@ def _run(arguments: argparse.Namespace) -> Answer:
         where=arguments.where,
         solve=arguments.solve,
         seconds=arguments.seconds,
-        bounds=arguments.bounds,
+        buildable=arguments.buildable,
     )
     known = answer.bounds is None or answer.bounds.verdict != "unknown"
     return Answer(

@@ -39,6 +39,7 @@ from balance.space.formulas.open_cells import (
     points_between,
 )
 from balance.space.formulas.parameters import Parameter
+from balance.space.formulas.polynomials import Polynomial
 
 if TYPE_CHECKING:
     from balance.space.formulas.formula_data import Condition, Formulas
@@ -67,7 +68,7 @@ def length_bounds(formulas: Formulas) -> LengthBounds:
     """
     try:
         if not formulas.planar:
-            raise NoBoundsError("bounds are of planar linkages")
+            raise NoBoundsError("they are of planar linkages")
         if not formulas.confirmed:
             raise NoBoundsError("conditions are missing, or failed a check")
         for condition, line in zip(
@@ -105,7 +106,7 @@ def _of_positives(condition: Condition, variables: Sequence[Variable]) -> bool:
 
 
 def is_positive(length: str) -> bool:
-    """Tell whether a dimension is positive by definition: coordinates x, y and offsets are not."""
+    """Tell whether a dimension is positive by definition, no coordinate and no offset."""
     return length.startswith("l_")
 
 
@@ -208,7 +209,9 @@ class _Inequalities:
         if unit is not None:
             values[unit] = Integer(1)
         for each, row in solved.items():
-            values[each] = -sum((x * values[e] for e, x in row.items() if e != each), Integer(0))
+            values[each] = -sum(
+                (x * values[e] for e, x in row.items() if e != each), Integer(0)
+            )
         sides = [self.ratio] if self.positive else []
         by_place = {(each.kind, each.body): values[each] for each in present}
         for body in {each.body for each in present}:
@@ -232,14 +235,14 @@ def _solve(problem: _Inequalities) -> LengthBounds:
     intervals: list[RatioInterval] = []
     undecided: list[RatioEnd] = []
     low: IsolatedRoot | None = None
-    for k, point in enumerate(points):
-        root = roots[k] if k < len(roots) else None
-        if holds[k]:
-            beyond = root is not None and holds[k + 1]
-            if beyond and _holds_at(cells, root):
-                continue
-            if beyond and root.low < root.high:
-                undecided.append(_end(problem, root, roots))
+    after = [*holds[1:], False]
+    for point, root, here, beyond in zip(points, [*roots, None], holds, after, strict=True):
+        if here:
+            if root is not None and beyond:
+                if _holds_at(cells, root):
+                    continue
+                if root.low < root.high:
+                    undecided.append(_end(problem, root, roots))
             intervals.append(_interval(problem, (low, root), roots, point))
         low = root
     every = len(intervals) == 1 and intervals[0].low is None and intervals[0].high is None
@@ -273,23 +276,25 @@ def _interval(
     point: Rational,
 ) -> RatioInterval:
     """Describe an interval between two roots; zero is no end of a positive ratio."""
-    named, signs = [], []
+    named: list[RatioEnd | None] = []
+    signs: list[int] = []
     for root in ends:
-        bounds = root is not None and not (problem.positive and root.low == root.high == 0)
-        named.append(_end(problem, root, roots) if bounds else None)
-        signs.append(int(sign(root.polynomial.eval(point))) if bounds else 0)
+        if root is None or (problem.positive and root.low == root.high == 0):
+            named.append(None)
+            signs.append(0)
+        else:
+            named.append(_end(problem, root, roots))
+            signs.append(int(sign(root.polynomial.eval(point))))
     ratio = Fraction(int(point.p), int(point.q))
     return RatioInterval(named[0], named[1], ratio, (signs[0], signs[1]))
 
 
-def _end(
-    problem: _Inequalities, root: IsolatedRoot, roots: Sequence[IsolatedRoot]
-) -> RatioEnd:
+def _end(problem: _Inequalities, root: IsolatedRoot, roots: Sequence[IsolatedRoot]) -> RatioEnd:
     """Describe a root by a polynomial in both lengths."""
     same = [each for each in roots if each.polynomial == root.polynomial]
     possible = [each for each in same if not problem.positive or each.high > 0]
     top = root.polynomial.degree()
-    terms = {
-        (n, top - n): Fraction(int(c.p), int(c.q)) for (n,), c in root.polynomial.terms()
-    }
-    return RatioEnd(float(root), terms, len(possible) == 1)
+    terms: Polynomial = {}
+    for (n,), c in root.polynomial.terms():
+        terms[int(n), int(top - n)] = Fraction(int(c.p), int(c.q))
+    return RatioEnd(float(root), terms, only=len(possible) == 1)

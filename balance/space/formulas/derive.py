@@ -61,7 +61,7 @@ def formulas(
     where: str | Sequence[str] = (),
     solve: Sequence[str] = (),
     seconds: float | None = None,
-    bounds: bool = False,
+    buildable: bool = False,
 ) -> Formulas:
     """Derive the conditions of balance of a linkage as formulas in its dimensions.
 
@@ -90,7 +90,7 @@ def formulas(
         solve: names of parameters to solve for, such as ``"s_crank"``; by default those that
             leave the fewest terms.
         seconds: return what is known after this time.
-        bounds: find the lengths, too, for which balanced masses can be built; where they are
+        buildable: find the lengths, too, for which balanced masses can be built; where they are
             in two lengths, a ratio of which is decided exactly.
 
     Returns:
@@ -148,7 +148,7 @@ def formulas(
         residual=file_residual(space, problem.parts, free, conditions, complete=not unknown),
         geometries=geometries,
     )
-    return replace(answer, bounds=_bounds(answer)) if bounds else answer
+    return replace(answer, bounds=_bounds(answer)) if buildable else answer
 
 
 def _bounds(formulas: Formulas) -> LengthBounds:

@@ -57,7 +57,7 @@ class IsolatedRoot(NamedTuple):
         here = self
         while here.low < here.high and polynomial.count_roots(here.low, here.high):
             here = here.finer((here.high - here.low) / 16)
-        return int(polynomial.eval((here.low + here.high) / 2) > 0) * 2 - 1
+        return 1 if polynomial.eval((here.low + here.high) / 2) > 0 else -1
 
 
 class OpenCells:

@@ -13,7 +13,6 @@ from balance.space.formulas.length_bounds import LengthBounds
 from balance.space.formulas.planar_parts import Dimension, PlanarParts
 from kinematics.wording import count_noun, number_text
 
-
 # What bounds say.
 BUILT = (
     "can be built: for these lengths alone bodies with m > 0 and m J > sx^2 + sy^2 fulfil the",

@@ -4,13 +4,14 @@ A body of a planar linkage can be built if ``m > 0`` and ``m J > sx² + sy²`` (
 `balance.masses.designs.pseudo_inertia_cone`; the frame does not matter). If no condition mixes
 sx and sy, then sy = 0 is no loss. A mass, or a second moment, that is in no condition can be
 as large as it takes, and leaves ``J > 0``, or ``m > 0``; first moments without a limit are
-eliminated. What remains are strict inequalities in a few parameters, of which a positive one
+eliminated. So are masses that are in no condition on moments about another joint of the body.
+What remains are strict inequalities in a few parameters, of which a positive one
 is 1, and in one ratio of lengths; `balance.space.formulas.open_cells` decides them exactly.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from fractions import Fraction
 from typing import TYPE_CHECKING
 
@@ -22,6 +23,7 @@ from sympy import (
     Poly,
     Rational,
     Symbol,
+    cancel,
     degree,
     fraction,
     linear_eq_to_matrix,
@@ -39,7 +41,9 @@ from balance.space.formulas.open_cells import (
     points_between,
 )
 from balance.space.formulas.parameters import Parameter
+from balance.space.formulas.planar_parts import PlanarParts
 from balance.space.formulas.polynomials import Polynomial
+from balance.space.formulas.relations import FreeDimensions
 
 if TYPE_CHECKING:
     from balance.space.formulas.formula_data import Condition, Formulas
@@ -110,6 +114,17 @@ def is_positive(length: str) -> bool:
     return length.startswith("l_")
 
 
+def _reaches(formulas: Formulas) -> Iterator[tuple[int, dict[str, Fraction]]]:
+    """Yield the joints on the x-axis of each body: their places, as combinations of lengths."""
+    parts, free = formulas.parts, formulas.free
+    assert isinstance(parts, PlanarParts) and isinstance(free, FreeDimensions)
+    for body, part in enumerate(parts.body_parts):
+        for index in parts.parts[part].points.values():
+            if index is not None and parts.dimensions[index].kind == "length":
+                terms = free.terms[index]
+                yield body, {parts.dimensions[i].name: c for i, c in terms.items()}
+
+
 class _Inequalities:
     """Inequalities ``f > 0`` of the parameters that formulas leave free.
 
@@ -135,6 +150,8 @@ class _Inequalities:
             for row in matrix.tolist()
         ]
         self._drop_moments_across()
+        for body, reach in _reaches(formulas):
+            self._move_frame(formulas.parameters, body, self._at_ratio(reach))
         self._drop_unlimited()
         self._write(formulas.parameters)
 
@@ -151,7 +168,41 @@ class _Inequalities:
         self.ratio = Symbol("ratio", real=True)
         self.lengths = (others[0], units[0]) if others else ()
         self.positive = len(units) > 1
-        return matrix.subs({by_name[n]: self.ratio if n in others else 1 for n in known})
+        self.values = {n: self.ratio if n in others else Integer(1) for n in known}
+        return matrix.subs({by_name[n]: x for n, x in self.values.items()})
+
+    def _at_ratio(self, reach: Mapping[str, Fraction]) -> Expr | None:
+        """Write a combination of lengths in the ratio; None if others are in it."""
+        if not set(reach) <= set(self.values):
+            return None
+        terms = (
+            Rational(c.numerator, c.denominator) * self.values[n] for n, c in reach.items()
+        )
+        return sum(terms, Integer(0))
+
+    def _move_frame(
+        self, parameters: Sequence[Parameter], body: int, reach: Expr | None
+    ) -> None:
+        """Take the moments of a body about another point, if its mass is in no condition then.
+
+        Its cone is the same for ``sx = sx' + x m`` and ``J = J' + 2 x sx' + x² m``.
+        """
+        if reach is None:
+            return
+        m, sx, J = (
+            next(e for e in parameters if e.body == body and e.kind == kind)
+            for kind in ("m", "sx", "J")
+        )
+        masses = (
+            row.get(m, 0) + reach * row.get(sx, 0) + reach**2 * row.get(J, 0)
+            for row in self.rows
+        )
+        if any(cancel(mass) for mass in masses):
+            return
+        for row in self.rows:
+            row.pop(m, None)
+            if moment := cancel(row.pop(sx, Integer(0)) + 2 * reach * row.get(J, 0)):
+                row[sx] = moment
 
     def _drop_moments_across(self) -> None:
         """Set sy to zero."""

@@ -33,7 +33,7 @@ class ExactFamily(NamedTuple):
 
     Attributes:
         enough: whether all geometries with these relations have the nullity of the family.
-        needed: whether they have another one without any of the equal lengths.
+        needed: whether they have another one without any one of the equal lengths.
         buildable: the lengths for which masses can be built, in words; empty if not derived.
         reason: why this is not decided; empty if it is.
     """
@@ -77,16 +77,21 @@ def _decided(structure: TopologyArrays, family: Family) -> ExactFamily:
         return _undecided(f"the first member has nullity {space.nullity} as a linkage")
     problem = problem_of(space, force=False)
     letters = {joint.name: joint.letter for joint in problem.parts.joints}
+    table = {ord(name): letter for name, letter in letters.items()}
     where = [
-        words.translate(str.maketrans(letters))
+        words.translate(table)
         for words, each in zip(family.relations, first.relations, strict=True)
         if each.kind == "equal"
     ]
     relations = problem.parse(where)
     enough = _have_the_rank(problem, relations)
-    needed = enough and not any(
-        _have_the_rank(problem, [each for each in relations if each is not relation])
-        for relation in relations
+    needed = (
+        enough
+        and bool(relations)
+        and not any(
+            _have_the_rank(problem, [each for each in relations if each is not relation])
+            for relation in relations
+        )
     )
     if not enough:
         return ExactFamily(False, False, "", "")

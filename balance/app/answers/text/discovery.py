@@ -109,7 +109,7 @@ def exact_words(entry: Data) -> str:
     if not exact["enough"]:
         return "these relations alone do not give this nullity"
     words = f"these relations give nullity {entry['nullity']} for general lengths"
-    words += ", and none of them can be left out" * exact["needed"]
+    words += ", and no equal length can be left out" * exact["needed"]
     return words + f"; masses can be built {exact['buildable']}" * bool(exact["buildable"])
 
 

@@ -12,6 +12,7 @@ import pytest
 
 import balance
 import balance.masses
+from kinematics import ScrewJoint, from_screws
 from tests.balance.space.formulas.test_published import space_of
 
 sympy = pytest.importorskip("sympy")
@@ -55,6 +56,27 @@ def test_cone_programs_on_both_sides_of_the_bound(name, ratio):
     assert space.rank == 7
     verdict = balance.masses.feasible(space).verdict
     assert verdict == ("feasible" if bounds.contain(float(ratio)) else "infeasible")
+
+
+@pytest.mark.slow
+def test_bounds_do_not_depend_on_frames():
+    """A kite whose links hang on each other the other way round: frames start elsewhere."""
+    joints = [
+        ScrewJoint("A", "base", "crank"),
+        ScrewJoint("B", "crank", "coupler", point=(0.3, 0.4, 0.0)),
+        ScrewJoint("D", "coupler", "rocker", point=mirror_of_origin(0.3 + 0.4j, 1.0)),
+    ]
+    loop = ScrewJoint("C", "base", "rocker", point=(1.0, 0.0, 0.0))
+    formulas = balance.formulas(from_screws(joints, [loop]), buildable=True)
+    assert "m_rocker" in formulas.text()
+    assert formulas.bounds.text() == "l_ground^2 > 2 l_crank^2"
+
+
+def mirror_of_origin(first, second):
+    """The origin mirrored in the line through two complex points."""
+    along = second - first
+    z = first + along * ((0 - first) / along).conjugate()
+    return z.real, z.imag, 0.0
 
 
 SMALL = {

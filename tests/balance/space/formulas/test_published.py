@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from fractions import Fraction
 
 import numpy as np
 import pytest
 
 import balance
+import kinematics
+from balance.space.formulas.file_values import file_values
 from kinematics import ScrewJoint, from_screws
 from tests.support.formula_rows import matrix, violation
 
@@ -69,6 +72,24 @@ def space_of(a, b, c, d, turn, mirrored=False):
     ]
     loop = ScrewJoint("q3", "coupler", "rocker", point=p[1])
     return balance.design_space(from_screws(joints, [loop]))
+
+
+@pytest.mark.slow
+def test_masses_of_a_thesis_fulfil_the_formulas_of_its_mechanism():
+    """J. J. de Jong, chapter 6, table 6.2: all sums vanish; some do not for lighter arms.
+
+    General lengths of its arms have as many conditions, but others.
+    """
+    formulas = balance.formulas("two_rrr_bisector")
+    assert formulas.confirmed and len(formulas.relations) == 10
+    assert not any(file_values(formulas).sums)
+    changed = kinematics.load("two_rrr_bisector")
+    arm = next(body for body in changed.bodies if body.name == "arm1")
+    place = changed.bodies.index(arm)
+    lighter = replace(arm, inertia=0.99 * arm.inertia)
+    bodies = (*changed.bodies[:place], lighter, *changed.bodies[place + 1 :])
+    other = replace(formulas, linkage=replace(changed, bodies=bodies))
+    assert any(file_values(other).sums)
 
 
 SPECIAL = {

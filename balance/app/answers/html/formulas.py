@@ -105,8 +105,10 @@ def _bounds(formulas: Formulas) -> str:
     bounds = formulas.bounds
     if bounds is None or bounds.verdict == "unknown":
         return ""
-    words = bounds.mathml() or escape(bounds.text())
-    return f"<p>Balanced masses can be built: {words}.</p>"
+    words = escape(bounds.text())
+    if bounds.verdict == "some":
+        words = f"where {words if bounds.undecided else bounds.mathml()}"
+    return f"<p>Balanced masses can be built {words}.</p>"
 
 
 def _dimensions(formulas: Formulas) -> str:

@@ -81,7 +81,7 @@ def length_bounds(formulas: Formulas) -> LengthBounds:
             if _of_positives(condition, formulas.free.variables):
                 return LengthBounds("none", reason=f"all terms are positive in {line}")
         if not formulas.complex:
-            return _solve(_Inequalities(formulas))
+            return decide_ratios(RatioInequalities(formulas))
         if any(condition.solved.is_mass for condition in formulas.conditions):
             raise NoBoundsError("a condition is on masses alone")
         # All first moments are possible, for second moments can be as large as it takes.
@@ -125,7 +125,7 @@ def _reaches(formulas: Formulas) -> Iterator[tuple[int, dict[str, Fraction]]]:
                 yield body, {parts.dimensions[i].name: c for i, c in terms.items()}
 
 
-class _Inequalities:
+class RatioInequalities:
     """Inequalities ``f > 0`` of the parameters that formulas leave free.
 
     Attributes:
@@ -273,7 +273,7 @@ class _Inequalities:
         self.sides = [prod(fraction(together(side))) for side in sides]
 
 
-def _solve(problem: _Inequalities) -> LengthBounds:
+def decide_ratios(problem: RatioInequalities) -> LengthBounds:
     """Decide at a ratio between each two roots, and at the roots between those that hold."""
     order = sorted(problem.free, key=lambda x: -max(degree(f, x) for f in problem.sides))
     if not problem.lengths:
@@ -321,7 +321,7 @@ def _holds_at(cells: OpenCells, root: IsolatedRoot) -> bool:
 
 
 def _interval(
-    problem: _Inequalities,
+    problem: RatioInequalities,
     ends: tuple[IsolatedRoot | None, IsolatedRoot | None],
     roots: Sequence[IsolatedRoot],
     point: Rational,
@@ -340,7 +340,9 @@ def _interval(
     return RatioInterval(named[0], named[1], ratio, (signs[0], signs[1]))
 
 
-def _end(problem: _Inequalities, root: IsolatedRoot, roots: Sequence[IsolatedRoot]) -> RatioEnd:
+def _end(
+    problem: RatioInequalities, root: IsolatedRoot, roots: Sequence[IsolatedRoot]
+) -> RatioEnd:
     """Describe a root by a polynomial in both lengths."""
     same = [each for each in roots if each.polynomial == root.polynomial]
     possible = [each for each in same if not problem.positive or each.high > 0]

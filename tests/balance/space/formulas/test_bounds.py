@@ -6,6 +6,7 @@ import random
 from dataclasses import replace
 from fractions import Fraction
 from functools import cache
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -16,7 +17,7 @@ from kinematics import ScrewJoint, from_screws
 from tests.balance.space.formulas.test_published import space_of
 
 sympy = pytest.importorskip("sympy")
-from balance.space.formulas.bounds import length_bounds  # noqa: E402
+from balance.space.formulas.bounds import decide_ratios, length_bounds  # noqa: E402
 from balance.space.formulas.open_cells import OpenCells, isolated_roots  # noqa: E402
 
 CLOSE = ("1.40", "1.43")
@@ -109,6 +110,42 @@ def test_what_is_not_derived_has_a_reason():
     assert failed.verdict == "unknown" and "check" in failed.reason
     spatial = balance.formulas("four_bar_spherical", "force", buildable=True).bounds
     assert spatial.text() == "not derived: they are of planar linkages"
+
+
+RATIO, FREE = sympy.symbols("ratio u", real=True)
+ROOTS = {
+    # What is projected vanishes at the root of 2, and nothing changes there.
+    "no change": ([FREE, FREE - RATIO**2 + 2], "all", "for all lengths", [1.0, 2**0.5, 3.0]),
+    "a point less": ([(RATIO - 1) ** 2 * FREE], "some", "b > a or a > b", [0.9, 1.1]),
+    "in doubt": (
+        [(RATIO**2 - 2) ** 2 * FREE],
+        "some",
+        "2 b^2 > a^2 or a^2 > 2 b^2; not decided at a/b = 1.41421",
+        [1.4, 1.5],
+    ),
+    "between two roots": (
+        [FREE, 3 * RATIO - RATIO**2 - 1 - FREE],
+        "some",
+        "a/b > 0.381966, 2.61803 > a/b",
+        [0.4, 2.6],
+    ),
+    "never": ([FREE, -FREE - RATIO], "none", "for no lengths", []),
+}
+
+
+@pytest.mark.parametrize("name", ROOTS)
+def test_intervals_between_roots(name):
+    """Inequalities in the ratio of a and b, and u: solved by hand."""
+    sides, verdict, text, inside = ROOTS[name]
+    problem = SimpleNamespace(
+        lengths=("a", "b"), ratio=RATIO, positive=True, sides=[RATIO, *sides], free=[FREE]
+    )
+    bounds = decide_ratios(problem)
+    assert (bounds.verdict, bounds.text()) == (verdict, text)
+    for ratio in (0.3, *inside, 1.0, 2.7):
+        if bounds.python() and abs(ratio - 2**0.5) > 1e-9:
+            assert bounds.contain(ratio) == eval(bounds.python(), {"a": ratio, "b": 1.0})
+    assert all(bounds.contain(ratio) for ratio in inside)
 
 
 def random_inequalities(rng):

@@ -14,7 +14,7 @@ import pytest
 import balance
 import balance.masses
 from kinematics import ScrewJoint, from_screws
-from tests.balance.space.formulas.test_published import space_of
+from tests.support.four_bar_spaces import space_of
 
 sympy = pytest.importorskip("sympy")
 from balance.space.formulas.bounds import decide_ratios, length_bounds  # noqa: E402

@@ -57,6 +57,12 @@ def add_formulas(parser: Parser) -> None:
         metavar="S",
         help="return what is known after this time",
     )
+    group.add_argument(
+        "--buildable",
+        action="store_true",
+        help="the lengths, too, for which balanced masses can be built, proved; for conditions "
+        "with one ratio of lengths",
+    )
     add_page_option(parser, "with the drawing of the linkage, its dimensions and the formulas")
 
 
@@ -69,7 +75,10 @@ def _run(arguments: argparse.Namespace) -> Answer:
     linkage = load_model(arguments, arguments.angles)
     from balance.app.answers.text.formulas import formulas_body
     from balance.space.formulas.derive import formulas
+    from balance.space.formulas.formula_data import require_sympy
 
+    if arguments.notation == "sympy":
+        require_sympy("an expression")
     answer = formulas(
         linkage,
         arguments.balance,
@@ -77,12 +86,13 @@ def _run(arguments: argparse.Namespace) -> Answer:
         where=arguments.where,
         solve=arguments.solve,
         seconds=arguments.seconds,
+        buildable=arguments.buildable,
     )
-    expressions = answer.sympy() if arguments.notation == "sympy" else []
+    known = answer.bounds is None or answer.bounds.verdict != "unknown"
     return Answer(
-        DONE if answer.confirmed else UNDECIDED,
+        DONE if answer.confirmed and known else UNDECIDED,
         answer.to_dict,
-        lambda: [*map(str, expressions)] or formulas_body(answer, arguments.notation),
+        lambda: formulas_body(answer, arguments.notation),
         remark=_remark(answer),
         files=lambda: _files(answer),
     )
@@ -99,7 +109,11 @@ def _remark(answer: Formulas) -> str:
     """Say why the formulas are not confirmed."""
     if answer.unknown:
         return f"{answer.unknown} conditions are missing: give more time (--seconds)"
-    return "" if answer.confirmed else "a check of the formulas failed: do not rely on them"
+    if not answer.confirmed:
+        return "a check of the formulas failed: do not rely on them"
+    if answer.bounds is not None and answer.bounds.verdict == "unknown":
+        return f"bounds are {answer.bounds.text()}"
+    return ""
 
 
 def _words(text: str) -> list[str]:

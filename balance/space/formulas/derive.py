@@ -6,15 +6,22 @@ They are checked at fresh geometries modulo another prime, and in the geometry o
 from __future__ import annotations
 
 import random
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from dataclasses import replace
 from functools import partial
 from time import monotonic
 
 import numpy as np
 
-from balance.space.formulas.formula_data import Condition, Formulas, FormulaTerm
+from balance.space.formulas.formula_data import (
+    Condition,
+    Formulas,
+    FormulaTerm,
+    require_sympy,
+)
 from balance.space.formulas.geometry_samples import ConditionSamples, OutOfTimeError
 from balance.space.formulas.interpolation import Degrees, TooManyTermsError
+from balance.space.formulas.length_bounds import LengthBounds
 from balance.space.formulas.modular_pose import UnclosedError
 from balance.space.formulas.parameters import Parameter, name_parameters
 from balance.space.formulas.polynomials import FactorPool, Polynomial, in_fewest_terms
@@ -24,6 +31,7 @@ from balance.space.formulas.solved_parameters import choose_solved, interpolatio
 from balance.space.spaces.compute_space import design_space
 from balance.space.spaces.design_space import DesignSpace
 from balance.support.options import Balance
+from balance.support.tolerances import FORMULA_AGREES
 from kinematics.errors import ExactError
 from kinematics.loading.model_gallery import LinkageLike
 from kinematics.model.motion import Motion
@@ -35,6 +43,11 @@ MAX_UNKNOWNS = 600
 SAME_GEOMETRY = 4
 """Number of times that two poses of one geometry are compared."""
 
+
+RelationChoice = Callable[
+    [Problem, DesignSpace, list[DimensionRelation], float | None],
+    tuple[list[DimensionRelation], ConditionSamples],
+]
 
 # Size of a row over the largest, or singular value of unit rows: below this they vanish.
 ROW_VANISHES = 1e-9
@@ -54,6 +67,7 @@ def formulas(
     where: str | Sequence[str] = (),
     solve: Sequence[str] = (),
     seconds: float | None = None,
+    buildable: bool = False,
 ) -> Formulas:
     """Derive the conditions of balance of a linkage as formulas in its dimensions.
 
@@ -82,6 +96,8 @@ def formulas(
         solve: names of parameters to solve for, such as ``"s_crank"``; by default those that
             leave the fewest terms.
         seconds: return what is known after this time.
+        buildable: find the lengths, too, for which balanced masses can be built; where they are
+            in two lengths, a ratio of which is decided exactly.
 
     Returns:
         The conditions, each solved for a parameter; see `Formulas`.
@@ -91,6 +107,7 @@ def formulas(
             is spatial with several loops; or its formulas are too large, or its special
             geometry is not understood; or a distance or parameter does not exist.
         UsageError: a relation is not written as one.
+        PackageError: bounds need SymPy, which is not installed.
 
     Source:
         R. S. Berkof, G. G. Lowen, A new method for completely force balancing simple
@@ -105,16 +122,32 @@ def formulas(
         s_coupler + (l_coupler/l_rocker) s_rocker = 0
     """
     space = design_space(linkage, motion, balance=balance)
-    force = balance == "force"
-    problem = problem_of(space, force)
+    problem = problem_of(space, balance == "force")
     deadline = None if seconds is None else monotonic() + seconds
     given = problem.given() + problem.parse([where] if isinstance(where, str) else where)
-    parameters = name_parameters(space.bodies, force, space.chain.planar)
+    answer = _derived(problem, space, _fewest_relations, given, solve, deadline)
+    if not answer.unknown and answer.residual > FORMULA_AGREES:
+        # Dimensions with fewer relations have conditions as many, and not those of the file.
+        again = _derived(problem, space, _all_relations, given, solve, deadline)
+        answer = again if again.confirmed else answer
+    return replace(answer, bounds=_bounds(answer)) if buildable else answer
+
+
+def _derived(
+    problem: Problem,
+    space: DesignSpace,
+    choose_relations: RelationChoice,
+    given: list[DimensionRelation],
+    solve: Sequence[str],
+    deadline: float | None,
+) -> Formulas:
+    """Derive formulas under relations that are chosen, and check them."""
+    parameters = name_parameters(space.bodies, problem.force, space.chain.planar)
     relations, free = given, problem.free(given)
     conditions: tuple[Condition, ...] = ()
     unknown, geometries = space.rank, 0
     try:
-        relations, samples = _relations_for(problem, space, given, deadline)
+        relations, samples = choose_relations(problem, space, given, deadline)
         free = samples.free
         samples.solve_for(choose_solved(samples, parameters, solve, space.chain.planar))
         conditions, unknown = _conditions(samples, space, parameters)
@@ -126,7 +159,7 @@ def formulas(
         source=space.source,
         linkage=space.linkage,
         motion=space.motion,
-        balance=balance,
+        balance=space.balance,
         parts=problem.parts,
         relations=(*(relation.words for relation in relations), *free.further_words()),
         free=free,
@@ -139,26 +172,44 @@ def formulas(
     )
 
 
-def _relations_for(
+def _bounds(formulas: Formulas) -> LengthBounds:
+    """Find the lengths for which balanced masses can be built."""
+    require_sympy("a bound")
+    from balance.space.formulas.bounds import length_bounds
+
+    return length_bounds(formulas)
+
+
+def _all_relations(
     problem: Problem,
     space: DesignSpace,
-    given: Sequence[DimensionRelation],
+    given: list[DimensionRelation],
     deadline: float | None,
 ) -> tuple[list[DimensionRelation], ConditionSamples]:
-    """Find relations of the linkage under which the conditions have the rank of the linkage."""
-    relations = list(given)
+    """Find all relations of the linkage; the conditions under them have its rank."""
+    relations = given + problem.relations()
     samples = _samples(problem, relations, deadline)
     if samples is None:
-        more = problem.relations()
-        relations += more
-        samples = _samples(problem, relations, deadline)
-        if samples is None:
-            raise ExactError(_no_relations(space))
-        for relation in more:
-            fewer = [each for each in relations if each is not relation]
-            simpler = _samples(problem, fewer, deadline)
-            if simpler is not None:
-                relations, samples = fewer, simpler
+        raise ExactError(_no_relations(space))
+    return relations, samples
+
+
+def _fewest_relations(
+    problem: Problem,
+    space: DesignSpace,
+    given: list[DimensionRelation],
+    deadline: float | None,
+) -> tuple[list[DimensionRelation], ConditionSamples]:
+    """Find relations of the linkage without which the conditions have another rank."""
+    samples = _samples(problem, given, deadline)
+    if samples is not None:
+        return given, samples
+    relations, samples = _all_relations(problem, space, given, deadline)
+    for relation in relations[len(given) :]:
+        fewer = [each for each in relations if each is not relation]
+        simpler = _samples(problem, fewer, deadline)
+        if simpler is not None:
+            relations, samples = fewer, simpler
     return relations, samples
 
 

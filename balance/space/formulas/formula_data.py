@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from importlib.util import find_spec
 from typing import TYPE_CHECKING, NamedTuple
 
 from balance.space.formulas.notations import (
@@ -23,6 +24,7 @@ from kinematics.errors import PackageError
 from kinematics.wording import repr_lines
 
 if TYPE_CHECKING:
+    from balance.space.formulas.length_bounds import LengthBounds
     from balance.space.formulas.planar_parts import Dimension, PlanarParts
     from balance.space.formulas.relations import FreeDimensions
     from balance.space.formulas.spatial_dimensions import SpatialDimensions
@@ -72,6 +74,7 @@ class Formulas(WithPage):
         residual: violation by masses of the design space of the file, relative; infinite if
             the formulas span fewer conditions.
         geometries: number of fresh geometries at which the formulas hold.
+        bounds: lengths for which balanced masses can be built; None if not asked for.
     """
 
     page_maker = "formulas:formulas_page"
@@ -89,6 +92,7 @@ class Formulas(WithPage):
     rank: int
     residual: float
     geometries: int
+    bounds: LengthBounds | None = None
 
     def __repr__(self) -> str:
         """Up to six lines: the linkage and its conditions."""
@@ -171,11 +175,9 @@ class Formulas(WithPage):
         Raises:
             PackageError: SymPy is not installed.
         """
-        try:
-            import sympy
-        except ImportError:
-            command = "python -m pip install 'screwbalance[symbols]'"
-            raise PackageError("an expression", "SymPy", command) from None
+        require_sympy("an expression")
+        import sympy
+
         symbols = {
             variable.name: sympy.Symbol(variable.name, real=variable.kind in REAL or None)
             for variable in self.free.variables
@@ -222,11 +224,23 @@ class Formulas(WithPage):
             "confirmed": self.confirmed,
             "geometries": self.geometries,
             "agrees_with_space": bool(self.residual <= FORMULA_AGREES),
+            "bounds": None if self.bounds is None else self.bounds.to_dict(),
         }
 
 
 REAL = ("real", "imaginary")
 SYMPY = PYTHON._replace(unit="i")
+
+
+def require_sympy(purpose: str) -> None:
+    """Check that SymPy can be imported.
+
+    Raises:
+        PackageError: it is not installed.
+    """
+    if find_spec("sympy") is None:
+        command = "python -m pip install 'screwbalance[symbols]'"
+        raise PackageError(purpose, "SymPy", command)
 
 
 def _sum(condition: Condition, writer: Writer) -> str:

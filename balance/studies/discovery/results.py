@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from balance.masses.designs.feasibility import feasible
 from balance.space.spaces.compute_space import design_space
 from balance.studies.discovery.confirm import FamilyConfirmation, confirm
+from balance.studies.discovery.exact_families import ExactFamily, decide_exactly
 from balance.studies.discovery.families import Family, group_members
 from balance.studies.discovery.job import DiscoveryJob, geometry_of_text
 from balance.studies.discovery.motion_range import MotionRange, motion_range
@@ -55,6 +56,7 @@ class FoundFamily:
         buildable: number of the first random member that can be built; -1 if none was found.
         motion: range of motion of the member that is shown; None if it has several degrees of
             freedom.
+        exact: what exact arithmetic says on its relations.
     """
 
     family: Family
@@ -63,6 +65,7 @@ class FoundFamily:
     verdicts: dict[str, int]
     buildable: int
     motion: MotionRange | None
+    exact: ExactFamily
 
     @property
     def shown(self) -> LaneGeometry:
@@ -168,4 +171,5 @@ def examine(
             buildable = number
     shown = _shown(family, confirmation, buildable)
     motion = motion_range(job.topology, job.structure, shown)
-    return FoundFamily(family, confirmation, serial, dict(verdicts), buildable, motion)
+    exact = decide_exactly(job.structure, family)
+    return FoundFamily(family, confirmation, serial, dict(verdicts), buildable, motion, exact)

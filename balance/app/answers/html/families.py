@@ -8,7 +8,7 @@ from typing import Any
 
 from balance.app.answers.html.render import facts_list, html_table, model_section, render_page
 from balance.app.answers.html.scene import scene
-from balance.app.answers.text.discovery import range_words, search_facts
+from balance.app.answers.text.discovery import exact_words, range_words, search_facts
 from balance.studies.discovery.job import DiscoveryJob
 from balance.studies.discovery.results import FoundFamily
 from balance.studies.discovery.to_linkage import to_linkage
@@ -83,7 +83,8 @@ def _row(entry: dict[str, Any]) -> list[str]:
         str(entry["members"]),
         f"{entry['nullity']} ({entry['nullity'] - entry['parallel']} elsewhere)",
         str(entry["codimension"]),
-        f"{entry['confirmed']} of {entry['tried']} random ones confirm it",
+        f"{entry['confirmed']} of {entry['tried']} random ones confirm it; exact: "
+        + escape(exact_words(entry)),
         escape(_verdict(entry["verdicts"])),
         escape(range_words(entry["motion"])),
     ]

@@ -57,6 +57,7 @@ def formulas_page(formulas: Formulas) -> str:
         caption=PLANE if formulas.planar else SPACE,
         conditions=_conditions(formulas, values),
         facts=facts_list(formulas_facts(formulas)[1:]),
+        bounds=_bounds(formulas),
         legend=escape(" ".join(legend(formulas))),
         dimensions=_dimensions(formulas),
         parameters=_parameters(formulas, values),
@@ -97,6 +98,17 @@ def _conditions(formulas: Formulas, values: FileValues) -> str:
     if not rows:
         return "<p>None is known.</p>"
     return html_table(["condition", "left side in the file"], rows, [1])
+
+
+def _bounds(formulas: Formulas) -> str:
+    """Render the lengths for which masses can be built."""
+    bounds = formulas.bounds
+    if bounds is None or bounds.verdict == "unknown":
+        return ""
+    words = escape(bounds.text())
+    if bounds.verdict == "some":
+        words = f"where {words if bounds.undecided else bounds.mathml()}"
+    return f"<p>Balanced masses can be built {words}.</p>"
 
 
 def _dimensions(formulas: Formulas) -> str:

@@ -84,6 +84,7 @@ def families_data(data: Data, examined: list[FoundFamily]) -> Data:
         entry["serial"] = more.serial
         entry["verdicts"] = more.verdicts
         entry["motion"] = _range_data(more.motion)
+        entry["exact"] = more.exact._asdict()
     return data
 
 
@@ -98,6 +99,22 @@ def _range_data(span: MotionRange | None) -> Data | None:
         "full": span.full,
         "ends": list(span.ends),
     }
+
+
+def exact_words(entry: Data) -> str:
+    """Say what exact arithmetic says on the relations of a family.
+
+    Args:
+        entry: one of the families of `families_data`.
+    """
+    exact = entry["exact"]
+    if exact["reason"]:
+        return f"not decided: {exact['reason']}"
+    if not exact["enough"]:
+        return "these relations alone do not give this nullity"
+    words = f"these relations give nullity {entry['nullity']} for general lengths"
+    words += ", and no equal length can be left out" * exact["needed"]
+    return words + f"; masses can be built {exact['buildable']}" * bool(exact["buildable"])
 
 
 def range_words(motion: Data | None) -> str:
@@ -169,6 +186,7 @@ def _family_lines(entry: Data) -> list[str]:
         lines.append(f"  and {missing} that no simple relation explains")
     if "confirmed" in entry:
         lines.append(f"  confirmed by {entry['confirmed']} of {entry['tried']} random members")
+        lines.append(f"  exact: {exact_words(entry)}")
         verdicts = ", ".join(f"{n} {name}" for name, n in entry["verdicts"].items())
         lines.append(f"  masses: {verdicts or 'not tried'}")
         which = "a member with masses" if "feasible" in entry["verdicts"] else "a member"

@@ -9,16 +9,26 @@ from math import degrees
 
 from balance.app.answers.answer import AnswerBody, AnswerTable, Facts
 from balance.space.formulas.formula_data import Formulas
+from balance.space.formulas.length_bounds import LengthBounds
 from balance.space.formulas.planar_parts import Dimension, PlanarParts
 from kinematics.wording import count_noun, number_text
+
+# What bounds say.
+BUILT = (
+    "can be built: for these lengths alone bodies with m > 0 and m J > sx^2 + sy^2 fulfil the",
+    "conditions; proved in exact numbers, for lengths without relations but those above",
+)
 
 
 def formulas_body(formulas: Formulas, notation: str) -> AnswerBody:
     """Build what is printed on formulas in a notation."""
     if notation == "latex":
-        return [formulas.latex()]
+        return [formulas.latex(), *_latex_of_bounds(formulas.bounds)]
     if notation == "python":
-        return [formulas.python().rstrip("\n")]
+        return [formulas.python().rstrip("\n"), *_python_of_bounds(formulas.bounds)]
+    if notation == "sympy":
+        holds = "" if formulas.bounds is None else formulas.bounds.python()
+        return [*map(str, formulas.sympy()), *[holds] * bool(holds)]
     return [
         Facts(formulas_facts(formulas)),
         "",
@@ -30,6 +40,27 @@ def formulas_body(formulas: Formulas, notation: str) -> AnswerBody:
     ]
 
 
+def _latex_of_bounds(bounds: LengthBounds | None) -> list[str]:
+    """Write bounds as a comment, and as an equation if there are inequalities."""
+    if bounds is None:
+        return []
+    equation = bounds.latex()
+    return [f"% can be built: {bounds.text()}", *[f"\\[ {equation} \\]"] * bool(equation)]
+
+
+def _python_of_bounds(bounds: LengthBounds | None) -> list[str]:
+    """Write bounds as a function."""
+    if bounds is None or bounds.verdict == "unknown":
+        return []
+    return [
+        "",
+        "",
+        f"def can_be_built({', '.join(bounds.lengths)}):",
+        '    """Whether bodies that fulfil the conditions can be built."""',
+        f"    return {bounds.python()}",
+    ]
+
+
 def formulas_facts(formulas: Formulas) -> list[tuple[str, str]]:
     """List the linkage, the conditions, the relations that are used, and the checks."""
     return [
@@ -38,6 +69,7 @@ def formulas_facts(formulas: Formulas) -> list[tuple[str, str]]:
         ("conditions", _conditions(formulas)),
         *(("relation", words) for words in formulas.relations),
         ("checked", _checks(formulas)),
+        *([] if formulas.bounds is None else [("can be built", formulas.bounds.text())]),
     ]
 
 
@@ -115,6 +147,8 @@ def legend(formulas: Formulas) -> list[str]:
     if isinstance(formulas.parts, PlanarParts) and formulas.parts.unturned:
         names = ", ".join(formulas.parts.parts[k].name for k in sorted(formulas.parts.unturned))
         lines.append(f"does not turn, and has the directions of the ground: {names}")
+    if formulas.bounds is not None and formulas.bounds.verdict != "unknown":
+        lines += BUILT
     return lines
 
 

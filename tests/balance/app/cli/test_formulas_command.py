@@ -38,6 +38,34 @@ def test_json(capsys):
     assert [each["letter"] for each in answer["joints"]] == ["A", "B", "C", "D"]
 
 
+@pytest.mark.parametrize(
+    ("notation", "words"),
+    [
+        ("text", "can be built  l_ground^2 > 2 l_crank^2"),
+        ("latex", r"\[ l_{\mathrm{ground}}^{2} > 2 \, l_{\mathrm{crank}}^{2} \]"),
+        ("python", "def can_be_built(l_ground, l_crank):"),
+        ("sympy", "l_ground**2 > 2*l_crank**2"),
+    ],
+)
+def test_bounds_in_every_notation(capsys, notation, words):
+    assert main(["formulas", "four_bar_kite", "--buildable", "--notation", notation]) == 0
+    assert words in capsys.readouterr().out
+
+
+def test_bounds_that_are_not_derived_are_undecided(capsys, caplog):
+    words = ("four_bar_spherical", "--balance", "force", "--buildable")
+    code, answer = json_answer(capsys, "formulas", *words)
+    assert (code, answer["confirmed"], answer["bounds"]["verdict"]) == (4, True, "unknown")
+    assert "bounds are not derived: they are of planar linkages" in caplog.text
+
+
+def test_bounds_in_json(capsys):
+    code, answer = json_answer(capsys, "formulas", "four_bar_kite", "--buildable")
+    (interval,) = answer["bounds"]["intervals"]
+    assert code == 0 and answer["bounds"]["ratio"] == ["l_ground", "l_crank"]
+    assert interval["low"] == pytest.approx(2**0.5, abs=1e-12) and interval["high"] is None
+
+
 def test_time_that_is_over_is_undecided(capsys):
     code, answer = json_answer(capsys, "formulas", "four_bar_general", "--seconds", "1e-9")
     assert (code, answer["unknown"], answer["confirmed"]) == (4, 8, False)

@@ -250,6 +250,26 @@ def test_left_sides_are_those_of_the_values_shown(pages):
         assert value(condition, values) == pytest.approx(shown, rel=1e-4, abs=1e-6)
 
 
+@pytest.mark.slow
+def test_bounds_are_set_as_an_inequality():
+    """Both sides of its MathML, for lengths on either side of the bound."""
+    pytest.importorskip("sympy")
+    text = balance.formulas("four_bar_kite", buildable=True).to_html()
+    math = re.search(r"can be built where (<math>.*?</math>)\.", text)[1]
+    row = list(
+        ElementTree.fromstring(math.replace("<math>", "<mrow>").replace("/math", "/mrow"))
+    )
+    place = next(k for k, each in enumerate(row) if each.text == ">")
+    sides = [list(row[:place]), list(row[place + 1 :])]
+    for ground, holds in ((1.41, False), (1.42, True)):
+        values = {"l_ground": ground, "l_crank": 1.0}
+        left, right = (
+            np.prod([float(value(each, values)) for each in side if each.tag != "mo"])
+            for side in sides
+        )
+        assert (left > right) == holds
+
+
 def test_the_page_needs_no_network_and_has_latex_to_copy(pages):
     found, page, _ = pages("four_bar_general", "force")
     assert found.latex() in page.elements.text and found.python() in page.elements.text

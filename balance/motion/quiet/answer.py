@@ -243,8 +243,9 @@ class QuietMotion(WithPage, WithPicture):
             reason = " for the moment" if self.objective.part == "moment" else ""
             return f"{self.verdict}: {value}; no bound is known{reason}"
         if self.at_bound:
+            near = number_text(100.0 * BOUND_REACHED, ".0f")
             return (
-                f"optimal: {value}, within {number_text(BOUND_REACHED, '.0%')} of the bound "
+                f"optimal: {value}, within {near} % of the bound "
                 f"{number_text(self.bound)} {self.objective.unit}"
             )
         return (

@@ -35,7 +35,7 @@ from balance.motion.verification.comparison import VerificationComparison
 from balance.motion.verification.result import Verification
 from balance.motion.verification.run import Run
 from balance.support.linkage_names import linkage_names
-from kinematics.wording import count_noun, number_text
+from kinematics.wording import count_noun, unit_text
 
 Array = NDArray[np.float64]
 
@@ -236,6 +236,6 @@ def _numbers(verification: Verification, run: Run) -> list[tuple[str, str]]:
         rows.append((f"shaking {part}, peak", verification.load_text(part, run.peak(part))))
         rows.append((f"shaking {part}, rms", verification.load_text(part, run.rms(part))))
     bearing = float(run.bearing.max(initial=0.0))
-    rows.append(("bearing force", f"{number_text(bearing, '.3g')} N"))
+    rows.append(("bearing force", unit_text(bearing, "N", ".3g")))
     rows.append(("duration", f"{run.trajectory.duration:.4g} s"))
     return rows

@@ -134,7 +134,7 @@ def test_both_readings_of_rounded_angles_are_told(tmp_path, capsys, caplog):
     assert warning["code"] == "rounded_angles"
     assert f"rounded_angles: {warning['message']}" in caplog.messages
     share = report["residual"]["force"]
-    assert f"; nominal: not balanced, shaking force {share:.1e} and" in warning["message"]
+    assert f"; nominal: not balanced, shaking force {share:.2f} and" in warning["message"]
     assert "; as written: loop 'q3': does not close: " in warning["message"]
     code, report = run(capsys, SHAKING, *FEW, "--against", rounded)
     assert report["warnings"] == [] and len(report["against"]["warnings"]) == 1

@@ -22,6 +22,7 @@ from balance.app.answers.text.identification import (
 )
 from balance.masses.identification.exciting_motion import ExcitingMotion
 from balance.masses.identification.result import Identification
+from balance.support.tolerances import NOISE_LEAST
 from kinematics.numerics.array_types import Array
 
 # Most loads with a panel of their own, and most inputs with a line of their own.
@@ -161,6 +162,7 @@ def _number_columns(rows: Sequence[Sequence[str]]) -> list[int]:
 def _figure(time: Array, panels: Sequence[tuple[str, Sequence[_Line]]]) -> dict[str, Any]:
     """Build the chart of panels one above the other; the first one has the legend."""
     traces, count = [], len(panels)
+    scale = max(float(np.abs(line.values).max()) for _, lines in panels for line in lines)
     layout: dict[str, Any] = {
         "hovermode": "x",
         "height": REST_HEIGHT + PANEL_HEIGHT * count,
@@ -172,6 +174,8 @@ def _figure(time: Array, panels: Sequence[tuple[str, Sequence[_Line]]]) -> dict[
             "domain": [1.0 - (row + 1) / count, 1.0 - row / count],
             "title": {"text": title},
         }
+        if np.abs([line.values for line in lines]).max() <= NOISE_LEAST * scale:
+            layout[f"yaxis{mark}"]["range"] = [-scale, scale]
         traces += [
             {
                 "type": "scatter",

@@ -37,7 +37,7 @@ SIZE, MAX_DRAWINGS = (300, 220), 24
 # Part of the given mass below which no weight is drawn.
 DRAWN = 1e-6
 # Ratio of costs from which their axis is logarithmic.
-SPREAD = 30.0
+SPREAD = 20.0
 RANGE_MODES = {"linear": "tozero", "log": "normal"}
 AXES = (
     "added mass, of that of the linkage",
@@ -246,7 +246,7 @@ def _cost_figure(comparison: RemedyComparison) -> dict[str, Any]:
     ]
     marks += _trade_off_curves(comparison)
     x, y = (
-        {"title": {"text": text}, "type": kind, "rangemode": RANGE_MODES[kind]}
+        {"title": {"text": text}, "type": kind, "rangemode": RANGE_MODES[kind], "tight": False}
         for text, kind in zip(AXES, _scales(_cost_groups(comparison)), strict=True)
     )
     layout = {"xaxis": x, "yaxis": y, "height": 460, "showlegend": True}

@@ -14,7 +14,7 @@ from importlib.resources import files
 from balance.support.json_text import json_text
 
 # Spaces between a number and its unit, at which no line ends.
-UNBROKEN = re.compile(r"(?<=\d) (?=%|[kM]?N\b|kg\b|g\b|m\b|mm\b|s\b)|(?<=N) (?=m\b)")
+UNBROKEN = re.compile(r"(?<=\d) (?=%|[kM]?N\b|kg\b|g\b|m\b|mm\b|s\b)|(?<=N) (?=m\b)|(?<=±) ")
 NO_BREAK = "\u00a0"
 # Scripts that must run before a script.
 NEEDS = {

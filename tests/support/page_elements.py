@@ -6,7 +6,7 @@ import json
 from collections import Counter
 from html.parser import HTMLParser
 
-VOID = {"meta", "link", "br", "img", "input"}
+VOID = {"meta", "link", "br", "wbr", "img", "input"}
 
 
 class Elements(HTMLParser):

@@ -19,6 +19,8 @@ from balance.support.change_text import grows
 from balance.support.tolerances import SHAKING_GAP_PROVED
 from kinematics.wording import number_text, size_text, unit_text, vector_text
 
+# Part of a budget from which it is used, and part of the shaking that is not worth a word.
+USED, HARDLY_SHAKES = 0.99, 0.01
 DIGITS = 4
 FORM = f".{DIGITS}g"
 
@@ -55,8 +57,16 @@ def partial_facts(front: ParetoFront) -> list[tuple[str, str]]:
             )
         if given.force_off > 0.0 or best.shaking.force_off > 0.0:
             pairs.append(("tables", _rounding_text(best)))
-        pairs += [*density_facts(best.weights), *_drives(best)]
+        pairs += [*density_facts(best.weights), *_room_facts(best), *_drives(best)]
     return pairs
+
+
+def _room_facts(best: PartialBalance) -> list[tuple[str, str]]:
+    """Say that the room of the regions, not the budget, limits what is left to shake."""
+    if best.mass > USED * best.budget or best.share < HARDLY_SHAKES:
+        return []
+    used = f"{number_text(best.mass)} of {number_text(best.budget)} kg"
+    return [("room", f"{used}: more kilograms do no better there; --region L=SHAPE gives room")]
 
 
 def _growth_text(front: ParetoFront, part: str) -> str:

@@ -10,7 +10,7 @@ import kinematics
 from balance.app.cli.main import main
 from balance.support.csv_text import csv_table
 from tests.support.json_answers import json_answer
-from tests.support.page_elements import Elements
+from tests.support.page_elements import Elements, without_breaks
 
 MODEL = "four_bar_general"
 NAMES = ("fx", "fy", "fz", "mx", "my", "mz")
@@ -57,7 +57,7 @@ def test_the_page_has_the_answer_and_the_loads(capsys, tables, tmp_path):
     path, plan, table = (tmp_path / name for name in ("a.html", "plan.html", "plan.csv"))
     code, answer = json_answer(capsys, "identify", MODEL, *tables, "--html", str(path))
     assert code == 0
-    page = path.read_text("utf-8").replace("\N{NO-BREAK SPACE}", " ")
+    page = without_breaks(path.read_text("utf-8"))
     assert f'<p class="lede">{answer["sentence"]}</p>' in page
     (chart,) = Elements(page).data("figures")
     measured, by_file, explained = (trace["y"] for trace in chart["data"][:3])

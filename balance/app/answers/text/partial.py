@@ -63,7 +63,7 @@ def partial_facts(front: ParetoFront) -> list[tuple[str, str]]:
 
 def _room_facts(best: PartialBalance) -> list[tuple[str, str]]:
     """Say that the room of the regions, not the budget, limits what is left to shake."""
-    if best.mass > USED * best.budget or best.share < HARDLY_SHAKES:
+    if not best.weights or best.mass > USED * best.budget or best.share < HARDLY_SHAKES:
         return []
     used = f"{number_text(best.mass)} of {number_text(best.budget)} kg"
     return [("room", f"{used}: more kilograms do no better there; --region L=SHAPE gives room")]

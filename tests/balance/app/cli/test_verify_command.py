@@ -245,8 +245,12 @@ def test_a_crank_without_a_motion_is_asked_for_its_speed(capsys, caplog):
 
 
 def test_a_bar_appears_when_it_takes_long(monkeypatch, capsys):
+    """Not in a notebook, whose kernel sets ``FORCE_COLOR`` and reads a pipe."""
     monkeypatch.setattr("balance.app.cli.progress.BAR_PATIENCE", -1.0)
     monkeypatch.setenv("FORCE_COLOR", "1")
+    assert main(["verify", BALANCED, *FEW]) == 0
+    assert capsys.readouterr().err == ""
+    monkeypatch.setattr("balance.app.cli.progress.os.isatty", lambda _: True)
     assert main(["verify", BALANCED, "--trajectories", "2"]) == 0
     streams = capsys.readouterr()
     assert "motions" in streams.err and "motions" not in streams.out.partition("motions  ")[0]

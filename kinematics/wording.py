@@ -23,6 +23,10 @@ WIDTH = 96
 # Part of the floor of a size up to which it is written as a bound: not 1, for floors and scales
 # are powers of ten.
 NEAR_FLOOR = 0.95
+# Least and greatest power of ten of numbers that are written without one.
+PLAIN_POWERS = range(-2, 6)
+# Sizes from which a unit has a prefix, the largest first.
+PREFIXES = ((1e6, 1e6, "M"), (1e4, 1e3, "k"))
 # Most rows of a table in a notebook.
 HTML_ROWS = 12
 
@@ -52,7 +56,9 @@ def check_summary(check: NamedTuple, **floors: float) -> str:
 def size_text(
     size: float, form: str = ".1e", scale: float = 1.0, floor: float = SIZE_DETERMINED
 ) -> str:
-    """Write a size, or a bound where round-off decides it: ``2.5e-07``, ``below 1e-12``.
+    """Write a size, or a bound where round-off decides it: ``0.25``, ``below 1e-12``.
+
+    Sizes from 0.01 up to a million have no power of ten.
 
     A bound is the power of ten from ``0.95 floor scale`` up: a scale that is itself a power of
     ten, up to its last bits, has one bound.
@@ -65,13 +71,51 @@ def size_text(
             ``scale / floor`` are quotients of it, and written as ``above 1e+12``.
     """
     if isnan(size) or size == -inf or not 0.0 < scale < inf:
-        return f"{size:{form}}"
+        return _without_power(f"{size:{form}}")
     least, most = NEAR_FLOOR * floor * scale, scale / (NEAR_FLOOR * floor)
     if abs(size) <= least:
         return f"below {10.0 ** ceil(log10(least)):.0e}"
     if abs(size) >= most:
         return f"above {10.0 ** -ceil(-log10(most)):.0e}"
-    return f"{size:{form}}"
+    return _without_power(f"{size:{form}}")
+
+
+def _without_power(text: str) -> str:
+    """Write a number without its power of ten, unless that is large: ``9.42e+03`` as 9420."""
+    mantissa, _, power = text.partition("e")
+    if not power or int(power) not in PLAIN_POWERS:
+        return text
+    digits = sum(map(str.isdigit, mantissa))
+    return f"{float(text):.{max(digits - 1 - int(power), 0)}f}"
+
+
+def unit_text(
+    size: float,
+    unit: str,
+    form: str = ".4g",
+    scale: float = 0.0,
+    floor: float = SIZE_DETERMINED,
+) -> str:
+    """Write a size with its unit, in thousands if it is large: ``971 N``, ``97.7 kN``.
+
+    Args:
+        unit: of the size, which a prefix may stand before.
+        scale: what the size is to be compared with, see `size_text`; 0 for nothing.
+        floor: see `size_text`.
+    """
+    factor, prefix = prefix_of(size)
+    if prefix:
+        return f"{number_text(size / factor, form)} {prefix}{unit}"
+    text = size_text(size, form, scale, floor) if scale else number_text(size, form)
+    return f"{text} {unit}"
+
+
+def prefix_of(size: float) -> tuple[float, str]:
+    """Choose the prefix of the unit of a size, and what it multiplies by: ``(1000.0, "k")``."""
+    for least, factor, prefix in PREFIXES:
+        if least <= abs(size) < inf:
+            return factor, prefix
+    return 1.0, ""
 
 
 def round_to_ten_digits(value: float) -> float:
@@ -94,7 +138,8 @@ def number_text(
         scale: a size in the unit of the number.
         floor: part of the scale up to which a number is round-off, and written as 0.
     """
-    return f"{0.0 if abs(value) <= floor * scale else round_to_ten_digits(value):{form}}"
+    determined = 0.0 if abs(value) <= floor * scale else round_to_ten_digits(value)
+    return _without_power(f"{determined:{form}}")
 
 
 def outward_text(least: float, most: float) -> str:

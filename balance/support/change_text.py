@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from kinematics.wording import number_text
+from kinematics.wording import number_text, prefix_of
 
 # Ratio of a load to that before, from which it is written as a number of times.
 MANY_TIMES = 10.0
@@ -20,14 +20,15 @@ def change_text(
     Args:
         before: its size.
         after: its size then.
-        unit: of both.
+        unit: of both; a prefix may stand before it.
         least: sizes up to this are round-off, and written as 0.
         worded: whether to write ``92 % less`` instead of ``−92 %``.
     """
     first, then = (0.0 if size <= least else size for size in (before, after))
     if first == then == 0.0:
         return f"0 {unit}"
-    sizes = f"{_two_digits(first)} → {_two_digits(then)} {unit}"
+    factor, prefix = prefix_of(max(first, then))
+    sizes = f"{_two_digits(first / factor)} → {_two_digits(then / factor)} {prefix}{unit}"
     return f"{sizes} ({_percent_text(then / first, worded)})" if first else sizes
 
 

@@ -17,7 +17,7 @@ def linkage_title(linkage: Linkage) -> str:
 
 
 def linkage_names(linkages: Sequence[Linkage]) -> list[str]:
-    """Return the title of a linkage, and the name and file of each of several."""
+    """Return the title of a linkage, and what tells several apart: file, or name and file."""
     if len(linkages) == 1:
         return [linkage_title(linkages[0])]
     files = [PurePath(linkage.source).parts for linkage in linkages]
@@ -25,5 +25,7 @@ def linkage_names(linkages: Sequence[Linkage]) -> list[str]:
     # Use as many folders as distinguish the files.
     tails = ([PurePath(*file[-k:]).as_posix() for file in files] for k in range(1, longest + 1))
     apart = next((tail for tail in tails if len({*tail}) == len(tail)), None)
+    if apart and len({linkage.name for linkage in linkages}) == 1:
+        return apart
     labels = apart or [file[-1] for file in files]
     return [f"{linkage.name} ({file})" for linkage, file in zip(linkages, labels, strict=True)]

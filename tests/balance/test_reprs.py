@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import inspect
+from xml.etree import ElementTree
 
 import numpy as np
 import pytest
@@ -236,6 +237,24 @@ def test_every_public_class_has_a_short_repr(instances):
         assert 1 <= len(lines) <= 6 and max(map(len, lines)) <= 100, text
         assert "array(" not in text and "object at" not in text, text
         assert words in text and text.startswith(type(item).__name__), text
+
+
+@pytest.mark.slow
+def test_notebooks_show_a_table_of_sweeps_fronts_motions_and_paths(instances):
+    """One table each, of texts of the answer."""
+    shown = {
+        "SweepTable": ("coupler.length", "0.9 to 0.95 m"),
+        "ParetoFront": ("kg", "Shaking force"),
+        "QuietMotion": ("shaking moment", "N m"),
+        "ReactionlessPaths": ("path 2", "of the bodies"),
+    }
+    for item, _ in instances:
+        words = shown.pop(type(item).__name__, ())
+        if words:
+            table = ElementTree.fromstring(item._repr_html_())
+            assert table.tag == "table" and len(table.findall(".//tr")) > 1
+            assert all(word in "".join(table.itertext()) for word in words)
+    assert not shown
 
 
 @pytest.mark.slow

@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
-from kinematics.wording import check_summary, number_text, size_text, vector_text
+from kinematics.wording import check_summary, number_text, size_text, unit_text, vector_text
 
 
 @pytest.mark.parametrize("size", [0.0, 1e-300, 3e-17, -5e-16, 1.4e-15, 9e-13])
@@ -77,3 +77,27 @@ def test_the_summary_of_a_check():
     assert summary == "Check: accepted, error below 1e-12, excluded above 1e+12, left 0.65"
     equal = check_summary(Check(False, 2.3e-16, 1e-17, 0.65))
     assert equal == "Check: not accepted, error and excluded below 1e-12, left 0.65"
+
+
+@pytest.mark.parametrize(
+    ("size", "text"),
+    [(0.7449, "0.74"), (0.021, "0.021"), (1.0, "1.0"), (9.771e4, "98000"), (3.1e-3, "3.1e-03")],
+)
+def test_sizes_near_one_have_no_power_of_ten(size, text):
+    assert size_text(size) == text
+    assert float(text) == pytest.approx(size, rel=0.05)
+
+
+@pytest.mark.parametrize(
+    ("size", "text"),
+    [(9420.0, "9420 N"), (97710.0, "97.7 kN"), (-1.4712e6, "-1.47 MN"), (0.25, "0.25 N")],
+)
+def test_large_sizes_have_a_unit_with_a_prefix(size, text):
+    assert unit_text(size, "N", ".3g") == text
+    number, unit = text.split()
+    factor = {"N": 1.0, "kN": 1e3, "MN": 1e6}[unit]
+    assert float(number) * factor == pytest.approx(size, rel=5e-3)
+
+
+def test_a_size_of_round_off_keeps_its_unit():
+    assert unit_text(1e-10, "N m", ".3g", 1e5) == "below 1e-07 N m"

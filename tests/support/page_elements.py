@@ -6,7 +6,12 @@ import json
 from collections import Counter
 from html.parser import HTMLParser
 
-VOID = {"meta", "link", "br", "img", "input"}
+VOID = {"meta", "link", "br", "wbr", "img", "input"}
+
+
+def without_breaks(page: str) -> str:
+    """The text of a page without the places at which its lines may, or may not, end."""
+    return page.replace("<wbr>", "").replace("\N{NO-BREAK SPACE}", " ")
 
 
 class Elements(HTMLParser):

@@ -69,7 +69,7 @@ class HelpText(argparse.RawDescriptionHelpFormatter):
         prefix: str | None,
     ) -> str:
         """Write the words that a command needs, in one line; with a prefix, it is a name."""
-        needed = [action for action in actions if action.required]
+        needed = [x for x in actions if x.required or getattr(x, "asked_for", False)]
         named = [action for action in needed if action.option_strings]
         words = [
             self._prog,

@@ -19,6 +19,7 @@ from balance.app.cli.matter_options import (
     add_matter_options,
     add_merge_option,
     check_matter_options,
+    require_links,
 )
 from balance.app.cli.model_options import add_model_options
 from balance.app.cli.model_readings import certified_space
@@ -108,8 +109,9 @@ def add_counterweights(parser: Parser) -> None:
     add_solids_option(parser)
     add_page_option(parser, "with the loads before and after")
     parser.add_examples(
-        "balance counterweights robot.urdf --links crank --parts made",
         "balance counterweights robot.urdf --links crank --speed 300rpm --html page.html",
+        "balance counterweights robot.urdf --balance force --links crank \\\n"
+        "    --region 'crank=box(-90mm:-20mm,-30mm:30mm,0:12mm)' --parts made",
         "balance counterweights robot.urdf --balance force --links crank,rocker \\\n"
         "    --shape disc=20mm --out balanced.urdf",
     )
@@ -123,6 +125,7 @@ def _run(arguments: argparse.Namespace) -> Answer:
     """
     check_requirement_options(arguments, ("max_order",))
     check_matter_options(arguments)
+    require_links(arguments)
     _check_objective(arguments)
     check_parts_options(arguments)
     if arguments.payload is not None and arguments.merge:

@@ -16,7 +16,12 @@ from balance.app.cli.number_arguments import (
     point,
     whole_number,
 )
-from balance.app.cli.outputs import add_picture_option, describe_written, kind_of
+from balance.app.cli.outputs import (
+    add_page_option,
+    add_picture_option,
+    describe_written,
+    kind_of,
+)
 from balance.app.cli.progress import progress_bar, spinner
 from balance.app.cli.quiet import add_limit, limits_by_name
 from balance.support.options import GRAVITY
@@ -46,9 +51,10 @@ def add_identify(parser: Parser) -> None:
         "--out", metavar="FILE", help="write the linkage with these masses, or the plan"
     )
     add_picture_option(parser)
+    add_page_option(parser, "with loads and masses, or the plan")
     parser.add_examples(
         "balance identify robot.urdf --plan --duration 5 --out motion.csv",
-        "balance identify robot.urdf --motion motion.csv --wrench loads.csv",
+        "balance identify robot.urdf --motion m.csv --wrench l.csv --html page.html",
         "balance identify robot.urdf --motion m.csv --wrench l.csv --out real.urdf",
     )
 
@@ -196,14 +202,22 @@ def _plan(arguments: argparse.Namespace) -> ExcitingMotion:
 
 def _files(arguments: argparse.Namespace, answer: Identification) -> Files:
     """Find what makes the files of an identification."""
-    from balance.app.answers.html.identification import identification_picture
+    from balance.app.answers.html.identification import (
+        identification_page,
+        identification_picture,
+    )
 
     picture = partial(identification_picture, answer, kind_of(arguments.plot))
-    return {"out": answer.to_urdf, "plot": picture}
+    return {
+        "out": answer.to_urdf,
+        "plot": picture,
+        "html": partial(identification_page, answer),
+    }
 
 
 def _plan_files(arguments: argparse.Namespace, plan: ExcitingMotion) -> Files:
     """Find what makes the files of a plan."""
-    from balance.app.answers.html.identification import plan_picture
+    from balance.app.answers.html.identification import plan_page, plan_picture
 
-    return {"out": plan.table, "plot": partial(plan_picture, plan, kind_of(arguments.plot))}
+    picture = partial(plan_picture, plan, kind_of(arguments.plot))
+    return {"out": plan.table, "plot": picture, "html": partial(plan_page, plan)}

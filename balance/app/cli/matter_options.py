@@ -6,7 +6,7 @@ import argparse
 from collections.abc import Sequence
 
 from balance.app.cli.arguments import Parser
-from balance.app.cli.model_options import parse_names
+from balance.app.cli.model_options import load_model, parse_names
 from kinematics.errors import UsageError
 
 
@@ -16,26 +16,36 @@ def add_matter_options(parser: Parser, purpose: str, required: bool = False) -> 
     Args:
         parser: the parser of a command.
         purpose: help of ``--links``.
-        required: whether the command needs links.
+        required: whether the command needs links, which `require_links` then asks for.
     """
     group = parser.group("matter")
-    group.add_argument(
+    links = group.add_argument(
         "--links",
         action=_AddNames,
         type=_link_names,
         default=[],
         metavar="L1,L2",
-        required=required,
         help=f"{purpose}; repeatable",
     )
+    # Not argparse's own word, which could not say which links there are.
+    links.asked_for = required  # type: ignore[attr-defined]
     group.add_argument(
         "--region",
         action="append",
         type=_link_region,
         default=[],
         metavar="L=SHAPE",
-        help="ball(x,y,z,r), box, cylinder, ellipsoid, collision",
+        help="ball(x,y,z,r), box(x0:x1,y0:y1,z0:z1), collision …",
     )
+
+
+def require_links(arguments: argparse.Namespace) -> None:
+    """End the command with code 2 if it has no links, and name those that there are."""
+    if not arguments.links:
+        names = [body.name for body in load_model(arguments, arguments.angles).bodies]
+        arguments.refuse(
+            f"give --links: those that may get matter, or all of {', '.join(names)}"
+        )
 
 
 def add_merge_option(parser: Parser) -> None:

@@ -91,8 +91,9 @@ def progress_bar(what: str, rate: bool = False) -> Iterator[Advance]:
             from rich.console import Console
             from rich.progress import Progress
 
-            console = Console(stderr=True)
-            bar = Progress(console=console, transient=True, disable=not console.is_terminal)
+            # Kernels of notebooks set FORCE_COLOR, which makes rich take a pipe for a terminal.
+            piped = not os.isatty(STANDARD_ERROR)
+            bar = Progress(console=Console(stderr=True), transient=True, disable=piped)
             bar.add_task(what, completed=before, total=total)
             shown.enter_context(bar)
         if bar is not None:

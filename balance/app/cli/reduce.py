@@ -19,6 +19,7 @@ from balance.app.cli.matter_options import (
     add_matter_options,
     add_merge_option,
     check_matter_options,
+    require_links,
 )
 from balance.app.cli.model_options import add_model_options, load_model
 from balance.app.cli.motion_source import (
@@ -166,6 +167,7 @@ def _add_least_options(parser: Parser) -> None:
 def _check_options(arguments: argparse.Namespace) -> None:
     """End the command with code 2 if options contradict each other."""
     check_matter_options(arguments)
+    require_links(arguments)
     check_density_options(arguments)
     check_parts_options(arguments)
     if arguments.payload is not None and arguments.merge:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 from balance.masses.counterweights.counterweight import Counterweight
 from balance.masses.counterweights.exclusion import Exclusion
+from balance.masses.counterweights.link_regions import ALL
 from balance.masses.counterweights.program import AddedObjective
 from balance.masses.counterweights.regions import Region
 from balance.masses.counterweights.volume.filling_check import FillingCheck
@@ -37,7 +38,7 @@ class Relaxation:
     """One change of an infeasible request that makes it feasible.
 
     Attributes:
-        link: the link; None if all matter must be denser.
+        link: the link, or ``"all"`` if no fewer help; None if all matter must be denser.
         factor: factor by which its region must grow about its centre, or the density; None if
             matter must be added to this link too, in its default region.
         mass: mass that is then added, kg.
@@ -51,10 +52,8 @@ class Relaxation:
     def words(self) -> str:
         """The change in words."""
         if self.factor is None:
-            return (
-                f"adding matter to '{self.link}' too would do "
-                f"({number_text(self.mass)} kg in all)"
-            )
+            which = "all links" if self.link == ALL else f"'{self.link}' too"
+            return f"adding matter to {which} would do ({number_text(self.mass)} kg in all)"
         if self.link is None:
             return (
                 f"matter {number_text(self.factor)} times as dense would do "

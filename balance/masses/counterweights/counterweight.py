@@ -78,7 +78,7 @@ class Counterweight:
         """What it is, in words: lumps, one body, or a part of the region."""
         if self.form is None:
             return "one body" if not self.lumps else count_noun(len(self.lumps), "lump")
-        share = f"{number_text(100.0 * self.share, '.3g')} % of {self.region.text}"
+        share = f"{number_text(100.0 * self.share, '.3g')} % of {self.region.words}"
         if self.cut is None:
             return share
         normal, distance = self.cut

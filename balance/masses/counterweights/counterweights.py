@@ -10,7 +10,7 @@ import numpy as np
 
 from balance.masses.counterweights.answer import Counterweights, Relaxation
 from balance.masses.counterweights.decide import decide
-from balance.masses.counterweights.link_regions import default_region, regions_of
+from balance.masses.counterweights.link_regions import ALL, default_region, regions_of
 from balance.masses.counterweights.loads_along import with_loads
 from balance.masses.counterweights.program import IDLE_MASS_PRICE, AddedObjective
 from balance.masses.counterweights.regions import Region
@@ -230,7 +230,7 @@ def _single_relaxations(
 
     Returns:
         Growths of regions, the smallest first, then further links, the lightest first;
-        equal ones in the order of the bodies.
+        equal ones in the order of the bodies. If there are none, all further links together.
     """
     grown, more = [], []
     for b in regions:
@@ -240,6 +240,10 @@ def _single_relaxations(
         if b not in regions:
             mass = mass_of(dict(sorted({**regions, b: default_region(space, b)}.items())))
             more += [] if mass is None else [Relaxation(space.bodies[b], None, mass)]
+    if not grown and not more and len(space.bodies) > len(regions) + 1:
+        every = {b: default_region(space, b) for b in range(len(space.bodies))} | {**regions}
+        mass = mass_of(every)
+        return () if mass is None else (Relaxation(ALL, None, mass),)
     factors = [relaxation.factor or 0.0 for relaxation in grown]
     masses = [relaxation.mass for relaxation in more]
     return (

@@ -18,6 +18,7 @@ and its axis along (ax, ay, az), and a box with angles is turned about its middl
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass, replace
 from itertools import product
 from typing import Literal
@@ -159,6 +160,11 @@ class Region:
             tolerance: distance outside that counts as inside, in unit coordinates.
         """
         return np.asarray(self.excess(self.to_unit(points)) <= tolerance)
+
+    @property
+    def words(self) -> str:
+        """The text with numbers of more than six decimals to four digits."""
+        return re.sub(r"\d+\.\d{7,}", lambda number: number_text(float(number[0])), self.text)
 
     def grown(self, factor: float) -> Region:
         """Return the region stretched about its centre by a factor."""

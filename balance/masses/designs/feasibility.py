@@ -56,6 +56,7 @@ from balance.space.certification.certified_space import CertifiedSpace
 from balance.space.spaces.compute_space import as_space
 from balance.space.spaces.design_space import DesignSpace
 from balance.support.clarabel_adapter import ConicSolution, ConstraintBlock, solve_conic
+from balance.support.options import Balance
 from balance.support.tolerances import KEPT_BODY_RESIDUAL
 from kinematics.loading.model_gallery import LinkageLike
 from kinematics.model.arrays import freeze
@@ -96,7 +97,9 @@ class Feasibility:
         return repr_lines(f"Feasibility: {self.words}")
 
 
-def feasible(space: DesignSpace | LinkageLike) -> Feasibility:
+def feasible(
+    space: DesignSpace | LinkageLike, *, balance: Balance | None = None
+) -> Feasibility:
     """Decide whether a design space contains a physically realisable mass distribution.
 
     A distribution is realisable if all pseudo-inertias are positive definite. The
@@ -105,6 +108,7 @@ def feasible(space: DesignSpace | LinkageLike) -> Feasibility:
 
     Args:
         space: a design space, or an argument of `design_space`.
+        balance: ``"dynamic"``, as by default, or ``"force"``; of a space, what it is for.
 
     Returns:
         ``"feasible"`` with a design that `check_design` accepts, ``"infeasible"`` with a
@@ -116,14 +120,13 @@ def feasible(space: DesignSpace | LinkageLike) -> Feasibility:
         (pseudo-inertia); S. Boyd, L. Vandenberghe, Convex Optimization, 2004, section 5.8.
 
     Example:
-        >>> import balance, kinematics
-        >>> linkage = kinematics.load("robot.urdf")
-        >>> balance.masses.feasible(balance.design_space(linkage)).verdict
+        >>> import balance
+        >>> balance.masses.feasible("robot.urdf").verdict
         'infeasible'
-        >>> balance.masses.feasible(balance.design_space(linkage, balance="force")).verdict
+        >>> balance.masses.feasible("robot.urdf", balance="force").verdict
         'feasible'
     """
-    return decide_feasibility(as_space(space), Constraints())
+    return decide_feasibility(as_space(space, balance=balance), Constraints())
 
 
 def decide_feasibility(

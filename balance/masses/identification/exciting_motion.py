@@ -42,7 +42,7 @@ from balance.space.conditions.rank import singular_value_decomposition
 from balance.space.spaces.compute_space import design_space
 from balance.space.spaces.design_space import DesignSpace
 from balance.support.options import GRAVITY, Balance
-from balance.support.result_files import WithPicture, write_file
+from balance.support.result_files import WithPage, WithPicture, write_file
 from kinematics.closure.joint_positions import input_chain
 from kinematics.errors import PoseError, UsageError
 from kinematics.loading.model_gallery import LinkageLike, as_linkage
@@ -81,7 +81,7 @@ class Excitation(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class ExcitingMotion(WithPicture):
+class ExcitingMotion(WithPage, WithPicture):
     """Result of `exciting_motion`.
 
     Attributes:
@@ -97,6 +97,7 @@ class ExcitingMotion(WithPicture):
         trajectory: the motion of all joints.
     """
 
+    page_maker = "identification:plan_page"
     picture_maker = "identification:plan_picture"
 
     space: DesignSpace

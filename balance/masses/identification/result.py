@@ -16,7 +16,7 @@ from balance.masses.identification.measurements import Measurements
 from balance.motion.verification.trajectory import Trajectory
 from balance.space.inertial_parameters.body_inertia import BodyInertia
 from balance.space.spaces.design_space import DesignSpace
-from balance.support.result_files import WithPicture, write_file
+from balance.support.result_files import WithPage, WithPicture, write_file
 from kinematics.model.linkage import Notice
 from kinematics.numerics.array_types import Array
 from kinematics.wording import count_noun, html_facts, number_text, repr_lines
@@ -120,7 +120,7 @@ class ChannelFit(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class Identification(WithPicture):
+class Identification(WithPage, WithPicture):
     """Result of `identify`.
 
     Attributes:
@@ -150,6 +150,7 @@ class Identification(WithPicture):
         notices: remarks.
     """
 
+    page_maker = "identification:identification_page"
     picture_maker = "identification:identification_picture"
 
     space: DesignSpace

@@ -239,5 +239,19 @@ class ParetoFront(WithPage, WithPicture):
             for design in self.designs
             if design.shaking is not None
         )
+        return repr_lines(self._title, *parts)
+
+    def _repr_html_(self) -> str:
+        """Table of the same facts, for notebooks."""
+        rows = (
+            (f"+{number_text(design.mass)} kg", design.sentence)
+            for design in self.designs
+            if design.shaking is not None
+        )
+        return html_facts(self._title, *rows)
+
+    @property
+    def _title(self) -> str:
+        """What it is, in words."""
         name = self.designs[0].space.linkage.name
-        return repr_lines(f"ParetoFront of {name}, {len(self.designs)} designs", *parts)
+        return f"ParetoFront of {name}, {len(self.designs)} designs"

@@ -19,10 +19,10 @@ from balance.motion.manufacture.deviations import (
     exact_peaks,
 )
 from balance.motion.manufacture.worst_case import worst_case
-from balance.motion.verification.given_motions import Motions, read_motions
+from balance.motion.verification.given_motions import Motions
 from balance.motion.verification.trajectory import random_motions
+from balance.motion.verification.verify_motions import given_or_turned
 from balance.support.options import point_of
-from kinematics.errors import PoseError
 from kinematics.loading.model_gallery import LinkageLike, as_linkage
 from kinematics.model.linkage import Linkage
 from kinematics.numerics.array_types import Array
@@ -151,6 +151,8 @@ def shaking_tolerance(
     com: float = 0.0,
     *,
     motions: Motions | None = None,
+    speed: float | str | None = None,
+    crank: str | None = None,
     about: ArrayLike | None = None,
     z: ArrayLike | None = None,
     trajectories: int = 10,
@@ -171,6 +173,8 @@ def shaking_tolerance(
             at right angles to it, metres.
         com: bound on the centre of mass of each link, along each axis of its frame, metres.
         motions: one or several, as for `balance.verify`; by default its random ones.
+        speed: speed of a crank, rad/s, or ``"300rpm"``: the motion is one revolution.
+        crank: name of that crank, as for `balance.verify`.
         about: point for moments in the inertial frame, metres; the middle of the mechanism by
             default.
         z: parameters as in `balance.verify`; those of the file by default.
@@ -184,7 +188,8 @@ def shaking_tolerance(
     Raises:
         UsageError: a bound is out of range.
         LinkageError: loops do not close with other lengths.
-        PoseError: nothing moves.
+        PoseError: nothing moves, or the crank cannot turn fully.
+        ValueError: there are motions and a speed.
 
     Source: the support function of a zonotope; for tolerances of balance: V. H. Arakelian,
         M. R. Smith, Journal of Mechanical Design 127, 2005.
@@ -198,11 +203,9 @@ def shaking_tolerance(
     linkage = as_linkage(linkage)
     tolerances = Tolerances(mass, length, com)
     deviations = deviations_of(linkage, tolerances)
-    followed = read_motions(linkage, motions)
+    followed, _ = given_or_turned(linkage, motions, speed, crank)
     if followed is None:
         followed = list(random_motions(linkage, trajectories, seed=seed))
-    if not any(trajectory.moves for trajectory in followed):
-        raise PoseError(f"{linkage.source}: nothing moves; give inputs that change with time")
     middle = linkage.spatial_chain.frame.origin
     point = middle if about is None else point_of(about)
     parameters = None if z is None else np.asarray(z, dtype=np.float64)

@@ -13,7 +13,7 @@ from balance.support.result_files import WithPage, WithPicture
 from kinematics.model.linkage import Linkage, Notice
 from kinematics.model.motion import Motion
 from kinematics.numerics.array_types import Array
-from kinematics.wording import count_noun, number_text, repr_lines
+from kinematics.wording import count_noun, html_facts, number_text, repr_lines
 
 if TYPE_CHECKING:
     from balance.motion.paths.tool_paths import ToolPaths
@@ -114,6 +114,17 @@ class ReactionlessPaths(WithPage, WithPicture):
     notices: tuple[Notice, ...]
     target: PathTarget | None = None
     tool: ToolPaths | None = None
+
+    def _repr_html_(self) -> str:
+        """Table of the paths, for notebooks."""
+        rows = (
+            (f"path {k}", repr(path).removeprefix("ReactionlessPath "))
+            for k, path in enumerate(self.paths, 1)
+        )
+        reason = [("none", self.reason)] if self.reason else []
+        dimension = ("null space", f"{self.dimension} in general")
+        title = f"ReactionlessPaths of {self.linkage.name}"
+        return html_facts(title, dimension, *rows, *reason)
 
     def __repr__(self) -> str:
         """Two lines: the dimension, and the paths."""

@@ -22,7 +22,7 @@ from balance.support.options import GRAVITY
 from balance.support.result_files import WithPage, WithPicture
 from kinematics.model.linkage import Linkage, Notice
 from kinematics.numerics.array_types import Array
-from kinematics.wording import number_text, repr_lines, size_text
+from kinematics.wording import html_facts, number_text, repr_lines, size_text
 
 SCHEMA = "balance.quiet/1"
 
@@ -180,9 +180,24 @@ class QuietMotion(WithPage, WithPicture):
 
     def __repr__(self) -> str:
         """Two lines: the linkage, and the verdict."""
-        return repr_lines(
-            f"QuietMotion of {self.linkage.name} in {number_text(self.duration)} s", self.words
-        )
+        return repr_lines(self._title, self.words)
+
+    def _repr_html_(self) -> str:
+        """Table of the same facts, and of the shaking, for notebooks."""
+        rows = [("verdict", self.words)]
+        if self.exceeded is None:
+            for part, unit in (("force", "N"), ("moment", "N m")):
+                peak, rms = (
+                    f"{self.size_text(getattr(self.after, f'{part}_{kind}'))} {unit}"
+                    for kind in ("peak", "rms")
+                )
+                rows.append((f"shaking {part}", f"peak {peak}, rms {rms}"))
+        return html_facts(self._title, *rows)
+
+    @property
+    def _title(self) -> str:
+        """What it is, in words."""
+        return f"QuietMotion of {self.linkage.name} in {number_text(self.duration)} s"
 
     @property
     def feasible(self) -> bool:
@@ -243,8 +258,9 @@ class QuietMotion(WithPage, WithPicture):
             reason = " for the moment" if self.objective.part == "moment" else ""
             return f"{self.verdict}: {value}; no bound is known{reason}"
         if self.at_bound:
+            near = number_text(100.0 * BOUND_REACHED, ".0f")
             return (
-                f"optimal: {value}, within {number_text(BOUND_REACHED, '.0%')} of the bound "
+                f"optimal: {value}, within {near} % of the bound "
                 f"{number_text(self.bound)} {self.objective.unit}"
             )
         return (

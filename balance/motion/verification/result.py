@@ -22,7 +22,14 @@ from kinematics.model.motion import Motion
 from kinematics.numerics.array_types import Array
 from kinematics.numerics.linalg.ties import first_largest
 from kinematics.numerics.tolerances import SIZE_DETERMINED, TIE_RELATIVE
-from kinematics.wording import count_noun, html_facts, outward_text, repr_lines, size_text
+from kinematics.wording import (
+    count_noun,
+    html_facts,
+    outward_text,
+    repr_lines,
+    size_text,
+    unit_text,
+)
 
 VERIFY_SCHEMA = "balance.verify/1"
 # Units of shaking loads.
@@ -265,8 +272,7 @@ class Verification(WithPage, WithPicture):
             part: ``"force"`` or ``"moment"``.
             load: its size, N or N m.
         """
-        size = size_text(load, ".3g", self.part_scale(part), self.round_off)
-        return f"{size} {UNITS[part]}"
+        return unit_text(load, UNITS[part], ".3g", self.part_scale(part), self.round_off)
 
     @property
     def round_off(self) -> float:

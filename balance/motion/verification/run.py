@@ -8,7 +8,7 @@ import numpy as np
 
 from balance.motion.verification.trajectory import Trajectory
 from kinematics.numerics.array_types import Array, Flags
-from kinematics.wording import repr_lines, size_text
+from kinematics.wording import repr_lines, unit_text
 
 # Components of a wrench.
 PARTS = {"force": slice(3, 6), "moment": slice(0, 3)}
@@ -91,6 +91,6 @@ class Run:
         scale = float(self.inertia.max(initial=0.0))
         return repr_lines(
             f"Run: {self.trajectory!r}",
-            f"shaking force {size_text(force, '.3g', scale)} N, shaking moment "
-            f"{size_text(moment, '.3g', scale)} N m",
+            f"shaking force {unit_text(force, 'N', '.3g', scale)}, shaking moment "
+            f"{unit_text(moment, 'N m', '.3g', scale)}",
         )

@@ -119,7 +119,7 @@ def verify(
         problem, remedy = "no moving link has a mass", "give the links that move an <inertial>"
         raise FileError(clean(linkage.source, 1000), "", problem, remedy)
     model = PinocchioModel(linkage, masses)
-    given, rotation = _given_motions(linkage, motions, speed, crank, motion)
+    given, rotation = given_or_turned(linkage, motions, speed, crank, motion)
     followed: Iterable[Trajectory] = given or ()
     if given is None:
         limits = motion_of(linkage, motion)
@@ -140,12 +140,12 @@ def verify(
     )
 
 
-def _given_motions(
+def given_or_turned(
     linkage: Linkage,
     motions: Motions | None,
     speed: float | str | None,
     crank: str | None,
-    motion: Motion | str | Sequence[str] | None,
+    motion: Motion | str | Sequence[str] | None = None,
 ) -> tuple[Sequence[Trajectory] | None, Crank | None]:
     """Return the given motions, or the revolution of a crank; None for random motions.
 

@@ -43,6 +43,7 @@ from balance.space.exact.serial import exact_transfers, has_branching_links
 from balance.space.spaces.certainty import Certainty
 from balance.space.spaces.compute_space import as_space
 from balance.space.spaces.design_space import DesignSpace
+from balance.support.options import Balance
 from balance.support.tolerances import (
     MOMENTUM_RESIDUAL,
     MOMENTUM_RESIDUAL_ILL_CONDITIONED,
@@ -78,7 +79,9 @@ _BELIEVE_WITHOUT_LOOPS = (
 _UNSETTLED = "poses further on need more conditions than were found"
 
 
-def certify(space: DesignSpace | LinkageLike) -> CertifiedSpace:
+def certify(
+    space: DesignSpace | LinkageLike, *, balance: Balance | None = None
+) -> CertifiedSpace:
     """Confirm or correct the integers of a design space, and state how sure they are.
 
     Exact arithmetic, from the decimals of the file, bounds the rank from below at every
@@ -90,6 +93,7 @@ def certify(space: DesignSpace | LinkageLike) -> CertifiedSpace:
 
     Args:
         space: a design space from `design_space`, or an argument of it.
+        balance: ``"dynamic"``, as by default, or ``"force"``; of a space, what it is for.
 
     Returns:
         The space; its ``certainty`` holds for all of its integers.
@@ -103,9 +107,10 @@ def certify(space: DesignSpace | LinkageLike) -> CertifiedSpace:
         >>> balance.certify(space).certainty.level
         'proved'
     """
+    space = as_space(space, balance=balance)
     if isinstance(space, CertifiedSpace):
         return space
-    return add_meant_notice(add_mending_doubt(_certify(as_space(space))))
+    return add_meant_notice(add_mending_doubt(_certify(space)))
 
 
 def _certify(space: DesignSpace) -> CertifiedSpace:

@@ -19,7 +19,7 @@ from balance.studies.runs.chunk_job import Column, chunk_count
 from balance.studies.runs.parent_process import end_with_parent
 from balance.studies.sweeps.job import SweepJob
 from balance.support.result_files import Picture, WithPage, draw_file
-from kinematics.wording import count_noun, first_names, repr_lines
+from kinematics.wording import count_noun, first_names, html_facts, number_text, repr_lines
 
 if TYPE_CHECKING:
     from pandas import DataFrame
@@ -64,6 +64,18 @@ class SweepTable(WithPage):
         told = [f"{count} without an answer: {why}" for why, count in self.reasons.items()]
         head = f"SweepTable: {count_noun(len(self), 'geometry')}"
         return repr_lines(head, f"columns {first_names(list(self.columns))}", *told)
+
+    def _repr_html_(self) -> str:
+        """Table of the columns with their least and largest values, for notebooks."""
+        rows = []
+        for name, values in self.columns.items():
+            plain = [x for x in _plain(values) if isinstance(x, (int, float))]
+            unit = f" {self.units[name]}" if name in self.units else ""
+            if plain:
+                ends = f"{number_text(min(plain))} to {number_text(max(plain))}{unit}"
+                rows.append((name, ends))
+        told = ((f"{count} without an answer", why) for why, count in self.reasons.items())
+        return html_facts(f"SweepTable: {count_noun(len(self), 'geometry')}", *told, *rows)
 
     def to_pandas(self) -> DataFrame:
         """Convert to a pandas table, with pandas installed."""

@@ -18,8 +18,8 @@ MOTION_OPTIONS = ("crank", "duration", "poses", "samples", "speed")
 # Samples of a motion between poses, and seconds of each of its lines, by default.
 SAMPLES, DURATION = 200, 1.0
 REMEDY = (
-    "write speed = 10.0, or poses = [[0.0], [0.5]] in displacements of the inputs, and leave "
-    "out the other"
+    'below a line such as [compute.shaking] write speed = "300rpm", or poses = [[0.0], [0.5]] '
+    "in displacements of the inputs, and leave out the other"
 )
 
 

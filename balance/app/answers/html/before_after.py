@@ -15,6 +15,7 @@ from balance.app.answers.html.time_panels import (
     DASHES,
     Panel,
     PanelColumn,
+    drives_title,
     panels_figures,
 )
 from balance.app.answers.html.verification import (
@@ -148,7 +149,7 @@ def _over_time(pair: Sequence[Verification], names: Sequence[str], k: int) -> di
             least * arm,
         ),
         (
-            "drive torque (N m), force (N)",
+            f"drive {drives_title(pair[0].linkage)}",
             *_largest([run.drive for run in runs], [check.linkage.inputs for check in pair]),
             0.0,
         ),

@@ -16,7 +16,7 @@ from balance.motion.flexible.flex_data import beam_deflection, moment_about, mot
 from balance.motion.flexible.from_linkage import FlexibleLinkage
 from balance.motion.flexible.linkage_motion import FlexibleSimulation
 from balance.motion.flexible.simulate import FlexibleMotion
-from kinematics.wording import number_text
+from kinematics.wording import number_text, unit_text
 
 Array = NDArray[np.float64]
 # Points of a line over time.
@@ -54,12 +54,13 @@ def _summary(linkage: FlexibleLinkage, motion: FlexibleMotion) -> str:
     """Say how much the linkage shakes its mount, and how far its beams bend."""
     moment = float(np.abs(moment_about(motion, linkage.point)).max())
     bends = (
-        f"{name} bends by {number_text(beam_deflection(motion, linkage, name).max(), '.3g')} m"
+        f"{name} bends by "
+        f"{number_text(1e3 * float(beam_deflection(motion, linkage, name).max()), '.3g')} mm"
         for name in linkage.beams
     )
     return (
-        f"It shakes its mount with at most {number_text(motion.peak_force, '.3g')} N and "
-        f"{number_text(moment, '.3g')} N m; {', '.join(bends)}."
+        f"It shakes its mount with at most {unit_text(motion.peak_force, 'N', '.3g')} and "
+        f"{unit_text(moment, 'N m', '.3g')}; {', '.join(bends)}."
     )
 
 
@@ -78,6 +79,7 @@ def _figure(linkage: FlexibleLinkage, motion: FlexibleMotion) -> dict[str, Any]:
             "y": short(values),
             "mode": "lines",
             "type": "scatter",
+            "showlegend": k < 2,
             "yaxis": "y2" if k == 2 else "y",
             "line": {"color": COLOURS[k], "width": 1.5},
         }

@@ -12,6 +12,7 @@ from balance.app.answers.html.time_panels import (
     MAX_LINES,
     Panel,
     PanelColumn,
+    inputs_title,
     panels_figures,
     panels_picture,
 )
@@ -33,7 +34,7 @@ def _panels(motion: FloatingBaseMotion) -> list[Panel]:
     lines = [of.rotation, of.displacement, of.turning]
     titles = ("base rotation (rad)", "base displacement (m)", "base turning (rad/s)")
     return [
-        Panel("inputs (rad or m)", tuple(names[k] for k in shown), of.u[:, shown].T),
+        Panel(inputs_title(motion.linkage), tuple(names[k] for k in shown), of.u[:, shown].T),
         *(
             Panel(title, axes, line.T, ROUND_OFF)
             for title, line in zip(titles, lines, strict=True)

@@ -1,19 +1,196 @@
-"""Pictures of an identification: loads and what explains them; of a plan: its inputs."""
+"""Page and picture of an identification: loads and what explains them; of a plan: inputs."""
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Sequence
+from html import escape
 from math import ceil
-from typing import Any
+from typing import Any, NamedTuple
 
-from balance.app.answers.html.plot_style import image, tidy
-from balance.app.answers.html.time_panels import COLOURS
+import numpy as np
+
+from balance.app.answers.answer import AnswerBody, AnswerTable, Facts
+from balance.app.answers.html.plot_style import image, short, tidy
+from balance.app.answers.html.render import facts_list, render_page, rows_table
+from balance.app.answers.html.time_panels import COLOURS, inputs_title
+from balance.app.answers.text.identification import (
+    identification_body,
+    identification_facts,
+    load_unit,
+    plan_body,
+    plan_sentence,
+)
 from balance.masses.identification.exciting_motion import ExcitingMotion
-from balance.masses.identification.measurements import WRENCH
 from balance.masses.identification.result import Identification
+from balance.support.tolerances import NOISE_LEAST
+from kinematics.numerics.array_types import Array
 
 # Most loads with a panel of their own, and most inputs with a line of their own.
 MAX_PANELS = 9
 MAX_LINES = 6
+# Most samples of a load that a page draws.
+MAX_SAMPLES = 300
+# Height of a panel of a page, and of what is above and below them, pixels.
+PANEL_HEIGHT, REST_HEIGHT = 150, 60
+
+
+class _Line(NamedTuple):
+    """A line of a panel of a page.
+
+    Attributes:
+        name: in the legend.
+        values: over time (N,).
+        colour: of the line, or of its marks.
+        dash: its dashes; empty for marks.
+    """
+
+    name: str
+    values: Array
+    colour: str
+    dash: str
+
+
+def identification_page(answer: Identification) -> str:
+    """Render an identification as one HTML file: measured and explained loads, and masses.
+
+    Returns:
+        The text of the file; the element ``report`` contains `Identification.to_dict`.
+    """
+    measured = answer.measurements
+    picked = np.linspace(0, len(measured.time) - 1, min(MAX_SAMPLES, len(measured.time)))
+    at = np.unique(picked.round().astype(int))
+    from_file, identified = answer.predicted
+    panels = [
+        (
+            f"{name} ({load_unit(answer, name)})",
+            [
+                _Line("measured", measured.values[at, k], COLOURS[2], ""),
+                _Line("masses of the file", from_file[at, k], COLOURS[1], "dash"),
+                _Line("identified", identified[at, k], COLOURS[0], "solid"),
+            ],
+        )
+        for k, name in enumerate(measured.channels[:MAX_PANELS])
+    ]
+    return _page(
+        answer.space.linkage.name,
+        answer.sentence,
+        answer.to_dict(),
+        _figure(measured.time[at], panels),
+        identification_body(answer),
+        ("Combinations on which balance depends", "Loads", "Likeliest masses"),
+        identification_facts(answer),
+        heading="Measured loads, and what explains them",
+        drawing="Measured loads over time, and those of the masses of the file and identified",
+        caption="What the sensors measured, what the masses of the file would exert along the "
+        "measured motion, and what the identified masses exert.",
+    )
+
+
+def plan_page(plan: ExcitingMotion) -> str:
+    """Render a motion to be measured as one HTML file: inputs, speeds, accelerations.
+
+    Returns:
+        The text of the file; the element ``report`` contains `ExcitingMotion.to_dict`.
+    """
+    time, *motions = plan.samples(MAX_SAMPLES)
+    linkage = plan.space.linkage
+    quantities = (("displacement", ""), ("speed", "/s"), ("acceleration", "/s²"))
+    panels = [
+        (
+            inputs_title(linkage, what, per),
+            [
+                _Line(name, values[:, k], COLOURS[k % len(COLOURS)], "solid")
+                for k, name in enumerate(linkage.inputs[:MAX_LINES])
+            ],
+        )
+        for (what, per), values in zip(quantities, motions, strict=True)
+    ]
+    body = plan_body(plan)
+    facts = next(part.rows for part in body if isinstance(part, Facts))
+    return _page(
+        linkage.name,
+        plan_sentence(plan),
+        plan.to_dict(),
+        _figure(time, panels),
+        body,
+        ("Peaks of the inputs",),
+        [(label, value) for label, value, *_ in facts],
+        heading="The motion to measure",
+        drawing="Displacements, speeds and accelerations of the inputs over time",
+        caption="Inputs over time, from rest to rest at the reference pose.",
+    )
+
+
+def _page(
+    title: str,
+    summary: str,
+    report: object,
+    figure: dict[str, Any],
+    body: AnswerBody,
+    headings: Sequence[str],
+    facts: Iterable[tuple[str, str]],
+    **words: str,
+) -> str:
+    """Render a page with one chart, the tables of what is printed, and facts."""
+    tables = [part.rows for part in body if isinstance(part, AnswerTable)]
+    return render_page(
+        "identification.html",
+        title=title,
+        summary=summary,
+        report=report,
+        data={"figures": [figure]},
+        scripts=["curves"],
+        facts=facts_list(facts),
+        tables="\n".join(
+            f'<section>\n<h2>{heading}</h2>\n<div class="scroll wide">\n'
+            f"{rows_table(rows, _number_columns(rows), 1)}\n</div>\n</section>"
+            for heading, rows in zip(headings, tables, strict=True)
+        ),
+        **{name: escape(text) for name, text in words.items()},
+    )
+
+
+def _number_columns(rows: Sequence[Sequence[str]]) -> list[int]:
+    """List the columns of a table in which all rows, or all but words, are numbers."""
+    return [
+        k
+        for k, cells in enumerate(zip(*rows[1:], strict=True))
+        if any(cell.strip("-").replace(".", "").isdigit() for cell in cells)
+    ]
+
+
+def _figure(time: Array, panels: Sequence[tuple[str, Sequence[_Line]]]) -> dict[str, Any]:
+    """Build the chart of panels one above the other; the first one has the legend."""
+    traces, count = [], len(panels)
+    scale = max(float(np.abs(line.values).max()) for _, lines in panels for line in lines)
+    layout: dict[str, Any] = {
+        "hovermode": "x",
+        "height": REST_HEIGHT + PANEL_HEIGHT * count,
+        "xaxis": {"title": {"text": "time (s)"}},
+    }
+    for row, (title, lines) in enumerate(panels):
+        mark = str(row + 1) if row else ""
+        layout[f"yaxis{mark}"] = {
+            "domain": [1.0 - (row + 1) / count, 1.0 - row / count],
+            "title": {"text": title},
+        }
+        if np.abs([line.values for line in lines]).max() <= NOISE_LEAST * scale:
+            layout[f"yaxis{mark}"]["range"] = [-scale, scale]
+        traces += [
+            {
+                "type": "scatter",
+                "mode": "lines" if line.dash else "markers",
+                "name": line.name,
+                "showlegend": row == 0,
+                "x": short(time),
+                "y": short(line.values),
+                "yaxis": f"y{mark}",
+                "line": {"color": line.colour, "dash": line.dash or "solid", "width": 1.5},
+                "marker": {"color": line.colour, "size": 3},
+            }
+            for line in lines
+        ]
+    return {"data": traces, "layout": layout}
 
 
 def identification_picture(answer: Identification, kind: str = "png") -> bytes:
@@ -22,8 +199,6 @@ def identification_picture(answer: Identification, kind: str = "png") -> bytes:
     names = measured.channels[:MAX_PANELS]
     columns = min(3, len(names))
     rows = ceil(len(names) / columns)
-    kinds = {joint.name: joint.kind for joint in answer.space.linkage.joints}
-
     from_file, identified = answer.predicted
     curves = (
         (measured.values, ".", COLOURS[2], "measured"),
@@ -44,8 +219,7 @@ def identification_picture(answer: Identification, kind: str = "png") -> bytes:
                     color=colour,
                     label=label,
                 )
-            force = name in WRENCH[:3] or kinds.get(name) == "prismatic"
-            ax.set_ylabel(f"{name} ({'N' if force else 'N m'})")
+            ax.set_ylabel(f"{name} ({load_unit(answer, name)})")
             tidy(ax)
         for ax in panels.flat[len(names) :]:
             ax.set_axis_off()

@@ -220,14 +220,15 @@ def _legend(panels: Sequence[Curves]) -> str:
     if panels[0].target is not None:
         marks.append(("target", INK, "5 3"))
     items = [
-        f'<svg width="24" height="10" aria-hidden="true"><path d="M0 5h24" fill="none" '
-        f'stroke="{colour}" stroke-width="2" stroke-dasharray="{dash}"/></svg>{name}'
+        f'<svg width="24" height="10" aria-hidden="true" data-ink="{colour}"><path '
+        f'd="M0 5h24" fill="none" stroke="currentColor" stroke-width="2" '
+        f'stroke-dasharray="{dash}"/></svg>{name}'
         for name, colour, dash in marks
     ]
     if any(panel.beyond for panel in panels):
         items.append(
-            f'<svg width="24" height="10" aria-hidden="true"><rect width="24" '
-            f'height="10" fill="{SHADE}"/></svg>beyond the radius'
+            f'<svg width="24" height="10" aria-hidden="true" data-ink="{SHADE}"><rect '
+            f'width="24" height="10" fill="currentColor"/></svg>beyond the radius'
         )
     return "\n".join(f"<li>{item}</li>" for item in items)
 

@@ -19,6 +19,8 @@ from balance.app.answers.html.time_panels import (
     MAX_LINES,
     Panel,
     PanelColumn,
+    drives_title,
+    inputs_title,
     panels_figures,
 )
 from balance.app.answers.html.verification import run_curves
@@ -249,13 +251,14 @@ def _panels(plan: QuietMotion, shown: _Shown, least: float) -> list[Panel]:
     chosen = sorted(ranked[:MAX_LINES])
     labels = tuple(names[k] for k in chosen)
     sizes = [np.linalg.norm(shown.wrench[:, part], axis=1) for part in (slice(3, 6), slice(3))]
+    acceleration = inputs_title(plan.linkage, "acceleration", "/s²")
     return [
         Panel("shaking force (N)", ("",), sizes[0][None], least),
         Panel("shaking moment (N m)", ("",), sizes[1][None], least),
-        Panel("torque (N m), force (N)", labels, shown.torque[:, chosen].T),
-        Panel("inputs (rad or m)", labels, motion.u[:, chosen].T),
-        Panel("speed (1/s)", labels, motion.ud[:, chosen].T),
-        Panel("acceleration (1/s²)", labels, motion.udd[:, chosen].T),
+        Panel(drives_title(plan.linkage), labels, shown.torque[:, chosen].T),
+        Panel(inputs_title(plan.linkage), labels, motion.u[:, chosen].T),
+        Panel(inputs_title(plan.linkage, "speed", "/s"), labels, motion.ud[:, chosen].T),
+        Panel(acceleration, labels, motion.udd[:, chosen].T),
     ]
 
 

@@ -36,6 +36,9 @@ MARKS = ("o", "s", "D", "^", "P", "X", "*")
 SIZE, MAX_DRAWINGS = (300, 220), 24
 # Part of the given mass below which no weight is drawn.
 DRAWN = 1e-6
+# Ratio of costs from which their axis is logarithmic.
+SPREAD = 20.0
+RANGE_MODES = {"linear": "tozero", "log": "normal"}
 AXES = (
     "added mass, of that of the linkage",
     "inertia felt by the inputs, of that in the file",
@@ -163,8 +166,14 @@ def remedies_picture(comparison: RemedyComparison, kind: str = "png") -> bytes:
             )
         for curve in _trade_off_curves(comparison):
             ax.plot(curve["x"], curve["y"], ".-", lw=0.8, color=curve["line"]["color"])
-        ax.set_xlim(0.0, 1.05 * max(1e-3, *(x for group in groups for x in group.mass)))
-        ax.set_ylim(0.0, 1.05 * max(1.0, *(y for group in groups for y in group.inertia)))
+        kinds = _scales(groups)
+        ax.set_xscale(kinds[0])
+        ax.set_yscale(kinds[1])
+        if kinds[0] == "linear":
+            most = max(x for group in groups for x in group.mass)
+            ax.set_xlim(0.0, 1.05 * max(1e-3, most))
+        if kinds[1] == "linear":
+            ax.set_ylim(0.0, 1.05 * max(1.0, *(y for group in groups for y in group.inertia)))
         ax.set_xlabel(AXES[0])
         ax.set_ylabel(AXES[1])
         tidy(ax)
@@ -183,6 +192,16 @@ def _cost_groups(comparison: RemedyComparison) -> list[_CostGroup]:
             group.inertia.append(applied.inertia_ratio or 0.0)
             group.words.append(applied.words)
     return list(groups.values())
+
+
+def _scales(groups: list[_CostGroup]) -> list[str]:
+    """Choose the scales of mass and inertia: logarithmic where costs differ much."""
+    scales = []
+    for name in ("mass", "inertia"):
+        costs = [cost for group in groups for cost in getattr(group, name)]
+        wide = bool(costs) and 0.0 < SPREAD * min(costs) < max(costs)
+        scales.append("log" if wide else "linear")
+    return scales
 
 
 def _trade_off_curves(comparison: RemedyComparison) -> list[dict[str, Any]]:
@@ -228,6 +247,9 @@ def _cost_figure(comparison: RemedyComparison) -> dict[str, Any]:
         for k, group in enumerate(_cost_groups(comparison))
     ]
     marks += _trade_off_curves(comparison)
-    x, y = ({"title": {"text": text}, "rangemode": "tozero"} for text in AXES)
+    x, y = (
+        {"title": {"text": text}, "type": kind, "rangemode": RANGE_MODES[kind], "tight": False}
+        for text, kind in zip(AXES, _scales(_cost_groups(comparison)), strict=True)
+    )
     layout = {"xaxis": x, "yaxis": y, "height": 460, "showlegend": True}
     return {"data": marks, "layout": layout}

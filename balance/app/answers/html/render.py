@@ -13,6 +13,9 @@ from importlib.resources import files
 
 from balance.support.json_text import json_text
 
+# Spaces between a number and its unit, at which no line ends.
+UNBROKEN = re.compile(r"(?<=\d) (?=%|[kM]?N\b|kg\b|g\b|m\b|mm\b|s\b)|(?<=N) (?=m\b)|(?<=±) ")
+NO_BREAK = "\u00a0"
 # Scripts that must run before a script.
 NEEDS = {
     "chart": ("chart_scale",),
@@ -64,7 +67,8 @@ def render_page(
         "frame.html",
         {
             "title": escape(title),
-            "summary": escape(summary),
+            "heading": breakable(title),
+            "summary": UNBROKEN.sub(NO_BREAK, escape(summary)),
             "style": _read_static("page.css"),
             "content": fill_template(template, parts),
             "data": "\n".join(
@@ -111,9 +115,15 @@ def _script_json(data: object, indent: int | None = None) -> str:
 def facts_list(pairs: Iterable[tuple[str, str]]) -> str:
     """Render pairs of label and value as an HTML description list."""
     terms = "\n".join(
-        f"<div><dt>{escape(label)}</dt><dd>{escape(value)}</dd></div>" for label, value in pairs
+        f"<div><dt>{breakable(label)}</dt><dd>{breakable(value)}</dd></div>"
+        for label, value in pairs
     )
     return f"<dl>\n{terms}\n</dl>"
+
+
+def breakable(text: str) -> str:
+    """Escape a text, whose long names may break after underscores and commas."""
+    return re.sub(r"(?<=\w_)(?=\w)|(?<=[^\s,],)(?=[^\s,])", "<wbr>", escape(text))
 
 
 def html_table(
@@ -172,7 +182,7 @@ def model_section(k: int, name: str, drawing: str, note: str = "") -> str:
         note: HTML below the heading.
     """
     return (
-        f'<section class="model">\n<h2>{escape(name)}</h2>\n{note}'
+        f'<section class="model">\n<h2>{breakable(name)}</h2>\n{note}'
         f'<div class="canvas" id="plot{k}" role="group" aria-label="{escape(drawing)}: arrow '
         f'keys turn it, plus and minus magnify"></div>\n'
         f'<fieldset id="sliders{k}"><legend>Motion</legend></fieldset>\n'

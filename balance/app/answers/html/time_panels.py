@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from balance.app.answers.html.plot_style import image, short, tidy
+from kinematics.model.linkage import Linkage
 
 Array = NDArray[np.float64]
 
@@ -18,6 +19,30 @@ MAX_LINES = 6
 COLOURS = ("#0a5ea8", "#b8550a", "#1b1e22", "#7a9a2e", "#8a4f9e", "#5a8f99")
 DASHES = ("solid", "dash", "dot", "dashdot", "longdash", "longdashdot")
 STYLES = ("-", "--", ":", "-.", (0, (8, 3)), (0, (8, 3, 2, 3)))
+
+
+def inputs_title(linkage: Linkage, what: str = "inputs", per: str = "") -> str:
+    """Name a quantity of the inputs with its unit: ``speed (rad/s)``, ``inputs (rad or m)``.
+
+    Args:
+        what: the quantity.
+        per: what its unit ends with.
+    """
+    slides = _sliding_inputs(linkage)
+    units = ["rad"] * (not all(slides)) + ["m"] * any(slides)
+    return f"{what} ({' or '.join(f'{unit}{per}' for unit in units)})"
+
+
+def drives_title(linkage: Linkage) -> str:
+    """Name the loads of the inputs with their units: ``torque (N m)``."""
+    slides = _sliding_inputs(linkage)
+    return ", ".join(["torque (N m)"] * (not all(slides)) + ["force (N)"] * any(slides))
+
+
+def _sliding_inputs(linkage: Linkage) -> list[bool]:
+    """Say which inputs slide."""
+    kinds = {joint.name: joint.kind for joint in linkage.joints}
+    return [kinds.get(name) == "prismatic" for name in linkage.inputs]
 
 
 class Panel(NamedTuple):

@@ -18,6 +18,7 @@ from balance.app.answers.html.time_panels import (
     MAX_LINES,
     Panel,
     PanelColumn,
+    inputs_title,
     panels_picture,
 )
 from balance.motion.verification.comparison import VerificationComparison
@@ -59,7 +60,7 @@ def panels(verification: Verification, number: int | None = None) -> list[Panel]
     inputs = _largest_columns(names[0], run.trajectory.u, range(len(names[0])))
     joints = _largest_columns(names[1], run.bearing, _distinct_columns(run.bearing))
     return [
-        Panel("inputs (rad or m)", *inputs),
+        Panel(inputs_title(verification.linkage), *inputs),
         Panel("shaking force (N)", axes, -run.about[:, 3:].T, least),
         Panel(
             "shaking moment (N m)",

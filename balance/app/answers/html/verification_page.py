@@ -14,7 +14,7 @@ from balance.app.answers.html.before_after import (
     comparison_charts,
     comparison_section,
 )
-from balance.app.answers.html.render import facts_list, render_page, with_capital
+from balance.app.answers.html.render import breakable, facts_list, render_page, with_capital
 from balance.app.answers.html.robot_shapes import robot_shapes
 from balance.app.answers.html.scene import scene
 from balance.app.answers.html.time_panels import (
@@ -35,7 +35,7 @@ from balance.motion.verification.comparison import VerificationComparison
 from balance.motion.verification.result import Verification
 from balance.motion.verification.run import Run
 from balance.support.linkage_names import linkage_names
-from kinematics.wording import count_noun, number_text
+from kinematics.wording import count_noun, unit_text
 
 Array = NDArray[np.float64]
 
@@ -78,7 +78,7 @@ def verification_page(*verifications: Verification, meshes: bool = True) -> str:
             for k, (verification, name) in enumerate(zip(verifications, names, strict=True))
         ),
         facts="\n".join(
-            f"<section><h3>{escape(name)}</h3>"
+            f"<section><h3>{breakable(name)}</h3>"
             f"{facts_list(verification_facts(verification))}</section>"
             for name, verification in zip(names, verifications, strict=True)
         ),
@@ -107,7 +107,7 @@ def _model(k: int, verification: Verification, name: str) -> str:
     """Render the places for the figures and the numbers of one linkage."""
     label = escape(name)
     return (
-        f'<section class="model">\n<h2>{label}</h2>\n'
+        f'<section class="model">\n<h2>{breakable(name)}</h2>\n'
         f'<p class="note">{escape(verification.verdict)}</p>\n'
         f'<div class="canvas" id="plot{k}" role="group" aria-label="{label} in motion: arrow '
         f'keys turn it, plus and minus magnify"></div>\n'
@@ -236,6 +236,6 @@ def _numbers(verification: Verification, run: Run) -> list[tuple[str, str]]:
         rows.append((f"shaking {part}, peak", verification.load_text(part, run.peak(part))))
         rows.append((f"shaking {part}, rms", verification.load_text(part, run.rms(part))))
     bearing = float(run.bearing.max(initial=0.0))
-    rows.append(("bearing force", f"{number_text(bearing, '.3g')} N"))
+    rows.append(("bearing force", unit_text(bearing, "N", ".3g")))
     rows.append(("duration", f"{run.trajectory.duration:.4g} s"))
     return rows

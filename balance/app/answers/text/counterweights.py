@@ -51,7 +51,7 @@ def counterweights_facts(
     for name, region in counterweights.regions.items():
         default = " (default: half the link's length about its joint)"
         pairs.append(
-            (f"region {name}", region.text + default * (name in counterweights.chosen))
+            (f"region {name}", region.words + default * (name in counterweights.chosen))
         )
     if counterweights.value is not None:
         gap = size_text(counterweights.gap or 0.0, floor=MASSES_EQUAL)

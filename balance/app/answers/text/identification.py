@@ -91,16 +91,20 @@ def _combination_row(item: Identified) -> tuple[str, ...]:
 def _channel_rows(answer: Identification) -> list[tuple[str, ...]]:
     """Build the table of the loads, its head first."""
     rows: list[tuple[str, ...]] = [("load", "unit", "rms", "left by the file", "left", "noise")]
-    kinds = {joint.name: joint.kind for joint in answer.space.linkage.joints}
     scale = max((channel.size for channel in answer.channels), default=1.0) or 1.0
     for channel in answer.channels:
-        force = channel.name in WRENCH[:3] or kinds.get(channel.name) == "prismatic"
         sizes = (
             size_text(size, ".4g", scale, NOISE_LEAST)
             for size in (channel.size, channel.file, channel.residual, channel.noise)
         )
-        rows.append((channel.name, "N" if force else "N m", *sizes))
+        rows.append((channel.name, load_unit(answer, channel.name), *sizes))
     return rows
+
+
+def load_unit(answer: Identification, name: str) -> str:
+    """Return the unit of a measured load: ``N`` or ``N m``."""
+    kinds = {joint.name: joint.kind for joint in answer.space.linkage.joints}
+    return "N" if name in WRENCH[:3] or kinds.get(name) == "prismatic" else "N m"
 
 
 def _mass_rows(answer: Identification) -> list[tuple[str, ...]]:
@@ -134,6 +138,12 @@ def identification_body(answer: Identification) -> AnswerBody:
         "uncertain; combinations do not depend on that.",
     ]
     return body
+
+
+def plan_sentence(plan: ExcitingMotion) -> str:
+    """Say in one sentence what the motion is good for."""
+    words = plan.words
+    return f"{words[0].upper()}{words[1:]}."
 
 
 def plan_body(plan: ExcitingMotion) -> AnswerBody:

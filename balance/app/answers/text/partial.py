@@ -17,9 +17,12 @@ from balance.app.answers.text.linkage import linkage_facts
 from balance.masses.partial.results import ParetoFront, PartialBalance
 from balance.support.change_text import grows
 from balance.support.tolerances import SHAKING_GAP_PROVED
-from kinematics.wording import number_text, size_text, vector_text
+from kinematics.wording import number_text, size_text, unit_text, vector_text
 
+# Part of a budget from which it is used, and part of the shaking that is not worth a word.
+USED, HARDLY_SHAKES = 0.99, 0.01
 DIGITS = 4
+FORM = f".{DIGITS}g"
 
 
 def partial_facts(front: ParetoFront) -> list[tuple[str, str]]:
@@ -47,15 +50,23 @@ def partial_facts(front: ParetoFront) -> list[tuple[str, str]]:
             pairs.append(
                 (
                     label,
-                    f"{number_text(before)} {unit} before, "
-                    f"{_remaining_load_text(after, before)} {unit} after (rms)"
+                    f"{unit_text(before, unit)} before, "
+                    f"{unit_text(after, unit, FORM, before, SHAKING_GAP_PROVED)} after (rms)"
                     f"{_growth_text(front, name) if grows(before, after) else ''}",
                 )
             )
         if given.force_off > 0.0 or best.shaking.force_off > 0.0:
             pairs.append(("tables", _rounding_text(best)))
-        pairs += [*density_facts(best.weights), *_drives(best)]
+        pairs += [*density_facts(best.weights), *_room_facts(best), *_drives(best)]
     return pairs
+
+
+def _room_facts(best: PartialBalance) -> list[tuple[str, str]]:
+    """Say that the room of the regions, not the budget, limits what is left to shake."""
+    if not best.weights or best.mass > USED * best.budget or best.share < HARDLY_SHAKES:
+        return []
+    used = f"{number_text(best.mass)} of {number_text(best.budget)} kg"
+    return [("room", f"{used}: more kilograms do no better there; --region L=SHAPE gives room")]
 
 
 def _growth_text(front: ParetoFront, part: str) -> str:
@@ -95,7 +106,7 @@ def _rounding_text(best: PartialBalance) -> str:
 
 def _remaining_load_text(after: float, before: float) -> str:
     """Write what is left of a load, as a bound if it is less than the solver's accuracy."""
-    return size_text(after, f".{DIGITS}g", before, SHAKING_GAP_PROVED)
+    return size_text(after, FORM, before, SHAKING_GAP_PROVED)
 
 
 def _drives(best: PartialBalance) -> list[tuple[str, str]]:
@@ -114,8 +125,8 @@ def _drives(best: PartialBalance) -> list[tuple[str, str]]:
                 f"input {name}",
                 f"inertia {number_text(inertia[name])} {mass} before, "
                 f"{number_text(best.shaking.inertia[name])} {mass} after; peak "
-                f"{what} {number_text(torque[name])} {load} before, "
-                f"{number_text(best.shaking.torque[name])} {load} after",
+                f"{what} {unit_text(torque[name], load)} before, "
+                f"{unit_text(best.shaking.torque[name], load)} after",
             )
         )
     return pairs
@@ -141,16 +152,14 @@ def front_rows(front: ParetoFront) -> list[tuple[str, ...]]:
     rows: list[tuple[str, ...]] = [head]
     for design in front.designs:
         if design.shaking is None:
-            rows.append(
-                (number_text(design.budget, f".{DIGITS}g"), "-", "-", "-", "-", design.verdict)
-            )
+            rows.append((number_text(design.budget, FORM), "-", "-", "-", "-", design.verdict))
             continue
         given, torque = design.given, max(design.shaking.torque.values(), default=0.0)
         loads = (
             _remaining_load_text(getattr(design.shaking, name), getattr(given, name))
             for name in ("objective", "force", "moment")
         )
-        mass, torque_text = (number_text(x, f".{DIGITS}g") for x in (design.mass, torque))
+        mass, torque_text = (number_text(x, FORM) for x in (design.mass, torque))
         rows.append((mass, *loads, torque_text, design.verdict))
     return rows
 

@@ -16,7 +16,7 @@ from balance.motion.verification.result import Verification
 from balance.support.change_text import grows
 from kinematics.numerics.linalg.ties import first_largest
 from kinematics.numerics.tolerances import SIZE_DETERMINED, TIE_RELATIVE
-from kinematics.wording import first_names, number_text, size_text, vector_text
+from kinematics.wording import first_names, number_text, size_text, unit_text, vector_text
 
 # Part of weight times length above which a holding torque is no round-off.
 HELD_DETERMINED = 1e-12
@@ -46,10 +46,10 @@ def verification_facts(check: Verification) -> list[tuple[str, str]]:
         ("shaking moment", f"{moment}; {moment_residual} of inertia{_own_middle(check)}"),
         ("about", f"{vector_text(check.point)} m{_middle(check)}"),
         *_table_facts(check),
-        ("inertia force", f"{number_text(check.scale, '.3g')} N, the bodies' own at its peak"),
+        ("inertia force", f"{unit_text(check.scale, 'N', '.3g')}, the bodies' own at its peak"),
         (
             "bearing force",
-            f"{number_text(check.bearing, '.3g')} N"
+            unit_text(check.bearing, "N", ".3g")
             + (f" in {joint}" if joint else "")
             + _preload_text(check),
         ),
@@ -70,7 +70,7 @@ def _preload_text(verification: Verification) -> str:
         return "; with preload it can be any"
     if least >= verification.bearing * (1.0 - TIE_RELATIVE):
         return "; preload adds to it"
-    return f"; from {number_text(least, '.3g')} N up with preload"
+    return f"; from {unit_text(least, 'N', '.3g')} up with preload"
 
 
 def _middle(verification: Verification) -> str:

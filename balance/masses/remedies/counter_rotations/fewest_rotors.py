@@ -32,6 +32,7 @@ from balance.space.inertial_parameters.conversions import mass_properties
 from balance.space.spaces.compute_space import as_space
 from balance.space.spaces.design_space import DesignSpace
 from balance.support.clarabel_adapter import ConstraintBlock, solve_conic
+from balance.support.options import Balance
 from balance.support.tolerances import MASSES_EQUAL
 from kinematics.loading.model_gallery import LinkageLike
 from kinematics.numerics.array_types import Array
@@ -98,7 +99,11 @@ class FewestRotors:
 
 
 def fewest_rotors(
-    space: DesignSpace | LinkageLike, gear: float = np.inf, progress: Progress | None = None
+    space: DesignSpace | LinkageLike,
+    gear: float = np.inf,
+    progress: Progress | None = None,
+    *,
+    balance: Balance | None = None,
 ) -> FewestRotors:
     """Find the fewest counter-rotations that make a linkage feasible.
 
@@ -114,6 +119,7 @@ def fewest_rotors(
         gear: turns of a rotor for one turn of its joint, which sets the share of its inertia
             in its carrier; by default it has none.
         progress: called with the number of sets decided, and of all sets.
+        balance: as for other functions: ``"dynamic"``, or None for that of the space.
 
     Returns:
         All smallest sets, each with the least sum of momenta for which every body has at least
@@ -128,7 +134,7 @@ def fewest_rotors(
         >>> balance.masses.fewest_rotors(balance.design_space("robot.urdf")).count
         2
     """
-    space = as_space(space)
+    space = as_space(space, balance=balance)
     if space.balance != "dynamic":
         raise ValueError("counter-rotations balance moments: give a space of dynamic balance")
     return fewest_of(rotor_conditions(space, gear=gear), progress)

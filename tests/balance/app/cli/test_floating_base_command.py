@@ -46,7 +46,7 @@ def test_springs_torques_and_velocities(capsys):
     assert (report["base"]["turning_stiffness"], report["base"]["stiffness"]) == (1e3, 2e4)
     assert main(["verify", SHAKING, *SPRING, *words]) == 1
     text = capsys.readouterr().out
-    assert "1000 N m/rad, 2e+04 N/m" in text and "torques u1 = 0.1" in text
+    assert "1000 N m/rad, 20000 N/m" in text and "torques u1 = 0.1" in text
 
 
 @pytest.mark.slow

@@ -10,6 +10,7 @@ import kinematics
 from balance.app.cli.main import main
 from balance.support.csv_text import csv_table
 from tests.support.json_answers import json_answer
+from tests.support.page_elements import Elements, without_breaks
 
 MODEL = "four_bar_general"
 NAMES = ("fx", "fy", "fz", "mx", "my", "mz")
@@ -49,6 +50,30 @@ def test_the_answer_keeps_to_its_schema_and_writes_its_files(capsys, tables, tmp
         assert abs(item["file"] - item["value"]) < 4.5 * item["error"]
     assert picture.read_text("utf-8").startswith("<?xml")
     assert len(kinematics.load(out).bodies) == 3
+
+
+def test_the_page_has_the_answer_and_the_loads(capsys, tables, tmp_path):
+    """Sentence and curves are those of the answer, and those of a plan its table."""
+    path, plan, table = (tmp_path / name for name in ("a.html", "plan.html", "plan.csv"))
+    code, answer = json_answer(capsys, "identify", MODEL, *tables, "--html", str(path))
+    assert code == 0
+    page = without_breaks(path.read_text("utf-8"))
+    assert f'<p class="lede">{answer["sentence"]}</p>' in page
+    (chart,) = Elements(page).data("figures")
+    measured, by_file, explained = (trace["y"] for trace in chart["data"][:3])
+    rms = [np.sqrt(np.mean(np.square(values))) for values in (measured, by_file, explained)]
+    assert rms[0] == pytest.approx(answer["channels"][0]["size"], rel=0.02)
+    left = np.sqrt(np.mean(np.subtract(measured, explained) ** 2))
+    assert left == pytest.approx(answer["channels"][0]["residual"], rel=0.02)
+    assert [trace["name"] for trace in chart["data"][:2]] == ["measured", "masses of the file"]
+    words = ["--plan", "--duration", "2", "--tries", "1", "--out", str(table)]
+    code, _ = json_answer(capsys, "identify", MODEL, *words, "--html", str(plan))
+    assert code == 0
+    (chart,) = Elements(plan.read_text("utf-8")).data("figures")
+    inputs = np.genfromtxt(table, delimiter=",", names=True)
+    first = chart["data"][0]
+    drawn = np.interp(inputs["time"], first["x"], first["y"])
+    np.testing.assert_allclose(drawn, inputs["u1"], atol=1e-3)
 
 
 def test_the_text_names_combinations_loads_and_masses(capsys, tables):

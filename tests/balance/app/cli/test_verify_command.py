@@ -134,7 +134,7 @@ def test_both_readings_of_rounded_angles_are_told(tmp_path, capsys, caplog):
     assert warning["code"] == "rounded_angles"
     assert f"rounded_angles: {warning['message']}" in caplog.messages
     share = report["residual"]["force"]
-    assert f"; nominal: not balanced, shaking force {share:.1e} and" in warning["message"]
+    assert f"; nominal: not balanced, shaking force {share:.2f} and" in warning["message"]
     assert "; as written: loop 'q3': does not close: " in warning["message"]
     code, report = run(capsys, SHAKING, *FEW, "--against", rounded)
     assert report["warnings"] == [] and len(report["against"]["warnings"]) == 1
@@ -245,8 +245,12 @@ def test_a_crank_without_a_motion_is_asked_for_its_speed(capsys, caplog):
 
 
 def test_a_bar_appears_when_it_takes_long(monkeypatch, capsys):
+    """Not in a notebook, whose kernel sets ``FORCE_COLOR`` and reads a pipe."""
     monkeypatch.setattr("balance.app.cli.progress.BAR_PATIENCE", -1.0)
     monkeypatch.setenv("FORCE_COLOR", "1")
+    assert main(["verify", BALANCED, *FEW]) == 0
+    assert capsys.readouterr().err == ""
+    monkeypatch.setattr("balance.app.cli.progress.os.isatty", lambda _: True)
     assert main(["verify", BALANCED, "--trajectories", "2"]) == 0
     streams = capsys.readouterr()
     assert "motions" in streams.err and "motions" not in streams.out.partition("motions  ")[0]

@@ -156,6 +156,18 @@ def test_one_more_link_may_help(rod_arm):
     assert [(one.link, one.factor) for one in found.relaxations] == [("l1", None)]
 
 
+def test_all_links_may_help_where_no_single_one_does(tmp_path):
+    """Each link of an arm needs a weight of its own: the answer is that for all links."""
+    bodies = [(2.0, 0.5, 1.0), (1.0, 0.4, 0.8), (0.5, 0.3, 0.6)]
+    space = balance.design_space(arm(tmp_path / "arm.urdf", 1.0, bodies), balance="force")
+    found = point_counterweights(space, ["l3"])
+    (every,) = found.relaxations
+    assert (every.link, every.factor) == ("all", None)
+    assert "adding matter to all links would do" in found.words
+    whole = point_counterweights(space, ["all"])
+    assert every.mass == pytest.approx(whole.added_mass, rel=1e-6)
+
+
 def test_a_wrong_certificate_is_rejected(rod_arm):
     space = balance.design_space(rod_arm, balance="force")
     found = point_counterweights(space, ["l2"])

@@ -10,6 +10,7 @@ import pytest
 import balance
 import kinematics
 from balance import design_space
+from balance.app.answers.text.partial import partial_facts
 from balance.masses.partial.least_shaking import quadratic_factor
 from balance.motion import shaking
 from balance.motion.verification.given_motions import rest_to_rest
@@ -219,6 +220,21 @@ def test_nothing_is_added_to_what_is_balanced(reach):
     least = front.designs[0].given.torque["u1"]
     capped = point_partial(linkage, ["crank"], 1.0, motions=ways, max_torque={"u1": least / 2})
     assert capped.verdict == "infeasible"
+
+
+@pytest.mark.slow
+def test_a_region_that_is_full_is_told():
+    """Twice the budget does no better, a larger region does."""
+    given = ("four_bar_general", ["crank"])
+    small, large = ({"crank": f"ball(0,0,0,{radius})"} for radius in (0.02, 0.06))
+    answers = [
+        balance.partial(*given, budget, regions=regions, speed="300rpm")
+        for budget, regions in ((5.0, small), (10.0, small), (5.0, large), (0.01, small))
+    ]
+    told = ["room" in dict(partial_facts(answer.front)) for answer in answers]
+    assert told[:2] == [True, True] and not told[3]
+    first, second, wider, _ = (answer.shaking.objective for answer in answers)
+    assert second == pytest.approx(first, rel=1e-4) and wider < 0.99 * first
 
 
 def test_a_budget_that_saves_next_to_nothing_is_told():

@@ -196,6 +196,17 @@ def test_a_cloud_that_is_displaced():
     np.testing.assert_allclose(moved, sums(masses, points + d), rtol=1e-12, atol=1e-12)
 
 
+def test_a_turn_of_the_crank_is_the_motion():
+    """The nominal peak is that of Pinocchio along the same turn."""
+    model = "four_bar_general"
+    options = {"mass": 0.02, "draws": 20}
+    spread = balance.motion.shaking_tolerance(model, speed="300rpm", **options)
+    peak = balance.verify(model, speed="300rpm").force
+    assert spread.force.nominal == pytest.approx(peak, rel=1e-9)
+    with pytest.raises(ValueError, match="either a speed or motions"):
+        balance.motion.shaking_tolerance(model, speed=10.0, motions="a.csv", **options)
+
+
 @pytest.mark.parametrize(
     ("options", "told"),
     [

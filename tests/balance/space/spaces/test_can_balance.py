@@ -15,6 +15,7 @@ from kinematics.closure.newton import forward_kinematics
 from kinematics.loading.model_gallery import find, load
 from tests.support.command_runs import asked
 from tests.support.json_answers import json_answer
+from tests.support.page_elements import without_breaks
 
 # Balanced, free of forces alone, neither, at first sight (zero momentum in one pose) and open.
 GALLERY = (
@@ -156,7 +157,7 @@ def test_the_next_command_runs(words, capsys):
 def test_the_page_begins_with_the_sentence(tmp_path, capsys):
     path = tmp_path / "page.html"
     _, answer = json_answer(capsys, "report", "four_bar_general", "--html", str(path))
-    page = path.read_text("utf-8")
+    page = without_breaks(path.read_text("utf-8"))
     assert f'<p class="lede">{answer["sentence"]}</p>' in page
     assert f"<dd>{answer['next']}</dd>" in page
 

@@ -31,5 +31,5 @@ const added = (H, designed) => {
 const addedLegend = (svg) => [
   [svg(`<ellipse cx="17" cy="8" rx="15" ry="7" class="ghost solid"/>`),
     "region for added matter"],
-  [svg(`<circle cx="17" cy="8" r="5" class="lump full"/>`), "added matter: balls of steel at point masses"],
+  [svg(`<circle cx="17" cy="8" r="5" class="lump full"/>`), "added matter; point masses as balls of steel"],
 ];

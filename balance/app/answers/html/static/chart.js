@@ -103,7 +103,7 @@ class Chart {
     const named = panel.traces.filter((trace) => trace.name && trace.type !== "heatmap"
       && (trace.showlegend ?? this.layout.showlegend ?? all));
     const items = [];
-    let x = panel.title ? wide(panel.title) + 28 : 0, row = 0;
+    let x = panel.title ? wide(panel.title, 13, 600) + 18 : 0, row = 0;
     for (const trace of named) {
       const long = 30 + wide(trace.name) + 14;
       if (x + long > right && x > 0) { x = 0; row += 1; }

@@ -3,13 +3,13 @@
 const SUPER = {"-": "⁻", 0: "⁰", 1: "¹", 2: "²", 3: "³", 4: "⁴", 5: "⁵", 6: "⁶", 7: "⁷", 8: "⁸", 9: "⁹"};
 const power = (exponent) => `10${[...String(exponent)].map((c) => SUPER[c]).join("")}`;
 
-/** A number with four digits, very large and small ones as powers of ten. */
-function shortNumber(value) {
+/** A number with four digits; very large and small ones, or all beside such ones, as powers of ten. */
+function shortNumber(value, beside = value) {
   if (!Number.isFinite(value) || value === 0) return value === 0 ? "0" : "–";
-  const exponent = Math.floor(Math.log10(Math.abs(value)));
+  const exponent = Math.floor(Math.log10(Math.abs(beside)) + 1e-12);
   if (exponent < -4 || exponent > 5) {
     const head = Number((value / 10 ** exponent).toPrecision(3));
-    return `${head}×${power(exponent)}`.replace(/^1×/, "").replace(/^-/, "−");
+    return `${head}×${power(exponent)}`.replace(/^(-?)1×/, "$1").replace(/^-/, "−");
   }
   return String(Number(value.toPrecision(4))).replace("-", "−");
 }
@@ -20,7 +20,8 @@ function linearTicks([low, high], count) {
   const step = [1, 2, 5, 10].map((f) => f * unit).find((s) => s >= rough * 0.75);
   const values = [];
   for (let k = Math.ceil(low / step - 1e-9); k * step <= high + 1e-9 * step; k++) values.push(k * step);
-  return values.map((value) => ({value, text: shortNumber(Math.abs(value) < 1e-9 * step ? 0 : value)}));
+  const largest = Math.max(...values.map(Math.abs));
+  return values.map((value) => ({value, text: shortNumber(Math.abs(value) < 1e-9 * step ? 0 : value, largest)}));
 }
 
 /** Ticks of a logarithmic axis, whose range counts in powers of ten. */

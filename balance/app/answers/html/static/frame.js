@@ -61,11 +61,16 @@ const tone = (hex, opacity = 1) =>
 /** Width of a text in pixels. */
 const wide = (() => {
   const pen = document.createElement("canvas").getContext("2d");
-  return (text, size = 13) => {
-    pen.font = `${size}px Charter, "Liberation Serif", Georgia, serif`;
+  return (text, size = 13, weight = 400) => {
+    pen.font = `${weight} ${size}px Charter, "Liberation Serif", Georgia, serif`;
     return pen.measureText(text).width;
   };
 })();
+
+/* Samples of colours beside text have the colours of what they explain. */
+const ink = () => document.querySelectorAll("[data-ink]").forEach((sample) => { sample.style.color = tone(sample.dataset.ink); });
+redrawn.add(ink);
+ink();
 
 /** Play and stop: calls `step` with the seconds since the last call while it plays. */
 function player(button, step) {

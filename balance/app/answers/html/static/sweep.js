@@ -7,11 +7,11 @@ let kept = sweep.rows.map((_, k) => k), chosen = -1;
 
 const label = (column) => (column.unit ? `${column.name} (${column.unit})` : column.name);
 const shown = (column, value) =>
-  value === null ? "" : column.whole ? String(value) : Number(value).toPrecision(5);
+  value === null ? "" : column.whole ? String(value) : String(Number(Number(value).toPrecision(5))).replace("-", "−");
 
-/** Split a long name at its dots, so that names of neighbours do not overlap. */
+/** Split a long name at dots, underscores and its unit, so that names of neighbours do not overlap. */
 function stacked(column) {
-  const words = label(column).replaceAll(".", ".<br>").split("<br>"), lines = [""];
+  const words = label(column).split(/(?<=[._])(?=[a-z])|(?= \()/i), lines = [""];
   for (const word of words) {
     if ((lines.at(-1) + word).length > 12 && lines.at(-1)) lines.push("");
     lines[lines.length - 1] += word;

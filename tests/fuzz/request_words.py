@@ -383,22 +383,24 @@ WORDS: dict[str, Maker] = {
     ),
     "--against": lambda rng, place: [_model(rng, place)],
     "--plot": lambda rng, place: [_out(rng, place, "a.svg", "a.png")],
-    "--minimise": _of("mass", "inertia", "rotor", "change", "rms", "peak", "torque", "bearing"),
+    "--minimise": _of(
+        "mass", "inertia", "rotor", "change", "rms", "peak", "torque", "bearing", "1,2"
+    ),
     "--keep": lambda rng, place: [_one(rng, place.names.links, 0.05)],
     "--bounds": lambda rng, place: [_bounds(rng, place)],
     "--density": lambda rng, place: [_density(rng, place)],
-    "--thickness": lambda rng, place: [_number(rng)],
-    "--price-of-mass": lambda rng, place: [_number(rng)],
+    "--weight-moment": lambda rng, place: [_number(rng)],
+    "--scale": lambda rng, place: [_number(rng)],
+    **dict.fromkeys(
+        "--thickness --price-of-mass --budget --gear --rotor-radius --base-mass".split(),
+        lambda rng, place: [_number(rng)],
+    ),
     "--links": lambda rng, place: [_list(rng, place.names.links)],
     "--region": lambda rng, place: [_region(rng, place)],
     "--shape": _of("disc=5mm/8mm", "block=1cm", "sector=1cm,0.1", "cylinder=1cm", "disc=0"),
     "--parts": lambda rng, place: [_out(rng, place, "parts")],
-    "--budget": lambda rng, place: [_number(rng)],
     "--only": _of("own_masses", "partial", "own_masses,partial", "wheel"),
-    "--gear": lambda rng, place: [_number(rng)],
-    "--rotor-radius": lambda rng, place: [_number(rng)],
     "--trade-off": _of("2", "3", "1", "0", "x"),
-    "--weight-moment": lambda rng, place: [_number(rng)],
     "--pareto": _of("2", "3", "1", "0", "x"),
     "--max-bearing": lambda rng, place: [f"{_one(rng, place.names.joints)}={_number(rng)}"],
     "--max-torque": lambda rng, place: [f"{_one(rng, place.names.inputs)}={_number(rng)}"],
@@ -406,7 +408,10 @@ WORDS: dict[str, Maker] = {
     "--out": lambda rng, place: [_out(rng, place, "out.urdf")],
     "--tool": lambda rng, place: [_one(rng, place.names.links, 0.05)],
     "--along": lambda rng, place: [_directions(rng, place)],
-    "--point": lambda rng, place: [",".join(_number(rng, 0.05) for _ in range(3))],
+    **dict.fromkeys(
+        ("--point", "--about", "--base-com", "springs --gravity", "quiet --gravity"),
+        lambda rng, place: [",".join(_number(rng, 0.05) for _ in range(3))],
+    ),
     "--order": _of("1", "2", "3", "5", "0", "99"),
     "--positions": lambda rng, place: [_positions(rng, place)],
     "--kind": _of("pantograph", "four-bar"),
@@ -427,10 +432,7 @@ WORDS: dict[str, Maker] = {
     "--length": _of("0.1", "0.3", "0", "-1", "nan"),
     "--step": _of("0.01", "0.05", "0", "1e-9"),
     "--base": _of("fixed", "free", "spring", "loose"),
-    "--base-mass": lambda rng, place: [_number(rng)],
     "--tip": lambda rng, place: [",".join(_number(rng) for _ in range(rng.randint(1, 4)))],
-    "--about": lambda rng, place: [",".join(_number(rng, 0.05) for _ in range(3))],
-    "--base-com": lambda rng, place: [",".join(_number(rng, 0.05) for _ in range(3))],
     "--where": _of("AB=CD", "AB=2*BC", "AB=AB", "AB", "XY=ZZ", "l_crank=0.5*AB", "="),
     "--solve": lambda rng, place: [
         f"{rng.choice(('s', 'sx', 'J', 'q'))}_{link}" for link in [_one(rng, place.names.links)]
@@ -451,7 +453,6 @@ WORDS: dict[str, Maker] = {
     "--range": lambda rng, place: [
         f"{_one(rng, place.names.inputs, 0.05)}={_number(rng)}:{_number(rng)}"
     ],
-    "springs --gravity": lambda rng, place: [",".join(_number(rng, 0.05) for _ in range(3))],
     "identify --motion": lambda rng, place: [_table(rng, place)],
     "--wrench": lambda rng, place: [_loads(rng, place)],
     "--prior": _of("0.3", "1e-3", "10", "0", "-1", "nan"),
@@ -467,7 +468,6 @@ WORDS: dict[str, Maker] = {
     "--via": lambda rng, place: [_pose(rng, place)],
     "--tool-from": _of("x=0.01", "z=0.01,rx=0.1", "rz=2deg", "x=1deg", "w=1", "x=9"),
     "--tool-to": _of("x=0.01", "y=-0.01", "rz=2deg", "x=1deg", "w=1", "x=9", "x"),
-    "quiet --gravity": lambda rng, place: [",".join(_number(rng, 0.05) for _ in range(3))],
     **{
         f"--max-{kind}": lambda rng, place: [
             f"{rng.choice(('', _one(rng, place.names.inputs) + '='))}{_number(rng)}"
@@ -494,7 +494,6 @@ WORDS: dict[str, Maker] = {
     "--clamp": _of("0", "1", "-1", "inf", "x"),
     "--arm": _of(*ARMS),
     "flex similar --against": _of(*ARMS),
-    "--scale": lambda rng, place: [_number(rng)],
     "--spin": _of("1,0.01,0.02", "1", "0,1", "1,0", "a,b", "1,0.01,nan"),
     "--translator": _of(BLOCK, f"{BLOCK},hubmass:0.001", "pitch:1", BLOCK.replace("0.02", "0")),
     "--moment": _of("1e-3,0.001,0.002", "1", "0,0", "x,1"),

@@ -386,8 +386,9 @@ def _maximise(
             if float(np.linalg.norm(gradient)) <= FILL_RESIDUAL:
                 break
             H = _curvature(program, seen, cost, y, rays)
-            # Where a part is empty H is singular; so much more keeps steps below the size of y
-            # and vanishes with the gradient (D.-H. Li, M. Fukushima, L. Qi, N. Yamashita, 2004).
+            # Where a part is empty H is singular; so much more keeps steps below the size of y,
+            # and vanishes with the gradient (D.-H. Li, M. Fukushima, L. Qi, N. Yamashita,
+            # 2004).
             size = float(np.linalg.norm(y))
             more = float(np.linalg.norm(gradient)) / size if size > 0.0 else 0.0
             more += FILL_ROUND_OFF * (1.0 + float(np.trace(H)))

@@ -87,7 +87,7 @@ def integrate_positive_part(
     o, sides, w = rays
     intervals = _positive_intervals(rays, form)
     # What is positive up to a root counts there, and not beyond: plus or minus its power of τ.
-    parts = [change * tau**powers[0] for tau, change in intervals.roots]
+    parts = [change * tau ** powers[0] for tau, change in intervals.roots]
     moments = []
     for power in powers:
         moments.append(w * (parts[0] + parts[1] + intervals.at_end) / power)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from collections.abc import Callable
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 from balance.app.answers.answer import Answer, Files
 from balance.app.cli.arguments import Parser, refuse_given
@@ -58,6 +58,7 @@ if TYPE_CHECKING:
     from balance.masses.counterweights.parts.part_files import CounterweightPart
     from balance.masses.partial.elastic_frame import ElasticFrame
     from balance.masses.partial.load_range import LoadsLeft
+    from balance.masses.partial.objectives import PartialObjective
     from balance.masses.partial.results import ParetoFront
     from balance.masses.payload import Payload
 
@@ -122,9 +123,9 @@ def _add_least_options(parser: Parser) -> None:
     )
     group.add_argument(
         "--minimise",
-        choices=OBJECTIVES,
+        type=_objective,
         metavar="WHAT",
-        help="rms (default) or peak of shaking, torque, bearing",
+        help="rms (default), peak, torque, bearing, harmonics 1,2",
     )
     group.add_argument(
         "--weight-moment",
@@ -331,6 +332,19 @@ def _cap(*quantities: str) -> Callable[[str], tuple[str, float]]:
         return name, finite_quantity(*quantities)(value)
 
     return read
+
+
+def _objective(text: str) -> PartialObjective:
+    """Parse an objective: one of `OBJECTIVES`, or orders of harmonics."""
+    words = text.split(",")
+    if all(word.strip().isdecimal() for word in words):
+        return tuple(int(word) for word in words)
+    if text not in OBJECTIVES:
+        raise argparse.ArgumentTypeError(
+            f"'{text}' is none of {', '.join(OBJECTIVES)}, and no orders of harmonics, such as "
+            "1,2"
+        )
+    return cast("PartialObjective", text)
 
 
 def _weights(text: str) -> list[float]:

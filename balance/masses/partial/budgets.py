@@ -20,9 +20,9 @@ from balance.masses.partial.added_weights import (
 )
 from balance.masses.partial.elastic_frame import ElasticFrame
 from balance.masses.partial.least_shaking import CapsConflict, LeastShaking
+from balance.masses.partial.objectives import PartialObjective
 from balance.masses.partial.results import ParetoFront, PartialBalance
 from balance.masses.partial.shaking_problem import (
-    PartialObjective,
     ShakingFigures,
     ShakingOptions,
     ShakingProblem,
@@ -107,7 +107,8 @@ def partial(
             its plane.
         minimise: ``"rms"``; ``"peak"``: the largest ``√(|F|² + |M|²/ℓ²)`` of all samples;
             ``"torque"``: the largest drive torque of all inputs, without gravity;
-            ``"bearing"``: the largest force in all joints.
+            ``"bearing"``: the largest force in all joints; orders, such as ``(1, 2)``: the rms
+            of these harmonics over the turn of a crank at a speed.
 
     Returns:
         The matter, what the linkage does with it, and the proof that nothing does better.

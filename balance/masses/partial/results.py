@@ -13,7 +13,8 @@ from balance.masses.counterweights.regions import Region
 from balance.masses.counterweights.write_counterweights import counterweights_file
 from balance.masses.designs.pseudo_inertia_cone import bodies_with
 from balance.masses.partial.elastic_frame import ElasticFrame
-from balance.masses.partial.shaking_problem import MINIMISED, PartialObjective, ShakingFigures
+from balance.masses.partial.objectives import PartialObjective, objective_in_words
+from balance.masses.partial.shaking_problem import ShakingFigures
 from balance.motion.motion_tolerances import (
     CONDITIONING_NOTICE,
     SHAKING_RELATIVE,
@@ -198,8 +199,8 @@ class ParetoFront(WithPage, WithPicture):
 
     @property
     def objective(self) -> str:
-        """What is minimised, in words, such as ``"shaking"``; see `MINIMISED`."""
-        return MINIMISED[self.minimise] if self.frame is None else "vibration"
+        """What is minimised, in words, such as ``"shaking"``."""
+        return objective_in_words(self.minimise) if self.frame is None else "vibration"
 
     def to_urdf(self, path: str | PathLike[str] | None = None, *, merge: bool = False) -> bytes:
         """Return the file with the matter of the largest budget; see `PartialBalance.to_urdf`.

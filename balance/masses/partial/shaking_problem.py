@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from math import inf, isfinite
-from typing import Literal, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -21,6 +21,12 @@ from balance.masses.partial.least_shaking import (
     quadratic_factor,
 )
 from balance.masses.partial.motion_loads import AddedParameters, MotionLoads, motion_loads
+from balance.masses.partial.objectives import (
+    PartialObjective,
+    check_objective,
+    harmonic_rows,
+    objective_in_words,
+)
 from balance.masses.partial.shaking_program import NO_SAMPLES, Cap, ShakingProgram
 from balance.motion.verification.given_motions import Motions, read_motions
 from balance.motion.verification.load_errors import load_errors
@@ -38,17 +44,6 @@ RANDOM_MOTIONS = 10
 SAMPLES = 200
 
 
-PartialObjective = Literal["rms", "peak", "torque", "bearing"]
-MINIMISED: Mapping[PartialObjective, str] = {
-    "rms": "shaking",
-    "peak": "peak of the shaking",
-    "torque": "largest torque",
-    "bearing": "largest bearing force",
-}
-"""What is least: root mean square or peak of the shaking; the largest drive torque of all
-inputs; the largest force in all joints."""
-
-
 @dataclass(frozen=True)
 class ShakingOptions:
     """What may shake how, and what may be added; None for what `partial` does by default.
@@ -64,7 +59,7 @@ class ShakingOptions:
         about: point in the inertial frame for moments, metres.
         density: density that added matter nowhere exceeds, kg/m³; None for point masses.
         thickness: that of plates of added matter, m.
-        minimise: the objective; see `MINIMISED`.
+        minimise: the objective; see `balance.masses.partial.objectives.PartialObjective`.
     """
 
     regions: Mapping[str, Region | str] | None = None
@@ -137,7 +132,7 @@ class ShakingProblem:
     @property
     def objective(self) -> str:
         """What is minimised, in words."""
-        return MINIMISED[self.minimise] if self.frame is None else "vibration"
+        return objective_in_words(self.minimise) if self.frame is None else "vibration"
 
     @property
     def motions(self) -> tuple[Trajectory, ...]:
@@ -257,8 +252,7 @@ def build_problem(
     chosen = {b: stocks[b].region if stocks else region for b, region in chosen.items()}
     weight = _weight_of_moments(space, options.weight_moment)
     _check_caps(space, max_bearing, max_torque)
-    if frame is not None:
-        frame.check()
+    check_objective(options.minimise, frame)
     matter = AddedParameters.of(space, chosen)
     if about is not None and frame is not None:
         raise UsageError("an elastic frame turns about the middle: leave out about")
@@ -271,15 +265,11 @@ def build_problem(
         quadratic_factor([_flat(rows[:, part]) for rows in wrenches])
         for part in (slice(0, 3), slice(3, 6))
     )
-    if frame is None:
+    if frame is None and options.minimise == "rms":
         whole = quadratic_factor([factors[0] / weight, factors[1]])
     else:
-        whole = quadratic_factor(
-            [
-                _flat(root * _counted(motion.wrenches, motion, weight, frame))
-                for root, motion in zip(blocks, loads, strict=True)
-            ]
-        )
+        counted = [_counted(motion.wrenches, motion, weight, frame) for motion in loads]
+        whole = quadratic_factor(_objective_rows(space, loads, blocks, counted, options))
     caps = _caps(space, loads, max_bearing, max_torque)
     single = _single_bodies(loads, blocks, weight, frame)
     samples = _samples(space, loads, weight, options)
@@ -328,6 +318,28 @@ def _loads(
     return loads
 
 
+def _objective_rows(
+    space: DesignSpace,
+    loads: Sequence[MotionLoads],
+    roots: Sequence[Array],
+    counted: Sequence[Array],
+    options: ShakingOptions,
+) -> list[Array]:
+    """List rows whose sum of squares is the mean square of all motions, or of harmonics.
+
+    Args:
+        roots: of the weights of the samples of each motion (N, 1, 1).
+        counted: what counts of the wrenches of each (N, 6, columns).
+    """
+    if isinstance(options.minimise, str):
+        return [_flat(root * rows) for root, rows in zip(roots, counted, strict=True)]
+    share = 1.0 / np.sqrt(len(loads))
+    return [
+        share * harmonic_rows(space.linkage, motion.trajectory, rows, options.minimise)
+        for motion, rows in zip(loads, counted, strict=True)
+    ]
+
+
 def _samples(
     space: DesignSpace,
     loads: Sequence[MotionLoads],
@@ -337,17 +349,10 @@ def _samples(
     """List the loads whose largest is minimised (N, k, count + 1); none for the mean.
 
     Raises:
-        UsageError: there is a frame too, whose root mean square is what is minimised, or
-            torques of turning inputs stand beside forces of sliding ones.
+        UsageError: torques of turning inputs stand beside forces of sliding ones.
     """
-    if options.minimise == "rms":
+    if options.minimise == "rms" or not isinstance(options.minimise, str):
         return NO_SAMPLES
-    if options.minimise not in MINIMISED:
-        raise UsageError(f"minimise '{options.minimise}': take {', '.join(MINIMISED)}")
-    if options.frame is not None:
-        raise UsageError(
-            "of an elastic frame the root mean square is least: leave out minimise"
-        )
     if options.minimise == "peak":
         rows = [_counted(motion.wrenches, motion, weight, None) for motion in loads]
         return np.concatenate(rows)

@@ -35,7 +35,7 @@ def partial_facts(front: ParetoFront) -> list[tuple[str, str]]:
     minimised = f"root mean square of the {front.objective}, {counts}"
     if front.minimise == "peak":
         minimised = f"peak of the shaking, {counts}"
-    elif front.minimise != "rms":
+    elif front.minimise in ("torque", "bearing"):
         minimised = f"{front.objective} along the motions; moments are about {point}"
     pairs.append(("minimised", minimised))
     if front.frame is not None:
@@ -65,7 +65,7 @@ def _growth_text(front: ParetoFront, part: str) -> str:
     ways = []
     if front.frame is not None:
         ways.append("without --frame, force and moment count")
-    elif front.minimise not in ("rms", "peak"):
+    elif front.minimise in ("torque", "bearing"):
         ways.append(f"--minimise rms counts force and moment, not the {front.objective}")
     elif best.space.balance == "force":
         ways.append("--balance dynamic lets moments count")

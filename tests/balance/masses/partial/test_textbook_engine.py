@@ -80,3 +80,56 @@ def test_the_best_balance_of_the_crank(matter, minimise, engine, capsys):
         assert B == pytest.approx(0.0523, abs=2e-4)
     assert design["bound"] <= design["found"]["objective"] * (1.0 + 1e-7)
     assert design["verdict"] == "optimal"
+
+
+@pytest.mark.slow
+def test_the_harmonics_that_a_crank_can_reach(engine, capsys):
+    """``F = (B - TURNING + a_1) cos + i (B - TURNING) sin`` of order 1, ``a_n cos`` of others.
+
+    With ``B - TURNING = -a_1 / 2`` half of the amplitude of order 1 is left, which turns.
+    """
+    angle = 2.0 * np.pi * np.arange(3600) / 3600
+    c, s = np.cos(angle), np.sin(angle)
+    root = np.sqrt(ROD**2 - CRANK**2 * s**2)
+    bend = -(CRANK**2) * np.cos(2 * angle) / root - CRANK**4 * (s * c) ** 2 / root**3
+    stroke = MOVING * (-CRANK * c + bend)
+    first, second = (2.0 * np.mean(stroke * np.cos(n * angle)) for n in (1, 2))
+    words = ["reduce", str(engine), "--balance", "force", "--links", "crank", "--json"]
+    words += ["--speed", "3000rpm", "--budget", "20", "--points"]
+    words += ["--region", "crank=box(-0.1:-0.02,-0.05:0.05,-0.02:0.02)", "--minimise"]
+    assert main([*words, "1"]) == 0
+    answer = json.loads(capsys.readouterr().out)
+    (design,) = answer["designs"]
+    (weight,) = design["weights"]
+    assert answer["objective"] == "shaking of order 1"
+    B = -weight["mass"] * weight["com"][0]
+    assert B == pytest.approx(TURNING - 0.5 * first, rel=1e-3)
+    # Two components of half the amplitude each.
+    left = SPEED**2 * abs(first) / 2.0
+    assert design["found"]["objective"] == pytest.approx(left, rel=1e-6)
+    assert design["bound"] == pytest.approx(left, rel=1e-5)
+
+    assert main([*words, "2"]) == 0
+    answer = json.loads(capsys.readouterr().out)
+    assert answer["given"]["objective"] == pytest.approx(
+        SPEED**2 * abs(second) / np.sqrt(2.0), rel=1e-6
+    )
+    assert answer["designs"][0]["found"]["objective"] == pytest.approx(
+        answer["given"]["objective"], rel=1e-6
+    )
+
+
+@pytest.mark.parametrize(
+    "minimise, words",
+    [
+        ("0", "from 1 to 100"),
+        ("1,1", "different numbers"),
+        ("1,x", "no orders of harmonics"),
+        ("1", "one turn of a crank"),
+    ],
+)
+def test_harmonics_that_there_are_not(minimise, words, engine, capsys):
+    command = ["reduce", str(engine), "--links", "crank", "--budget", "1", "--minimise"]
+    with pytest.raises(SystemExit) as ended:
+        raise SystemExit(main([*command, minimise]))
+    assert ended.value.code in (2, 3) and words in capsys.readouterr().err

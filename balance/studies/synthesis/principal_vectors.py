@@ -108,9 +108,7 @@ class _Body(NamedTuple):
     last: int
 
 
-def principal_vector_urdf(
-    vectors: PrincipalVectors, name: str = "principal_vector_linkage"
-) -> bytes:
+def principal_vector_urdf(vectors: PrincipalVectors, name: str = "principal_vectors") -> bytes:
     """Write a principal-vector linkage as a URDF file.
 
     Its masses balance the forces in all n freedoms, and the moments of inertia do not depend

@@ -19,7 +19,7 @@ THREE = (
     (0.1, 0.4, math.radians(-40.0)),
     (-0.1, 0.5, math.radians(-70.0)),
 )
-TWO_CRANKS = np.array([0.4, 0.7, 1.1, 1.3, 1.9])
+CRANK_ANGLES = np.array([0.4, 0.7, 1.1, 1.3, 1.9])
 
 
 def positions_of(tips: np.ndarray, ends: np.ndarray, tool: complex) -> list[tuple]:
@@ -31,7 +31,7 @@ def positions_of(tips: np.ndarray, ends: np.ndarray, tool: complex) -> list[tupl
 
 def general_positions() -> list[tuple]:
     """Five positions of the coupler of a four-bar with links of 0.4, 0.9, 0.8 and 1 m."""
-    A = 0.4 * np.exp(1j * TWO_CRANKS)
+    A = 0.4 * np.exp(1j * CRANK_ANGLES)
     gap = np.abs(1.0 - A)
     along = (0.9**2 - 0.8**2 + gap**2) / (2.0 * gap)
     B = A + (along + 1j * np.sqrt(0.9**2 - along**2)) * (1.0 - A) / gap

@@ -47,28 +47,28 @@ def kite_positions() -> list[tuple]:
 class ThroughThree:
     """Three positions, each kind of mechanism."""
 
-    params = (("pantograph",), ("four-bar",), ("geared-four-bar",))
+    params = (("pantograph", 3), ("four-bar", 3), ("geared-four-bar", 3))
     claims = (("time_synthesis", 1.0), ("track_unconfirmed", 0.0))
     repetitions = 3
 
-    def setup(self, kind: str) -> None:
+    def setup(self, kind: str, count: int) -> None:
         """Take the positions, and compile."""
-        self.positions = self.positions_for(kind)
-        self.answer = self.synthesis(kind)
+        self.positions = self.positions_for(kind, count)
+        self.answer = self.synthesis(kind, count)
 
-    def positions_for(self, kind: str) -> list[tuple]:
+    def positions_for(self, kind: str, count: int) -> list[tuple]:
         """The positions of a kind."""
         return list(THREE)
 
-    def synthesis(self, kind: str) -> Synthesis:
+    def synthesis(self, kind: str, count: int) -> Synthesis:
         """Synthesise with the default matter, steel."""
         return synthesize(self.positions, kind=kind)
 
-    def time_synthesis(self, kind: str) -> None:
+    def time_synthesis(self, kind: str, count: int) -> None:
         """From positions to confirmed files."""
-        self.answer = self.synthesis(kind)
+        self.answer = self.synthesis(kind, count)
 
-    def track_unconfirmed(self, kind: str) -> int:
+    def track_unconfirmed(self, kind: str, count: int) -> int:
         """Mechanisms that are not confirmed or miss; one if there is none."""
         mechanisms = self.answer.mechanisms
         return sum(not each.good for each in mechanisms) if mechanisms else 1
@@ -77,9 +77,9 @@ class ThroughThree:
 class ThroughFive(ThroughThree):
     """Five positions of the coupler of a known four-bar."""
 
-    params = (("four-bar",), ("geared-four-bar",))
+    params = (("four-bar", 5), ("geared-four-bar", 5))
     claims = (("time_synthesis", 5.0), ("track_unconfirmed", 0.0))
 
-    def positions_for(self, kind: str) -> list[tuple]:
+    def positions_for(self, kind: str, count: int) -> list[tuple]:
         """Those of a kite, or of another four-bar."""
         return kite_positions() if kind == "four-bar" else general_positions()

@@ -5,8 +5,10 @@ Names for users, beside those of `balance` itself:
 - ``Study``: a model, what varies in it, what must hold, and what is computed
 - ``read_study``: read what varies and what is computed from a TOML file
 - ``PantographMasses``: lengths and masses of a pantograph
+- ``PrincipalVectors``: points and masses of ``principal_vector_urdf``
 - ``StackedChains``: lengths and masses of ``stacked_urdf``
 - ``SynthesizedMechanism``: one mechanism, its file and what confirms it
+- ``principal_vector_urdf``: write a principal-vector linkage of n elements, balanced
 - ``stacked_urdf``: write two balanced chains stacked into a mechanism of two freedoms
 """
 

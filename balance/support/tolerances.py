@@ -306,11 +306,10 @@ PRICE_NEGATIVE = 1e-8
 # body and of the sizes of the regions; and round-off of their objective, and of its curvature.
 FILL_RESIDUAL = 1e-13
 FILL_ROUND_OFF = 1e-14
-# Relative gaps of the objective at which Newton's method starts, before them that for forces,
-# whose integrals are exact; of the density needed, for forces and for moments; and of the mass
-# that a change of the request needs.
-FILL_GAPS = (1e-3, 1e-6, 1e-8)
-FILL_GAP_FORCE = 0.1
+# Relative gaps of the objective at which Newton's method starts, the next if it fails; of the
+# density needed, for forces and for moments; and of the mass that a change of the request
+# needs.
+FILL_GAPS = (0.1, 1e-3, 1e-6, 1e-8)
 MASS_GAP = 1e-5
 DENSITY_GAP_FORCE = 1e-7
 DENSITY_GAP = 1e-4

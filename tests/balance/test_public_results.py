@@ -68,8 +68,8 @@ PARTS = set(
     Arm BalancingFamily Beam BodyInertia BuildableMasses Certainty CertificateCheck Clamp
     DesignCheck ElasticFrame EndBody Feasibility FewestRotors FloatingBase Freedom ManySpaces
     Meeting ModeAnswer MomentumMap MomentumTaylor MovableWeight Multipole PantographMasses
-    Payload PoseBalance Primitive Proof ReactionNullSpace Region RotorSet ScrewLine Section
-    Similarity SpaceRecord StackedChains Study Support Trajectory Transfer
+    Payload PoseBalance Primitive PrincipalVectors Proof ReactionNullSpace Region RotorSet
+    ScrewLine Section Similarity SpaceRecord StackedChains Study Support Trajectory Transfer
     """.split()
 )
 # Words that stand for what another word stands for in the same arguments.

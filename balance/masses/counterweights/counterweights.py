@@ -143,7 +143,7 @@ def counterweights(
     choices = _wanted_shapes(asked, shape, minimise, density, thickness)
     if limits:
         stocks = stocks_of(asked, body_regions, limits)
-        answer = decide_filled(asked, stocks, minimise, price_of_mass, prove)
+        answer = decide_filled(asked, stocks, minimise, price_of_mass, prove, relax)
         if choices and answer.weights:
             answer = decide_shaped(answer, stocks, choices)
     else:

@@ -43,6 +43,7 @@ def decide_filled(
     minimise: AddedObjective = "mass",
     price: float = IDLE_MASS_PRICE,
     prove: bool = True,
+    relax: bool = True,
 ) -> Counterweights:
     """Decide whether matter of limited density balances a linkage, and minimise it.
 
@@ -54,6 +55,7 @@ def decide_filled(
         minimise: ``"mass"`` or ``"rotor"``; see `counterweights`.
         price: price of mass besides it, in squares of ``space.length``.
         prove: whether to prove the gap; see `fill_least`.
+        relax: whether to look for the density that is enough if this one is not.
     """
     regions = {b: stock.region for b, stock in stocks.items()}
     points = decide(space, regions, minimise, price)
@@ -72,9 +74,9 @@ def decide_filled(
         words="undecided: neither an answer nor a certificate stands up to its check",
     )
     program = build_added_program(space, regions, minimise, price)
-    needed = density_needed(program, list(stocks.values()))
+    needed = density_needed(program, list(stocks.values()), how_much=relax)
     if needed.bound > 1.0:
-        return _excluded(blank, stocks, program, needed)
+        return _excluded(blank, stocks, program, needed, relax)
     if needed.factor > 1.0:
         words = "undecided: matter of this density just or just not balances it"
         return replace(blank, words=words)
@@ -102,6 +104,7 @@ def _excluded(
     stocks: Mapping[int, Stock],
     program: AddedProgram,
     needed: DensityNeeded,
+    relax: bool,
 ) -> Counterweights:
     """Return the verdict by a certificate, if its check accepts it."""
     w = program.lift @ needed.dual
@@ -120,7 +123,7 @@ def _excluded(
         certificate=w,
         check=check,
         words=words,
-        relaxations=_describe_denser(blank.space, stocks, needed),
+        relaxations=_describe_denser(blank.space, stocks, needed) if relax else (),
     )
 
 

@@ -54,7 +54,6 @@ from balance.support.tolerances import (
     COUNTERWEIGHT_RESIDUAL,
     DENSITY_GAP,
     DENSITY_GAP_FORCE,
-    FILL_GAP_FORCE,
     FILL_GAPS,
     FILL_RESIDUAL,
     FILL_ROUND_OFF,
@@ -67,10 +66,13 @@ from kinematics.numerics.array_types import Array
 MOST_ROUNDS = 120
 # Share of the best multipliers in those that name the next parts: masters alone swing.
 INERTIA = 0.7
+# Parts from which a master forgets those that its mixture has none of, and the share of none.
+MOST_IDLE, SHARE_ZERO = 30, 1e-6
 # Most steps of Newton's method with the same rays, and most halvings of a step.
 MOST_STEPS, MOST_HALVINGS = 15, 20
-# Factor of the density up to which matter is clearly enough: integrals have errors below.
-CLEARLY_ENOUGH = 0.95
+# Factor of the density up to which matter is clearly enough, and that from which it is clearly
+# too little: integrals have errors below.
+CLEARLY_ENOUGH, CLEARLY_TOO_LITTLE = 0.95, 1.05
 # Part of the slope of a step that it must gain.
 LEAST_GAIN = 1e-4
 # Rays of each stage of it; each starts its rays inside the parts that the one before filled.
@@ -110,13 +112,22 @@ class FilledParts(NamedTuple):
     dual: Array
 
 
-def density_needed(program: AddedProgram, stocks: Sequence[Stock]) -> DensityNeeded:
+def density_needed(
+    program: AddedProgram, stocks: Sequence[Stock], how_much: bool = True
+) -> DensityNeeded:
     """Compute the least factor of the density for which matter in the regions balances.
 
     The factor is infinite if matter of any density was not found to.
+
+    Args:
+        program: the conditions.
+        stocks: region and density of each link.
+        how_much: whether the factor is asked for where it is clearly above 1; else the search
+            ends with a bound that is.
     """
     columns = _Columns(program, stocks, np.zeros_like(program.cost), None)
-    value, dual = columns.generate(density_gap(program), CLEARLY_ENOUGH)
+    hopeless = np.inf if how_much else CLEARLY_TOO_LITTLE
+    value, dual = columns.generate(density_gap(program), CLEARLY_ENOUGH, hopeless)
     if value <= CLEARLY_ENOUGH:
         return DensityNeeded(value, 0.0, dual[: program.target.size], columns.parts)
     sums = np.sum(_support_functions(program, stocks, columns.forms(dual)), axis=0)
@@ -163,8 +174,8 @@ def fill_least(
     """
     columns = _Columns(program, stocks, program.cost, needed.parts)
     rank = program.target.size
-    exact = program.space.balance == "force"
-    for gap in (FILL_GAP_FORCE, *FILL_GAPS) if exact else FILL_GAPS:
+    # Masters alone find the matrices of moments of inertia.
+    for gap in FILL_GAPS[1:] if columns.heavy else FILL_GAPS:
         dual = columns.generate(gap)[1]
         prices = columns.prices(dual)
         y, seen = _maximise(program, stocks, prices, dual[:rank])
@@ -250,12 +261,15 @@ class _Columns:
         y = dual[: self.program.target.size]
         return forms_of(self.program, y, self.prices(dual))
 
-    def generate(self, gap: float, enough: float = -np.inf) -> tuple[float, Array]:
+    def generate(
+        self, gap: float, enough: float = -np.inf, hopeless: float = np.inf
+    ) -> tuple[float, Array]:
         """Add parts until the bounds from inside and outside meet.
 
         Args:
             gap: relative difference of the bounds.
             enough: a value from inside of which none smaller is sought.
+            hopeless: a bound from outside of which none larger is sought.
 
         Returns:
             The value from inside, and the multipliers of the best bound.
@@ -263,7 +277,8 @@ class _Columns:
         lower, best = -np.inf, None
         value, y = np.inf, np.zeros_like(self.program.target)
         for _ in range(MOST_ROUNDS):
-            value, y = self._master()
+            value, y, shares = self._master()
+            self._forget(shares)
             if value <= enough:
                 break
             steady = y if best is None else INERTIA * best + (1.0 - INERTIA) * y
@@ -275,7 +290,8 @@ class _Columns:
                 if bound > lower and np.isfinite(value):
                     lower, best = bound, z
                 self.parts.append(moments)
-            if np.isfinite(value) and value - lower <= gap * abs(value):
+            met = np.isfinite(value) and value - lower <= gap * abs(value)
+            if met or lower >= hopeless:
                 break
         return value, y if best is None else best
 
@@ -284,8 +300,20 @@ class _Columns:
         seen = [s.with_rays_inside(form) for s, form in zip(self.stocks, forms, strict=True)]
         return _fill_all(self.program, seen, forms, COARSE)
 
-    def _master(self) -> tuple[float, Array]:
-        """Mix the parts: the value, infinite if no mixture balances, and multipliers."""
+    def _forget(self, shares: Array) -> None:
+        """Forget the parts that the best mixture has none of, if there are many."""
+        used = shares.max(axis=1) > SHARE_ZERO
+        # A solver that failed says nothing.
+        if len(self.parts) > MOST_IDLE and used.any():
+            self.parts = [part for part, use in zip(self.parts, used, strict=True) if use]
+
+    def _master(self) -> tuple[float, Array, Array]:
+        """Mix the parts.
+
+        Returns:
+            The value, infinite if no mixture balances; multipliers; and the shares of the
+            parts (parts, links).
+        """
         program, parts = self.program, np.array(self.parts)
         vectors = triangles(parts)
         count, links = parts.shape[:2]
@@ -312,8 +340,8 @@ class _Columns:
         solution = solve_conic(q, rows, offset, blocks)
         dual = np.append(solution.dual[:rank], solution.dual[end:])
         if solution.infeasible:
-            return np.inf, dual
-        return float(q @ solution.x), dual
+            return np.inf, dual, np.ones((count, links))
+        return float(q @ solution.x), dual, solution.x[:n].reshape(count, links)
 
     def _inertia_rows(self, vectors: Array) -> Array:
         """Build the rows of ``t - I_b``: shares of parts (count, links, 10), and t."""
@@ -358,8 +386,13 @@ def _maximise(
             if float(np.linalg.norm(gradient)) <= FILL_RESIDUAL:
                 break
             H = _curvature(program, seen, cost, y, rays)
-            H = H + FILL_ROUND_OFF * (1.0 + float(np.trace(H))) * np.eye(len(H))
-            step = np.linalg.solve(H, gradient)
+            # Where a part is empty H is singular; so much more keeps steps below the size of y,
+            # and vanishes with the gradient (D.-H. Li, M. Fukushima, L. Qi, N. Yamashita,
+            # 2004).
+            size = float(np.linalg.norm(y))
+            more = float(np.linalg.norm(gradient)) / size if size > 0.0 else 0.0
+            more += FILL_ROUND_OFF * (1.0 + float(np.trace(H)))
+            step = np.linalg.solve(H + more * np.eye(len(H)), gradient)
             for halving in range(MOST_HALVINGS):
                 part = 0.5**halving * step
                 new_value, new_gradient = _dual(program, seen, cost, y + part, rays)

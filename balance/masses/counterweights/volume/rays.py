@@ -29,7 +29,7 @@ class Rays(NamedTuple):
 
     Attributes:
         origin: o (3,).
-        sides: vectors p - o (n, 3).
+        sides: vectors p - o (3, n).
         weights: weights (n,).
     """
 
@@ -40,7 +40,7 @@ class Rays(NamedTuple):
     def products(self, tau: Array, chosen: Flags) -> Array:
         """Compute ``[u; 1][u; 1]ᵀ`` (k, 16) at τ (k,) on chosen rays (n,)."""
         v = np.ones((tau.size, 4))
-        v[:, :3] = self.origin + tau[:, None] * self.sides[chosen]
+        v[:, :3] = self.origin + tau[:, None] * self.sides[:, chosen].T
         return np.asarray((v[:, :, None] * v[:, None, :]).reshape(-1, 16))
 
 
@@ -54,12 +54,12 @@ def rays_of(region: Region, count: int, origin: tuple[float, float, float]) -> R
     """
     ends, areas, normals, heights = _surface(region, count)
     o = np.array(origin)
-    return Rays(o, ends - o, areas * (heights - normals @ o))
+    return Rays(o, ends - o[:, None], areas * (heights - o @ normals))
 
 
 @lru_cache(maxsize=32)
 def _surface(region: Region, count: int) -> tuple[Array, Array, Array, Array]:
-    """Choose points of the surface, their areas, normals, and heights ``p · normal``."""
+    """Choose points (3, n), their areas, normals (3, n), and heights ``p · normal``."""
     if region.offsets.size:
         ends, areas, normals = _polytope_surface(region, count)
     elif region.kind == "cylinder":
@@ -67,7 +67,8 @@ def _surface(region: Region, count: int) -> tuple[Array, Array, Array, Array]:
     else:
         ends, areas = _sphere(count)
         normals = ends
-    return ends, areas, normals, (ends * normals).sum(axis=1)
+    columns = np.ascontiguousarray(ends.T), areas, np.ascontiguousarray(normals.T)
+    return *columns, (ends * normals).sum(axis=1)
 
 
 def integrate_positive_part(
@@ -84,14 +85,17 @@ def integrate_positive_part(
         The moments (4, 4) in unit coordinates.
     """
     o, sides, w = rays
-    breaks, positive, _ = _positive_intervals(rays, form)
-    mass, first, second = (
-        w * np.where(positive, np.diff(breaks**power, axis=1), 0.0).sum(axis=1) / power
-        for power in powers
-    )
+    intervals = _positive_intervals(rays, form)
+    # What is positive up to a root counts there, and not beyond: plus or minus its power of τ.
+    parts = [change * tau ** powers[0] for tau, change in intervals.roots]
+    moments = []
+    for power in powers:
+        moments.append(w * (parts[0] + parts[1] + intervals.at_end) / power)
+        parts = [part * tau for part, (tau, _) in zip(parts, intervals.roots, strict=True)]
+    mass, first, second = moments
     local = np.empty((4, 4))
-    local[:3, :3] = (second * sides.T) @ sides
-    local[:3, 3] = local[3, :3] = first @ sides
+    local[:3, :3] = (second * sides) @ sides.T
+    local[:3, 3] = local[3, :3] = sides @ first
     local[3, 3] = mass.sum()
     shift = np.eye(4)
     shift[:3, 3] = o
@@ -111,11 +115,11 @@ def surface_products(rays: Rays, form: Array, basis: Array) -> Array:
     Returns:
         The integrals (n, n).
     """
-    breaks, _, slopes = _positive_intervals(rays, form)
+    intervals = _positive_intervals(rays, form)
+    slopes = intervals.slopes
     flat = basis.reshape(len(basis), 16).T
     total = np.zeros((len(basis), len(basis)))
-    for k in (0, 1):
-        tau = breaks[:, k + 1]
+    for tau, _ in intervals.roots:
         inside = (tau > 0.0) & (tau < 1.0) & (slopes > 0.0)
         t = tau[inside]
         values = rays.products(t, inside) @ flat
@@ -124,27 +128,39 @@ def surface_products(rays: Rays, form: Array, basis: Array) -> Array:
     return total
 
 
-def _positive_intervals(rays: Rays, form: Array) -> tuple[Array, Flags, Array]:
-    """Find where a quadratic is positive along rays.
+class _Intervals(NamedTuple):
+    """Where a quadratic is positive along rays.
 
-    Returns:
-        Ends of three intervals of τ (n, 4) from 0 to 1, whether it is positive in each of them
-        (n, 3), and the size of its derivative at the inner ends (n,).
+    Attributes:
+        roots: two pairs, the lesser first, of a root within [0, 1] (n,), and the number of
+            positive intervals that end there less that of those that begin there (n,). A ray
+            without roots may have any.
+        at_end: 1 where it is positive at τ = 1, else 0 (n,).
+        slopes: size of the derivative at the roots (n,); 0 where there are none.
     """
+
+    roots: tuple[tuple[Array, Array], tuple[Array, Array]]
+    at_end: Array
+    slopes: Array
+
+
+def _positive_intervals(rays: Rays, form: Array) -> _Intervals:
+    """Find where a quadratic is positive along rays."""
     p, o = rays.sides, np.append(rays.origin, 1.0)
-    a = ((p @ form[:3, :3]) * p).sum(axis=1)
-    b, c = p @ (form[:3] @ o), float(o @ form @ o)
+    q = form[:3, :3] @ p
+    a = q[0] * p[0] + q[1] * p[1] + q[2] * p[2]
+    b, c = (form[:3] @ o) @ p, float(o @ form @ o)
     root = np.sqrt(np.maximum(b * b - a * c, 0.0))
     far = -(b + np.copysign(root, b))
     with np.errstate(divide="ignore", invalid="ignore"):
-        roots = np.column_stack([far / a, c / far])
-    roots[np.isnan(roots) | (b * b < a * c)[:, None]] = 1.0
-    breaks = np.zeros((len(p), 4))
-    breaks[:, 3] = 1.0
-    breaks[:, 1:3] = np.sort(np.clip(roots, 0.0, 1.0), axis=1)
-    middle = 0.5 * (breaks[:, 1:] + breaks[:, :-1])
-    values = (a[:, None] * middle + 2.0 * b[:, None]) * middle + c
-    return breaks, values > 0.0, 2.0 * root
+        # Zero over zero is no root: fmax makes it 0, where no interval ends.
+        x, y = (np.fmin(np.fmax(each, 0.0), 1.0) for each in (far / a, c / far))
+    first, second = np.minimum(x, y), np.maximum(x, y)
+    middle = 0.5 * (first + second)
+    between = ((a * middle + 2.0 * b) * middle + c > 0.0).astype(np.float64)
+    at_end = (a + 2.0 * b + c > 0.0).astype(np.float64)
+    roots = (first, float(c > 0.0) - between), (second, between - at_end)
+    return _Intervals(roots, at_end, 2.0 * root)
 
 
 def _polytope_surface(region: Region, count: int) -> tuple[Array, Array, Array]:

@@ -1,0 +1,85 @@
+"""Claim: a synthesis with masses of steel takes at most 1 s for three positions, 5 s for five.
+
+Mechanisms, their masses, file and confirmation, with compiled kernels, of the processor
+(``--processor-time``). The error is the number of mechanisms that are not confirmed, or do not
+meet their positions.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from balance import Synthesis, synthesize
+from balance.studies.synthesis.four_bars import place_four_bar
+
+THREE = (
+    (0.3, 0.1, math.radians(11.0)),
+    (0.1, 0.4, math.radians(-40.0)),
+    (-0.1, 0.5, math.radians(-70.0)),
+)
+CRANK_ANGLES = np.array([0.4, 0.7, 1.1, 1.3, 1.9])
+
+
+def positions_of(tips: np.ndarray, ends: np.ndarray, tool: complex) -> list[tuple]:
+    """Positions of a tool on a coupler from ``tips`` to ``ends``."""
+    way = (ends - tips) / np.abs(ends - tips)
+    points = tips + tool * way
+    return list(zip(points.real, points.imag, np.unwrap(np.angle(way)), strict=True))
+
+
+def general_positions() -> list[tuple]:
+    """Five positions of the coupler of a four-bar with links of 0.4, 0.9, 0.8 and 1 m."""
+    A = 0.4 * np.exp(1j * CRANK_ANGLES)
+    gap = np.abs(1.0 - A)
+    along = (0.9**2 - 0.8**2 + gap**2) / (2.0 * gap)
+    B = A + (along + 1j * np.sqrt(0.9**2 - along**2)) * (1.0 - A) / gap
+    return positions_of(A, B, 0.3 + 0.5j)
+
+
+def kite_positions() -> list[tuple]:
+    """Five positions of the coupler of a kite."""
+    A, B = place_four_bar("kite", 2.3, np.array([0.4, 0.8, 1.3, 1.9, 2.6]))
+    return positions_of(A, B, 0.2 - 0.7j)
+
+
+class ThroughThree:
+    """Three positions, each kind of mechanism."""
+
+    params = (("pantograph", 3), ("four-bar", 3), ("geared-four-bar", 3))
+    claims = (("time_synthesis", 1.0), ("track_unconfirmed", 0.0))
+    repetitions = 3
+
+    def setup(self, kind: str, count: int) -> None:
+        """Take the positions, and compile."""
+        self.positions = self.positions_for(kind, count)
+        self.answer = self.synthesis(kind, count)
+
+    def positions_for(self, kind: str, count: int) -> list[tuple]:
+        """The positions of a kind."""
+        return list(THREE)
+
+    def synthesis(self, kind: str, count: int) -> Synthesis:
+        """Synthesise with the default matter, steel."""
+        return synthesize(self.positions, kind=kind)
+
+    def time_synthesis(self, kind: str, count: int) -> None:
+        """From positions to confirmed files."""
+        self.answer = self.synthesis(kind, count)
+
+    def track_unconfirmed(self, kind: str, count: int) -> int:
+        """Mechanisms that are not confirmed or miss; one if there is none."""
+        mechanisms = self.answer.mechanisms
+        return sum(not each.good for each in mechanisms) if mechanisms else 1
+
+
+class ThroughFive(ThroughThree):
+    """Five positions of the coupler of a known four-bar."""
+
+    params = (("four-bar", 5), ("geared-four-bar", 5))
+    claims = (("time_synthesis", 5.0), ("track_unconfirmed", 0.0))
+
+    def positions_for(self, kind: str, count: int) -> list[tuple]:
+        """Those of a kite, or of another four-bar."""
+        return kite_positions() if kind == "four-bar" else general_positions()

@@ -49,9 +49,9 @@ from .masses.remedies.compare import (
 )
 from .masses.springs.answer import SpringBalance as SpringBalance
 from .masses.springs.find_springs import springs as springs
-from .motion.paths.found_paths import ReactionlessPaths as ReactionlessPaths
 from .motion.paths.path_search import find_paths as find_paths
 from .motion.paths.path_to_pose import path_to_pose as path_to_pose
+from .motion.paths.reactionless_paths import ReactionlessPaths as ReactionlessPaths
 from .motion.quiet.answer import QuietMotion as QuietMotion
 from .motion.quiet.quiet_motion import quiet_motion as quiet_motion
 from .motion.quiet.quiet_timing import quiet_timing as quiet_timing

@@ -15,7 +15,7 @@ from __future__ import annotations
 from balance.masses.designs.certificate import CertificateCheck, check_certificate
 from balance.masses.designs.design_check import DesignCheck, check_design
 from balance.space.certification.exact_ranks import exact_ranks
-from balance.space.exact.modular_ranks import Exact
+from balance.space.exact.modular_ranks import ExactRanks
 from balance.space.exact.proof import Proof
 from balance.space.spaces.certainty import Certainty
 
@@ -23,7 +23,7 @@ __all__ = [
     "Certainty",
     "CertificateCheck",
     "DesignCheck",
-    "Exact",
+    "ExactRanks",
     "Proof",
     "check_certificate",
     "check_design",

@@ -22,7 +22,12 @@ from balance.masses.designs.best_design import design
 from balance.space.spaces.compute_space import design_space
 from balance.studies.discovery.families import Family
 from balance.studies.discovery.job import DiscoveryJob
-from balance.studies.discovery.results import Found, FoundFamily, examine, found_in
+from balance.studies.discovery.results import (
+    ExaminedFamily,
+    SearchResults,
+    examine,
+    read_search,
+)
 from balance.studies.discovery.to_linkage import to_linkage
 from balance.studies.discovery.topologies import Topology
 from balance.studies.runs.chunk_runs import run_chunks
@@ -72,19 +77,19 @@ CHAPTERS = (
 )
 
 
-def search(folder: Path, job: DiscoveryJob, workers: int, kept: bool) -> Found:
+def search(folder: Path, job: DiscoveryJob, workers: int, kept: bool) -> SearchResults:
     """Run a search, or go on with its file, or take that as it is; return what it found."""
     kind = "buildable" if job.buildable else "any"
     path = folder / f"{job.name}_{kind}_{job.starts}.db"
     with ResultsFile.open(path) if kept else ResultsFile.resume(path, job) as file:
         if not kept:
             run_chunks(job, file, workers=workers)
-        return found_in(file)
+        return read_search(file)
 
 
-def families_of(searches: list[Found]) -> list[tuple[Found, Family]]:
+def families_of(searches: list[SearchResults]) -> list[tuple[SearchResults, Family]]:
     """List the families of several searches, each once."""
-    chosen: dict[object, tuple[Found, Family]] = {}
+    chosen: dict[object, tuple[SearchResults, Family]] = {}
     for found in searches:
         for family in found.families:
             chosen.setdefault(family.members[0].key, (found, family))
@@ -98,7 +103,7 @@ def coupler_of(graph: Topology) -> int:
     return max(free, key=lambda link: (len(graph.joints_of(link)), -link))
 
 
-def least_mass(job: DiscoveryJob, found: FoundFamily) -> str:
+def least_mass(job: DiscoveryJob, found: ExaminedFamily) -> str:
     """Compute the least mass of the drawn member whose coupler has 1 kg, as words."""
     if not found.verdicts.get("feasible"):
         return ""
@@ -178,13 +183,13 @@ def chapter(
     return "\n".join(lines), figures
 
 
-def described(found: FoundFamily) -> bool:
+def described(found: ExaminedFamily) -> bool:
     """Whether the relations describe a family: nearly all random members are special."""
     agreed, members = found.confirmation.agreed, found.confirmation.members
     return found.family.complete and members > 0 and agreed >= CONFIRMED * members
 
 
-def _facts(searches: list[Found]) -> list[str]:
+def _facts(searches: list[SearchResults]) -> list[str]:
     """Write the graph, and what became of the walks."""
     job = searches[0].job
     joints = ", ".join(
@@ -200,7 +205,7 @@ def _facts(searches: list[Found]) -> list[str]:
     return lines
 
 
-def _family_lines(job: DiscoveryJob, found: FoundFamily) -> list[str]:
+def _family_lines(job: DiscoveryJob, found: ExaminedFamily) -> list[str]:
     """Write one family as a table of two columns."""
     family = found.family
     data = {"families": [{}]}

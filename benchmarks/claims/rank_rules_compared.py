@@ -19,12 +19,11 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 import scipy.linalg
-from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from balance import design_space
 from balance.space.certification.exact_ranks import exact_ranks
-from balance.space.exact.modular_ranks import Exact
+from balance.space.exact.modular_ranks import ExactRanks
 from balance.space.momentum.regressor import RegressorSeries
 from benchmarks.inputs.geometry import placed
 from kinematics.closure.joint_positions import si_chain
@@ -32,8 +31,7 @@ from kinematics.closure.series import expand
 from kinematics.errors import LinkageError
 from kinematics.loading.model_gallery import gallery, load
 from kinematics.model.linkage import Joint, Linkage
-
-Array = NDArray[np.float64]
+from kinematics.numerics.array_types import Array
 
 SIZES = (1e-3, 1.0, 1e3)
 OFFSETS = (0.0, 1e3)
@@ -100,7 +98,7 @@ class RankRulesCompared:
         """A rule with a tolerance, from joint screws."""
         RULES["SVD 1e-9"](_stack_rows(self.linkage, self.rays, self.kmax))
 
-    def _compare(self, linkage: Linkage, exact: Exact, order: int) -> None:
+    def _compare(self, linkage: Linkage, exact: ExactRanks, order: int) -> None:
         """Count the right ranks of one case."""
         ranks = {design_space(linkage, max_order=order).rank}
         if order == exact.kmax:
@@ -120,7 +118,7 @@ class RankRulesCompared:
         return dict(self.right)
 
 
-def _variants(model: str, folder: Path) -> Iterator[tuple[Linkage, Exact]]:
+def _variants(model: str, folder: Path) -> Iterator[tuple[Linkage, ExactRanks]]:
     """Yield the model, and the same with rounded joints if its ranks stay the same."""
     linkage = load(model)
     exact = exact_ranks(linkage)
@@ -136,7 +134,7 @@ def _variants(model: str, folder: Path) -> Iterator[tuple[Linkage, Exact]]:
         yield rounded, found
 
 
-def _orders(exact: Exact) -> Iterator[int]:
+def _orders(exact: ExactRanks) -> Iterator[int]:
     """Yield orders at which the rank is the final one."""
     yield from range(exact.kmax, max(exact.kmax, HIGHEST) + 1, 4)
 

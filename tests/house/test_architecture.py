@@ -106,7 +106,7 @@ def vague_names(path: Path) -> Iterator[str]:
             name = node.attr
         else:
             continue
-        if name.strip("_") in VAGUE:
+        if name.strip("_").lower() in VAGUE:
             yield f"{label(path)}:{node.lineno}: {name}"
 
 

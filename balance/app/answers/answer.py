@@ -69,7 +69,7 @@ AnswerBody: TypeAlias = Sequence[AnswerPart]
 
 
 class Answer(NamedTuple):
-    """The answer of a command. What only some renderer or file needs is computed for it alone.
+    """The answer of a command; functions compute what a renderer or a file needs, when it does.
 
     Attributes:
         code: the exit code.
@@ -77,7 +77,7 @@ class Answer(NamedTuple):
         body: computes what is printed otherwise.
         notices: remarks, printed on standard error before the answer.
         remark: one more line there; empty if there is none.
-        files: finds what makes the files of the options; called if an option names a file.
+        files: returns the functions that make files, by option; called if one names a file.
         styled: whether a terminal shows the body with its styles.
     """
 
@@ -93,8 +93,9 @@ class Answer(NamedTuple):
 def joined_facts(facts: Sequence[Pairs]) -> list[tuple[str, ...]]:
     """Join lists of facts to rows of a label and a text for each list.
 
-    Labels are in the order in which they first appear; one that a list has several times has
-    its texts in one cell, and one that it does not have a dash.
+    A label that the lists before do not have stands after the label that precedes it in its
+    own list. Texts of a label that a list has several times share a cell; a label that a list
+    does not have has a dash.
 
     Args:
         facts: pairs of label and value for each linkage.

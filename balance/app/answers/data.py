@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, NamedTuple
 if TYPE_CHECKING:
     from balance.masses.pure_inertias.pure_inertia import PureInertia
     from balance.space.decoupled.decoupling import Decoupling
-    from balance.space.exact.modular_ranks import Exact
+    from balance.space.exact.modular_ranks import ExactRanks
     from balance.space.interpretation.explain import Explanation
     from balance.space.spaces.design_space import DesignSpace
 
@@ -36,7 +36,7 @@ class Report(NamedTuple):
 
     space: DesignSpace
     explanation: Explanation | None = None
-    exact: Exact | None = None
+    exact: ExactRanks | None = None
     change: float = inf
     decoupling: Decoupling | None = None
     pure_inertia: PureInertia | None = None

@@ -154,7 +154,7 @@ def _compute(arguments: argparse.Namespace) -> Answer:
         LinkageError: there is no such topology, the file cannot be used, or workers fail.
     """
     from balance.app.answers.text.discovery import search_body, search_data
-    from balance.studies.discovery.results import found_in
+    from balance.studies.discovery.results import read_search
     from balance.studies.runs.results_file import ResultsFile
     from kinematics.wording import count_noun
 
@@ -172,7 +172,7 @@ def _compute(arguments: argparse.Namespace) -> Answer:
         except WorkerError as error:
             error.add_note(f"{path} {KEPT}")
             raise
-        search = found_in(file)
+        search = read_search(file)
         if ended == "time":
             logger.warning(
                 "time is up after %d of %d walks, with %s; --resume goes on from there",
@@ -263,11 +263,11 @@ def _show(arguments: argparse.Namespace) -> Answer:
             written.
     """
     from balance.app.answers.text.discovery import families_data, search_body, search_data
-    from balance.studies.discovery.results import examine, found_in
+    from balance.studies.discovery.results import examine, read_search
     from balance.studies.runs.results_file import ResultsFile
 
     with ResultsFile.open(arguments.results) as file:
-        search = found_in(file)
+        search = read_search(file)
         data = search_data(file, search, None, "show")
     with progress_bar("families") as advance:
         examined = []
@@ -322,12 +322,12 @@ def _export(arguments: argparse.Namespace) -> Answer:
     """
     from balance.app.answers.text.discovery import member_body, member_data
     from balance.studies.discovery.export import export_member
-    from balance.studies.discovery.results import found_in
+    from balance.studies.discovery.results import read_search
     from balance.studies.runs.results_file import ResultsFile
     from kinematics.errors import UsageError
 
     with ResultsFile.open(arguments.results) as file:
-        search = found_in(file)
+        search = read_search(file)
     if arguments.family > len(search.families):
         raise UsageError(
             f"{arguments.results}: no family {arguments.family}, of {len(search.families)}"

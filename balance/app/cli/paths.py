@@ -26,7 +26,7 @@ from balance.app.cli.progress import progress_bar
 if TYPE_CHECKING:
     from balance.motion.floating_base.base import FloatingBase
     from balance.motion.paths.demand import Kept
-    from balance.motion.paths.found_paths import ReactionlessPaths
+    from balance.motion.paths.reactionless_paths import ReactionlessPaths
 
 
 # Most starts on a line between two poses.

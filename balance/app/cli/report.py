@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from balance.app.answers.data import Report
     from balance.masses.mode_answers import ModeAnswers
     from balance.space.certification.certified_space import CertifiedSpace
-    from balance.space.exact.modular_ranks import Exact
+    from balance.space.exact.modular_ranks import ExactRanks
     from balance.space.spaces.design_space import DesignSpace
     from kinematics.model.document.element import Document
     from kinematics.model.linkage import Linkage, Notice
@@ -273,7 +273,7 @@ def _model_word(model: str | Document) -> str:
     return next((name for name, other in gallery().items() if other == path), model)
 
 
-def _add_exact_ranks(space: CertifiedSpace) -> tuple[CertifiedSpace, Exact | None]:
+def _add_exact_ranks(space: CertifiedSpace) -> tuple[CertifiedSpace, ExactRanks | None]:
     """Compute the exact ranks; a refusal becomes a notice of the space."""
     from dataclasses import replace
 
@@ -288,7 +288,7 @@ def _add_exact_ranks(space: CertifiedSpace) -> tuple[CertifiedSpace, Exact | Non
 
 
 def _describe(
-    space: CertifiedSpace, exact: Exact | None, arguments: argparse.Namespace
+    space: CertifiedSpace, exact: ExactRanks | None, arguments: argparse.Namespace
 ) -> Report:
     """Compute what the options ask for beside the space, and the distance to a rank drop."""
     from balance.app.answers.data import Report

@@ -24,7 +24,7 @@ from balance.masses.counterweights.program import (
 from balance.masses.counterweights.quadratic_minimum import least_values
 from balance.masses.counterweights.regions import Region
 from balance.masses.designs.pseudo_inertia_cone import given_parameters
-from balance.masses.designs.verdicts import TOO_NARROW, UNSETTLED
+from balance.masses.designs.verdicts import TOO_NARROW, UNCHECKED_MATTER, UNSETTLED
 from balance.space.inertial_parameters.conversions import to_chain
 from balance.space.spaces.design_space import DesignSpace
 from balance.support.tolerances import (
@@ -61,21 +61,21 @@ def decide(
     names = {space.bodies[b]: region for b, region in regions.items()}
     given_mass = float(given_parameters(space)[:, 0].sum())
     blank = Counterweights(
-        space,
-        "undecided",
-        minimise,
-        None,
-        None,
-        names,
-        (),
-        (),
-        None,
-        None,
-        None,
-        None,
-        (),
-        given_mass,
-        "undecided: neither an answer nor a certificate stands up to its check",
+        space=space,
+        verdict="undecided",
+        minimise=minimise,
+        value=None,
+        gap=None,
+        regions=names,
+        chosen=(),
+        weights=(),
+        z=None,
+        residual=None,
+        certificate=None,
+        check=None,
+        relaxations=(),
+        given_mass=given_mass,
+        words=f"undecided: {UNCHECKED_MATTER}",
     )
     program = build_added_program(space, regions, minimise, price)
     blank = replace(blank, price=program.idle * space.length**2)

@@ -37,14 +37,14 @@ class Exclusion(NamedTuple):
         accepted: whether the certificate excludes a million times the given mass.
         orthogonality: size of the functional on the orthonormal basis of the design space,
             over its size.
-        missing: minus its value on the given masses, over its size, kg.
+        margin: minus its value on the given masses, over its size, kg.
         excluded: added mass that it excludes, kg: any mass below this, in any places of the
             regions, leaves the linkage unbalanced.
     """
 
     accepted: bool
     orthogonality: float
-    missing: float
+    margin: float
     excluded: float
 
     def __repr__(self) -> str:
@@ -59,17 +59,17 @@ class CertificateValues(NamedTuple):
     """What a functional on the inertial parameters is worth, divided by its size.
 
     Attributes:
-        slip: its size on the orthonormal basis of the design space.
-        margin: minus its value on the given masses, less what the slip may hide.
+        orthogonality: its size on the orthonormal basis of the design space.
+        margin: minus its value on the given masses, less what orthogonality may hide.
         forms: its value on a unit point mass at u, ``[u; 1]ᵀ F [u; 1]``, by region
             (regions, 4, 4).
-        slips: most that the slip may hide of such a value (regions,).
+        moment_errors: most that orthogonality may hide of such a value (regions,).
     """
 
-    slip: float
+    orthogonality: float
     margin: float
     forms: Array
-    slips: Array
+    moment_errors: Array
 
 
 def values_of_certificate(
@@ -84,14 +84,14 @@ def values_of_certificate(
     force = space.balance == "force"
     file = given_parameters(space)
     given = to_chain(file, space.chain.frame, space.planar, force).reshape(-1)
-    slip = float(np.linalg.norm(space.scaled_basis.T @ w))
-    margin = -float(w @ given) - slip * float(np.linalg.norm(given))
+    orthogonality = float(np.linalg.norm(space.scaled_basis.T @ w))
+    margin = -float(w @ given) - orthogonality * float(np.linalg.norm(given))
     per_moment = parameters_per_moment(space, regions)
     parts = w.reshape(len(space.bodies), 1, -1)[list(regions)]
     forms = ((parts @ per_moment)[:, 0] @ TRIANGLES[4].T).reshape(-1, 4, 4)
     # The size of [u; 1][u; 1]ᵀ is at most 4 in a box, the largest of the shapes.
-    slips = slip * 4.0 * np.linalg.norm(per_moment, 2, axis=(1, 2))
-    return CertificateValues(slip, margin, forms, slips)
+    moment_errors = orthogonality * 4.0 * np.linalg.norm(per_moment, 2, axis=(1, 2))
+    return CertificateValues(orthogonality, margin, forms, moment_errors)
 
 
 def check_exclusion(
@@ -111,13 +111,13 @@ def check_exclusion(
     values = values_of_certificate(space, regions, certificate)
     if values is None:
         return Exclusion(False, np.inf, 0.0, 0.0)
-    slip, margin = values.slip, values.margin
+    orthogonality, margin = values.orthogonality, values.margin
     most = -least_values(list(regions.values()), -values.forms)
-    gain = float((most + values.slips).max(initial=0.0))
+    gain = float((most + values.moment_errors).max(initial=0.0))
     excluded = 0.0 if margin <= 0.0 else margin / gain if gain > 0.0 else np.inf
     enough = excluded >= MASS_EXCLUDED * float(given_parameters(space)[:, 0].sum())
-    accepted = bool(slip <= CERTIFICATE_ORTHOGONAL and margin > 0.0 and enough)
-    return Exclusion(accepted, slip, margin, float(excluded))
+    accepted = bool(orthogonality <= CERTIFICATE_ORTHOGONAL and margin > 0.0 and enough)
+    return Exclusion(accepted, orthogonality, margin, float(excluded))
 
 
 def describe_exclusion(

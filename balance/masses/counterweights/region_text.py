@@ -63,7 +63,8 @@ def _angles(numbers: Array) -> Array:
 
 def _are_ranges(inner: str) -> bool:
     """Whether the first three of the words between commas, and no others, are ranges."""
-    return [word.count(":") for word in inner.split(",")][:6] in ([1] * 3, [1] * 3 + [0] * 3)
+    ranges, angles = [1, 1, 1], [0, 0, 0]
+    return [word.count(":") for word in inner.split(",")] in (ranges, ranges + angles)
 
 
 def _numbers(

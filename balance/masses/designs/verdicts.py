@@ -30,6 +30,7 @@ UNCHECKED_DENSITY = (
     "bodies of any density balance the linkage, but for this limit of density neither a design "
     "nor a certificate stands up to its check; give another density, or thickness"
 )
+UNCHECKED_MATTER = "neither an answer nor a certificate stands up to its check"
 TOO_NARROW = (
     "a certificate excludes the designs of the space that was found, but conditions near "
     "round-off may be false ones, and there may be more designs"

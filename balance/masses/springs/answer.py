@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from balance.masses.springs.found_spring import Spring
+from balance.masses.springs.spring import Spring
 from balance.space.spaces.certainty import Certainty
 from balance.support.result_files import WithPage, WithPicture
 from balance.support.tolerances import SPRING_TORQUE_LEFT

@@ -29,7 +29,6 @@ from itertools import product
 from typing import NamedTuple
 
 from balance.masses.springs.distance_equations import distance_equations
-from balance.masses.springs.found_spring import Spring
 from balance.masses.springs.rational_solution import (
     inconsistency,
     rational,
@@ -48,6 +47,7 @@ from balance.masses.springs.rational_vectors import (
     subtract,
     turn,
 )
+from balance.masses.springs.spring import Spring
 from kinematics.model.linkage import GROUND, Linkage
 from kinematics.numerics.array_types import Array
 from kinematics.numerics.linalg.rational import dot

@@ -18,8 +18,8 @@ from balance.masses.springs.catalogue_search import (
     balanced_of_catalogue,
     least_of_catalogue,
 )
-from balance.masses.springs.found_spring import AttachedPoint, Spring
 from balance.masses.springs.gradient_rows import point_at
+from balance.masses.springs.spring import AttachedPoint, Spring
 from balance.masses.springs.spring_catalogue import (
     CatalogueSpring,
     Choice,

@@ -13,8 +13,8 @@ from balance.masses.springs.energy_identity import (
     prove_constant,
     prove_none,
 )
-from balance.masses.springs.found_spring import Spring
 from balance.masses.springs.rational_vectors import Vector3
+from balance.masses.springs.spring import Spring
 from balance.masses.springs.spring_problem import SpringProblem
 from balance.space.spaces.certainty import Certainty
 from kinematics.model.linkage import Linkage

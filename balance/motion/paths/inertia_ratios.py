@@ -27,8 +27,8 @@ from numpy.typing import ArrayLike
 from balance.motion.motion_tolerances import PATH_MOMENTUM
 from balance.motion.paths.connect import ConnectionEquations
 from balance.motion.paths.demand import Demand, Kept
-from balance.motion.paths.found_paths import ReactionlessPaths
 from balance.motion.paths.path_search import LENGTH, find_paths
+from balance.motion.paths.reactionless_paths import ReactionlessPaths
 from balance.motion.paths.tool_paths import tool_paths
 from balance.motion.quiet.problem import follow_poses, read_pose
 from balance.motion.quiet.sampled_loads import SampledPoses

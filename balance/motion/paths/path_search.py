@@ -18,10 +18,10 @@ from balance.motion.paths.branches import (
 )
 from balance.motion.paths.demand import Demand, Kept
 from balance.motion.paths.follow import Arc, PathEvent, follow_arc
-from balance.motion.paths.found_paths import ReactionlessPaths, StartPose
 from balance.motion.paths.local_curve import LocalArc, solve_local_curve
 from balance.motion.paths.meeting_poses import meeting_pose
 from balance.motion.paths.path import ReactionlessPath, sample_path
+from balance.motion.paths.reactionless_paths import ReactionlessPaths, StartPose
 from balance.motion.paths.rest_equations import RestEquations, RowsAtPose
 from balance.motion.verification.joint_limits import joint_limits
 from kinematics.closure.joint_positions import joint_positions, values_by_input

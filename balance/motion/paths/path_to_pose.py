@@ -14,10 +14,10 @@ from balance.motion.paths.branches import tangent_directions
 from balance.motion.paths.connect import Connection, ConnectionEquations, connect
 from balance.motion.paths.demand import Demand, Kept
 from balance.motion.paths.follow import PathEvent
-from balance.motion.paths.found_paths import PathTarget, ReactionlessPaths
 from balance.motion.paths.path import ReactionlessPath, sample_path
 from balance.motion.paths.path_network import path_through_meetings
 from balance.motion.paths.path_search import generic_dimension, record_pose, start_pose
+from balance.motion.paths.reactionless_paths import PathTarget, ReactionlessPaths
 from balance.motion.paths.rest_equations import RestEquations
 from balance.motion.quiet.problem import follow_poses, read_pose
 from balance.motion.quiet.sampled_loads import SampledPoses

@@ -36,7 +36,7 @@ from balance.space.conditions.fresh_momenta import momentum_left
 from balance.space.exact.chain import ExactChain, exact_chain, loops_are_regular
 from balance.space.exact.conditions import first_orders_of_motion, orders_closed
 from balance.space.exact.idle_joints import joints_shown_at_rest
-from balance.space.exact.modular_ranks import PLATEAU_WITHOUT_BOUND, Exact, ranks_of
+from balance.space.exact.modular_ranks import PLATEAU_WITHOUT_BOUND, ExactRanks, ranks_of
 from balance.space.exact.modular_series import primes_of
 from balance.space.exact.proof import Proof, independent_transfers
 from balance.space.exact.serial import exact_transfers, has_branching_links
@@ -341,7 +341,7 @@ def _momenta_left(residual: float) -> str:
     return f"momenta of {size_text(residual)} of the conditions are left at finite poses"
 
 
-def _adds_no_condition(space: DesignSpace, exact: Exact) -> bool:
+def _adds_no_condition(space: DesignSpace, exact: ExactRanks) -> bool:
     """Whether exact arithmetic finds no condition at many further orders."""
     last = PLATEAU_WITHOUT_BOUND + 3 * exact.kmax
     further = ranks_of(space.linkage.source, exact.chain, exact.notices, last)

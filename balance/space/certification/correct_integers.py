@@ -21,7 +21,7 @@ from balance.space.conditions.collect import (
     relative_tolerance,
 )
 from balance.space.conditions.rank import singular_value_decomposition
-from balance.space.exact.modular_ranks import Exact
+from balance.space.exact.modular_ranks import ExactRanks
 from balance.space.exact.proof import independent_transfers
 from balance.space.exact.serial import ExactTransfer
 from balance.space.inertial_parameters.conversions import to_chain
@@ -53,7 +53,7 @@ class Evidence(NamedTuple):
             inside the intervals of its digits.
     """
 
-    exact: Exact
+    exact: ExactRanks
     transfers: tuple[ExactTransfer, ...]
     independent: tuple[ExactTransfer, ...]
     complete: bool
@@ -89,7 +89,7 @@ class Evidence(NamedTuple):
         return all(notice.code != "not_exact" for notice in self.exact.notices)
 
 
-def exact_orders(space: DesignSpace, exact: Exact) -> tuple[Order, ...]:
+def exact_orders(space: DesignSpace, exact: ExactRanks) -> tuple[Order, ...]:
     """Tabulate exact ranks up to the order that reaches the rank, or to the highest requested.
 
     Args:
@@ -165,7 +165,9 @@ def with_more_poses(space: DesignSpace) -> DesignSpace:
     return _with_conditions(space, gathered, space.chain_transfers, space.orders)
 
 
-def _collect_as_many(space: DesignSpace, solutions: Array, exact: Exact) -> CollectedConditions:
+def _collect_as_many(
+    space: DesignSpace, solutions: Array, exact: ExactRanks
+) -> CollectedConditions:
     """Collect as many conditions as the exact rank, beside known solutions.
 
     Where floating point finds more, the smallest pivots are round-off and are dropped. Where
@@ -239,7 +241,7 @@ def _convert_transfers(chain: Chain, evidence: Evidence, rounded: Transfers) -> 
     )
 
 
-def _span(chain: Chain, exact: Exact, transfers: Sequence[ExactTransfer]) -> Array:
+def _span(chain: Chain, exact: ExactRanks, transfers: Sequence[ExactTransfer]) -> Array:
     """Compute orthonormal rows that span transfers, in the units of the moving chain.
 
     Vectors that floating point cannot tell apart are replaced by what is exactly left of them
@@ -256,7 +258,7 @@ def _span(chain: Chain, exact: Exact, transfers: Sequence[ExactTransfer]) -> Arr
 
 
 def _vector(
-    chain: Chain, exact: Exact, units: Array, transfer: ExactTransfer
+    chain: Chain, exact: ExactRanks, units: Array, transfer: ExactTransfer
 ) -> list[Fraction]:
     """Write a transfer as parameters of all bodies, in the units of the moving chain."""
     origin = [Fraction(x) for x in chain.frame.origin.tolist()]

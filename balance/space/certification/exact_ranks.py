@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 
 from balance.space.exact.chain import exact_chain
-from balance.space.exact.modular_ranks import Exact, ranks_of
+from balance.space.exact.modular_ranks import ExactRanks, ranks_of
 from balance.space.spaces.design_space import DesignSpace
 from balance.support.options import Balance
 from kinematics.files.urdf.rational_screws import Geometry, of_lowest_rank
@@ -22,7 +22,7 @@ def exact_ranks(
     *,
     spatial: bool = False,
     expected: int = 0,
-) -> Exact:
+) -> ExactRanks:
     """Compute the rank of the balance conditions by order, exactly, without a tolerance.
 
     The conditions are computed modulo two primes, from the decimals of the file. A rank
@@ -87,11 +87,11 @@ def _lowest_ranks(
     max_order: int | None,
     spatial: bool,
     expected: int,
-    confirms: Callable[[Exact], bool],
-) -> Exact:
+    confirms: Callable[[ExactRanks], bool],
+) -> ExactRanks:
     """Compute exact ranks of the geometry that a linkage means; see `exact_ranks`."""
 
-    def ranks(geometry: Geometry) -> Exact:
+    def ranks(geometry: Geometry) -> ExactRanks:
         chain = exact_chain(
             linkage, geometry, motion_of(linkage, motion), balance == "force", spatial
         )

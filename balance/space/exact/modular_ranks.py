@@ -74,7 +74,7 @@ class Witness(NamedTuple):
         return f"Witness: {count_noun(len(self.pivots), 'pivot')} modulo {self.prime}"
 
 
-class Exact(NamedTuple):
+class ExactRanks(NamedTuple):
     """Ranks by exact arithmetic.
 
     Attributes:
@@ -106,7 +106,9 @@ class Exact(NamedTuple):
         ranks = " ".join(map(str, self.ranks))
         primes = "both primes agree" if self.agreed else "primes disagree"
         state = "settled" if self.settled else "not settled"
-        head = f"Exact: rank {self.rank} of {self.parameters} parameters, {state}, {primes}"
+        head = (
+            f"ExactRanks: rank {self.rank} of {self.parameters} parameters, {state}, {primes}"
+        )
         return repr_lines(head, f"by order {ranks}")
 
     @property
@@ -147,7 +149,7 @@ def ranks_of(
     expected: int = 0,
     upper_bound: int | None = None,
     least: int = 0,
-) -> Exact:
+) -> ExactRanks:
     """Compute the rank of the conditions on a chain by order, without a tolerance.
 
     Args:
@@ -179,7 +181,7 @@ def ranks_of(
             best = best[: kmax + 1 + (0 if complete else MIN_PLATEAU)]
             break
     better = max(runs, key=lambda run: run.ranks[-1])
-    return Exact(
+    return ExactRanks(
         ranks=best,
         parameters=len(chain.links) * len(chain.parameters),
         primes=(runs[0].prime, runs[1].prime),

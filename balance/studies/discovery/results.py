@@ -30,7 +30,7 @@ MEMBERS, TRIED = 100, 20
 TALLY_PAUSE = 20.0
 
 
-class Found(NamedTuple):
+class SearchResults(NamedTuple):
     """What the walks of a file have found so far.
 
     Attributes:
@@ -45,7 +45,7 @@ class Found(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class FoundFamily:
+class ExaminedFamily:
     """A family with what its random members show.
 
     Attributes:
@@ -80,7 +80,7 @@ def _shown(family: Family, confirmation: FamilyConfirmation, buildable: int) -> 
     return confirmation.geometry.take(slice(buildable, buildable + 1))
 
 
-def found_in(file: ResultsFile) -> Found:
+def read_search(file: ResultsFile) -> SearchResults:
     """Group what the walks of a file have found.
 
     Raises:
@@ -99,7 +99,7 @@ def found_in(file: ResultsFile) -> Found:
     special = np.flatnonzero(table["outcome"] == "special").tolist()
     ends = [_end_of(file.path, job, table, k) for k in special]
     families = group_members(job.topology, job.structure, job.generic, ends)
-    return Found(job, dict(Counter(table["outcome"].tolist()).most_common()), families)
+    return SearchResults(job, dict(Counter(table["outcome"].tolist()).most_common()), families)
 
 
 def _end_of(
@@ -139,7 +139,7 @@ class FamilyTally:
         """Return the number of families, as it was when they were last counted."""
         begin = monotonic()
         if begin >= self._next:
-            self._known = len(found_in(self._file).families)
+            self._known = len(read_search(self._file).families)
             end = monotonic()
             self._next = end + TALLY_PAUSE * (end - begin)
         return self._known
@@ -147,7 +147,7 @@ class FamilyTally:
 
 def examine(
     job: DiscoveryJob, family: Family, *, members: int = MEMBERS, tried: int = TRIED
-) -> FoundFamily:
+) -> ExaminedFamily:
     """Draw random members of a family, decide them, and look for masses for some of them.
 
     Args:
@@ -172,4 +172,6 @@ def examine(
     shown = _shown(family, confirmation, buildable)
     motion = motion_range(job.topology, job.structure, shown)
     exact = decide_exactly(job.structure, family)
-    return FoundFamily(family, confirmation, serial, dict(verdicts), buildable, motion, exact)
+    return ExaminedFamily(
+        family, confirmation, serial, dict(verdicts), buildable, motion, exact
+    )

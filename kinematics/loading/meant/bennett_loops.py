@@ -57,29 +57,29 @@ class _Quaternion(NamedTuple):
         return _Quaternion(self.s / square, scale_vector(-1 / square, self.v))
 
 
-class _Dual(NamedTuple):
+class _DualQuaternion(NamedTuple):
     """A dual quaternion ``a + ε b``."""
 
     a: _Quaternion
     b: _Quaternion
 
-    def __add__(self, other: _Dual) -> _Dual:  # type: ignore[override]
+    def __add__(self, other: _DualQuaternion) -> _DualQuaternion:  # type: ignore[override]
         """Add dual quaternions."""
-        return _Dual(self.a + other.a, self.b + other.b)
+        return _DualQuaternion(self.a + other.a, self.b + other.b)
 
-    def __matmul__(self, other: _Dual) -> _Dual:
+    def __matmul__(self, other: _DualQuaternion) -> _DualQuaternion:
         """Multiply dual quaternions."""
-        return _Dual(self.a @ other.a, self.a @ other.b + self.b @ other.a)
+        return _DualQuaternion(self.a @ other.a, self.a @ other.b + self.b @ other.a)
 
-    def scaled(self, factor: Fraction) -> _Dual:
+    def scaled(self, factor: Fraction) -> _DualQuaternion:
         """Multiply by a number."""
-        return _Dual(self.a.scaled(factor), self.b.scaled(factor))
+        return _DualQuaternion(self.a.scaled(factor), self.b.scaled(factor))
 
     @property
-    def inverse(self) -> _Dual:
+    def inverse(self) -> _DualQuaternion:
         """The inverse: ``a⁻¹ - ε a⁻¹ b a⁻¹``."""
         first = self.a.inverse
-        return _Dual(first, (first @ self.b @ first).scaled(Fraction(-1)))
+        return _DualQuaternion(first, (first @ self.b @ first).scaled(Fraction(-1)))
 
 
 def bennett_axes(screws: Sequence[Array]) -> tuple[Vector, ...] | None:
@@ -110,7 +110,7 @@ def bennett_axes(screws: Sequence[Array]) -> tuple[Vector, ...] | None:
     square = dot(lines[0][:3], lines[0][:3])
     r1 = (h1 + h2).scaled(Fraction(-1))
     product_of_roots = h1 @ h2
-    r0 = _Dual(
+    r0 = _DualQuaternion(
         _Quaternion(product_of_roots.a.s - square, product_of_roots.a.v), product_of_roots.b
     )
     if not (r1.a.s or any(r1.a.v)):
@@ -131,10 +131,10 @@ def bennett_axes(screws: Sequence[Array]) -> tuple[Vector, ...] | None:
     return tuple(axes)
 
 
-def _root(s: Fraction, scale: Fraction, line: Vector) -> _Dual:
+def _root(s: Fraction, scale: Fraction, line: Vector) -> _DualQuaternion:
     """Make the dual quaternion ``s + λ (n + ε m)``."""
     n, m = scale_vector(scale, line[:3]), scale_vector(scale, line[3:])
-    return _Dual(_Quaternion(s, n), _Quaternion(Fraction(0), m))
+    return _DualQuaternion(_Quaternion(s, n), _Quaternion(Fraction(0), m))
 
 
 def _rational_line(screw: Array) -> Vector:

@@ -14,7 +14,7 @@ from balance.app.cli.main import main
 from balance.masses import carrying, least_violation, movable_weights, read_payload
 from balance.masses.partial.least_violation import missed_by
 from balance.masses.payload import point_parameters, with_parameters
-from balance.masses.springs.found_spring import AttachedPoint, Spring
+from balance.masses.springs.spring import AttachedPoint, Spring
 from kinematics.errors import BodyError, UsageError
 from tests.support.potential_energies import GRAVITY, energies, poses_of
 from tests.support.spring_energies import G, balancer, lamp, torques_with_springs

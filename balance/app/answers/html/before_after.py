@@ -7,7 +7,6 @@ from html import escape
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from balance.app.answers.html.plot_style import short
 from balance.app.answers.html.render import fill_template, rows_table
@@ -27,9 +26,8 @@ from balance.app.answers.html.verification import (
 from balance.motion.verification.comparison import peak_change, round_off_of
 from balance.motion.verification.result import UNITS, Verification
 from balance.support.change_text import change_text
+from kinematics.numerics.array_types import Array
 from kinematics.numerics.linalg.ties import rank_least_first
-
-Array = NDArray[np.float64]
 
 # Colours of what was, and of what is.
 BEFORE, AFTER = "#b8550a", "#0a5ea8"

@@ -10,7 +10,6 @@ from collections.abc import Mapping, Sequence
 from math import pi
 
 import numpy as np
-from numpy.typing import NDArray
 
 from balance.app.answers.html.before_after import comparison_charts, comparison_section
 from balance.app.answers.html.design import block
@@ -35,8 +34,7 @@ from balance.masses.partial.results import ParetoFront, PartialBalance
 from balance.motion.verification.before_after import BeforeAfter
 from balance.space.spaces.design_space import DesignSpace
 from balance.support.linkage_names import linkage_title
-
-Array = NDArray[np.float64]
+from kinematics.numerics.array_types import Array
 
 SCRIPTS = ("drawing", "masses", "additions", "weights", "comparison")
 # Points of a drawn circle.

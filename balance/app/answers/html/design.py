@@ -10,7 +10,6 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from balance.app.answers.html.render import facts_list, render_page, rows_table
 from balance.app.answers.html.scene import scene
@@ -23,9 +22,8 @@ from balance.space.inertial_parameters.body_inertia import BodyInertia
 from balance.space.inertial_parameters.conversions import mass_properties
 from balance.support.linkage_names import linkage_title
 from kinematics.model.arrays import freeze
+from kinematics.numerics.array_types import Array
 from kinematics.wording import number_text
-
-Array = NDArray[np.float64]
 
 SCRIPTS = ("drawing", "masses", "weights")
 MINIMISED = {

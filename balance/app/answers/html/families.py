@@ -10,7 +10,7 @@ from balance.app.answers.html.render import facts_list, html_table, model_sectio
 from balance.app.answers.html.scene import scene
 from balance.app.answers.text.discovery import exact_words, range_words, search_facts
 from balance.studies.discovery.job import DiscoveryJob
-from balance.studies.discovery.results import FoundFamily
+from balance.studies.discovery.results import ExaminedFamily
 from balance.studies.discovery.to_linkage import to_linkage
 from kinematics.errors import LinkageError
 from kinematics.model.linkage import Linkage
@@ -29,7 +29,7 @@ HEAD = (
 
 
 def families_page(
-    job: DiscoveryJob, data: dict[str, Any], examined: Sequence[FoundFamily]
+    job: DiscoveryJob, data: dict[str, Any], examined: Sequence[ExaminedFamily]
 ) -> str:
     """Render the families of a search as one HTML file.
 
@@ -56,7 +56,7 @@ def families_page(
     )
 
 
-def _linkage(job: DiscoveryJob, family: FoundFamily) -> Linkage:
+def _linkage(job: DiscoveryJob, family: ExaminedFamily) -> Linkage:
     """Build the member to draw, driven by the joint of its range of motion if that works."""
     if family.motion is not None:
         try:

@@ -6,7 +6,6 @@ from collections.abc import Mapping, Sequence
 from typing import Any, TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
 from balance.app.answers.html.plot_style import short
 from balance.app.answers.html.render import facts_list, render_page
@@ -16,9 +15,9 @@ from balance.motion.flexible.flex_data import beam_deflection, moment_about, mot
 from balance.motion.flexible.from_linkage import FlexibleLinkage
 from balance.motion.flexible.linkage_motion import FlexibleSimulation
 from balance.motion.flexible.simulate import FlexibleMotion
+from kinematics.numerics.array_types import Array
 from kinematics.wording import number_text, unit_text
 
-Array = NDArray[np.float64]
 # Points of a line over time.
 _Lines: TypeAlias = "list[list[list[float | None]]]"
 

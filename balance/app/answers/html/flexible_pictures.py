@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from balance.app.answers.html.plot_style import image, tidy
 from balance.app.answers.html.time_panels import COLOURS, STYLES
@@ -15,8 +14,6 @@ from balance.motion.flexible.linkage_motion import FlexibleSimulation
 from balance.motion.flexible.simulate import FlexibleMotion
 from balance.motion.flexible.support_points import SupportPoints
 from balance.motion.flexible.supported_modes import SupportedModes
-
-Array = NDArray[np.float64]
 
 MOST_CURVES = 6
 SMALL_FORCE = 0.05

@@ -11,12 +11,10 @@ from html import escape
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from balance.app.answers.html.scene import scene
 from kinematics.model.linkage import Linkage
-
-Array = NDArray[np.float64]
+from kinematics.numerics.array_types import Array
 
 # Room around a drawing, at its sides if there are names, and above and below more elements.
 PAD, SIDE, WIDE = 34, 90, 66

@@ -11,7 +11,6 @@ from html import escape
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from balance.app.answers.html.plot_style import image, short, tidy
 from balance.app.answers.html.render import facts_list, html_table, render_page
@@ -23,9 +22,8 @@ from balance.motion.taylor_poses.prediction import Predictions
 from kinematics.closure.assembly.tool_frame import tool_coordinates
 from kinematics.errors import UnreachedError
 from kinematics.model.chain import rigid_parts
+from kinematics.numerics.array_types import Array
 from kinematics.numerics.linalg.ties import rank_least_first
-
-Array = NDArray[np.float64]
 
 # Lower end of the error axis: round-off.
 LOWEST_ERROR = 1e-16

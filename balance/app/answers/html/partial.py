@@ -5,16 +5,14 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from balance.app.answers.html.plot_style import image, tidy
 from balance.app.answers.html.render import rows_table
 from balance.app.answers.html.time_panels import COLOURS
 from balance.app.answers.text.partial import front_rows
 from balance.masses.partial.results import ParetoFront, PartialBalance
+from kinematics.numerics.array_types import Array
 from kinematics.numerics.linalg.ties import rank_least_first
-
-Array = NDArray[np.float64]
 
 # Most inputs with a line of their own; of more, those with the largest values.
 MOST_LINES = 6

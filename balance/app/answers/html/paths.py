@@ -18,9 +18,9 @@ from balance.app.answers.html.plot_style import image, short, tidy
 from balance.app.answers.html.render import facts_list, render_page, rows_table
 from balance.app.answers.text.paths import path_rows, paths_facts
 from balance.motion.motion_tolerances import CONDITIONING_NOTICE
-from balance.motion.paths.found_paths import ReactionlessPaths
 from balance.motion.paths.inertia_ratios import InertiaChart
 from balance.motion.paths.path import ReactionlessPath, timed_path
+from balance.motion.paths.reactionless_paths import ReactionlessPaths
 from balance.motion.paths.tool_paths import ToolPaths
 from balance.motion.pose.workspace_map import momentum_map
 from balance.motion.verification.given_motions import rest_to_rest
@@ -35,10 +35,9 @@ from kinematics.closure.newton import forward_kinematics
 from kinematics.errors import PoseError
 from kinematics.model.chain import rigid_parts
 from kinematics.model.linkage import Linkage
+from kinematics.numerics.array_types import Array
 from kinematics.numerics.linalg.ties import rank_least_first
 from kinematics.wording import count_noun, number_text
-
-Array = NDArray[np.float64]
 
 # Frames of a run, most paths on a page, and colours of paths.
 FRAMES = 61

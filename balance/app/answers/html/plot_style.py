@@ -10,11 +10,9 @@ from typing import Any
 from xml.etree import ElementTree
 
 import numpy as np
-from numpy.typing import NDArray
 
 from kinematics.errors import PackageError
-
-Array = NDArray[np.float64]
+from kinematics.numerics.array_types import Array
 
 GRID = "#e6e9ec"
 INK = "#1b1e22"

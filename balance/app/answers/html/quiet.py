@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from balance.app.answers.html.plot_style import image, tidy
 from balance.app.answers.html.time_panels import COLOURS
@@ -14,8 +13,6 @@ from balance.motion.verification.input_paths import InputPath
 from balance.motion.verification.shaking_wrench import move_wrenches, shaking
 from balance.motion.verification.trajectory import drive
 from kinematics.errors import PoseError
-
-Array = NDArray[np.float64]
 
 SAMPLES = 161
 # Most inputs with a line of their own.

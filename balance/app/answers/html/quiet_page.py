@@ -7,7 +7,6 @@ from html import escape
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from balance.app.answers.answer import AnswerTable
 from balance.app.answers.html.plot_style import short
@@ -32,10 +31,9 @@ from balance.motion.verification.input_paths import InputPath
 from balance.motion.verification.shaking_wrench import move_wrenches
 from balance.motion.verification.trajectory import Trajectory, drive
 from kinematics.errors import PoseError
+from kinematics.numerics.array_types import Array
 from kinematics.numerics.linalg.ties import rank_least_first
 from kinematics.wording import number_text
-
-Array = NDArray[np.float64]
 
 # Samples of a motion on the page.
 SAMPLES = 201

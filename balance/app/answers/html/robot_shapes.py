@@ -22,11 +22,11 @@ from kinematics.files.urdf.robot_tree import pose_matrix
 from kinematics.model.chain import rigid_parts
 from kinematics.model.document.element import Element
 from kinematics.model.linkage import Linkage
+from kinematics.numerics.array_types import Array
 from kinematics.wording import first_names
 
 logger = logging.getLogger(__name__)
 
-Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
 # Most triangles of all shapes on a page, about 1.3 MB.

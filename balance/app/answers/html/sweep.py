@@ -21,8 +21,7 @@ from kinematics.error_text import clean
 from kinematics.errors import LinkageError, UsageError
 from kinematics.model.chain import rigid_parts
 from kinematics.model.linkage import Linkage
-
-Array = NDArray[np.float64]
+from kinematics.numerics.array_types import Array
 
 # Most rows on a page: half of them the first of the order, half spread over all.
 MAX_ROWS = 2000

@@ -16,8 +16,7 @@ from balance.studies.runs.results_file import ResultsFile
 from balance.studies.sweeps.sweep_table import SweepTable
 from kinematics.error_text import clean
 from kinematics.errors import UsageError
-
-Array = NDArray[np.float64]
+from kinematics.numerics.array_types import Array
 
 RANK = "rank"
 # Most values of a column on a map, and the part of its cells that must have a row.

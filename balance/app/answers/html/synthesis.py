@@ -25,9 +25,9 @@ from balance.studies.synthesis.error_map import AngleErrorMap
 from balance.studies.synthesis.mechanism import Synthesis
 from balance.studies.synthesis.positions import Position
 from balance.studies.synthesis.zero_contour import ZeroContour
+from kinematics.numerics.array_types import Array
 from kinematics.wording import number_text
 
-Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
 # Errors beyond this are drawn in one colour, radians.

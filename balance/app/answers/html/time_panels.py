@@ -5,13 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
-import numpy as np
-from numpy.typing import NDArray
-
 from balance.app.answers.html.plot_style import image, short, tidy
 from kinematics.model.linkage import Linkage
-
-Array = NDArray[np.float64]
+from kinematics.numerics.array_types import Array
 
 # Most lines in one panel; joints and inputs of smaller size are left out.
 MAX_LINES = 6

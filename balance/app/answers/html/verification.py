@@ -28,9 +28,8 @@ from balance.support.csv_text import csv_table
 from balance.support.linkage_names import linkage_names
 from balance.support.tolerances import FORCE_EQUAL_RELATIVE
 from kinematics.model.linkage import Linkage
+from kinematics.numerics.array_types import Array
 from kinematics.numerics.linalg.ties import rank_least_first
-
-Array = NDArray[np.float64]
 
 # Planes of the polar plots of a spatial linkage: two axes each.
 PLANES = ((0, 1), (0, 2), (1, 2))

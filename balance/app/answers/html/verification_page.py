@@ -7,7 +7,6 @@ from html import escape
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from balance.app.answers.html.before_after import (
     choose_motions,
@@ -36,8 +35,6 @@ from balance.motion.verification.result import Verification
 from balance.motion.verification.run import Run
 from balance.support.linkage_names import linkage_names
 from kinematics.wording import count_noun, unit_text
-
-Array = NDArray[np.float64]
 
 # Most samples of a motion on a page, and most numbers of all its motions.
 MAX_SAMPLES = 201

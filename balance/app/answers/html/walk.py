@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from balance.app.answers.html.plot_style import short
 from balance.app.answers.html.render import facts_list, render_page
@@ -13,8 +12,7 @@ from balance.app.answers.html.scene import scene
 from balance.app.answers.text.watched_walk import walk_data, walk_facts
 from balance.studies.discovery.to_linkage import joint_places, to_linkage
 from balance.studies.discovery.watch import WatchedWalk
-
-Array = NDArray[np.float64]
+from kinematics.numerics.array_types import Array
 
 # Lower end of the axis of singular values: round-off.
 LOWEST = 1e-17

@@ -8,7 +8,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from balance.app.answers.answer import AnswerBody, AnswerPart, AnswerTable, Facts
 from balance.app.answers.text.linkage import linkage_facts
@@ -17,11 +16,10 @@ from balance.masses.designs.best_design import Design
 from balance.masses.designs.density import STEEL
 from balance.space.inertial_parameters.body_inertia import BodyInertia
 from balance.space.spaces.distance_to_rank_drop import distance_to_rank_drop
+from kinematics.numerics.array_types import Array
 from kinematics.numerics.linalg.ties import round_decimals
 from kinematics.numerics.tolerances import WRITTEN_AS_ZERO
 from kinematics.wording import number_text, round_to_ten_digits, size_text
-
-Array = NDArray[np.float64]
 
 UNITS = {"mass": " kg", "inertia": " kg m²", "rotor": " kg m²", "change": ""}
 # The command for partial balance, where the words of the request are not at hand.

@@ -10,7 +10,7 @@ from balance.studies.discovery.families import Family
 from balance.studies.discovery.job import DiscoveryJob
 from balance.studies.discovery.motion_range import MotionRange
 from balance.studies.discovery.quantities import quantities_of
-from balance.studies.discovery.results import Found, FoundFamily
+from balance.studies.discovery.results import ExaminedFamily, SearchResults
 from balance.studies.discovery.topologies import Topology
 from balance.studies.runs.results_file import ResultsFile
 from kinematics.wording import count_noun, number_text
@@ -24,7 +24,7 @@ Data = dict[str, Any]
 
 
 def search_data(
-    file: ResultsFile, search: Found, seconds: float | None, what: str = "run"
+    file: ResultsFile, search: SearchResults, seconds: float | None, what: str = "run"
 ) -> Data:
     """Collect the facts on a search.
 
@@ -71,7 +71,7 @@ def _family_data(number: int, family: Family, job: DiscoveryJob) -> Data:
     }
 
 
-def families_data(data: Data, examined: list[FoundFamily]) -> Data:
+def families_data(data: Data, examined: list[ExaminedFamily]) -> Data:
     """Add what random members show to the facts on a search.
 
     Args:

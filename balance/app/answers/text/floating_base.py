@@ -8,14 +8,12 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from balance.app.answers.answer import AnswerBody, AnswerPart, Facts
 from balance.motion.floating_base.result import FloatingBaseMotion, drift_text
 from balance.motion.motion_tolerances import INTEGRAL_DETERMINED
+from kinematics.numerics.array_types import Array
 from kinematics.wording import first_names, number_text, size_text, vector_text
-
-Array = NDArray[np.float64]
 
 
 def floating_base_facts(motion: FloatingBaseMotion) -> list[tuple[str, str]]:

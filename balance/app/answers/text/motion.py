@@ -6,17 +6,15 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from balance.app.answers.answer import AnswerBody, AnswerPart, AnswerTable, Facts
 from balance.app.answers.text.linkage import linkage_facts
 from balance.motion.taylor_poses.prediction import Prediction, Predictions, assign_inputs
 from kinematics.closure.assembly.tool_frame import tool_coordinates
 from kinematics.model.full_turns import wrap_turns
+from kinematics.numerics.array_types import Array
 from kinematics.numerics.tolerances import POSE_DETERMINED
 from kinematics.wording import number_text, size_text
-
-Array = NDArray[np.float64]
 
 # Most poses in a table.
 MAX_POSES = 6

@@ -6,16 +6,14 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from balance.app.answers.answer import AnswerBody, AnswerTable, Facts
 from balance.app.answers.text.linkage import linkage_facts
 from balance.motion.motion_tolerances import LOCAL_CURVE_STEP
-from balance.motion.paths.found_paths import ReactionlessPaths, StartPose
 from balance.motion.paths.path import ReactionlessPath
+from balance.motion.paths.reactionless_paths import ReactionlessPaths, StartPose
+from kinematics.numerics.array_types import Array
 from kinematics.wording import number_text, vector_text
-
-Array = NDArray[np.float64]
 
 # Most inputs in a line, and most lines of a table.
 MAX_INPUTS = 6

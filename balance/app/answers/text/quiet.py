@@ -8,14 +8,12 @@ from __future__ import annotations
 from math import isfinite
 
 import numpy as np
-from numpy.typing import NDArray
 
 from balance.app.answers.answer import MISSING, AnswerBody, AnswerTable, Facts
 from balance.app.answers.text.linkage import linkage_facts
 from balance.motion.quiet.answer import MotionFigures, QuietMotion
+from kinematics.numerics.array_types import Array
 from kinematics.wording import count_noun, number_text, vector_text
-
-Array = NDArray[np.float64]
 
 # Most inputs in a line.
 MAX_INPUTS = 6

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from balance.app.answers.data import Report
     from balance.masses.pure_inertias.pure_inertia import PureInertia
     from balance.space.decoupled.decoupling import Decoupling
-    from balance.space.exact.modular_ranks import Exact
+    from balance.space.exact.modular_ranks import ExactRanks
     from balance.space.interpretation.explain import Explanation
     from balance.space.spaces.design_space import DesignSpace
 
@@ -95,7 +95,7 @@ def _completeness(space: DesignSpace) -> str:
     return f"up to order {last}{poses}: not complete"
 
 
-def report_table(space: DesignSpace, exact: Exact | None = None) -> list[tuple[str, ...]]:
+def report_table(space: DesignSpace, exact: ExactRanks | None = None) -> list[tuple[str, ...]]:
     """Build the table of rank and nullity by order, or of the requirements, its head first.
 
     Args:

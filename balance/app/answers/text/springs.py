@@ -11,7 +11,7 @@ from balance.app.answers.answer import MISSING, AnswerBody, AnswerTable, Facts
 from balance.app.answers.text.linkage import linkage_facts
 from balance.app.answers.text.payload import payload_section
 from balance.masses.springs.answer import SpringBalance
-from balance.masses.springs.found_spring import AttachedPoint, Spring
+from balance.masses.springs.spring import AttachedPoint, Spring
 from balance.support.tolerances import SPRING_TORQUE_LEFT
 from kinematics.wording import count_noun, number_text, size_text, vector_text
 

@@ -26,7 +26,7 @@ from balance.masses.counterweights.volume.fill_program import (
 )
 from balance.masses.counterweights.volume.filling_check import check_filling
 from balance.masses.counterweights.volume.stock import Stock
-from balance.masses.designs.verdicts import TOO_NARROW, UNSETTLED
+from balance.masses.designs.verdicts import TOO_NARROW, UNCHECKED_MATTER, UNSETTLED
 from balance.space.spaces.design_space import DesignSpace
 from balance.support.tolerances import (
     COUNTERWEIGHT_RESIDUAL,
@@ -71,7 +71,7 @@ def decide_filled(
         weights=(),
         z=None,
         residual=None,
-        words="undecided: neither an answer nor a certificate stands up to its check",
+        words=f"undecided: {UNCHECKED_MATTER}",
     )
     program = build_added_program(space, regions, minimise, price)
     needed = density_needed(program, list(stocks.values()), how_much=relax)

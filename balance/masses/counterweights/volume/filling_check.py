@@ -31,14 +31,14 @@ class FillingCheck(NamedTuple):
         accepted: whether the certificate excludes all matter in the regions.
         orthogonality: size of the functional on the orthonormal basis of the design space,
             over its size.
-        missing: minus its value on the given masses, over its size, kg.
-        held: most that matter in the regions has, over its size, kg.
+        margin: minus its value on the given masses, over its size, kg.
+        most: largest value of matter in the regions, over its size, kg.
     """
 
     accepted: bool
     orthogonality: float
-    missing: float
-    held: float
+    margin: float
+    most: float
 
     def __repr__(self) -> str:
         """One line: whether it is accepted, and its residuals."""
@@ -61,10 +61,10 @@ def check_filling(
     values = values_of_certificate(space, regions, certificate)
     if values is None:
         return FillingCheck(False, np.inf, 0.0, np.inf)
-    slip, margin, forms, slips = values
-    held = 0.0
-    for stock, form, further in zip(stocks.values(), forms, slips, strict=True):
-        seen = stock.with_rays_inside(form)
-        held += sum(support_function(seen, form)) + float(further) * stock.whole
-    accepted = bool(slip <= CERTIFICATE_ORTHOGONAL and margin > held)
-    return FillingCheck(accepted, slip, margin, held)
+    orthogonality, margin, forms, errors = values
+    most = 0.0
+    for stock, form, error in zip(stocks.values(), forms, errors, strict=True):
+        integrated = stock.with_rays_inside(form)
+        most += sum(support_function(integrated, form)) + float(error) * stock.whole
+    accepted = bool(orthogonality <= CERTIFICATE_ORTHOGONAL and margin > most)
+    return FillingCheck(accepted, orthogonality, margin, most)

@@ -13,9 +13,9 @@ from balance.masses.remedies.request import RemedyRequest
 from balance.masses.remedies.variant import Variant
 from balance.motion.motion_tolerances import SHAKING_RELATIVE
 from balance.motion.paths.demand import Kept
-from balance.motion.paths.found_paths import ReactionlessPaths
 from balance.motion.paths.path import path_table, timed_path
 from balance.motion.paths.path_search import find_paths
+from balance.motion.paths.reactionless_paths import ReactionlessPaths
 from balance.motion.verification.verify_motions import verify
 from kinematics.loading.model_gallery import load
 from kinematics.model.document.element import Document

@@ -263,7 +263,7 @@ class _TransmissionWriter(RotorWriter):
     def __init__(self, request: RemedyRequest) -> None:
         """Start with the names of the file of a request."""
         super().__init__(request)
-        self.gear, self.density = request.gear, mass_per_length(request)
+        self.gear, self.mass_per_length = request.gear, mass_per_length(request)
         self.axes = request.space.axes
 
     def wheels(self, out: _Transmission, chain: Sequence[str]) -> None:
@@ -434,13 +434,13 @@ class _TransmissionWriter(RotorWriter):
 
     def _rod(self, end: Array) -> Element:
         """Make the ``<inertial>`` of a slender rod from the origin of a frame to a point."""
-        mass = self.density * float(np.linalg.norm(end))
+        mass = self.mass_per_length * float(np.linalg.norm(end))
         tensor = mass / 12.0 * (end @ end * np.eye(3) - np.outer(end, end))
         return inertial(mass, tensor, _point(0.5 * end))
 
     def _disc(self, name: str, radius: float) -> Element:
         """Make the ``<inertial>`` of a wheel on the axis of a joint."""
-        mass = self.density * 2.0 * radius
+        mass = self.mass_per_length * 2.0 * radius
         n = self._local(name, self._axis_vector(name))
         tensor = mass * radius**2 / 4.0 * (np.eye(3) + np.outer(n, n))
         return inertial(mass, tensor, origin(EYE))

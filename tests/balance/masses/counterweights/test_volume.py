@@ -209,7 +209,7 @@ def test_a_stranger_checks_the_certificate_from_the_report_alone(tmp_path):
     w = np.array(data["certificate"])
     assert held_by_cells(data, {"l1": region}, STEEL) < -w @ given
     # All the steel there moments at most 3.14 kg × 0.15 m against 0.5 kg m.
-    assert abs(found.check.held / found.check.missing - 3.14 * 0.15 / 0.5) <= 1e-9
+    assert abs(found.check.most / found.check.margin - 3.14 * 0.15 / 0.5) <= 1e-9
 
 
 def test_a_wrong_certificate_of_filling_is_rejected(tmp_path):

@@ -7,7 +7,7 @@ import pytest
 
 from balance.app.cli.main import main
 from balance.studies.discovery.job import DiscoveryJob
-from balance.studies.discovery.results import FamilyTally, found_in
+from balance.studies.discovery.results import FamilyTally, read_search
 from balance.studies.runs.chunk_runs import run_chunks
 from balance.studies.runs.results_file import ResultsFile
 from kinematics.errors import FileError
@@ -35,7 +35,7 @@ def families(path):
         assert file.computed()[0] == STARTS
         return [
             (f.relations, f.nullity, f.codimension, [m.start for m in f.members])
-            for f in found_in(file).families
+            for f in read_search(file).families
         ]
 
 
@@ -117,5 +117,5 @@ def test_families_are_not_counted_all_the_time(tmp_path, monkeypatch):
         tally = FamilyTally(file)
         assert tally.count() == 0
         file.write_chunk(0, job.compute(0))
-        found = len(found_in(file).families)
+        found = len(read_search(file).families)
         assert found > 0 and tally.count() == 0 and FamilyTally(file).count() == found

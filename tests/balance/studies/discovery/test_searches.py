@@ -5,7 +5,7 @@ import pytest
 
 from balance.studies.discovery.confirm import confirm
 from balance.studies.discovery.job import CHUNK_ROWS, DiscoveryJob
-from balance.studies.discovery.results import found_in
+from balance.studies.discovery.results import read_search
 from balance.studies.runs.chunk_runs import run_chunks
 from balance.studies.runs.results_file import ResultsFile
 from kinematics.errors import UsageError
@@ -31,7 +31,7 @@ def four_bars(tmp_path_factory):
     path = tmp_path_factory.mktemp("search") / "four_bars.db"
     with ResultsFile.create(path, job) as file:
         run_chunks(job, file, workers=0)
-        return found_in(file)
+        return read_search(file)
 
 
 @pytest.fixture(scope="module")
@@ -41,7 +41,7 @@ def sliders(tmp_path_factory):
     path = tmp_path_factory.mktemp("search") / "sliders.db"
     with ResultsFile.create(path, job) as file:
         run_chunks(job, file, workers=0)
-        return job, file.read(), found_in(file).families
+        return job, file.read(), read_search(file).families
 
 
 @pytest.mark.slow
@@ -90,12 +90,14 @@ def test_chunks_do_not_depend_on_each_other(sliders, tmp_path):
     pieces = tmp_path / "pieces.db"
     with ResultsFile.create(pieces, job) as file:
         file.write_chunk(1, job.compute(1))
-        assert len(found_in(file).families) <= len(families)
+        assert len(read_search(file).families) <= len(families)
     again = DiscoveryJob.from_description(job.description)
     with ResultsFile.resume(pieces, again) as file:
         run_chunks(again, file, workers=0)
         rows = file.read()
-        assert [f.relations for f in found_in(file).families] == [f.relations for f in families]
+        assert [f.relations for f in read_search(file).families] == [
+            f.relations for f in families
+        ]
     assert all(np.array_equal(rows[name], expected[name]) for name in ("outcome", "geometry"))
 
 

@@ -11,7 +11,7 @@ from balance.app.answers.html.walk import walk_page
 from balance.app.answers.text.discovery import families_data, search_data
 from balance.studies.discovery.families import group_members
 from balance.studies.discovery.job import DiscoveryJob, geometry_of_text
-from balance.studies.discovery.results import Found, examine
+from balance.studies.discovery.results import SearchResults, examine
 from balance.studies.discovery.watch import watch_walk
 from tests.support.browser import (
     complaints,
@@ -58,7 +58,9 @@ def search():
         if outcome == "special"
     ]
     families = group_members(job.topology, job.structure, job.generic, found)[:1]
-    data = search_data(FewRows(), Found(job, {"special": len(found)}, families), None, "show")
+    data = search_data(
+        FewRows(), SearchResults(job, {"special": len(found)}, families), None, "show"
+    )
     examined = [examine(job, family, members=8, tried=2) for family in families]
     return job, families_data(data, examined), examined
 

@@ -1,4 +1,4 @@
-"""A spring that was found: where it is attached, and how stiff and long it is."""
+"""A spring: where it is attached, how stiff and how long it is."""
 
 from __future__ import annotations
 

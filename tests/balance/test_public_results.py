@@ -28,7 +28,7 @@ RESULTS = {
     "Formulas": {DATA, PAGE},
     "ModeAnswers": {DATA},
     "Decoupling": {DATA},
-    "Exact": {DATA},
+    "ExactRanks": {DATA},
     "PureInertia": {DATA},
     # Of masses.
     "Counterweights": ALL,

@@ -313,8 +313,7 @@ def _files(
     arguments: argparse.Namespace, front: ParetoFront, parts: tuple[CounterweightPart, ...]
 ) -> Files:
     """Find what makes the files of designs, if there are any."""
-    from balance.app.answers.html.counterweights import partial_page
-    from balance.app.answers.html.partial import front_picture
+    from balance.app.answers.html.partial import front_picture, partial_page
 
     best = front.designs[-1]
     if best.z is None:

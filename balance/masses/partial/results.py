@@ -58,8 +58,8 @@ class PartialBalance(WithPage, WithPicture):
         regions: where matter may be added, by name of the link.
     """
 
-    page_maker = "counterweights:partial_balance_page"
-    picture_maker = "counterweights:partial_balance_picture"
+    page_maker = "partial:partial_balance_page"
+    picture_maker = "partial:partial_balance_picture"
 
     space: DesignSpace
     budget: float
@@ -183,7 +183,7 @@ class ParetoFront(WithPage, WithPicture):
         minimise: the objective; see `partial`.
     """
 
-    page_maker = "counterweights:partial_page"
+    page_maker = "partial:partial_page"
     picture_maker = "partial:front_picture"
 
     designs: tuple[PartialBalance, ...]

@@ -1,4 +1,4 @@
-"""Picture and table of partial balance: what is left to shake, by added mass."""
+"""Pages, pictures and table of partial balance."""
 
 from __future__ import annotations
 
@@ -6,10 +6,13 @@ from typing import Any
 
 import numpy as np
 
+from balance.app.answers.html.added_matter import added_matter_page
 from balance.app.answers.html.plot_style import image, tidy
-from balance.app.answers.html.render import rows_table
+from balance.app.answers.html.render import facts_list, rows_table
 from balance.app.answers.html.time_panels import COLOURS
-from balance.app.answers.text.partial import front_rows
+from balance.app.answers.html.verification import verification_picture
+from balance.app.answers.text.partial import front_rows, partial_facts
+from balance.masses.partial.loads_along import loads_of
 from balance.masses.partial.results import ParetoFront, PartialBalance
 from kinematics.numerics.array_types import Array
 from kinematics.numerics.linalg.ties import rank_least_first
@@ -18,6 +21,44 @@ from kinematics.numerics.linalg.ties import rank_least_first
 MOST_LINES = 6
 # Height of the axes over the largest value.
 HEADROOM = 1.1
+
+
+def partial_page(front: ParetoFront) -> str:
+    """Render designs that let a linkage shake least as one HTML file.
+
+    It shows the last design as `counterweights_page` does, and the others in a table. The
+    element ``report`` contains `ParetoFront.to_dict` as JSON.
+
+    Returns:
+        The text of the file.
+
+    Raises:
+        LinkageError: the loads cannot be computed; see `balance.verify`.
+    """
+    best = front.designs[-1]
+    assert best.z is not None
+    return added_matter_page(
+        best.space,
+        best.z,
+        best.regions,
+        best.weights,
+        loads_of(best),
+        summary=best.sentence,
+        report=front.to_dict(),
+        facts=facts_list(partial_facts(front)),
+        front=front_section(front),
+        nothing="none",
+    )
+
+
+def partial_balance_page(balance: PartialBalance) -> str:
+    """Render one design that lets a linkage shake least; see `partial_page`."""
+    return partial_page(balance.front)
+
+
+def partial_balance_picture(balance: PartialBalance, kind: str = "png") -> bytes:
+    """Draw the loads along motions before and after."""
+    return verification_picture(*loads_of(balance).pair, kind=kind)
 
 
 def front_picture(front: ParetoFront, kind: str = "png") -> bytes:

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 import balance
-from balance.app.answers.html.counterweights import counterweights_page, outlines
+from balance.app.answers.html.added_matter import outlines
+from balance.app.answers.html.counterweights import counterweights_page
 from balance.app.cli.main import main
 from balance.masses.counterweights.decide import balance_residual
 from balance.masses.counterweights.exclusion import check_exclusion

@@ -160,13 +160,22 @@ def _certify(space: DesignSpace) -> CertifiedSpace:
 def _gather_evidence(space: DesignSpace) -> Evidence:
     """Compute ranks, transfers and idle joints of a space by exact arithmetic.
 
+    Of geometries of equal ranks, that with the fewest replaced numbers serves; but at a pose
+    that Newton's method closed, the one whose replaced numbers are told.
+
     Raises:
         LinkageError: exact arithmetic cannot be done.
     """
+    in_file = space.linkage.displaced is None
+
+    def ranks(evidence: Evidence) -> tuple[int, ...]:
+        replaced = evidence.replaced if in_file else 0
+        return evidence.exact.rank, *evidence.exact.ranks, replaced
+
     return of_lowest_rank(
         space.linkage,
         lambda geometry: _gather_evidence_of(space, geometry),
-        lambda evidence: (evidence.exact.rank, *evidence.exact.ranks, evidence.replaced),
+        ranks,
         lambda evidence: not list_differences(space, evidence),
     )
 

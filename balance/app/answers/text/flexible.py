@@ -37,8 +37,8 @@ def supported_modes_table(modes: SupportedModes) -> AnswerTable:
     pairs = zip(modes.frequencies.tolist(), modes.errors.tolist(), strict=True)
     for number, (omega, error) in enumerate(pairs, 1):
         form = f".{_digits_that_hold(error)}g"
-        hertz = number_text(omega / (2.0 * np.pi), form)
-        rows.append((str(number), hertz, number_text(omega, form)))
+        # Powers of ten show how many digits hold, and zeros in their place would not.
+        rows.append((str(number), f"{omega / (2.0 * np.pi):{form}}", f"{omega:{form}}"))
     return AnswerTable(rows)
 
 

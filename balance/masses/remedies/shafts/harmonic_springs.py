@@ -15,7 +15,6 @@ stays as it is.
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from itertools import combinations
@@ -33,6 +32,7 @@ from balance.motion.verification.shaking_wrench import (
     wrench_to_si,
 )
 from balance.support.clarabel_adapter import ConstraintBlock, solve_conic
+from balance.support.json_text import json_text
 from balance.support.tolerances import MASSES_EQUAL
 from kinematics.closure.joint_positions import input_chain
 from kinematics.model.linkage import GROUND, Linkage
@@ -276,7 +276,7 @@ def _described(
         reason,
         residual=residual,
         urdf=request.base.data,
-        files={"springs.json": json.dumps({"springs": listed}, indent=1).encode()},
+        files={"springs.json": json_text({"springs": listed}, 1).encode()},
         details={"crank": turn.joint.name, "springs": listed},
     )
     # Bearings carry the springs besides, which the file does not have.

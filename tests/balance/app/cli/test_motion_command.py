@@ -10,6 +10,7 @@ from jsonschema import Draft202012Validator, ValidationError
 
 import kinematics
 from balance.app.cli.main import main
+from kinematics.wording import number_text
 from tests.independent import reference
 from tests.support.command_runs import asked
 from tests.support.json_answers import read_schema
@@ -192,8 +193,9 @@ def test_a_path_is_predicted_row_by_row(tmp_path, capsys):
     assert [float(x) for x in shown[1:3]] == pytest.approx(rows[0], rel=1e-5)
     worst = max(pose["difference"] for pose in report["poses"])
     guess = max(pose["error"] for pose in report["poses"])
-    assert f"up to {guess:.1e} estimated, {worst:.1e} to the corrected pose" in "\n".join(lines)
-    assert f"{guess:.1e}" != f"{worst:.1e}"
+    sizes = [number_text(error, ".2g") for error in (guess, worst)]
+    text = "up to {} estimated, {} to the corrected pose".format(*sizes)
+    assert text in "\n".join(lines) and sizes[0] != sizes[1]
     path = table(tmp_path / "b.csv", ["u1", "u2"], [[0.1, 0.1], [1.8, 0.0], [0.2, 0.0]])
     code, report = run(capsys, "five_bar", "--path", path)
     assert code == 1

@@ -76,6 +76,8 @@ def test_special_places_are_read(family, seed, tmp_path):
     [
         # A ball whose centre lies on the axis of a crank, up to fourteen digits.
         ("turned", 40557),
+        # The same in another file, where a long lever enlarges the condition.
+        ("turned", 41320),
         # Slides of four loops, at a special pose up to nine digits.
         ("oblique", 50216),
         # Cylindrical joints, one on the axis of the crank, up to twelve digits.

@@ -63,7 +63,8 @@ def reason_below_digits(space: DesignSpace, corrected: DesignSpace, evidence: Ev
         return ""
     least = float(corrected.singular_values[-1])
     if least >= limit:
-        small = least <= CONDITION_PER_CHANGE * _rounding_of(space)
+        # A lever of the pose enlarges what rounding adds: the distance decides then.
+        small = adds or least <= CONDITION_PER_CHANGE * _rounding_of(space)
         inexact = small and evidence.replaced > 0 if meant is None else adds
         return _reason_within_rounding(space, corrected) if inexact else ""
     if decimals_have_rank(space, corrected.rank):

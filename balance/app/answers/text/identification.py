@@ -17,6 +17,7 @@ from kinematics.wording import count_noun, number_text, size_text, vector_text
 
 # Standard errors below which a difference is written as 0.
 OFF_ZERO = 0.05
+LOAD_UNITS = (("force", "N"), ("moment", "N m"))
 HEAD = ("combination", "unit", "file", "measured", "1 sigma", "file off by (sigma)")
 
 
@@ -40,25 +41,11 @@ def identification_facts(answer: Identification) -> list[tuple[str, str]]:
     pairs.append(
         (
             "excited",
-            f"{count_noun(answer.excited, 'combination')} with those that only weigh; "
-            f"condition {number_text(answer.condition)} of those for balance",
+            f"{count_noun(answer.excited, 'combination')}, also those that only gravity loads "
+            f"excite; condition number {number_text(answer.condition)} of those for balance",
         )
     )
-    before, after = answer.before, answer.after
-    for label, name, unit in (("force", "force", "N"), ("moment", "moment", "N m")):
-        size, error = getattr(after, name), getattr(after, f"{name}_error")
-        shares = (
-            number_text(100.0 * getattr(x, f"{name}_share"), ".3g", 100.0, NOISE_LEAST)
-            for x in (before, after)
-        )
-        scale = size / max(getattr(after, f"{name}_share"), 1e-300)
-        texts = (
-            size_text(x, ".4g", scale or 1.0, NOISE_LEAST)
-            for x in (getattr(before, name), size)
-        )
-        text = "{} {u} by the file, {} ± {e} {u} identified (rms); {} and {} % of the bodies'"
-        error_text = size_text(error, ".2g", scale or 1.0, NOISE_LEAST)
-        pairs.append((f"shaking {label}", text.format(*texts, *shares, u=unit, e=error_text)))
+    pairs += [_shaking_fact(answer, name, unit) for name, unit in LOAD_UNITS]
     if max(answer.load_errors) > 0.0:
         force, moment = (number_text(x, ".2g") for x in answer.load_errors)
         pairs.append(
@@ -66,6 +53,22 @@ def identification_facts(answer: Identification) -> list[tuple[str, str]]:
         )
     pairs += [(name, number_text(value)) for name, value in answer.sensors.items()]
     return pairs
+
+
+def _shaking_fact(answer: Identification, name: str, unit: str) -> tuple[str, str]:
+    """Describe the shaking force or moment by the file and as identified."""
+    before, after = (getattr(x, name) for x in (answer.before, answer.after))
+    parts = [getattr(x, f"{name}_share") for x in (answer.before, answer.after)]
+    # What it would be if no body cancelled the load of another.
+    scale = after / parts[1] if parts[1] > 0.0 else 1.0
+    given, identified = (size_text(x, ".4g", scale, NOISE_LEAST) for x in (before, after))
+    error = size_text(getattr(answer.after, f"{name}_error"), ".2g", scale, NOISE_LEAST)
+    shares = [number_text(100.0 * part, ".3g", 100.0, NOISE_LEAST) for part in parts]
+    text = (
+        f"{given} {unit} by the file, {identified} ± {error} {unit} identified (rms); "
+        f"{shares[0]} and {shares[1]} % of the sum over the bodies"
+    )
+    return f"shaking {name}", text
 
 
 def _combination_row(item: Identified) -> tuple[str, ...]:

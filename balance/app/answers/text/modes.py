@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from balance.app.answers.answer import AnswerBody, AnswerTable, Facts
+from balance.app.answers.answer import MISSING, AnswerBody, AnswerTable, Facts
 from balance.masses.mode_answers import VERDICT_TEXTS, ModeAnswer, ModeAnswers
 
 HEAD = (
@@ -52,7 +52,7 @@ def _row(answer: ModeAnswer) -> tuple[str, ...]:
     """Describe a mode in the columns of the table."""
     space, mode = answer.space, answer.mode
     if space is None or answer.verdict is None:
-        return (str(mode.number), str(mode.mobility), *["–"] * (len(HEAD) - 2))
+        return (str(mode.number), str(mode.mobility), *[MISSING] * (len(HEAD) - 2))
     return (
         str(mode.number),
         str(mode.mobility),

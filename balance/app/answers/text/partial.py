@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from math import inf
 
-from balance.app.answers.answer import AnswerBody, AnswerPart, AnswerTable, Facts
+from balance.app.answers.answer import MISSING, AnswerBody, AnswerPart, AnswerTable, Facts
 from balance.app.answers.text.counterweights import (
     counterweight_rows,
     density_facts,
@@ -152,7 +152,7 @@ def front_rows(front: ParetoFront) -> list[tuple[str, ...]]:
     rows: list[tuple[str, ...]] = [head]
     for design in front.designs:
         if design.shaking is None:
-            rows.append((number_text(design.budget, FORM), "-", "-", "-", "-", design.verdict))
+            rows.append((number_text(design.budget, FORM), *[MISSING] * 4, design.verdict))
             continue
         given, torque = design.given, max(design.shaking.torque.values(), default=0.0)
         loads = (

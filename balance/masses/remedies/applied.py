@@ -17,7 +17,7 @@ from balance.masses.remedies.trade_off import TradeOff
 from balance.support.result_files import write_file
 from kinematics.errors import UsageError
 from kinematics.model.linkage import Linkage
-from kinematics.wording import number_text, repr_lines
+from kinematics.wording import number_text, repr_lines, size_text
 
 RemedyVerdict = Literal["feasible", "partial", "infeasible", "undecided", "refused"]
 
@@ -156,6 +156,11 @@ def refused(remedy: str, reason: str, words: str = "") -> AppliedRemedy:
         words: what would have been built in.
     """
     return AppliedRemedy(remedy, words or CATALOGUE[remedy].title, "refused", reason)
+
+
+def shaking_left(share: float, what: str = "file") -> str:
+    """State that what should be balanced shakes by a share of the sum over the bodies."""
+    return f"its {what} shakes by {size_text(share)} of the inertia wrenches of its bodies"
 
 
 def inertia_ratio(request: RemedyRequest, now: Mapping[str, float]) -> float | None:

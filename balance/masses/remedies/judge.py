@@ -6,7 +6,12 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from balance.masses.counterweights.write_counterweights import with_counterweights
-from balance.masses.remedies.applied import AppliedRemedy, total_inertia, with_cost
+from balance.masses.remedies.applied import (
+    AppliedRemedy,
+    shaking_left,
+    total_inertia,
+    with_cost,
+)
 from balance.masses.remedies.least_matter import least_matter
 from balance.masses.remedies.request import MOTIONS, POSES, RemedyRequest, freedoms_of
 from balance.masses.remedies.trade_off import TradeOff, trade_off_of
@@ -20,7 +25,6 @@ from kinematics.errors import LinkageError
 from kinematics.loading.model_gallery import load
 from kinematics.model.document.element import Document
 from kinematics.model.motion import motion_of
-from kinematics.wording import size_text
 
 
 def judge(
@@ -130,7 +134,7 @@ def verify_file(
     shaking = measure_shaking(linkage, motions)
     residual = max(shaking) if request.balance == "dynamic" else shaking.force
     if not residual <= SHAKING_RELATIVE:
-        reason = f"its file shakes by {size_text(residual)} of the bodies' own inertia"
+        reason = shaking_left(residual)
         return replace(blank, reason=reason, residual=residual)
     added = sum(float(body.inertia[0]) for body in linkage.bodies) - request.given_mass
     done = replace(

@@ -9,7 +9,7 @@ import numpy as np
 
 from balance.masses.counterweights.write_counterweights import with_counterweights
 from balance.masses.partial.budgets import partial
-from balance.masses.remedies.applied import AppliedRemedy, refused, with_cost
+from balance.masses.remedies.applied import AppliedRemedy, refused, shaking_left, with_cost
 from balance.masses.remedies.balancers.on_base import (
     ForceBalanced,
     NoBalancer,
@@ -27,7 +27,7 @@ from kinematics.closure.joint_positions import input_chain
 from kinematics.loading.model_gallery import load
 from kinematics.model.document.element import Document
 from kinematics.model.linkage import Linkage
-from kinematics.wording import number_text, size_text
+from kinematics.wording import number_text
 
 
 def apply_own_masses(request: RemedyRequest) -> Iterator[AppliedRemedy]:
@@ -88,7 +88,7 @@ def with_moment_left(
     before, after = _root_mean_squares(given, motions), _root_mean_squares(made, moved)
     force = measure_shaking(made, moved).force
     if not force <= SHAKING_RELATIVE:
-        reason = f"its file shakes by {size_text(force)} of the bodies' own inertia"
+        reason = shaking_left(force)
         return replace(blank, reason=reason)
     residual = after[1] / before[1] if before[1] > 0.0 else 0.0
     details = {

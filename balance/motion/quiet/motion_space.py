@@ -156,7 +156,7 @@ class LegsPath:
 
     @property
     def corners(self) -> tuple[float, ...]:
-        """Those of the legs, and the times between them."""
+        """Corner times of the legs, and the times at which one ends and the next begins."""
         pairs = zip(self.legs, self.starts, strict=False)
         inner = [start + corner for leg, start in pairs for corner in leg.corners]
         return tuple(sorted([*inner, *self.starts[1:-1].tolist()]))

@@ -88,7 +88,7 @@ def remedies_page(comparison: RemedyComparison) -> str:
 
 
 def _drawings(comparison: RemedyComparison) -> str:
-    """Draw the linkage with each remedy that helps, those first that one would build first."""
+    """Draw the linkage with each remedy that helps, in order of preference."""
     request = comparison.request
     built = [applied for applied in comparison.by_preference if applied.urdf is not None]
     figures = []
@@ -101,8 +101,10 @@ def _drawings(comparison: RemedyComparison) -> str:
             )
     if not figures:
         return ""
-    note = "New links and added matter have the second colour; matter is drawn as balls of "
-    note += "steel, in the scale of the linkage."
+    note = (
+        "New links and added matter have the second colour; matter is drawn as balls of steel, "
+        "in the scale of the linkage."
+    )
     return (
         '<section>\n<h2>What is built in</h2>\n<p class="note">'
         f'{note}</p>\n<div class="drawings">\n{"".join(figures)}\n</div>\n</section>'

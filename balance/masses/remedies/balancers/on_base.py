@@ -10,7 +10,12 @@ from typing import NamedTuple, Protocol
 import numpy as np
 
 from balance.masses.counterweights.write_counterweights import with_counterweights
-from balance.masses.remedies.applied import AppliedRemedy, RemedyVerdict, with_cost
+from balance.masses.remedies.applied import (
+    AppliedRemedy,
+    RemedyVerdict,
+    shaking_left,
+    with_cost,
+)
 from balance.masses.remedies.as_built import InputSteps, input_steps
 from balance.masses.remedies.balancers.varying_ratio import integrate
 from balance.masses.remedies.least_matter import least_matter
@@ -29,7 +34,6 @@ from kinematics.model.document.write_numbers import number_words
 from kinematics.model.linkage import Linkage, names_of
 from kinematics.model.motion import motion_of
 from kinematics.numerics.array_types import Array
-from kinematics.wording import size_text
 
 # Samples of a motion in a file: a spline through them has the velocities and accelerations.
 FILE_SAMPLES = 1001
@@ -414,7 +418,7 @@ def verify_with_balancers(
         new_joints=joints,
     )
     if not (residual <= SHAKING_RELATIVE and checked.agreed):
-        reason = f"its file shakes by {size_text(residual)} of the bodies' own inertia"
+        reason = shaking_left(residual)
         return replace(blank, reason=reason), moved
     added = balanced.added + sum(balancer.mass for balancer in balancers)
     done = replace(blank, verdict="feasible", urdf=document.data)

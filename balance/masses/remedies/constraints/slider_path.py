@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from balance.masses.remedies.applied import AppliedRemedy, refused, with_cost
+from balance.masses.remedies.applied import AppliedRemedy, refused, shaking_left, with_cost
 from balance.masses.remedies.judge import judge
 from balance.masses.remedies.request import RemedyRequest
 from balance.masses.remedies.variant import Variant
@@ -20,7 +20,7 @@ from balance.motion.verification.verify_motions import verify
 from kinematics.loading.model_gallery import load
 from kinematics.model.document.element import Document
 from kinematics.model.linkage import Linkage
-from kinematics.wording import number_text, size_text
+from kinematics.wording import number_text
 
 KEY = "slider_path"
 # Arc length of the path to either side of the reference pose, in all joints.
@@ -92,7 +92,7 @@ def _verified(
     )
     good = residual <= SHAKING_RELATIVE
     if not good:
-        reason = f"its path shakes by {size_text(residual)} of the bodies' own inertia"
+        reason = shaking_left(residual, "path")
     done = AppliedRemedy(
         KEY,
         words,

@@ -5,7 +5,7 @@
 - ``CertificateCheck``: what the check of a certificate found
 - ``DesignCheck``: what the check of a design found
 - ``exact_ranks``: ranks of the conditions by order, as whole numbers without a tolerance
-- ``Exact``: ranks by exact arithmetic
+- ``ExactRanks``: ranks by exact arithmetic
 - ``Proof``: lower bounds on rank and nullity that add up to the number of parameters
 - ``Certainty``: certainty of the integers, by exact arithmetic and fresh poses
 """

@@ -174,6 +174,27 @@ def changed_peaks(linkage):
     return balance.motion.verify_against(linkage, "four_bar_kite", **options).sentence
 
 
+def from_paths(linkage):
+    """The same on paths."""
+    s, still = np.linspace(0.0, 0.1, 9), np.zeros((9, 3))
+    path = balance.motion.ReactionlessPath(
+        0, np.ones(1), s, still, s[:, None], np.ones((9, 1)), 0.0 * s, 0.0, ()
+    )
+    return {
+        "find_paths": lambda: balance.find_paths(linkage, length=0.1).starts[0].values,
+        "inertia_chart": lambda: (
+            balance.motion.inertia_chart(linkage, "crank", [2.0], length=0.1)
+            .solutions[0]
+            .starts[0]
+            .values
+        ),
+        "moments_through_poses": lambda: (
+            balance.motion.moments_through_poses(linkage, ["crank"], [[0.0], [0.1]]).residual
+        ),
+        "timed_path": lambda: balance.motion.timed_path(linkage, path).q,
+    }
+
+
 def from_linkages(linkage, folder):
     """Every public function of balance on a linkage, called with what stands for one.
 
@@ -182,12 +203,9 @@ def from_linkages(linkage, folder):
     """
     q, one = [0.1], [1.0]
     screws = [[joint.screw for joint in kinematics.load("four_bar_general").joints]]
-    s, still = np.linspace(0.0, 0.1, 9), np.zeros((9, 3))
-    path = balance.motion.ReactionlessPath(
-        0, np.ones(1), s, still, s[:, None], np.ones((9, 1)), 0.0 * s, 0.0, ()
-    )
     return {
         **from_payloads(linkage),
+        **from_paths(linkage),
         "balance_pose": lambda: balance.pose.balance_pose(linkage, {"crank": 1.0}).z,
         "compare_remedies": lambda: (
             balance.compare_remedies(linkage, ["duplicates"]).results[0].added_mass
@@ -198,7 +216,6 @@ def from_linkages(linkage, folder):
         "exact_ranks": lambda: balance.checks.exact_ranks(linkage).ranks,
         "locked_inertia": lambda: balance.space.locked_inertia(linkage, q),
         "formulas": lambda: balance.formulas(linkage, "force").text(),
-        "find_paths": lambda: balance.find_paths(linkage, length=0.1).starts[0].values,
         "motion_modes": lambda: balance.motion_modes(linkage).modes[0].space.basis,
         "momentum_lines": lambda: balance.momentum.momentum_lines(linkage, q)[0][1].point,
         "momentum_map": lambda: balance.pose.momentum_map(linkage, {"u1": [0.0, 0.1]}).matrix,
@@ -232,7 +249,6 @@ def from_linkages(linkage, folder):
             balance.springs(linkage, "base,crank", gravity=(0, -9.81, 0)).springs[0].stiffness
         ),
         "sweep": lambda: balance.sweep(linkage, {"coupler.length": [0.9]})["rank"],
-        "timed_path": lambda: balance.motion.timed_path(linkage, path).q,
         "verify": lambda: balance.verify(linkage, trajectories=1, samples=8).force,
         "verify_against": lambda: changed_peaks(linkage),
     }

@@ -158,7 +158,7 @@ def refused(remedy: str, reason: str, words: str = "") -> AppliedRemedy:
     return AppliedRemedy(remedy, words or CATALOGUE[remedy].title, "refused", reason)
 
 
-def shaking_left(share: float, what: str = "file") -> str:
+def describe_residual(share: float, what: str = "file") -> str:
     """State that what should be balanced shakes by a share of the sum over the bodies."""
     return f"its {what} shakes by {size_text(share)} of the inertia wrenches of its bodies"
 

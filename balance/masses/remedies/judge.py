@@ -8,7 +8,7 @@ from dataclasses import replace
 from balance.masses.counterweights.write_counterweights import with_counterweights
 from balance.masses.remedies.applied import (
     AppliedRemedy,
-    shaking_left,
+    describe_residual,
     total_inertia,
     with_cost,
 )
@@ -134,7 +134,7 @@ def verify_file(
     shaking = measure_shaking(linkage, motions)
     residual = max(shaking) if request.balance == "dynamic" else shaking.force
     if not residual <= SHAKING_RELATIVE:
-        reason = shaking_left(residual)
+        reason = describe_residual(residual)
         return replace(blank, reason=reason, residual=residual)
     added = sum(float(body.inertia[0]) for body in linkage.bodies) - request.given_mass
     done = replace(

@@ -9,7 +9,7 @@ import numpy as np
 
 from balance.masses.counterweights.write_counterweights import with_counterweights
 from balance.masses.partial.budgets import partial
-from balance.masses.remedies.applied import AppliedRemedy, refused, shaking_left, with_cost
+from balance.masses.remedies.applied import AppliedRemedy, describe_residual, refused, with_cost
 from balance.masses.remedies.balancers.on_base import (
     ForceBalanced,
     NoBalancer,
@@ -88,7 +88,7 @@ def with_moment_left(
     before, after = _root_mean_squares(given, motions), _root_mean_squares(made, moved)
     force = measure_shaking(made, moved).force
     if not force <= SHAKING_RELATIVE:
-        reason = shaking_left(force)
+        reason = describe_residual(force)
         return replace(blank, reason=reason)
     residual = after[1] / before[1] if before[1] > 0.0 else 0.0
     details = {

@@ -15,16 +15,16 @@ import numpy as np
 
 from balance.masses.springs.attached_springs import AttachedSpring
 from balance.masses.springs.spring_cone import balanced_unknowns, least_unknowns, make_cone
+from balance.masses.springs.spring_text import SpringRange
 from balance.support.tolerances import SPRING_ABSENT
 from kinematics.numerics.array_types import Array
 
-Range = tuple[float, float]
 # Starts of the search, turns of each, and progress below which a search ends.
 STARTS, TURNS, SLOW = 8, 60, 1e-4
 
 
 def balance_springs(
-    rows: Array, springs: Sequence[AttachedSpring], ranges: Sequence[Range], unit: float
+    rows: Array, springs: Sequence[AttachedSpring], ranges: Sequence[SpringRange], unit: float
 ) -> tuple[Array | None, bool]:
     """Find unknowns of springs that balance.
 
@@ -50,7 +50,7 @@ def balance_springs(
 
 
 def least_springs(
-    rows: Array, springs: Sequence[AttachedSpring], ranges: Sequence[Range], unit: float
+    rows: Array, springs: Sequence[AttachedSpring], ranges: Sequence[SpringRange], unit: float
 ) -> Array:
     """Find unknowns of springs that leave little of ``rows [x; 1]``.
 
@@ -88,7 +88,7 @@ def _starts(springs: Sequence[AttachedSpring], x: Array) -> Iterator[list[Array]
 def _alternate(
     rows: Array,
     springs: Sequence[AttachedSpring],
-    ranges: Sequence[Range],
+    ranges: Sequence[SpringRange],
     unit: float,
     shares: Sequence[Array],
 ) -> Iterator[tuple[list[AttachedSpring], Array]]:

@@ -12,7 +12,7 @@ from balance.masses.springs.both_ends import balance_springs, least_springs
 from balance.masses.springs.spring_catalogue import Choice, used_in
 from balance.masses.springs.spring_cone import SpringCone
 from balance.masses.springs.spring_problem import SpringProblem
-from balance.masses.springs.spring_text import Range
+from balance.masses.springs.spring_text import SpringRange
 from kinematics.numerics.array_types import Array, Flags
 from kinematics.numerics.linalg.ties import rank_least_first
 
@@ -49,7 +49,7 @@ class _Chosen(NamedTuple):
 
     used: tuple[int, ...]
     springs: list[AttachedSpring]
-    ranges: list[Range]
+    ranges: list[SpringRange]
     rows: Array
     spread: Array
 

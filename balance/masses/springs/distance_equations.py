@@ -9,10 +9,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from fractions import Fraction
-from typing import TYPE_CHECKING
 
-if TYPE_CHECKING:
-    from balance.masses.springs.energy_identity import SpringTerm
+from balance.masses.springs.spring_term import SpringTerm
 
 # Part of the largest ``k L`` that their sum may have in floating point.
 DROPS_OUT = Fraction(1, 10**8)

@@ -48,6 +48,7 @@ from balance.masses.springs.rational_vectors import (
     turn,
 )
 from balance.masses.springs.spring import Spring
+from balance.masses.springs.spring_term import SpringTerm
 from kinematics.model.linkage import GROUND, Linkage
 from kinematics.numerics.array_types import Array
 from kinematics.numerics.linalg.rational import dot
@@ -56,28 +57,6 @@ from kinematics.numerics.linalg.rational import dot
 MAX_JOINTS = 7
 # How near rational springs are to those of floating point, and centres of mass to the file.
 FOUND, NEAR = Fraction(1, 10**8), Fraction(1, 10**11)
-
-
-class SpringTerm(NamedTuple):
-    """A spring whose stiffness, and shifts of one end, are to be found exactly.
-
-    Attributes:
-        links: links of both ends.
-        points: both ends at the reference pose, inertial frame, metres.
-        axes: directions in which one of them may be shifted, likewise.
-        end: that end, 0 or 1.
-        stiffness: the stiffness by floating point, N/m.
-        given: whether it must be that one.
-        length: the free length, metres.
-    """
-
-    links: tuple[int, int]
-    points: tuple[Vector3, Vector3]
-    axes: tuple[Vector3, ...]
-    end: int
-    stiffness: Fraction
-    given: bool
-    length: Fraction
 
 
 class FreeEnd(NamedTuple):

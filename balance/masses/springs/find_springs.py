@@ -32,7 +32,7 @@ from balance.masses.springs.spring_cone import SpringCone, balanced_unknowns, ma
 from balance.masses.springs.spring_loads import MovedSpring, SpringLoads, moved_unknowns
 from balance.masses.springs.spring_problem import SpringProblem
 from balance.masses.springs.spring_proof import proved_certainty
-from balance.masses.springs.spring_text import read_spring
+from balance.masses.springs.spring_text import SpringRange, read_spring
 from balance.space.spaces.certainty import Certainty
 from balance.support.options import GRAVITY
 from balance.support.tolerances import SPRING_ABSENT, SPRING_IN_MIDDLE, SPRING_TORQUE_LEFT
@@ -42,8 +42,6 @@ from kinematics.model.linkage import Linkage, Notice
 from kinematics.numerics.array_types import Array
 from kinematics.numerics.linalg.ties import first_least
 from kinematics.wording import size_text
-
-Range = tuple[float, float]
 
 # Most springs, and most sets of them.
 MAX_SPRINGS, MAX_SETS = 30, 4096
@@ -282,7 +280,7 @@ def _starts(problem: SpringProblem, used: Sequence[int]) -> list[int]:
 
 
 def _smallest_sets(
-    problem: SpringProblem, rows: Array, cone: SpringCone, given: Sequence[Range]
+    problem: SpringProblem, rows: Array, cone: SpringCone, given: Sequence[SpringRange]
 ) -> tuple[list[Tried], bool, bool]:
     """Find the smallest sets of springs that balance.
 
@@ -313,7 +311,7 @@ def _balance(
     rows: Array,
     cone: SpringCone,
     used: Sequence[int],
-    ranges: Sequence[Range],
+    ranges: Sequence[SpringRange],
 ) -> tuple[Array | None, bool]:
     """Balance with some of the springs; see `balance_springs`."""
     columns = [*cone.columns_of(used), rows.shape[1] - 1]

@@ -9,7 +9,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from balance.masses.springs.spring_text import MAX_COORDINATE, MAX_STIFFNESS, Range, SpringText
+from balance.masses.springs.spring_text import (
+    MAX_COORDINATE,
+    MAX_STIFFNESS,
+    SpringRange,
+    SpringText,
+)
 from balance.support.units import read_quantity
 from kinematics.errors import UsageError
 
@@ -138,6 +143,6 @@ def used_in(choice: Choice) -> tuple[int, ...]:
     return tuple(k for k, entry in enumerate(choice) if entry is not None)
 
 
-def stiffness_ranges(choice: Choice) -> list[Range]:
+def stiffness_ranges(choice: Choice) -> list[SpringRange]:
     """Give the stiffnesses of a choice as ranges, (0, 0) for springs that it does not use."""
     return [(entry.stiffness,) * 2 if entry else (0.0, 0.0) for entry in choice]

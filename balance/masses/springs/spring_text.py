@@ -18,7 +18,7 @@ from kinematics.errors import UsageError
 FORM = "write 'base,arm' or 'base@0,0,0:0.5 arm@0.2,0,0 k=100:200 L0=0.05'"
 # Largest coordinate of a point, metres, and largest stiffness, N/m.
 MAX_COORDINATE, MAX_STIFFNESS = 1e6, 1e12
-Range = tuple[float, float]
+SpringRange = tuple[float, float]
 
 
 class SpringEnd(NamedTuple):
@@ -31,7 +31,7 @@ class SpringEnd(NamedTuple):
     """
 
     link: str
-    box: tuple[Range, ...] | None
+    box: tuple[SpringRange, ...] | None
 
     @property
     def free(self) -> bool:
@@ -51,8 +51,8 @@ class SpringText(NamedTuple):
 
     text: str
     ends: tuple[SpringEnd, SpringEnd]
-    stiffness: Range
-    length: Range | None = None
+    stiffness: SpringRange
+    length: SpringRange | None = None
 
 
 def read_spring(text: str) -> SpringText:
@@ -82,7 +82,7 @@ def read_spring(text: str) -> SpringText:
     return SpringText(" ".join(text.split()), (first, second), stiffness, length)
 
 
-def _read_stiffness(text: str, words: str) -> Range:
+def _read_stiffness(text: str, words: str) -> SpringRange:
     """Read a stiffness or a range of them."""
     low, high = _read_range(text, words, "stiffness")
     if low < 0.0:
@@ -94,7 +94,7 @@ def _read_stiffness(text: str, words: str) -> Range:
     return low, high
 
 
-def _read_length(text: str, words: str) -> Range:
+def _read_length(text: str, words: str) -> SpringRange:
     """Read a free length or a range of them."""
     low, high = _read_range(text, words, "length")
     if max(-low, high) > MAX_COORDINATE:
@@ -116,7 +116,7 @@ def _read_end(text: str, word: str) -> SpringEnd:
     return SpringEnd(link, box)
 
 
-def _read_range(text: str, words: str, quantity: str) -> Range:
+def _read_range(text: str, words: str, quantity: str) -> SpringRange:
     """Read ``0.3`` or ``0.1:0.3``, with units or without."""
     parts = re.split(":", words)
     try:

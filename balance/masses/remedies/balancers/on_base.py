@@ -13,7 +13,7 @@ from balance.masses.counterweights.write_counterweights import with_counterweigh
 from balance.masses.remedies.applied import (
     AppliedRemedy,
     RemedyVerdict,
-    shaking_left,
+    describe_residual,
     with_cost,
 )
 from balance.masses.remedies.as_built import InputSteps, input_steps
@@ -418,7 +418,7 @@ def verify_with_balancers(
         new_joints=joints,
     )
     if not (residual <= SHAKING_RELATIVE and checked.agreed):
-        reason = shaking_left(residual)
+        reason = describe_residual(residual)
         return replace(blank, reason=reason), moved
     added = balanced.added + sum(balancer.mass for balancer in balancers)
     done = replace(blank, verdict="feasible", urdf=document.data)

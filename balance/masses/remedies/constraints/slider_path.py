@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from balance.masses.remedies.applied import AppliedRemedy, refused, shaking_left, with_cost
+from balance.masses.remedies.applied import AppliedRemedy, describe_residual, refused, with_cost
 from balance.masses.remedies.judge import judge
 from balance.masses.remedies.request import RemedyRequest
 from balance.masses.remedies.variant import Variant
@@ -92,7 +92,7 @@ def _verified(
     )
     good = residual <= SHAKING_RELATIVE
     if not good:
-        reason = shaking_left(residual, "path")
+        reason = describe_residual(residual, "path")
     done = AppliedRemedy(
         KEY,
         words,

@@ -7,7 +7,7 @@ import pytest
 
 from balance.app.cli.main import main
 from tests.support.json_answers import json_answer
-from tests.support.page_elements import Elements
+from tests.support.page_elements import Elements, without_breaks
 
 ARM = "length:0.1,EI:0.0045,rhoA:0.024,tip:0.01,radius:0.01,hub:0.01,inertia:1e-7"
 FAST = ["--duration", "0.2", "--samples", "5", "--elements", "4", "--modes", "1"]
@@ -106,7 +106,8 @@ def test_a_linkage_of_the_gallery(capsys, tmp_path):
     # The beam of the coupler is as long as its joints are apart, and bends less than is seen.
     lengths = [np.hypot(*np.subtract(line[-1], line[0])) for line in frames["straight"][0]]
     assert max(lengths) == pytest.approx(found["beams"][0]["length"], rel=1e-3)
-    assert f"{found['beams'][0]['peak_deflection']:.3g}" in elements.text.partition("Motion")[0]
+    deflection = f"{1e3 * found['beams'][0]['peak_deflection']:.3g} mm"
+    assert deflection in without_breaks(elements.text.partition("Motion")[0])
     assert "https://" not in text.partition("<script>")[0]
     assert (
         main(["flex", *words, "--damping", "1e-6", "--linear", "--drive", "u1=moment:0.1,0.1"])

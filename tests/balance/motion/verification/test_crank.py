@@ -18,6 +18,7 @@ from balance.motion.verification.crank_revolution import STEPS, revolve_crank
 from balance.motion.verification.verify_motions import verify, verify_second
 from kinematics.errors import CoordinateError, MotionError, PoseError, UsageError
 from tests.support.laws import altered
+from tests.support.page_elements import without_breaks
 from tests.support.verify_command import run
 
 RPM = 2.0 * math.pi / 60.0
@@ -304,7 +305,7 @@ def test_the_command_tells_peak_and_rms(capsys, tmp_path):
         rf"{force['rms']:.3g} N;",
         out,
     )
-    text = page.read_text("utf-8")
+    text = without_breaks(page.read_text("utf-8"))
     assert "one revolution of u1 at 300 rpm (0.2 s)" in text and f"{force['rms']:.3g} N" in text
     with open(table, encoding="utf-8", newline="") as file:
         head, *rows = csv.reader(file)

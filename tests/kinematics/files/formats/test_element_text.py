@@ -65,6 +65,15 @@ def test_a_design_can_be_read_and_keeps_the_elements_of_others(model, capsys):
     assert found["topic"].split() == ["one", "two"]
 
 
+@pytest.mark.slow
+def test_files_of_remedies_can_be_read_and_are_balanced(model, capsys):
+    folder = model.with_name("remedies")
+    words = ["remedies", str(model), "--only", "own_masses", "--out", str(folder)]
+    assert main([*words, "--balance", "force"]) == 0
+    (written,) = folder.glob("*.urdf")
+    assert main(["verify", str(written), "--balance", "force"]) == 0
+
+
 def test_a_closed_pose_keeps_the_loop(model, capsys):
     out = model.with_name("closed.urdf")
     assert main(["report", str(model), "--write-closed", str(out)]) == 0

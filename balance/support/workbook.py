@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import re
 from datetime import datetime
 from io import BytesIO, StringIO
 from zipfile import ZIP_DEFLATED, ZipFile, ZipInfo
@@ -11,6 +12,8 @@ from kinematics.errors import PackageError
 
 # The same table gives the same bytes: all parts of the file are of this time.
 WRITTEN = datetime(2000, 1, 1)
+# The part of a workbook with its properties, and when it was modified.
+PROPERTIES, MODIFIED = "docProps/core.xml", re.compile(rb"(<dcterms:modified[^>]*>)[^<]*")
 
 
 def require_openpyxl() -> None:
@@ -40,7 +43,7 @@ def workbook_of(table: bytes) -> bytes:
     from openpyxl.styles import Font
 
     book = Workbook()
-    book.properties.created = book.properties.modified = WRITTEN
+    book.properties.created = WRITTEN
     sheet = book.active
     sheet.title = "motion"
     names, *rows = csv.reader(StringIO(table.decode()))
@@ -65,11 +68,14 @@ def _cell(word: str) -> float | str | None:
 
 
 def _undated(packed: BytesIO) -> bytes:
-    """Pack the parts of a file again, all with one date."""
+    """Pack the parts of a file again, all with one date, and so the properties of the book."""
     again = BytesIO()
     with ZipFile(packed) as old, ZipFile(again, "w", ZIP_DEFLATED) as new:
         for name in old.namelist():
             part = ZipInfo(name, WRITTEN.timetuple()[:6])
             part.compress_type = ZIP_DEFLATED
-            new.writestr(part, old.read(name))
+            text = old.read(name)
+            if name == PROPERTIES:  # openpyxl writes the time of saving
+                text = MODIFIED.sub(rb"\g<1>" + WRITTEN.isoformat().encode() + b"Z", text)
+            new.writestr(part, text)
     return again.getvalue()

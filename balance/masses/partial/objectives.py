@@ -33,7 +33,8 @@ def objective_in_words(minimise: PartialObjective) -> str:
     if isinstance(minimise, str):
         return MINIMISED[minimise]
     *others, last = map(str, minimise)
-    return f"shaking of order {' and '.join([*([', '.join(others)] if others else []), last])}"
+    orders = " and ".join(filter(None, [", ".join(others), last]))
+    return f"shaking of order {orders}"
 
 
 def check_objective(minimise: PartialObjective, frame: ElasticFrame | None) -> None:

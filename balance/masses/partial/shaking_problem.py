@@ -265,7 +265,7 @@ def build_problem(
         quadratic_factor([_flat(rows[:, part]) for rows in wrenches])
         for part in (slice(0, 3), slice(3, 6))
     )
-    if frame is None and options.minimise == "rms":
+    if frame is None and isinstance(options.minimise, str):
         whole = quadratic_factor([factors[0] / weight, factors[1]])
     else:
         counted = [_counted(motion.wrenches, motion, weight, frame) for motion in loads]

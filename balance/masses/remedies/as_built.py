@@ -84,10 +84,7 @@ def input_steps(
         request: for the peaks of its motions, and its characteristic length.
         relations: between the inputs.
     """
-    kinds = {joint.name: joint.kind for joint in linkage.joints}
-    lengths = [
-        request.space.length if kinds[name] == "prismatic" else 1.0 for name in linkage.inputs
-    ]
+    lengths = _input_units(request, linkage)
     limits = motion_of(linkage, tuple(relations) or None)
     basis = np.eye(len(lengths)) if limits is None else order_inputs(limits, linkage)
     steps = basis.T / lengths
@@ -141,14 +138,17 @@ def gear_mass(torque: float, ratio: float) -> float:
     return 0.25 * np.pi * STEEL * 2.0 * pinion / K_FACTOR * (1.0 + 1.0 / m + m + m**2)
 
 
+def _input_units(request: RemedyRequest, linkage: Linkage) -> list[float]:
+    """List the SI units per unit of each input: 1 rad, or the characteristic length."""
+    kinds = {joint.name: joint.kind for joint in linkage.joints}
+    length = request.space.length
+    return [length if kinds[name] == "prismatic" else 1.0 for name in linkage.inputs]
+
+
 @lru_cache(maxsize=4)
 def _peaks(request: RemedyRequest) -> tuple[float, float]:
     """Compute the peaks of rate and acceleration of the inputs along random motions."""
-    linkage = request.linkage
-    kinds = {joint.name: joint.kind for joint in linkage.joints}
-    units = [
-        request.space.length if kinds[name] == "prismatic" else 1.0 for name in linkage.inputs
-    ]
+    units = _input_units(request, request.linkage)
     rates = max(float(np.abs(each.ud / units).max()) for each in request.motions)
     changes = max(float(np.abs(each.udd / units).max()) for each in request.motions)
     return rates, changes

@@ -11,7 +11,7 @@ from balance.motion.verification.verify_motions import verify
 from balance.studies.discovery.confirm import confirm
 from balance.studies.discovery.export import export_member
 from balance.studies.discovery.families import group_members
-from balance.studies.discovery.job import DiscoveryJob, geometry_of_text
+from balance.studies.discovery.job import DiscoveryJob
 from balance.studies.discovery.lane_motion import (
     follow_curves,
     lane_momentum_rows,
@@ -20,6 +20,7 @@ from balance.studies.discovery.lane_motion import (
 from balance.studies.discovery.results import examine
 from balance.studies.discovery.to_linkage import to_linkage
 from tests.support.json_answers import json_answer
+from tests.support.search_ends import special_ends
 
 pytestmark = pytest.mark.lanes
 PARALLELOGRAM = {"AD = BC", "AB = CD"}
@@ -60,17 +61,7 @@ def found():
     """The families of fifty four-bars."""
     job = DiscoveryJob("four-bar", 50, require="force")
     rows = job.compute(0)
-    ends = [
-        (
-            k,
-            geometry_of_text(rows["geometry"][k]),
-            int(rows["nullity"][k]),
-            int(rows["codimension"][k]),
-            float(rows["margin"][k]),
-        )
-        for k, outcome in enumerate(rows["outcome"])
-        if outcome == "special"
-    ]
+    ends = special_ends(rows)
     return job, group_members(job.topology, job.structure, job.generic, ends)
 
 

@@ -10,7 +10,7 @@ from balance.app.answers.html.families import families_page
 from balance.app.answers.html.walk import walk_page
 from balance.app.answers.text.discovery import families_data, search_data
 from balance.studies.discovery.families import group_members
-from balance.studies.discovery.job import DiscoveryJob, geometry_of_text
+from balance.studies.discovery.job import DiscoveryJob
 from balance.studies.discovery.results import SearchResults, examine
 from balance.studies.discovery.watch import watch_walk
 from tests.support.browser import (
@@ -23,6 +23,7 @@ from tests.support.browser import (
     show,
     too_wide,
 )
+from tests.support.search_ends import special_ends
 
 pytestmark = needs_browser
 
@@ -46,17 +47,7 @@ def search():
     """A search for four-bars: the job, what was found, and one family examined."""
     job = DiscoveryJob("four-bar", 50)
     rows = job.compute(0)
-    found = [
-        (
-            k,
-            geometry_of_text(rows["geometry"][k]),
-            int(rows["nullity"][k]),
-            int(rows["codimension"][k]),
-            float(rows["margin"][k]),
-        )
-        for k, outcome in enumerate(rows["outcome"])
-        if outcome == "special"
-    ]
+    found = special_ends(rows)
     families = group_members(job.topology, job.structure, job.generic, found)[:1]
     data = search_data(
         FewRows(), SearchResults(job, {"special": len(found)}, families), None, "show"

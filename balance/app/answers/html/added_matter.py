@@ -13,7 +13,7 @@ import numpy as np
 
 from balance.app.answers.html.before_after import comparison_charts, comparison_section
 from balance.app.answers.html.design import block
-from balance.app.answers.html.render import render_page, rows_table
+from balance.app.answers.html.render import linkage_stage, render_page, rows_table
 from balance.app.answers.html.scene import scene
 from balance.app.answers.text.counterweights import (
     NONE_NEEDED,
@@ -66,6 +66,7 @@ def added_matter_page(
     by_link = {weight.link: weight for weight in weights}
     return render_page(
         "counterweights.html",
+        stage=linkage_stage("The linkage, regions and lumps"),
         title=linkage_title(space.linkage),
         summary=summary,
         report=report,

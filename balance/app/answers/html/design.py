@@ -11,7 +11,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from balance.app.answers.html.render import facts_list, render_page, rows_table
+from balance.app.answers.html.render import facts_list, linkage_stage, render_page, rows_table
 from balance.app.answers.html.scene import scene
 from balance.app.answers.html.verification import verification_picture
 from balance.app.answers.text.design import body_rows, design_facts, solid_rows
@@ -101,6 +101,7 @@ def design_page(design: Design) -> str:
     ]
     return render_page(
         "design.html",
+        stage=linkage_stage("The linkage and its masses"),
         title=linkage_title(design.space.linkage),
         summary=_summary(design),
         report=design.to_dict(),

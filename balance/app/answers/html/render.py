@@ -101,6 +101,15 @@ def fill_template(template: str, parts: Mapping[str, str]) -> str:
     )
 
 
+def linkage_stage(what: str) -> str:
+    """Render the drawing of a moving linkage, and open the column of its controls.
+
+    Args:
+        what: what is drawn, as the subject of its label.
+    """
+    return fill_template("stage.html", {"what": what}).rstrip("\n")
+
+
 def _read_static(name: str) -> str:
     """Read a file of the folder ``static``."""
     folder = files("balance").joinpath("app", "answers", "html", "static")

@@ -16,6 +16,7 @@ from balance.app.answers.html.render import (
     bullets,
     facts_list,
     html_table,
+    linkage_stage,
     render_page,
     rows_table,
 )
@@ -74,6 +75,7 @@ def report_page(report: Report, meshes: bool = True) -> str:
         drawing["pure"] = pseudo_inertia(report.pure_inertia.spatial_parameters).tolist()
     return render_page(
         "page.html",
+        stage=linkage_stage("The linkage"),
         title=linkage_title(space.linkage),
         summary=space.can_balance.sentence,
         report=report_data(report),

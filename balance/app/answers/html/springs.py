@@ -11,6 +11,7 @@ from balance.app.answers.html.plot_style import image, short, tidy
 from balance.app.answers.html.render import (
     bullets,
     facts_list,
+    linkage_stage,
     render_page,
     rows_table,
     with_capital,
@@ -41,6 +42,7 @@ def springs_page(answer: SpringBalance) -> str:
     loads = "" if answer.loads is None else bullets([answer.loads.words])
     return render_page(
         "springs.html",
+        stage=linkage_stage("The linkage and its springs"),
         title=linkage_title(linkage),
         summary=f"{with_capital(answer.words)}.",
         report=answer.to_dict(),

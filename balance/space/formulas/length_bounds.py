@@ -75,7 +75,7 @@ class LengthBounds:
         """One line."""
         return f"LengthBounds: {self.text()}"
 
-    def contain(self, ratio: float) -> bool:
+    def contains(self, ratio: float) -> bool:
         """Tell whether masses can be built for a ratio of the two lengths."""
         return any(interval.contains(ratio) for interval in self.intervals)
 

@@ -90,17 +90,17 @@ class TurningFrame(NamedTuple):
 
     @property
     def links(self) -> tuple[str, ...]:
-        """Its links."""
+        """Links that the frame adds: the ground, and the link on the hinge."""
         return self.names[:2]
 
     @property
     def drives(self) -> tuple[BalancerDrive, ...]:
-        """Its hinge, which has no drive."""
+        """The hinge, which no motor drives."""
         return (BalancerDrive(self.names[1], self.joint, 0.0),)
 
     @property
     def mass(self) -> float:
-        """It has none."""
+        """Mass that the frame adds, kg: none."""
         return 0.0
 
     def elements(self, root: str) -> tuple[Element, ...]:

@@ -56,7 +56,7 @@ def test_cone_programs_on_both_sides_of_the_bound(name, ratio):
     space = KITES[name](float(ratio))
     assert space.rank == 7
     verdict = balance.masses.feasible(space).verdict
-    assert verdict == ("feasible" if bounds.contain(float(ratio)) else "infeasible")
+    assert verdict == ("feasible" if bounds.contains(float(ratio)) else "infeasible")
 
 
 @pytest.mark.slow
@@ -144,8 +144,8 @@ def test_intervals_between_roots(name):
     assert (bounds.verdict, bounds.text()) == (verdict, text)
     for ratio in (0.3, *inside, 1.0, 2.7):
         if bounds.python() and abs(ratio - 2**0.5) > 1e-9:
-            assert bounds.contain(ratio) == eval(bounds.python(), {"a": ratio, "b": 1.0})
-    assert all(bounds.contain(ratio) for ratio in inside)
+            assert bounds.contains(ratio) == eval(bounds.python(), {"a": ratio, "b": 1.0})
+    assert all(bounds.contains(ratio) for ratio in inside)
 
 
 def random_inequalities(rng):

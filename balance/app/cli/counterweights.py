@@ -54,7 +54,7 @@ from balance.app.cli.requirement_options import (
 from kinematics.errors import UsageError
 
 if TYPE_CHECKING:
-    from balance.masses.counterweights.answer import Counterweights
+    from balance.masses.counterweights.counterweights_result import Counterweights
     from balance.masses.counterweights.movable_weights import MovableWeights
     from balance.masses.counterweights.parts.part_files import CounterweightPart
     from balance.masses.payload import Payload
@@ -132,9 +132,9 @@ def _run(arguments: argparse.Namespace) -> Answer:
         arguments.refuse("--merge does not go with --payload, which no file holds")
     from balance.app.answers.text.counterweights import counterweights_body
     from balance.app.answers.text.payload import payload_section
+    from balance.masses.counterweights.added_program import IDLE_MASS_PRICE
     from balance.masses.counterweights.counterweights import counterweights
     from balance.masses.counterweights.link_regions import distant_regions, names_of_links
-    from balance.masses.counterweights.program import IDLE_MASS_PRICE
 
     given = arguments.price_of_mass
     with spinner("finding the least matter that balances"):

@@ -154,7 +154,7 @@ def _compute(arguments: argparse.Namespace) -> Answer:
         LinkageError: there is no such topology, the file cannot be used, or workers fail.
     """
     from balance.app.answers.text.discovery import search_body, search_data
-    from balance.studies.discovery.results import read_search
+    from balance.studies.discovery.search_results import read_search
     from balance.studies.runs.results_file import ResultsFile
     from kinematics.wording import count_noun
 
@@ -210,7 +210,7 @@ def _job(arguments: argparse.Namespace) -> tuple[DiscoveryJob, str]:
 
 def _walk_all(arguments: argparse.Namespace, job: DiscoveryJob, file: ResultsFile) -> str:
     """Compute the chunks that the file lacks, as long as the time lasts; why that ended."""
-    from balance.studies.discovery.results import FamilyTally
+    from balance.studies.discovery.search_results import FamilyTally
     from balance.studies.runs.chunk_runs import run_chunks
     from kinematics.wording import count_noun
 
@@ -263,7 +263,7 @@ def _show(arguments: argparse.Namespace) -> Answer:
             written.
     """
     from balance.app.answers.text.discovery import families_data, search_body, search_data
-    from balance.studies.discovery.results import examine, read_search
+    from balance.studies.discovery.search_results import examine, read_search
     from balance.studies.runs.results_file import ResultsFile
 
     with ResultsFile.open(arguments.results) as file:
@@ -322,7 +322,7 @@ def _export(arguments: argparse.Namespace) -> Answer:
     """
     from balance.app.answers.text.discovery import member_body, member_data
     from balance.studies.discovery.export import export_member
-    from balance.studies.discovery.results import read_search
+    from balance.studies.discovery.search_results import read_search
     from balance.studies.runs.results_file import ResultsFile
     from kinematics.errors import UsageError
 

@@ -21,7 +21,7 @@ from balance.app.cli.several_models import data_against
 
 if TYPE_CHECKING:
     from balance.motion.floating_base.base import FloatingBase
-    from balance.motion.floating_base.result import FloatingBaseMotion
+    from balance.motion.floating_base.floating_base_motion import FloatingBaseMotion
     from kinematics.model.linkage import Linkage
 
 

@@ -28,7 +28,7 @@ from balance.support.options import GRAVITY
 
 if TYPE_CHECKING:
     from balance.masses.identification.exciting_motion import ExcitingMotion
-    from balance.masses.identification.result import Identification
+    from balance.masses.identification.identification import Identification
 
 # Options that only a measurement has, and those that only a plan has.
 MEASURED = ("measured", "wrench", "gravity", "about", "prior")

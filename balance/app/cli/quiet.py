@@ -28,7 +28,7 @@ from balance.app.cli.progress import spinner
 from balance.support.options import GRAVITY
 
 if TYPE_CHECKING:
-    from balance.motion.quiet.answer import QuietMotion
+    from balance.motion.quiet.quiet_motion_result import QuietMotion
     from kinematics.model.linkage import Linkage
 
 # Limits of inputs: their options, and what they bound.

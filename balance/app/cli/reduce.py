@@ -59,8 +59,8 @@ if TYPE_CHECKING:
     from balance.masses.counterweights.parts.part_files import CounterweightPart
     from balance.masses.partial.elastic_frame import ElasticFrame
     from balance.masses.partial.load_range import LoadsLeft
-    from balance.masses.partial.objectives import PartialObjective
-    from balance.masses.partial.results import ParetoFront
+    from balance.masses.partial.partial_balance import ParetoFront
+    from balance.masses.partial.shaking_objectives import PartialObjective
     from balance.masses.payload import Payload
 
 

@@ -19,7 +19,7 @@ from balance.support.units import read_quantity
 from kinematics.errors import UsageError
 
 if TYPE_CHECKING:
-    from balance.masses.springs.answer import SpringBalance
+    from balance.masses.springs.spring_balance import SpringBalance
     from balance.masses.springs.spring_catalogue import CatalogueSpring
 
 

@@ -44,7 +44,7 @@ from kinematics.errors import UsageError
 
 if TYPE_CHECKING:
     from balance.motion.verification.holding_torques import HoldingTorques
-    from balance.motion.verification.result import Verification
+    from balance.motion.verification.verification import Verification
     from kinematics.model.linkage import Linkage
 
 

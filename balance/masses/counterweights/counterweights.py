@@ -8,11 +8,11 @@ from typing import get_args
 
 import numpy as np
 
-from balance.masses.counterweights.answer import Counterweights, Relaxation
+from balance.masses.counterweights.added_program import IDLE_MASS_PRICE, AddedObjective
+from balance.masses.counterweights.counterweights_result import Counterweights, Relaxation
 from balance.masses.counterweights.decide import decide
 from balance.masses.counterweights.link_regions import ALL, default_region, regions_of
 from balance.masses.counterweights.loads_along import with_loads
-from balance.masses.counterweights.program import IDLE_MASS_PRICE, AddedObjective
 from balance.masses.counterweights.regions import Region
 from balance.masses.counterweights.shaped.decide_shaped import decide_shaped
 from balance.masses.counterweights.shaped.weight_shape import (

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from balance.masses.counterweights.answer import Counterweights
+from balance.masses.counterweights.counterweights_result import Counterweights
 from balance.motion.verification.before_after import compare_masses
 from balance.motion.verification.given_motions import Motions
 

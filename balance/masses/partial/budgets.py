@@ -20,8 +20,8 @@ from balance.masses.partial.added_weights import (
 )
 from balance.masses.partial.elastic_frame import ElasticFrame
 from balance.masses.partial.least_shaking import CapsConflict, LeastShaking
-from balance.masses.partial.objectives import PartialObjective
-from balance.masses.partial.results import ParetoFront, PartialBalance
+from balance.masses.partial.partial_balance import ParetoFront, PartialBalance
+from balance.masses.partial.shaking_objectives import PartialObjective
 from balance.masses.partial.shaking_problem import (
     ShakingFigures,
     ShakingOptions,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from balance.masses.partial.results import PartialBalance
+from balance.masses.partial.partial_balance import PartialBalance
 from balance.motion.verification.before_after import BeforeAfter, compare_masses
 
 

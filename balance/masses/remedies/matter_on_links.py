@@ -15,7 +15,7 @@ from balance.masses.remedies.balancers.on_base import (
     NoBalancer,
     balance_force,
 )
-from balance.masses.remedies.judge import judge
+from balance.masses.remedies.judge_variant import judge_variant
 from balance.masses.remedies.least_matter import rim_text
 from balance.masses.remedies.request import MOTIONS, RemedyRequest
 from balance.masses.remedies.variant import Variant
@@ -37,7 +37,7 @@ def apply_own_masses(request: RemedyRequest) -> Iterator[AppliedRemedy]:
         One result.
     """
     words = f"matter on {', '.join(request.links)}"
-    yield judge(request, Variant("own_masses", words, request.base, request.links))
+    yield judge_variant(request, Variant("own_masses", words, request.base, request.links))
 
 
 def apply_force_masses(request: RemedyRequest) -> Iterator[AppliedRemedy]:

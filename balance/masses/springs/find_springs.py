@@ -10,7 +10,6 @@ from math import comb
 import numpy as np
 
 from balance.masses.payload import Payload, carrying, read_payload
-from balance.masses.springs.answer import SpringBalance
 from balance.masses.springs.attached_springs import AttachedSpring, attach_springs
 from balance.masses.springs.both_ends import balance_springs, least_springs
 from balance.masses.springs.catalogue_search import (
@@ -20,6 +19,7 @@ from balance.masses.springs.catalogue_search import (
 )
 from balance.masses.springs.gradient_rows import point_at
 from balance.masses.springs.spring import AttachedPoint, Spring
+from balance.masses.springs.spring_balance import SpringBalance
 from balance.masses.springs.spring_catalogue import (
     CatalogueSpring,
     Choice,

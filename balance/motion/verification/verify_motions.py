@@ -22,7 +22,6 @@ from balance.motion.verification.crank_revolution import Crank, revolve_crank
 from balance.motion.verification.given_motions import Motions, read_motions
 from balance.motion.verification.joint_reactions import joint_reactions
 from balance.motion.verification.load_errors import load_errors
-from balance.motion.verification.result import Verification
 from balance.motion.verification.run import Run
 from balance.motion.verification.shaking_wrench import (
     inertia_loads,
@@ -33,6 +32,7 @@ from balance.motion.verification.shaking_wrench import (
     wrench_to_si,
 )
 from balance.motion.verification.trajectory import Trajectory, drive, random_motions
+from balance.motion.verification.verification import Verification
 from balance.space.inertial_parameters.conversions import mass_properties
 from balance.support.options import Balance, point_of
 from kinematics.closure.joint_positions import input_chain

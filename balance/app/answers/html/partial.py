@@ -13,7 +13,7 @@ from balance.app.answers.html.time_panels import COLOURS
 from balance.app.answers.html.verification import verification_picture
 from balance.app.answers.text.partial import front_rows, partial_facts
 from balance.masses.partial.loads_along import loads_of
-from balance.masses.partial.results import ParetoFront, PartialBalance
+from balance.masses.partial.partial_balance import ParetoFront, PartialBalance
 from kinematics.numerics.array_types import Array
 from kinematics.numerics.linalg.ties import rank_least_first
 

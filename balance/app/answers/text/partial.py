@@ -14,7 +14,7 @@ from balance.app.answers.text.counterweights import (
     part_lines,
 )
 from balance.app.answers.text.linkage import linkage_facts
-from balance.masses.partial.results import ParetoFront, PartialBalance
+from balance.masses.partial.partial_balance import ParetoFront, PartialBalance
 from balance.support.change_text import grows
 from balance.support.tolerances import SHAKING_GAP_PROVED
 from kinematics.wording import number_text, size_text, unit_text, vector_text

@@ -7,16 +7,16 @@ from dataclasses import replace
 
 import numpy as np
 
-from balance.masses.counterweights.answer import Counterweights, Relaxation
-from balance.masses.counterweights.counterweight import filled_counterweight
-from balance.masses.counterweights.decide import balance_residual, decide, with_moments
-from balance.masses.counterweights.program import (
+from balance.masses.counterweights.added_program import (
     IDLE_MASS_PRICE,
     AddedObjective,
     AddedProgram,
     added_objective,
     build_added_program,
 )
+from balance.masses.counterweights.counterweight import filled_counterweight
+from balance.masses.counterweights.counterweights_result import Counterweights, Relaxation
+from balance.masses.counterweights.decide import balance_residual, decide, with_moments
 from balance.masses.counterweights.volume.fill_program import (
     DensityNeeded,
     density_gap,

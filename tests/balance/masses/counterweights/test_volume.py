@@ -395,7 +395,7 @@ def test_a_random_search_finds_nothing_below_the_bound(minimise):
     corners = [
         linprog(rng.uniform(0.1, 1.0, A.shape[1]), A_eq=A, b_eq=target).x for _ in range(30)
     ]
-    from balance.masses.counterweights.program import added_objective, build_added_program
+    from balance.masses.counterweights.added_program import added_objective, build_added_program
 
     regions = {space.bodies.index(n): r for n, r in found.regions.items()}
     program = build_added_program(space, regions, minimise)

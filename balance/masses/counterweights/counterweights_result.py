@@ -7,10 +7,10 @@ from dataclasses import dataclass
 from os import PathLike
 from typing import TYPE_CHECKING
 
+from balance.masses.counterweights.added_program import AddedObjective
 from balance.masses.counterweights.counterweight import Counterweight
 from balance.masses.counterweights.exclusion import Exclusion
 from balance.masses.counterweights.link_regions import ALL
-from balance.masses.counterweights.program import AddedObjective
 from balance.masses.counterweights.regions import Region
 from balance.masses.counterweights.volume.filling_check import FillingCheck
 from balance.masses.counterweights.write_counterweights import counterweights_file

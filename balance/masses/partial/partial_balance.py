@@ -13,7 +13,7 @@ from balance.masses.counterweights.regions import Region
 from balance.masses.counterweights.write_counterweights import counterweights_file
 from balance.masses.designs.pseudo_inertia_cone import bodies_with
 from balance.masses.partial.elastic_frame import ElasticFrame
-from balance.masses.partial.objectives import PartialObjective, objective_in_words
+from balance.masses.partial.shaking_objectives import PartialObjective, objective_in_words
 from balance.masses.partial.shaking_problem import ShakingFigures
 from balance.motion.motion_tolerances import (
     CONDITIONING_NOTICE,

@@ -17,6 +17,7 @@ import pytest
 from balance.studies.runs import file_errors
 from balance.studies.runs.chunk_job import Column
 from balance.studies.runs.export import export_csv, export_parquet
+from balance.studies.runs.program_version import program_version
 from balance.studies.runs.results_file import ResultsFile
 from kinematics.errors import FileError, LinkageError, UsageError
 from tests.support.covering import ALL_CASES

@@ -122,7 +122,7 @@ def _print_result(applied: AppliedRemedy) -> None:
 def _files(arguments: argparse.Namespace, comparison: RemedyComparison) -> Files:
     """Find what makes the page, the picture, and the files of the remedies that help."""
     from balance.app.answers.html.remedies import remedies_page, remedies_picture
-    from balance.masses.remedies.files import remedy_files
+    from balance.masses.remedies.compare import remedy_files
 
     files: Files = {
         "out": partial(remedy_files, comparison.results),

@@ -57,9 +57,7 @@ def apply_force_masses(request: RemedyRequest) -> Iterator[AppliedRemedy]:
         balanced = balance_force(request)
     except NoBalancer as no:
         reason = no.reason.removeprefix("a wheel takes no force, and ")
-        yield replace(
-            refused("force_masses", reason, words), verdict=no.verdict, proof=no.proof
-        )
+        yield NoBalancer(no.verdict, reason, no.proof).applied("force_masses", words)
         return
     blank = AppliedRemedy("force_masses", words, "undecided", "")
     yield with_moment_left(request, blank, balanced)

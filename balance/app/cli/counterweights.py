@@ -193,7 +193,7 @@ def _with_loads(
     given = arguments.csv or arguments.tool_path or arguments.speed is not None
     if matter.z is None or not (given or arguments.html is not None):
         return matter, []
-    from balance.masses.counterweights.loads_along import with_loads
+    from balance.masses.counterweights.counterweights import with_loads
 
     linkage = matter.space.linkage
     motions = motions_of(arguments, linkage)

@@ -10,8 +10,12 @@ import balance
 from balance.masses.counterweights.region_text import read_region
 from balance.masses.counterweights.regions import hull_region
 from balance.masses.counterweights.volume.filling_check import check_filling
-from balance.masses.counterweights.volume.plane_cuts import cut_moments
-from balance.masses.counterweights.volume.stock import Stock, fill, support_function
+from balance.masses.counterweights.volume.stock import (
+    Stock,
+    cut_moments,
+    fill,
+    support_function,
+)
 from kinematics.errors import BodyError, UsageError
 from tests.independent.counterweight_requests import random_request
 from tests.independent.filled_cells import cells, least_masses

@@ -99,7 +99,7 @@ def counterweight_files(
     from balance.masses.counterweights.parts.part_files import part_files
     from balance.masses.counterweights.write_counterweights import with_counterweights
 
-    meshes = {part.weight.link: _beside(arguments, part.mesh) for part in parts}
+    meshes = {part.weight.link: _path_from_output(arguments, part.mesh) for part in parts}
     out = partial(with_counterweights, answer, merge=arguments.merge, meshes=meshes)
     return {"out": out, "parts": partial(part_files, parts, solids=_wants_solids(arguments))}
 
@@ -109,7 +109,7 @@ def _wants_solids(arguments: argparse.Namespace) -> bool:
     return bool(getattr(arguments, "solids", False))
 
 
-def _beside(arguments: argparse.Namespace, name: str) -> str:
+def _path_from_output(arguments: argparse.Namespace, name: str) -> str:
     """Return the path of a part's file from the folder of the file that names it."""
     around = os.path.dirname(os.path.abspath(arguments.out or ""))
     path = os.path.join(os.path.abspath(arguments.parts), name)

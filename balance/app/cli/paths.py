@@ -14,6 +14,7 @@ from balance.app.cli.floating_base import inertia
 from balance.app.cli.model_options import add_model_options, load_model, parse_coordinates
 from balance.app.cli.number_arguments import (
     add_about,
+    add_tool,
     finite_quantity,
     number_between,
     point,
@@ -128,15 +129,7 @@ def _add_tool_options(group: argparse._ArgumentGroup) -> None:
         help="where two or more rates are free: follow N paths in directions all around, which "
         "span the reactionless workspace (default: one for each free rate)",
     )
-    group.add_argument(
-        "--tool", metavar="LINK", help="link whose ways are shown, in its complete workspace"
-    )
-    group.add_argument(
-        "--point",
-        type=point,
-        metavar="X,Y,Z",
-        help="its point, in its frame, metres (default: the origin)",
-    )
+    add_tool(group, "link whose ways are shown, in its complete workspace")
 
 
 def _add_target_options(group: argparse._ArgumentGroup) -> None:

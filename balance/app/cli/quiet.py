@@ -13,6 +13,7 @@ from balance.app.cli.exit_codes import DONE, NEGATIVE
 from balance.app.cli.model_options import add_model_options, load_model, parse_coordinates
 from balance.app.cli.number_arguments import (
     add_about,
+    add_tool,
     number_between,
     point,
     positive_number,
@@ -158,14 +159,7 @@ def _add_tool_options(group: argparse._ArgumentGroup) -> None:
         metavar="N",
         help="with --cycle: number of harmonics of the inputs (default 5)",
     )
-    group.add_argument("--tool", metavar="LINK", help="link whose poses are given")
-    group.add_argument(
-        "--point",
-        type=point,
-        metavar="X,Y,Z",
-        help="its point that moves and about which it turns, in its frame, metres (default: "
-        "the origin)",
-    )
+    add_tool(group, "link whose poses are given")
 
 
 def _add_objective_options(group: argparse._ArgumentGroup) -> None:

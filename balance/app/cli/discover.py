@@ -401,8 +401,8 @@ def _walk(arguments: argparse.Namespace) -> Answer:
         start = first_special_start(job)
     if start < 0:
         raise UsageError(
-            f"none of {WALK_STARTS} walks ends at a special geometry; name one with --start, or "
-            "try another --seed"
+            f"none of {WALK_STARTS} walks ends at a special geometry; name one with --start, "
+            "or try another --seed"
         )
     walk = watch_walk(job, start)
     data = walk_data(walk)

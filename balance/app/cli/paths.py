@@ -21,7 +21,7 @@ from balance.app.cli.number_arguments import (
     positive_number,
     whole_number,
 )
-from balance.app.cli.outputs import add_page_option, add_picture_option, kind_of
+from balance.app.cli.outputs import add_page_option, add_picture_option, result_files
 from balance.app.cli.progress import progress_bar
 
 if TYPE_CHECKING:
@@ -327,13 +327,9 @@ def _turn(text: str) -> tuple[float, ...]:
 
 def _files(arguments: argparse.Namespace, solution: ReactionlessPaths) -> Files:
     """Find what makes the files of paths; a table needs a path."""
-    from balance.app.answers.html.paths import paths_page, paths_picture
     from balance.motion.paths.path import path_table, segments_table
 
-    files: Files = {
-        "plot": partial(paths_picture, solution, kind_of(arguments.plot)),
-        "html": partial(paths_page, solution),
-    }
+    files = result_files(arguments, solution)
     if not solution.paths:
         return files
     if solution.target is not None:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Mapping, Sequence
-from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from balance.app.answers.answer import Answer, Files
@@ -23,7 +22,7 @@ from balance.app.cli.outputs import (
     add_meshes_option,
     add_page_option,
     add_picture_option,
-    kind_of,
+    result_files,
 )
 from balance.app.cli.progress import spinner
 from balance.support.options import GRAVITY
@@ -363,11 +362,5 @@ def limits_by_name(
 
 def _files(arguments: argparse.Namespace, plan: QuietMotion) -> Files:
     """Find what makes the files of a plan; a table needs a motion within the limits."""
-    from balance.app.answers.html.quiet import quiet_picture
-    from balance.app.answers.html.quiet_page import quiet_page
-
-    files: Files = {
-        "plot": partial(quiet_picture, plan, kind_of(arguments.plot)),
-        "html": partial(quiet_page, plan, meshes=not arguments.no_meshes),
-    }
+    files = result_files(arguments, plan, meshes=not arguments.no_meshes)
     return {**files, "motion_table": plan.table} if plan.feasible else files

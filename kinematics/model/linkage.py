@@ -315,6 +315,11 @@ class Linkage(UnassembledLinkage):
         return names_of(self.bodies)
 
     @property
+    def sliding(self) -> frozenset[str]:
+        """Names of the joints that slide: their displacements are metres, others radians."""
+        return frozenset(joint.name for joint in self.joints if joint.kind == "prismatic")
+
+    @property
     def planar(self) -> bool:
         """Whether the linkage moves in parallel planes."""
         return self.chain.planar
@@ -322,10 +327,8 @@ class Linkage(UnassembledLinkage):
     @property
     def pose(self) -> str:
         """Text of the reference pose, if a caller asked for it; otherwise empty."""
-        kinds = {joint.name: joint.kind for joint in self.joints}
         named = (
-            f"{name} = {number_text(value, '.6g')} "
-            f"{'m' if kinds.get(name) == 'prismatic' else 'rad'}"
+            f"{name} = {number_text(value, '.6g')} {'m' if name in self.sliding else 'rad'}"
             for name, value in (self.at or {}).items()
         )
         return f"{', '.join(named)} from the pose of the file" if self.at else ""

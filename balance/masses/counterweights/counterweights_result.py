@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from os import PathLike
 from typing import TYPE_CHECKING, Any
 
@@ -259,10 +259,7 @@ class Counterweights(WithPage, WithPicture):
             "certificate": None if self.certificate is None else self.certificate.tolist(),
             "proof": None if self.proof is None else self.proof.tolist(),
             "check": self.check._asdict() if self.check else None,
-            "relaxations": [
-                {"link": relaxation.link, "factor": relaxation.factor, "mass": relaxation.mass}
-                for relaxation in self.relaxations
-            ],
+            "relaxations": [asdict(relaxation) for relaxation in self.relaxations],
             "words": self.words,
             "along": self.along.to_dict() if self.along else None,
             "sentence": self.sentence,

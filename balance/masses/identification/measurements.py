@@ -101,10 +101,8 @@ def require_bodies(linkage: Linkage) -> None:
 
 def _quantities(linkage: Linkage) -> dict[str, tuple[str, ...]]:
     """Return the quantities of the units of all columns that a table may have."""
-    kinds = {joint.name: joint.kind for joint in linkage.joints}
     drives = {
-        name: ("force",) if kinds[name] == "prismatic" else ("torque",)
-        for name in linkage.inputs
+        name: ("force",) if name in linkage.sliding else ("torque",) for name in linkage.inputs
     }
     return {
         **dict.fromkeys(FORCES, ("force",)),

@@ -181,16 +181,9 @@ def inertia_ratio(request: RemedyRequest, now: Mapping[str, float]) -> float | N
 
 def total_inertia(request: RemedyRequest, inertias: Mapping[str, float]) -> float:
     """Add up inertias by input, those of sliding inputs times the square of the length."""
-    kinds = {joint.name: joint.kind for joint in request.linkage.joints}
-    square = request.space.length**2
-    return float(
-        np.sum(
-            [
-                value * (square if kinds.get(name) == "prismatic" else 1.0)
-                for name, value in inertias.items()
-            ]
-        )
-    )
+    sliding, square = request.linkage.sliding, request.space.length**2
+    counted = [x * (square if name in sliding else 1.0) for name, x in inertias.items()]
+    return float(np.sum(counted))
 
 
 def with_cost(

@@ -140,9 +140,8 @@ def gear_mass(torque: float, ratio: float) -> float:
 
 def _input_units(request: RemedyRequest, linkage: Linkage) -> list[float]:
     """List the SI units per unit of each input: 1 rad, or the characteristic length."""
-    kinds = {joint.name: joint.kind for joint in linkage.joints}
-    length = request.space.length
-    return [length if kinds[name] == "prismatic" else 1.0 for name in linkage.inputs]
+    length, sliding = request.space.length, linkage.sliding
+    return [length if name in sliding else 1.0 for name in linkage.inputs]
 
 
 @lru_cache(maxsize=4)

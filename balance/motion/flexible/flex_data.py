@@ -80,17 +80,13 @@ def similarity_data(
 def _translator(motion: TranslatorMotion) -> dict[str, object]:
     """Describe a translator with its counter-translator, and alone."""
     rig = motion.translator
-    blocks = [
-        {"mass": block.mass, "length": block.length, "breadth": block.breadth}
-        for block in motion.blocks
-    ]
     return {
         "pitch": rig.pitch,
         "hub_mass": rig.hub_mass,
         "moment": rig.moment,
         "rise": rig.rise,
         "both_hubs": rig.both,
-        "blocks": blocks,
+        "blocks": [block._asdict() for block in motion.blocks],
         "displacement": list(motion.displacement),
         "reduction": motion.reduction,
         "pair": _motion(motion.pair, np.zeros(2)),

@@ -142,9 +142,8 @@ def _check_orders(linkage: Linkage, options: Options) -> None:
 
 def _inertia_columns(linkage: Linkage, options: Options) -> tuple[Column, ...]:
     """Name the inertia that each input feels."""
-    kinds = {joint.name: joint.kind for joint in linkage.joints}
     return tuple(
-        Column(f"inertia_{name}", "real", "kg" if kinds[name] == "prismatic" else "kg m²")
+        Column(f"inertia_{name}", "real", "kg" if name in linkage.sliding else "kg m²")
         for name in linkage.inputs
     )
 

@@ -260,10 +260,9 @@ def _peak_rows(pair: Sequence[Verification], names: Sequence[str]) -> list[tuple
     before, after = pair
     rows = [("peak", f"from {names[0]} to {names[1]}")]
     rows += [(f"shaking {part}", peak_change(pair, part)) for part in UNITS]
-    sliding = {joint.name for joint in after.linkage.joints if joint.kind == "prismatic"}
     earlier, later = before.drive_peaks, after.drive_peaks
     for name in (name for name in earlier if name in later):
-        part = "force" if name in sliding else "moment"
+        part = "force" if name in after.linkage.sliding else "moment"
         least = round_off_of(pair, part)
         text = change_text(earlier[name], later[name], UNITS[part], least)
         rows.append((f"drive {name}", text))

@@ -373,8 +373,7 @@ class _Plane(NamedTuple):
 
 def _labels(linkage: Linkage) -> list[str]:
     """Name what may be an axis: the inputs, and the arc length."""
-    kinds = {joint.name: joint.kind for joint in linkage.joints}
-    units = ("m" if kinds[name] == "prismatic" else "rad" for name in linkage.inputs)
+    units = ("m" if name in linkage.sliding else "rad" for name in linkage.inputs)
     named = zip(linkage.inputs, units, strict=True)
     return [*(f"{name} ({unit})" for name, unit in named), ARC_LENGTH]
 

@@ -200,7 +200,6 @@ def _motion_columns(linkage: Linkage, motion: Motion) -> list[dict[str, object]]
     ``column`` has the displacements of the inputs of the linkage for a unit of the slider, and
     ``reach`` its range to either side if it slides, in metres; an angle has a full turn.
     """
-    kinds = {joint.name: joint.kind for joint in linkage.joints}
     order = [motion.inputs.index(name) for name in linkage.inputs]
     length = linkage.chain.frame.length
     columns = []
@@ -209,7 +208,7 @@ def _motion_columns(linkage: Linkage, motion: Motion) -> list[dict[str, object]]
         columns.append(
             {
                 "label": _label(motion.inputs, c, free),
-                "angle": kinds[motion.inputs[free]] != "prismatic",
+                "angle": motion.inputs[free] not in linkage.sliding,
                 "column": c[order].tolist(),
                 "reach": SLIDE_RANGE * length / float(np.abs(c).max()),
             }

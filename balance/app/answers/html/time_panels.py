@@ -37,8 +37,7 @@ def drives_title(linkage: Linkage) -> str:
 
 def _sliding_inputs(linkage: Linkage) -> list[bool]:
     """Say which inputs slide."""
-    kinds = {joint.name: joint.kind for joint in linkage.joints}
-    return [kinds.get(name) == "prismatic" for name in linkage.inputs]
+    return [name in linkage.sliding for name in linkage.inputs]
 
 
 class Panel(NamedTuple):

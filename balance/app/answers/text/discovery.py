@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import asdict
 from typing import Any
 
 from balance.app.answers.answer import AnswerBody, Facts
@@ -90,15 +91,7 @@ def families_data(data: Data, examined: list[ExaminedFamily]) -> Data:
 
 def _range_data(span: MotionRange | None) -> Data | None:
     """Collect the facts on a range of motion; None if there is none."""
-    if span is None:
-        return None
-    return {
-        "joint": span.joint,
-        "low": span.low,
-        "high": span.high,
-        "full": span.full,
-        "ends": list(span.ends),
-    }
+    return None if span is None else asdict(span)
 
 
 def exact_words(entry: Data) -> str:

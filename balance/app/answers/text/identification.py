@@ -106,8 +106,7 @@ def _channel_rows(answer: Identification) -> list[tuple[str, ...]]:
 
 def load_unit(answer: Identification, name: str) -> str:
     """Return the unit of a measured load: ``N`` or ``N m``."""
-    kinds = {joint.name: joint.kind for joint in answer.space.linkage.joints}
-    return "N" if name in WRENCH[:3] or kinds.get(name) == "prismatic" else "N m"
+    return "N" if name in WRENCH[:3] or name in answer.space.linkage.sliding else "N m"
 
 
 def _mass_rows(answer: Identification) -> list[tuple[str, ...]]:

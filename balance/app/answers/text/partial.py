@@ -125,8 +125,7 @@ def _drives(best: PartialBalance) -> list[tuple[str, str]]:
     """List what the motors feel, before and after."""
     assert best.shaking is not None
     inertia, torque = best.given.inertia, best.given.torque
-    joints = best.space.linkage.joints
-    slides = {joint.name for joint in joints if joint.kind == "prismatic"}
+    slides = best.space.linkage.sliding
     pairs = []
     for name in inertia:
         mass, what, load = (
@@ -149,9 +148,8 @@ def front_rows(front: ParetoFront) -> list[tuple[str, ...]]:
     unit = "N" if front.frame is None else "m"
     if front.minimise == "torque":
         unit = "N m"
-    joints = front.designs[0].space.linkage.joints
     inputs = set(front.designs[0].given.torque)
-    sliding = {joint.name for joint in joints if joint.kind == "prismatic"} & inputs
+    sliding = front.designs[0].space.linkage.sliding & inputs
     torque_unit = ", ".join(["N m"] * bool(inputs - sliding) + ["N"] * bool(sliding))
     head = (
         "added (kg)",

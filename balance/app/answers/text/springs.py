@@ -104,11 +104,10 @@ def _point_text(end: AttachedPoint) -> str:
 
 def _torque_rows(answer: SpringBalance) -> list[tuple[str, ...]]:
     """Build the rows of the inputs: peak torques of gravity, and what is left."""
-    kinds = {joint.name: joint.kind for joint in answer.linkage.joints}
     before, after = (np.abs(x).max(axis=0).tolist() for x in (answer.before, answer.after))
     rows: list[tuple[str, ...]] = []
     for name, weight, torque in zip(answer.linkage.inputs, before, after, strict=True):
-        unit, largest = "N" if kinds[name] == "prismatic" else "N m", max(before)
+        unit, largest = "N" if name in answer.linkage.sliding else "N m", max(before)
         rest = size_text(torque, ".4g", largest, SPRING_TORQUE_LEFT)
         rows.append((name, f"{number_text(weight, scale=largest)} {unit}", f"{rest} {unit}"))
     return rows

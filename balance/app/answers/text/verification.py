@@ -113,12 +113,9 @@ def _motion_facts(verification: Verification) -> list[tuple[str, str]]:
         ]
     count, number = len(verification.runs), verification.plotted
     origin = "given" if verification.seed is None else f"random, seed {verification.seed}"
-    units = {
-        joint.name: "m" if joint.kind == "prismatic" else "rad"
-        for joint in verification.linkage.joints
-    }
+    sliding = verification.linkage.sliding
     amplitudes = [
-        f"{name} {number_text(size, '.3g')} {units[name]}"
+        f"{name} {number_text(size, '.3g')} {'m' if name in sliding else 'rad'}"
         for name, size in verification.amplitude.items()
     ]
     loads = ", ".join(

@@ -209,8 +209,7 @@ def _mean_size(momenta: Sequence[Momentum], axis: Array) -> float:
 
 def _pace(request: RemedyRequest, balanced: ForceBalanced, runs: Sequence[Trajectory]) -> float:
     """Compute the mean speed of the fastest input, rad/s and characteristic lengths/s."""
-    kinds = {joint.name: joint.kind for joint in balanced.linkage.joints}
-    slides = [kinds[name] == "prismatic" for name in balanced.linkage.inputs]
+    slides = [name in balanced.linkage.sliding for name in balanced.linkage.inputs]
     units = np.where(slides, request.space.length, 1.0)
     return float(
         np.mean([np.abs(trajectory.ud / units).max(axis=1).mean() for trajectory in runs])

@@ -120,7 +120,7 @@ def _curves(answer: SpringBalance, k: int) -> list[tuple[Array, Array, str, str]
 
 def _titles(answer: SpringBalance, name: str) -> tuple[str, str]:
     """Name the axes of the panel of an input."""
-    slides = next(j.kind for j in answer.linkage.joints if j.name == name) == "prismatic"
+    slides = name in answer.linkage.sliding
     what, unit = ("force", "N") if slides else ("torque", "N m")
     return f"{name} ({'m' if slides else 'rad'})", f"{what} of {name} ({unit})"
 

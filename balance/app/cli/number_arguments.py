@@ -39,8 +39,7 @@ def add_tool(group: argparse._ArgumentGroup, purpose: str) -> None:
         "--point",
         type=point,
         metavar="X,Y,Z",
-        help="point of the tool that moves and about which it turns, in its frame, metres "
-        "(default: the origin)",
+        help="its point in its frame, m (default: the origin)",
     )
 
 

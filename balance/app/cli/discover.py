@@ -22,11 +22,12 @@ if TYPE_CHECKING:
 
 logger = logging.getLogger(__name__)
 
+MAX_START = 10_000_000
+# Starts that `walk` tries for one that ends at a special geometry.
+STARTS_TRIED = 300
 STARTS, MAX_STARTS = 300, 10_000_000
-# Starts that a walk tries for one that ends at a special geometry.
-WALK_STARTS = 300
-MAX_SEED = 2**31
 MAX_WORKERS = 1024
+MAX_SEED = 2**31
 MEMBERS, TRIED, MAX_MEMBERS = 100, 20, 10_000
 KEPT = "keeps the walks so far; --resume goes on from there"
 
@@ -372,10 +373,10 @@ def add_walk(kinds: Verbs) -> None:
     )
     parser.add_argument(
         "--start",
-        type=whole_number(0, MAX_STARTS),
+        type=whole_number(0, MAX_START),
         metavar="N",
         help="number of the start, from 0 (default: the first that ends at a special geometry, "
-        f"of {WALK_STARTS})",
+        f"of {STARTS_TRIED})",
     )
     add_page_option(parser, "on which the linkage deforms while its singular value falls")
     add_json_option(parser, _walk)
@@ -394,14 +395,14 @@ def _walk(arguments: argparse.Namespace) -> Answer:
     from kinematics.errors import UsageError
 
     graph, start = topology(arguments.topology), arguments.start
-    count = WALK_STARTS if start is None else start + 1
+    count = STARTS_TRIED if start is None else start + 1
     some = count, arguments.seed, arguments.buildable
     job = DiscoveryJob(graph.name, *some, require=arguments.require)
     if start is None:
         start = first_special_start(job)
     if start < 0:
         raise UsageError(
-            f"none of {WALK_STARTS} walks ends at a special geometry; name one with --start, "
+            f"none of {STARTS_TRIED} walks ends at a special geometry; name one with --start, "
             "or try another --seed"
         )
     walk = watch_walk(job, start)

@@ -184,7 +184,7 @@ def test_a_point_wants_a_tool(capsys):
     assert "--point is a point of the tool: name that by --tool and --along" in said
     assert main(["motion", "--help"]) == 0
     text = " ".join(capsys.readouterr().out.split())
-    assert "in metres, in the frame of the link" in text
+    assert "--tool LINK" in text and "its point in its frame, m (default: the origin)" in text
 
 
 # --- poses that are not reached --------------------------------------------------------------

@@ -76,7 +76,7 @@ CATALOGUE: dict[str, Remedy] = {
             "an added dyad",
             "an added dyad (Assur group)",
             "ALM",
-            "S. Briot, V. Arakelian, Mechanism and Machine Theory 57, 2012",
+            _REVIEW,
         ),
         Remedy(
             "passive_wheel",
@@ -116,6 +116,13 @@ CATALOGUE: dict[str, Remedy] = {
             "a slider along a reactionless path",
             "",
             _BECHT,
+        ),
+        Remedy(
+            "constant_speed_dyad",
+            "a dyad at constant speed",
+            "an added dyad (Assur group), for a crank at constant speed",
+            "ALM",
+            "S. Briot, V. Arakelian, Mechanism and Machine Theory 57, 2012",
         ),
         Remedy(
             "balance_shafts",

@@ -50,6 +50,7 @@ _ORDER = (
     "free_joint",
     "input_relation",
     "slider_path",
+    "constant_speed_dyad",
     "balance_shafts",
     "force_masses",
     "pantograph",
@@ -122,6 +123,10 @@ def _import_added_links(name: str) -> Apply:
             from balance.masses.remedies.dyads import added_dyad
 
             return added_dyad.apply_added_dyad
+        case "constant_speed_dyad":
+            from balance.masses.remedies.dyads import constant_speed_dyad
+
+            return constant_speed_dyad.apply_constant_speed_dyad
         case "pantograph":
             from balance.masses.remedies.dyads import pantograph
 
@@ -218,8 +223,8 @@ class RemedyComparison(WithPage, WithPicture):
 
         What balances comes first, without loss of freedoms before with it, copies of the whole
         linkage and a frame that turns after other parts, and the least mass, with gears, first;
-        then partial balance, what
-        balances with more than `MOST_BUILT` times the given mass, what is undecided, what no
+        then partial balance, both
+        again with more than `MOST_BUILT` times the given mass, what is undecided, what no
         masses do, and what does not apply, in the order of the catalogue.
         """
         balanced = sorted(
@@ -230,9 +235,9 @@ class RemedyComparison(WithPage, WithPicture):
             [applied for applied in self.results if applied.verdict == verdict]
             for verdict in ("partial", "undecided", "infeasible", "refused")
         )
-        light = [applied for applied in balanced if not self.too_heavy(applied)]
-        heavy = [applied for applied in balanced if self.too_heavy(applied)]
-        return (*light, *partial, *heavy, *chain.from_iterable(rest))
+        heavy = [each for each in (*balanced, *partial) if self.too_heavy(each)]
+        light = [each for each in (*balanced, *partial) if each not in heavy]
+        return (*light, *heavy, *chain.from_iterable(rest))
 
     @property
     def why_first(self) -> str:

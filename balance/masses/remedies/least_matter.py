@@ -118,6 +118,10 @@ def least_matter(
     anywhere = feasible(space)
     if anywhere.verdict == "infeasible" or not matter.chosen:
         return LeastMatter(matter, anywhere)
-    wide = {name: wide_region(space, space.bodies.index(name)) for name in matter.chosen}
-    matter = fill(whole, links, {**regions, **wide})
+    matter = fill(whole, links, {**regions, **wide_regions(space, matter.chosen)})
     return LeastMatter(matter, anywhere)
+
+
+def wide_regions(space: DesignSpace, links: Iterable[str]) -> dict[str, Region]:
+    """Return the wider regions of links whose own ones are too small; see `wide_region`."""
+    return {name: wide_region(space, space.bodies.index(name)) for name in links}

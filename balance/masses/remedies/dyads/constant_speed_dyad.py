@@ -25,7 +25,7 @@ Source:
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from math import inf, pi
@@ -43,7 +43,7 @@ from balance.masses.remedies.applied import (
     refused,
     with_cost,
 )
-from balance.masses.remedies.dyads.dyad_geometry import dyad_document
+from balance.masses.remedies.dyads.dyad_geometry import Dyad, dyad_document
 from balance.masses.remedies.dyads.dyad_sizes import best_size, direction_words, size_words
 from balance.masses.remedies.dyads.known_dyads import DyadSeed
 from balance.masses.remedies.dyads.with_dyad import dyad_space, known_seeds, why_no_dyad
@@ -61,6 +61,7 @@ from balance.support.tolerances import MASSES_EQUAL, ROTOR_WITHOUT_MOMENTUM
 from kinematics.errors import LinkageError
 from kinematics.loading.model_gallery import load
 from kinematics.model.document.element import Document
+from kinematics.model.linkage import Linkage
 from kinematics.model.spatial.inertia import stack_parameters
 from kinematics.numerics.linalg.ties import rank_least_first
 from kinematics.wording import number_text
@@ -70,6 +71,9 @@ KEY = "constant_speed_dyad"
 DYAD_LINKS = 2
 # Known geometries of each kind that are tried, unless the remedy is named.
 GEOMETRIES = 12
+# Conditioning of the loops along a turn, over that at the reference pose, below which a dyad
+# passes a dead point: between the samples of a turn it falls to about 0.03 there.
+DEAD_POINT = 0.1
 # Directions in which each is tried, and the lightest ones whose size is sought if it is named.
 DIRECTIONS, SOUGHT = (0.0, pi), 2
 
@@ -163,35 +167,23 @@ def _without_dyad(request: RemedyRequest, turn: CrankTurn) -> AppliedRemedy | No
     return _judge(request, turn, _Built(words, matter))
 
 
+class _Choice(NamedTuple):
+    """A dyad in a direction, radians, and the matter that it takes, kg."""
+
+    seed: DyadSeed
+    turned: float
+    mass: float
+
+
 def _lightest(
     request: RemedyRequest, turn: CrankTurn, seeds: Sequence[DyadSeed], slides: bool
 ) -> AppliedRemedy:
     """Judge the lightest dyad of some known geometries of one kind."""
     named = KEY in request.only
     tried = seeds if named else seeds[:GEOMETRIES]
-
-    def mass_of(seed: DyadSeed) -> float:
-        matter = _matter_with(request, turn, seed)
-        return inf if matter is None else matter.added_mass
-
-    choices: list[tuple[DyadSeed, float, float]] = []
-    for seed in tried:
-        turned = [(seed.resized(1.0, angle), angle) for angle in DIRECTIONS]
-        masses = [mass_of(each) for each, _ in turned]
-        if min(masses) < inf:
-            k = rank_least_first(masses, relative=MASSES_EQUAL)[0]
-            choices.append((*turned[k], masses[k]))
-    order = rank_least_first([mass for _, _, mass in choices], relative=MASSES_EQUAL)
-    choices = [choices[k] for k in order]
+    choices = _lightest_first(_tried(request, turn, tried))
     if named:
-        ends = [best_size(seed, mass_of) for seed, _, _ in choices[:SOUGHT]]
-        sought = [
-            (end.seed, end.turn + angle, end.mass)
-            for end, (_, angle, _) in zip(ends, choices, strict=False)
-            if end is not None
-        ]
-        order = rank_least_first([mass for _, _, mass in sought], relative=MASSES_EQUAL)
-        choices = [sought[k] for k in order]
+        choices = _lightest_first(_sought(request, turn, choices[:SOUGHT]))
     kind = "RRP" if slides else "RRR"
     if not choices:
         more = "" if named else f"; --only {KEY} tries all that are known"
@@ -200,20 +192,65 @@ def _lightest(
             f"constant speed{more}"
         )
         return AppliedRemedy(KEY, f"{kind} between any two links", "undecided", reason)
-    seed, angle, _ = choices[0]
+    seed, turned, _ = choices[0]
     matter = _matter_with(request, turn, seed)
-    assert matter is not None, "it was found before"
-    _, links, joints = dyad_document(
-        request.base, seed.dyad, seed.numbers, request.linkage.chain.frame
-    )
+    assert matter is not None, "it has a mass"
+    frame = request.linkage.chain.frame
+    _, links, joints = dyad_document(request.base, seed.dyad, seed.numbers, frame)
     first, second = seed.dyad.sides
-    how = "" if named else f", of two directions (--only {KEY} seeks the best)"
+    how = "" if named else f", the better of two directions (--only {KEY} seeks the best)"
     words = (
         f"{kind} between {first.name} and {second.name}: {size_words(seed)}, "
-        f"{direction_words(angle)}{how}"
+        f"{direction_words(turned)}{how}"
     )
-    details = {"kind": kind, "geometry": seed.words, "size": seed.size, "turned": angle}
+    details = {"kind": kind, "geometry": seed.words, "size": seed.size, "turned": turned}
     return _judge(request, turn, _Built(words, matter, links, joints, details))
+
+
+def _tried(
+    request: RemedyRequest, turn: CrankTurn, seeds: Iterable[DyadSeed]
+) -> Iterator[_Choice]:
+    """Yield geometries that take matter, each in its better direction."""
+    for seed in seeds:
+        space = dyad_space(request, seed)
+        if space is None or not _turns_well(request, space.linkage, turn):
+            continue
+        for turned in DIRECTIONS:
+            matter = _matter_with(request, turn, resized := seed.resized(1.0, turned))
+            if matter is not None:
+                yield _Choice(resized, turned, matter.added_mass)
+
+
+def _sought(
+    request: RemedyRequest, turn: CrankTurn, choices: Iterable[_Choice]
+) -> Iterator[_Choice]:
+    """Yield geometries at their best size and direction."""
+
+    def mass_of(seed: DyadSeed) -> float:
+        matter = _matter_with(request, turn, seed)
+        return inf if matter is None else matter.added_mass
+
+    for choice in choices:
+        if sized := best_size(choice.seed, mass_of):
+            yield _Choice(sized.seed, choice.turned + sized.turn, sized.mass)
+
+
+def _lightest_first(choices: Iterable[_Choice]) -> list[_Choice]:
+    """Sort choices by mass, and keep the lightest of each geometry."""
+    listed = list(choices)
+    order = rank_least_first([choice.mass for choice in listed], relative=MASSES_EQUAL)
+    best: dict[tuple[str, Dyad], _Choice] = {}
+    for k in order:
+        best.setdefault((listed[k].seed.words, listed[k].seed.dyad), listed[k])
+    return list(best.values())
+
+
+def _turns_well(request: RemedyRequest, linkage: Linkage, turn: CrankTurn) -> bool:
+    """Whether the crank turns fully with a dyad, far from dead points of the dyad."""
+    try:
+        return revolve(request, linkage, turn.joint.name).conditioning > DEAD_POINT
+    except LinkageError:
+        return False
 
 
 def _matter_with(

@@ -11,7 +11,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from itertools import combinations, permutations
-from typing import TypeVar
+from math import inf
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 
@@ -19,9 +20,10 @@ from balance.masses.designs.feasibility import feasible
 from balance.masses.remedies.applied import AppliedRemedy, refused
 from balance.masses.remedies.dyads.dyad_geometry import Dyad, convert_numbers, dyad_document
 from balance.masses.remedies.dyads.dyad_search import AngleRelations, DyadWalk, walk
-from balance.masses.remedies.dyads.dyad_sizes import size_words
+from balance.masses.remedies.dyads.dyad_sizes import best_size, direction_words, size_words
 from balance.masses.remedies.dyads.known_dyads import DyadSeed, hinges_of, sides_of
 from balance.masses.remedies.dyads.with_dyad import (
+    DYAD_LINKS,
     dyad_space,
     is_like,
     known_seeds,
@@ -29,14 +31,17 @@ from balance.masses.remedies.dyads.with_dyad import (
     why_no_dyad,
 )
 from balance.masses.remedies.judge import judge
+from balance.masses.remedies.least_matter import least_matter_or_none
 from balance.masses.remedies.request import RemedyRequest
 from balance.masses.remedies.variant import Variant
+from balance.space.requirements.recompute_spatial import recompute_spatial
 from balance.space.spaces.design_space import DesignSpace
 from kinematics.errors import LinkageError
 from kinematics.numerics.array_types import Array
 from kinematics.wording import size_text
 
 T = TypeVar("T")
+KEY = "added_dyad"
 # What a dyad is called to whose geometry a walk led.
 GENERAL = "a general dyad"
 # Most dyads of each kind.
@@ -53,13 +58,13 @@ def apply_added_dyad(request: RemedyRequest) -> Iterator[AppliedRemedy]:
     Yields:
         Dyads that balance the linkage, at most 2 of each kind (RRR, hinged to both links, and
         RRP, sliding along one); for a kind without any, one undecided result, for a search
-        proves nothing. More than 12 known geometries are tried, and walks to others are made,
-        if ``request.only`` names the remedy.
+        proves nothing. If ``request.only`` names the remedy, more than 12 known geometries are
+        tried, their sizes and directions are sought, and walks to others are made.
     """
     if why := why_no_dyad(request):
-        yield refused("added_dyad", why)
+        yield refused(KEY, why)
         return
-    named = "added_dyad" in request.only
+    named = KEY in request.only
     walks, most = (WALKS, None) if named else (0, GEOMETRIES)
     seeds = known_seeds(request.linkage)
     kinds = [
@@ -89,7 +94,7 @@ def _judge_buildable(
     for seed in geometries:
         space = buildable_space(request, seed)
         if space is not None:
-            applied = _judge(request, seed, space)
+            applied = _judge(request, *_best(request, seed, space))
             yield applied
             members += applied.verdict == "feasible"
             if members == MEMBERS:
@@ -177,16 +182,49 @@ def _walk(request: RemedyRequest, dyad: Dyad, numbers: Array) -> DyadWalk:
     return replace(ended, numbers=convert_numbers(dyad, ended.numbers, frame, given))
 
 
-def _judge(request: RemedyRequest, seed: DyadSeed, space: DesignSpace) -> AppliedRemedy:
+class _Choice(NamedTuple):
+    """A dyad, the design space with it, and its direction in words."""
+
+    seed: DyadSeed
+    space: DesignSpace
+    direction: str = ""
+
+
+def _best(request: RemedyRequest, seed: DyadSeed, space: DesignSpace) -> _Choice:
+    """Seek the size and the direction of a dyad, if the remedy is named and they are free."""
+
+    def mass_of(seed: DyadSeed) -> float:
+        space = dyad_space(request, seed)
+        if space is None:
+            return inf
+        matter = least_matter_or_none(
+            space if request.thickness else recompute_spatial(space),
+            (*request.links, *space.bodies[-DYAD_LINKS:]),
+            request.regions,
+            request.density,
+            request.thickness,
+        )
+        return inf if matter is None else matter.added_mass
+
+    if KEY in request.only and seed.size is not None and (sized := best_size(seed, mass_of)):
+        sized_space = dyad_space(request, sized.seed)
+        assert sized_space is not None, "it has a mass"
+        return _Choice(sized.seed, sized_space, f", {direction_words(sized.turn)}")
+    return _Choice(seed, space)
+
+
+def _judge(
+    request: RemedyRequest, seed: DyadSeed, space: DesignSpace, direction: str
+) -> AppliedRemedy:
     """Find the least matter that balances a linkage with a dyad, and verify it."""
     dyad, frame = seed.dyad, request.linkage.chain.frame
     document, links, joints = dyad_document(request.base, dyad, seed.numbers, frame)
     first, second = dyad.sides
-    words = f"{dyad.kind} between {first.name} and {second.name}: {size_words(seed)}"
+    words = f"{dyad.kind} between {first.name} and {second.name}: {size_words(seed)}{direction}"
     return judge(
         request,
         Variant(
-            "added_dyad",
+            KEY,
             words,
             document,
             (*request.links, *links),
@@ -210,4 +248,4 @@ def _none(slides: bool, tried: int, best: float | None) -> AppliedRemedy:
             f"no member found: {tried} known geometries, and {WALKS} walks to related angles "
             f"(best residual {size_text(best)}), have no buildable masses; others may"
         )
-    return AppliedRemedy("added_dyad", f"{kind} between any two links", "undecided", reason)
+    return AppliedRemedy(KEY, f"{kind} between any two links", "undecided", reason)

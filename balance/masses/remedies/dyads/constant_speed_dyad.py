@@ -27,14 +27,12 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
-from functools import partial
 from math import inf, pi
 from typing import NamedTuple
 
 import numpy as np
 
 from balance.masses.counterweights.answer import Counterweights
-from balance.masses.counterweights.counterweights import counterweights
 from balance.masses.counterweights.write_counterweights import with_counterweights
 from balance.masses.designs.feasibility import feasible
 from balance.masses.remedies.applied import (
@@ -46,8 +44,13 @@ from balance.masses.remedies.applied import (
 from balance.masses.remedies.dyads.dyad_geometry import Dyad, dyad_document
 from balance.masses.remedies.dyads.dyad_sizes import best_size, direction_words, size_words
 from balance.masses.remedies.dyads.known_dyads import DyadSeed
-from balance.masses.remedies.dyads.with_dyad import dyad_space, known_seeds, why_no_dyad
-from balance.masses.remedies.least_matter import rim_text, wide_regions
+from balance.masses.remedies.dyads.with_dyad import (
+    DYAD_LINKS,
+    dyad_space,
+    known_seeds,
+    why_no_dyad,
+)
+from balance.masses.remedies.least_matter import least_matter_or_none, rim_text
 from balance.masses.remedies.momentum_along import momentum_along
 from balance.masses.remedies.request import RemedyRequest
 from balance.masses.remedies.shafts.crank_turn import CrankTurn, revolve, turn_of_crank
@@ -67,8 +70,6 @@ from kinematics.numerics.linalg.ties import rank_least_first
 from kinematics.wording import number_text
 
 KEY = "constant_speed_dyad"
-# Links of a dyad: the last bodies of a linkage with one.
-DYAD_LINKS = 2
 # Known geometries of each kind that are tried, unless the remedy is named.
 GEOMETRIES = 12
 # Conditioning of the loops along a turn, over that at the reference pose, below which a dyad
@@ -85,7 +86,8 @@ def apply_constant_speed_dyad(request: RemedyRequest) -> Iterator[AppliedRemedy]
         The lightest dyad of each kind (RRR and RRP), of known geometries in two directions;
         for a kind without any, one undecided result. If ``request.only`` names the remedy, more
         than 12 geometries are tried, and size and direction of the lightest are sought. One
-        result without a dyad, if matter on the links is enough. All are partial: a moment is
+        result without a dyad, if matter on the links is enough, and then dyads that take less
+        of it. All are partial: a moment is
         left where the speed changes, which ``details`` has as an inertia.
     """
     if why := why_no_dyad(request):
@@ -101,10 +103,11 @@ def apply_constant_speed_dyad(request: RemedyRequest) -> Iterator[AppliedRemedy]
     alone = _without_dyad(request, turn)
     if alone is not None:
         yield alone
-        return
     for slides in (False, True):
         seeds = [seed for seed in known_seeds(request.linkage) if seed.dyad.slides == slides]
-        yield _lightest(request, turn, seeds, slides)
+        applied = _lightest(request, turn, seeds, slides)
+        if alone is None or (applied.added_mass or inf) < (alone.added_mass or inf):
+            yield applied
 
 
 def space_at_constant_speed(space: DesignSpace, crank: int) -> DesignSpace:
@@ -273,18 +276,10 @@ def _least_matter(
     """Find the least matter that balances at constant speed; None if the regions have none."""
     whole = space if request.thickness else recompute_spatial(space)
     crank = int(space.linkage.positions_of([turn.joint.name])[0])
-    fill = partial(
-        counterweights,
-        space_at_constant_speed(whole, crank),
-        links,
-        density=request.density,
-        thickness=request.thickness,
-        relax=False,
+    steady = space_at_constant_speed(whole, crank)
+    return least_matter_or_none(
+        steady, links, request.regions, request.density, request.thickness
     )
-    matter = fill(request.regions)
-    if matter.verdict != "feasible" and matter.chosen:
-        matter = fill({**request.regions, **wide_regions(whole, matter.chosen)})
-    return matter if matter.verdict == "feasible" else None
 
 
 def _judge(request: RemedyRequest, turn: CrankTurn, built: _Built) -> AppliedRemedy:

@@ -60,8 +60,8 @@ def size_words(seed: DyadSeed) -> str:
 
 
 def direction_words(turn: float) -> str:
-    """Say by how many degrees a dyad is turned, from -180 up to 179."""
-    return f"turned by {(round(degrees(turn)) + 180) % 360 - 180}°"
+    """Say by how many degrees a dyad is turned, above -180 and up to 180."""
+    return f"turned by {180 - (180 - round(degrees(turn))) % 360}°"
 
 
 def best_size(

@@ -14,6 +14,8 @@ from kinematics.loading.model_gallery import load
 from kinematics.model.linkage import Linkage
 from kinematics.numerics.array_types import Array
 
+# Links of a dyad: the last bodies of a linkage with one.
+DYAD_LINKS = 2
 # Spaces that are kept: of the known geometries of one request, for the remedies with dyads.
 KEPT = 64
 

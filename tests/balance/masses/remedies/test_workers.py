@@ -1,0 +1,87 @@
+"""Remedies in several processes: the same answers in the same order, and what goes wrong."""
+
+from __future__ import annotations
+
+import os
+from functools import partial
+
+import numpy as np
+import pytest
+
+from balance.masses.remedies.compare import compare_request
+from balance.masses.remedies.request import RemedyRequest
+from balance.support.processes import map_in_processes
+from kinematics.errors import LinkageError, WorkerError
+from kinematics.loading.model_gallery import as_linkage
+
+NAMES = (
+    "own_masses",
+    "duplicates",
+    "constant_speed_dyad",
+    "balance_shafts",
+    "harmonic_springs",
+)
+
+
+def assert_same(first, second):
+    """Plain data with the same words, and numbers to the last digits of a few."""
+    assert type(first) is type(second), (first, second)
+    if isinstance(first, dict):
+        assert list(first) == list(second)
+        first, second = list(first.values()), list(second.values())
+    if isinstance(first, list):
+        assert len(first) == len(second)
+        for one_value, other in zip(first, second, strict=True):
+            assert_same(one_value, other)
+    elif isinstance(first, float):
+        np.testing.assert_allclose(first, second, rtol=1e-9, atol=1e-12)
+    else:
+        assert first == second
+
+
+@pytest.mark.slow
+def test_two_processes_give_what_one_gives():
+    """Results, their order and that of their reports, files, and steps up to the last one."""
+    answers = []
+    for workers in (1, 2):
+        steps, told = [], []
+        request = RemedyRequest(
+            as_linkage("four_bar_general"), progress=lambda *step, kept=steps: kept.append(step)
+        )
+        comparison = compare_request(request, NAMES, told.append, workers)
+        assert tuple(told) == comparison.results
+        assert steps[-1][0] == steps[-1][1]
+        answers.append(comparison)
+    alone, shared = answers
+    assert_same(alone.to_dict(), shared.to_dict())
+    assert [each.urdf for each in alone.results] == [each.urdf for each in shared.results]
+
+
+@pytest.mark.slow
+def test_what_a_process_refuses_is_raised_here():
+    """With the words of the error, which need not be one that can be pickled."""
+    asked = {"five_bar": ("u9=0",)}
+    for model, motion in asked.items():
+        errors = []
+        for workers in (1, 2):
+            request = RemedyRequest(as_linkage(model), motion)
+            with pytest.raises(LinkageError) as raised:
+                compare_request(request, ("balance_shafts", "slider_path"), workers=workers)
+            errors.append((type(raised.value), str(raised.value)))
+        assert errors[0] == errors[1]
+
+
+@pytest.mark.slow
+def test_a_process_that_dies_is_an_error_in_words():
+    with pytest.raises(WorkerError, match="ended before its work did"):
+        list(map_in_processes(os._exit, [3, 3], 2))
+
+
+@pytest.mark.slow
+def test_processes_keep_the_order_and_use_one_thread():
+    names = ["OPENBLAS_NUM_THREADS", "NUMBA_NUM_THREADS"]
+    before = [os.environ.get(name) for name in names]
+    assert list(map_in_processes(partial(pow, 3), range(5), 2)) == [1, 3, 9, 27, 81]
+    assert list(map_in_processes(os.getenv, names, 2)) == ["1", "1"]
+    assert [os.environ.get(name) for name in names] == before
+    assert list(map_in_processes(os.getenv, names, 1)) == before

@@ -432,7 +432,9 @@ def _apply_all(
         return
     from balance.support.processes import map_in_processes
 
-    begin = partial(_keep_request, replace(request, progress=None))
+    # A linkage that was not used yet can be pickled: it has no kernels.
+    fresh = replace(request, linkage=replace(request.linkage), progress=None)
+    begin = partial(_keep_request, fresh)
     parts = map_in_processes(_apply_kept, names, workers, begin)
     for k, (name, results) in enumerate(zip(names, parts, strict=True), 1):
         yield from _apply(name, request) if results is None else results

@@ -12,10 +12,12 @@ Source:
 from __future__ import annotations
 
 from collections.abc import Callable
-from math import degrees, exp, isfinite, log, pi, radians
+from functools import partial
+from math import degrees, isfinite, pi, radians
 from typing import NamedTuple
 
 from balance.masses.remedies.dyads.known_dyads import DyadSeed
+from balance.masses.remedies.size_search import NO_MATTER, lightest_between
 from balance.support.tolerances import MASSES_EQUAL
 from kinematics.numerics.linalg.ties import rank_least_first
 from kinematics.wording import number_text
@@ -26,10 +28,8 @@ LEAST, LARGEST = 0.25, 1.0
 SMALLER = 0.9
 # Directions that are tried at the largest size, and those of them that are followed.
 DIRECTIONS, FOLLOWED = 8, 2
-# Digits of a size, and where its search ends; directions are those of whole degrees.
-DIGITS, FINE = 2, 5e-3
-# Mass that stands for none, over the largest one: finite, so that differences are numbers.
-NO_MATTER = 1e6
+# Where the search for a direction ends, degrees; its result is of whole degrees.
+FINE = 0.25
 
 
 class SizedDyad(NamedTuple):
@@ -86,7 +86,7 @@ def best_size(
     for k in rank_least_first(masses, relative=MASSES_EQUAL)[:FOLLOWED]:
         turn = search.best_turn(LARGEST, turns[k], step)
         if search.mass(SMALLER * LARGEST, turn) < search.mass(LARGEST, turn):
-            size = search.best_size(turn)
+            size = lightest_between(partial(search.mass, turn=turn), LEAST, LARGEST)
             search.best_turn(size, turn, step)
     return search.best
 
@@ -125,25 +125,12 @@ class _Search:
             lambda at: self._finite(size, at),
             bounds=ends,
             method="bounded",
-            options={"xatol": radians(0.25)},
+            options={"xatol": radians(FINE)},
         )
         rounded = radians(round(degrees(float(solved.x))))
         better = self.mass(size, rounded) <= self.mass(size, turn)
         self._ends.append((size, rounded if better else turn))
         return self._ends[-1][1]
-
-    def best_size(self, turn: float) -> float:
-        """Follow the mass to its least between the bounds of the size."""
-        from scipy.optimize import minimize_scalar
-
-        solved = minimize_scalar(
-            lambda at: self._finite(exp(at), turn),
-            bounds=(log(LEAST), log(LARGEST)),
-            method="bounded",
-            options={"xatol": FINE},
-        )
-        rounded = round(exp(float(solved.x)), DIGITS)
-        return min(max(rounded, LEAST), LARGEST)
 
     @property
     def best(self) -> SizedDyad:

@@ -19,6 +19,7 @@ from balance.masses.remedies.dyads.dyad_sizes import LARGEST, LEAST, best_size, 
 from balance.masses.remedies.dyads.known_dyads import DyadSeed
 from balance.masses.remedies.dyads.with_dyad import known_seeds
 from balance.masses.remedies.request import RemedyRequest
+from balance.masses.remedies.size_search import lightest_between
 from balance.motion.verification.crank_revolution import revolve_crank
 from balance.motion.verification.trajectory import random_motions
 from balance.motion.verification.verify_motions import PinocchioModel
@@ -200,3 +201,14 @@ def test_sizes_of_twenty_random_starts_agree():
         for angle in np.linspace(0.0, TURN, 12, endpoint=False)
     ]
     assert min(grid) > 0.99 * applied.added_mass
+
+
+@pytest.mark.parametrize("least", [0.1, 0.3, 0.617, 0.9, 2.0])
+def test_a_least_mass_is_found_between_its_bounds(least):
+    """Also beside sizes without matter, and at a bound."""
+
+    def mass_of(size):
+        return np.log(size / least) ** 2 if size > 0.27 else np.inf
+
+    size = lightest_between(mass_of, 0.25, 1.0)
+    assert size == pytest.approx(min(max(least, 0.28), 1.0), abs=0.011)

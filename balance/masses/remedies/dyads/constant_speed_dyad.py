@@ -75,8 +75,9 @@ GEOMETRIES = 12
 # Conditioning of the loops along a turn, over that at the reference pose, below which a dyad
 # passes a dead point: between the samples of a turn it falls to about 0.03 there.
 DEAD_POINT = 0.1
-# Directions in which each is tried, and the lightest ones whose size is sought if it is named.
-DIRECTIONS, SOUGHT = (0.0, pi), 2
+# The lightest ones that are tried in the opposite direction too, and whose size and direction
+# are sought if the remedy is named.
+SOUGHT = 2
 
 
 def apply_constant_speed_dyad(request: RemedyRequest) -> Iterator[AppliedRemedy]:
@@ -160,8 +161,7 @@ class _Built(NamedTuple):
 
 def _without_dyad(request: RemedyRequest, turn: CrankTurn) -> AppliedRemedy | None:
     """Balance a linkage by matter on its links, if that is enough at constant speed."""
-    crank = int(request.linkage.positions_of([turn.joint.name])[0])
-    if feasible(space_at_constant_speed(request.space, crank)).verdict != "feasible":
+    if not _is_steady(request.space, turn):
         return None
     matter = _least_matter(request, turn, request.space_of_base, request.links)
     if matter is None:
@@ -213,15 +213,20 @@ def _lightest(
 def _tried(
     request: RemedyRequest, turn: CrankTurn, seeds: Iterable[DyadSeed]
 ) -> Iterator[_Choice]:
-    """Yield geometries that take matter, each in its better direction."""
+    """Yield geometries that take matter, the lightest ones also in the opposite direction."""
+    ahead = []
     for seed in seeds:
         space = dyad_space(request, seed)
-        if space is None or not _turns_well(request, space.linkage, turn):
+        if space is None or not _is_steady(space, turn):
             continue
-        for turned in DIRECTIONS:
-            matter = _matter_with(request, turn, resized := seed.resized(1.0, turned))
-            if matter is not None:
-                yield _Choice(resized, turned, matter.added_mass)
+        matter = _matter_with(request, turn, seed)
+        if matter is not None and _turns_well(request, space.linkage, turn):
+            ahead.append(_Choice(seed, 0.0, matter.added_mass))
+    yield from ahead
+    for choice in _lightest_first(ahead)[:SOUGHT]:
+        matter = _matter_with(request, turn, resized := choice.seed.resized(1.0, pi))
+        if matter is not None:
+            yield _Choice(resized, pi, matter.added_mass)
 
 
 def _sought(
@@ -263,11 +268,14 @@ def _matter_with(
     space = dyad_space(request, seed)
     if space is None:
         return None
-    crank = int(space.linkage.positions_of([turn.joint.name])[0])
-    if feasible(space_at_constant_speed(space, crank)).verdict != "feasible":
-        return None
     links = (*request.links, *space.bodies[-DYAD_LINKS:])
     return _least_matter(request, turn, space, links)
+
+
+def _is_steady(space: DesignSpace, turn: CrankTurn) -> bool:
+    """Whether masses that can be built balance a linkage at constant speed."""
+    crank = int(space.linkage.positions_of([turn.joint.name])[0])
+    return feasible(space_at_constant_speed(space, crank)).verdict == "feasible"
 
 
 def _least_matter(

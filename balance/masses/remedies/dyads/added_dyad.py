@@ -20,7 +20,7 @@ from balance.masses.designs.feasibility import feasible
 from balance.masses.remedies.applied import AppliedRemedy, refused
 from balance.masses.remedies.dyads.dyad_geometry import Dyad, convert_numbers, dyad_document
 from balance.masses.remedies.dyads.dyad_search import AngleRelations, DyadWalk, walk
-from balance.masses.remedies.dyads.dyad_sizes import best_size, direction_words, size_words
+from balance.masses.remedies.dyads.dyad_sizes import best_size, size_words, turn_words
 from balance.masses.remedies.dyads.known_dyads import DyadSeed, hinges_of, sides_of
 from balance.masses.remedies.dyads.with_dyad import (
     DYAD_LINKS,
@@ -209,7 +209,7 @@ def _best(request: RemedyRequest, seed: DyadSeed, space: DesignSpace) -> _Choice
     if KEY in request.only and seed.size is not None and (sized := best_size(seed, mass_of)):
         sized_space = dyad_space(request, sized.seed)
         assert sized_space is not None, "it has a mass"
-        return _Choice(sized.seed, sized_space, f", {direction_words(sized.turn)}")
+        return _Choice(sized.seed, sized_space, f", {turn_words(sized.turn)}")
     return _Choice(seed, space)
 
 

@@ -42,7 +42,7 @@ from balance.masses.remedies.applied import (
     with_cost,
 )
 from balance.masses.remedies.dyads.dyad_geometry import Dyad, dyad_document
-from balance.masses.remedies.dyads.dyad_sizes import best_size, direction_words, size_words
+from balance.masses.remedies.dyads.dyad_sizes import best_size, size_words, turn_words
 from balance.masses.remedies.dyads.known_dyads import DyadSeed
 from balance.masses.remedies.dyads.with_dyad import (
     DYAD_LINKS,
@@ -204,7 +204,7 @@ def _lightest(
     how = "" if named else f", the better of two directions (--only {KEY} seeks the best)"
     words = (
         f"{kind} between {first.name} and {second.name}: {size_words(seed)}, "
-        f"{direction_words(turned)}{how}"
+        f"{turn_words(turned)}{how}"
     )
     details = {"kind": kind, "geometry": seed.words, "size": seed.size, "turned": turned}
     return _judge(request, turn, _Built(words, matter, links, joints, details))

@@ -59,7 +59,7 @@ def size_words(seed: DyadSeed) -> str:
     return f"{seed.words}, {size}{bound}"
 
 
-def direction_words(turn: float) -> str:
+def turn_words(turn: float) -> str:
     """Say by how many degrees a dyad is turned, above -180 and up to 180."""
     return f"turned by {180 - (180 - round(degrees(turn))) % 360}°"
 

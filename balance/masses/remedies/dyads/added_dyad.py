@@ -30,7 +30,7 @@ from balance.masses.remedies.dyads.with_dyad import (
     load_with_dyad,
     why_no_dyad,
 )
-from balance.masses.remedies.judge import judge
+from balance.masses.remedies.judge_variant import judge_variant
 from balance.masses.remedies.least_matter import least_matter_or_none
 from balance.masses.remedies.request import RemedyRequest
 from balance.masses.remedies.variant import Variant
@@ -221,7 +221,7 @@ def _judge(
     document, links, joints = dyad_document(request.base, dyad, seed.numbers, frame)
     first, second = dyad.sides
     words = f"{dyad.kind} between {first.name} and {second.name}: {size_words(seed)}{direction}"
-    return judge(
+    return judge_variant(
         request,
         Variant(
             KEY,

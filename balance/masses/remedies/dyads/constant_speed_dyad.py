@@ -32,7 +32,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from balance.masses.counterweights.answer import Counterweights
+from balance.masses.counterweights.counterweights_result import Counterweights
 from balance.masses.counterweights.write_counterweights import with_counterweights
 from balance.masses.designs.feasibility import feasible
 from balance.masses.remedies.applied import (

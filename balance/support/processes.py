@@ -1,4 +1,4 @@
-"""Processes that work for this one: one thread each, and no longer than it lives."""
+"""Processes that work for this one, and live no longer than it does."""
 
 from __future__ import annotations
 
@@ -29,7 +29,8 @@ def map_in_processes(
 ) -> Iterator[Result]:
     """Apply a function to items in processes, and yield the results in the order of the items.
 
-    Function, items and results are pickled.
+    Function, items and results are pickled. Processes have the settings of this one, also of
+    the threads of libraries, so that they compute the same bits.
 
     Args:
         workers: number of processes; this one alone if it is below 2.
@@ -43,10 +44,8 @@ def map_in_processes(
         return
     context = get_context("spawn")
     with ProcessPoolExecutor(workers, context, _begin, (begin,)) as pool:
-        with one_thread_each():
-            results = pool.map(function, items)
         try:
-            yield from results
+            yield from pool.map(function, items)
         except BrokenProcessPool as error:
             raise WorkerError(
                 "a worker process ended before its work did",

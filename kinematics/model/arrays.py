@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import operator
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
 from typing import Any, TypeVar
 
@@ -146,6 +146,11 @@ class Chain:
         if self.structure is None or any(map(operator.is_not, of, self.structure.of)):
             object.__setattr__(self, "structure", Structure(of))
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Pickle the arrays alone: each process has results and workspaces of its own."""
+        arrays = (getattr(self, part.name) for part in fields(self)[1:-1])
+        return _unpickled_chain, (self.frame, *arrays)
+
     def __repr__(self) -> str:
         """Give one line: the numbers of joints, loops and columns."""
         joints, loops = (
@@ -233,6 +238,13 @@ class Chain:
             workspace: the one that `borrow` returned.
         """
         self.structure.workspaces.setdefault(purpose, []).append(workspace)
+
+
+def _unpickled_chain(frame: Frame, *arrays: NDArray[Any]) -> Chain:
+    """Make a chain of pickled arrays, which are read-only again: kernels are for such ones."""
+    parts: list[Any] = [read_only(array) for array in arrays]
+    R, origin = read_only(frame.R), read_only(frame.origin)
+    return Chain(Frame(R, origin, frame.length), *parts)
 
 
 def _make_envelope(chain: Chain) -> IntArray:

@@ -146,6 +146,7 @@ GOOD: dict[str, list[str]] = {
     "sweep show --count": ["3"], "sweep export --out": ["{folder}/b.parquet"],
     "--out": ["{folder}/out.urdf"], "remedies --out": ["{folder}/remedies"],
     "--only": ["own_masses"], "--gear": ["2"], "--rotor-radius": ["0.1"], "--trade-off": ["2"],
+    "remedies --workers": ["2"],
     "--write-closed": ["{folder}/closed.urdf"],
     "--tool": ["{tool}", "--along", "x"],
     "--along": ["x", "--tool", "{tool}"],

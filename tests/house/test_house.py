@@ -205,7 +205,7 @@ def test_only_the_command_line_speaks():
         "balance/app/cli/main.py": True,
         "balance/__main__.py": "SystemExit",
         # A worker whose parent has ended, amid its work.
-        "balance/studies/runs/parent_process.py": "os._exit(1)",
+        "balance/support/processes.py": "os._exit(1)",
     }
     wrong = [
         f"{label(path)}:{node.lineno}: {ast.unparse(node)}"

@@ -22,13 +22,9 @@ import numpy as np
 from balance import certify, design_space, verify
 from balance.masses import feasible
 from balance.masses.designs.write_urdf import replace_inertials
-from balance.masses.remedies.dyads.added_dyad import (
-    DyadSeed,
-    buildable_space,
-    dyad_seeds,
-    walks_from_random,
-)
+from balance.masses.remedies.dyads.added_dyad import buildable_space, walks_from_random
 from balance.masses.remedies.dyads.dyad_geometry import dyad_document
+from balance.masses.remedies.dyads.known_dyads import DyadSeed, dyad_seeds
 from balance.masses.remedies.request import RemedyRequest
 from kinematics import ScrewJoint, from_screws, load
 from kinematics.errors import LinkageError

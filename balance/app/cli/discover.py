@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 from balance.app.answers.answer import Answer, Files
 from balance.app.cli.arguments import Parser, Verbs, add_json_option
 from balance.app.cli.exit_codes import DONE, NEGATIVE, UNDECIDED, verdict_code
-from balance.app.cli.number_arguments import positive_number, whole_number
+from balance.app.cli.number_arguments import MAX_WORKERS, positive_number, whole_number
 from balance.app.cli.outputs import add_page_option
 from balance.app.cli.progress import progress_bar
 from kinematics.errors import WorkerError
@@ -26,7 +26,6 @@ MAX_START = 10_000_000
 # Starts that `walk` tries for one that ends at a special geometry.
 STARTS_TRIED = 300
 STARTS, MAX_STARTS = 300, 10_000_000
-MAX_WORKERS = 1024
 MAX_SEED = 2**31
 MEMBERS, TRIED, MAX_MEMBERS = 100, 20, 10_000
 KEPT = "keeps the walks so far; --resume goes on from there"

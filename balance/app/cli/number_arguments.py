@@ -12,6 +12,8 @@ from kinematics.errors import UsageError
 
 # Largest coordinate of a point, metres.
 MAX_POINT = 1e6
+# Most processes of a run.
+MAX_WORKERS = 1024
 
 
 def add_about(group: argparse._ArgumentGroup, default: str) -> None:

@@ -14,7 +14,12 @@ from balance.app.cli.exit_codes import verdict_code
 from balance.app.cli.matter_options import add_matter_options, check_matter_options
 from balance.app.cli.model_options import add_model_options, load_model
 from balance.app.cli.next_command import reduce_command
-from balance.app.cli.number_arguments import positive_number, positive_quantity, whole_number
+from balance.app.cli.number_arguments import (
+    MAX_WORKERS,
+    positive_number,
+    positive_quantity,
+    whole_number,
+)
 from balance.app.cli.outputs import (
     add_page_option,
     add_picture_option,
@@ -73,6 +78,13 @@ def add_remedies(parser: Parser) -> None:
         metavar="N",
         help="also N points of mass against input inertia",
     )
+    group.add_argument(
+        "--workers",
+        type=whole_number(1, MAX_WORKERS),
+        default=1,
+        metavar="N",
+        help="processes that apply remedies (default 1)",
+    )
     add_density_option(parser, "matter")
     parser.group("output").add_argument(
         "--out",
@@ -96,7 +108,7 @@ def _run(arguments: argparse.Namespace) -> Answer:
         request = _request(arguments, advance)
         from balance.masses.remedies.compare import compare_request
 
-        comparison = compare_request(request, arguments.only, _print_result)
+        comparison = compare_request(request, arguments.only, _print_result, arguments.workers)
     from balance.app.answers.text.remedies import remedies_body
 
     names = [] if arguments.links else [body.name for body in request.linkage.bodies]

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 from balance.app.answers.answer import Answer
 from balance.app.cli.arguments import Parser, Verbs, add_json_option
 from balance.app.cli.exit_codes import DONE
-from balance.app.cli.number_arguments import whole_number
+from balance.app.cli.number_arguments import MAX_WORKERS, whole_number
 from balance.app.cli.outputs import add_page_option, kind_of, picture_path
 from balance.app.cli.progress import progress_bar
 from kinematics.errors import WorkerError
@@ -24,9 +24,6 @@ logger = logging.getLogger(__name__)
 # Rows of the table of results.
 ROWS = 10
 MAX_ROWS = 100_000
-
-# Most processes of a run.
-MAX_WORKERS = 1024
 EXPORTS = (".csv", ".parquet")
 
 

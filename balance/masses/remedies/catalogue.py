@@ -89,7 +89,7 @@ CATALOGUE: dict[str, Remedy] = {
             "an added dyad",
             "an added dyad (Assur group)",
             "ALM",
-            "S. Briot, V. Arakelian, Mechanism and Machine Theory 57, 2012",
+            _REVIEW,
             "dyads.added_dyad",
         ),
         Remedy(
@@ -147,6 +147,14 @@ CATALOGUE: dict[str, Remedy] = {
             "",
             _BECHT,
             "constraints.slider_path",
+        ),
+        Remedy(
+            "constant_speed_dyad",
+            "a dyad at constant speed",
+            "an added dyad (Assur group), for a crank at constant speed",
+            "ALM",
+            "S. Briot, V. Arakelian, Mechanism and Machine Theory 57, 2012",
+            "dyads.constant_speed_dyad",
         ),
         Remedy(
             "balance_shafts",

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from itertools import chain
 from pkgutil import resolve_name
 
@@ -17,7 +18,7 @@ from balance.support.options import Balance
 from balance.support.result_files import WithPage, WithPicture
 from balance.support.tolerances import MASSES_EQUAL
 from kinematics.error_text import did_you_mean
-from kinematics.errors import UsageError
+from kinematics.errors import LinkageError, UsageError
 from kinematics.loading.model_gallery import LinkageLike, as_linkage
 from kinematics.numerics.compiled.background import collect_garbage_seldom, kernel_clock
 from kinematics.numerics.linalg.ties import rank_least_first
@@ -118,8 +119,8 @@ class RemedyComparison(WithPage, WithPicture):
 
         What balances comes first, without loss of freedoms before with it, copies of the whole
         linkage and a frame that turns after other parts, and the least mass, with gears, first;
-        then partial balance, what
-        balances with more than `MOST_BUILT` times the given mass, what is undecided, what no
+        then partial balance, both
+        again with more than `MOST_BUILT` times the given mass, what is undecided, what no
         masses do, and what does not apply, in the order of the catalogue.
         """
         balanced = sorted(
@@ -130,9 +131,9 @@ class RemedyComparison(WithPage, WithPicture):
             [applied for applied in self.results if applied.verdict == verdict]
             for verdict in ("partial", "undecided", "infeasible", "refused")
         )
-        light = [applied for applied in balanced if not self.too_heavy(applied)]
-        heavy = [applied for applied in balanced if self.too_heavy(applied)]
-        return (*light, *partial, *heavy, *chain.from_iterable(rest))
+        heavy = [each for each in (*balanced, *partial) if self.too_heavy(each)]
+        light = [each for each in (*balanced, *partial) if each not in heavy]
+        return (*light, *heavy, *chain.from_iterable(rest))
 
     @property
     def why_first(self) -> str:
@@ -241,6 +242,7 @@ def compare_remedies(
     density: float | None = None,
     progress: Callable[[int, int], None] | None = None,
     report: Callable[[AppliedRemedy], None] | None = None,
+    workers: int = 1,
 ) -> RemedyComparison:
     """Apply the remedies of the literature to a linkage, and compare what each costs.
 
@@ -266,16 +268,18 @@ def compare_remedies(
         density: density that added matter nowhere exceeds, kg/m³, new links included; by
             default it is point masses, the limit of infinite density.
         progress: called with the number of steps done and of all steps.
-        report: called with each result, as soon as it is there.
+        report: called with each result, as soon as it is there and those before it are.
+        workers: processes that apply remedies; each takes a second or two to start.
 
     Returns:
-        The results, one or more for each remedy.
+        The results, one or more for each remedy; the same ones with any number of processes.
 
     Raises:
         BodyError: a link is unknown.
         LinkageError: no moving link has a mass.
         MotionError: a relation is wrong.
         UsageError: a remedy is unknown, or a number is out of range.
+        WorkerError: a process has ended before its work did.
 
     Source:
         V. van der Wijk, J. L. Herder, B. Demeulenaere, Journal of Mechanisms and Robotics
@@ -300,19 +304,21 @@ def compare_remedies(
         trade_off=trade_off,
         density=density,
     )
-    return compare_request(request, only, report)
+    return compare_request(request, only, report, workers)
 
 
 def compare_request(
     request: RemedyRequest,
     only: Sequence[str] = (),
     report: Callable[[AppliedRemedy], None] | None = None,
+    workers: int = 1,
 ) -> RemedyComparison:
     """Apply remedies to what a request describes; see `compare_remedies`.
 
     Args:
         only: names of remedies; by default all.
-        report: called with each result, as soon as it is there.
+        report: called with each result, as soon as it is there and those before it are.
+        workers: processes that apply remedies.
     """
     for name in only:
         if name not in CATALOGUE:
@@ -324,8 +330,46 @@ def compare_request(
     kernel_clock.foresee(UNCOMPILED * len(names))
     results = []
     with collect_garbage_seldom():
-        for applied in chain.from_iterable(_apply(name, request) for name in names):
+        for applied in _apply_all(request, names, min(workers, len(names))):
             results.append(applied)
             if report is not None:
                 report(applied)
     return RemedyComparison(request, feasible(request.space), tuple(results))
+
+
+def _apply_all(
+    request: RemedyRequest, names: Sequence[str], workers: int
+) -> Iterator[AppliedRemedy]:
+    """Apply remedies in this process, or in others.
+
+    One that another process refuses is applied again here, where its error is raised.
+    """
+    if workers < 2:
+        yield from chain.from_iterable(_apply(name, request) for name in names)
+        return
+    from balance.support.processes import map_in_processes
+
+    # A linkage that was not used yet can be pickled: it has no kernels.
+    fresh = replace(request, linkage=replace(request.linkage), progress=None)
+    begin = partial(_keep_request, fresh)
+    parts = map_in_processes(_apply_kept, names, workers, begin)
+    for k, (name, results) in enumerate(zip(names, parts, strict=True), 1):
+        yield from _apply(name, request) if results is None else results
+        if request.progress is not None:
+            request.progress(k, len(names))
+
+
+# The request whose remedies a process applies: what it knows of the linkage is kept.
+_kept: list[RemedyRequest] = []
+
+
+def _keep_request(request: RemedyRequest) -> None:
+    _kept[:] = [request]
+
+
+def _apply_kept(name: str) -> list[AppliedRemedy] | None:
+    """Apply one remedy in a process of its own; None if it raises an error."""
+    try:
+        return list(_apply(name, _kept[0]))
+    except LinkageError:
+        return None

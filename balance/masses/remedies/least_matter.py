@@ -118,6 +118,35 @@ def least_matter(
     anywhere = feasible(space)
     if anywhere.verdict == "infeasible" or not matter.chosen:
         return LeastMatter(matter, anywhere)
-    wide = {name: wide_region(space, space.bodies.index(name)) for name in matter.chosen}
-    matter = fill(whole, links, {**regions, **wide})
+    matter = fill(whole, links, {**regions, **wide_regions(space, matter.chosen)})
     return LeastMatter(matter, anywhere)
+
+
+def wide_regions(space: DesignSpace, links: Iterable[str]) -> dict[str, Region]:
+    """Return the wider regions of links whose own ones are too small; see `wide_region`."""
+    return {name: wide_region(space, space.bodies.index(name)) for name in links}
+
+
+def least_matter_or_none(
+    space: DesignSpace,
+    links: Sequence[str],
+    regions: Mapping[str, Region | str],
+    density: float | None = None,
+    thickness: float | None = None,
+) -> Counterweights | None:
+    """Find the least matter as `least_matter` does, without a proof where there is none.
+
+    Args:
+        space: the space with all components of the momentum, or for plates that of the plane.
+        links: links that may get matter.
+        regions: where, by name of the link.
+        density: see `least_matter`.
+        thickness: see `least_matter`.
+    """
+    fill = partial(
+        counterweights, space, links, density=density, thickness=thickness, relax=False
+    )
+    matter = fill(regions)
+    if matter.verdict != "feasible" and matter.chosen:
+        matter = fill({**regions, **wide_regions(space, matter.chosen)})
+    return matter if matter.verdict == "feasible" else None

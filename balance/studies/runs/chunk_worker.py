@@ -2,18 +2,12 @@
 
 from __future__ import annotations
 
-import os
-from collections.abc import Iterator
-from contextlib import contextmanager
 from threading import Lock
 from typing import NamedTuple
 
 from balance.studies.runs.chunk_job import ChunkColumns, ChunkJob, PartedJob
 from balance.studies.runs.program_version import program_version
 from kinematics.errors import LinkageError, UsageError, WorkerError
-
-# Variables that set the threads of libraries: matrices are small.
-THREADS = ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "OMP_NUM_THREADS", "NUMBA_NUM_THREADS")
 
 _ONE_AT_A_TIME = Lock()
 
@@ -89,18 +83,3 @@ def values_of(outcome: ChunkOutcome) -> ChunkColumns:
     failure = RuntimeError(f"chunk {outcome.chunk}: {outcome.error}")
     failure.add_note(outcome.trace)
     raise failure
-
-
-@contextmanager
-def one_thread_each() -> Iterator[None]:
-    """Let processes that start within the block use one thread each for their matrices."""
-    before = {name: os.environ.get(name) for name in THREADS}
-    os.environ.update(dict.fromkeys(THREADS, "1"))
-    try:
-        yield
-    finally:
-        for name, value in before.items():
-            if value is None:
-                del os.environ[name]
-            else:
-                os.environ[name] = value

@@ -13,7 +13,8 @@ from pickle import dumps, loads
 from typing import TYPE_CHECKING, Any
 
 from balance.studies.runs.chunk_job import ChunkJob, ChunkTask
-from balance.studies.runs.chunk_worker import ChunkOutcome, compute_chunk, one_thread_each
+from balance.studies.runs.chunk_worker import ChunkOutcome, compute_chunk
+from balance.support.processes import one_thread_each
 from kinematics.errors import PackageError, WorkerError
 
 if TYPE_CHECKING:

@@ -16,8 +16,8 @@ from multiprocessing.connection import Connection, wait
 from multiprocessing.context import SpawnProcess
 
 from balance.studies.runs.chunk_job import ChunkJob, ChunkTask
-from balance.studies.runs.chunk_worker import ChunkOutcome, compute_chunk, one_thread_each
-from balance.studies.runs.parent_process import end_with_parent
+from balance.studies.runs.chunk_worker import ChunkOutcome, compute_chunk
+from balance.support.processes import end_with_parent, one_thread_each
 from kinematics.errors import WorkerError
 
 # Chunks that a worker has at once: it computes one while another waits in its pipe.

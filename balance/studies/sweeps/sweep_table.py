@@ -4,10 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
-from concurrent.futures import ProcessPoolExecutor
-from contextlib import contextmanager
 from dataclasses import dataclass
-from multiprocessing import get_context
 from os import PathLike
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
@@ -16,8 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from balance.studies.runs.chunk_job import Column, chunk_count
-from balance.studies.runs.parent_process import end_with_parent
 from balance.studies.sweeps.job import SweepJob
+from balance.support.processes import map_in_processes
 from balance.support.result_files import Picture, WithPage, draw_file
 from kinematics.wording import count_noun, first_names, html_facts, number_text, repr_lines
 
@@ -124,8 +121,7 @@ def compute_table(job: SweepJob, workers: int, source: str) -> SweepTable:
         source: name of the study in messages.
     """
     chunks = range(chunk_count(job.rows, job.chunk_rows))
-    with _mapping(min(workers, len(chunks))) as compute:
-        parts = list(compute(job.compute, chunks))
+    parts = list(map_in_processes(job.compute, chunks, min(workers, len(chunks))))
     columns = {
         column.name: _join(column, [part[column.name] for part in parts])
         for column in job.columns
@@ -139,17 +135,6 @@ def compute_table(job: SweepJob, workers: int, source: str) -> SweepTable:
         job,
         source,
     )
-
-
-@contextmanager
-def _mapping(workers: int) -> Iterator[Any]:
-    """Give a function that maps, by processes if there are several."""
-    if workers < 2:
-        yield map
-        return
-    context = get_context("spawn")
-    with ProcessPoolExecutor(workers, context, initializer=end_with_parent) as pool:
-        yield pool.map
 
 
 def _join(column: Column, parts: Sequence[Any]) -> NDArray[Any]:

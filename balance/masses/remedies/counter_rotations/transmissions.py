@@ -16,6 +16,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
+from math import inf
 from typing import NamedTuple
 
 import numpy as np
@@ -37,6 +38,7 @@ from balance.masses.remedies.counter_rotations.separate_rotors import (
 )
 from balance.masses.remedies.judge_variant import judge_variant
 from balance.masses.remedies.request import RemedyRequest
+from balance.masses.remedies.size_search import lightest_between
 from balance.masses.remedies.variant import Variant, append_elements
 from kinematics.model.chain import path
 from kinematics.model.document.element import Element
@@ -47,8 +49,9 @@ from kinematics.numerics.linalg.ties import first_largest, round_decimals
 from kinematics.numerics.tolerances import TIE_RELATIVE
 from kinematics.wording import count_noun, number_text
 
-# Length of a lever, or radius of a wheel, over that of the shortest link that carries it.
-LEVER = 0.25
+# Length of a lever, or radius of a wheel, over that of the shortest link that carries it, and
+# the bounds between which that of levers is sought.
+LEVER, LEAST_LEVER, LARGEST_LEVER = 0.25, 0.1, 0.5
 # Directions of levers that are tried; that furthest from all links counts.
 DIRECTIONS = 24
 EYE = np.eye(4)
@@ -69,9 +72,7 @@ class _CarriedParts(NamedTuple):
 
 
 WHEELS = _CarriedParts("wheels", "wheels", "a radius, and a bound: smaller ones weigh less")
-LEVERS = _CarriedParts(
-    "parallelograms", "levers", "a quarter of the shortest link: set, not sought"
-)
+LEVERS = _CarriedParts("parallelograms", "levers", "a quarter of the shortest link: not sought")
 
 
 def apply_planetary_transmission(request: RemedyRequest) -> Iterator[AppliedRemedy]:
@@ -97,7 +98,8 @@ def apply_parallelogram_transmission(request: RemedyRequest) -> Iterator[Applied
     masses of their own.
 
     Yields:
-        As `apply_planetary_transmission`.
+        As `apply_planetary_transmission`. The length of the levers is sought if
+        ``request.only`` names the remedy.
     """
     write = _TransmissionWriter.parallelograms
     yield from _apply(request, "parallelogram_transmission", write, LEVERS)
@@ -129,7 +131,10 @@ def _apply(
         far = [name for name in rotor_set.joints if len(chains[name]) > 1]
         if far:
             drive = f"driven by {by.drive} from {', '.join(far)}"
-            yield _judged(request, remedy, rotor_set, write, drive, by)
+            if by is LEVERS and remedy in request.only:
+                yield _with_best_levers(request, remedy, rotor_set, write, drive)
+            else:
+                yield _judged(request, remedy, rotor_set, write, drive, by)
         else:
             yield replace(_judged_without_transmission(request, rotor_set), remedy=remedy)
 
@@ -141,10 +146,11 @@ def _judged(
     write: Callable[[_TransmissionWriter, _Transmission, tuple[str, ...]], None],
     drive: str,
     carried: _CarriedParts | None = None,
+    size: float = LEVER,
 ) -> AppliedRemedy:
     """Judge the linkage with rotors on the ground against one set of links."""
     chains, fewest = _chains_to_ground(request), _fewest_on_ground(request)
-    out, writer = _Transmission(), _TransmissionWriter(request)
+    out, writer = _Transmission(), _TransmissionWriter(request, size)
     for name in rotor_set.joints:
         write(writer, out, chains[name])
     number = count_noun(len(rotor_set.joints), "rotor")
@@ -154,6 +160,30 @@ def _judged(
         words += f", with {carried.parts} of {sizes} ({carried.bound})"
     details = {**rotor_details(fewest, rotor_set), "carried_sizes": out.sizes}
     return judge_variant(request, _variant(request, remedy, words, out, details))
+
+
+def _with_best_levers(
+    request: RemedyRequest,
+    remedy: str,
+    rotor_set: RotorSet,
+    write: Callable[[_TransmissionWriter, _Transmission, tuple[str, ...]], None],
+    drive: str,
+) -> AppliedRemedy:
+    """Judge the linkage with levers of the length that adds the least mass."""
+    asked = request.changed(trade_off=0)
+
+    def mass_of(size: float) -> float:
+        mass = _judged(asked, remedy, rotor_set, write, drive, LEVERS, size).added_mass
+        return inf if mass is None else mass
+
+    size = lightest_between(mass_of, LEAST_LEVER, LARGEST_LEVER)
+    bound = f"{size:g} of the shortest link"
+    if size == LEAST_LEVER:
+        bound += ", a bound: shorter ones weigh less"
+    if size == LARGEST_LEVER:
+        bound += ", a bound: longer ones weigh less"
+    levers = LEVERS._replace(bound=bound)
+    return _judged(request, remedy, rotor_set, write, drive, levers, size)
 
 
 @lru_cache(maxsize=1)
@@ -260,9 +290,14 @@ def mass_per_length(request: RemedyRequest) -> float:
 class _TransmissionWriter(RotorWriter):
     """Makes transmissions to the ground, and rotors there."""
 
-    def __init__(self, request: RemedyRequest) -> None:
-        """Start with the names of the file of a request."""
+    def __init__(self, request: RemedyRequest, size: float = LEVER) -> None:
+        """Start with the names of the file of a request.
+
+        Args:
+            size: of wheels and levers, over the length of the shortest link that carries them.
+        """
         super().__init__(request)
+        self.size = size
         self.gear, self.mass_per_length = request.gear, mass_per_length(request)
         self.axes = request.space.axes
 
@@ -295,8 +330,8 @@ class _TransmissionWriter(RotorWriter):
         """Add idlers coaxial with the joints of a chain, and bars that keep them parallel.
 
         Each parallelogram is a loop of the link between two joints, the levers on both, and a
-        bar between their ends; the last lever is part of the last link. The levers are a
-        quarter of the shortest link, and point furthest away from all of them at the reference
+        bar between their ends; the last lever is part of the last link. The levers are
+        ``size`` of the shortest link, and point furthest away from all of them at the reference
         pose. Idlers may get counterweights as far away as their levers are long: the link alone
         cannot balance bars that move with it in some terms and not in others.
 
@@ -420,7 +455,7 @@ class _TransmissionWriter(RotorWriter):
     def _carried_size(self, spans: Iterable[Array]) -> float:
         """Compute the size of wheels or levers that are carried along some links, metres."""
         shortest = min((np.linalg.norm(self.axes[:2] @ span) for span in spans), default=0.0)
-        return LEVER * float(shortest)
+        return self.size * float(shortest)
 
     def _local(self, name: str, vector: Array) -> Array:
         """Express an inertial vector (3,) in the frame of the link after a joint."""

@@ -26,8 +26,8 @@ import numpy as np
 from balance.masses.counterweights.regions import ball_region
 from balance.masses.remedies.applied import AppliedRemedy, refused
 from balance.masses.remedies.balancers.on_base import ForceBalanced
-from balance.masses.remedies.dyads.added_dyad import hinges_of, sides_of
 from balance.masses.remedies.dyads.dyad_geometry import Dyad, DyadSide, dyad_document
+from balance.masses.remedies.dyads.known_dyads import hinges_of, sides_of
 from balance.masses.remedies.judge_variant import judge_variant
 from balance.masses.remedies.matter_on_links import with_moment_left
 from balance.masses.remedies.request import RemedyRequest

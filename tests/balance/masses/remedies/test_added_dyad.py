@@ -12,13 +12,11 @@ import kinematics
 from balance.masses.remedies.dyads.added_dyad import (
     apply_added_dyad,
     buildable_space,
-    dyad_seeds,
-    hinges_of,
-    sides_of,
     walks_from_random,
 )
 from balance.masses.remedies.dyads.dyad_geometry import Dyad, convert_numbers, dyad_document
 from balance.masses.remedies.dyads.dyad_search import AngleRelations, walk
+from balance.masses.remedies.dyads.known_dyads import dyad_seeds, hinges_of, sides_of
 from balance.masses.remedies.request import RemedyRequest
 from kinematics import ScrewJoint, from_screws
 from kinematics.model.arrays import Frame

@@ -8,6 +8,12 @@ import pytest
 import balance
 import kinematics
 from balance.masses.remedies.counter_rotations.transmissions import (
+    LARGEST_LEVER,
+    LEAST_LEVER,
+    LEVERS,
+    _fewest_on_ground,
+    _judged,
+    _TransmissionWriter,
     apply_parallelogram_transmission,
     apply_planetary_transmission,
     mass_per_length,
@@ -120,3 +126,26 @@ def test_what_is_refused(apply):
     assert found.verdict == "refused" and "force balance" in found.reason
     (found,) = apply(RemedyRequest(as_linkage("slider_crank")))
     assert found.verdict == "refused" and "no counter-rotation" in found.reason
+
+
+@pytest.mark.slow
+def test_levers_of_the_least_mass_are_sought_where_the_remedy_is_named():
+    """None of a grid adds less, and the words say the bound."""
+    key = "parallelogram_transmission"
+    request = RemedyRequest(as_linkage("four_bar_general"), only=(key,))
+    best = list(apply_parallelogram_transmission(request))[-1]
+    (size,) = best.details["carried_sizes"].values()
+    span = np.hypot(0.1, 0.3)  # of the crank
+    masses = []
+    for share in (LEAST_LEVER, 0.2, 0.3, 0.4, LARGEST_LEVER):
+        rotor_set = next(
+            each
+            for each in _fewest_on_ground(request).sets
+            if set(each.joints) == {"crank", "coupler"}
+        )
+        write = _TransmissionWriter.parallelograms
+        tried = _judged(request, key, rotor_set, write, "by bars", LEVERS, share)
+        masses.append(tried.added_mass)
+    assert best.added_mass <= min(masses) * (1.0 + 1e-6)
+    at_bound = min(abs(size / span - bound) for bound in (LEAST_LEVER, LARGEST_LEVER)) < 1e-3
+    assert ("a bound" in best.words) == at_bound

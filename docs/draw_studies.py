@@ -22,6 +22,8 @@ from kinematics.closure.newton import forward_kinematics
 
 FOLDER = Path(__file__).with_name("machines")
 COLOURS = ("#b8550a", "#08264a")
+# Room of a label, to the right and upwards, over the size of the linkage.
+LABEL = np.array([0.24, 0.08])
 
 
 @dataclass(frozen=True)
@@ -125,7 +127,9 @@ def dual_v():
     rows = np.column_stack([time, way, way])
     np.savetxt(table, rows, "%.12f", ",", header="time,x,y", comments="")
     motion = balance.motion.from_tool_csv(linkage, table, "platform")
-    return compare(files, (0, 1), tuple(map(tuple, motion.u[[20, 40]])), 500.0, motions=[motion])
+    return compare(
+        files, (0, 1), tuple(map(tuple, motion.u[[20, 40]])), 500.0, motions=[motion]
+    )
 
 
 def ur5e():
@@ -185,9 +189,7 @@ def joints_of_links(linkage):
 
 
 def draw_linkage(ax, drawing, colour):
-    """Draw the links at several poses, and a disc for the mass of each body."""
-    from matplotlib.patches import Circle
-
+    """Draw the links at several poses, and the masses."""
     linkage, plane = drawing.linkage, list(drawing.plane)
     still = (0.0,) * len(linkage.inputs)
     chain = si_chain(linkage, spatial=True)
@@ -204,15 +206,34 @@ def draw_linkage(ax, drawing, colour):
                 line((placed[0], joint), **style)
             if u == still:
                 ax.plot(*np.array(placed).T, "o", ms=4, mfc="white", mec="#1b1e22")
-    carried = joints_of_links(linkage)
-    for body in linkage.bodies:
+    draw_masses(ax, drawing, colour)
+    ax.set(aspect="equal", title=drawing.title)
+    ax.margins(0.12)
+    ax.axis("off")
+
+
+def draw_masses(ax, drawing, colour):
+    """Draw a disc for each body, the heaviest first, and its mass where there is room."""
+    from matplotlib.patches import Circle
+
+    linkage, plane = drawing.linkage, list(drawing.plane)
+    carried, labels = joints_of_links(linkage), []
+    span = np.ptp([joint.point[plane] for joint in linkage.joints], axis=0).max()
+    for body in sorted(linkage.bodies, key=lambda body: -round(body.inertia[0], 9)):
         mass = body.inertia[0]
         centre = balance.bodies.mass_properties(body.inertia).com[plane]
-        line((carried[body.link][0][plane], centre), lw=1.0, ls=":")
+        ax.plot(
+            *np.array((carried[body.link][0][plane], centre)).T, color=colour, lw=1.0, ls=":"
+        )
         radius = np.sqrt(mass / drawing.density / np.pi)
         ax.add_patch(Circle(centre, radius, color=colour, alpha=0.45, lw=0, zorder=3))
+        apart = abs(centre - np.array(labels).reshape(-1, 2)) > span * LABEL
+        if not apart.any(axis=1).all():
+            continue
+        labels.append(centre)
+        text = f"{1e3 * mass:.3g} g" if mass < 0.1 else f"{mass:.3g} kg"
         ax.annotate(
-            f"{mass:.3g} kg",
+            text,
             centre,
             xytext=(0, 7),
             fontsize=7,
@@ -220,9 +241,6 @@ def draw_linkage(ax, drawing, colour):
             textcoords="offset points",
             ha="center",
         )
-    ax.set(aspect="equal", title=drawing.title)
-    ax.margins(0.12)
-    ax.axis("off")
 
 
 def draw_loads(axes, loads):

@@ -181,7 +181,8 @@ def joined_notes(results: Sequence[Verification]) -> list[tuple[str, str]]:
         for remark in each.remarks:
             notes.setdefault(remark, []).append(name)
     return [
-        ("note", f"{on[0] if len(on) == 1 else 'both'}: {remark}") for remark, on in notes.items()
+        ("note", f"{on[0] if len(on) == 1 else 'both'}: {remark}")
+        for remark, on in notes.items()
     ]
 
 

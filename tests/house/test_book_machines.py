@@ -119,7 +119,7 @@ def test_the_file_of_the_squeezer_is_the_table_of_the_book():
         known = balance.bodies.mass_properties(body.inertia)
         (place,) = frames[link][0] + centre * frames[link][1]
         assert known.mass == pytest.approx(m, rel=1e-12)
-        assert known.com[:2] == pytest.approx([place.real, place.imag], abs=1e-9)
+        assert known.com[:2] == pytest.approx([place.real, place.imag], abs=1e-12)
         assert known.inertia[2, 2] == pytest.approx(inertia, rel=1e-9)
 
 

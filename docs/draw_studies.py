@@ -7,6 +7,7 @@
 from __future__ import annotations
 
 import sys
+import tempfile
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -21,6 +22,8 @@ from kinematics.closure.newton import forward_kinematics
 
 FOLDER = Path(__file__).with_name("machines")
 COLOURS = ("#b8550a", "#08264a")
+# Room of a label, to the right and upwards, over the size of the linkage.
+LABEL = np.array([0.24, 0.08])
 
 
 @dataclass(frozen=True)
@@ -57,7 +60,7 @@ def compare(files, plane, ghosts, density, **motion):
     linkages = {name: kinematics.load(FOLDER / file) for name, file in files.items()}
     first, second = linkages.values()
     before = balance.verify(first, **motion)
-    after = verify_second(before, second, **motion)
+    after = verify_second(before, second)
     drawings = [
         Drawing(name, linkage, plane, ghosts, density) for name, linkage in linkages.items()
     ]
@@ -80,6 +83,53 @@ def forbal():
     files = {"without weights": "forbal2_bare.urdf", "with its rings": "forbal2.urdf"}
     ghosts = ((-0.3, -0.3), (-0.6, -0.6), (0.3, -0.3), (-0.3, 0.3))
     return compare(files, (0, 2), ghosts, 300.0, trajectories=1, seed=3)
+
+
+def written(name, answer):
+    """Write the masses of an answer beside nothing else, and return the path."""
+    path = Path(tempfile.mkdtemp()) / f"{name}.urdf"
+    path.write_bytes(answer.to_urdf())
+    return path
+
+
+def squeezer():
+    """The press without weights, and with those for force and moment, in one revolution."""
+    linkage = kinematics.load(FOLDER / "squeezer.urdf")
+    discs = {"K1": 0.02, "K3": 0.03, "K5": 0.03, "K7": 0.03}
+    answer = balance.partial(
+        balance.design_space(linkage),
+        list(discs),
+        0.2,
+        regions={link: f"cylinder(0,0,0,0,0,1,{r},0.01)" for link, r in discs.items()},
+        density=7850.0,
+        motions=balance.motion.one_turn(linkage, 200.0 * np.pi),
+    )
+    files = {"as it is": "squeezer.urdf", "four weights, 0.2 kg": written("less", answer)}
+    ghosts = ((1.2,), (2.4,), (3.6,), (4.8,))
+    return compare(files, (0, 1), ghosts, 600.0, speed="6000rpm")
+
+
+def dual_v():
+    """The 4-RRR without and with its counterweights, along a diagonal."""
+    linkage = kinematics.load(FOLDER / "dual_v.urdf")
+    links = [f"lower{leg}" for leg in (1, 2, 3, 4)]
+    sides = zip(links, ((1, 1), (-1, 1), (-1, -1), (1, -1)), strict=True)
+    answer = balance.counterweights(
+        balance.design_space(linkage, "c1=-a1-b1", "force"),
+        links,
+        {link: f"ball({0.06 * x},{0.08 * y},0,0.04)" for link, (x, y) in sides},
+        density=7850.0,
+    )
+    files = {"without weights": "dual_v.urdf", "with weights": written("balanced", answer)}
+    time = np.linspace(0.0, 0.4, 81)
+    way = 0.045 * 64.0 * (time / 0.4) ** 3 * (1.0 - time / 0.4) ** 3
+    table = Path(tempfile.mkdtemp()) / "across.csv"
+    rows = np.column_stack([time, way, way])
+    np.savetxt(table, rows, "%.12f", ",", header="time,x,y", comments="")
+    motion = balance.motion.from_tool_csv(linkage, table, "platform")
+    return compare(
+        files, (0, 1), tuple(map(tuple, motion.u[[20, 40]])), 500.0, motions=[motion]
+    )
 
 
 def ur5e():
@@ -119,7 +169,13 @@ def ur5e():
 
 
 BENT = ("shoulder_lift", "elbow", "wrist_1_turn", "wrist_2_turn")
-MACHINES = {"engine": engine, "forbal": forbal, "ur5e": ur5e}
+MACHINES = {
+    "dual_v": dual_v,
+    "engine": engine,
+    "forbal": forbal,
+    "squeezer": squeezer,
+    "ur5e": ur5e,
+}
 
 
 def joints_of_links(linkage):
@@ -133,9 +189,7 @@ def joints_of_links(linkage):
 
 
 def draw_linkage(ax, drawing, colour):
-    """Draw the links at several poses, and a disc for the mass of each body."""
-    from matplotlib.patches import Circle
-
+    """Draw the links at several poses, and the masses."""
     linkage, plane = drawing.linkage, list(drawing.plane)
     still = (0.0,) * len(linkage.inputs)
     chain = si_chain(linkage, spatial=True)
@@ -152,15 +206,34 @@ def draw_linkage(ax, drawing, colour):
                 line((placed[0], joint), **style)
             if u == still:
                 ax.plot(*np.array(placed).T, "o", ms=4, mfc="white", mec="#1b1e22")
-    carried = joints_of_links(linkage)
-    for body in linkage.bodies:
+    draw_masses(ax, drawing, colour)
+    ax.set(aspect="equal", title=drawing.title)
+    ax.margins(0.12)
+    ax.axis("off")
+
+
+def draw_masses(ax, drawing, colour):
+    """Draw a disc for each body, the heaviest first, and its mass where there is room."""
+    from matplotlib.patches import Circle
+
+    linkage, plane = drawing.linkage, list(drawing.plane)
+    carried, labels = joints_of_links(linkage), []
+    span = np.ptp([joint.point[plane] for joint in linkage.joints], axis=0).max()
+    for body in sorted(linkage.bodies, key=lambda body: -round(body.inertia[0], 9)):
         mass = body.inertia[0]
         centre = balance.bodies.mass_properties(body.inertia).com[plane]
-        line((carried[body.link][0][plane], centre), lw=1.0, ls=":")
+        ax.plot(
+            *np.array((carried[body.link][0][plane], centre)).T, color=colour, lw=1.0, ls=":"
+        )
         radius = np.sqrt(mass / drawing.density / np.pi)
         ax.add_patch(Circle(centre, radius, color=colour, alpha=0.45, lw=0, zorder=3))
+        apart = abs(centre - np.array(labels).reshape(-1, 2)) > span * LABEL
+        if not apart.any(axis=1).all():
+            continue
+        labels.append(centre)
+        text = f"{1e3 * mass:.3g} g" if mass < 0.1 else f"{mass:.3g} kg"
         ax.annotate(
-            f"{mass:.3g} kg",
+            text,
             centre,
             xytext=(0, 7),
             fontsize=7,
@@ -168,9 +241,6 @@ def draw_linkage(ax, drawing, colour):
             textcoords="offset points",
             ha="center",
         )
-    ax.set(aspect="equal", title=drawing.title)
-    ax.margins(0.12)
-    ax.axis("off")
 
 
 def draw_loads(axes, loads):

@@ -14,6 +14,7 @@ from balance.motion.verification.comparison import VerificationComparison, round
 from balance.motion.verification.holding_torques import HoldingTorques
 from balance.motion.verification.verification import Verification
 from balance.support.change_text import grows
+from balance.support.linkage_names import linkage_names
 from kinematics.numerics.linalg.ties import first_largest
 from kinematics.numerics.tolerances import SIZE_DETERMINED, TIE_RELATIVE
 from kinematics.wording import first_names, number_text, size_text, unit_text, vector_text
@@ -167,12 +168,27 @@ def growth_notes(results: Sequence[Verification]) -> list[tuple[str, str]]:
     return [("note", f"the moment grows: {ways}")]
 
 
+def joined_notes(results: Sequence[Verification]) -> list[tuple[str, str]]:
+    """List the remarks on two linkages: which of them each is on."""
+    names = [each.model for each in results]
+    if len({*names}) == 1:
+        names = linkage_names([each.linkage for each in results])
+    notes: dict[str, list[str]] = {}
+    for name, each in zip(names, results, strict=True):
+        for remark in each.remarks:
+            notes.setdefault(remark, []).append(name)
+    return [
+        ("note", f"{on[0] if len(on) == 1 else 'both'}: {remark}")
+        for remark, on in notes.items()
+    ]
+
+
 def verification_body(results: Sequence[Verification]) -> AnswerBody:
     """Build what is printed on the verification of a linkage, or of two beside each other."""
     facts = [verification_facts(each) for each in results]
     if len(results) == 1:
         return [Facts(facts[0], least=15)]
-    notes = [("note", f"{each.model}: {note}") for each in results for note in each.remarks]
+    notes = joined_notes(results)
     rows = joined_facts([[pair for pair in pairs if pair[0] != "note"] for pairs in facts])
     rows = [
         (label, f"both: {cells[0]}")

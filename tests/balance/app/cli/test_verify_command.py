@@ -121,8 +121,8 @@ def test_two_linkages_stand_side_by_side(capsys):
         lines[0],
     )
     assert re.match(rf"linkage +{SHAKING}, dynamic .*four_bar_antiparallelogram, ", lines[2])
-    assert lines[-3].split() == "verdict both: not balanced (tolerance 1.0e-09)".split()
-    assert sum("overconstrained" in line for line in lines) == 2
+    assert lines[-2].split() == "verdict both: not balanced (tolerance 1.0e-09)".split()
+    assert re.match("note +both: the linkage is overconstrained", lines[-1])
 
 
 @pytest.mark.slow

@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from balance.masses.identification.result import Identification
 
 # Options that only a measurement has, and those that only a plan has.
-MEASURED = ("measured", "wrench", "gravity", "about", "prior")
+MEASURED = ("measured", "wrench", "gravity", "about", "prior", "cutoff")
 NUMBERS = ("duration", "harmonics", "seed", "tries")
 PLANNED = (*NUMBERS, "max_velocity", "max_acceleration")
 
@@ -84,6 +84,13 @@ def _add_measured_options(group: argparse._ArgumentGroup) -> None:
     )
     group.add_argument(
         "--friction", action="store_true", help="drives have viscous and dry friction"
+    )
+    group.add_argument("--rotors", action="store_true", help="drives have rotors, too")
+    group.add_argument(
+        "--cutoff",
+        type=number_between(1e-6, 1e6),
+        metavar="HZ",
+        help="filter motion and loads below it (noisy positions)",
     )
     group.add_argument(
         "--prior",
@@ -150,7 +157,7 @@ def _refuse_exclusive_options(arguments: argparse.Namespace) -> None:
     """End the command if its options exclude each other."""
     if arguments.plan:
         refuse_given(arguments, MEASURED, "{}: not with --plan, before anything is measured")
-        for name in ("on_linkage", "offset", "friction"):
+        for name in ("on_linkage", "offset", "friction", "rotors"):
             if getattr(arguments, name):
                 option = f"--{name.replace('_', '-')}"
                 arguments.refuse(f"{option}: not with --plan, before anything is measured")
@@ -175,6 +182,8 @@ def _identify(arguments: argparse.Namespace) -> Identification:
         on_linkage=arguments.on_linkage,
         offset=arguments.offset,
         friction=arguments.friction,
+        rotors=arguments.rotors,
+        cutoff=arguments.cutoff,
         prior=PRIOR if arguments.prior is None else arguments.prior,
         balance=arguments.balance,
         spatial=arguments.spatial,

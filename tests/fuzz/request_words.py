@@ -455,6 +455,7 @@ WORDS: dict[str, Maker] = {
     ],
     "identify --motion": lambda rng, place: [_table(rng, place)],
     "--wrench": lambda rng, place: [_loads(rng, place)],
+    "--cutoff": _of("9", "5", "1e-3", "200", "0", "-1", "x"),
     "--prior": _of("0.3", "1e-3", "10", "0", "-1", "nan"),
     "identify --gravity": _of("0,0,-9.81", "0,0,0", "1,2", "x"),
     "--harmonics": _of("2", "3", "1", "51", "x"),

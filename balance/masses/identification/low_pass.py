@@ -37,7 +37,7 @@ WIDER = 4.0
 # that are kept.
 FEWEST, DENSE, KEPT = 10.0, 20, 2
 # Periods of the cutoff at either end in which a filter knows only one side.
-ENDS = 1.0
+ENDS = 3.0
 
 
 class LowPass(NamedTuple):

@@ -129,7 +129,12 @@ def ur5e():
 
 
 BENT = ("shoulder_lift", "elbow", "wrist_1_turn", "wrist_2_turn")
-MACHINES = {"double_pendulum": double_pendulum, "engine": engine, "forbal": forbal, "ur5e": ur5e}
+MACHINES = {
+    "double_pendulum": double_pendulum,
+    "engine": engine,
+    "forbal": forbal,
+    "ur5e": ur5e,
+}
 
 
 def joints_of_links(linkage):

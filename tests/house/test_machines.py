@@ -119,8 +119,8 @@ def test_the_best_weights_of_the_engine():
 
 # --- the double pendulum -------------------------------------------------------------------
 
-# Mass, centre of mass and moment of inertia about the joint of both links, by the drawings (model
-# 1.0 of the builders), and masses and centres that they identified (model 2.0).
+# Mass, centre of mass and moment of inertia about the joint of both links, by the drawings
+# (model 1.0 of the builders), and masses and centres that they identified (model 2.0).
 DRAWN = ((0.608, 0.275, 0.05472), (0.630, 0.166, 0.02522))
 BUILDERS = ((0.55938, 0.3), (0.60435, 0.183777))
 ELBOW = 0.3

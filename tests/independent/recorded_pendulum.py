@@ -3,8 +3,8 @@
 ``python -m tests.independent.recorded_pendulum trajectory_04.csv`` prints the mass moments that
 `balance identify` finds on docs/machines/double_pendulum.md, and those of a regression that
 shares no code with it: the equations of motion of two links written out by hand, positions
-filtered by a moving polynomial (Savitzky and Golay, Analytical Chemistry 36(8), 1964), and torques
-averaged over windows.
+filtered by a moving polynomial (Savitzky and Golay, Analytical Chemistry 36(8), 1964), and
+torques averaged over windows.
 """
 
 from __future__ import annotations
@@ -20,6 +20,7 @@ import balance
 FILE = Path(__file__).parents[2] / "docs" / "machines" / "double_pendulum.urdf"
 UPPER, GRAVITY = 0.3, 9.81
 NAMES = ("shoulder", "elbow")
+COLUMNS = "pos_meas", "tau_meas"
 
 
 def recording(path):
@@ -27,9 +28,6 @@ def recording(path):
     table = np.genfromtxt(path, delimiter=",", names=True)
     pick = (np.column_stack([table[f"{name}1"], table[f"{name}2"]]) for name in COLUMNS)
     return table["time"], *pick
-
-
-COLUMNS = "pos_meas", "tau_meas"
 
 
 def by_hand(time, positions, torques, window=0.1):

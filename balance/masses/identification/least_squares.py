@@ -20,7 +20,12 @@ from typing import NamedTuple
 import numpy as np
 
 from balance.space.conditions.rank import Conditions, singular_value_decomposition
-from balance.support.tolerances import EXCITED_OUTSIDE, EXCITED_RELATIVE, NOISE_FOUND, NOISE_LEAST
+from balance.support.tolerances import (
+    EXCITED_OUTSIDE,
+    EXCITED_RELATIVE,
+    NOISE_FOUND,
+    NOISE_LEAST,
+)
 from kinematics.numerics.array_types import Array
 from kinematics.numerics.linalg.vectors import complement
 

@@ -1,15 +1,15 @@
 """Noisy measurements below a frequency: a filter without delay, the same for both sides.
 
-A machine moves slowly, and its noise is fast. Positions are filtered below four times the cutoff,
-then give velocities and accelerations. Measured loads and the regressor of these positions are
-filtered alike below the cutoff: a linear filter leaves ``y = Y x`` as it is. Of the filtered
-rows, two for each period of the cutoff are kept, since those between tell nothing new, and
-their noise is then white. The filter is that of Butterworth of fourth order, forward and
+A machine moves slowly, and its noise is fast. Positions are filtered below four times the
+cutoff, then give velocities and accelerations. Measured loads and the regressor of these
+positions are filtered alike below the cutoff: a linear filter leaves ``y = Y x`` as it is. Of the
+filtered rows, two for each period of the cutoff are kept, since those between tell nothing new,
+and their noise is then white. The filter is that of Butterworth of fourth order, forward and
 backward.
 
 (M. Gautier, Dynamic identification of robots with power model, IEEE International Conference on
-Robotics and Automation, 1997: parallel filtering and decimation; W. Khalil, E. Dombre, Modeling,
-Identification and Control of Robots, 2002, section 12.5.)
+Robotics and Automation, 1997: parallel filtering and decimation; W. Khalil, E. Dombre,
+Modeling, Identification and Control of Robots, 2002, section 12.5.)
 """
 
 from __future__ import annotations
@@ -33,8 +33,8 @@ from kinematics.wording import number_text
 ORDER = 4
 # Positions keep this many times the frequencies of the loads.
 WIDER = 4.0
-# Samples for each period of the cutoff: the fewest of a table, those of the regressor, and those
-# that are kept.
+# Samples for each period of the cutoff: the fewest of a table, those of the regressor, and
+# those that are kept.
 FEWEST, DENSE, KEPT = 10.0, 20, 2
 # Periods of the cutoff at either end in which a filter knows only one side.
 ENDS = 3.0

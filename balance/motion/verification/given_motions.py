@@ -341,8 +341,8 @@ def _refuse_lost_motion(
             "",
             f"its decimals leave nothing of the accelerations: {number_text(float(udd), '.2g')}"
             f" ± {number_text(off, '.2g')} (radians, characteristic lengths, seconds)",
-            "write more decimals, or columns of velocities and accelerations; to identify masses, "
-            "give --cutoff",
+            "write more decimals, or columns of velocities and accelerations; to identify "
+            "masses, give --cutoff",
         )
 
 

@@ -228,9 +228,7 @@ def test_rotors_and_friction_by_pinocchio(tmp_path, balanced):
     way = drive(linkage, np.linspace(0.0, 4.0, 200), *swinging(np.linspace(0.0, 4.0, 200)))
     torques = arm_torques(linkage, truth, way.u, way.ud, way.udd)
     loads = {"time": way.time, "shoulder": torques[:, 0], "elbow": torques[:, 1]}
-    found = balance.identify(
-        linkage, way, loads, friction=True, rotors=True, balance=balanced
-    )
+    found = balance.identify(linkage, way, loads, friction=True, rotors=True, balance=balanced)
     assert found.complete == (balanced == "force")
     for item in found.combinations:
         if item.combination.determined:

@@ -16,11 +16,7 @@ from typing import NamedTuple
 import kinematics
 from balance.app.cli.main import COMMANDS, command_parser
 from kinematics.errors import LinkageError
-from tests.fuzz.good_words import (
-    ARMS,
-    BLOCK,
-    MASSES,
-)
+from tests.fuzz.good_words import ARMS, BLOCK, MASSES
 
 NUMBERS = (
     "0 1 -1 2 3 0.5 1e-3 -0.0 1e308 1e-308 1e400 -1e300 1e-13 nan inf -inf 0x10 1_0 ٣ ½ 7e7 "

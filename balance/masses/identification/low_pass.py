@@ -2,7 +2,7 @@
 
 A machine moves slowly, and its noise is fast. Positions are filtered below four times the
 cutoff, then give velocities and accelerations. Measured loads and the regressor of these
-positions are filtered alike below the cutoff: a linear filter leaves ``y = Y x`` as it is. Of the
+positions are filtered alike below the cutoff: a linear filter leaves ``y = Y x``. Of the
 filtered rows, two for each period of the cutoff are kept, since those between tell nothing new,
 and their noise is then white. The filter is that of Butterworth of fourth order, forward and
 backward.

@@ -38,9 +38,8 @@ PLANNED = (*NUMBERS, "max_velocity", "max_acceleration")
 def add_identify(parser: Parser) -> None:
     """Add the options of the command ``identify``."""
     parser.description = (
-        "Masses from a measured motion and base wrench or drive torques, as far as balance "
-        "depends on them; --plan: a motion to measure. Exits with 0 if all is determined, 1 if "
-        "not."
+        "Masses from a measured motion and loads, as far as balance depends on them; --plan: a "
+        "motion to measure. Exits with 1 if some are not determined."
     )
     add_model_options(parser, unused=("--motion",))
     parser.set_defaults(run=_run)
@@ -53,7 +52,6 @@ def add_identify(parser: Parser) -> None:
     add_page_option(parser, "with loads and masses, or the plan")
     parser.add_examples(
         "balance identify robot.urdf --plan --duration 5 --out motion.csv",
-        "balance identify robot.urdf --motion m.csv --wrench l.csv --html page.html",
         "balance identify robot.urdf --motion m.csv --wrench l.csv --out real.urdf",
     )
 

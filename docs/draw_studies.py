@@ -78,6 +78,16 @@ def engine():
     return compare(files, (0, 1), ghosts, 3000.0, speed="240rpm")
 
 
+def double_pendulum():
+    """The arm as it was measured and with its weights, in a random motion."""
+    files = {
+        "as it was measured": "double_pendulum_measured.urdf",
+        "with its weights": "double_pendulum_balanced.urdf",
+    }
+    ghosts = tuple((0.25 * k, 0.35 * k) for k in (-3, -2, -1, 1, 2, 3))
+    return compare(files, (1, 2), ghosts, 500.0, trajectories=1, seed=3)
+
+
 def forbal():
     """Forbal-2 without and with its rings, in a random motion."""
     files = {"without weights": "forbal2_bare.urdf", "with its rings": "forbal2.urdf"}
@@ -170,6 +180,7 @@ def ur5e():
 
 BENT = ("shoulder_lift", "elbow", "wrist_1_turn", "wrist_2_turn")
 MACHINES = {
+    "double_pendulum": double_pendulum,
     "dual_v": dual_v,
     "engine": engine,
     "forbal": forbal,

@@ -185,6 +185,8 @@ GOOD: dict[str, list[str]] = {
     "--via": ["{first}=0.1"], "quiet --harmonics": ["3", "--cycle"],
     "identify --motion": ["{table}"], "--wrench": ["{loads}"], "--prior": ["0.1"],
     "identify --gravity": ["0,-9.81,0"], "identify --friction": ["--wrench", "{torques}"],
+    "identify --rotors": ["--wrench", "{torques}"], "--cutoff": [
+        "90", "--motion", "{dense}", "--wrench", "{many}"],
     "--plan": ["--tries", "3"], "--harmonics": ["3", *PLAN], "--tries": ["2", "--plan"],
     "identify --duration": ["2", *PLAN], "identify --seed": ["3", *PLAN],
     "identify --max-velocity": ["2", *PLAN],

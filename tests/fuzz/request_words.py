@@ -16,11 +16,7 @@ from typing import NamedTuple
 import kinematics
 from balance.app.cli.main import COMMANDS, command_parser
 from kinematics.errors import LinkageError
-from tests.fuzz.good_words import (
-    ARMS,
-    BLOCK,
-    MASSES,
-)
+from tests.fuzz.good_words import ARMS, BLOCK, MASSES
 
 NUMBERS = (
     "0 1 -1 2 3 0.5 1e-3 -0.0 1e308 1e-308 1e400 -1e300 1e-13 nan inf -inf 0x10 1_0 ٣ ½ 7e7 "
@@ -455,6 +451,7 @@ WORDS: dict[str, Maker] = {
     ],
     "identify --motion": lambda rng, place: [_table(rng, place)],
     "--wrench": lambda rng, place: [_loads(rng, place)],
+    "--cutoff": _of("9", "5", "1e-3", "200", "0", "-1", "x"),
     "--prior": _of("0.3", "1e-3", "10", "0", "-1", "nan"),
     "identify --gravity": _of("0,0,-9.81", "0,0,0", "1,2", "x"),
     "--harmonics": _of("2", "3", "1", "51", "x"),

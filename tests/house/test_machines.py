@@ -117,6 +117,73 @@ def test_the_best_weights_of_the_engine():
     assert moment == pytest.approx(PISTON * CRANK / 2.0, rel=1e-3)
 
 
+# --- the double pendulum -------------------------------------------------------------------
+
+# Mass, centre of mass and moment of inertia about the joint of both links, by the drawings
+# (model 1.0 of the builders), and masses and centres that they identified (model 2.0).
+DRAWN = ((0.608, 0.275, 0.05472), (0.630, 0.166, 0.02522))
+BUILDERS = ((0.55938, 0.3), (0.60435, 0.183777))
+ELBOW = 0.3
+# Weights of the page: those for the drawings, and those for the arm as it was measured.
+FOR_DRAWINGS = ((3.3197, (-0.18, 0.0, 0.0)), (0.80446, (-0.13, 0.0, 0.0)))
+FOR_MEASURED = (
+    (3.51223, (-0.1799958, 0.0005041, 0.0)),
+    (0.930231, (-0.1277217, -0.0114677, 0.0)),
+)
+
+
+def first_moments(links):
+    """Of the upper link with the lower one at its end, and of the lower one, kg m."""
+    (m1, r1, *_), (m2, r2, *_) = links
+    return np.array([m1 * r1 + m2 * ELBOW, m2 * r2])
+
+
+def test_the_double_pendulum_has_the_figures_in_print():
+    """The file of the drawings, and first moments within 1.5 and 7 % of the builders'."""
+    linkage = kinematics.load(MACHINES / "double_pendulum.urdf")
+    for body, (mass, distance, inertia) in zip(linkage.bodies, DRAWN, strict=True):
+        known = balance.bodies.mass_properties(body.inertia)
+        out = known.com - body.frame[:3, 3]
+        assert (known.mass, np.linalg.norm(out)) == pytest.approx((mass, distance), rel=1e-12)
+        about_joint = known.inertia[0, 0] + mass * distance**2
+        assert about_joint == pytest.approx(inertia, abs=5e-7)
+    measured = kinematics.load(MACHINES / "double_pendulum_measured.urdf")
+    links = []
+    for body in measured.bodies:
+        known = balance.bodies.mass_properties(body.inertia)
+        links.append((known.mass, body.frame[:3, 3][2] - known.com[2]))
+    moments = first_moments(links)
+    assert moments == pytest.approx([0.3535, 0.1188], abs=5e-4)  # a fifth of sigma
+    assert first_moments(BUILDERS) == pytest.approx([0.3491, 0.1111], abs=6e-5)
+    assert abs(moments / first_moments(BUILDERS) - 1.0).max() < 0.07
+    assert 1.0 - first_moments(DRAWN)[1] / moments[1] == pytest.approx(0.12, abs=0.005)
+
+
+def test_weights_of_the_double_pendulum():
+    """Gravity torques of Pinocchio: those for the drawings leave 15 % at the elbow."""
+    pin = pytest.importorskip("pinocchio")
+    largest = {}
+    for name, weights in (
+        ("bare", ()),
+        ("drawings", FOR_DRAWINGS),
+        ("measured", FOR_MEASURED),
+    ):
+        model = pin.buildModelFromUrdf(str(MACHINES / "double_pendulum_measured.urdf"))
+        for k, (mass, place) in enumerate(weights, 1):
+            model.inertias[k] += pin.Inertia(mass, np.array(place), np.zeros((3, 3)))
+        data = model.createData()
+        angles = np.linspace(-np.pi, np.pi, 73)
+        torques = []
+        for a in angles[::6]:
+            for b in angles:
+                q = pin.neutral(model)
+                q[:] = (np.cos(a), np.sin(a), np.cos(b), np.sin(b))
+                torques.append(pin.computeGeneralizedGravity(model, data, q).copy())
+        largest[name] = abs(np.array(torques)).max(axis=0)
+    assert largest["drawings"][1] / largest["bare"][1] == pytest.approx(0.15, abs=0.005)
+    assert np.all(largest["measured"] < 1e-5 * largest["bare"])
+
+
 # --- Forbal --------------------------------------------------------------------------------
 
 RINGED = ["link11", "link21", "link22"]

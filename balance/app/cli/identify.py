@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from balance.masses.identification.identification import Identification
 
 # Options that only a measurement has, and those that only a plan has.
-MEASURED = ("measured", "wrench", "gravity", "about", "prior")
+MEASURED = ("measured", "wrench", "gravity", "about", "prior", "cutoff")
 NUMBERS = ("duration", "harmonics", "seed", "tries")
 PLANNED = (*NUMBERS, "max_velocity", "max_acceleration")
 
@@ -38,9 +38,8 @@ PLANNED = (*NUMBERS, "max_velocity", "max_acceleration")
 def add_identify(parser: Parser) -> None:
     """Add the options of the command ``identify``."""
     parser.description = (
-        "Masses from a measured motion and base wrench or drive torques, as far as balance "
-        "depends on them; --plan: a motion to measure. Exits with 0 if all is determined, 1 if "
-        "not."
+        "Masses from a measured motion and loads, as far as balance depends on them; --plan: a "
+        "motion to measure. Exits with 1 if some are not determined."
     )
     add_model_options(parser, unused=("--motion",))
     parser.set_defaults(run=_run)
@@ -53,7 +52,6 @@ def add_identify(parser: Parser) -> None:
     add_page_option(parser, "with loads and masses, or the plan")
     parser.add_examples(
         "balance identify robot.urdf --plan --duration 5 --out motion.csv",
-        "balance identify robot.urdf --motion m.csv --wrench l.csv --html page.html",
         "balance identify robot.urdf --motion m.csv --wrench l.csv --out real.urdf",
     )
 
@@ -83,6 +81,13 @@ def _add_measured_options(group: argparse._ArgumentGroup) -> None:
     )
     group.add_argument(
         "--friction", action="store_true", help="drives have viscous and dry friction"
+    )
+    group.add_argument("--rotors", action="store_true", help="drives have rotors, too")
+    group.add_argument(
+        "--cutoff",
+        type=number_between(1e-6, 1e6),
+        metavar="HZ",
+        help="filter motion and loads below it (noisy positions)",
     )
     group.add_argument(
         "--prior",
@@ -149,7 +154,7 @@ def _refuse_exclusive_options(arguments: argparse.Namespace) -> None:
     """End the command if its options exclude each other."""
     if arguments.plan:
         refuse_given(arguments, MEASURED, "{}: not with --plan, before anything is measured")
-        for name in ("on_linkage", "offset", "friction"):
+        for name in ("on_linkage", "offset", "friction", "rotors"):
             if getattr(arguments, name):
                 option = f"--{name.replace('_', '-')}"
                 arguments.refuse(f"{option}: not with --plan, before anything is measured")
@@ -174,6 +179,8 @@ def _identify(arguments: argparse.Namespace) -> Identification:
         on_linkage=arguments.on_linkage,
         offset=arguments.offset,
         friction=arguments.friction,
+        rotors=arguments.rotors,
+        cutoff=arguments.cutoff,
         prior=PRIOR if arguments.prior is None else arguments.prior,
         balance=arguments.balance,
         spatial=arguments.spatial,

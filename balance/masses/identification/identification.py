@@ -146,7 +146,10 @@ class Identification(WithPage, WithPicture):
         measurements: the loads.
         predicted: loads of the masses of the file, and of the identified combinations
             (2, N, channels).
-        sensors: parameters of the sensors by name: offsets, friction.
+        sensors: parameters of sensors and drives by name: offsets, friction, rotors; None for
+            one that cannot be told from the masses.
+        sensor_errors: their standard errors; None likewise.
+        cutoff: frequency below which motion and loads were filtered, Hz; None for no filter.
         notices: remarks.
     """
 
@@ -169,7 +172,9 @@ class Identification(WithPage, WithPicture):
     trajectory: Trajectory
     measurements: Measurements
     predicted: Array
-    sensors: Mapping[str, float]
+    sensors: Mapping[str, float | None]
+    sensor_errors: Mapping[str, float | None]
+    cutoff: float | None
     notices: tuple[Notice, ...] = ()
 
     @property
@@ -273,7 +278,9 @@ class Identification(WithPage, WithPicture):
             "condition": self.condition,
             "combinations": [_combination_data(item) for item in self.combinations],
             "channels": [channel._asdict() for channel in self.channels],
+            "cutoff": self.cutoff,
             "sensors": dict(self.sensors),
+            "sensor_errors": dict(self.sensor_errors),
             "masses": [mass._asdict() for mass in self.masses],
             "z": self.z.tolist(),
             "shaking": {"file": self.before._asdict(), "identified": self.after._asdict()},

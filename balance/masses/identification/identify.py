@@ -15,13 +15,19 @@ from balance.masses.identification.identification import (
     IdentifiedMass,
     ShakingOf,
 )
-from balance.masses.identification.least_squares import LeastSquares, condition_number, solve
+from balance.masses.identification.least_squares import (
+    LeastSquares,
+    condition_number,
+    sensor_errors,
+    solve,
+)
 from balance.masses.identification.likeliest_masses import (
     LikeliestMasses,
     likeliest_masses,
     widened_pseudo_inertias,
 )
 from balance.masses.identification.load_rows import LoadRows, load_rows
+from balance.masses.identification.low_pass import LowPass, filter_measurements
 from balance.masses.identification.measurements import (
     LoadTable,
     Measurements,
@@ -64,6 +70,8 @@ def identify(
     on_linkage: bool = False,
     offset: bool = False,
     friction: bool = False,
+    rotors: bool = False,
+    cutoff: float | None = None,
     prior: float = PRIOR,
     balance: Balance = "dynamic",
     spatial: bool = False,
@@ -93,6 +101,10 @@ def identify(
             that carries a frame too.
         friction: whether each drive with a measured torque has viscous and dry friction,
             ``τ = … + a u̇ + b sign u̇``.
+        rotors: whether each of these drives has a rotor, of unknown inertia J after the gears,
+            ``τ = … + J ü``. Its momentum is not part of that of the linkage.
+        cutoff: frequency in Hz below which motion and loads are filtered, without delay; None
+            for exact motions. Velocities and accelerations in a table are then not used.
         prior: standard deviation of the masses of the file relative to them, for the likeliest
             masses; combinations and their errors do not depend on it.
         balance: ``"dynamic"``, or ``"force"`` for combinations on which forces alone depend.
@@ -127,10 +139,15 @@ def identify(
         raise UsageError(f"prior: {prior:g} is not above 0")
     pull, point = point_of(gravity), point_of((0.0, 0.0, 0.0) if about is None else about)
     measured = read_measurements(linkage, loads, on_linkage)
-    if friction and not measured.drives:
-        raise UsageError("friction: no torque of a drive was measured")
-    given = motion if isinstance(motion, Trajectory) else from_csv(linkage, motion)
-    trajectory = motion_at(linkage, given, measured.time)
+    for name, asked in (("friction", friction), ("rotors", rotors)):
+        if asked and not measured.drives:
+            raise UsageError(f"{name}: no torque of a drive was measured")
+    band: LowPass | None = None
+    if cutoff is None:
+        given = motion if isinstance(motion, Trajectory) else from_csv(linkage, motion)
+        trajectory = motion_at(linkage, given, measured.time)
+    else:
+        trajectory, measured, band = filter_measurements(linkage, motion, measured, cutoff)
     if not trajectory.moves:
         raise UsageError("motion: nothing moves; give inputs that change with time")
     most = MOST_NUMBERS // (60 * len(linkage.bodies))
@@ -141,7 +158,13 @@ def identify(
         )
     space = design_space(linkage, None, balance, spatial=spatial)
     rows = load_rows(linkage, trajectory, pull, point)
-    sensors = _sensor_columns(linkage, trajectory, measured, offset, friction)
+    sensors = _sensor_columns(linkage, trajectory, measured, offset, friction, rotors)
+    if band is not None:
+        rows = LoadRows(*map(band.apply, rows))
+        sensors = [(names, band.apply(F)) for names, F in sensors]
+        trajectory = band.choose(linkage, trajectory)
+        values = band.apply(measured.values)
+        measured = measured._replace(time=trajectory.time, values=values)
     Y = _channel_rows(linkage, measured, rows)
     fit = solve(Y, measured.values, [F for _, F in sensors], measured.rounding)
     if fit is None:
@@ -149,7 +172,9 @@ def identify(
             f"loads: {len(measured.time)} samples of {first_names(measured.channels)} are too "
             "few for so many unknowns: measure for longer"
         )
-    return _answer(space, trajectory, measured, rows, Y, fit, sensors, pull, point, prior)
+    return _answer(
+        space, trajectory, measured, rows, Y, fit, sensors, pull, point, prior, cutoff
+    )
 
 
 def _channel_rows(linkage: Linkage, measured: Measurements, rows: LoadRows) -> Array:
@@ -169,6 +194,7 @@ def _sensor_columns(
     measured: Measurements,
     offset: bool,
     friction: bool,
+    rotors: bool,
 ) -> Sensors:
     """List names and columns (N, count) of the parameters of each channel's own sensor."""
     sensors: Sensors = []
@@ -178,11 +204,15 @@ def _sensor_columns(
         if offset:
             names.append(f"offset {name}")
             columns.append(np.ones((count, 1)))
-        if friction and name in measured.drives:
-            rate = trajectory.ud[:, [linkage.inputs.index(name)]]
-            if np.abs(rate).max() > 0.0:
+        if name in measured.drives:
+            k = linkage.inputs.index(name)
+            rate, change = trajectory.ud[:, [k]], trajectory.udd[:, [k]]
+            if friction and np.abs(rate).max() > 0.0:
                 names += [f"viscous {name}", f"dry {name}"]
                 columns += [rate, np.sign(rate)]
+            if rotors and np.abs(change).max() > 0.0:
+                names.append(f"rotor {name}")
+                columns.append(change)
         sensors.append((tuple(names), np.concatenate(columns, axis=1)))
     return sensors
 
@@ -198,6 +228,7 @@ def _answer(
     gravity: Array,
     point: Array,
     prior: float,
+    cutoff: float | None,
 ) -> Identification:
     """Collect the result of a fit."""
     linkage = space.linkage
@@ -224,12 +255,16 @@ def _answer(
         _evaluate(item, fit, x0.reshape(-1), likely) for item in relevant.combinations
     )
     loads = np.stack([Y @ x0.reshape(-1), Y @ (fit.directions @ fit.estimate)])
-    constants: dict[str, float] = {}
+    constants: dict[str, float | None] = {}
+    spreads: dict[str, float | None] = {}
     for c, (names, F) in enumerate(sensors):
         for k in range(2):
             values = np.linalg.lstsq(F, measured.values[:, c] - loads[k, :, c], rcond=None)[0]
             loads[k, :, c] += F @ values
-        constants |= dict(zip(names, values.tolist(), strict=True))
+        errors = sensor_errors(F, Y[:, c], fit, float(fit.noise[c]))
+        for name, value, error in zip(names, values.tolist(), errors, strict=True):
+            constants[name] = None if error is None else value
+            spreads[name] = error
     z = likely.x.reshape(-1, 10) @ from_chain(chain.frame, False, False).T
     force, moment = _rounding(linkage, trajectory, z, point)
     channels = _channel_fits(measured, loads, fit)
@@ -238,7 +273,7 @@ def _answer(
         condition_number(fit.factor, relevant.directions.T @ fit.directions), channels,
         freeze(z), _masses(space, file, z, likely, x0), _shaking(rows, x0.reshape(-1)),
         _shaking(rows, likely.x, fit, likely), (force, moment), prior, gravity, freeze(point),
-        trajectory, measured, loads, constants,
+        trajectory, measured, loads, constants, spreads, cutoff,
         (*linkage.notices, *rounding_notice(trajectory), *large_angles(linkage, trajectory.u),
          *_fit_notices(channels), *_far_notices(likely),
          *_flat_notices(linkage, flat.tolist())),

@@ -20,7 +20,12 @@ from typing import NamedTuple
 import numpy as np
 
 from balance.space.conditions.rank import Conditions, singular_value_decomposition
-from balance.support.tolerances import EXCITED_RELATIVE, NOISE_FOUND, NOISE_LEAST
+from balance.support.tolerances import (
+    EXCITED_OUTSIDE,
+    EXCITED_RELATIVE,
+    NOISE_FOUND,
+    NOISE_LEAST,
+)
 from kinematics.numerics.array_types import Array
 from kinematics.numerics.linalg.vectors import complement
 
@@ -125,3 +130,28 @@ def condition_number(factor: Array, rows: Array) -> float:
     half = np.asarray(np.linalg.solve(factor.T, rows.T), np.float64)
     spread = singular_value_decomposition(half)[1]
     return float(spread[0] / spread[-1])
+
+
+def sensor_errors(
+    columns: Array, rows: Array, fit: LeastSquares, noise: float
+) -> list[float | None]:
+    """Compute standard errors of the parameters of a sensor, ``a = F⁺ (y - Y V v)``.
+
+    Args:
+        columns: F (N, f).
+        rows: Y of its channel (N, parameters).
+        fit: what all loads determine.
+        noise: standard deviation of the channel.
+
+    Returns:
+        One for each column; None for a parameter that cannot be told from the others, since
+        masses explain the same loads.
+    """
+    inverse = np.linalg.pinv(columns)
+    size = np.linalg.norm(columns, axis=0)
+    open_part = inverse @ (rows @ complement(fit.directions))
+    open_size = np.linalg.norm(open_part, axis=1) * size
+    slope = inverse @ (rows @ fit.directions)
+    spread = np.hypot(noise * np.linalg.norm(inverse, axis=1), fit.spread(slope))
+    known = open_size <= EXCITED_OUTSIDE * np.linalg.norm(rows)
+    return [float(s) if yes else None for s, yes in zip(spread, known, strict=True)]

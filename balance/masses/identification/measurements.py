@@ -155,13 +155,7 @@ def motion_at(linkage: Linkage, motion: Trajectory, time: Array) -> Trajectory:
     beyond = TIME_BEYOND * motion.duration
     if motion.time.size == time.size and np.abs(motion.time - time).max() <= beyond:
         return motion
-    first, last = float(motion.time[0]), float(motion.time[-1])
-    if time[0] < first - beyond or time[-1] > last + beyond:
-        ends = (number_text(float(x)) for x in (time[0], time[-1], first, last))
-        raise UsageError(
-            "loads: they are from {} to {} s, and the motion is known from {} to {} s: "
-            "leave out the others".format(*ends)
-        )
+    refuse_times_outside(motion.time, time)
     path = motion.path or SplinePath.through(motion.time, motion.u)
     moved = drive(linkage, time, *path.at(time))
     if motion.errors is None:
@@ -172,3 +166,20 @@ def motion_at(linkage: Linkage, motion: Trajectory, time: Array) -> Trajectory:
         for bound in kinds
     )
     return replace(moved, path=path, errors=InputErrors(motion.errors.decimals, *errors))
+
+
+def refuse_times_outside(motion: Array, time: Array) -> None:
+    """Raise UsageError for loads that begin before the motion, or end after it.
+
+    Args:
+        motion: times of the motion (N,), seconds.
+        time: times of the loads (n,), seconds.
+    """
+    first, last = float(motion[0]), float(motion[-1])
+    beyond = TIME_BEYOND * (last - first)
+    if time[0] < first - beyond or time[-1] > last + beyond:
+        ends = (number_text(float(x)) for x in (time[0], time[-1], first, last))
+        raise UsageError(
+            "loads: they are from {} to {} s, and the motion is known from {} to {} s: "
+            "leave out the others".format(*ends)
+        )

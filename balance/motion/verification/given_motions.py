@@ -183,12 +183,8 @@ def from_csv(
         Trajectory: 11 samples of 4 joints over 1 s
     """
     linkage = as_linkage(linkage)
-    further = rate_columns(linkage)
-    table = read_table(path, ["time", *linkage.inputs], FEWEST_ROWS, short, further)
-    _refuse_other_units(linkage, path, table)
+    table = read_inputs(linkage, path, short)
     time = table.values[:, 0]
-    if not np.all(np.diff(time) > 0.0):
-        raise refuse_row(path, "", "its times do not increase")
     groups = (table.values.shape[1] - 1) // linkage.mobility
     (u, *rates), (rounding, *rate_rounding) = (
         np.split(part[:, 1:], groups, axis=1) for part in (table.values, table.rounding)
@@ -224,6 +220,22 @@ def from_csv(
     return replace(
         trajectory, path=path_of_inputs, errors=InputErrors(_decimals(table, u), *errors)
     )
+
+
+def read_inputs(
+    linkage: Linkage, path: str | PathLike[str], short: Mapping[str, str] | None = None
+) -> Table:
+    """Read a table of the inputs, as `from_csv` does: time, displacements, perhaps rates.
+
+    Raises:
+        FileError: the file is no such table.
+    """
+    further = rate_columns(linkage)
+    table = read_table(path, ["time", *linkage.inputs], FEWEST_ROWS, short, further)
+    _refuse_other_units(linkage, path, table)
+    if not np.all(np.diff(table.values[:, 0]) > 0.0):
+        raise refuse_row(path, "", "its times do not increase")
+    return table
 
 
 def large_angles(linkage: Linkage, u: Array) -> tuple[Notice, ...]:
@@ -329,7 +341,8 @@ def _refuse_lost_motion(
             "",
             f"its decimals leave nothing of the accelerations: {number_text(float(udd), '.2g')}"
             f" ± {number_text(off, '.2g')} (radians, characteristic lengths, seconds)",
-            "write more decimals, or columns of velocities and accelerations",
+            "write more decimals, or columns of velocities and accelerations; to identify "
+            "masses, give --cutoff",
         )
 
 

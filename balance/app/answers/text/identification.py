@@ -33,6 +33,9 @@ def identification_facts(answer: Identification) -> list[tuple[str, str]]:
             f"{duration} s",
         )
     )
+    if answer.cutoff is not None:
+        told = f"below {number_text(answer.cutoff)} Hz, two samples a period"
+        pairs.append(("filtered", told))
     weight = f"gravity {vector_text(answer.gravity)} m/s²"
     if not answer.gravity.any():
         weight = "without gravity"
@@ -51,7 +54,11 @@ def identification_facts(answer: Identification) -> list[tuple[str, str]]:
         pairs.append(
             ("table", f"its decimals leave loads off by up to {force} N and {moment} N m (rms)")
         )
-    pairs += [(name, number_text(value)) for name, value in answer.sensors.items()]
+    for name, value in answer.sensors.items():
+        error, told = answer.sensor_errors[name], "cannot be told from the masses"
+        if value is not None and error is not None:
+            told = f"{number_text(value)} ± {number_text(error, '.2g')}"
+        pairs.append((name, told))
     return pairs
 
 

@@ -98,6 +98,14 @@ def filled(words, model, folder):
             for k, size in ((k, len(heads)) for k in range(41))
         ]
         file.write_text("\n".join(lines), encoding="utf-8")
+    dense, many = folder / "dense.csv", folder / "many.csv"
+    time = 1e-3 * np.arange(401)
+    swing = np.column_stack([time, *[0.2 * np.sin(20.0 * time)] * len(names.inputs)])
+    for file, heads, columns in (
+        (dense, ["time", *names.inputs], swing),
+        (many, ["time", "fx", "mz"], np.column_stack([time, np.sin(900 * time), time % 0.1])),
+    ):
+        np.savetxt(file, columns, "%.5f", ",", header=",".join(heads), comments="")
     way = [f"{0.01 * k:g},{1e-4 * k * k:g}" for k in range(9)]
     path.write_text("\n".join(["time,x", *way]), encoding="utf-8")
     masses = folder / "masses.json"
@@ -118,6 +126,8 @@ def filled(words, model, folder):
             masses=masses,
             loads=loads,
             torques=torques,
+            dense=dense,
+            many=many,
             **files,
         )
         for word in words

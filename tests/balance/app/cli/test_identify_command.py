@@ -125,6 +125,8 @@ def test_loads_that_a_sensor_does_not_feel_are_told(capsys, tables, tmp_path):
     [
         ((), "give --motion and --wrench, or --plan"),
         (("--plan", "--offset"), "--offset: not with --plan"),
+        (("--plan", "--rotors"), "--rotors: not with --plan"),
+        (("--plan", "--cutoff", "3"), "--cutoff: not with --plan"),
         (("--plan", "--prior", "0.1"), "--prior: not with --plan"),
         (("--motion", "a.csv", "--wrench", "b.csv", "--seed", "1"), "--seed: only with --plan"),
         (("--plan", "--harmonics", "1"), "is not a number from 2 to 50"),

@@ -335,7 +335,11 @@ def test_what_cannot_be_used_is_told():
         ({"fx": np.full(80, np.nan)}, {}, "must be finite"),
         ({"time": way.time[::-1]}, {}, "times that increase"),
         ({}, {"prior": 0.0}, "prior: 0 is not above 0"),
-        ({}, {"friction": True}, "no torque of a drive"),
+        ({}, {"friction": True}, "friction: no torque of a drive"),
+        ({}, {"rotors": True}, "rotors: no torque of a drive"),
+        ({}, {"cutoff": 0.0}, "cutoff: 0 is not above 0"),
+        ({}, {"cutoff": 9.0}, "9 Hz needs 90 samples a second, and the motion have 79"),
+        ({}, {"cutoff": 2.0}, "2 Hz needs a measurement of 3.25 s"),
     ):
         with pytest.raises(UsageError, match=told):
             balance.identify(linkage, way, loads | change, **options)

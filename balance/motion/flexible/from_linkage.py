@@ -22,7 +22,7 @@ from kinematics.model.plane import plane_axes
 from kinematics.model.spatial.inertia import inertia_tensor
 from kinematics.numerics.array_types import Array
 from kinematics.numerics.linalg.ties import first_largest
-from kinematics.wording import count_noun
+from kinematics.wording import count_noun, number_text
 
 SHORT = 1e-9
 """Least distance of the joints of a beam, over the size of the linkage."""
@@ -283,6 +283,10 @@ class _Builder:
         at = {j: places[j] - places[first] for j in joints}
         points, weights, length = _hinges(flex, span)
         over = points[0][0]
+        if flex.thickness > length:
+            thick = f"{number_text(flex.thickness)} m thick and {number_text(length)} m long"
+            problem = f"cannot bend: it is {thick}; lengths without a unit are metres"
+            raise BodyError(self.linkage.name, flex.name, problem)
         beam = flex.beam(length)
         frame: list[Support | Clamp] = [Clamp(over)]
         if len(joints) > 1:

@@ -1,4 +1,4 @@
-"""Pages of added matter, identification, links that bend and floating bases in a browser.
+"""Pages of answers in a browser: matter, identification, links that bend, floating bases.
 
 Each one is opened at the width of a desk and of a phone, in light and in dark.
 """
@@ -13,9 +13,12 @@ import pytest
 
 import balance
 import kinematics
+from balance.app.answers.data import Report
+from balance.app.answers.html.compare import compare_page
 from balance.app.answers.text.identification import plan_sentence
 from balance.masses.identification.load_rows import load_rows
 from balance.space.inertial_parameters.conversions import to_chain
+from balance.space.interpretation.explain import explain
 from balance.support.options import GRAVITY
 from kinematics.closure.joint_positions import input_chain
 from tests.support.browser import (
@@ -74,7 +77,7 @@ def front():
 @cache
 def bending():
     return balance.flexible.simulate_flexible(
-        MODEL, ["coupler=EI:40,rhoA:1"], duration=0.05, samples=21
+        MODEL, ["coupler=EI:40,rhoA:1"], {"u1": "spin:20,0.02"}, duration=0.05, samples=21
     )
 
 
@@ -89,6 +92,27 @@ def pair():
     heavier = [2.0 * body.inertia for body in kinematics.load(MODEL).bodies]
     double = balance.verify(MODEL, heavier, speed="60rpm", crank="u1")
     return balance.motion.verify_against(double, MODEL)
+
+
+@pytest.mark.parametrize("width", [1280, 390])
+def test_linkages_side_by_side(width, browser, tmp_path):
+    """Each has its drawing and its sliders; the top has the dimension of each."""
+    reports = [
+        Report(space, explain(space)) for space in map(balance.design_space, (MODEL, "hprs"))
+    ]
+    with screen(browser, width):
+        show(browser, tmp_path, compare_page(reports))
+        settle(browser)
+        assert complaints(browser) == [] and too_wide(browser) == 0
+        words = one(browser, ".lede").text
+        for report in reports:
+            space = report.space
+            count = f"{space.nullity} dimensions of {space.rank + space.nullity}"
+            assert space.linkage.name in words and count in words
+        assert len(browser.find_elements("css selector", ".model canvas")) >= 2
+        assert len(browser.find_elements("css selector", "input[type=range]")) == sum(
+            report.space.linkage.mobility for report in reports
+        )
 
 
 # Answers, what the top of their page says, and how many lines their curves have at least.

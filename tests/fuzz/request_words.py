@@ -427,6 +427,11 @@ WORDS: dict[str, Maker] = {
     "paths --to": lambda rng, place: [_pose(rng, place)],
     "--fan": _of("3", "1", "0", "x"),
     "paths --tolerance": _of("5%", "0.2", "0", "1", "x"),
+    "--factors": lambda rng, place: [
+        f"{_one(rng, place.names.links)}={rng.choice(('0.5', '0.5,2', '0', '1,', 'x', '1kg'))}"
+    ],
+    "--through": lambda rng, place: [_target(rng, place)],
+    "--change": lambda rng, place: [_one(rng, place.names.links)],
     "--turn": _of("0.1", "3deg", "0.1,0,0", "0,0,0.1", "1,2", "x"),
     "--line": _of("1", "2", "0", "x"),
     "--length": _of("0.1", "0.3", "0", "-1", "nan"),

@@ -21,6 +21,11 @@ from balance.app.cli.number_arguments import (
     whole_number,
 )
 from balance.app.cli.outputs import add_page_option, add_picture_option, kind_of
+from balance.app.cli.path_inertia import (
+    add_inertia_options,
+    answer_with_inertias,
+    refuse_inertia_options,
+)
 from balance.app.cli.progress import progress_bar
 
 if TYPE_CHECKING:
@@ -49,6 +54,7 @@ def add_paths(parser: Parser) -> None:
     _add_path_options(parser.group("motion"))
     _add_tool_options(parser.group("motion"))
     _add_target_options(parser.group("motion"))
+    add_inertia_options(parser.group("matter"))
     _add_base_options(parser.group("base"))
     output = parser.group("output")
     output.add_argument(
@@ -90,7 +96,6 @@ def _add_path_options(group: argparse._ArgumentGroup) -> None:
     group.add_argument(
         "--length",
         type=_SIZE,
-        default=1.0,
         metavar="L",
         help="arc length of a path to either side of its start, in all joints, radians and "
         "characteristic lengths (default 1)",
@@ -206,6 +211,8 @@ def _run(arguments: argparse.Namespace) -> Answer:
         SystemExit: options exclude each other.
     """
     _refuse_exclusive_options(arguments)
+    if arguments.factors is not None or arguments.through is not None:
+        return answer_with_inertias(arguments, load_model(arguments, arguments.angles))
     with progress_bar("starts") as advance:
         solution = _find(arguments, advance)
     if arguments.tool is not None:
@@ -230,6 +237,7 @@ def _refuse_exclusive_options(arguments: argparse.Namespace) -> None:
         base_options = ("base_mass", "base_com", "base_inertia", "turn", "attitude")
         refuse_given(arguments, base_options, "{}: only with --base free")
     _refuse_for_a_pose(arguments)
+    refuse_inertia_options(arguments)
     if arguments.point is not None and arguments.tool is None:
         arguments.refuse("--point: name the tool by --tool")
     if free and arguments.base_mass is None and arguments.attitude:
@@ -271,7 +279,7 @@ def _find(
     """Find the paths of the options."""
     linkage = load_model(arguments, arguments.angles)
     # Load the kernels only after the file is accepted.
-    from balance.motion.paths.path_search import find_paths
+    from balance.motion.paths.path_search import LENGTH, find_paths
 
     kept: Kept = "attitude" if arguments.attitude else arguments.kept or "all"
     if arguments.balance == "force":
@@ -295,7 +303,7 @@ def _find(
         base=_base(arguments),
         about=arguments.about,
         motion=arguments.motion,
-        length=arguments.length,
+        length=arguments.length or LENGTH,
         step=arguments.step,
         line=arguments.line,
         tolerance=arguments.tolerance,

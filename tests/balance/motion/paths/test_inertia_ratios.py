@@ -12,7 +12,7 @@ from scipy.integrate import quad
 
 import balance
 import kinematics
-from balance.app.answers.html.paths import chart_picture
+from balance.app.answers.html.path_inertia import chart_picture
 from balance.motion import inertia_chart, moments_through_poses
 from balance.motion.paths.inertia_ratios import with_moments
 from kinematics.errors import LinkageError
@@ -61,6 +61,26 @@ def test_one_pose_more_determines_one_moment_of_inertia():
     assert answer.u[[0, -1]] == pytest.approx(np.array([[0.0, 0.4], target]), abs=1e-12)
     by_hand = [turned(0.4, q2, second=2.5) for q2 in answer.u[::40, 1]]
     assert answer.u[::40, 0] == pytest.approx(by_hand, abs=1e-8)
+
+
+def tip(q1, q2):
+    """The end of the second link in the plane."""
+    angles = np.array([q1, q1 + q2])
+    return np.array(LENGTHS) @ np.column_stack([np.cos(angles), np.sin(angles)])
+
+
+def test_a_point_of_the_tool_determines_it_too():
+    """The tip on a path in closed form, with 2.5 of the inertia of the second link."""
+    x, y = tip(turned(0.4, 1.6, second=2.5), 1.6) - (sum(LENGTHS), 0.0)
+    answer = moments_through_poses(
+        planar_arm(2),
+        ["link2"],
+        [[0.0, 0.4], {"x": x, "y": y}],
+        kept="moment",
+        tool=("link2", (LENGTHS[1], 0, 0)),
+    )
+    assert answer.factors == {"link2": pytest.approx(2.5, rel=1e-6)}
+    assert tip(*answer.u[-1]) - (sum(LENGTHS), 0.0) == pytest.approx([x, y], abs=1e-9)
 
 
 @pytest.mark.slow

@@ -245,7 +245,7 @@ def request(seed: int, folder: Path) -> list[str]:
     if verb == "remedies" and "--only" not in picked:
         # All of them together take long.
         words += ["--only", rng.choice(("own_masses", "partial"))]
-    if verb == "paths" and "--length" not in picked:
+    if verb == "paths" and not {"--length", "--through", "--change"} & set(picked):
         words += ["--length", "0.2"]
     words += _needed_words(rng, place, verb, picked)
     for name in picked:

@@ -44,19 +44,19 @@ def add_inertia_options(group: argparse._ArgumentGroup) -> None:
         "--factors",
         type=_factors,
         metavar="L=F1,F2",
-        help="paths for moments of inertia of a link times each factor",
+        help="paths for the inertia of a link times each factor",
     )
     group.add_argument(
         "--through",
         action="append",
         type=parse_coordinates,
         metavar="POSE",
-        help="pose to pass from that of --from: inputs, or x=… of --tool",
+        help="pose to pass: inputs, or x=… of --tool; repeatable",
     )
     group.add_argument(
         "--change",
         metavar="L1,L2",
-        help="links whose moments of inertia are chosen for --through",
+        help="links whose inertia --through chooses",
     )
 
 

@@ -45,11 +45,10 @@ _SIZE = number_between(1e-9, 1e9)
 def add_paths(parser: Parser) -> None:
     """Add the options of the command ``paths``."""
     parser.description = (
-        "Integrates the input rates without momentum into paths, and finds poses in which "
-        "several paths meet; or finds a path to a pose, or one that turns a base that floats. "
-        "Exits with 0 if there is a path, 1 if there is none."
+        "Finds paths along which the base stays at rest: from a pose, to a pose, or to turn a "
+        "base that floats. Exits with 0, or with 1 if there is none."
     )
-    add_model_options(parser, unused=("--spatial",))
+    add_model_options(parser, unused=("--spatial",), motion_alone=True)
     parser.set_defaults(run=_run)
     _add_path_options(parser.group("motion"))
     _add_tool_options(parser.group("motion"))
@@ -68,11 +67,10 @@ def add_paths(parser: Parser) -> None:
         "--csv",
         dest="motion_table",
         metavar="FILE",
-        help="write a motion along the path in 1 s, ever faster: time and the inputs, as "
-        "'balance verify --csv' reads it",
+        help="write a motion along it in 1 s, for balance verify",
     )
-    add_picture_option(parser, "write a picture of the paths and of the momentum along them")
-    add_page_option(parser, "on which the linkage runs along the paths")
+    add_picture_option(parser, "write a picture of the paths, and of the momentum")
+    add_page_option(parser, "on which the linkage runs along them")
 
 
 def _add_path_options(group: argparse._ArgumentGroup) -> None:
@@ -83,22 +81,20 @@ def _add_path_options(group: argparse._ArgumentGroup) -> None:
         action="append",
         type=parse_coordinates,
         metavar="U1=VALUE,…",
-        help="pose from which to start: displacements of inputs from the reference pose, "
-        "radians and metres; repeatable (default: the reference pose)",
+        help="pose to start from (reference pose); repeatable",
     )
     group.add_argument(
         "--line",
         type=whole_number(1, MAX_LINE),
         default=0,
         metavar="N",
-        help="start also from N poses on the straight line between each two of --from",
+        help="start also from N poses between each two of --from",
     )
     group.add_argument(
         "--length",
         type=_SIZE,
         metavar="L",
-        help="arc length of a path to either side of its start, in all joints, radians and "
-        "characteristic lengths (default 1)",
+        help="arc length to either side, in all joints (1)",
     )
     group.add_argument(
         "--step",
@@ -112,14 +108,14 @@ def _add_path_options(group: argparse._ArgumentGroup) -> None:
         dest="kept",
         action="store_const",
         const="moment",
-        help="paths without shaking moment about a point, whatever the force",
+        help="without moment about a point, whatever the force",
     )
     part.add_argument(
         "--force-only",
         dest="kept",
         action="store_const",
         const="force",
-        help="paths without shaking force, whatever the moment (as --balance force)",
+        help="without force, whatever the moment",
     )
     add_about(group, "the inertial origin")
 
@@ -130,17 +126,16 @@ def _add_tool_options(group: argparse._ArgumentGroup) -> None:
         "--fan",
         type=whole_number(1, MAX_FAN),
         metavar="N",
-        help="where two or more rates are free: follow N paths in directions all around, which "
-        "span the reactionless workspace (default: one for each free rate)",
+        help="N paths all around, if two rates or more are free",
     )
     group.add_argument(
-        "--tool", metavar="LINK", help="link whose ways are shown, in its complete workspace"
+        "--tool", metavar="LINK", help="link whose ways are shown, in its workspace"
     )
     group.add_argument(
         "--point",
         type=point,
         metavar="X,Y,Z",
-        help="its point, in its frame, metres (default: the origin)",
+        help="its point in its frame, m (default: the origin)",
     )
 
 
@@ -151,15 +146,14 @@ def _add_target_options(group: argparse._ArgumentGroup) -> None:
         dest="end",
         type=parse_coordinates,
         metavar="U1=VALUE,…",
-        help="pose to reach from that of --from; inputs that are not named stay",
+        help="pose to reach; inputs that are not named stay",
     )
     group.add_argument(
         "--tolerance",
         type=_share,
         default=0.0,
         metavar="5%",
-        help="part of the bodies' own momenta that may be left: follow the rates with the "
-        "least momentum as long as it is below that",
+        help="part of the bodies' own momenta that may be left",
     )
 
 
@@ -168,6 +162,7 @@ def _add_base_options(group: argparse._ArgumentGroup) -> None:
     group.add_argument(
         "--base",
         choices=("fixed", "free"),
+        metavar="fixed|free",
         default="fixed",
         help="free: the base floats and has a mass of its own",
     )
@@ -175,31 +170,30 @@ def _add_base_options(group: argparse._ArgumentGroup) -> None:
         "--base-mass",
         type=number_between(1e-9, 1e9, "mass"),
         metavar="KG",
-        help="mass of a base that floats",
+        help="its mass",
     )
     group.add_argument(
         "--base-com",
         type=point,
         metavar="X,Y,Z",
-        help="its centre of mass, metres, in the inertial frame (default 0,0,0)",
+        help="its centre of mass, m, inertial frame (0,0,0)",
     )
     group.add_argument(
         "--base-inertia",
         type=inertia,
-        metavar="I|IX,IY,IZ",
-        help="its moment of inertia, or three, kg m², for --turn",
+        metavar="I|I,I,I",
+        help="its inertia, kg m², for --turn",
     )
     group.add_argument(
         "--turn",
         type=_turn,
         metavar="ANGLE|X,Y,Z",
-        help="find a path along which a base that floats turns by this angle in the plane, or "
-        "by this rotation vector: 30deg, or 0,0,0.5; with --to, another pose is reached too",
+        help="turn it by an angle, or a rotation vector",
     )
     group.add_argument(
         "--attitude",
         action="store_true",
-        help="a base that floats may move, but not turn",
+        help="it may move, but not turn",
     )
 
 

@@ -21,8 +21,9 @@ def arm(tmp_path):
         inertia = mass * length**2 / 12
         parts.append(
             f'<link name="link{k}"><inertial><origin xyz="{length / 2} 0 0"/>'
-            f'<mass value="{mass}"/><inertia ixx="{0.1 * inertia}" iyy="{inertia}" izz="{inertia}" ixy="0" '
-            f'ixz="0" iyz="0"/></inertial></link><joint name="u{k}" type="continuous">'
+            f'<mass value="{mass}"/><inertia ixx="{0.1 * inertia}" iyy="{inertia}" '
+            f'izz="{inertia}" ixy="0" ixz="0" iyz="0"/></inertial></link>'
+            f'<joint name="u{k}" type="continuous">'
             f'<parent link="{before}"/><child link="link{k}"/><origin xyz="{x} 0 0"/>'
             '<axis xyz="0 0 1"/></joint>'
         )

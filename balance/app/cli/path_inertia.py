@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-from functools import partial
 from typing import TYPE_CHECKING, NamedTuple
 
 from balance.app.answers.answer import Answer
@@ -11,7 +10,7 @@ from balance.app.cli.arguments import refuse_given
 from balance.app.cli.exit_codes import DONE, NEGATIVE
 from balance.app.cli.model_options import parse_coordinates
 from balance.app.cli.number_arguments import positive_number
-from balance.app.cli.outputs import kind_of
+from balance.app.cli.outputs import result_files
 
 if TYPE_CHECKING:
     from balance.motion.paths.demand import Kept
@@ -96,7 +95,6 @@ def answer_with_inertias(arguments: argparse.Namespace, linkage: Linkage) -> Ans
     kept: Kept = "force" if force else arguments.kept or "all"
     start = (arguments.starts or [{}])[0]
     tool = arguments.tool
-    from balance.app.answers.html import path_inertia as pages
     from balance.app.answers.text.path_inertia import chart_body, moments_body
     from balance.motion.paths import inertia_ratios
 
@@ -117,10 +115,7 @@ def answer_with_inertias(arguments: argparse.Namespace, linkage: Linkage) -> Ans
             chart.to_dict,
             lambda: chart_body(chart),
             linkage.notices,
-            files=lambda: {
-                "plot": partial(pages.chart_picture, chart, kind_of(arguments.plot)),
-                "html": partial(pages.chart_page, chart),
-            },
+            files=lambda: result_files(arguments, chart),
         )
     moments = inertia_ratios.moments_through_poses(
         linkage,
@@ -134,8 +129,5 @@ def answer_with_inertias(arguments: argparse.Namespace, linkage: Linkage) -> Ans
         moments.to_dict,
         lambda: moments_body(moments),
         linkage.notices,
-        files=lambda: {
-            "plot": partial(pages.moments_picture, moments, kind_of(arguments.plot)),
-            "html": partial(pages.moments_page, moments),
-        },
+        files=lambda: result_files(arguments, moments),
     )

@@ -151,7 +151,7 @@ def draw_path(points: Array, close: bool = False) -> str:
 
 def _link(points: Array, colour: str) -> str:
     """Draw a link through its corners, around their middle."""
-    wide = len(points) > 2 and _area(points) > LEAST_AREA
+    wide = len(points) > 2 and _polygon_area(points) > LEAST_AREA
     fill = f"{colour}33" if wide else "none"
     return (
         f'<path d="{draw_path(points, wide)}" fill="{fill}" stroke="{colour}" '
@@ -159,7 +159,7 @@ def _link(points: Array, colour: str) -> str:
     )
 
 
-def _area(points: Array) -> float:
+def _polygon_area(points: Array) -> float:
     """Compute the area inside a polygon."""
     x, y = points.T
     return 0.5 * abs(float(x @ np.roll(y, -1) - y @ np.roll(x, -1)))
@@ -221,7 +221,7 @@ def _names(
             labels.append((joint["name"], first + above, INK))
     for part, corners in zip(drawing["parts"], at, strict=True):
         if part["names"] and len(corners):
-            labels.append((", ".join(part["names"]), _beside(corners), LINK))
+            labels.append((", ".join(part["names"]), _name_seats(corners), LINK))
     taken = [np.array([foot + (-11.0, 0.0), foot + (9.0, 20.0)]) for foot in feet]
     elements = []
     for text, seats, colour in labels:
@@ -241,7 +241,7 @@ class _Seat(NamedTuple):
     anchor: str
 
 
-def _beside(corners: Array) -> list[_Seat]:
+def _name_seats(corners: Array) -> list[_Seat]:
     """List the seats of a name beside a line, the best one first."""
     x, y = corners[-1] - corners[0]
     if abs(y) < 0.3 * abs(x):

@@ -422,16 +422,13 @@ WORDS: dict[str, Maker] = {
     "--within": _of("1", "1mm", "-1", "x"),
     "--slot": _of("slot.csv", "slot.dxf", "slot.txt", "slot.svg"),
     "--window": _of("-1,1", "-1,1,-1,1", "1,0", "x"),
-    "--to": lambda rng, place: [_target(rng, place)],
+    **dict.fromkeys(("--to", "--through"), lambda rng, place: [_target(rng, place)]),
     "--from": lambda rng, place: [_pose(rng, place)],
     "paths --to": lambda rng, place: [_pose(rng, place)],
     "--fan": _of("3", "1", "0", "x"),
     "paths --tolerance": _of("5%", "0.2", "0", "1", "x"),
-    "--factors": lambda rng, place: [
-        f"{_one(rng, place.names.links)}={rng.choice(('0.5', '0.5,2', '0', '1,', 'x', '1kg'))}"
-    ],
-    "--through": lambda rng, place: [_target(rng, place)],
-    "--change": lambda rng, place: [_one(rng, place.names.links)],
+    "--factors": _of("crank=0.5", "left_lower=0.5,2", "crank=0", "crank"),
+    "--change": _of("crank", "left_lower,left_upper", "x"),
     "--turn": _of("0.1", "3deg", "0.1,0,0", "0,0,0.1", "1,2", "x"),
     "--line": _of("1", "2", "0", "x"),
     "--length": _of("0.1", "0.3", "0", "-1", "nan"),
@@ -455,9 +452,7 @@ WORDS: dict[str, Maker] = {
     "verify --gravity": _of("0,-9.81,0", "0.1,-9.81,0", "0,0,0", "1,2", "x"),
     "--between": lambda rng, place: [_spring(rng, place)],
     "--catalogue": _of("100,200", "0.1N/mm", "0", "-1", "x", "", "9:90:9@0:0.1:0.05"),
-    "--range": lambda rng, place: [
-        f"{_one(rng, place.names.inputs, 0.05)}={_number(rng)}:{_number(rng)}"
-    ],
+    "--range": lambda rng, place: [f"{_one(rng, place.names.inputs)}={_number(rng)}:1"],
     "identify --motion": lambda rng, place: [_table(rng, place)],
     "--wrench": lambda rng, place: [_loads(rng, place)],
     "--prior": _of("0.3", "1e-3", "10", "0", "-1", "nan"),

@@ -267,9 +267,9 @@ def _box(text: str, seat: _Seat) -> Array:
     return np.array([[start, seat.y - 11.0], [start + wide, seat.y + 3.0]])
 
 
-def _cover(one: Array, other: Array) -> bool:
+def _cover(box: Array, other: Array) -> bool:
     """Return whether boxes have points in common."""
-    return bool((one[0] < other[1]).all() and (other[0] < one[1]).all())
+    return bool((box[0] < other[1]).all() and (other[0] < box[1]).all())
 
 
 def _text(text: str, seat: _Seat, colour: str) -> str:

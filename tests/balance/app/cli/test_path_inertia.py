@@ -5,9 +5,9 @@ from __future__ import annotations
 import pytest
 
 from balance.app.cli.main import main
-from tests.balance.motion.paths.test_inertia_ratios import LENGTHS, MASSES, tip, turned
 from tests.support.json_answers import json_answer
 from tests.support.page_elements import Elements
+from tests.support.two_links import LENGTHS, MASSES, tip, turned
 
 pytestmark = pytest.mark.slow
 

@@ -26,7 +26,16 @@ from notebooks import notebook  # noqa: E402
 
 TUTORIALS = Path(__file__).parents[2] / "docs" / "tutorials"
 PAGES = sorted(page.stem for page in TUTORIALS.glob("*.md") if page.stem != "index")
-SHORT = ["desk_lamp", "flexible_coupler", "formulas", "space_arm", "which_masses"]
+SHORT = [
+    "desk_lamp",
+    "exoskeleton_leg",
+    "flexible_coupler",
+    "formulas",
+    "pick_and_place",
+    "space_arm",
+    "synthesis",
+    "which_masses",
+]
 
 
 @pytest.fixture

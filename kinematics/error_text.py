@@ -57,8 +57,8 @@ def closest_names(name: str, candidates: Iterable[str]) -> str:
     """
     names = list(candidates)
     if len(names) > MAX_NAMES:
-        short = [other for other in names[:2000] if len(other) < 80]
-        like = get_close_matches(name[:80], short, MAX_NAMES, 0.5)
+        short = {other.lower(): other for other in names[:2000] if len(other) < 80}
+        like = get_close_matches(name[:80].lower(), short, MAX_NAMES, 0.5)
         if like:
-            return f"{quoted(like)} and others"
+            return f"{quoted(short[other] for other in like)} and others"
     return quoted(names)

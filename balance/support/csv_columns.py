@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from balance.support.units import read_unit
-from kinematics.error_text import clean
+from kinematics.error_text import clean, did_you_mean
 from kinematics.errors import FileError, UsageError
 from kinematics.numerics.array_types import Array, IntArray
 
@@ -29,6 +29,8 @@ COLUMN_UNITS = {
         "acceleration",
     ),
 }
+# Most names in a message.
+MOST_NAMES = 8
 REMEDY = "write a line of names, then one line of numbers per sample"
 
 
@@ -119,9 +121,9 @@ def read_table(
         wanted = [*wanted, *further]
     present = [name for name in units if name in names]
     if sorted(names) != sorted([*wanted, *present]) or (some and not present):
-        by = "; commas part them, no semicolons" if ";" in "".join(names) else ""
         more = f" and some of {', '.join(units)}" if some else ""
-        raise refuse_row(path, "line 1", f"the columns must be {', '.join(wanted)}{more}{by}")
+        told = _what_is_wrong(names, [*wanted, *units])
+        raise refuse_row(path, "line 1", f"the columns must be {', '.join(wanted)}{more}{told}")
     wanted = [*wanted, *present]
     if not fewest < len(lines) <= MAX_ROWS + 1:
         raise refuse_row(
@@ -144,6 +146,17 @@ def read_table(
     rounding = _rounding(rows, *digits) * factors
     decimals = tuple(digits[0].max(axis=0).tolist())
     return Table(rows * factors, rounding, decimals, quantities, tuple(wanted))
+
+
+def _what_is_wrong(names: Sequence[str], wanted: Sequence[str]) -> str:
+    """Say what the names in a table are, and what may be wrong with them."""
+    for sign, word in ((";", "semicolons"), ("\t", "tabs")):
+        if sign in "".join(names):
+            return f"; commas part them, no {word}"
+    missing = [name for name in wanted if name not in names]
+    strange = [name for name in names if name not in wanted]
+    told = [f"{clean(name, 40)}{did_you_mean(name, missing)}" for name in strange[:MOST_NAMES]]
+    return f", not {', '.join(told)}" if told else ""
 
 
 def column_names(path: str | PathLike[str]) -> list[str]:

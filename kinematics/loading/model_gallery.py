@@ -6,7 +6,7 @@ import sys
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from os import PathLike
-from os.path import isfile
+from os.path import exists, isfile
 from pathlib import Path
 from typing import TYPE_CHECKING, Protocol, TypeAlias
 
@@ -114,15 +114,18 @@ def find(model: str | PathLike[str]) -> Path:
     Raises:
         FileError: there is no such file and no such name.
     """
+    from kinematics.error_text import clean, closest_names
+
     path = Path(model)
-    if isfile(path) or len(path.parts) != 1 or path.suffix.lower() in SUFFIXES:
-        return path
     models = gallery()
+    if isfile(path) or len(path.parts) != 1 or path.suffix.lower() in SUFFIXES:
+        if path.stem in models and len(path.parts) == 1 and not exists(path):
+            remedy = f"check the path, or give the name of the model, {path.stem}"
+            raise FileError(clean(str(model), 1000), "", "no such file", remedy)
+        return path
     for name in (path.name, path.name.replace("-", "_")):
         if name in models:
             return models[name]
-    from kinematics.error_text import clean, closest_names
-
     others = robots()
     name = path.name.removesuffix("_robot")
     if name in others:

@@ -50,7 +50,9 @@ def results_of_poses_and_bases(linkage, space):
             "1 path for 1 factor",
         ),
         (
-            balance.motion.PathMoments(linkage, {"crank": 2.0}, paths.paths[0].u, 0.0, ""),
+            balance.motion.PathMoments(
+                linkage, {"crank": 2.0}, paths.paths[0].u, 0.0, "", paths.paths[0].u, "all"
+            ),
             "crank 2",
         ),
         (base, "inertia=1"),

@@ -102,7 +102,10 @@ def meant(words: list[str], found: dict[str, Any]) -> int:
     if verb == "formulas":
         return 0 if found["confirmed"] else 4
     if verb == "paths":
-        return 0 if found["paths"] else 1
+        if "factors" in found:
+            return 1 if found["reason"] else 0
+        solutions = [chart["solution"] for chart in found.get("charts", [])] or [found]
+        return 0 if any(solution["paths"] for solution in solutions) else 1
     if verb == "quiet":
         return 1 if found["verdict"] == "infeasible" else 0
     if verb in ("models", "flex", "sweep"):
@@ -242,7 +245,7 @@ def request(seed: int, folder: Path) -> list[str]:
     if verb == "remedies" and "--only" not in picked:
         # All of them together take long.
         words += ["--only", rng.choice(("own_masses", "partial"))]
-    if verb == "paths" and "--length" not in picked:
+    if verb == "paths" and not {"--length", "--through", "--change"} & set(picked):
         words += ["--length", "0.2"]
     words += _needed_words(rng, place, verb, picked)
     for name in picked:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 import re
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Collection, Iterable, Sequence
 from typing import TYPE_CHECKING, Any, NoReturn, TypeAlias
 
 from balance.app.cli.exit_codes import USAGE
@@ -31,6 +31,14 @@ GROUPS = (
     "check",
     "output",
 )
+# Words of other programs for an option of ours.
+OTHER_WORDS = {
+    "--rpm": "--speed",
+    "--output": "--out",
+    "--save": "--out",
+    "--material": "--density",
+    "--objective": "--minimise",
+}
 # Where the texts of options begin in the help.
 HELP_COLUMN = 28
 
@@ -143,19 +151,34 @@ class Parser(argparse.ArgumentParser):
             self.error(f"argument {name}: expected one argument")
         if [word.partition("=")[0] for word in args].count("--speed") > 1:
             self.error("argument --speed: given twice")
+        options = {name for action in self._actions for name in action.option_strings}
+        for word in args:
+            if f"-{word.partition('=')[0]}" in options:
+                self.error(f"unrecognized arguments: {word} (did you mean '-{word}'?)")
         values, extra = super().parse_known_args(args, namespace)
         if extra:
-            from kinematics.error_text import did_you_mean
-
-            options = [name for action in self._actions for name in action.option_strings]
-            name = extra[0].partition("=")[0]
-            meant = did_you_mean(name, options)
-            if name in self.elsewhere:
-                meant = f" ({self.elsewhere[name]})"
-            self.error(f"unrecognized arguments: {' '.join(extra)}{meant}")
+            hint = self._hint(extra[0], args, options)
+            self.error(f"unrecognized arguments: {' '.join(extra)}{hint}")
         if not hasattr(values, "words"):
             values.words = list(args)
         return values, extra
+
+    def _hint(self, word: str, args: Sequence[str], options: Collection[str]) -> str:
+        """Say what may have been meant by a word that no option takes, in parentheses."""
+        from kinematics.error_text import did_you_mean
+
+        name = word.partition("=")[0]
+        alone = [str(action.metavar) for action in self._actions if not action.option_strings]
+        if name in self.elsewhere:
+            return f" ({self.elsewhere[name]})"
+        if name.startswith("--") and name[2:].upper() in alone:
+            return f" (write {name[2:].upper()} alone, without {name})"
+        if OTHER_WORDS.get(name) in options:
+            return f" (did you mean '{OTHER_WORDS[name]}'?)"
+        option = args[max(args.index(word) - 2, 0)] if word in args else ""
+        if not word.startswith("-") and option.startswith("--"):
+            return f" ({option} takes one word: commas part values, quotes keep blanks)"
+        return did_you_mean(name, options)
 
     def _check_value(self, action: argparse.Action, value: Any) -> None:
         """Refuse a word that is none of the choices, and ask for the one that is like it."""

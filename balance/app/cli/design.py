@@ -143,7 +143,11 @@ def _design(arguments: argparse.Namespace, space: DesignSpace) -> Design:
         least, most = limits.get(name, (low, high))
         limits[name] = max(least, low), min(most, high)
     within = None if arguments.anywhere else BALL_RADIUS
-    keep = list(arguments.keep)
+    keep = [
+        name
+        for word in arguments.keep
+        for name in ([word] if word in space.bodies else word.split(","))
+    ]
     if arguments.payload is not None:
         from balance.masses.payload import PAYLOAD_BODY
 
@@ -204,8 +208,10 @@ def _bounds(text: str) -> tuple[str, float, float]:
     try:
         least = read_quantity(low or "0", "mass")
         most = read_quantity(high or "inf", "mass")
-    except UsageError:
-        least = math.nan
+        reason = ""
+    except UsageError as error:
+        least, reason = math.nan, f"; {error}" if name and colon else ""
     if not (name and colon and math.isfinite(least) and not math.isnan(most)):
-        raise argparse.ArgumentTypeError(f"'{text}' is not L=LO:HI, such as crank=0.5:2")
+        form = "L=LO:HI, such as crank=0.5:2"
+        raise argparse.ArgumentTypeError(f"'{text}' is not {form}{reason}")
     return name, least, most

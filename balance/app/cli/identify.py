@@ -9,12 +9,7 @@ from balance.app.answers.answer import Answer
 from balance.app.cli.arguments import Parser, refuse_given
 from balance.app.cli.exit_codes import DONE, NEGATIVE
 from balance.app.cli.model_options import add_model_options, load_model
-from balance.app.cli.number_arguments import (
-    add_about,
-    number_between,
-    point,
-    whole_number,
-)
+from balance.app.cli.number_arguments import add_about, gravity, number_between, whole_number
 from balance.app.cli.outputs import (
     add_page_option,
     add_picture_option,
@@ -68,7 +63,7 @@ def _add_measured_options(group: argparse._ArgumentGroup) -> None:
     )
     group.add_argument(
         "--gravity",
-        type=point,
+        type=gravity,
         metavar="X,Y,Z",
         help="acceleration of gravity (0,0,-9.81)",
     )
@@ -101,7 +96,7 @@ def _add_planned_options(group: argparse._ArgumentGroup) -> None:
     """Add the options of a motion to be measured."""
     group.add_argument("--plan", action="store_true", help="plan a motion that excites masses")
     group.add_argument(
-        "--duration", type=number_between(1e-6, 1e6), metavar="S", help="seconds (5)"
+        "--duration", type=number_between(1e-6, 1e6, "time"), metavar="S", help="seconds (5)"
     )
     group.add_argument(
         "--harmonics", type=whole_number(2, 50), metavar="N", help="harmonics of it (4)"

@@ -10,7 +10,7 @@ from collections.abc import Callable, Sequence
 from balance.support.units import read_quantity
 from kinematics.errors import UsageError
 
-# Largest coordinate of a point, metres.
+# Largest coordinate of a point, metres, and of an acceleration, m/s².
 MAX_POINT = 1e6
 # Most processes of a run.
 MAX_WORKERS = 1024
@@ -136,6 +136,8 @@ def _number(
         value, reason = math.nan, f"; {error}" if re.match("[-+.]*[0-9]", text) else ""
     except ValueError:
         value = math.nan
+        if re.match("[-+.]*[0-9]", text):
+            reason = "; write the number alone, in SI units"
     if not allowed(value):
         raise argparse.ArgumentTypeError(f"'{text}' is not {what}{reason}")
     return value
@@ -169,12 +171,24 @@ def point(text: str) -> tuple[float, ...]:
     Raises:
         ArgumentTypeError: there are not three numbers, or one is too large.
     """
+    return _vector(text, "length", "a point such as 0.1,0,-0.05: three numbers, metres")
+
+
+def gravity(text: str) -> tuple[float, ...]:
+    """Parse an acceleration of ``0,0,-9.81``, m/s².
+
+    Raises:
+        ArgumentTypeError: there are not three numbers, or one is too large.
+    """
+    return _vector(text, "acceleration", "a vector such as 0,0,-9.81: three numbers, m/s²")
+
+
+def _vector(text: str, quantity: str, form: str) -> tuple[float, ...]:
+    """Parse three numbers with or without a unit, of the form in words."""
     try:
-        values = tuple(read_quantity(word, "length") for word in text.split(","))
+        values = tuple(read_quantity(word, quantity) for word in text.split(","))
     except UsageError:
         values = ()
     if len(values) != 3 or not all(abs(value) <= MAX_POINT for value in values):
-        raise argparse.ArgumentTypeError(
-            f"'{text}' is not a point such as 0.1,0,-0.05: three numbers, metres"
-        )
+        raise argparse.ArgumentTypeError(f"'{text}' is not {form}")
     return values

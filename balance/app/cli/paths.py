@@ -22,6 +22,11 @@ from balance.app.cli.number_arguments import (
     whole_number,
 )
 from balance.app.cli.outputs import add_page_option, add_picture_option, result_files
+from balance.app.cli.path_inertia import (
+    add_inertia_options,
+    answer_with_inertias,
+    refuse_inertia_options,
+)
 from balance.app.cli.progress import progress_bar
 
 if TYPE_CHECKING:
@@ -41,15 +46,15 @@ _SIZE = number_between(1e-9, 1e9)
 def add_paths(parser: Parser) -> None:
     """Add the options of the command ``paths``."""
     parser.description = (
-        "Integrates the input rates without momentum into paths, and finds poses in which "
-        "several paths meet; or finds a path to a pose, or one that turns a base that floats. "
-        "Exits with 0 if there is a path, 1 if there is none."
+        "Finds paths along which the base stays at rest: from a pose, to a pose, or to turn a "
+        "base that floats. Exits with 0, or with 1 if there is none."
     )
-    add_model_options(parser, unused=("--spatial",))
+    add_model_options(parser, unused=("--spatial",), motion_alone=True)
     parser.set_defaults(run=_run)
     _add_path_options(parser.group("motion"))
     _add_tool_options(parser.group("motion"))
     _add_target_options(parser.group("motion"))
+    add_inertia_options(parser.group("matter"))
     _add_base_options(parser.group("base"))
     output = parser.group("output")
     output.add_argument(
@@ -63,11 +68,10 @@ def add_paths(parser: Parser) -> None:
         "--csv",
         dest="motion_table",
         metavar="FILE",
-        help="write a motion along the path in 1 s, ever faster: time and the inputs, as "
-        "'balance verify --csv' reads it",
+        help="write a motion along it in 1 s, for balance verify",
     )
-    add_picture_option(parser, "write a picture of the paths and of the momentum along them")
-    add_page_option(parser, "on which the linkage runs along the paths")
+    add_picture_option(parser, "write a picture of the paths, and of the momentum")
+    add_page_option(parser, "on which the linkage runs along them")
 
 
 def _add_path_options(group: argparse._ArgumentGroup) -> None:
@@ -78,23 +82,20 @@ def _add_path_options(group: argparse._ArgumentGroup) -> None:
         action="append",
         type=parse_coordinates,
         metavar="U1=VALUE,…",
-        help="pose from which to start: displacements of inputs from the reference pose, "
-        "radians and metres; repeatable (default: the reference pose)",
+        help="pose to start from (reference pose); repeatable",
     )
     group.add_argument(
         "--line",
         type=whole_number(1, MAX_LINE),
         default=0,
         metavar="N",
-        help="start also from N poses on the straight line between each two of --from",
+        help="start also from N poses between each two of --from",
     )
     group.add_argument(
         "--length",
         type=_SIZE,
-        default=1.0,
         metavar="L",
-        help="arc length of a path to either side of its start, in all joints, radians and "
-        "characteristic lengths (default 1)",
+        help="arc length to either side, in all joints (1)",
     )
     group.add_argument(
         "--step",
@@ -108,14 +109,14 @@ def _add_path_options(group: argparse._ArgumentGroup) -> None:
         dest="kept",
         action="store_const",
         const="moment",
-        help="paths without shaking moment about a point, whatever the force",
+        help="without moment about a point, whatever the force",
     )
     part.add_argument(
         "--force-only",
         dest="kept",
         action="store_const",
         const="force",
-        help="paths without shaking force, whatever the moment (as --balance force)",
+        help="without force, whatever the moment",
     )
     add_about(group, "the inertial origin")
 
@@ -126,10 +127,9 @@ def _add_tool_options(group: argparse._ArgumentGroup) -> None:
         "--fan",
         type=whole_number(1, MAX_FAN),
         metavar="N",
-        help="where two or more rates are free: follow N paths in directions all around, which "
-        "span the reactionless workspace (default: one for each free rate)",
+        help="N paths all around, if two rates or more are free",
     )
-    add_tool(group, "link whose ways are shown, in its complete workspace")
+    add_tool(group, "link whose ways are shown, in its workspace")
 
 
 def _add_target_options(group: argparse._ArgumentGroup) -> None:
@@ -139,15 +139,14 @@ def _add_target_options(group: argparse._ArgumentGroup) -> None:
         dest="end",
         type=parse_coordinates,
         metavar="U1=VALUE,…",
-        help="pose to reach from that of --from; inputs that are not named stay",
+        help="pose to reach; inputs that are not named stay",
     )
     group.add_argument(
         "--tolerance",
         type=_share,
         default=0.0,
         metavar="5%",
-        help="part of the bodies' own momenta that may be left: follow the rates with the "
-        "least momentum as long as it is below that",
+        help="part of the bodies' own momenta that may be left",
     )
 
 
@@ -156,6 +155,7 @@ def _add_base_options(group: argparse._ArgumentGroup) -> None:
     group.add_argument(
         "--base",
         choices=("fixed", "free"),
+        metavar="fixed|free",
         default="fixed",
         help="free: the base floats and has a mass of its own",
     )
@@ -163,31 +163,30 @@ def _add_base_options(group: argparse._ArgumentGroup) -> None:
         "--base-mass",
         type=number_between(1e-9, 1e9, "mass"),
         metavar="KG",
-        help="mass of a base that floats",
+        help="its mass",
     )
     group.add_argument(
         "--base-com",
         type=point,
         metavar="X,Y,Z",
-        help="its centre of mass, metres, in the inertial frame (default 0,0,0)",
+        help="its centre of mass, m, inertial frame (0,0,0)",
     )
     group.add_argument(
         "--base-inertia",
         type=inertia,
-        metavar="I|IX,IY,IZ",
-        help="its moment of inertia, or three, kg m², for --turn",
+        metavar="I|I,I,I",
+        help="its inertia, kg m², for --turn",
     )
     group.add_argument(
         "--turn",
         type=_turn,
         metavar="ANGLE|X,Y,Z",
-        help="find a path along which a base that floats turns by this angle in the plane, or "
-        "by this rotation vector: 30deg, or 0,0,0.5; with --to, another pose is reached too",
+        help="turn it by an angle, or a rotation vector",
     )
     group.add_argument(
         "--attitude",
         action="store_true",
-        help="a base that floats may move, but not turn",
+        help="it may move, but not turn",
     )
 
 
@@ -199,6 +198,8 @@ def _run(arguments: argparse.Namespace) -> Answer:
         SystemExit: options exclude each other.
     """
     _refuse_exclusive_options(arguments)
+    if arguments.factors is not None or arguments.through is not None:
+        return answer_with_inertias(arguments, load_model(arguments, arguments.angles))
     with progress_bar("starts") as advance:
         solution = _find(arguments, advance)
     if arguments.tool is not None:
@@ -223,6 +224,7 @@ def _refuse_exclusive_options(arguments: argparse.Namespace) -> None:
         base_options = ("base_mass", "base_com", "base_inertia", "turn", "attitude")
         refuse_given(arguments, base_options, "{}: only with --base free")
     _refuse_for_a_pose(arguments)
+    refuse_inertia_options(arguments)
     if arguments.point is not None and arguments.tool is None:
         arguments.refuse("--point: name the tool by --tool")
     if free and arguments.base_mass is None and arguments.attitude:
@@ -264,7 +266,7 @@ def _find(
     """Find the paths of the options."""
     linkage = load_model(arguments, arguments.angles)
     # Load the kernels only after the file is accepted.
-    from balance.motion.paths.path_search import find_paths
+    from balance.motion.paths.path_search import LENGTH, find_paths
 
     kept: Kept = "attitude" if arguments.attitude else arguments.kept or "all"
     if arguments.balance == "force":
@@ -288,7 +290,7 @@ def _find(
         base=_base(arguments),
         about=arguments.about,
         motion=arguments.motion,
-        length=arguments.length,
+        length=arguments.length or LENGTH,
         step=arguments.step,
         line=arguments.line,
         tolerance=arguments.tolerance,

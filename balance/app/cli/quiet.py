@@ -13,8 +13,8 @@ from balance.app.cli.model_options import add_model_options, load_model, parse_c
 from balance.app.cli.number_arguments import (
     add_about,
     add_tool,
+    gravity,
     number_between,
-    point,
     positive_number,
     whole_number,
 )
@@ -111,7 +111,7 @@ def _add_motion_options(group: argparse._ArgumentGroup) -> None:
     )
     group.add_argument(
         "--duration",
-        type=number_between(1e-6, 1e6),
+        type=number_between(1e-6, 1e6, "time"),
         metavar="S",
         help="duration of the motion, seconds (default 1)",
     )
@@ -205,7 +205,7 @@ def _add_limit_options(group: argparse._ArgumentGroup) -> None:
     )
     group.add_argument(
         "--gravity",
-        type=point,
+        type=gravity,
         default=GRAVITY,
         metavar="X,Y,Z",
         help="acceleration of gravity for torques, m/s², inertial frame (default 0,0,-9.81)",
@@ -332,15 +332,25 @@ def _plan(arguments: argparse.Namespace, linkage: Linkage) -> QuietMotion:
 
 
 def _check_tool_units(linkage: Linkage, poses: Sequence[Mapping[str, float] | None]) -> None:
-    """Refuse an angle of a shift of the tool, and a length of a turn.
+    """Refuse inputs in a pose of the tool, an angle of its shift, and a length of its turn.
+
+    Args:
+        poses: the first two are of the tool alone.
 
     Raises:
-        PoseError: a unit does not fit.
+        PoseError: a name or a unit does not fit.
     """
     from balance.support.units import UnitNumber
     from kinematics.closure.assembly.tool_frame import DIRECTIONS
     from kinematics.errors import PoseError
 
+    names = [name for pose in poses[:2] for name in pose or ()]
+    for name in (name for name in names if name not in DIRECTIONS):
+        known = (
+            "is an input: write --from or --to" if name in linkage.inputs else "is none of them"
+        )
+        text = f"a pose of the tool is given by {', '.join(DIRECTIONS)}: '{name}' {known}"
+        raise PoseError(f"{linkage.source}: {text}")
     for name, value in (pair for pose in poses for pair in (pose or {}).items()):
         if name not in DIRECTIONS or name in linkage.inputs:
             continue

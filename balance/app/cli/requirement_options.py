@@ -6,7 +6,7 @@ import argparse
 from collections.abc import Sequence
 
 from balance.app.cli.arguments import NAMED_ALONE, Parser, refuse_given
-from balance.app.cli.number_arguments import point
+from balance.app.cli.number_arguments import gravity
 
 
 def add_requirement_options(parser: Parser, explain: bool = True) -> None:
@@ -25,7 +25,7 @@ def add_requirement_options(parser: Parser, explain: bool = True) -> None:
         help="instead: 'force; dynamic at u1=0.3'; repeatable",
     )
     group.add_argument(
-        "--gravity", type=point, metavar="X,Y,Z", help="for --require gravity (0,0,-9.81)"
+        "--gravity", type=gravity, metavar="X,Y,Z", help="for --require gravity (0,0,-9.81)"
     )
 
 

@@ -9,7 +9,7 @@ from balance.app.answers.answer import Answer
 from balance.app.cli.arguments import Parser
 from balance.app.cli.exit_codes import verdict_code
 from balance.app.cli.model_options import Coordinates, add_model_options, load_model
-from balance.app.cli.number_arguments import point
+from balance.app.cli.number_arguments import gravity
 from balance.app.cli.outputs import add_page_option, add_picture_option, result_files
 from balance.app.cli.payload_option import add_payload_option
 from balance.app.cli.progress import spinner
@@ -62,7 +62,7 @@ def add_springs(parser: Parser) -> None:
     motion = parser.group("motion")
     motion.add_argument(
         "--gravity",
-        type=point,
+        type=gravity,
         default=GRAVITY,
         metavar="X,Y,Z",
         help="acceleration of gravity, inertial frame (0,0,-9.81)",

@@ -6,6 +6,7 @@ import argparse
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
+from os.path import isfile
 from typing import TYPE_CHECKING, Any
 
 from balance.app.answers.answer import Answer, Files, side_by_side
@@ -16,7 +17,7 @@ from balance.app.cli.floating_base import (
     check_base_options,
     run_floating_base,
 )
-from balance.app.cli.model_options import add_model_options
+from balance.app.cli.model_options import add_model_options, load_model
 from balance.app.cli.model_readings import solve_model
 from balance.app.cli.motion_source import (
     add_other_motion,
@@ -24,7 +25,7 @@ from balance.app.cli.motion_source import (
     notices_of,
     random_motions_remark,
 )
-from balance.app.cli.number_arguments import add_about, point, whole_number
+from balance.app.cli.number_arguments import add_about, gravity, whole_number
 from balance.app.cli.outputs import (
     add_meshes_option,
     add_page_option,
@@ -79,7 +80,7 @@ def add_verify(parser: Parser) -> None:
     )
     add_about(check, "the middle")
     check.add_argument(
-        "--gravity", type=point, metavar="X,Y,Z", help="show what inputs hold at rest (m/s²)"
+        "--gravity", type=gravity, metavar="X,Y,Z", help="show what inputs hold at rest (m/s²)"
     )
     add_picture_option(parser)
     add_page_option(parser, "on which the linkage moves")
@@ -223,8 +224,12 @@ def _verify(
 
         return verify_second(first, linkage, **options)
 
-    first = solve_model(arguments, verify_first)
     others = [arguments.against] if arguments.against else arguments.others
+    for model in others:
+        # Refuse a file that is not there before the first linkage is verified.
+        if isinstance(model, str) and not isfile(model):
+            load_model(arguments, arguments.angles, model)
+    first = solve_model(arguments, verify_first)
     return [first, *(solve_model(arguments, verify_other, model) for model in others)]
 
 

@@ -7,6 +7,7 @@ import re
 from typing import NamedTuple
 
 from balance.motion.flexible.beam import Beam, rectangular_beam
+from balance.support.units import read_quantity
 from kinematics.error_text import clean
 from kinematics.errors import UsageError
 
@@ -48,6 +49,7 @@ class FlexLink(NamedTuple):
         supports: number of points that carry it: 2, or 4, 6 … with a whippletree on each joint,
             at the best points of `balance.motion.flexible.support_points`; 0: at its two
             joints.
+        thickness: of its section in the plane, in metres; 0 if that is not known.
     """
 
     name: str
@@ -58,6 +60,7 @@ class FlexLink(NamedTuple):
     rotary: float = 0.0
     length: float | None = None
     supports: int = 0
+    thickness: float = 0.0
 
     def beam(self, length: float) -> Beam:
         """Build the beam of a length in metres.
@@ -107,9 +110,12 @@ def parse_flex_link(text: str) -> FlexLink:
         key, colon, value = item.partition(":")
         rectangle = re.fullmatch(r"rect\(([^,]+),([^,]+)\)", item)
         if rectangle:
-            section = (_number(text, rectangle[1]), _number(text, rectangle[2]))
+            section = (
+                _number(text, rectangle[1], "length"),
+                _number(text, rectangle[2], "length"),
+            )
         elif colon and key in (*NUMBERS, "supports"):
-            given[key] = _number(text, value)
+            given[key] = _number(text, value, *["length"] * (key == "length"))
         elif item in (*MATERIALS, "timoshenko"):
             words.append(item)
         else:
@@ -156,6 +162,7 @@ def _flex_link(
             "axial": beam.axial,
             "shear": beam.shear,
             "rotary": beam.rotary,
+            "thickness": thickness,
             **values,
         }
     missing = [key for key in ("EI", "rhoA") if NUMBERS[key] not in values]
@@ -164,18 +171,20 @@ def _flex_link(
     return FlexLink(name, supports=supports, **values)  # type: ignore[arg-type]
 
 
-def _number(text: str, word: str) -> float:
-    """Parse a positive number.
+def _number(text: str, word: str, *quantities: str) -> float:
+    """Parse a positive number, with or without a unit of the quantities.
 
     Raises:
         UsageError: it is not one.
     """
     try:
-        value = float(word)
+        value, reason = read_quantity(word, *quantities) if quantities else float(word), ""
+    except UsageError as error:
+        value, reason = math.nan, f"; {error}"
     except ValueError:
-        value = math.nan
+        value, reason = math.nan, ""
     if not 0.0 < value < math.inf:
         raise UsageError(
-            f"--flex {clean(text, 200)}: '{clean(word, 100)}' is not a positive number"
+            f"--flex {clean(text, 200)}: '{clean(word, 100)}' is not a positive number{reason}"
         )
-    return value
+    return float(value)

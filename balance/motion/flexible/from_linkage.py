@@ -22,7 +22,7 @@ from kinematics.model.plane import plane_axes
 from kinematics.model.spatial.inertia import inertia_tensor
 from kinematics.numerics.array_types import Array
 from kinematics.numerics.linalg.ties import first_largest
-from kinematics.wording import count_noun
+from kinematics.wording import count_noun, number_text
 
 SHORT = 1e-9
 """Least distance of the joints of a beam, over the size of the linkage."""
@@ -42,7 +42,8 @@ class FlexibleLinkage:
         axes: of that plane, as rows x, y, normal in the inertial frame; shape (3, 3).
         beams: models of the links that bend, by name.
         centre: centre of mass of all links at the start, in the plane; shape (2,).
-        outlines: for drawing, the points of each rigid part between which it extends.
+        outlines: for drawing, the points of each rigid part between which it extends: its
+            joints, and its centre of mass if all of them are at one place.
         about: point in the plane that moments are about (2,); None: the centre of mass.
         tangents: where beams are driven, or held by one joint alone, by name: their bending is
             measured from the tangent there, that of others from the line through their joints.
@@ -261,7 +262,10 @@ class _Builder:
                 for j in self.moving
             }
         )
-        return (*(Marker(point - centre) for point in points), Marker(np.zeros(2)))
+        corners = [point - centre for point in points]
+        if np.ptp(points, axis=0).max() <= SHORT * float(np.abs(points).max()):
+            corners = [corners[0], np.zeros(2)]
+        return tuple(map(Marker, corners))
 
     def _add_beam(self, group: int, flex: FlexLink, joints: Sequence[int]) -> None:
         """Add a beam through the joints of a link, the outer ones its frame.
@@ -279,6 +283,10 @@ class _Builder:
         at = {j: places[j] - places[first] for j in joints}
         points, weights, length = _hinges(flex, span)
         over = points[0][0]
+        if flex.thickness > length:
+            thick = f"{number_text(flex.thickness)} m thick and {number_text(length)} m long"
+            problem = f"cannot bend: it is {thick}; lengths without a unit are metres"
+            raise BodyError(self.linkage.name, flex.name, problem)
         beam = flex.beam(length)
         frame: list[Support | Clamp] = [Clamp(over)]
         if len(joints) > 1:

@@ -28,12 +28,13 @@ from balance.motion.motion_tolerances import PATH_MOMENTUM
 from balance.motion.paths.connect import ConnectionEquations
 from balance.motion.paths.demand import Demand, Kept
 from balance.motion.paths.path_search import LENGTH, find_paths
-from balance.motion.paths.reactionless_paths import ReactionlessPaths
+from balance.motion.paths.reactionless_paths import SCHEMA, ReactionlessPaths
 from balance.motion.paths.tool_paths import tool_paths
-from balance.motion.quiet.problem import follow_poses, read_pose
+from balance.motion.quiet.problem import follow_poses
 from balance.motion.quiet.sampled_loads import SampledPoses
+from balance.motion.quiet.stops import ToolLike, read_stops, read_tool
 from balance.space.inertial_parameters.conversions import mass_properties, parameters
-from balance.support.result_files import WithPicture
+from balance.support.result_files import WithPage, WithPicture
 from kinematics.closure.joint_positions import with_bodies
 from kinematics.errors import BodyError, PoseError, UsageError
 from kinematics.loading.model_gallery import LinkageLike, as_linkage
@@ -89,7 +90,7 @@ def with_moments(linkage: Linkage, factors: Mapping[str, float]) -> Linkage:
 
 
 @dataclass(frozen=True, eq=False)
-class InertiaChart(WithPicture):
+class InertiaChart(WithPage, WithPicture):
     """Result of `inertia_chart`.
 
     Attributes:
@@ -98,7 +99,8 @@ class InertiaChart(WithPicture):
         solutions: the paths of each.
     """
 
-    picture_maker = "paths:chart_picture"
+    page_maker = "path_inertia:chart_page"
+    picture_maker = "path_inertia:chart_picture"
 
     link: str
     factors: tuple[float, ...]
@@ -115,8 +117,13 @@ class InertiaChart(WithPicture):
     def to_dict(self) -> dict[str, Any]:
         """Return plain data: for each factor what `ReactionlessPaths.to_dict` returns."""
         pairs = zip(self.factors, self.solutions, strict=True)
-        charts = [{"factor": factor, **solution.to_dict()} for factor, solution in pairs]
-        return {"link": self.link, "charts": charts}
+        charts = [{"factor": x, "solution": solution.to_dict()} for x, solution in pairs]
+        return {
+            "schema": SCHEMA,
+            "model": self.solutions[0].linkage.name,
+            "link": self.link,
+            "charts": charts,
+        }
 
 
 def inertia_chart(
@@ -177,7 +184,7 @@ def inertia_chart(
 
 
 @dataclass(frozen=True, eq=False)
-class PathMoments:
+class PathMoments(WithPage, WithPicture):
     """Result of `moments_through_poses`.
 
     Attributes:
@@ -187,13 +194,20 @@ class PathMoments:
             last.
         residual: momentum along it over those of the bodies, at most.
         reason: why no path passes; empty if one does.
+        poses: displacements of the inputs in the poses (P, mobility).
+        kept: what vanishes along the path.
     """
+
+    page_maker = "path_inertia:moments_page"
+    picture_maker = "path_inertia:moments_picture"
 
     linkage: Linkage
     factors: dict[str, float]
     u: Array
     residual: float
     reason: str
+    poses: Array
+    kept: Kept
 
     def __repr__(self) -> str:
         """Two lines: the factors, and the momentum."""
@@ -207,9 +221,12 @@ class PathMoments:
     def to_dict(self) -> dict[str, Any]:
         """Return plain data."""
         return {
+            "schema": SCHEMA,
             "model": self.linkage.name,
+            "kept": self.kept,
             "factors": dict(self.factors),
             "inputs": list(self.linkage.inputs),
+            "poses": self.poses.tolist(),
             "path": self.u.tolist(),
             "momentum": self.residual,
             "reason": self.reason or None,
@@ -222,6 +239,7 @@ def moments_through_poses(
     poses: Sequence[ArrayLike | Mapping[str, float]],
     *,
     kept: Kept = "all",
+    tool: ToolLike = None,
 ) -> PathMoments:
     """Find moments of inertia of links with which a reactionless path passes through poses.
 
@@ -231,14 +249,17 @@ def moments_through_poses(
     Args:
         linkage: an assembled linkage, or what `kinematics.load` accepts.
         links: names of links whose central moments of inertia may be multiplied.
-        poses: two or more, in order, as displacements of the inputs from the reference pose.
+        poses: two or more, in order: displacements of the inputs from the reference pose, or
+            by name coordinates ``x``, ``y``, ``z``, ``rx``, ``ry``, ``rz`` of a tool, whose
+            inputs are then those next to the pose before.
         kept: what vanishes: ``"all"`` or ``"moment"``.
+        tool: link whose poses are given; or the link and its point (3,), metres, in its frame.
 
     Returns:
         The factors and the path, or the reason why none was found.
 
     Raises:
-        BodyError: there is no such link.
+        BodyError: there is no such link, or no such tool.
         PoseError: a pose cannot be reached, or two that follow are one.
         UsageError: fewer than two poses, or no link, are given.
 
@@ -262,9 +283,11 @@ def moments_through_poses(
     if not len(links) or len(poses) < 2:
         raise UsageError("give links whose moments may change, and two poses or more")
     with_moments(linkage, dict.fromkeys(links, 1.0))
-    rest = np.zeros(linkage.mobility)
-    u = np.array([read_pose(linkage, pose, rest) for pose in poses])
-    problem = _PathProblem(linkage, Demand(kept), tuple(links), u)
+    equations = ConnectionEquations.of(linkage, Demand(kept))
+    point = read_tool(linkage, tool)
+    stops = read_stops(equations.model, equations.units, poses, point, cycle=False)
+    u = np.array(stops.inputs)
+    problem = _PathProblem(equations, tuple(links), u)
     best: tuple[float, Array, Array] | None = None
     for count in POLYNOMIALS:
         before, attempt = best, problem.solve(count)
@@ -282,24 +305,21 @@ def moments_through_poses(
     if not residual <= PATH_MOMENTUM:
         least = number_text(residual, ".2g")
         reason = f"no such path was found: the least momentum is {least} of the bodies' own"
-    return PathMoments(with_moments(linkage, factors), factors, freeze(way), residual, reason)
+    changed = with_moments(linkage, factors)
+    return PathMoments(changed, factors, freeze(way), residual, reason, freeze(u), kept)
 
 
 class _PathProblem:
     """The equations of factors and a path through poses."""
 
-    def __init__(
-        self, linkage: Linkage, demand: Demand, links: Sequence[str], u: Array
-    ) -> None:
+    def __init__(self, equations: ConnectionEquations, links: Sequence[str], u: Array) -> None:
         """Prepare the poses; see `moments_through_poses`."""
-        self.equations = ConnectionEquations.of(linkage, demand)
-        self.units, self.u = self.equations.units, u
+        self.equations = equations
+        self.units, self.u = equations.units, u
         steps = np.linalg.norm(np.diff(u, axis=0) / self.units, axis=1)
-        if not steps.all():
-            raise PoseError(f"{linkage.source}: two poses that follow each other are one")
         self.places = np.append(0.0, np.cumsum(steps)) / steps.sum()
         self.links = []
-        for body in linkage.bodies:
+        for body in equations.model.linkage.bodies:
             if body.name in links:
                 self.links.append(
                     (links.index(body.name), body.link, mass_properties(body.inertia)[2])

@@ -52,7 +52,8 @@ class SynthesisRequest:
         chosen = (self.fixed is not None) + (self.moving is not None)
         if len(self.positions) == 2 and chosen != 1:
             raise UsageError(
-                "two positions leave one pivot free: choose the fixed or the moving one"
+                "two positions leave one pivot free: choose the fixed or the moving one, by "
+                "--fixed or --moving"
             )
         if len(self.positions) > 2 and chosen:
             raise UsageError("three positions and more determine both pivots: choose none")

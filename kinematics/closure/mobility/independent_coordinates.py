@@ -51,6 +51,8 @@ def choose_coordinates(
     if named and named < mobility:
         added = ", ".join(all_names[j] for j in chosen[named:])
         text = f"{named} inputs named, mobility {mobility}: completed with passive {added}"
+        if not draft.loops:
+            text += "; without loops: was one forgotten?"
         notices.append(Notice("inputs_completed", text))
     if not named:
         chosen.sort()

@@ -47,6 +47,8 @@ _REMEDIES = {
     expat.errors.XML_ERROR_UNDEFINED_ENTITY: "write the character itself",
     expat.errors.XML_ERROR_MISPLACED_XML_PI: "remove what precedes <?xml, blank lines too",
 }
+# Signs that may precede a document, and those with which one begins, of 16 bits too.
+_BEFORE_XML, _XML_STARTS = b"\xef\xbb\xbf \t\r\n", (b"<", b"\xff\xfe", b"\xfe\xff", b"\0")
 
 
 class Refusal(Exception):
@@ -147,6 +149,8 @@ def _parse(data: bytes) -> Element:
         where = f"not well-formed XML at line {error.lineno}, column {error.offset + 1}"
         problem = f"{where} ({expat.ErrorString(error.code)})"
         remedy = _REMEDIES.get(expat.ErrorString(error.code), "export or save it again")
+        if not data.lstrip(_BEFORE_XML).startswith(_XML_STARTS):
+            remedy = "give a robot as URDF, SDF or MJCF: such files begin with <"
         raise Refusal("", problem, remedy) from None
     except (ValueError, LookupError) as error:
         problem = f"not readable as XML ({clean(str(error))})"

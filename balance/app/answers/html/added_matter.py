@@ -13,6 +13,7 @@ import numpy as np
 
 from balance.app.answers.html.before_after import comparison_charts, comparison_section
 from balance.app.answers.html.design import block
+from balance.app.answers.html.filled_surface import filled_surface
 from balance.app.answers.html.render import linkage_stage, render_page, rows_table
 from balance.app.answers.html.scene import scene
 from balance.app.answers.text.counterweights import (
@@ -31,9 +32,6 @@ from kinematics.numerics.array_types import Array
 SCRIPTS = ("drawing", "masses", "additions", "weights", "comparison")
 # Points of a drawn circle.
 AROUND = 48
-# Points along each axis of a grid for matter that fills a part of a region, the first that has
-# enough of them inside.
-ALONG, FEWEST_POINTS = (15, 25, 41), 150
 # Names of the two sets of masses.
 NAMES = ("before", "after")
 
@@ -105,7 +103,7 @@ def _addition(
     balls = [(lump.mass, lump.position) for lump in weight.lumps] if weight else []
     if weight and not balls:
         balls = [(weight.mass, weight.com)]
-    filled = np.empty((0, 3)) if weight is None else filling_points(weight)
+    surface = None if weight is None else filled_surface(weight)
     return {
         "name": name,
         "paths": [placed(path) for path in outlines(region)],
@@ -113,37 +111,14 @@ def _addition(
             {
                 "mass": mass,
                 "at": placed(np.array([at]))[0],
-                "radius": 0.0 if len(filled) else (0.75 * mass / (pi * STEEL)) ** (1.0 / 3.0),
+                "radius": 0.0 if surface else (0.75 * mass / (pi * STEEL)) ** (1.0 / 3.0),
             }
             for mass, at in balls
         ],
-        "filled": placed(filled),
+        "surface": None
+        if surface is None
+        else {"points": placed(surface.points), "faces": surface.faces.tolist()},
     }
-
-
-def filling_points(weight: Counterweight) -> Array:
-    """Compute points (n, 3) of the link frame inside a weight that fills a part of its region.
-
-    Args:
-        weight: the weight; point masses have none.
-    """
-    if weight.form is None:
-        return np.empty((0, 3))
-    region = weight.region
-    corners = region.to_unit(np.concatenate(outlines(region)))
-    low, high = corners.min(axis=0), corners.max(axis=0)
-    points = np.empty((0, 3))
-    for along in ALONG:
-        steps = (np.arange(along) + 0.5) / along
-        grid = np.stack(np.meshgrid(steps, steps, steps, indexing="ij"), axis=-1)
-        units = low + grid.reshape(-1, 3) * (high - low)
-        points = region.to_link(units[region.excess(units) <= 0.0])
-        homogeneous = np.column_stack([points, np.ones(len(points))])
-        inside = np.einsum("ki,ij,kj->k", homogeneous, weight.form, homogeneous) > 0.0
-        points = points[inside]
-        if len(points) >= FEWEST_POINTS:
-            break
-    return points
 
 
 def outlines(region: Region) -> list[Array]:

@@ -108,11 +108,7 @@ def _frames(linkage: FlexibleLinkage, motion: FlexibleMotion) -> Mapping[str, ob
         if end.part < 0
     ]
     beams = [k for k, part in enumerate(mechanism.parts) if part.size]
-    rigid = {
-        k: _star(linkage, k, motion.positions[list(chosen)])
-        for k in linkage.outlines
-        if len(linkage.outlines[k]) > 2
-    }
+    rigid = {k: _corners(linkage, k, motion.positions[list(chosen)]) for k in linkage.outlines}
     straight = [_beam_lines(motion, k, chosen, 0.0) for k in beams]
     bent = [_beam_lines(motion, k, chosen, 1.0) for k in beams]
     lines = [
@@ -153,10 +149,12 @@ def _box(points: Array) -> list[list[float]]:
     return np.column_stack([low - margin, high + margin]).tolist()
 
 
-def _star(linkage: FlexibleLinkage, k: int, positions: Array) -> Array:
-    """Compute the points of a rigid part over time (t, points, 2), its centre last."""
+def _corners(linkage: FlexibleLinkage, k: int, positions: Array) -> Array:
+    """Compute the corners of a rigid part over time (t, corners, 2), in order around it."""
     at = linkage.mechanism.slices[k]
     points = np.array([marker.at for marker in linkage.outlines[k]])
+    aside = points - points.mean(axis=0)
+    points = points[np.argsort(np.arctan2(aside[:, 1], aside[:, 0]), kind="stable")]
     x, y, angle = positions[:, at].T[:3]
     c, s = np.cos(angle)[:, None], np.sin(angle)[:, None]
     return np.stack(

@@ -7,6 +7,7 @@ in space obliquely from above.
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Sequence
+from functools import partial
 from html import escape
 from typing import Any, NamedTuple
 
@@ -27,6 +28,8 @@ LEAST_AREA = 60.0
 LEAST_RADIUS = 2.0
 # Half coils of a spring, and half its width, pixels.
 COILS, COIL_WIDTH = 14, 4.0
+# Width of a letter of a name, pixels.
+LETTER = 7.0
 # Directions from the middle of a ball to its ends.
 OUTWARD = np.array([[1.0, 0.0], [-1.0, 0.0], [0.0, 1.0], [0.0, -1.0]])
 
@@ -92,7 +95,7 @@ def linkage_drawing(
     elements += [_ball(place(end)) for end in ends]
     elements += [_spring(*place(np.asarray(pair) @ rows.T)) for pair in springs]
     if names:
-        elements += _names(drawing, at, place(points @ rows.T), linkage.inputs)
+        elements += _names(drawing, at, place(points @ rows.T), linkage.inputs, standing)
     if over is not None:
         elements += over(Placement(lambda p: place(p @ rows.T), drawing["parts"], at, standing))
     width, height = size
@@ -198,37 +201,80 @@ def _ball(ends: Array) -> str:
 
 
 def _names(
-    drawing: dict[str, Any], at: Sequence[Array], joints: Array, inputs: Sequence[str]
+    drawing: dict[str, Any],
+    at: Sequence[Array],
+    joints: Array,
+    inputs: Sequence[str],
+    feet: Sequence[Array],
 ) -> list[str]:
-    """Write the names of bodies beside their links, and those of inputs at their joints."""
-    elements = [
-        _text(", ".join(part["names"]), corners.mean(axis=0), _beside(corners), LINK)
-        for part, corners in zip(drawing["parts"], at, strict=True)
-        if part["names"] and len(corners)
-    ]
+    """Write the names of inputs at their joints, and those of bodies beside their links.
+
+    Each has the first of its seats in which it covers no ground and no other name, if any.
+    """
+    labels: list[tuple[str, list[_Seat], str]] = []
     for joint, point in zip(drawing["joints"], joints, strict=True):
         if joint["name"] in inputs:
-            off, anchor = (
-                ((13.0, 15.0), "start") if 0 in joint["parts"] else ((-7.0, 17.0), "end")
-            )
-            elements.append(_text(joint["name"], point, (*off, anchor), INK))
+            x, y = point.tolist()
+            below = [_Seat(x + 13.0, y + 15.0, "start"), _Seat(x - 7.0, y + 17.0, "end")]
+            above = [_Seat(x + 10.0, y - 6.0, "start"), _Seat(x - 10.0, y - 6.0, "end")]
+            first = below if 0 in joint["parts"] else below[::-1]
+            labels.append((joint["name"], first + above, INK))
+    for part, corners in zip(drawing["parts"], at, strict=True):
+        if part["names"] and len(corners):
+            labels.append((", ".join(part["names"]), _name_seats(corners), LINK))
+    taken = [np.array([foot + (-11.0, 0.0), foot + (9.0, 20.0)]) for foot in feet]
+    elements = []
+    for text, seats, colour in labels:
+        boxes = [_box(text, seat) for seat in seats]
+        free = [not any(map(partial(_cover, box), taken)) for box in boxes]
+        chosen = free.index(True) if any(free) else 0
+        taken.append(boxes[chosen])
+        elements.append(_text(text, seats[chosen], colour))
     return elements
 
 
-def _beside(corners: Array) -> tuple[float, float, str]:
-    """Choose where a name stands beside a line: the offset from its middle, and the anchor."""
+class _Seat(NamedTuple):
+    """Where a text stands: a point of its lower line, pixels, and which of its ends that is."""
+
+    x: float
+    y: float
+    anchor: str
+
+
+def _name_seats(corners: Array) -> list[_Seat]:
+    """List the seats of a name beside a line, the best one first."""
     x, y = corners[-1] - corners[0]
     if abs(y) < 0.3 * abs(x):
-        return 0.0, -9.0, "middle"
-    if abs(x) < 0.3 * abs(y):
-        return 8.0, 4.0, "start"
-    return 7.0, (13.0 if x * y < 0.0 else -5.0), "start"
+        sides = (0.0, -9.0, "middle"), (0.0, 18.0, "middle")
+    elif abs(x) < 0.3 * abs(y):
+        sides = (8.0, 4.0, "start"), (-8.0, 4.0, "end")
+    else:
+        low, high = (13.0, -5.0) if x * y < 0.0 else (-5.0, 13.0)
+        sides = (7.0, low, "start"), (-7.0, high, "end")
+    middle = corners.mean(axis=0)
+    places = [middle, *(middle + part * (corners[-1] - corners[0]) for part in (0.2, -0.2))]
+    return [
+        _Seat(float(place[0] + dx), float(place[1] + dy), anchor)
+        for place in places
+        for dx, dy, anchor in sides
+    ]
 
 
-def _text(text: str, point: Array, beside: tuple[float, float, str], colour: str) -> str:
-    """Write a text beside a point."""
-    x, y, anchor = beside
+def _box(text: str, seat: _Seat) -> Array:
+    """Return the least and the largest corner (2, 2) of a text."""
+    wide = LETTER * len(text)
+    start = seat.x - wide * {"start": 0.0, "middle": 0.5, "end": 1.0}[seat.anchor]
+    return np.array([[start, seat.y - 11.0], [start + wide, seat.y + 3.0]])
+
+
+def _cover(box: Array, other: Array) -> bool:
+    """Return whether boxes have points in common."""
+    return bool((box[0] < other[1]).all() and (other[0] < box[1]).all())
+
+
+def _text(text: str, seat: _Seat, colour: str) -> str:
+    """Write a text."""
     return (
-        f'<text x="{point[0] + x:.1f}" y="{point[1] + y:.1f}" font-family="sans-serif" '
-        f'font-size="13" text-anchor="{anchor}" fill="{colour}">{escape(text)}</text>'
+        f'<text x="{seat.x:.1f}" y="{seat.y:.1f}" font-family="sans-serif" '
+        f'font-size="13" text-anchor="{seat.anchor}" fill="{colour}">{escape(text)}</text>'
     )

@@ -18,7 +18,6 @@ from balance.app.answers.html.plot_style import image, short, tidy
 from balance.app.answers.html.render import facts_list, render_page, rows_table
 from balance.app.answers.text.paths import path_rows, paths_facts
 from balance.motion.motion_tolerances import CONDITIONING_NOTICE
-from balance.motion.paths.inertia_ratios import InertiaChart
 from balance.motion.paths.path import ReactionlessPath, timed_path
 from balance.motion.paths.reactionless_paths import ReactionlessPaths
 from balance.motion.paths.tool_paths import ToolPaths
@@ -128,7 +127,7 @@ def _run_data(solution: ReactionlessPaths, field: _MomentumField | None) -> dict
         box = np.column_stack([low - margin, high + margin]).tolist()
     return {
         "paths": paths,
-        "inputs": _labels(linkage),
+        "inputs": axis_labels(linkage),
         "box": box,
         "axes": ["x (m)", "y (m)"],
         "field": None if field is None else field.to_dict(),
@@ -148,15 +147,15 @@ def _tool_figure(tool: ToolPaths) -> str:
     )
 
 
-def _in_plane(linkage: Linkage, points: Array) -> Array:
+def in_plane(linkage: Linkage, points: Array) -> Array:
     """Compute coordinates of points (…, 3) in the plane of the drawing (…, 2)."""
     return np.asarray(points @ linkage.chain.frame.R[:2].T)
 
 
 def _stroke_lines(linkage: Linkage, tool: ToolPaths) -> Array:
     """Compute points (N, 2) of strokes of a tool, apart by NaN."""
-    at, way = (_in_plane(linkage, tool.strokes[:, k]) for k in range(2))
-    seen = _in_plane(linkage, tool.workspace)
+    at, way = (in_plane(linkage, tool.strokes[:, k]) for k in range(2))
+    seen = in_plane(linkage, tool.workspace)
     half = STROKE * float(np.ptp(seen, axis=0).max()) * way if len(seen) else way
     ends = np.stack([at - half, at + half, np.full_like(at, np.nan)], axis=1)
     return ends.reshape(-1, 2)
@@ -164,8 +163,8 @@ def _stroke_lines(linkage: Linkage, tool: ToolPaths) -> Array:
 
 def _tool_data(linkage: Linkage, tool: ToolPaths) -> dict[str, Any]:
     """Compute what the script draws of a tool: workspace, strokes, and all ways."""
-    parts = [_in_plane(linkage, tool.workspace), _stroke_lines(linkage, tool)]
-    ways = [_in_plane(linkage, way) for way in tool.ways]
+    parts = [in_plane(linkage, tool.workspace), _stroke_lines(linkage, tool)]
+    ways = [in_plane(linkage, way) for way in tool.ways]
     drawn = [{"x": short(points[:, 0]), "y": short(points[:, 1])} for points in (*parts, *ways)]
     return {"workspace": drawn[0], "strokes": drawn[1], "ways": drawn[2:]}
 
@@ -197,8 +196,8 @@ def _path_data(
     last = np.array([[p for part in frame for p in part][-1] for frame in frames])
     nearest = np.linalg.norm(q[:, None] - path.q, axis=2).argmin(axis=1)
     if way is not None:
-        last = _in_plane(linkage, way[nearest])
-    plane = _plane(linkage, [path], field)
+        last = in_plane(linkage, way[nearest])
+    plane = path_plane(linkage, [path], field)
     return {
         "label": f"{number}: {path.length:.3g} long, momentum {path.residual_text}",
         "frames": frames,
@@ -283,9 +282,9 @@ def _draw(solution: ReactionlessPaths, figure: Any) -> None:
         shade = plane.pcolormesh(field.first, field.second, size, cmap="Blues_r", vmin=0.0)
         figure.colorbar(shade, ax=plane, label="smallest singular value over the own momenta")
         plane.plot(*field.strokes.T, color="#5d6a76", linewidth=0.6)
-    labels = _labels(solution.linkage)
+    labels = axis_labels(solution.linkage)
     if solution.paths or field is not None:
-        shown = _plane(solution.linkage, solution.paths, field)
+        shown = path_plane(solution.linkage, solution.paths, field)
         plane.set(xlim=shown.ranges[0], ylim=shown.ranges[1])
         plane.set(xlabel=labels[shown.axes[0]], ylabel=labels[shown.axes[1]])
     for k, path in enumerate(solution.paths):
@@ -316,49 +315,18 @@ def _draw_tool(solution: ReactionlessPaths, ax: Any) -> None:
     """Draw the ways of the tool in its complete workspace."""
     linkage, tool = solution.linkage, solution.tool
     assert tool is not None
-    seen = _in_plane(linkage, tool.workspace)
+    seen = in_plane(linkage, tool.workspace)
     ax.plot(*seen.T, ".", color="#d3dae0", markersize=2.0, label="complete workspace")
     ax.plot(*_stroke_lines(linkage, tool).T, color="#5d6a76", linewidth=0.6)
     for k, way in enumerate(tool.ways):
-        points = _in_plane(linkage, way)
+        points = in_plane(linkage, way)
         ax.plot(*points.T, color=COLOURS[k % len(COLOURS)], linewidth=1.8)
     ax.set_aspect("equal")
     ax.set(xlabel="x (m)", ylabel="y (m)")
     ax.set_title(f"ways of {tool.link}", loc="left", fontsize=9)
 
 
-def chart_picture(chart: InertiaChart, kind: str = "png") -> bytes:
-    """Draw the paths of a chart, a colour for each factor: of the tool, or in two inputs."""
-    return image((6.4, 4.8), kind, partial(_draw_chart, chart))
-
-
-def _draw_chart(chart: InertiaChart, figure: Any) -> None:
-    """Draw a chart on a Matplotlib figure."""
-    ax = figure.subplots()
-    linkage = chart.solutions[0].linkage
-    paths = [path for solution in chart.solutions for path in solution.paths]
-    shown = _plane(linkage, paths, None) if paths else None
-    labels = _labels(linkage)
-    for k, (factor, solution) in enumerate(zip(chart.factors, chart.solutions, strict=True)):
-        label: str | None = f"{number_text(factor)} of the inertia of {chart.link}"
-        for j, path in enumerate(solution.paths):
-            if solution.tool is not None:
-                points = _in_plane(linkage, solution.tool.ways[j])
-                axes = "x (m)", "y (m)"
-            else:
-                assert shown is not None
-                points = np.column_stack([path.u, path.s])[:, list(shown.axes)]
-                axes = labels[shown.axes[0]], labels[shown.axes[1]]
-            ax.plot(*points.T, color=COLOURS[k % len(COLOURS)], linewidth=1.8, label=label)
-            ax.set(xlabel=axes[0], ylabel=axes[1])
-            label = None
-    ax.set_title(f"{linkage.name}: paths over ratios of inertia", loc="left", fontsize=9)
-    if paths:
-        ax.legend(frameon=False, fontsize=8)
-    tidy(ax)
-
-
-class _Plane(NamedTuple):
+class PathPlane(NamedTuple):
     """The plane in which paths are drawn.
 
     Attributes:
@@ -371,23 +339,23 @@ class _Plane(NamedTuple):
     ranges: tuple[tuple[float, float], tuple[float, float]]
 
 
-def _labels(linkage: Linkage) -> list[str]:
+def axis_labels(linkage: Linkage) -> list[str]:
     """Name what may be an axis: the inputs, and the arc length."""
     units = ("m" if name in linkage.sliding else "rad" for name in linkage.inputs)
     named = zip(linkage.inputs, units, strict=True)
     return [*(f"{name} ({unit})" for name, unit in named), ARC_LENGTH]
 
 
-def _plane(
+def path_plane(
     linkage: Linkage, paths: Sequence[ReactionlessPath], field: _MomentumField | None
-) -> _Plane:
+) -> PathPlane:
     """Choose the plane of paths: that of the field, or of the two inputs that move most.
 
     An input that rests is no axis; if one moves alone, it is drawn over the arc length.
     """
     if field is not None:
         across, along = ((float(axis[0]), float(axis[-1])) for axis in field[:2])
-        return _Plane((0, 1), (across, along))
+        return PathPlane((0, 1), (across, along))
     units = input_chain(linkage).units[linkage.positions_of(linkage.inputs)]
     u = np.concatenate([path.u for path in paths])
     low, high = u.min(axis=0), u.max(axis=0)
@@ -398,10 +366,10 @@ def _plane(
     ends = np.column_stack([0.5 * (low + high) - half, 0.5 * (low + high) + half]).tolist()
     if len(moving) > 1:
         first, second = moving
-        return _Plane((first, second), (tuple(ends[first]), tuple(ends[second])))
+        return PathPlane((first, second), (tuple(ends[first]), tuple(ends[second])))
     s = np.concatenate([path.s for path in paths])
     axes = (len(linkage.inputs), ranked[0])
-    return _Plane(axes, ((float(s.min()), float(s.max())), tuple(ends[ranked[0]])))
+    return PathPlane(axes, ((float(s.min()), float(s.max())), tuple(ends[ranked[0]])))
 
 
 class _MomentumField(NamedTuple):

@@ -167,7 +167,7 @@ def test_every_option(verb, name, tmp_path, monkeypatch):
         words = [*verb.split(), *filter(None, [model]), *more, *["--json"] * (name != "--json")]
         if verb == "verify" and name not in ("--trajectories", "--speed"):
             words += ["--trajectories", "1"]
-        if verb == "paths" and name != "--length":
+        if verb == "paths" and name not in ("--length", "--through", "--change"):
             words += ["--length", "0.2"]
         if verb == "remedies" and name != "--only":
             words += ["--only", "own_masses"]

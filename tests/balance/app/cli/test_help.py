@@ -39,6 +39,11 @@ def test_help_fits_on_a_page(verb, monkeypatch):
     assert len(examples_of(text)) == 3
 
 
+def test_help_of_paths_fits_on_a_page(monkeypatch):
+    """It has no examples."""
+    assert len(help_of("paths", monkeypatch).splitlines()) <= MOST_LINES
+
+
 @pytest.mark.parametrize("verb", [*ON_ONE_PAGE, "verify", "report"])
 def test_groups_of_the_help(verb, monkeypatch):
     """Every option stands in a group, the model first and the output last."""

@@ -11,6 +11,7 @@ import shlex
 
 import pytest
 
+from balance.app.cli.main import COMMANDS
 from kinematics import gallery
 from tests.support.command_runs import asked
 
@@ -27,6 +28,19 @@ TABLES = {
     "empty.urdf": "",
     "cut.urdf": "<robot",
     "no_links.urdf": "<robot name='r'/>",
+    "notes.txt": "crank 0.2 m\n",
+    "robot.step": "ISO-10303-21;\n",
+    "tabs.csv": "time\tu1\n" + "".join(f"{k}\t{k * k}\n" for k in range(9)),
+    "gap.csv": "time,u1\n0,0\n1,\n" + "".join(f"{k},1\n" for k in range(2, 9)),
+    "capitals.csv": "Time,U1\n" + "".join(f"{k},{k * k}\n" for k in range(9)),
+    "link.csv": "time,crank\n" + "".join(f"{k},{k * k}\n" for k in range(9)),
+    "short_time.csv": "t,u1\n" + "".join(f"{k},{k * k}\n" for k in range(9)),
+    "loads.csv": "time,FX,FY,MZ\n" + "0,1,1,1\n" * 20,
+    "lengths_of_loads.csv": "time,fx [mm]\n" + "0,1\n" * 20,
+    "motion.csv": "time,u1\n" + "".join(f"{0.1 * k:.1f},{0.01 * k * k}\n" for k in range(40)),
+    "later.csv": "time,fx\n" + "".join(f"{7 + 0.1 * k:.1f},1\n" for k in range(40)),
+    "list.toml": "[[\n",
+    "tables.toml": 'model = "five_bar"\n[dimensions]\na = 1\n',
 }
 
 # Words, exit code, and what the first line says: the element, and the remedy.
@@ -122,6 +136,62 @@ MISTAKES = [
     ("remedies four_bar_kite --only wheels", 2, "no remedy 'wheels': choose from own_masses"),
     ("formulas three_rsr", 3, "it has 2 loops: formulas of spatial linkages are of"),
     ('synthesize --positions "0,0"', 2, "is not x,y,deg: write"),
+    ("report notes.txt", 3, "notes.txt: .*give a robot as URDF, SDF or MJCF"),
+    ("report robot.step", 3, "robot.step: .*give a robot as URDF, SDF or MJCF"),
+    ("report FOUR_BAR_KITE", 3, "FOUR_BAR_KITE.*a name such as 'four_bar_kite'"),
+    ("report four_bar_kite.urdf", 3, "give the name of the model, four_bar_kite$"),
+    ("report four_bar_kite -html page.html", 2, "-html .did you mean '--html'"),
+    ("report --model four_bar_kite", 2, "write MODEL alone, without --model"),
+    ("report four_bar_kite --at u1=0.3 u2=0.1", 2, "u2=0.1 .--at takes one word: commas"),
+    ("report four_bar_kite --at 30deg", 2, "'30deg' is not u1=0.3,u2=-10deg"),
+    ("report four_bar_kite --balance moment", 2, "'moment' .choose from 'dynamic', 'force'"),
+    ("verify slider_crank --rpm 300", 2, "--rpm 300 .did you mean '--speed'"),
+    ("verify slider_crank --speed u1=300 rpm", 2, "'u1=300' is not a speed: .*u1=300rpm"),
+    ("verify slider_crank --csv tabs.csv", 3, "be time, u1; commas part them, no tabs"),
+    ("verify slider_crank --csv gap.csv", 3, "sample 2: cannot be read as numbers"),
+    ("verify slider_crank --csv capitals.csv", 3, "not Time .*'time'.*U1 .did you mean 'u1'"),
+    ("verify slider_crank --csv link.csv", 3, "must be time, u1, not crank"),
+    ("verify slider_crank --csv short_time.csv", 3, "must be time, u1, not t;"),
+    ("verify slider_crank --gravity 9.81", 2, "not a vector such as 0,0,-9.81.*m/s²"),
+    ("verify slider_crank --against none.urdf", 3, "none.urdf: no such file"),
+    ("identify slider_crank", 2, "give --motion and --wrench, or --plan"),
+    ("identify slider_crank --motion motion.csv --wrench loads.csv", 3, "not FX .*'fx'"),
+    (
+        "identify slider_crank --motion motion.csv --wrench lengths_of_loads.csv",
+        3,
+        "column 'fx .mm.': .*write force in N",
+    ),
+    ("identify slider_crank --motion later.csv --wrench motion.csv", 3, "u1, not fx;"),
+    ("identify slider_crank --plan --duration 10m", 2, "unit of length: write time in s, ms"),
+    ("design five_bar --bounds left_lower=1m:2", 2, "unit of length: write mass in kg"),
+    ("design five_bar --keep left_lower,left_uper", 3, "'left_uper': .*mean 'left_upper'"),
+    ("design five_bar --output x.urdf", 2, "--output x.urdf .did you mean '--out'"),
+    ("counterweights five_bar --links left_lower left_upper", 2, "--links takes one word"),
+    ("reduce five_bar --links all --budget 5%", 2, "'%' is no unit .*write mass in kg"),
+    ("reduce five_bar --links all --budget 1 --material steel", 2, "mean '--density'"),
+    ("springs five_bar --between base,left_lower --gravity -9.81", 2, "such as 0,0,-9.81"),
+    ("springs five_bar --between base@0,0,0 left_lower@1,0,0", 2, "--between takes one word"),
+    ("springs five_bar --between left_lower", 2, "no known form: write 'base,arm'"),
+    ("flex simulate four_bar_general --flex coupler=rect(30,4),steel", 3, "4 m thick and 0.89"),
+    ("flex simulate four_bar_general --flex coupler=rect(3kg,4mm),steel", 2, "write length"),
+    ("flex simulate four_bar_general --flex coupler=rect(3,1),stel", 2, "materials are steel"),
+    ("motion five_bar --to u9=1", 3, "u9.*u1, u2"),
+    ("motion five_bar --path notes.txt", 3, "must be u1, u2, not crank 0.2 m"),
+    ("paths five_bar --tool left_uper", 3, "'left_uper': .*did you mean 'left_upper'"),
+    ("paths five_bar --tolerance 5", 2, "'5' is not below 1: write 5% or 0.05"),
+    ("quiet five_bar", 2, "give the pose to reach by --to or --tool-to"),
+    ("quiet five_bar --to u1=0.5 --duration 500kg", 2, "write time in s, ms, min"),
+    ("quiet five_bar --to u1=0.5 --max-torque 20kg", 2, "write the number alone, in SI"),
+    ("quiet five_bar --tool left_upper --tool-to u1=0.1", 3, "is an input: write --from or"),
+    ("quiet five_bar --to x=0.1", 2, "a pose with x is one of a tool: name the link"),
+    ("remedies five_bar --only own-masses", 2, "did you mean 'own_masses'"),
+    ("sweep run list.toml", 3, "list.toml: no TOML: .*line 1, column 3.*correct the file"),
+    ("sweep run tables.toml", 3, "no such table; the tables are model, parameters"),
+    ("sweep run", 2, "required: STUDY.toml"),
+    ("discover run --topology fourbar --starts 3", 2, "did you mean 'four-bar'"),
+    ("synthesize --positions 0,0,0;1,0,9", 2, "by --fixed or --moving"),
+    ("formulas five_bar --balance all", 2, "'all' .choose from 'dynamic', 'force'"),
+    ("models four_bar", 2, "unrecognized arguments: four_bar"),
 ]
 
 
@@ -145,8 +215,9 @@ def test_mistakes_are_answered_in_one_line(words, code, said, folder):
     assert sorted(folder.iterdir()) == before
 
 
-def test_there_are_sixty():
+def test_there_are_sixty_and_some_of_every_command():
     assert len(MISTAKES) >= 60
+    assert {words.split()[0] for words, *_ in MISTAKES} >= set(COMMANDS)
 
 
 @pytest.mark.slow

@@ -8,31 +8,15 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from scipy.integrate import quad
 
 import balance
 import kinematics
-from balance.app.answers.html.paths import chart_picture
+from balance.app.answers.html.path_inertia import chart_picture
 from balance.motion import inertia_chart, moments_through_poses
 from balance.motion.paths.inertia_ratios import with_moments
 from kinematics.errors import LinkageError
 from tests.support.planned_arms import planar_arm
-
-LENGTHS, MASSES = (0.5, 0.4), (3.0, 2.0)
-
-
-def turned(start, end, first=1.0, second=1.0):
-    """How far the first joint turns while the second goes from start to end."""
-    (l1, l2), (m1, m2) = LENGTHS, MASSES
-    c1, c2 = l1 / 2, l2 / 2
-    I1, I2 = first * m1 * l1**2 / 12, second * m2 * l2**2 / 12
-
-    def slope(q2):
-        coupling = I2 + m2 * (c2**2 + l1 * c2 * np.cos(q2))
-        whole = I1 + I2 + m1 * c1**2 + m2 * (l1**2 + c2**2 + 2 * l1 * c2 * np.cos(q2))
-        return -coupling / whole
-
-    return quad(slope, start, end, epsabs=1e-13)[0]
+from tests.support.two_links import LENGTHS, MASSES, tip, turned
 
 
 @pytest.mark.slow
@@ -61,6 +45,20 @@ def test_one_pose_more_determines_one_moment_of_inertia():
     assert answer.u[[0, -1]] == pytest.approx(np.array([[0.0, 0.4], target]), abs=1e-12)
     by_hand = [turned(0.4, q2, second=2.5) for q2 in answer.u[::40, 1]]
     assert answer.u[::40, 0] == pytest.approx(by_hand, abs=1e-8)
+
+
+def test_a_point_of_the_tool_determines_it_too():
+    """The tip on a path in closed form, with 2.5 of the inertia of the second link."""
+    x, y = tip(turned(0.4, 1.6, second=2.5), 1.6) - (sum(LENGTHS), 0.0)
+    answer = moments_through_poses(
+        planar_arm(2),
+        ["link2"],
+        [[0.0, 0.4], {"x": x, "y": y}],
+        kept="moment",
+        tool=("link2", (LENGTHS[1], 0, 0)),
+    )
+    assert answer.factors == {"link2": pytest.approx(2.5, rel=1e-6)}
+    assert tip(*answer.u[-1]) - (sum(LENGTHS), 0.0) == pytest.approx([x, y], abs=1e-9)
 
 
 @pytest.mark.slow

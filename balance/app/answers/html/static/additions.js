@@ -8,23 +8,24 @@ const additions = data("additions").map((one) =>
 stage.points.push(...additions.flatMap(({part, paths}) =>
   paths.flatMap((path) => path.map((point) => [part, point]))));
 
-/** Traces of the regions, and of the lumps where the design is shown. */
-const added = (H, designed) => {
-  const borders = new Lines(), lumps = new Labels(), balls = new Mesh(), grains = new Labels();
-  for (const {name, part, paths, lumps: own, filled} of additions) {
-    for (const path of paths) borders.path(part, path, `region of ${plain(name)}`);
-    for (const {mass, at, radius} of designed ? own : []) {
-      const text = `${plain(name)}, ${Number(mass.toPrecision(3))} kg added`;
-      lumps.put(part, at, text);
-      if (radius) balls.sphere(part, at, radius, text);
-    }
-    for (const at of designed ? filled : []) grains.put(part, at, plain(name));
+const drawnAdditions = {borders: new Lines(), lumps: new Labels(), matter: new Mesh()};
+for (const {name, part, paths, lumps, surface} of additions) {
+  for (const path of paths) drawnAdditions.borders.path(part, path, `region of ${plain(name)}`);
+  for (const {mass, at, radius} of lumps) {
+    const text = `${plain(name)}, ${Number(mass.toPrecision(3))} kg added`;
+    drawnAdditions.lumps.put(part, at, text);
+    if (radius) drawnAdditions.matter.sphere(part, at, radius, text);
+    if (surface) drawnAdditions.matter.surface(part, surface, text);
   }
+}
+
+/** Traces of the regions, and of the matter in them where the design is shown. */
+const added = (H, designed) => {
+  const {borders, lumps, matter} = drawnAdditions;
   return [
     lines("regions", borders, H, {color: GHOST, width: 2}),
-    marks("filled", grains, H, "circle", 2, LUMP),
-    mesh("steel", balls, H, LUMP, 0.55),
-    marks("lumps", lumps, H, "circle", 3, LUMP),
+    mesh("matter", designed ? matter : new Mesh(), H, LUMP, 0.7),
+    marks("lumps", designed ? lumps : new Labels(), H, "circle", 3, LUMP),
   ];
 };
 

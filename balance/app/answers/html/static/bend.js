@@ -14,15 +14,15 @@ function joined(lines) {
   return {x, y};
 }
 
-/** Lines from the middle of a link to its corners. */
-const spokes = (points) => points.slice(0, -1).map((p) => [points.at(-1), p]);
+/** The line around a rigid link, through its joints. */
+const around = (points) => points.length > 2 ? [...points, points[0]] : points;
 
 /** The lines of frame k: rigid links, beams without deformation, and deformed ones. */
 function linesAt(k) {
   const straight = frames.straight.map((poses) => poses[k]);
   const bent = straight.map((line, b) => line.map((p, i) =>
     p.map((x, axis) => x + factor() * (frames.bent[b][k][i][axis] - x))));
-  return {links: frames.links.flatMap((poses) => spokes(poses[k])), straight, bent};
+  return {links: frames.links.map((poses) => around(poses[k])), straight, bent};
 }
 
 function show() {

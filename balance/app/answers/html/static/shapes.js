@@ -44,6 +44,12 @@ class Mesh {
       this.faces.push([start, start + 1 + k, start + 1 + (k + 1) % count]);
     }
   }
+  /** Triangles of points. */
+  surface(part, {points, faces}, text) {
+    const start = this.vertices.length;
+    for (const p of points) this.vertices.push([part, p, text]);
+    for (const face of faces) this.faces.push(face.map((k) => start + k));
+  }
   sphere(part, centre, radius, text) {
     const rows = [];
     for (let r = 0; r <= 10; r++) {

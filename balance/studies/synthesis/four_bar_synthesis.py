@@ -6,7 +6,6 @@ Kites, antiparallelograms and slider-cranks, and any four-bars with geared rotor
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from itertools import islice
 
 import numpy as np
 
@@ -198,9 +197,9 @@ def dyad_six_bars(request: SynthesisRequest) -> Synthesis:
     within = SYNTHESIS_MET * size_of(request.positions)
     designs = general_four_bars(request.positions, fixed=request.fixed, moving=request.moving)
     mechanisms: list[tuple[SynthesizedMechanism, str]] = []
-    for design, space in islice(six_bars(designs, request.progress), TRIES):
+    for design, space in six_bars(designs, request.progress)[:TRIES]:
         base = design.numbers["base"]
-        plates = [part * base for part in THICKNESS]
+        plates: list[float | None] = [part * base for part in THICKNESS]
         if request.thickness is not None or request.density is None:
             plates = [request.thickness]
         tried = (

@@ -12,12 +12,13 @@ difference of its links on the way.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields
 from itertools import islice
 
 import numpy as np
 
+from balance.masses.designs.feasibility import feasible
 from balance.masses.remedies.dyads.added_dyad import DyadSeed, buildable_space, dyad_seeds
 from balance.masses.remedies.request import RemedyRequest
 from balance.space.spaces.design_space import DesignSpace
@@ -26,9 +27,10 @@ from balance.studies.synthesis.general_four_bars import LEAST, GeneralFourBar
 from kinematics.loading.model_gallery import load
 from kinematics.model.document.element import Document
 from kinematics.numerics.array_types import Array
+from kinematics.numerics.linalg.ties import rank_least_first
 
 KIND = "six-bar"
-# Four-bars to which dyads are added; dyads of each: those on the base, which come first.
+# Most four-bars to which dyads are added; dyads of each: those on the base, which come first.
 TRIED, DYADS = 60, 4
 # Angles of the crank, from the first position to the last, at which the dyad is judged.
 SAMPLES = 200
@@ -105,29 +107,32 @@ class SixBar(GeneralFourBar):
 
 def six_bars(
     designs: Sequence[GeneralFourBar], progress: Callable[[int, int], None] | None = None
-) -> Iterator[tuple[SixBar, DesignSpace]]:
-    """Add dyads to four-bars, and yield those with masses that balance them.
+) -> tuple[tuple[SixBar, DesignSpace], ...]:
+    """Add dyads to four-bars, and find those with masses that balance them.
 
     Args:
-        designs: four-bars through positions, the best first.
+        designs: four-bars through positions; of many some are tried, of all sizes.
         progress: called with the number of four-bars tried and of all that are.
 
-    Yields:
-        The six-bar, and its design space, which has buildable masses.
+    Returns:
+        Six-bars and their design spaces; those whose masses have the largest margin first: they
+        are light.
     """
-    tried = [each for each in designs if _lengths_fit(each)][:TRIED]
+    short = [each for each in designs if _lengths_fit(each)]
+    tried = short[:: 1 + (len(short) - 1) // TRIED]
+    pairs: list[tuple[SixBar, DesignSpace]] = []
     for done, four_bar in enumerate(tried, 1):
         linkage = load(Document(KIND, four_bar_urdf(four_bar)), bodies="all")
         request = RemedyRequest(linkage)
         for seed in islice(dyad_seeds(linkage), DYADS):
             space = buildable_space(request, seed)
-            if space is None:
-                continue
-            design = _six_bar(four_bar, seed, space)
-            if design is not None and design.dyad_transmission > LEAST:
-                yield design, space
+            design = space and _six_bar(four_bar, seed, space)
+            if space and design and design.dyad_transmission > LEAST:
+                pairs.append((design, space))
         if progress is not None:
             progress(done, len(tried))
+    ranks = rank_least_first([-feasible(space).margin for _, space in pairs])
+    return tuple(pairs[k] for k in ranks)
 
 
 def _lengths_fit(four_bar: GeneralFourBar) -> bool:

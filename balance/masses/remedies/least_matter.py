@@ -92,8 +92,8 @@ def least_matter(
 ) -> LeastMatter:
     """Find the least matter in some regions, or in wider ones if these are too small.
 
-    A verdict against it is given only after the integers of the space are certified; who finds
-    matter verifies the file with it.
+    A verdict against it is given only after the integers of the space are certified, and so
+    after wider regions were tried; who finds matter verifies the file with it.
 
     Args:
         links: links that may get matter.
@@ -110,6 +110,11 @@ def least_matter(
     matter = fill(whole, links, regions)
     if matter.verdict == "feasible":
         return LeastMatter(matter, None)
+    tried = matter.verdict != "infeasible" or not matter.chosen
+    if not tried and feasible(space).verdict != "infeasible":
+        wider = fill(whole, links, {**regions, **_wide_regions(space, matter)})
+        if wider.verdict == "feasible":
+            return LeastMatter(wider, None)
     whole = certify(whole)
     matter = fill(whole, links, regions)
     if matter.verdict != "infeasible":
@@ -118,6 +123,10 @@ def least_matter(
     anywhere = feasible(space)
     if anywhere.verdict == "infeasible" or not matter.chosen:
         return LeastMatter(matter, anywhere)
-    wide = {name: wide_region(space, space.bodies.index(name)) for name in matter.chosen}
-    matter = fill(whole, links, {**regions, **wide})
+    matter = fill(whole, links, {**regions, **_wide_regions(space, matter)})
     return LeastMatter(matter, anywhere)
+
+
+def _wide_regions(space: DesignSpace, matter: Counterweights) -> dict[str, Region | str]:
+    """Return wide regions for the links whose regions were chosen."""
+    return {name: wide_region(space, space.bodies.index(name)) for name in matter.chosen}

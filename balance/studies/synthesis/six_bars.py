@@ -119,7 +119,7 @@ def six_bars(
         are light.
     """
     short = [each for each in designs if _lengths_fit(each)]
-    tried = short[:: 1 + (len(short) - 1) // TRIED]
+    tried = short[:: len(short) // TRIED + 1]
     pairs: list[tuple[SixBar, DesignSpace]] = []
     for done, four_bar in enumerate(tried, 1):
         linkage = load(Document(KIND, four_bar_urdf(four_bar)), bodies="all")

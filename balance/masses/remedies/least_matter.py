@@ -89,6 +89,7 @@ def least_matter(
     density: float | None = None,
     thickness: float | None = None,
     whole: DesignSpace | None = None,
+    prove: bool = True,
 ) -> LeastMatter:
     """Find the least matter in some regions, or in wider ones if these are too small.
 
@@ -101,9 +102,12 @@ def least_matter(
         density: density that the matter nowhere exceeds, kg/m³; None for point masses.
         thickness: that of plates on a planar linkage, m; None for other matter.
         whole: the space with all components of the momentum, if it is known.
+        prove: whether the gap is proved.
     """
     flat = space.planar and space.balance == "dynamic" and thickness is None
-    fill = partial(counterweights, density=density, thickness=thickness, relax=False)
+    fill = partial(
+        counterweights, density=density, thickness=thickness, relax=False, prove=prove
+    )
     # The space of all components of the momentum, once for all programs.
     if whole is None or not flat:
         whole = recompute_spatial(space) if flat else space

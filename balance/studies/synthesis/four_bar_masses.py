@@ -58,7 +58,9 @@ def balanced_masses(
 
 
 def four_bar_urdf(
-    four_bar: FourBarDesign | GeneralFourBar, inertials: Mapping[str, Element] | None = None
+    four_bar: FourBarDesign | GeneralFourBar,
+    inertials: Mapping[str, Element] | None = None,
+    name: str = "",
 ) -> bytes:
     """Write a four-bar as a URDF file at the first position.
 
@@ -66,6 +68,7 @@ def four_bar_urdf(
 
     Args:
         inertials: of its links by name; the others have no mass.
+        name: of the robot; its kind by default.
     """
     at = four_bar.pivots()
     tool = four_bar.first
@@ -73,7 +76,7 @@ def four_bar_urdf(
     yaw = number_words([0.0, 0.0, tool.angle])
     turned = Element("origin", {**plane_origin(tool.point - tip).attributes, "rpy": yaw})
     parts = [
-        *(make_elements.link(name, (inertials or {}).get(name)) for name in LINKS),
+        *(make_elements.link(link, (inertials or {}).get(link)) for link in LINKS),
         make_elements.hinge(
             "crank_joint", "base", "crank", plane_origin(crank), independent=True
         ),
@@ -90,7 +93,7 @@ def four_bar_urdf(
             ("0 0 1", ""),
         ),
     ]
-    return element_text(make_elements.robot(four_bar.kind, parts)).encode()
+    return element_text(make_elements.robot(name or four_bar.kind, parts)).encode()
 
 
 def plane_origin(at: complex) -> Element:

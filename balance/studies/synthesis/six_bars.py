@@ -122,7 +122,7 @@ def six_bars(
     tried = short[:: len(short) // TRIED + 1]
     pairs: list[tuple[SixBar, DesignSpace]] = []
     for done, four_bar in enumerate(tried, 1):
-        linkage = load(Document(KIND, four_bar_urdf(four_bar)), bodies="all")
+        linkage = load(Document(KIND, four_bar_urdf(four_bar, name=KIND)), bodies="all")
         request = RemedyRequest(linkage)
         for seed in islice(dyad_seeds(linkage), DYADS):
             space = buildable_space(request, seed)

@@ -224,4 +224,4 @@ def slider_crank_urdf(design: SliderCrank) -> bytes:
             ("0 0 1", ""),
         ),
     ]
-    return element_text(make_elements.robot("slider_crank", parts)).encode()
+    return element_text(make_elements.robot(KIND, parts)).encode()

@@ -114,8 +114,8 @@ def least_matter(
     matter = fill(whole, links, regions)
     if matter.verdict == "feasible":
         return LeastMatter(matter, None)
-    tried = matter.verdict != "infeasible" or not matter.chosen
-    if not tried and feasible(space).verdict != "infeasible":
+    narrow = matter.verdict == "infeasible" and bool(matter.chosen)
+    if narrow and feasible(space).verdict != "infeasible":
         wider = fill(whole, links, {**regions, **_wide_regions(space, matter)})
         if wider.verdict == "feasible":
             return LeastMatter(wider, None)

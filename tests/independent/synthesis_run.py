@@ -22,6 +22,7 @@ import sys
 import tempfile
 import time
 from collections import defaultdict
+from functools import partial
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -33,7 +34,9 @@ from kinematics import load
 from kinematics.errors import LinkageError
 from tests.independent import second_synthesis as second
 
-KINDS = ("pantograph", "four-bar", "geared-four-bar")
+KINDS = ("pantograph", "four-bar", "slider-crank", "geared-four-bar", "six-bar")
+# Kinds of which "none" is searched again; those of one solution have no other.
+SEARCHED = ("four-bar", "geared-four-bar")
 COLUMNS = (
     "tasks", "found", "verified", "met", "none", "searched", "confirmed", "wrong", "undecided"
 )  # fmt: skip
@@ -81,10 +84,11 @@ def _pivot(rng, count: int) -> dict[str, complex]:
 
 
 def miss_of_file(path: Path, mechanism: SynthesizedMechanism, places) -> float:
-    """How far the tool of a written four-bar is from the positions, by its links alone.
+    """How far the tool of a written linkage is from the positions, by its links alone.
 
-    The crank turns step by step, and the tip of the rocker goes to the nearer crossing of two
-    circles; the angle counts as an arc of the size.
+    The crank turns step by step, and the end of the coupler goes to the nearer crossing of its
+    circle and that of the rocker, or the line of a slider; the angle counts as an arc of the
+    size.
     """
     root = ElementTree.parse(path).getroot()
     at = {
@@ -98,26 +102,40 @@ def miss_of_file(path: Path, mechanism: SynthesizedMechanism, places) -> float:
     )
     ends = next(root.iter("loop"))
     on_coupler = complex(*map(float, ends.find("predecessor/origin").get("xyz").split()[:2]))
-    G, H, arm = at["crank_joint"], at["rocker_joint"], at["coupler_joint"]
-    on_rocker = complex(*map(float, ends.find("successor/origin").get("xyz").split()[:2]))
-    coupler, rocker = abs(on_coupler), abs(on_rocker)
+    G, arm, coupler = at["crank_joint"], at["coupler_joint"], abs(on_coupler)
+    if mechanism.kind == "slider-crank":
+        (slide,) = (x for x in root.iter("joint") if x.get("type") == "prismatic")
+        way = complex(*map(float, slide.find("axis").get("xyz").split()[:2]))
+        crossings = partial(_line_and_circle, at["slide"], way, coupler)
+    else:
+        on_rocker = complex(*map(float, ends.find("successor/origin").get("xyz").split()[:2]))
+        crossings = partial(_two_circles, at["rocker_joint"], abs(on_rocker), coupler)
     Z, angle, worst = G + arm + on_coupler, 0.0, 0.0
     size = max(abs(complex(*p[:2]) - complex(*places[0][:2])) for p in places)
     for end, (x, y, wanted) in zip(mechanism.link_turns, places, strict=True):
         for turn in np.linspace(angle, end, STEPS):
             A = G + arm * np.exp(1j * turn)
-            gap = abs(H - A)
-            along = (coupler**2 - rocker**2 + gap**2) / (2.0 * gap)
-            beside = 1j * np.sqrt(max(coupler**2 - along**2, 0.0))
-            Z = min(
-                (A + (along + s * beside) * (H - A) / gap for s in (1, -1)),
-                key=lambda z, last=Z: abs(z - last),
-            )
+            Z = min(crossings(A), key=lambda z, last=Z: abs(z - last))
         angle, way = end, (Z - A) / on_coupler
         tool = A + at["tool_fixed"] * way
         turned = abs(np.angle(way * np.exp(1j * (yaw - wanted))))
         worst = max(worst, abs(tool - complex(x, y)), size * turned)
     return worst / size
+
+
+def _two_circles(H: complex, rocker: float, coupler: float, A: complex) -> list[complex]:
+    """Cross the circles about the base of the rocker and the tip of the crank."""
+    gap = abs(H - A)
+    along = (coupler**2 - rocker**2 + gap**2) / (2.0 * gap)
+    beside = 1j * np.sqrt(max(coupler**2 - along**2, 0.0))
+    return [A + (along + s * beside) * (H - A) / gap for s in (1, -1)]
+
+
+def _line_and_circle(H: complex, way: complex, coupler: float, A: complex) -> list[complex]:
+    """Cross the line of the slider and the circle about the tip of the crank."""
+    foot = ((A - H) * way.conjugate()).real
+    half = np.sqrt(max(coupler**2 - abs(A - H - foot * way) ** 2, 0.0))
+    return [H + (foot + s * half) * way for s in (1, -1)]
 
 
 def judge_task(kind: str, count: int, seed: int, planted: bool, search: bool, folder: Path):
@@ -148,7 +166,7 @@ def judge_task(kind: str, count: int, seed: int, planted: bool, search: bool, fo
         wrong = not (good and miss < MET)
         return line | {"wrong": int(wrong), "detail": f"{best.kind}, misses {miss:.1e}"}
     line["none"] = 1
-    if kind == "pantograph" or not (search or planted and kind == "four-bar"):
+    if kind not in SEARCHED or not (search or planted and kind == "four-bar"):
         return line | {"wrong": int(planted and kind == "four-bar" and count > 2)}
     begin = time.process_time()
     if kind == "four-bar":

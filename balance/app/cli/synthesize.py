@@ -42,13 +42,13 @@ def add_synthesize(parser: Parser) -> None:
         type=_positions,
         required=True,
         metavar='"x,y,deg; …"',
-        help="two or three of the tool, or more for four-bars: metres, and degrees by which it "
-        "turns",
+        help="two or three of the tool, or more for others than pantographs: metres, and "
+        "degrees by which it turns",
     )
     _add_method_options(parser)
     add_density_option(
         parser,
-        "matter of four-bars",
+        "matter of links or rotors",
         steel=True,
         thickness="of plates (default 1/20 or 1/8 of the base; rotors: no plates)",
     )
@@ -78,9 +78,10 @@ def _add_method_options(parser: argparse.ArgumentParser) -> None:
     """Add the options that choose the kind of mechanism and its pivots."""
     parser.add_argument(
         "--kind",
-        choices=("pantograph", "four-bar", "geared-four-bar"),
+        choices=("pantograph", "four-bar", "slider-crank", "geared-four-bar", "six-bar"),
         default="pantograph",
-        help="pantograph (default); a kite or antiparallelogram, or any four-bar with rotors",
+        help="pantograph (default); kite or antiparallelogram; crank and coupler of one "
+        "length; any four-bar with rotors, or with a dyad",
     )
     case = parser.add_mutually_exclusive_group()
     case.add_argument(
@@ -112,7 +113,7 @@ def _add_method_options(parser: argparse.ArgumentParser) -> None:
         type=positive_quantity("length"),
         default=0.0,
         metavar="LENGTH",
-        help="how far a four-bar may miss four or more (default: not)",
+        help="how far four or more may be missed (default: not)",
     )
     parser.add_argument(
         "--masses",

@@ -134,6 +134,9 @@ def minimise_objective(
             if v is None:
                 return None
             P = cone.at(v[:-1])
+            if not np.all(np.trace(P, axis1=1, axis2=2) > 0.0):
+                # Next to no mass is the least: the solver has lost it in its round-off.
+                return None
     if v is None:
         return None
     if wanted == "change":

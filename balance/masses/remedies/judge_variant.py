@@ -56,14 +56,27 @@ def judge_variant(
         flat = request.space.planar and request.balance == "dynamic"
         whole = request.spatial_space if flat and not request.thickness else None
         least = least_matter(
-            request.space, variant.free, regions, request.density, request.thickness, whole
+            request.space,
+            variant.free,
+            regions,
+            request.density,
+            request.thickness,
+            whole,
+            request.prove,
         )
     else:
         try:
             space = space or space_with(request, variant)
         except LinkageError as error:
             return replace(blank, verdict="refused", reason=str(error))
-        least = least_matter(space, variant.free, regions, request.density, request.thickness)
+        least = least_matter(
+            space,
+            variant.free,
+            regions,
+            request.density,
+            request.thickness,
+            prove=request.prove,
+        )
     verdict = least.matter.verdict
     if verdict != "feasible":
         return replace(blank, verdict=verdict, reason=least.reason, proof=least.proof)

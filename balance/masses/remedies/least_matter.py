@@ -89,11 +89,12 @@ def least_matter(
     density: float | None = None,
     thickness: float | None = None,
     whole: DesignSpace | None = None,
+    prove: bool = True,
 ) -> LeastMatter:
     """Find the least matter in some regions, or in wider ones if these are too small.
 
-    A verdict against it is given only after the integers of the space are certified; who finds
-    matter verifies the file with it.
+    A verdict against it is given only after the integers of the space are certified, and so
+    after wider regions were tried; who finds matter verifies the file with it.
 
     Args:
         links: links that may get matter.
@@ -101,15 +102,23 @@ def least_matter(
         density: density that the matter nowhere exceeds, kg/m³; None for point masses.
         thickness: that of plates on a planar linkage, m; None for other matter.
         whole: the space with all components of the momentum, if it is known.
+        prove: whether the gap is proved.
     """
     flat = space.planar and space.balance == "dynamic" and thickness is None
-    fill = partial(counterweights, density=density, thickness=thickness, relax=False)
+    fill = partial(
+        counterweights, density=density, thickness=thickness, relax=False, prove=prove
+    )
     # The space of all components of the momentum, once for all programs.
     if whole is None or not flat:
         whole = recompute_spatial(space) if flat else space
     matter = fill(whole, links, regions)
     if matter.verdict == "feasible":
         return LeastMatter(matter, None)
+    narrow = matter.verdict == "infeasible" and bool(matter.chosen)
+    if narrow and feasible(space).verdict != "infeasible":
+        wider = fill(whole, links, {**regions, **wide_regions(space, matter.chosen)})
+        if wider.verdict == "feasible":
+            return LeastMatter(wider, None)
     whole = certify(whole)
     matter = fill(whole, links, regions)
     if matter.verdict != "infeasible":

@@ -61,6 +61,7 @@ class RemedyRequest:
             the least matter; 0 for none.
         density: density that added matter nowhere exceeds, kg/m³; None for point masses.
         thickness: that of plates of added matter on a planar linkage, m; None for other matter.
+        prove: whether the gap of the least matter is proved; see `balance.counterweights`.
     """
 
     linkage: Linkage
@@ -78,6 +79,7 @@ class RemedyRequest:
     trade_off: int = 0
     density: float | None = None
     thickness: float | None = None
+    prove: bool = True
 
     def check(self) -> None:
         """Refuse a request that no remedy can serve.

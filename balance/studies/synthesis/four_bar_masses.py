@@ -1,4 +1,4 @@
-"""Masses and URDF file of a balanced four-bar."""
+"""Masses of a balanced linkage with a coupler, and URDF file of a four-bar."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from balance.masses.designs.best_design import Design, design
 from balance.masses.designs.density import STEEL
 from balance.masses.designs.write_urdf import replace_inertials
 from balance.space.spaces.compute_space import design_space
+from balance.space.spaces.design_space import DesignSpace
 from balance.studies.synthesis.four_bars import FourBarDesign
 from balance.studies.synthesis.general_four_bars import GeneralFourBar
 from kinematics.loading.model_gallery import load
@@ -16,18 +17,29 @@ from kinematics.model.document import make_elements
 from kinematics.model.document.element import Document, Element
 from kinematics.model.document.write_numbers import element_text, number_words
 
-# Least mass of the coupler, kg: it carries the tool.
-COUPLER_MASS = 1.0
+# Least masses, kg: of the coupler, which carries the tool, and of a slider.
+LEAST = {"coupler": 1.0, "slider": 0.1}
 # Decimals of lengths in the file.
 DECIMALS = 15
 LINKS = ("base", "crank", "coupler", "rocker", "tool")
 """Links of the file."""
 
 
-def balanced_four_bar(
-    four_bar: FourBarDesign, density: float | None = STEEL, thickness: float | None = None
+def bare_space(name: str, urdf: bytes) -> DesignSpace:
+    """Compute the design space of a file without masses, in floating point.
+
+    Exact arithmetic would see the rounding of its digits, in which special lengths are no
+    longer special.
+    """
+    return design_space(load(Document(name, urdf), bodies="all"))
+
+
+def balanced_masses(
+    space: DesignSpace, density: float | None = STEEL, thickness: float | None = None
 ) -> tuple[bytes | None, Design]:
-    """Find the least masses that balance a four-bar with a coupler of 1 kg, and its file.
+    """Find the least masses that balance a linkage, and its file.
+
+    A coupler has at least 1 kg, and a slider 0.1 kg.
 
     Args:
         density: density of its links at most, kg/m³; None for points.
@@ -36,12 +48,9 @@ def balanced_four_bar(
     Returns:
         The bytes of the file, None if no masses balance it, and the design.
     """
-    linkage = load(Document(four_bar.kind, four_bar_urdf(four_bar)), bodies="all")
-    # Exact arithmetic would see the rounding of the digits, which no design closes.
-    bounds = {"coupler": (COUPLER_MASS, inf)}
-    best = design(
-        design_space(linkage), "mass", bounds=bounds, density=density, thickness=thickness
-    )
+    names = {body.name for body in space.linkage.bodies}
+    bounds = {name: (least, inf) for name, least in LEAST.items() if name in names}
+    best = design(space, "mass", bounds=bounds, density=density, thickness=thickness)
     if best.verdict != "feasible":
         return None, best
     elements = {body.name: body.urdf for body in best.bodies if body.urdf}
@@ -49,7 +58,9 @@ def balanced_four_bar(
 
 
 def four_bar_urdf(
-    four_bar: FourBarDesign | GeneralFourBar, inertials: Mapping[str, Element] | None = None
+    four_bar: FourBarDesign | GeneralFourBar,
+    inertials: Mapping[str, Element] | None = None,
+    name: str = "",
 ) -> bytes:
     """Write a four-bar as a URDF file at the first position.
 
@@ -57,32 +68,35 @@ def four_bar_urdf(
 
     Args:
         inertials: of its links by name; the others have no mass.
+        name: of the robot; its kind by default.
     """
     at = four_bar.pivots()
     tool = four_bar.first
     crank, tip = at["crank_base"], at["crank_tip"]
     yaw = number_words([0.0, 0.0, tool.angle])
-    turned = Element("origin", {**_origin(tool.point - tip).attributes, "rpy": yaw})
+    turned = Element("origin", {**plane_origin(tool.point - tip).attributes, "rpy": yaw})
     parts = [
-        *(make_elements.link(name, (inertials or {}).get(name)) for name in LINKS),
-        make_elements.hinge("crank_joint", "base", "crank", _origin(crank), independent=True),
-        make_elements.hinge("coupler_joint", "crank", "coupler", _origin(tip - crank)),
-        make_elements.hinge("rocker_joint", "base", "rocker", _origin(at["rocker_base"])),
+        *(make_elements.link(link, (inertials or {}).get(link)) for link in LINKS),
+        make_elements.hinge(
+            "crank_joint", "base", "crank", plane_origin(crank), independent=True
+        ),
+        make_elements.hinge("coupler_joint", "crank", "coupler", plane_origin(tip - crank)),
+        make_elements.hinge("rocker_joint", "base", "rocker", plane_origin(at["rocker_base"])),
         make_elements.joint("tool_fixed", "fixed", "coupler", "tool", turned),
         make_elements.loop(
             "tip_joint",
             "revolute",
             [
-                ("coupler", _origin(at["rocker_tip"] - tip)),
-                ("rocker", _origin(at["rocker_tip"] - at["rocker_base"])),
+                ("coupler", plane_origin(at["rocker_tip"] - tip)),
+                ("rocker", plane_origin(at["rocker_tip"] - at["rocker_base"])),
             ],
             ("0 0 1", ""),
         ),
     ]
-    return element_text(make_elements.robot(four_bar.kind, parts)).encode()
+    return element_text(make_elements.robot(name or four_bar.kind, parts)).encode()
 
 
-def _origin(at: complex) -> Element:
-    """Make the ``<origin>`` of a point."""
+def plane_origin(at: complex) -> Element:
+    """Make the ``<origin>`` of a point of the plane."""
     x, y = round(at.real, DECIMALS), round(at.imag, DECIMALS)
     return Element("origin", {"xyz": number_words([x, y, 0.0])})

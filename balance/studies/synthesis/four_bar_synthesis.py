@@ -1,4 +1,7 @@
-"""Synthesis of four-bars: kites and antiparallelograms, and any others with geared rotors."""
+"""Synthesis of mechanisms whose coupler is the tool, and of their masses.
+
+Kites, antiparallelograms and slider-cranks, and any four-bars with geared rotors or a dyad.
+"""
 
 from __future__ import annotations
 
@@ -7,15 +10,28 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from balance.motion.motion_tolerances import SYNTHESIS_MET
+from balance.space.spaces.design_space import DesignSpace
 from balance.studies.synthesis.confirm import confirm_balance
-from balance.studies.synthesis.four_bar_masses import balanced_four_bar
-from balance.studies.synthesis.four_bars import FOUR_BARS, FourBarDesign, four_bars_through
+from balance.studies.synthesis.four_bar_masses import balanced_masses, bare_space, four_bar_urdf
+from balance.studies.synthesis.four_bars import (
+    FOUR_BARS,
+    LARGEST,
+    SMALLEST,
+    CouplerMotion,
+    FourBarDesign,
+    four_bars_through,
+)
 from balance.studies.synthesis.geared_four_bar import balanced_by_rotors
-from balance.studies.synthesis.general_four_bars import GeneralFourBar, general_four_bars
+from balance.studies.synthesis.general_four_bars import general_four_bars
 from balance.studies.synthesis.many_positions import four_bars_near
 from balance.studies.synthesis.mechanism import Synthesis, SynthesizedMechanism
 from balance.studies.synthesis.positions import size_of
 from balance.studies.synthesis.request import SynthesisRequest
+from balance.studies.synthesis.six_bars import six_bars
+from balance.studies.synthesis.slider_cranks import (
+    slider_crank_through,
+    slider_crank_urdf,
+)
 from kinematics.numerics.linalg.ties import rank_least_first
 
 # Most four-bars whose masses are tried. Of plates, those of each ratio of base and crank at
@@ -26,6 +42,8 @@ THICKNESS = (1.0 / 20.0, 1.0 / 8.0)
 # Most general four-bars that are balanced, of which the lightest is the best, by the number of
 # positions: each costs half a second.
 GEARED = {2: 1, 3: 1, 4: 3, 5: 3}
+# Most six-bars whose masses are found, of which the lightest is the best.
+SIX_BARS = 2
 
 
 def special_four_bars(request: SynthesisRequest) -> Synthesis:
@@ -44,7 +62,10 @@ def special_four_bars(request: SynthesisRequest) -> Synthesis:
         if meeting and request.density is not None:
             tried = _of_plates(meeting, request.density, request.thickness, within)
         else:
-            tried = (_four_bar(four_bar, within) for four_bar in (meeting or designs)[:TRIES])
+            tried = (
+                _with_masses(four_bar, _space_of(four_bar), within)
+                for four_bar in (meeting or designs)[:TRIES]
+            )
         first = next((mechanism for mechanism in tried if mechanism is not None), None)
         if first is not None:
             mechanisms.append(first)
@@ -58,16 +79,7 @@ def special_four_bars(request: SynthesisRequest) -> Synthesis:
     if unbuilt and not any(mechanism.good for mechanism in ranked):
         # Those of the other kind have defects; these have none, and may have masses.
         ranked = []
-    return Synthesis(
-        request.positions,
-        request.kind,
-        None,
-        tuple(ranked),
-        count,
-        within=request.within,
-        density=request.density,
-        thickness=request.thickness,
-    )
+    return _answer(request, ranked, count)
 
 
 def _of_plates(
@@ -84,52 +96,76 @@ def _of_plates(
     for part in THICKNESS if thickness is None else (0.0,):
         for each in chosen:
             base = abs(each.scale) * each.ratio
-            yield _four_bar(each, within, density, thickness or part * base)
+            plate = thickness or part * base
+            yield _with_masses(each, _space_of(each), within, density, plate)
 
 
-def _four_bar(
-    four_bar: FourBarDesign,
+def slider_cranks(request: SynthesisRequest) -> Synthesis:
+    """Find the slider-crank of the positions, and its masses."""
+    size = size_of(request.positions)
+    within = max(request.within, SYNTHESIS_MET * size)
+    design = slider_crank_through(request.positions, fixed=request.fixed, moving=request.moving)
+    length = abs(design.crank)
+    in_reach = SMALLEST * size < length and design.spread < LARGEST * size
+    meets = in_reach and design.miss <= within
+    space = bare_space(design.kind, slider_crank_urdf(design))
+    density, plates = request.density, [request.thickness]
+    if not meets:
+        density, plates = None, [None] * in_reach
+    elif density is not None and request.thickness is None:
+        plates = [2.0 * part * length for part in THICKNESS]
+    tried = (_with_masses(design, space, within, density, plate) for plate in plates)
+    mechanism = next((each for each in tried if each is not None), None)
+    if request.progress is not None:
+        request.progress(1, 1)
+    return _answer(request, [] if mechanism is None else [mechanism], int(meets))
+
+
+def _space_of(four_bar: FourBarDesign) -> DesignSpace:
+    """Compute the design space of a four-bar."""
+    return bare_space(four_bar.kind, four_bar_urdf(four_bar))
+
+
+def _with_masses(
+    design: CouplerMotion,
+    space: DesignSpace,
     within: float,
     density: float | None = None,
     thickness: float | None = None,
 ) -> SynthesizedMechanism | None:
-    """Write and confirm a four-bar; None if the core finds no masses."""
-    urdf, best = balanced_four_bar(four_bar, density, thickness)
-    if urdf is None:
+    """Find masses in a design space and confirm the file; None if the core finds none."""
+    file, best = balanced_masses(space, density, thickness)
+    if file is None:
         return None
     numbers = {f"{body.name}_mass": float(body.mass) for body in best.bodies}
     if thickness is not None:
         numbers["thickness"] = thickness
-    return _four_bar_mechanism(four_bar, urdf, numbers, within)
+    return _confirmed(design, file, numbers, within)
 
 
-def _four_bar_mechanism(
-    four_bar: FourBarDesign | GeneralFourBar,
-    urdf: bytes,
-    numbers: dict[str, float],
-    within: float,
+def _confirmed(
+    design: CouplerMotion, urdf: bytes, numbers: dict[str, float], within: float
 ) -> SynthesizedMechanism:
-    """Confirm a four-bar that was written."""
-    alpha = four_bar.crank_angles
+    """Confirm a mechanism that was written."""
+    alpha = design.crank_angles
     turns = np.linspace(min(alpha), max(alpha), 200)
-    numbers |= {"crank": abs(four_bar.scale), "base": abs(four_bar.scale) * four_bar.ratio}
-    first = four_bar.positions[0].angle
+    first = design.positions[0].angle
     return SynthesizedMechanism(
-        four_bar.kind,
-        four_bar.pivots(),
+        design.kind,
+        design.pivots(),
         tuple(angle - alpha[0] for angle in alpha),
-        tuple(each.angle - first for each in four_bar.positions),
-        four_bar.error,
-        four_bar.angle_error,
-        four_bar.miss <= within,
-        four_bar.tool_points(turns),
-        tuple(map(four_bar.outline, range(len(alpha)))),
-        four_bar.defects,
+        tuple(each.angle - first for each in design.positions),
+        design.error,
+        design.angle_error,
+        design.miss <= within,
+        design.tool_points(turns),
+        tuple(map(design.outline, range(len(alpha)))),
+        design.defects,
         urdf,
         None,
         None,
         confirm_balance(urdf, certified=False),
-        numbers,
+        numbers | design.numbers,
     )
 
 
@@ -143,12 +179,9 @@ def geared_four_bars(request: SynthesisRequest) -> Synthesis:
         applied = balanced_by_rotors(four_bar, request.density, request.thickness)
         if applied is not None:
             assert applied.urdf is not None and applied.added_mass is not None
-            numbers = {
-                "added_mass": applied.added_mass,
-                "transmission_angle": four_bar.transmission,
-            }
+            numbers = {"added_mass": applied.added_mass}
             within = SYNTHESIS_MET * size
-            mechanisms.append(_four_bar_mechanism(four_bar, applied.urdf, numbers, within))
+            mechanisms.append(_confirmed(four_bar, applied.urdf, numbers, within))
         if request.progress is not None:
             request.progress(min(done, most), most)
         if len(mechanisms) == most:
@@ -156,13 +189,54 @@ def geared_four_bars(request: SynthesisRequest) -> Synthesis:
     ranks = rank_least_first([mechanism.numbers["added_mass"] for mechanism in mechanisms])
     ranked = sorted((mechanisms[k] for k in ranks), key=lambda mechanism: not mechanism.good)
     remark = "links: bars of steel; tool: 1 kg; a rotor turns three times as far as its joint"
+    return _answer(request, ranked, len(designs), (remark,))
+
+
+def dyad_six_bars(request: SynthesisRequest) -> Synthesis:
+    """Search general four-bars without defects, and balance the best by an added dyad."""
+    within = SYNTHESIS_MET * size_of(request.positions)
+    designs = general_four_bars(request.positions, fixed=request.fixed, moving=request.moving)
+    mechanisms: list[tuple[SynthesizedMechanism, str]] = []
+    for design, space in six_bars(designs, request.progress)[:TRIES]:
+        base = design.numbers["base"]
+        plates: list[float | None] = [part * base for part in THICKNESS]
+        if request.thickness is not None or request.density is None:
+            plates = [request.thickness]
+        tried = (
+            _with_masses(design, space, within, request.density, plate) for plate in plates
+        )
+        mechanism = next((each for each in tried if each is not None), None)
+        if mechanism is not None:
+            mechanisms.append((mechanism, design.words))
+        if len(mechanisms) == SIX_BARS:
+            break
+    ranks = rank_least_first([_mass_of(mechanism) for mechanism, _ in mechanisms])
+    ranked = sorted((mechanisms[k] for k in ranks), key=lambda pair: not pair[0].good)
+    remarks = tuple(words for _, words in ranked[:1])
+    count = len(mechanisms) or len(designs)
+    return _answer(request, [mechanism for mechanism, _ in ranked], count, remarks)
+
+
+def _mass_of(mechanism: SynthesizedMechanism) -> float:
+    """Add up the masses of a mechanism, kg."""
+    return sum(mass for name, mass in mechanism.numbers.items() if name.endswith("_mass"))
+
+
+def _answer(
+    request: SynthesisRequest,
+    mechanisms: Sequence[SynthesizedMechanism],
+    count: int,
+    remarks: tuple[str, ...] = (),
+) -> Synthesis:
+    """Make the result of a request from its mechanisms, the best first."""
     return Synthesis(
         request.positions,
         request.kind,
         None,
-        tuple(ranked),
-        len(designs),
-        (remark,),
+        tuple(mechanisms),
+        count,
+        remarks,
+        within=request.within,
         density=request.density,
         thickness=request.thickness,
     )

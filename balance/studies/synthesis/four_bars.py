@@ -51,15 +51,22 @@ SMALLEST, LARGEST = 0.02, 50.0
 
 
 class CouplerMotion(ABC):
-    """What a four-bar whose coupler carries the tool does, and how near it comes to positions.
+    """What a linkage whose coupler carries the tool does, and how near it comes to positions.
 
     Attributes:
+        kind: of the mechanism.
         positions: of the tool.
         crank_angles: of the crank at each position, radians.
     """
 
+    kind: str
     positions: tuple[Position, ...]
     crank_angles: tuple[float, ...]
+
+    @property
+    @abstractmethod
+    def defects(self) -> tuple[Defect, ...]:
+        """Branch and order defects of the motion."""
 
     @abstractmethod
     def pivots(self, index: int = 0) -> dict[str, complex]:
@@ -80,6 +87,16 @@ class CouplerMotion(ABC):
         return at["crank_base"], A, tool, B, A, B, at["rocker_base"]
 
     @property
+    def numbers(self) -> dict[str, float]:
+        """Lengths of crank and base, metres."""
+        at = self.pivots()
+        base = at["crank_base"]
+        return {
+            "crank": abs(at["crank_tip"] - base),
+            "base": abs(at["rocker_base"] - base),
+        }
+
+    @property
     def error(self) -> float:
         """Largest distance of the tool from its positions, metres."""
         points = self.tool_points(self.crank_angles)
@@ -95,6 +112,12 @@ class CouplerMotion(ABC):
     def miss(self) -> float:
         """The larger of both, metres: the angle as an arc of the size of the positions."""
         return max(self.error, size_of(self.positions) * self.angle_error)
+
+    @property
+    def spread(self) -> float:
+        """Largest distance of a pivot from the first position of the tool, metres."""
+        tool = self.positions[0].point
+        return max(abs(z - tool) for z in self.pivots().values())
 
 
 @dataclass(frozen=True)
@@ -151,19 +174,18 @@ class FourBarDesign(CouplerMotion):
     @property
     def defects(self) -> tuple[Defect, ...]:
         """Order defects; branches and circuits are those of one interval of the crank."""
-        steps = np.diff(self.crank_angles)
-        if steps.size > 1 and not (np.all(steps > 0.0) or np.all(steps < 0.0)):
-            ranks = np.argsort(self.crank_angles).tolist()
-            ranks = ranks if ranks[0] < ranks[-1] else ranks[::-1]
-            order = ", ".join(str(k + 1) for k in ranks)
-            return (Defect("order", f"the crank meets the positions in the order {order}"),)
-        return ()
+        return order_defects(self.crank_angles)
 
-    @property
-    def spread(self) -> float:
-        """Largest distance of a pivot from the first position of the tool, metres."""
-        tool = self.first.point
-        return max(abs(z - tool) for z in self.pivots().values())
+
+def order_defects(crank_angles: Sequence[float]) -> tuple[Defect, ...]:
+    """Say in which order a crank meets its positions, if in another than the given one."""
+    steps = np.diff(crank_angles)
+    if steps.size < 2 or np.all(steps > 0.0) or np.all(steps < 0.0):
+        return ()
+    ranks = np.argsort(crank_angles).tolist()
+    ranks = ranks if ranks[0] < ranks[-1] else ranks[::-1]
+    order = ", ".join(str(k + 1) for k in ranks)
+    return (Defect("order", f"the crank meets the positions in the order {order}"),)
 
 
 def place_four_bar(kind: str, ratio: float, crank_angle: ArrayLike) -> tuple[Complex, Complex]:

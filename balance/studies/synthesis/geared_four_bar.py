@@ -55,6 +55,7 @@ def balanced_by_rotors(
             radius=RADIUS * max(lengths),
             density=density,
             thickness=thickness,
+            prove=False,
         )
         request.check()
         remedies = apply_separate_rotors(request)

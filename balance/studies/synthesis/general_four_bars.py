@@ -26,7 +26,6 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from balance.studies.synthesis.circle_points import Cranks, cranks_through
-from balance.studies.synthesis.constrained_motion import Defect
 from balance.studies.synthesis.four_bars import CouplerMotion
 from balance.studies.synthesis.positions import Position, displacements, size_of
 from kinematics.numerics.array_types import Array, Flags
@@ -65,7 +64,7 @@ class GeneralFourBar(CouplerMotion):
     transmission: float
 
     kind = "geared four-bar"
-    defects: tuple[Defect, ...] = ()
+    defects = ()
 
     @property
     def first(self) -> Position:
@@ -73,16 +72,9 @@ class GeneralFourBar(CouplerMotion):
         return self.positions[0]
 
     @property
-    def scale(self) -> complex:
-        """Length of the crank, metres, and direction of the base."""
-        base = self.rocker_base - self.crank_base
-        return abs(self.crank_tip - self.crank_base) * base / abs(base)
-
-    @property
-    def ratio(self) -> float:
-        """Length of the base over that of the crank."""
-        base, crank = self.rocker_base - self.crank_base, self.crank_tip - self.crank_base
-        return abs(base) / abs(crank)
+    def numbers(self) -> dict[str, float]:
+        """Lengths of crank and base, metres, and the transmission angle, radians."""
+        return super().numbers | {"transmission_angle": self.transmission}
 
     def pivots(self, index: int = 0) -> dict[str, complex]:
         """Compute the pivots at a position, metres, inertial frame."""

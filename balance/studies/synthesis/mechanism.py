@@ -9,6 +9,7 @@ from os import PathLike
 import numpy as np
 from numpy.typing import NDArray
 
+from balance.motion.motion_tolerances import SYNTHESIS_ANGLE_MET
 from balance.studies.synthesis.confirm import Confirmation
 from balance.studies.synthesis.constrained_motion import Defect, MotionTable
 from balance.studies.synthesis.construction import Construction
@@ -29,7 +30,8 @@ class SynthesizedMechanism:
     """A balanced mechanism whose tool passes through positions.
 
     Attributes:
-        kind: ``"pantograph"``, ``"kite"``, ``"antiparallelogram"`` or ``"geared four-bar"``.
+        kind: ``"pantograph"``, ``"kite"``, ``"antiparallelogram"``, ``"slider-crank"``,
+            ``"geared four-bar"`` or ``"six-bar"``.
         pivots: by name, at the first position; metres, inertial frame, complex.
         link_turns: turn of the first link, or of the crank, from the first position to each,
             radians.
@@ -42,7 +44,7 @@ class SynthesizedMechanism:
         defects: branch, order and reversal defects of the motion.
         urdf: the file.
         coupling: what couples both links of a pantograph: a belt, which is in the file, or a
-            slot, which no URDF file can have; None for a four-bar, whose gears are in the file.
+            slot, which no URDF file can have; None for the others, whose gears are in the file.
         table: motion of its inputs, in the nonlinear case.
         confirmation: what the core says of the file.
         numbers: lengths, masses and reduced inertias by name, SI units.
@@ -114,7 +116,7 @@ class Synthesis(WithPage, WithPicture):
 
     Attributes:
         positions: of the tool.
-        kind: ``"pantograph"``, ``"four-bar"`` or ``"geared-four-bar"``.
+        kind: that was asked for, see `synthesize`.
         ratio: k of the linear case; None otherwise.
         mechanisms: the best ones first.
         count: how many were found; the best are in ``mechanisms``.
@@ -143,7 +145,7 @@ class Synthesis(WithPage, WithPicture):
 
     @property
     def case(self) -> str:
-        """``"linear"``, ``"nonlinear"``, ``"four-bar"`` or ``"geared-four-bar"``."""
+        """``"linear"`` or ``"nonlinear"`` for a pantograph, else the kind."""
         if self.kind != "pantograph":
             return self.kind
         return "nonlinear" if self.ratio is None else "linear"
@@ -191,11 +193,13 @@ class Synthesis(WithPage, WithPicture):
     def _nearest(self) -> str:
         """Say by how much the nearest mechanism misses the positions."""
         nearest = min(self.mechanisms, key=lambda mechanism: mechanism.position_error)
+        names = " or ".join(FOUR_BARS) if self.kind == "four-bar" else self.kind
+        miss = f"{number_text(1e3 * nearest.position_error)} mm"
+        if nearest.angle_error > SYNTHESIS_ANGLE_MET:
+            miss += f" and {number_text(math.degrees(nearest.angle_error))}°"
         return (
-            f"no {' or '.join(FOUR_BARS)} meets all positions; the nearest misses by up to "
-            f"{number_text(1e3 * nearest.position_error)} mm and "
-            f"{number_text(math.degrees(nearest.angle_error))}°: more is accepted within a "
-            "distance that is given"
+            f"no {names} meets all positions; the nearest misses by up to {miss}: more is "
+            "accepted within a distance that is given"
         )
 
     def __repr__(self) -> str:

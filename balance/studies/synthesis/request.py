@@ -11,6 +11,9 @@ from balance.studies.synthesis.pantograph import PantographMasses
 from balance.studies.synthesis.positions import FARTHEST, Position
 from kinematics.errors import UsageError
 
+# Kinds whose coupler is that of any four-bar.
+GENERAL = ("geared-four-bar", "six-bar")
+
 
 @dataclass(frozen=True)
 class SynthesisRequest:
@@ -18,7 +21,7 @@ class SynthesisRequest:
 
     Attributes:
         positions: of the tool.
-        kind: ``"pantograph"``, ``"four-bar"`` or ``"geared-four-bar"``.
+        kind: one of `KINDS` of `balance.studies.synthesis.synthesize`.
         ratio: k of the linear case; None in the nonlinear one and for four-bars.
         fixed: the fixed pivot, if it is chosen.
         moving: the moving pivot, if it is chosen.
@@ -62,13 +65,13 @@ class SynthesisRequest:
                 "a pantograph passes through two or three positions: --kind four-bar goes "
                 "through four, and near more"
             )
-        if len(self.positions) > MOST_POSITIONS and self.kind == "geared-four-bar":
+        if len(self.positions) > MOST_POSITIONS and self.kind in GENERAL:
             raise UsageError(
-                "a geared four-bar passes through up to five positions: --kind four-bar goes "
-                "near more"
+                f"a {self.kind} passes through up to five positions: "
+                "--kind four-bar goes near more"
             )
-        if self.within and self.kind == "geared-four-bar":
-            raise UsageError("a geared four-bar meets its positions: leave out 'within'")
+        if self.within and self.kind in GENERAL:
+            raise UsageError(f"a {self.kind} meets its positions: leave out 'within'")
         if self.within and len(self.positions) < 4:
             raise UsageError("two and three positions are met exactly: leave out 'within'")
         if not 0.0 <= self.within <= FARTHEST:
@@ -100,7 +103,8 @@ class SynthesisRequest:
                 raise UsageError(f"{name} {value:g}: give a positive number")
         if self.kind == "pantograph" and (self.thickness or self.density != STEEL):
             raise UsageError(
-                "density and thickness are for four-bars: the masses of a pantograph are given"
+                "density and thickness are for four-bars and slider-cranks: the masses of a "
+                "pantograph are given"
             )
         if self.thickness is not None and self.density is None:
             raise UsageError("a thickness is for matter with a density: points have none")

@@ -30,7 +30,12 @@ from balance.studies.synthesis.constrained_motion import (
 from balance.studies.synthesis.construction import construct_chain
 from balance.studies.synthesis.couplings import Coupling, belt_coupling, slot_coupling
 from balance.studies.synthesis.error_map import angle_error_map, offsets_without_error
-from balance.studies.synthesis.four_bar_synthesis import geared_four_bars, special_four_bars
+from balance.studies.synthesis.four_bar_synthesis import (
+    dyad_six_bars,
+    geared_four_bars,
+    slider_cranks,
+    special_four_bars,
+)
 from balance.studies.synthesis.mechanism import Synthesis, SynthesizedMechanism
 from balance.studies.synthesis.pantograph import (
     PantographMasses,
@@ -58,7 +63,14 @@ from kinematics.errors import UsageError
 from kinematics.numerics.linalg.ties import rank_least_first
 from kinematics.wording import number_text
 
-KINDS = ("pantograph", "four-bar", "geared-four-bar")
+# Those whose coupler is the tool, and what searches them.
+COUPLERS = {
+    "four-bar": special_four_bars,
+    "slider-crank": slider_cranks,
+    "geared-four-bar": geared_four_bars,
+    "six-bar": dyad_six_bars,
+}
+KINDS = ("pantograph", *COUPLERS)
 """Kinds of mechanisms."""
 RATIO = -1.0
 """Ratio of the turns if none is given."""
@@ -92,28 +104,32 @@ def synthesize(
     Pantographs with links that turn in the ratio ``k = β/φ`` of the first link and the tool
     (the linear case); pantographs with given masses, whose ratio varies (nonlinear); or kites
     and antiparallelograms whose coupler is the tool, which pass through up to four positions,
-    and near more, in the sense of least squares; or any four-bars, through up to five, with
-    counterweights and geared rotors. Every mechanism is written as URDF and confirmed by the
+    and near more, in the sense of least squares; slider-cranks with crank and coupler of one
+    length, through three, and near more; any four-bars, through up to five, with
+    counterweights and geared rotors; or any four-bars that a dyad makes six-bars which can be
+    balanced. Every mechanism is written as URDF and confirmed by the
     design space and by Pinocchio.
 
     Args:
         positions: of the tool: x and y in metres, the angle in radians; inertial frame.
         ratio: k, negative; -1 by default.
         nonlinear: whether the ratio varies with the pose.
-        kind: ``"pantograph"``, ``"four-bar"`` or ``"geared-four-bar"``.
+        kind: ``"pantograph"``, ``"four-bar"``, ``"slider-crank"``, ``"geared-four-bar"`` or
+            ``"six-bar"``.
         fixed: the pivot on the base, for two positions; complex, metres.
         moving: or the one on the tool, at the first position.
         masses: of the pantograph. In the linear case s3 and a moment of inertia are changed.
         window: in the nonlinear case, the range of x of the free pivot for two positions, or of
             x and y of the moving pivot for three; metres.
-        within: distance up to which a four-bar may miss four or more positions, metres; its
-            angle counts as an arc of the size of the positions. By default it meets them.
-        density: density that the links of a kite or antiparallelogram, or the counterweights
-            and rotors of another four-bar, nowhere exceed, kg/m³; that of steel by default.
-            None for points, denser than any material.
+        within: distance up to which a four-bar or slider-crank may miss four or more positions,
+            metres; its angle counts as an arc of the size of the positions. By default it meets
+            them.
+        density: density that the links, or the counterweights and rotors of any four-bar,
+            nowhere exceed, kg/m³; that of steel by default. None for points, denser than any
+            material.
         thickness: of the plates that this matter is, metres. By default links are plates of a
-            twentieth of the base, or an eighth if those are too thin, and counterweights and
-            rotors are no plates.
+            twentieth of the base, or of crank and coupler in line, or an eighth if those are
+            too thin, and counterweights and rotors are no plates.
         progress: called with the number of steps done and of all steps.
 
     Returns:
@@ -154,10 +170,8 @@ def synthesize(
         thickness,
     )
     request.check()
-    if kind == "four-bar":
-        return special_four_bars(request)
-    if kind == "geared-four-bar":
-        return geared_four_bars(request)
+    if kind != "pantograph":
+        return COUPLERS[kind](request)
     return _linear(request) if linear else _nonlinear(request)
 
 

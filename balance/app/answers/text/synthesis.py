@@ -61,12 +61,17 @@ def _best(mechanism: SynthesizedMechanism) -> list[tuple[str, str]]:
     numbers = mechanism.numbers
     if "transmission_angle" in numbers:
         angle = number_text(math.degrees(numbers["transmission_angle"]), ".3g")
-        added = number_text(numbers["added_mass"], ".4g")
-        pairs += [("transmission", f"{angle}° or more"), ("added", f"{added} kg")]
+        pairs.append(("transmission", f"{angle}° or more"))
+    if "added_mass" in numbers:
+        pairs.append(("added", f"{number_text(numbers['added_mass'], '.4g')} kg"))
+    if "pressure_angle" in numbers:
+        angle = number_text(math.degrees(numbers["pressure_angle"]), ".3g")
+        pairs.append(("slider", f"pressure angle {angle}° or less"))
     if "thickness" in numbers:
         masses = ", ".join(
-            f"{name} {number_text(numbers[f'{name}_mass'])} kg"
-            for name in ("crank", "coupler", "rocker")
+            f"{name.removesuffix('_mass')} {number_text(mass)} kg"
+            for name, mass in numbers.items()
+            if name.endswith("_mass")
         )
         pairs.append(
             ("plates", f"{number_text(1e3 * numbers['thickness'])} mm thick: {masses}")

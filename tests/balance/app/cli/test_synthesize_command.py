@@ -81,6 +81,8 @@ def test_random_nonlinear_syntheses_through_the_commands(capsys, tmp_path):
         ("--fixed=0.2,-0.1", "linear", {"pantograph"}),
         ("--nonlinear --moving=0.4,0.4", "nonlinear", {"pantograph"}),
         ("--kind four-bar --moving=0.2,-0.1", "four-bar", {"kite", "antiparallelogram"}),
+        ("--kind slider-crank --moving=0.2,-0.1", "slider-crank", {"slider-crank"}),
+        ("--kind six-bar --moving=0.2,-0.1", "six-bar", {"six-bar"}),
     ],
 )
 def test_kinds_pages_and_pictures(words, case, kinds, capsys, tmp_path):
@@ -165,6 +167,13 @@ EXTREME = {
     (f"--positions '{TWO}' --fixed 0,1 --masses {{folder}}/odd.json", 3, "follows from"),
     (f"--positions '{TWO}' --fixed 0,1 --masses {{folder}}/text.json", 3, "is no JSON"),
     (f"--positions '{TWO}' --fixed 0,1 --kind four-bar --masses {{folder}}/bad.json", 2, "m3"),
+    (f"--positions '{TWO}' --fixed 0,1 --kind slider-crank --ratio -1", 2, "linear case"),
+    (f"--positions '{TWO}' --kind slider-crank", 2, "choose the fixed or the moving one"),
+    (f"--positions '{THREE}' --kind slider-crank --within 1mm", 2, "met exactly"),
+    ("--positions '0,0,0; 1,1,90' --fixed 0,1 --kind slider-crank", 3, "about a pole"),
+    ("--positions '0,0,0; 1,0,0; 2,1,0' --kind slider-crank", 3, "differ in angle"),
+    (f"--positions '{THREE}; 1,1,1; 1,2,3; 2,1,5' --kind six-bar", 2, "up to five positions"),
+    (f"--positions '{THREE}; 1,1,1' --kind six-bar --within 1mm", 2, "meets its positions"),
     (f"--positions '{TWO}' --fixed 0,1 --density 2700", 2, "for four-bars"),
     (f"--positions '{TWO}' --fixed 0,1 --thickness 8mm", 2, "for four-bars"),
     (f"--positions '{THREE}' --kind four-bar --density none --thickness 8mm", 2, "have none"),

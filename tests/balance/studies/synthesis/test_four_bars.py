@@ -8,13 +8,18 @@ import numpy as np
 import pytest
 
 from balance import verify
-from balance.studies.synthesis.four_bar_masses import balanced_four_bar
+from balance.studies.synthesis.four_bar_masses import balanced_masses, bare_space, four_bar_urdf
 from balance.studies.synthesis.four_bars import FOUR_BARS, four_bars_through, place_four_bar
 from balance.studies.synthesis.positions import Position, displacements
 from kinematics import load
 from kinematics.errors import SynthesisError
 from kinematics.model.document.element import Document
 from tests.support.covering import number_of_cases
+
+
+def space_of(four_bar):
+    """Design space of the file of a four-bar."""
+    return bare_space("four-bar", four_bar_urdf(four_bar))
 
 
 def random_positions(rng, count):
@@ -61,7 +66,10 @@ def test_random_positions_are_met_and_confirmed(kind):
             assert one.error < 1e-9
             signs = {math.copysign(1.0, angle) for angle in one.crank_angles}
             assert len(signs) == 1 and max(map(abs, one.crank_angles)) < math.pi
-        files = (balanced_four_bar(one, None)[0] for one in designs)
+        files = (
+            balanced_masses(bare_space("four-bar", four_bar_urdf(one)), None)[0]
+            for one in designs
+        )
         written = next(filter(None, files))
         checked = verify(load(Document("four-bar", written)), trajectories=1)
         assert checked.balanced and checked.moment_residual < 1e-10
@@ -74,7 +82,7 @@ def test_short_bases_do_not_balance(monkeypatch):
     monkeypatch.setattr(four_bars, "RATIOS", (1.3,))
     places = (Position(0, 0, 0), Position(0.2, 0.1, 0.3))
     one = four_bars_through(places, "kite", fixed=0.3j)[0]
-    assert balanced_four_bar(one, None)[0] is None
+    assert balanced_masses(space_of(one), None)[0] is None
 
 
 @pytest.mark.parametrize(

@@ -19,7 +19,8 @@ from itertools import islice
 import numpy as np
 
 from balance.masses.designs.feasibility import feasible
-from balance.masses.remedies.dyads.added_dyad import DyadSeed, buildable_space, dyad_seeds
+from balance.masses.remedies.dyads.added_dyad import buildable_space
+from balance.masses.remedies.dyads.known_dyads import DyadSeed, dyad_seeds
 from balance.masses.remedies.request import RemedyRequest
 from balance.space.spaces.design_space import DesignSpace
 from balance.studies.synthesis.four_bar_masses import four_bar_urdf

@@ -60,25 +60,16 @@ def decide(
     """
     names = {space.bodies[b]: region for b, region in regions.items()}
     given_mass = float(given_parameters(space)[:, 0].sum())
-    blank = Counterweights(
-        space=space,
-        verdict="undecided",
-        minimise=minimise,
-        value=None,
-        gap=None,
-        regions=names,
-        chosen=(),
-        weights=(),
-        z=None,
-        residual=None,
-        certificate=None,
-        check=None,
-        relaxations=(),
-        given_mass=given_mass,
-        words=f"undecided: {UNCHECKED_MATTER}",
-    )
     program = build_added_program(space, regions, minimise, price)
-    blank = replace(blank, price=program.idle * space.length**2)
+    blank = Counterweights(
+        space,
+        "undecided",
+        minimise,
+        names,
+        given_mass,
+        words=f"undecided: {UNCHECKED_MATTER}",
+        price=program.idle * space.length**2,
+    )
     if space.as_given.balanced:
         return _keep_given_masses(blank, program)
     if _left_over(program):

@@ -317,6 +317,13 @@ DENSITY_GAP = 1e-4
 # up to which a link gets nothing.
 FILLING_GAP = 1e-4
 FILLED_MASS_ZERO = 1e-9
+# Part of a shift of a form to which it is found; any shift proves a bound.
+SHIFT_ACCURACY = 1e-12
+# Share of the mass of a link that counts as none: the accuracy of the solver.
+SHARE_ZERO = 1e-8
+# Parts of a mass up to which no more is placed than was taken, and of a share up to which it is
+# the largest: the accuracy of a master program.
+PLACED_AS_TAKEN = 1e-6
 # Sine of the angle between a cylinder and the plane of a linkage, or its normal, up to which it
 # stands along it.
 PLATE_UPRIGHT = 1e-9

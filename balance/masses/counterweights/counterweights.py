@@ -12,6 +12,7 @@ from balance.masses.counterweights.answer import Counterweights, Relaxation
 from balance.masses.counterweights.decide import decide
 from balance.masses.counterweights.link_regions import ALL, default_region, regions_of
 from balance.masses.counterweights.loads_along import with_loads
+from balance.masses.counterweights.moved_matter import moved_links
 from balance.masses.counterweights.program import IDLE_MASS_PRICE, AddedObjective
 from balance.masses.counterweights.regions import Region
 from balance.masses.counterweights.shaped.decide_shaped import decide_shaped
@@ -59,6 +60,7 @@ def counterweights(
     thickness: float | None = None,
     price_of_mass: float = IDLE_MASS_PRICE,
     shape: str | None = None,
+    move: Mapping[str, float] | None = None,
     motion: Motion | str | Sequence[str] | None = None,
     balance: Balance | None = None,
     motions: Motions | None = None,
@@ -105,6 +107,10 @@ def counterweights(
             of the linkage and within its region, for the least mass of such shapes that
             balances forces. ``disc=0.005/0.008/0.01`` gives a choice: each counterweight has
             the size that is best. Not for point masses.
+        move: links whose given matter may be moved, with the largest share of it, by name: it
+            is taken evenly from all of the link, and at least as much is placed in its region
+            again. The mass then is that which the linkage gains, and a kilogram that is moved
+            costs a hundredth of one that is added.
         motion: restriction of the inputs of a linkage; a space has its own.
         balance: ``"dynamic"``, as by default of a linkage, or ``"force"``.
         motions: one or several, as for `balance.verify`; the answer then has the loads along
@@ -141,13 +147,16 @@ def counterweights(
     if asked.planar and asked.balance == "dynamic" and thickness is None:
         asked = recompute_spatial(asked)
     choices = _wanted_shapes(asked, shape, minimise, density, thickness)
+    moved = moved_links(asked, body_regions, move)
+    if choices and moved:
+        raise UsageError("shapes are found for added matter: leave out what is to be moved")
     if limits:
         stocks = stocks_of(asked, body_regions, limits)
-        answer = decide_filled(asked, stocks, minimise, price_of_mass, prove, relax)
+        answer = decide_filled(asked, stocks, minimise, price_of_mass, prove, relax, moved)
         if choices and answer.weights:
             answer = decide_shaped(answer, stocks, choices)
     else:
-        answer = decide(asked, body_regions, minimise, price_of_mass)
+        answer = decide(asked, body_regions, minimise, price_of_mass, moved)
     given = regions or {}
     chosen = tuple(name for name in answer.regions if name not in given)
     answer = replace(answer, chosen=chosen, thickness=thickness)
@@ -159,9 +168,9 @@ def counterweights(
     def mass_of(more: Mapping[int, Region]) -> float | None:
         if limits:
             return balancing_mass(
-                asked, stocks_of(asked, more, with_further_links(limits, more))
+                asked, stocks_of(asked, more, with_further_links(limits, more)), moved
             )
-        helped = decide(asked, more)
+        helped = decide(asked, more, moved=moved)
         return helped.added_mass if helped.verdict == "feasible" else None
 
     helps = (*answer.relaxations, *_single_relaxations(asked, body_regions, mass_of))

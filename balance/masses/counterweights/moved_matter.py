@@ -33,7 +33,6 @@ from balance.space.spaces.design_space import DesignSpace
 from balance.support.clarabel_adapter import ConstraintBlock
 from balance.support.tolerances import SHARE_ZERO, SHIFT_ACCURACY
 from kinematics.errors import BodyError, UsageError
-from kinematics.model.arrays import freeze
 from kinematics.numerics.array_types import Array
 
 # Price of a kilogram that is moved, over that of one that is added.
@@ -150,6 +149,11 @@ def shifted(forms: Array, shifts: Array | float) -> Array:
     return Q
 
 
+def nothing_taken(links: int) -> Taken:
+    """Return what may be taken from so many links: nothing."""
+    return Taken(np.zeros((links, 4, 4)), np.zeros(links))
+
+
 def taken_from(
     space: DesignSpace,
     regions: Mapping[int, Region],
@@ -164,13 +168,13 @@ def taken_from(
         moved: largest share of the given mass by position of the body.
         unit: kilograms per unit of mass.
     """
-    P, most = np.zeros((len(regions), 4, 4)), np.zeros(len(regions))
+    P, most = nothing_taken(len(regions))
     file = given_parameters(space) if moved else np.empty((0, 10))
     for k, (b, region) in enumerate(regions.items()):
         if moved.get(b, 0.0):
             back = np.linalg.inv(space.frames[b] @ region.place)
             P[k], most[k] = back @ pseudo_inertia(file[b]) @ back.T / unit, moved[b]
-    return Taken(freeze(P), freeze(most))
+    return Taken(P, most)
 
 
 def moved_links(

@@ -26,7 +26,7 @@ import numpy as np
 from balance.masses.counterweights.added_matter import MomentCone
 from balance.masses.counterweights.link_regions import names_of_links
 from balance.masses.counterweights.regions import Region
-from balance.masses.counterweights.volume.stock import COARSE, Stock, fill
+from balance.masses.counterweights.volume.stock import FINE, Stock, fill
 from balance.masses.designs.pseudo_inertia_cone import given_parameters
 from balance.space.inertial_parameters.conversions import pseudo_inertia
 from balance.space.spaces.design_space import DesignSpace
@@ -109,7 +109,12 @@ class Taken(NamedTuple):
         return np.asarray(self.most * np.maximum(0.0, worth))
 
     def shifts(
-        self, stocks: Sequence[Stock], forms: Array, price: float = 0.0, factor: float = 1.0
+        self,
+        stocks: Sequence[Stock],
+        forms: Array,
+        price: float = 0.0,
+        factor: float = 1.0,
+        rays: int = FINE,
     ) -> Array:
         """Compute the s (links,) of the least bound for forms Q.
 
@@ -121,6 +126,7 @@ class Taken(NamedTuple):
             forms: matrices (links, 4, 4).
             price: that of each unit of mass that is taken.
             factor: factor of the densities.
+            rays: those of the parts that are to have so much mass.
         """
         from scipy.optimize import brentq
 
@@ -131,14 +137,16 @@ class Taken(NamedTuple):
 
             def short(s: float, k: int = k, room: float = room) -> float:
                 form = shifted(forms[k], s)
-                part = fill(stocks[k].with_rays_inside(form), form, COARSE)
+                part = fill(stocks[k].with_rays_inside(form), form, rays)
                 return room - factor * float(part[3, 3])
 
             if worth <= 0.0 or short(0.0) <= 0.0:
                 continue
             shifts[k] = worth
             if short(worth) < 0.0:
-                shifts[k] = brentq(short, 0.0, worth, xtol=SHIFT_ACCURACY * worth)
+                shifts[k] = brentq(
+                    short, 0.0, worth, xtol=SHIFT_ACCURACY * worth, rtol=SHIFT_ACCURACY
+                )
         return shifts
 
 
